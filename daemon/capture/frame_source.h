@@ -1,0 +1,29 @@
+// Where frames come from: a camera, a recording, memory.
+#pragma once
+
+#include "daemon/records/frame.h"
+
+#include <chrono>
+
+namespace tractiond::capture {
+
+enum class Next {
+  kFrame,      ///< `frame` holds a new, whole picture
+  kRejected,   ///< something arrived and was not usable; it is counted by cause in the source's counters
+  kTimeout,    ///< nothing arrived in time
+  kEnd,        ///< there will be no more frames (a recording's end)
+};
+
+/// Thread-bound: one thread calls next() and recycle(); the counters may be read from any thread.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+
+  /// Waits at most `timeout` for the next frame. Allocates nothing, locks nothing of ours, logs nothing.
+  virtual Next next(Frame& frame, std::chrono::milliseconds timeout) = 0;
+
+  /// Gives the memory of a frame back.
+  virtual void recycle(Frame& frame) = 0;
+};
+
+}  // namespace tractiond::capture

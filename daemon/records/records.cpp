@@ -1,0 +1,16 @@
+#include "daemon/records/traction_field.h"
+
+namespace tractiond {
+
+void MarkerField::resize(int markers) {
+  displacement_px.assign(static_cast<std::size_t>(2 * markers), 0.0F);
+  variance_px2.assign(static_cast<std::size_t>(markers), 0.0F);
+  valid.assign(static_cast<std::size_t>(markers), 0);
+}
+
+void TractionField::resize(int markerCount, int nodeCount) {
+  markers.resize(markerCount);
+  force_N.assign(static_cast<std::size_t>(3 * nodeCount), 0.0F);
+}
+
+}  // namespace tractiond
