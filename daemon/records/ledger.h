@@ -1,20 +1,9 @@
 // The account of every frame: received = published + each named loss + in flight.
 #pragma once
 
-#include <atomic>
-#include <cstdint>
+#include "daemon/base/counter.h"
 
 namespace tractiond {
-
-/// Written by one thread, read by any. Relaxed: a counter orders nothing.
-class Counter {
- public:
-  void add(std::uint64_t n = 1) { value_.store(value_.load(std::memory_order_relaxed) + n, std::memory_order_relaxed); }
-  std::uint64_t get() const { return value_.load(std::memory_order_relaxed); }
-
- private:
-  std::atomic<std::uint64_t> value_{0};
-};
 
 /// Each group is written by the thread named in its comment.
 struct Ledger {

@@ -1,0 +1,19 @@
+// A number that one thread counts up and any thread reads.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+namespace tractiond {
+
+/// Written by one thread, read by any. Relaxed: a counter orders nothing.
+class Counter {
+ public:
+  void add(std::uint64_t n = 1) { value_.store(value_.load(std::memory_order_relaxed) + n, std::memory_order_relaxed); }
+  std::uint64_t get() const { return value_.load(std::memory_order_relaxed); }
+
+ private:
+  std::atomic<std::uint64_t> value_{0};
+};
+
+}  // namespace tractiond

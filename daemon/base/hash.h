@@ -1,0 +1,72 @@
+// 128-bit hashes for ids and checksums: XXH3. Not against an adversary.
+#pragma once
+
+#include <xxhash.h>
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+namespace tractiond {
+
+using Hash128 = std::array<std::uint8_t, 16>;
+
+/// Feeds values one after another; the result depends on their bytes, lengths and order.
+class Hasher {
+ public:
+  Hasher()
+      : state_(XXH3_createState(), &XXH3_freeState) {
+    XXH3_128bits_reset(state_.get());
+  }
+
+  void bytes(const void* data, std::size_t size) { XXH3_128bits_update(state_.get(), data, size); }
+
+  /// A number or enum by its bytes. Structs are refused: their padding is not defined.
+  template <typename T>
+  requires std::is_arithmetic_v<T> || std::is_enum_v<T>
+  void value(T value) { bytes(&value, sizeof value); }
+
+  /// Length, then content.
+  template <typename T>
+  requires std::is_arithmetic_v<T>
+  void range(std::span<const T> values) {
+    value(static_cast<std::uint64_t>(values.size()));
+    bytes(values.data(), values.size_bytes());
+  }
+  void text(std::string_view text) { range(std::span<const char>(text.data(), text.size())); }
+
+  /// Big endian, as XXH3 prints it. May be called in between.
+  Hash128 digest() const {
+    XXH128_canonical_t canonical;
+    XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(state_.get()));
+    Hash128 hash;
+    std::memcpy(hash.data(), canonical.digest, hash.size());
+    return hash;
+  }
+
+ private:
+  std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state_;
+};
+
+inline Hash128 hash128(const void* data, std::size_t size) {
+  Hasher hasher;
+  hasher.bytes(data, size);
+  return hasher.digest();
+}
+
+/// 32 lower-case digits.
+inline std::string toHex(const Hash128& hash) {
+  std::string text;
+  for (const auto byte : hash) {
+    text += "0123456789abcdef"[byte >> 4];
+    text += "0123456789abcdef"[byte & 15];
+  }
+  return text;
+}
+
+}  // namespace tractiond

@@ -1,0 +1,55 @@
+// A bounded lock-free ring of pointers that one thread fills and whose oldest element two threads may take.
+//
+// head_ counts the elements taken, tail_ those put in; both only grow, so a stale head_ never looks fresh again (no
+// ABA). The second taker is the producer itself, which takes the oldest back when it needs room: see Link.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+namespace tractiond {
+
+/// push() from one thread, pop() from any. Lock-free: a pop is retried only when somebody else's pop succeeded.
+template <typename T, std::size_t kCapacity>
+class Ring {
+  static_assert(kCapacity > 0 && (kCapacity & (kCapacity - 1)) == 0, "a power of two: the index is a mask");
+
+ public:
+  /// False when full.
+  bool push(T* element) noexcept {
+    const auto tail = tail_.load(std::memory_order_relaxed);  // written by this thread alone
+    // acquire: partner is the release of the CAS in pop(). The taker has read the cell before we overwrite it.
+    if (tail - head_.load(std::memory_order_acquire) == kCapacity) return false;
+    cell(tail).store(element, std::memory_order_relaxed);  // published by the next line
+    // release: partner is the acquire of tail_ in pop(). Who sees the new tail sees the cell and what it points to.
+    tail_.store(tail + 1, std::memory_order_release);
+    return true;
+  }
+
+  /// The oldest element; nullptr when empty.
+  T* pop() noexcept {
+    auto head = head_.load(std::memory_order_relaxed);  // a guess: the CAS checks it
+    for (;;) {
+      // acquire: partner is the release of tail_ in push().
+      if (head == tail_.load(std::memory_order_acquire)) return nullptr;
+      // May be overwritten under our hands when the other taker was faster; then the CAS fails and we forget it.
+      T* const element = cell(head).load(std::memory_order_relaxed);
+      // release: partner is the acquire of head_ in push(). Failure relaxed: `head` is again only a guess.
+      if (head_.compare_exchange_weak(head, head + 1, std::memory_order_release, std::memory_order_relaxed)) {
+        return element;
+      }
+    }
+  }
+
+ private:
+  std::atomic<T*>& cell(std::uint64_t index) { return cells_[index & (kCapacity - 1)]; }
+
+  // On cache lines of their own: the takers write the one, the producer the other.
+  alignas(64) std::atomic<std::uint64_t> head_{0};
+  alignas(64) std::atomic<std::uint64_t> tail_{0};
+  alignas(64) std::array<std::atomic<T*>, kCapacity> cells_{};
+};
+
+}  // namespace tractiond
