@@ -1,0 +1,255 @@
+"""Twin, daemon and subscribers as processes, for the system tests and the benchmarks.
+
+Run inside a network namespace of its own (tests/system/CMakeLists.txt sees to it): the camera's port is fixed.
+"""
+
+import contextlib
+import json
+import os
+import pathlib
+import re
+import select
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+import zmq
+
+BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
+BIN = BUILD / "bin"
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(BUILD / "python"))
+
+from traction.v1 import messages  # noqa: E402  (generated into the build folder)
+
+GRAM_FORCE = 9.80665e-3  # [N]
+# Sanitizers slow everything down; deadlines, never results, are stretched by this.
+PATIENCE = float(os.environ.get("TRACTION_PATIENCE", "1"))
+
+
+class Process:
+    """A child whose lines can be waited for, and which never outlives the test."""
+
+    def __init__(self, *command, env=None):
+        self.command = [str(word) for word in command]
+        self.lines = []
+        self.child = subprocess.Popen(
+            self.command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
+            env={**os.environ, **(env or {})}, start_new_session=True)
+        os.set_blocking(self.child.stdout.fileno(), False)
+        self._partial = b""
+
+    def read(self, timeout=0.0):
+        """Collects what was printed; False at the end of the output."""
+        if not select.select([self.child.stdout], [], [], timeout)[0]:
+            return True
+        chunk = os.read(self.child.stdout.fileno(), 65536)
+        *whole, self._partial = (self._partial + chunk).split(b"\n")
+        self.lines += [line.decode(errors="replace") for line in whole]
+        if not chunk and self._partial:
+            self.lines.append(self._partial.decode(errors="replace"))
+            self._partial = b""
+        return bool(chunk)
+
+    def wait_for(self, pattern, seconds=30.0):
+        """The first line, old or new, that matches; fails with the output otherwise."""
+        deadline = time.monotonic() + seconds * PATIENCE
+        seen = 0
+        alive = True
+        while True:
+            for line in self.lines[seen:]:
+                if re.search(pattern, line):
+                    return line
+            seen = len(self.lines)
+            if not alive or time.monotonic() > deadline:
+                raise AssertionError(f"{self.command[0]}: no line with {pattern!r}; it printed:\n" + self.output())
+            alive = self.read(0.1)
+
+    def output(self):
+        return "\n".join(self.lines)
+
+    def stop(self, sig=signal.SIGTERM, seconds=20.0):
+        """Ends the child and returns its exit code."""
+        if self.child.poll() is None:
+            self.child.send_signal(sig)
+        return self.join(seconds)
+
+    def join(self, seconds=20.0):
+        deadline = time.monotonic() + seconds * PATIENCE
+        while self.read(0.1) and time.monotonic() < deadline:
+            pass
+        try:
+            return self.child.wait(max(0.1, deadline - time.monotonic()))
+        except subprocess.TimeoutExpired:
+            os.killpg(self.child.pid, signal.SIGKILL)
+            raise AssertionError(f"{self.command[0]} did not end; it printed:\n" + self.output())
+
+    def kill(self):
+        if self.child.poll() is None:
+            os.killpg(self.child.pid, signal.SIGKILL)
+        self.child.wait()
+        self.child.stdout.close()
+
+
+def cache_directory():
+    """Where twins and daemons of all tests share what only depends on the gel."""
+    path = BUILD / "test-cache"
+    path.mkdir(exist_ok=True)
+    return path
+
+
+class Rig(contextlib.ExitStack):
+    """One test's folder and processes; all of them end with it."""
+
+    def __enter__(self):
+        super().__enter__()
+        self.folder = pathlib.Path(self.enter_context(tempfile.TemporaryDirectory(prefix="traction-")))
+        return self
+
+    def start(self, *command, env=None):
+        process = Process(*command, env=env)
+        self.callback(process.kill)
+        return process
+
+    def twin(self, scenario, *options, address="127.0.0.1", truth=True, ready=True):
+        truth_file = self.folder / f"truth-{address}.jsonl"
+        command = [BIN / "traction-twin", scenario, "--address", address, "--cache", cache_directory()]
+        if truth:
+            command += ["--truth", truth_file]
+        process = self.start(*command, *options)
+        process.truth_file = truth_file
+        if ready:
+            process.wait_for("ready", 60)
+        return process
+
+    def daemon(self, config="", *options, instance="default", camera="127.0.0.1", state=None, env=None, ready=True):
+        """`config` is TOML text put behind the camera's address; the solver's cache is shared between tests."""
+        base = self.folder / instance
+        (base / "run").mkdir(parents=True, exist_ok=True)
+        state = pathlib.Path(state or base / "state")
+        state.mkdir(parents=True, exist_ok=True)
+        for cached in cache_directory().glob("inverse-*"):
+            with contextlib.suppress(FileExistsError):
+                os.link(cached, state / cached.name)
+        file = base / "tractiond.toml"
+        file.write_text(config if camera is None else f'[camera]\nid = "{camera}"\n' + config)
+        process = self.start(BIN / "tractiond", "--instance", instance, "--config", file, "--state", state,
+                             "--runtime", base / "run", *options, env=env)
+        process.endpoint = {name: f"ipc://{base / 'run' / name}" for name in ("stream", "latest", "control")}
+        process.state = state
+        if ready:
+            process.wait_for("running", 60)
+            for made in state.glob("inverse-*"):
+                with contextlib.suppress(FileExistsError):
+                    os.link(made, cache_directory() / made.name)
+        return process
+
+    def subscribe(self, daemon, topic=""):
+        return Subscriber(self, daemon.endpoint["stream"], topic)
+
+    def ctl(self, *words, seconds=30.0):
+        """Runs tractionctl to its end: (exit code, output)."""
+        process = self.start(BIN / "tractionctl", *words)
+        return process.join(seconds), process.output()
+
+
+class Subscriber:
+    """A plain SUB socket and the generated messages: independent of our client library."""
+
+    TYPES = {"field": messages.Field, "markers": messages.Markers, "description": messages.Description,
+             "status": messages.Status}
+
+    def __init__(self, rig, endpoint, topic=""):
+        self.socket = zmq.Context.instance().socket(zmq.SUB)
+        rig.callback(self.socket.close, 0)
+        self.socket.rcvhwm = 10000
+        self.socket.connect(endpoint)
+        self.socket.subscribe(topic)
+
+    def receive(self, seconds=10.0):
+        """(kind, message, CLOCK_MONOTONIC [ns] of the receive) or None after the time."""
+        if not self.socket.poll(seconds * 1000):
+            return None
+        topic, payload, *_ = self.socket.recv_multipart()
+        now = time.monotonic_ns()
+        kind = topic.decode().rstrip("/").rsplit("/", 1)[1]
+        return kind, self.TYPES[kind].FromString(payload), now
+
+    def collect(self, count=None, kind="field", seconds=60.0, until=None):
+        """The next `count` messages of a kind, or all up to and including the one for which `until` holds."""
+        result = []
+        deadline = time.monotonic() + seconds * PATIENCE
+        while count is None or len(result) < count:
+            left = deadline - time.monotonic()
+            item = self.receive(left) if left > 0 else None
+            if item is None:
+                raise AssertionError(f"only {len(result)} {kind} messages in {seconds} s")
+            if item[0] == kind:
+                result.append(item[1])
+                if until is not None and until(item[1]):
+                    break
+        return result
+
+
+def read_truth(twin):
+    """Camera frame id -> record of the truth file (the last lap of the 16-bit counter wins)."""
+    with open(twin.truth_file) as lines:
+        return {record["camera_frame_id"]: record for record in map(json.loads, filter(str.strip, lines))}
+
+
+def vector(message):
+    return np.array([message.x, message.y, message.z])
+
+
+def udp_port_of(process):
+    """The UDP port on which the daemon waits for picture packets: of its sockets, the one with the largest buffer."""
+    inodes = set()
+    for link in pathlib.Path(f"/proc/{process.child.pid}/fd").iterdir():
+        with contextlib.suppress(OSError):
+            found = re.match(r"socket:\[(\d+)\]", os.readlink(link))
+            if found:
+                inodes.add(found[1])
+    ports = []
+    for line in pathlib.Path(f"/proc/{process.child.pid}/net/udp").read_text().splitlines()[1:]:
+        words = line.split()
+        if words[9] in inodes:
+            ports.append(int(words[1].split(":")[1], 16))
+    return ports
+
+
+class Forger:
+    """Sends GigE Vision stream packets that no camera sent (GVSP 1.x, 16-bit block ids)."""
+
+    LEADER, TRAILER, PAYLOAD = 1, 2, 3
+    RGB8, BAYER_RG8 = 0x02180014, 0x01080009
+
+    def __init__(self, address, port):
+        self.target = (address, port)
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+
+    def close(self):
+        self.socket.close()
+
+    def raw(self, data):
+        self.socket.sendto(data, self.target)
+
+    def packet(self, kind, frame_id, packet_id, body):
+        header = bytes([0, 0, frame_id >> 8, frame_id & 255, kind, (packet_id >> 16) & 255, (packet_id >> 8) & 255,
+                        packet_id & 255])
+        self.raw(header + body)
+
+    def frame(self, frame_id, picture, width, height, timestamp, pixel_format=RGB8, chunk=1400):
+        """A whole picture. The chunk must be the stream's negotiated packet size less 36 bytes of headers."""
+        leader = ((1).to_bytes(4, "big") + timestamp.to_bytes(8, "big") + pixel_format.to_bytes(4, "big") +
+                  width.to_bytes(4, "big") + height.to_bytes(4, "big") + bytes(12))
+        self.packet(self.LEADER, frame_id, 0, leader)
+        parts = [picture[i:i + chunk] for i in range(0, len(picture), chunk)]
+        for number, part in enumerate(parts, 1):
+            self.packet(self.PAYLOAD, frame_id, number, part)
+            if number % 16 == 0:
+                time.sleep(0.0005)  # let the receiver breathe: a burst would overflow its buffer
+        self.packet(self.TRAILER, frame_id, len(parts) + 1, (1).to_bytes(4, "big") + height.to_bytes(4, "big"))
