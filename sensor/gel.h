@@ -18,9 +18,9 @@ enum class Colour { kBlue, kRed };
 
 /// A linear elastic block: bonded to the camera side's window at z = size.z(), its four sides and its top free.
 struct Gel {
-  double youngsModulus = 0.18e6;                         ///< [Pa]
-  double poissonRatio = 0.49;                            ///< below 0.5
-  Eigen::Vector3d size = {100e-3, 100e-3, 40e-3};        ///< width, height, thickness [m]; centred on the origin in x, y
+  double youngsModulus = 0.18e6;                   ///< [Pa]
+  double poissonRatio = 0.49;                      ///< below 0.5
+  Eigen::Vector3d size = {100e-3, 100e-3, 40e-3};  ///< width, height, thickness [m]; centred on the origin in x, y
 };
 
 /// A rectangular grid of round markers in one plane z = depth.
@@ -29,24 +29,24 @@ struct MarkerLayer {
   Colour colour = Colour::kBlue;
   int columns = 24;
   int rows = 24;
-  double pitch = 3e-3;                                   ///< [m]
-  double depth = 6e-3;                                   ///< [m]
-  Eigen::Vector2d centre = Eigen::Vector2d::Zero();      ///< of the grid [m]
-  double diameter = 0.6e-3;                              ///< of a marker [m]
+  double pitch = 3e-3;                               ///< [m]
+  double depth = 6e-3;                               ///< [m]
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< of the grid [m]
+  double diameter = 0.6e-3;                          ///< of a marker [m]
 
   int count() const { return columns * rows; }
-  Eigen::Vector3d position(int column, int row) const;   ///< [m]
+  Eigen::Vector3d position(int column, int row) const;  ///< [m]
 };
 
 /// The grid of force nodes on the touched surface. Index: row * columns + column, as for markers.
 struct NodeGrid {
   int columns = 24;
   int rows = 24;
-  double pitch = 3e-3;                                   ///< [m]
-  Eigen::Vector2d centre = Eigen::Vector2d::Zero();      ///< [m]
+  double pitch = 3e-3;                               ///< [m]
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< [m]
 
   int count() const { return columns * rows; }
-  Eigen::Vector3d position(int column, int row) const;   ///< [m], z = 0
+  Eigen::Vector3d position(int column, int row) const;  ///< [m], z = 0
 };
 
 /// All markers in the order used everywhere: layer after layer, each in its own index order. 3 x count.

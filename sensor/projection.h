@@ -11,20 +11,22 @@ namespace sensor {
 /// What is needed to project; the defaults are the paper's 100 x 75 mm on 640 x 480 from 150 mm in front of the
 /// markers' mean depth, without distortion and without refraction (all indices 1).
 struct Camera {
-  int width = 640;                                              ///< [px]
-  int height = 480;                                             ///< [px]
-  double focal_px = 960.0;                                      ///< 150 mm / 0.15625 mm per px
+  int width = 640;          ///< [px]
+  int height = 480;         ///< [px]
+  double focal_px = 960.0;  ///< 150 mm / 0.15625 mm per px
   Eigen::Vector2d principal_px = {319.5, 239.5};
-  double k1 = 0.0;                                              ///< radial: r_d = r (1 + k1 r^2 + k2 r^4), r normalised
+  double k1 = 0.0;  ///< radial: r_d = r (1 + k1 r^2 + k2 r^4), r = distance / Z
   double k2 = 0.0;
-  Eigen::Vector3d position = {0.0, 0.0, 157e-3};                ///< of the projection centre, gel frame [m]
-  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();           ///< rotation vector added to the nominal pose, camera frame [rad]
-  double gelIndex = 1.0;                                        ///< refractive index of the gel (silicone: 1.41)
-  double windowIndex = 1.0;                                     ///< of the acrylic window (1.49)
-  double windowThickness = 0.0;                                 ///< [m]; it starts where the gel ends, at z = gel thickness
+  Eigen::Vector3d position = {0.0, 0.0, 157e-3};  ///< of the projection centre, gel frame [m]
+  Eigen::Vector3d rotation =
+      Eigen::Vector3d::Zero();   ///< rotation vector, camera frame [rad]:
+                                 ///< point_camera = exp(rotation) diag(1, -1, -1) (point - position)
+  double gelIndex = 1.0;         ///< refractive index of the gel (silicone: 1.41)
+  double windowIndex = 1.0;      ///< of the acrylic window (1.49)
+  double windowThickness = 0.0;  ///< [m]; it starts where the gel ends, at z = gel thickness
 };
 
-/// Reentrant; immutable after construction.
+/// Gel, window and air meet in planes of constant z; the camera is in air. Reentrant; immutable after construction.
 class Projection {
  public:
   Projection(const Camera& camera, double gelThickness);
@@ -32,12 +34,15 @@ class Projection {
   /// Gel point [m] -> pixel. The point lies in the gel and in front of the camera.
   Eigen::Vector2d operator()(const Eigen::Vector3d& point) const;
 
-  /// d(pixel) / d(point) [px/m], 2 x 3.
+  /// d(pixel) / d(point) [px/m], 2 x 3; analytic.
   Eigen::Matrix<double, 2, 3> jacobian(const Eigen::Vector3d& point) const;
 
   const Camera& camera() const { return camera_; }
 
  private:
+  struct Ray;
+  Ray rayTo(const Eigen::Vector3d& point) const;
+
   Camera camera_;
   double gelThickness_;
   Eigen::Matrix3d toCamera_;
