@@ -1,9 +1,9 @@
 // One build for every machine of the architecture that still uses the vector units it finds.
 //
-// Put before a function's definition: the compiler makes a version for each level of x86-64, and the loader picks one at
-// the program's start. Write the loop with vector types or so plainly that the compiler vectorises it; what the function
-// calls is only part of a version if it is inlined. Elsewhere, and under sanitizers (whose run time is not up yet when
-// the loader picks), there is one version for the build's own target.
+// Put before a function's definition: the compiler makes a version for each level of x86-64, and the loader picks one
+// at the program's start. Write the loop with vector types or so plainly that the compiler vectorises it; what the
+// function calls is only part of a version if it is inlined. Elsewhere, and under sanitizers (whose run time is not up
+// yet when the loader picks), there is one version for the build's own target.
 #pragma once
 
 #if defined(__has_feature)
