@@ -1,0 +1,239 @@
+#include "twin/renderer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace {
+
+using twin::Format;
+using twin::Optics;
+using twin::Renderer;
+
+enum Channel { kRed, kGreen, kBlue };
+
+Optics quiet() {
+  Optics optics;
+  optics.readNoise = 0.0;
+  return optics;
+}
+
+/// One blue marker behind one red one, on a small picture.
+sensor::Sensor pairOfMarkers() {
+  sensor::Sensor pair;
+  pair.camera.width = 40;
+  pair.camera.height = 30;
+  for (sensor::MarkerLayer& layer : pair.layers) layer.columns = layer.rows = 1;
+  return pair;
+}
+
+double radius(const sensor::Sensor& sensor, std::size_t layer) {
+  const double distance = sensor.camera.position.z() - sensor.layers[layer].depth;
+  return 0.5 * sensor.layers[layer].diameter * sensor.camera.focal_px / distance;
+}
+
+std::vector<std::uint8_t> draw(Renderer& renderer, const Eigen::Matrix2Xd& markers_px, std::uint32_t seed = 0) {
+  std::vector<std::uint8_t> picture(renderer.pictureSize());
+  renderer.render(markers_px, seed, picture);
+  return picture;
+}
+
+/// The picture by brute force: the visible colour at points 1/40 px apart, then the blur of each point by the Gaussian
+/// and the pixel's square.
+double slowLevel(const sensor::Sensor& sensor, const Optics& optics, const Eigen::Matrix2Xd& centres, int u, int v,
+                 Channel channel) {
+  constexpr double kStep = 1.0 / 40;
+  const auto pixelKernel = [&](double t) {
+    const double scale = optics.blur_px * std::sqrt(2.0);
+    return 0.5 * (std::erf((t + 0.5) / scale) - std::erf((t - 0.5) / scale));
+  };
+  const int steps = static_cast<int>(6 / kStep);
+  double sum = 0.0;
+  for (int j = -steps; j <= steps; ++j) {
+    for (int i = -steps; i <= steps; ++i) {
+      const Eigen::Vector2d point(u + i * kStep, v + j * kStep);
+      const bool red = (point - centres.col(1)).norm() < radius(sensor, 1);
+      const bool blue = !red && (point - centres.col(0)).norm() < radius(sensor, 0);
+      if (!red && !blue) continue;
+      const double weight = channel == (red ? kRed : kBlue) ? 1.0 : optics.crossTalk;
+      sum += weight * pixelKernel(i * kStep) * pixelKernel(j * kStep) * kStep * kStep;
+    }
+  }
+  return optics.background + optics.contrast * sum;
+}
+
+TEST(Renderer, PictureIsThatOfBruteForceAlsoWhereRedHidesBlue) {
+  const sensor::Sensor pair = pairOfMarkers();
+  const Optics optics = quiet();
+  Renderer renderer(pair, optics, Format::kRgb8);
+  Eigen::Matrix2Xd centres(2, 2);
+  centres << 20.3, 22.1, 14.8, 15.9;
+  const auto picture = draw(renderer, centres);
+  for (int v = 8; v < 24; ++v) {
+    for (int u = 13; u < 30; ++u) {
+      for (const Channel channel : {kRed, kGreen, kBlue}) {
+        const int drawn = picture[static_cast<std::size_t>((v * 40 + u) * 3 + channel)];
+        EXPECT_NEAR(drawn, slowLevel(pair, optics, centres, u, v, channel), 0.5 + 0.25)
+            << u << " " << v << " " << channel;
+      }
+    }
+  }
+}
+
+TEST(Renderer, EveryFormatHoldsTheSamePicture) {
+  const sensor::Sensor pair = pairOfMarkers();
+  Optics optics = quiet();
+  optics.lightSlope = {0.2, -0.1};
+  Eigen::Matrix2Xd centres(2, 2);
+  centres << 11.2, 30.7, 7.6, 21.4;
+  Renderer rgb(pair, optics, Format::kRgb8), bgr(pair, optics, Format::kBgr8);
+  const auto expected = draw(rgb, centres), swapped = draw(bgr, centres);
+  for (std::size_t i = 0; i < expected.size(); i += 3) {
+    ASSERT_EQ(swapped[i], expected[i + 2]);
+    ASSERT_EQ(swapped[i + 1], expected[i + 1]);
+    ASSERT_EQ(swapped[i + 2], expected[i]);
+  }
+  const std::pair<Format, std::array<Channel, 4>> mosaics[] = {{Format::kBayerRG8, {kRed, kGreen, kGreen, kBlue}},
+                                                               {Format::kBayerGR8, {kGreen, kRed, kBlue, kGreen}},
+                                                               {Format::kBayerGB8, {kGreen, kBlue, kRed, kGreen}},
+                                                               {Format::kBayerBG8, {kBlue, kGreen, kGreen, kRed}}};
+  for (const auto& [format, channels] : mosaics) {
+    Renderer bayer(pair, optics, format);
+    const auto picture = draw(bayer, centres);
+    for (std::size_t v = 0; v < 30; ++v) {
+      for (std::size_t u = 0; u < 40; ++u) {
+        ASSERT_EQ(picture[v * 40 + u], expected[(v * 40 + u) * 3 + channels[v % 2 * 2 + u % 2]]);
+      }
+    }
+  }
+}
+
+TEST(Renderer, CentroidIsTheCentreWithinAThousandthOfAPixel) {
+  // Many copies of one sub-pixel position, a little noise so that rounding does not bias, means over all copies.
+  sensor::Sensor sensor;
+  Optics optics;
+  optics.readNoise = 0.5;
+  for (const auto& [blur, u0, v0] : {std::tuple{0.8, 0.0, 0.0},
+                                     {0.8, 0.03, 0.47},
+                                     {0.8, 0.25, 0.72},
+                                     {0.8, 0.5, 0.5},
+                                     {0.8, 0.97, 0.11},
+                                     {0.4, 0.281, 0.656},
+                                     {1.2, 0.13, 0.89}}) {
+    optics.blur_px = blur;
+    Renderer renderer(sensor, optics, Format::kRgb8);
+    Eigen::Matrix2Xd centres(2, 1152);
+    for (int i = 0; i < 1152; ++i) centres.col(i) = Eigen::Vector2d(10 + i % 36 * 17 + u0, 8 + i / 36 * 14.0 + v0);
+    Eigen::Vector2d error = Eigen::Vector2d::Zero();
+    constexpr int kFrames = 10;
+    for (int frame = 0; frame < kFrames; ++frame) {
+      const auto picture = draw(renderer, centres, static_cast<std::uint32_t>(frame));
+      for (int i = 0; i < 1152; ++i) {
+        double mass = 0.0;
+        Eigen::Vector2d moment = Eigen::Vector2d::Zero();
+        const int column = 10 + i % 36 * 17, row = 8 + i / 36 * 14;
+        for (int v = row - 6; v <= row + 7; ++v) {
+          for (int u = column - 6; u <= column + 7; ++u) {
+            const double level = picture[static_cast<std::size_t>((v * 640 + u) * 3 + (i < 576 ? kBlue : kRed))];
+            mass += level - optics.background;
+            moment += (level - optics.background) * (Eigen::Vector2d(u, v) - centres.col(i));
+          }
+        }
+        error += moment / mass;
+      }
+    }
+    error /= 1152 * kFrames;
+    EXPECT_LT(error.cwiseAbs().maxCoeff(), 1e-3) << "blur " << blur << ", phase " << u0 << " " << v0;
+  }
+}
+
+TEST(Renderer, ReadNoiseHasTheDeviationAskedForAndIsIndependent) {
+  sensor::Sensor sensor;
+  sensor.layers.clear();
+  Optics optics;
+  optics.readNoise = 3.0;
+  Renderer renderer(sensor, optics, Format::kRgb8);
+  const auto first = draw(renderer, Eigen::Matrix2Xd(2, 0), 1), again = draw(renderer, Eigen::Matrix2Xd(2, 0), 1);
+  EXPECT_EQ(first, again);
+  const auto second = draw(renderer, Eigen::Matrix2Xd(2, 0), 2);
+  double sum = 0, squares = 0, neighbours = 0, below = 0, frames = 0;
+  const std::size_t row = 640 * 3, count = first.size() - row;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double here = first[i] - 20.0;
+    sum += here;
+    squares += here * here;
+    neighbours += here * (first[i + 1] - 20.0);
+    below += here * (first[i + row] - 20.0);
+    frames += here * (second[i] - 20.0);
+  }
+  const auto n = static_cast<double>(count);
+  EXPECT_NEAR(sum / n, 0.0, 0.05);
+  EXPECT_NEAR(squares / n, 9.0 + 1.0 / 12.0, 0.15);
+  EXPECT_NEAR(neighbours / squares, 0.0, 0.01);
+  EXPECT_NEAR(below / squares, 0.0, 0.01);
+  EXPECT_NEAR(frames / squares, 0.0, 0.01);
+}
+
+TEST(Renderer, ShotNoiseGrowsWithTheLight) {
+  sensor::Sensor sensor;
+  sensor.layers.clear();
+  Optics optics;
+  optics.readNoise = 1.0;
+  optics.shotNoise = 0.1;
+  for (const double background : {20.0, 80.0, 160.0}) {
+    optics.background = background;
+    Renderer renderer(sensor, optics, Format::kBayerRG8);
+    const auto picture = draw(renderer, Eigen::Matrix2Xd(2, 0));
+    double squares = 0;
+    for (const std::uint8_t level : picture) squares += (level - background) * (level - background);
+    EXPECT_NEAR(squares / static_cast<double>(picture.size()), 1.0 + 0.1 * background + 1.0 / 12.0,
+                0.03 * (1.0 + 0.1 * background));
+  }
+}
+
+TEST(Renderer, LightFallsOffAsDescribed) {
+  sensor::Sensor sensor;
+  sensor.layers.clear();
+  Optics optics = quiet();
+  optics.background = 100.0;
+  optics.lightSlope = {0.1, -0.2};
+  optics.lightFalloff = 0.3;
+  Renderer renderer(sensor, optics, Format::kBayerRG8);
+  const auto picture = draw(renderer, Eigen::Matrix2Xd(2, 0));
+  EXPECT_NEAR(picture[0], 100 * (1 - 0.1 + 0.2 - 0.3), 0.51);
+  EXPECT_NEAR(picture[639], 100 * (1 + 0.1 + 0.2 - 0.3), 0.51);
+  EXPECT_NEAR(picture[479 * 640], 100 * (1 - 0.1 - 0.2 - 0.3), 0.51);
+  EXPECT_NEAR(picture[240 * 640 + 320], 100, 0.6);
+}
+
+TEST(Renderer, BrightMarkersSaturateAndMissingOnesAreNotDrawn) {
+  const sensor::Sensor pair = pairOfMarkers();
+  Optics optics = quiet();
+  optics.contrast = 350.0;
+  Renderer renderer(pair, optics, Format::kRgb8);
+  Eigen::Matrix2Xd centres(2, 2);
+  centres << 10, std::numeric_limits<double>::quiet_NaN(), 10, 10;
+  const auto picture = draw(renderer, centres);
+  EXPECT_EQ(picture[(10 * 40 + 10) * 3 + kBlue], 255);
+  EXPECT_NEAR(picture[(10 * 40 + 10) * 3 + kRed], 20 + 0.2 * 350 * 0.95, 5);
+  centres.setConstant(std::numeric_limits<double>::quiet_NaN());
+  for (const std::uint8_t level : draw(renderer, centres)) ASSERT_EQ(level, 20);
+}
+
+TEST(Renderer, MarkersAcrossTheEdgeAreCut) {
+  const sensor::Sensor pair = pairOfMarkers();
+  Renderer renderer(pair, quiet(), Format::kRgb8);
+  Eigen::Matrix2Xd inside(2, 2), corner(2, 2);
+  inside << 20, 1e9, 15, 1e9;
+  corner << 0, -1e9, 29, -1e9;
+  const auto whole = draw(renderer, inside), cut = draw(renderer, corner);
+  for (std::size_t v = 20; v < 30; ++v) {
+    for (std::size_t u = 0; u < 10; ++u) {
+      ASSERT_EQ(cut[(v * 40 + u) * 3 + kBlue], whole[((v - 14) * 40 + u + 20) * 3 + kBlue]);
+    }
+  }
+}
+
+}  // namespace

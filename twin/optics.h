@@ -1,0 +1,29 @@
+// How the twin's camera sees the markers, and in which layout it sends them.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace twin {
+
+/// A level is one step of the 8-bit picture. Defaults: the picture the project's accuracy figures are given for.
+struct Optics {
+  double contrast = 100.0;   ///< of a marker above the background, in its own colour channel [levels]
+  double background = 20.0;  ///< of the gel, in all channels [levels]
+  double blur_px = 0.8;      ///< standard deviation of the Gaussian point spread
+  double crossTalk = 0.2;    ///< share of the contrast that appears in each of the two other channels
+  double readNoise = 2.0;    ///< standard deviation [levels]
+  double shotNoise = 0.0;    ///< variance per level of brightness [levels]
+  // Uneven light: everything is multiplied by 1 + slope . (X, Y) - falloff (X^2 + Y^2) / 2, where X and Y run from -1
+  // to 1 across the picture, right and down.
+  Eigen::Vector2d lightSlope = Eigen::Vector2d::Zero();
+  double lightFalloff = 0.0;
+};
+
+/// 8 bits per sample; named as in the GenICam pixel format naming convention.
+enum class Format { kRgb8, kBgr8, kBayerRG8, kBayerGR8, kBayerGB8, kBayerBG8 };
+
+inline bool isBayer(Format format) {
+  return format != Format::kRgb8 && format != Format::kBgr8;
+}
+
+}  // namespace twin

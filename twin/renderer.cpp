@@ -1,0 +1,294 @@
+// The picture is summed up in 1/64 levels as 16-bit integers, in the layout in which it will be sent. A marker is added
+// as a stamp: its blurred disc was drawn once for every 1/16 pixel of its centre, and the four stamps around the true
+// centre are blended linearly. The blend of stamps of equal mass has the blended centroid, so the centre is exact; the
+// shape is wider by less than 0.01 pixel. Where a nearer marker hides part of a marker, the blurred lens of their
+// overlap is taken away again. Noise is a table of normal deviates, read from another offset in every row.
+#include "twin/renderer.h"
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace twin {
+
+namespace {
+
+constexpr int kUnits = 64;         // of a level
+constexpr int kPhases = 16;        // of a pixel
+constexpr int kBrightest = 24000;  // units; the rest of 16 bits is for noise
+constexpr int kLoudest = 8000;     // units
+constexpr std::size_t kNoiseCount = 1U << 16U;
+constexpr float kDeviation = 4096.0F;  // of the noise table where it is scaled per sample
+constexpr int kLensStrips = 24;
+constexpr int kLanes = 4;  // stamps are this many pixels wide or a multiple of it
+
+enum Channel : std::size_t { kRed, kGreen, kBlue };
+
+/// Channels of two by two pixels.
+std::array<Channel, 4> mosaic(Format format) {
+  switch (format) {
+  case Format::kBayerGR8:
+    return {kGreen, kRed, kBlue, kGreen};
+  case Format::kBayerGB8:
+    return {kGreen, kBlue, kRed, kGreen};
+  case Format::kBayerBG8:
+    return {kBlue, kGreen, kGreen, kRed};
+  default:
+    return {kRed, kGreen, kGreen, kBlue};
+  }
+}
+
+std::int16_t limited(int units) {
+  return static_cast<std::int16_t>(std::clamp(units, 0, kBrightest));
+}
+
+std::uint64_t scrambled(std::uint64_t x) {  // Steele, Lea and Flood 2014, SplitMix64
+  x += 0x9e3779b97f4a7c15U;
+  x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9U;
+  x = (x ^ (x >> 27U)) * 0x94d049bb133111ebU;
+  return x ^ (x >> 31U);
+}
+
+double position(int index, int size) {
+  return size > 1 ? 2.0 * index / (size - 1) - 1.0 : 0.0;
+}
+
+}  // namespace
+
+Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format format)
+    : format_(format)
+    , width_(sensor.camera.width)
+    , height_(sensor.camera.height)
+    , columns_(static_cast<std::size_t>(width_) * (isBayer(format) ? 1 : 3))
+    , blur_(optics.blur_px)
+    , gain_(optics.contrast * kUnits)
+    , shotNoise_(optics.shotNoise)
+    , readNoise_(optics.readNoise) {
+  for (int u = 0; u < width_; ++u) {
+    const double x = position(u, width_);
+    lightAcross_.push_back(static_cast<float>(1.0 + optics.lightSlope.x() * x - 0.5 * optics.lightFalloff * x * x));
+  }
+  for (int v = 0; v < height_; ++v) {
+    const double y = position(v, height_);
+    lightDown_.push_back(static_cast<float>(optics.lightSlope.y() * y - 0.5 * optics.lightFalloff * y * y));
+  }
+  background_.reserve(pictureSize());
+  for (int v = 0; v < height_; ++v) {
+    for (std::size_t i = 0; i < columns_; ++i) {
+      const double light = lightDown_[v] + lightAcross_[isBayer(format) ? i : i / 3];
+      background_.push_back(limited(static_cast<int>(std::lround(optics.background * kUnits * light))));
+    }
+  }
+  light_.resize(background_.size());
+
+  const sensor::Projection project(sensor.camera, sensor.gel.size.z());
+  int firstMarker = 0;
+  double largest = 0.0;
+  for (const sensor::MarkerLayer& layer : sensor.layers) {
+    const Eigen::Vector3d middle(layer.centre.x(), layer.centre.y(), layer.depth);
+    const Eigen::Matrix2d scale = project.jacobian(middle).leftCols<2>();
+    const double radius = 0.5 * layer.diameter * std::sqrt(std::abs(scale.determinant()));
+    layers_.push_back(makeLayer(layer, firstMarker, radius, optics));
+    firstMarker += layer.count();
+    largest = std::max(largest, radius);
+  }
+  int widest = 0;
+  for (const Layer& layer : layers_) widest = std::max(widest, layer.patch);
+  patch_.resize(static_cast<std::size_t>(widest * widest));
+
+  cell_px_ = std::max(8.0, 2.0 * largest);
+  cellColumns_ = static_cast<int>(width_ / cell_px_) + 1;
+  cellRows_ = static_cast<int>(height_ / cell_px_) + 1;
+  firstInCell_.resize(static_cast<std::size_t>(cellColumns_ * cellRows_));
+  nextInCell_.resize(static_cast<std::size_t>(firstMarker));
+
+  std::mt19937 generator;
+  std::normal_distribution<double> normal;
+  noise_.resize(kNoiseCount + columns_);
+  const double deviation = shotNoise_ > 0.0 ? kDeviation : readNoise_ * kUnits;
+  const double most = shotNoise_ > 0.0 ? std::numeric_limits<std::int16_t>::max() : kLoudest;
+  for (std::size_t i = 0; i < kNoiseCount; ++i) {
+    noise_[i] = static_cast<std::int16_t>(std::lround(std::clamp(deviation * normal(generator), -most, most)));
+  }
+  std::copy_n(noise_.begin(), columns_, noise_.begin() + kNoiseCount);
+}
+
+Renderer::Layer Renderer::makeLayer(const sensor::MarkerLayer& layer, int firstMarker, double radius_px,
+                                    const Optics& optics) const {
+  Layer made{firstMarker, layer.count(), layer.depth, radius_px, {}, 0, {}};
+  made.weight.fill(static_cast<float>(optics.crossTalk));
+  made.weight[layer.colour == sensor::Colour::kBlue ? kBlue : kRed] = 1.0F;
+
+  const int half = static_cast<int>(std::floor(radius_px + blur_.reach()));
+  made.patch = (2 * half + 2 + kLanes - 1) / kLanes * kLanes;
+  const auto area = static_cast<std::size_t>(made.patch * made.patch);
+  made.stamps.resize(area * (kPhases + 1) * (kPhases + 1));
+  const std::vector<Strip> disc = discStrips(radius_px);
+  const int before = made.patch / 2 - 1;
+  std::span<float> rest = made.stamps;
+  for (int down = 0; down <= kPhases; ++down) {
+    for (int across = 0; across <= kPhases; ++across) {
+      blur_.add(disc, -before - across / double{kPhases}, -before - down / double{kPhases}, made.patch, gain_, rest);
+      rest = rest.subspan(area);
+    }
+  }
+  return made;
+}
+
+void Renderer::render(const Eigen::Matrix2Xd& markers_px, std::uint32_t seed, std::span<std::uint8_t> picture) {
+  assert(picture.size() == pictureSize() && markers_px.cols() == static_cast<Eigen::Index>(nextInCell_.size()));
+  std::copy(background_.begin(), background_.end(), light_.begin());
+  for (const Layer& layer : layers_) {
+    for (int i = 0; i < layer.count; ++i) drawMarker(layer, markers_px.col(layer.firstMarker + i));
+  }
+  hideBehindNearer(markers_px);
+  addNoise(seed, picture);
+}
+
+void Renderer::drawMarker(const Layer& layer, const Eigen::Vector2d& centre) {
+  const double margin = 0.5 * layer.patch;
+  if (!(centre.x() > -margin && centre.x() < width_ + margin && centre.y() > -margin && centre.y() < height_ + margin))
+    return;
+  const double u = std::floor(centre.x()), v = std::floor(centre.y());
+  const double across = (centre.x() - u) * kPhases, down = (centre.y() - v) * kPhases;
+  const int phaseAcross = std::min(static_cast<int>(across), kPhases - 1);
+  const int phaseDown = std::min(static_cast<int>(down), kPhases - 1);
+  const auto x = static_cast<float>(across - phaseAcross), y = static_cast<float>(down - phaseDown);
+  const int size = layer.patch, area = size * size;
+  const float* s00 = layer.stamps.data() + (phaseDown * (kPhases + 1) + phaseAcross) * area;
+  const float* s10 = s00 + area;
+  const float* s01 = s00 + (kPhases + 1) * area;
+  const float* s11 = s01 + area;
+  const float w00 = (1 - x) * (1 - y), w10 = x * (1 - y), w01 = (1 - x) * y, w11 = x * y;
+  float* blended = patch_.data();
+  for (int i = 0; i < area; i += kLanes) {
+    for (int k = i; k < i + kLanes; ++k) blended[k] = w00 * s00[k] + w10 * s10[k] + w01 * s01[k] + w11 * s11[k];
+  }
+  const int left = static_cast<int>(u) - size / 2 + 1, top = static_cast<int>(v) - size / 2 + 1;
+  for (int row = 0; row < size; ++row) add(layer, left, top, row, blended + row * size);
+}
+
+/// Adds a row of a patch to the picture, in the colours of its layer.
+void Renderer::add(const Layer& layer, int left, int top, int row, const float* brightness) {
+  const int v = top + row;
+  if (v < 0 || v >= height_) return;
+  const int from = std::max(0, -left), to = std::min(layer.patch, width_ - left);
+  std::int16_t* line = light_.data() + static_cast<std::size_t>(v) * columns_;
+  const float down = lightDown_[v];
+  const float* light = lightAcross_.data() + left;
+  const auto increased = [](std::int16_t units, float by) {
+    return limited(units + static_cast<int>(by + (by < 0.0F ? -0.5F : 0.5F)));
+  };
+  if (isBayer(format_)) {
+    const std::array<Channel, 4> channels = mosaic(format_);
+    const std::size_t cell = 2 * static_cast<std::size_t>(v % 2);
+    const std::array<float, 2> weight = {layer.weight[channels[cell]], layer.weight[channels[cell + 1]]};
+    for (int i = from; i < to; ++i) {
+      std::int16_t& sample = line[left + i];
+      sample = increased(sample, brightness[i] * (light[i] + down) * weight[(left + i) % 2]);
+    }
+  } else {
+    const std::size_t first = format_ == Format::kBgr8 ? kBlue : kRed;
+    for (int i = from; i < to; ++i) {
+      std::int16_t* pixel = line + 3 * (left + i);
+      const float value = brightness[i] * (light[i] + down);
+      pixel[0] = increased(pixel[0], value * layer.weight[first]);
+      pixel[1] = increased(pixel[1], value * layer.weight[kGreen]);
+      pixel[2] = increased(pixel[2], value * layer.weight[2 - first]);
+    }
+  }
+}
+
+void Renderer::sortIntoCells(const Eigen::Matrix2Xd& markers_px) {
+  std::fill(firstInCell_.begin(), firstInCell_.end(), -1);
+  for (Eigen::Index marker = 0; marker < markers_px.cols(); ++marker) {
+    const Eigen::Vector2d centre = markers_px.col(marker) / cell_px_;
+    if (!(centre.x() >= 0 && centre.x() < cellColumns_ && centre.y() >= 0 && centre.y() < cellRows_)) continue;
+    int& first = firstInCell_[static_cast<int>(centre.y()) * cellColumns_ + static_cast<int>(centre.x())];
+    nextInCell_[marker] = first;
+    first = static_cast<int>(marker);
+  }
+}
+
+void Renderer::hideBehindNearer(const Eigen::Matrix2Xd& markers_px) {
+  sortIntoCells(markers_px);
+  const auto visit = [&](const Layer& layer, int marker, int cell) {
+    for (int other = firstInCell_[cell]; other >= 0; other = nextInCell_[other]) {
+      for (const Layer& nearer : layers_) {
+        if (nearer.depth <= layer.depth || other < nearer.firstMarker || other >= nearer.firstMarker + nearer.count)
+          continue;
+        const double apart = (markers_px.col(other) - markers_px.col(marker)).norm();
+        if (apart < layer.radius_px + nearer.radius_px) {
+          hide(layer, markers_px.col(marker), nearer.radius_px, markers_px.col(other));
+        }
+      }
+    }
+  };
+  for (int row = 0; row < cellRows_; ++row) {
+    for (int column = 0; column < cellColumns_; ++column) {
+      for (int marker = firstInCell_[row * cellColumns_ + column]; marker >= 0; marker = nextInCell_[marker]) {
+        const Layer& layer = *std::find_if(layers_.begin(), layers_.end(), [&](const Layer& candidate) {
+          return marker < candidate.firstMarker + candidate.count;
+        });
+        for (int y = std::max(0, row - 1); y <= std::min(cellRows_ - 1, row + 1); ++y) {
+          for (int x = std::max(0, column - 1); x <= std::min(cellColumns_ - 1, column + 1); ++x) {
+            visit(layer, marker, y * cellColumns_ + x);
+          }
+        }
+      }
+    }
+  }
+}
+
+void Renderer::hide(const Layer& layer, const Eigen::Vector2d& centre, double nearerRadius,
+                    const Eigen::Vector2d& nearer) {
+  const double bottom = std::max(centre.y() - layer.radius_px, nearer.y() - nearerRadius);
+  const double height = std::min(centre.y() + layer.radius_px, nearer.y() + nearerRadius) - bottom;
+  std::array<Strip, kLensStrips> lens;
+  for (int i = 0; i < kLensStrips; ++i) {
+    const double y = bottom + (i + 0.5) / kLensStrips * height;
+    const auto halfWidth = [y](double radius, const Eigen::Vector2d& c) {
+      return std::sqrt(std::max(0.0, radius * radius - (y - c.y()) * (y - c.y())));
+    };
+    const double own = halfWidth(layer.radius_px, centre), other = halfWidth(nearerRadius, nearer);
+    const double x0 = std::max(centre.x() - own, nearer.x() - other);
+    const double x1 = std::min(centre.x() + own, nearer.x() + other);
+    lens[static_cast<std::size_t>(i)] = {y, height / kLensStrips, x0, std::max(x0, x1)};
+  }
+  const int size = layer.patch;
+  const int left = static_cast<int>(std::floor(centre.x())) - size / 2 + 1;
+  const int top = static_cast<int>(std::floor(centre.y())) - size / 2 + 1;
+  std::fill_n(patch_.begin(), size * size, 0.0F);
+  blur_.add(lens, left, top, size, -gain_, patch_);
+  for (int row = 0; row < size; ++row) add(layer, left, top, row, patch_.data() + row * size);
+}
+
+void Renderer::addNoise(std::uint32_t seed, std::span<std::uint8_t> picture) {
+  for (int v = 0; v < height_; ++v) {
+    const std::uint64_t random = scrambled(std::uint64_t{seed} << 32U | static_cast<std::uint32_t>(v));
+    const std::int16_t* noise = noise_.data() + random % kNoiseCount;
+    const std::int16_t* light = light_.data() + static_cast<std::size_t>(v) * columns_;
+    std::uint8_t* line = picture.data() + static_cast<std::size_t>(v) * columns_;
+    const int half = kUnits / 2 - static_cast<int>(random >> 63U);  // rounding whole units is fair only on average
+    if (shotNoise_ > 0.0) {
+      const auto perLevel = static_cast<float>(shotNoise_ * kUnits);  // variance in units^2 per unit of light
+      const auto fixed = static_cast<float>(readNoise_ * readNoise_ * kUnits * kUnits);
+      for (std::size_t i = 0; i < columns_; ++i) {
+        const float deviation = std::sqrt(fixed + perLevel * static_cast<float>(light[i]));
+        const int units = light[i] + static_cast<int>(deviation * static_cast<float>(noise[i]) * (1.0F / kDeviation));
+        line[i] = static_cast<std::uint8_t>(std::clamp((units + half) >> 6, 0, 255));
+      }
+    } else {
+      for (std::size_t i = 0; i < columns_; ++i) {
+        const auto units = static_cast<std::int16_t>(light[i] + noise[i] + half);
+        line[i] = static_cast<std::uint8_t>(std::clamp<std::int16_t>(static_cast<std::int16_t>(units >> 6), 0, 255));
+      }
+    }
+  }
+}
+
+}  // namespace twin

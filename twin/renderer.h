@@ -1,0 +1,67 @@
+// Draws the picture of the markers: what an ideal camera with these optics would send.
+//
+// level(u, v, channel) = light(u, v) [background + sum over the markers of contrast weight(channel) cover(u, v)] +
+// noise, rounded and cut to 0 ... 255. cover is the share of the visible part of the marker's disc in the pixel, after
+// the blur; weight is 1 in the marker's own channel and crossTalk in the others. A marker of a deeper layer, which is
+// nearer to the camera, hides what is behind it.
+#pragma once
+
+#include "sensor/sensor.h"
+#include "twin/blur.h"
+#include "twin/optics.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace twin {
+
+/// Thread-bound: one thread calls render().
+class Renderer {
+ public:
+  Renderer(const sensor::Sensor& sensor, const Optics& optics, Format format);
+
+  std::size_t pictureSize() const { return columns_ * static_cast<std::size_t>(height_); }  ///< bytes
+
+  /// Markers in the order of sensor::markerPositions, 2 x count [px]; one that is not finite is not drawn. The same
+  /// seed gives the same noise. `picture` has pictureSize() bytes, rows without padding. Allocates nothing.
+  void render(const Eigen::Matrix2Xd& markers_px, std::uint32_t seed, std::span<std::uint8_t> picture);
+
+ private:
+  struct Layer {
+    int firstMarker, count;
+    double depth, radius_px;
+    std::array<float, 3> weight;  ///< of the channels red, green, blue
+    int patch;                    ///< width and height of a stamp [px]
+    std::vector<float> stamps;    ///< the marker at each phase of its centre between two pixels
+  };
+
+  Layer makeLayer(const sensor::MarkerLayer& layer, int firstMarker, double radius_px, const Optics& optics) const;
+  void drawMarker(const Layer& layer, const Eigen::Vector2d& centre);
+  void hideBehindNearer(const Eigen::Matrix2Xd& markers_px);
+  void hide(const Layer& layer, const Eigen::Vector2d& centre, double nearerRadius, const Eigen::Vector2d& nearer);
+  void add(const Layer& layer, int left, int top, int row, const float* brightness);
+  void sortIntoCells(const Eigen::Matrix2Xd& markers_px);
+  void addNoise(std::uint32_t seed, std::span<std::uint8_t> picture);
+
+  Format format_;
+  int width_, height_;
+  std::size_t columns_;  ///< samples in a row
+  Blur blur_;
+  double gain_;  ///< units of light_ in a marker
+  double shotNoise_, readNoise_;
+  std::vector<Layer> layers_;
+  std::vector<float> lightAcross_, lightDown_;  ///< light(u, v) = lightAcross_[u] + lightDown_[v]
+  std::vector<std::int16_t> background_;        ///< picture without markers and noise
+  std::vector<std::int16_t> light_;             ///< the picture in the making
+  std::vector<std::int16_t> noise_;
+  std::vector<float> patch_;
+
+  // Markers by square cells of the picture, to find those that overlap.
+  double cell_px_;
+  int cellColumns_, cellRows_;
+  std::vector<int> firstInCell_, nextInCell_;
+};
+
+}  // namespace twin
