@@ -24,7 +24,7 @@ BIN = BUILD / "bin"
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(BUILD / "python"))
 
-from traction.v1 import description_pb2, field_pb2, markers_pb2, status_pb2  # noqa: E402  (in the build folder)
+from traction.v1 import messages  # noqa: E402  (generated into the build folder)
 
 GRAM_FORCE = 9.80665e-3  # [N]
 # Sanitizers slow everything down; deadlines, never results, are stretched by this.
@@ -160,8 +160,8 @@ class Rig(contextlib.ExitStack):
 class Subscriber:
     """A plain SUB socket and the generated messages: independent of our client library."""
 
-    TYPES = {"field": field_pb2.Field, "markers": markers_pb2.Markers,
-             "description": description_pb2.Description, "status": status_pb2.Status}
+    TYPES = {"field": messages.Field, "markers": messages.Markers, "description": messages.Description,
+             "status": messages.Status}
 
     def __init__(self, rig, endpoint, topic=""):
         self.socket = zmq.Context.instance().socket(zmq.SUB)
