@@ -1,0 +1,37 @@
+// Where an inverse comes from: the state directory, or seconds of computing.
+//
+// A cache file is a pure function of the sensor and the options, so it may be deleted at any time. It is named after
+// the id; the newest four are kept, so that going back to an earlier gel or model starts fast.
+#pragma once
+
+#include "daemon/solve/inverse.h"
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+namespace tractiond::solve {
+
+/// The hash of everything an inverse's numbers depend on: gel, marker and node positions, camera geometry, model,
+/// regularisation, truncation and the version of the algorithms. It is the file's key and the calibration's id.
+Id inverseId(const sensor::Sensor& sensor, const SolveOptions& options);
+
+/// One line each for the log: why a cache was not used, what could not be written, what was deleted.
+using Remark = std::function<void(const std::string&)>;
+
+/// The cached inverse if it is whole and fits, else a new one, which is then cached. A state directory that cannot be
+/// read or written costs time at every start, not the start; it is remarked. Fails if there is no inverse.
+tl::expected<Inverse, Error> loadOrCompute(const sensor::Sensor& sensor, const SolveOptions& options,
+                                           const std::filesystem::path& stateDirectory,
+                                           const sensor::elastic::Progress& progress = {}, const Remark& remark = {});
+
+std::filesystem::path cachePath(const std::filesystem::path& directory, const Id& id);
+
+/// Fails with the reason if there is no file, or it is not whole or not of this id and size.
+tl::expected<Inverse, std::string> loadInverse(const std::filesystem::path& path, const Id& id, int coordinateCount,
+                                               int forceCount);
+
+/// All or nothing: the file appears when it is whole and on the disk. Fails with the reason.
+tl::expected<void, std::string> saveInverse(const std::filesystem::path& path, const Inverse& inverse);
+
+}  // namespace tractiond::solve
