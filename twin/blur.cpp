@@ -16,7 +16,6 @@ namespace {
 constexpr double kTail = 4.0;             // standard deviations; 6e-5 of the light lies beyond
 constexpr double kStepsPerPixel = 512.0;  // linear interpolation is then good to 1e-6
 constexpr int kDiscStrips = 64;
-constexpr int kLargestPatch = 64;  // px
 
 double normal(double t) {
   return 0.5 * std::erfc(-t * std::numbers::sqrt2 / 2.0);

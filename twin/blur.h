@@ -6,6 +6,8 @@
 
 namespace twin {
 
+constexpr int kLargestPatch = 64;  ///< [px]
+
 /// A strip of a region: x0 <= x <= x1, dy high, around y. Pixels.
 struct Strip {
   double y, dy, x0, x1;

@@ -46,6 +46,10 @@ std::int16_t limited(int units) {
   return static_cast<std::int16_t>(std::clamp(units, 0, kBrightest));
 }
 
+std::int16_t rounded(float units) {
+  return static_cast<std::int16_t>(units + (units < 0.0F ? -0.5F : 0.5F));
+}
+
 std::uint64_t scrambled(std::uint64_t x) {  // Steele, Lea and Flood 2014, SplitMix64
   x += 0x9e3779b97f4a7c15U;
   x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9U;
@@ -177,30 +181,30 @@ void Renderer::add(const Layer& layer, int left, int top, int row, const float* 
   const int v = top + row;
   if (v < 0 || v >= height_) return;
   const int from = std::max(0, -left), to = std::min(layer.patch, width_ - left);
-  std::int16_t* line = light_.data() + static_cast<std::size_t>(v) * columns_;
   const float down = lightDown_[v];
   const float* light = lightAcross_.data() + left;
-  const auto increased = [](std::int16_t units, float by) {
-    return limited(units + static_cast<int>(by + (by < 0.0F ? -0.5F : 0.5F)));
-  };
+  std::int16_t* line = light_.data() + static_cast<std::size_t>(v) * columns_;
+  std::array<std::int16_t, 3 * kLargestPatch> added;
+  int count = to - from;
   if (isBayer(format_)) {
     const std::array<Channel, 4> channels = mosaic(format_);
     const std::size_t cell = 2 * static_cast<std::size_t>(v % 2);
     const std::array<float, 2> weight = {layer.weight[channels[cell]], layer.weight[channels[cell + 1]]};
     for (int i = from; i < to; ++i) {
-      std::int16_t& sample = line[left + i];
-      sample = increased(sample, brightness[i] * (light[i] + down) * weight[(left + i) % 2]);
+      added[i - from] = rounded(brightness[i] * (light[i] + down) * weight[(left + i) % 2]);
     }
+    line += left + from;
   } else {
     const std::size_t first = format_ == Format::kBgr8 ? kBlue : kRed;
+    const std::array<float, 3> weight = {layer.weight[first], layer.weight[kGreen], layer.weight[2 - first]};
     for (int i = from; i < to; ++i) {
-      std::int16_t* pixel = line + 3 * (left + i);
       const float value = brightness[i] * (light[i] + down);
-      pixel[0] = increased(pixel[0], value * layer.weight[first]);
-      pixel[1] = increased(pixel[1], value * layer.weight[kGreen]);
-      pixel[2] = increased(pixel[2], value * layer.weight[2 - first]);
+      for (int c = 0; c < 3; ++c) added[3 * (i - from) + c] = rounded(value * weight[c]);
     }
+    line += 3 * (left + from);
+    count *= 3;
   }
+  for (int i = 0; i < count; ++i) line[i] = limited(line[i] + added[i]);
 }
 
 void Renderer::sortIntoCells(const Eigen::Matrix2Xd& markers_px) {
@@ -268,22 +272,23 @@ void Renderer::hide(const Layer& layer, const Eigen::Vector2d& centre, double ne
 }
 
 void Renderer::addNoise(std::uint32_t seed, std::span<std::uint8_t> picture) {
+  const std::size_t columns = columns_;
+  const auto perLevel = static_cast<float>(shotNoise_ * kUnits);  // variance in units^2 per unit of light
+  const auto fixed = static_cast<float>(readNoise_ * readNoise_ * kUnits * kUnits);
   for (int v = 0; v < height_; ++v) {
     const std::uint64_t random = scrambled(std::uint64_t{seed} << 32U | static_cast<std::uint32_t>(v));
     const std::int16_t* noise = noise_.data() + random % kNoiseCount;
-    const std::int16_t* light = light_.data() + static_cast<std::size_t>(v) * columns_;
-    std::uint8_t* line = picture.data() + static_cast<std::size_t>(v) * columns_;
+    const std::int16_t* light = light_.data() + static_cast<std::size_t>(v) * columns;
+    std::uint8_t* line = picture.data() + static_cast<std::size_t>(v) * columns;
     const int half = kUnits / 2 - static_cast<int>(random >> 63U);  // rounding whole units is fair only on average
-    if (shotNoise_ > 0.0) {
-      const auto perLevel = static_cast<float>(shotNoise_ * kUnits);  // variance in units^2 per unit of light
-      const auto fixed = static_cast<float>(readNoise_ * readNoise_ * kUnits * kUnits);
-      for (std::size_t i = 0; i < columns_; ++i) {
+    if (perLevel > 0.0F) {
+      for (std::size_t i = 0; i < columns; ++i) {
         const float deviation = std::sqrt(fixed + perLevel * static_cast<float>(light[i]));
         const int units = light[i] + static_cast<int>(deviation * static_cast<float>(noise[i]) * (1.0F / kDeviation));
         line[i] = static_cast<std::uint8_t>(std::clamp((units + half) >> 6, 0, 255));
       }
     } else {
-      for (std::size_t i = 0; i < columns_; ++i) {
+      for (std::size_t i = 0; i < columns; ++i) {
         const auto units = static_cast<std::int16_t>(light[i] + noise[i] + half);
         line[i] = static_cast<std::uint8_t>(std::clamp<std::int16_t>(static_cast<std::int16_t>(units >> 6), 0, 255));
       }
