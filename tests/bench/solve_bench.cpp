@@ -1,0 +1,86 @@
+// What solving one frame costs: 1152 markers, 576 nodes, one thread. "Flushed" evicts the inverse from the caches
+// before each frame, as a camera at 60 frames/s and the machine's other work do.
+#include "daemon/solve/solver.h"
+#include "tests/unit/solve/sensors.h"
+
+#include <benchmark/benchmark.h>
+
+#include <chrono>
+#include <random>
+
+namespace tractiond::solve {
+namespace {
+
+const sensor::Sensor kSensor;
+
+const Inverse& theInverse() {
+  static const Inverse inverse =
+      *computeInverse(halfSpaceImage(kSensor, sensor::nodePositions(kSensor.nodes)), SolveOptions{});
+  return inverse;
+}
+
+MarkerField markers(int missing) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  MarkerField field = fieldOf(Eigen::VectorXd::NullaryExpr(2 * kSensor.markerCount(), [&] { return noise(random); }));
+  std::vector<int> order(field.valid.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
+  std::shuffle(order.begin(), order.end(), random);
+  for (int i = 0; i < missing; ++i) loseMarker(field, order[i]);
+  return field;
+}
+
+void runSolver(benchmark::State& state, bool flush) {
+  Solver solver(theInverse(), kSensor.nodes);
+  const MarkerField field = markers(static_cast<int>(state.range(0)));
+  TractionField forces;
+  forces.resize(kSensor.markerCount(), kSensor.nodes.count());
+  solver.solve(field, forces);
+  std::vector<char> other(flush ? std::size_t{128} << 20 : 0);
+  for (auto _ : state) {
+    for (std::size_t i = 0; i < other.size(); i += 64) ++other[i];
+    benchmark::ClobberMemory();
+    const auto start = std::chrono::steady_clock::now();
+    solver.solve(field, forces);
+    const std::chrono::duration<double> duration = std::chrono::steady_clock::now() - start;
+    state.SetIterationTime(duration.count());
+  }
+  state.counters["rank"] = theInverse().rank();
+  state.counters["MB"] =
+      static_cast<double>(theInverse().left.all().size_bytes() + theInverse().right.all().size_bytes()) / 1e6;
+}
+
+/// The argument: missing markers, the same in every frame.
+void solveInCache(benchmark::State& state) {
+  runSolver(state, false);
+}
+void solveFlushed(benchmark::State& state) {
+  runSolver(state, true);
+}
+
+/// So many markers go missing at once and come back in the next frame; a pair of frames is timed.
+void solveChanging(benchmark::State& state) {
+  Solver solver(theInverse(), kSensor.nodes);
+  const MarkerField whole = markers(0), holed = markers(static_cast<int>(state.range(0)));
+  TractionField forces;
+  forces.resize(kSensor.markerCount(), kSensor.nodes.count());
+  for (auto _ : state) {
+    solver.solve(holed, forces);
+    solver.solve(whole, forces);
+  }
+}
+
+void invert(benchmark::State& state) {
+  const Eigen::MatrixXd influence = halfSpaceImage(kSensor, sensor::nodePositions(kSensor.nodes));
+  for (auto _ : state) benchmark::DoNotOptimize(computeInverse(influence, SolveOptions{}));
+}
+
+BENCHMARK(solveInCache)->Arg(0)->Arg(115)->Arg(288)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(solveFlushed)->Arg(0)->Arg(115)->Arg(288)->UseManualTime()->Iterations(100)->Unit(benchmark::kMillisecond);
+BENCHMARK(solveChanging)->Arg(1)->Arg(115)->Arg(288)->Unit(benchmark::kMillisecond);
+BENCHMARK(invert)->Unit(benchmark::kSecond)->Iterations(1)->UseRealTime();
+
+}  // namespace
+}  // namespace tractiond::solve
+
+BENCHMARK_MAIN();
