@@ -1,0 +1,107 @@
+#include "daemon/publish/control.h"
+
+#include "daemon/publish/socket.h"
+#include "daemon/publish/wire.h"
+
+#include <array>
+
+namespace tractiond::publish {
+
+namespace {
+
+constexpr std::int64_t kLargestRequest = 64 * 1024;
+constexpr int kWaitingReplies = 16;  ///< per peer; who does not read loses the rest
+constexpr int kRequestsPerTurn = 64;
+constexpr std::size_t kLargestAskers = 64;  ///< of one zero
+
+}  // namespace
+
+struct ControlServer::Impl {
+  /// A request of any number of parts; the first three are kept. False: there is none.
+  bool receive() {
+    parts = 0;
+    for (;;) {
+      zmq::message_t surplus;
+      zmq::message_t& message = parts < request.size() ? request[parts] : surplus;
+      if (zmq_msg_recv(message.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) return false;
+      ++parts;
+      if (!message.more()) return true;
+    }
+  }
+
+  void reply(const std::string& peer, const std::string& bytes) {
+    // ROUTER drops what is for a peer that has gone or does not read.
+    for (const auto& [part, flags] :
+         {std::pair(std::string_view(peer), ZMQ_SNDMORE), {"", ZMQ_SNDMORE}, {bytes, ZMQ_DONTWAIT}}) {
+      while (zmq_send(socket.handle(), part.data(), part.size(), flags) < 0 && zmq_errno() == EINTR) {
+      }
+    }
+  }
+
+  void answer() {
+    // [peer][empty][request]; a peer that does not speak REQ's envelope would not understand a reply either.
+    if (parts != 3 || request[1].size() != 0) return;
+    const std::string peer = request[0].to_string();
+    const auto asked = decodeRequest(request[2].to_string_view());
+    if (!asked) return reply(peer, encodeErrorReply(asked.error()));
+    switch (*asked) {
+    case Request::kStatus:
+      return reply(peer, encodeReply(*asked, handlers.status()));
+    case Request::kDescription:
+      return reply(peer, encodeReply(*asked, handlers.description()));
+    case Request::kZero:
+      break;
+    }
+    if (zeroAskers.size() >= kLargestAskers) return reply(peer, encodeErrorReply("too many ask for a zero"));
+    zeroAskers.push_back(peer);
+    if (zeroAskers.size() == 1) handlers.zero();
+  }
+
+  ControlHandlers handlers;
+  std::array<zmq::message_t, 3> request;
+  std::size_t parts = 0;
+  std::vector<std::string> zeroAskers;
+  zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
+  zmq::socket_t socket{context, zmq::socket_type::router};
+  std::vector<std::string> endpoints;
+};
+
+ControlServer::ControlServer(std::unique_ptr<Impl> impl)
+    : impl_(std::move(impl)) {}
+
+ControlServer::~ControlServer() = default;
+
+tl::expected<std::unique_ptr<ControlServer>, Error> ControlServer::open(const std::vector<std::string>& endpoints,
+                                                                        ControlHandlers handlers) try {
+  auto impl = std::make_unique<Impl>();
+  impl->handlers = std::move(handlers);
+  guard(impl->socket, kWaitingReplies, kLargestRequest);
+  impl->socket.set(zmq::sockopt::rcvhwm, kWaitingReplies);
+  auto bound = bind(impl->socket, endpoints);
+  if (!bound) return tl::unexpected(bound.error());
+  impl->endpoints = *std::move(bound);
+  return std::unique_ptr<ControlServer>(new ControlServer(std::move(impl)));
+} catch (const zmq::error_t& error) {
+  return tl::unexpected(Error{EX_OSERR, std::string("ZeroMQ cannot start: ") + error.what(), "", ""});
+}
+
+void ControlServer::serve(std::chrono::milliseconds timeout) {
+  zmq_pollitem_t item{impl_->socket.handle(), 0, ZMQ_POLLIN, 0};
+  zmq_poll(&item, 1, timeout.count());
+  for (int i = 0; i < kRequestsPerTurn && impl_->receive(); ++i) impl_->answer();
+}
+
+void ControlServer::answerZero(const tl::expected<RestPose, std::string>& result) {
+  const std::string bytes = result ? encodeZeroReply(*result) : encodeErrorReply(result.error());
+  for (const std::string& peer : std::exchange(impl_->zeroAskers, {})) impl_->reply(peer, bytes);
+}
+
+bool ControlServer::zeroPending() const {
+  return !impl_->zeroAskers.empty();
+}
+
+const std::vector<std::string>& ControlServer::endpoints() const {
+  return impl_->endpoints;
+}
+
+}  // namespace tractiond::publish

@@ -1,0 +1,52 @@
+// Answers requests: status, description, zero.
+#pragma once
+
+#include "daemon/base/error.h"
+#include "daemon/records/marker_field.h"
+
+#include <tl/expected.hpp>
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tractiond::publish {
+
+/// Called within serve(), on its thread.
+struct ControlHandlers {
+  std::function<std::string()> status;       ///< Publisher::lastStatus
+  std::function<std::string()> description;  ///< Publisher::lastDescription
+  /// Begin to take a zero. What came of it is told with answerZero(), at once or later; further askers meanwhile are
+  /// not passed on and share the answer.
+  std::function<void()> zero;
+};
+
+/// Thread-bound. A request that is malformed, too large (64 KiB) or unknown is answered with an error or dropped.
+class ControlServer {
+ public:
+  /// Endpoints as for the publisher.
+  static tl::expected<std::unique_ptr<ControlServer>, Error> open(const std::vector<std::string>& endpoints,
+                                                                  ControlHandlers handlers);
+  ~ControlServer();
+
+  /// Waits at most `timeout` for a request, and answers what has come.
+  void serve(std::chrono::milliseconds timeout);
+
+  /// The rest pose, or a sentence why there is none, for all who asked.
+  void answerZero(const tl::expected<RestPose, std::string>& result);
+
+  /// Somebody waits for answerZero().
+  bool zeroPending() const;
+
+  /// As bound.
+  const std::vector<std::string>& endpoints() const;
+
+ private:
+  struct Impl;
+  explicit ControlServer(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tractiond::publish

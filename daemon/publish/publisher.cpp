@@ -1,0 +1,291 @@
+// One message is encoded straight into ZeroMQ's memory and shared by both sockets and all their subscribers.
+
+#include "daemon/publish/publisher.h"
+
+#include "daemon/publish/durations.h"
+#include "daemon/publish/socket.h"
+#include "daemon/publish/wire.h"
+#include "proto/traction/v1/endpoints.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cassert>
+#include <charconv>
+#include <mutex>
+
+namespace tractiond::publish {
+
+namespace {
+
+/// A subscription is a topic's beginning; without CURVE nothing longer comes from an honest peer.
+constexpr std::int64_t kLargestSubscription = 64;
+/// Subscriptions looked at in one turn, so that a flood of them does not keep a field waiting.
+constexpr int kSubscriptionsPerTurn = 256;
+
+enum Topic : std::size_t { kField, kMarkers, kDescription, kStatus, kTopicCount };
+constexpr std::array<const char*, kTopicCount> kKinds = {"field", "markers", "description", "status"};
+
+/// "1700000000.123456789"
+struct TimeText {
+  explicit TimeText(std::int64_t ns) {
+    char* const point = std::to_chars(text.data(), text.data() + text.size(), ns / 1'000'000'000).ptr;
+    *point = '.';
+    const std::int64_t padded = 1'000'000'000 + ns % 1'000'000'000;  // nine digits behind a one to be overwritten
+    char* const end = std::to_chars(point, text.data() + text.size(), padded).ptr;
+    *point = '.';
+    size = static_cast<std::size_t>(end - text.data());
+  }
+  std::array<char, 32> text{};
+  std::size_t size = 0;
+};
+
+}  // namespace
+
+struct Publisher::Impl {
+  Impl(const PublishOptions& given, const Description& described, const Ledger& account, std::function<Vitals()> ask)
+      : options(given)
+      , ledger(account)
+      , vitals(std::move(ask))
+      , identity(described.identity)
+      , wire(described.identity)
+      , started_ns(given.monotonicClock()) {
+    for (std::size_t i = 0; i < kTopicCount; ++i) topics[i] = traction::topicOf(identity.sensor, kKinds[i]);
+    guard(stream, options.highWaterMark, kLargestSubscription);
+    stream.set(zmq::sockopt::xpub_verbose, true);
+    guard(latest, options.highWaterMark, kLargestSubscription);
+    latest.set(zmq::sockopt::conflate, true);
+    lastStatus_ns = started_ns;
+  }
+
+  ~Impl() { delete offered.load(); }
+
+  /// XPUB and PUB never wait: a full pipe loses the message.
+  static void put(zmq::socket_t& socket, zmq::message_t& message, int flags) {
+    while (zmq_msg_send(message.handle(), socket.handle(), flags) < 0 && zmq_errno() == EINTR) {
+    }
+  }
+
+  void send(Topic topic, zmq::message_t& message, std::int64_t real_ns) {
+    // Without a function to free it ZeroMQ reads the topic where it is.
+    zmq::message_t name(topics[topic].data(), topics[topic].size(), nullptr);
+    const TimeText text(real_ns);
+    zmq::message_t time(text.text.data(), text.size);
+    put(stream, name, ZMQ_SNDMORE);
+    put(stream, message, ZMQ_SNDMORE);
+    put(stream, time, 0);
+  }
+
+  Heading headingOf(Topic topic) {
+    Heading heading = last;
+    heading.sequence = ++sequences[topic];
+    heading.sent_ns = options.monotonicClock();
+    heading.sentReal_ns = options.realClock();
+    return heading;
+  }
+
+  void sendDescription() {
+    descriptionDue = false;
+    const Heading heading = headingOf(kDescription);
+    lastDescription_ns = heading.sent_ns;
+    zmq::message_t message(description->fill(heading));
+    description->write(message.data<std::uint8_t>());
+    send(kDescription, message, heading.sentReal_ns);
+  }
+
+  void sendStatus() {
+    const Heading heading = headingOf(kStatus);
+    const double interval_s = static_cast<double>(heading.sent_ns - lastStatus_ns) * 1e-9;
+    const auto rate = [&](std::uint64_t now, std::uint64_t& before) {
+      const auto count = static_cast<double>(now - std::exchange(before, now));
+      return interval_s > 0.0 ? count / interval_s : 0.0;
+    };
+    Status status;
+    if (vitals) status.vitals = vitals();
+    status.uptime_s = static_cast<double>(heading.sent_ns - started_ns) * 1e-9;
+    status.received_hz = rate(ledger.received.get(), receivedBefore);
+    status.published_hz = rate(sequences[kField], publishedBefore);
+    status.track = track.take();
+    status.solve = solve.take();
+    status.send = toSend.take();
+    status.total = total.take();
+    lastStatus_ns = heading.sent_ns;
+
+    zmq::message_t message(wire.fill(ledger, status, heading));
+    wire.writeStatus(message.data<std::uint8_t>());
+    // A reader in the way: it gets this one's predecessor, and nobody waits.
+    if (const std::unique_lock lock(lastMutex, std::try_to_lock); lock.owns_lock()) {
+      lastStatus.assign(message.data<char>(), message.size());
+    }
+    send(kStatus, message, heading.sentReal_ns);
+  }
+
+  void takeDescription() {
+    if (offered.load(std::memory_order_relaxed) == nullptr) return;
+    // acquire: partner is the release in describe(); the message is complete when its address is seen.
+    if (auto* fresh = offered.exchange(nullptr, std::memory_order_acquire)) {
+      description.reset(fresh);
+      sendDescription();
+    }
+  }
+
+  void readSubscriptions() {
+    for (int i = 0; i < kSubscriptionsPerTurn; ++i) {
+      zmq::message_t message;
+      if (zmq_msg_recv(message.handle(), stream.handle(), ZMQ_DONTWAIT) < 0) return;
+      const std::string_view text = message.to_string_view();
+      if (text.starts_with('\1') && std::string_view(topics[kDescription]).starts_with(text.substr(1))) {
+        descriptionDue = true;
+      }
+    }
+  }
+
+  bool due(std::int64_t now, std::int64_t last_ns, std::chrono::milliseconds interval) const {
+    return now - last_ns >= std::chrono::nanoseconds(interval).count();
+  }
+
+  /// What is to be done besides fields.
+  void serve() {
+    takeDescription();
+    readSubscriptions();
+    const std::int64_t now = options.monotonicClock();
+    if (descriptionDue && due(now, lastDescription_ns, options.descriptionInterval)) sendDescription();
+    if (due(now, lastStatus_ns, options.statusInterval)) sendStatus();
+  }
+
+  PublishOptions options;
+  const Ledger& ledger;
+  std::function<Vitals()> vitals;
+  Identity identity;
+  Wire wire;
+  std::array<std::string, kTopicCount> topics;
+  std::array<std::uint64_t, kTopicCount> sequences{};
+  Heading last;  ///< of the last field
+
+  std::unique_ptr<DescriptionMessage> description;
+  std::atomic<DescriptionMessage*> offered{nullptr};  ///< by describe()
+  bool descriptionDue = false;
+  std::int64_t lastDescription_ns = 0;
+
+  const std::int64_t started_ns;
+  std::int64_t lastStatus_ns = 0;
+  std::uint64_t receivedBefore = 0;
+  std::uint64_t publishedBefore = 0;
+  Durations track, solve, toSend, total;
+
+  mutable std::mutex lastMutex;  ///< guards the two below; the publishing thread never waits for it
+  std::string lastStatus;
+  std::string lastDescription;
+
+  zmq::context_t context{1};
+  zmq::socket_t stream{context, zmq::socket_type::xpub};
+  zmq::socket_t latest{context, zmq::socket_type::pub};
+  std::vector<std::string> streamEndpoints;
+  std::vector<std::string> latestEndpoints;
+};
+
+Publisher::Publisher(std::unique_ptr<Impl> impl)
+    : impl_(std::move(impl)) {}
+
+Publisher::~Publisher() = default;
+
+tl::expected<std::unique_ptr<Publisher>, Error> Publisher::open(const PublishOptions& options,
+                                                                const Description& description, const Ledger& ledger,
+                                                                std::function<Vitals()> vitals) try {
+  assert(traction::isValidName(description.identity.sensor));
+  auto impl = std::make_unique<Impl>(options, description, ledger, std::move(vitals));
+  for (auto [socket, endpoints, bound] : {std::tuple(&impl->stream, &options.stream, &impl->streamEndpoints),
+                                          std::tuple(&impl->latest, &options.latest, &impl->latestEndpoints)}) {
+    auto result = bind(*socket, *endpoints);
+    if (!result) return tl::unexpected(result.error());
+    *bound = *std::move(result);
+  }
+  std::unique_ptr<Publisher> publisher(new Publisher(std::move(impl)));
+  publisher->describe(description);
+  publisher->impl_->takeDescription();
+  publisher->impl_->sendStatus();
+  return publisher;
+} catch (const zmq::error_t& error) {
+  return tl::unexpected(Error{EX_OSERR, std::string("ZeroMQ cannot start: ") + error.what(), "", ""});
+}
+
+void Publisher::publish(const TractionField& field) {
+  Impl& self = *impl_;
+  const FrameTimes& times = field.markers.info.times;
+  self.last.frame = field.markers.info;
+  self.last.flags = field.flags;
+  self.last.zero = field.markers.zero;
+
+  const Heading heading = self.headingOf(kField);
+  zmq::message_t forStream(self.wire.fill(field, heading));
+  self.wire.writeField(forStream.data<std::uint8_t>());
+  zmq::message_t forLatest;
+  forLatest.copy(forStream);
+  self.send(kField, forStream, times.receivedReal_ns);
+  self.put(self.latest, forLatest, 0);
+
+  Heading ofMarkers = self.headingOf(kMarkers);
+  ofMarkers.flags = field.markers.flags;
+  zmq::message_t markers(self.wire.fill(field.markers, ofMarkers));
+  self.wire.writeMarkers(markers.data<std::uint8_t>());
+  self.send(kMarkers, markers, times.receivedReal_ns);
+
+  self.track.add(times.tracked_ns - times.received_ns);
+  self.solve.add(times.solved_ns - times.tracked_ns);
+  self.toSend.add(heading.sent_ns - times.solved_ns);
+  self.total.add(heading.sent_ns - times.received_ns);
+  self.serve();
+}
+
+void Publisher::wait(int fd, std::chrono::milliseconds timeout) {
+  Impl& self = *impl_;
+  const std::int64_t now = self.options.monotonicClock();
+  const auto until = [&](std::int64_t last_ns, std::chrono::milliseconds interval) {
+    const auto left = std::chrono::nanoseconds(last_ns - now) + interval;
+    return std::max(std::chrono::ceil<std::chrono::milliseconds>(left), std::chrono::milliseconds(0));
+  };
+  timeout = std::min(timeout, until(self.lastStatus_ns, self.options.statusInterval));
+  if (self.descriptionDue) {
+    timeout = std::min(timeout, until(self.lastDescription_ns, self.options.descriptionInterval));
+  }
+  std::array<zmq_pollitem_t, 2> items = {{{self.stream.handle(), 0, ZMQ_POLLIN, 0}, {nullptr, fd, ZMQ_POLLIN, 0}}};
+  zmq_poll(items.data(), fd < 0 ? 1 : 2, timeout.count());
+  self.serve();
+}
+
+void Publisher::describe(const Description& description) {
+  Impl& self = *impl_;
+  Description stated = description;
+  stated.identity = self.identity;
+  auto message =
+      std::make_unique<DescriptionMessage>(stated, std::vector<std::string>(self.topics.begin(), self.topics.end()));
+  Heading heading;
+  heading.sent_ns = self.options.monotonicClock();
+  heading.sentReal_ns = self.options.realClock();
+  message->fill(heading);
+  {
+    const std::lock_guard lock(self.lastMutex);
+    self.lastDescription = message->bytes();
+  }
+  // release: partner is the acquire in takeDescription(). What had not been taken yet is out of date.
+  delete self.offered.exchange(message.release(), std::memory_order_acq_rel);
+}
+
+std::string Publisher::lastStatus() const {
+  const std::lock_guard lock(impl_->lastMutex);
+  return impl_->lastStatus;
+}
+
+std::string Publisher::lastDescription() const {
+  const std::lock_guard lock(impl_->lastMutex);
+  return impl_->lastDescription;
+}
+
+const std::vector<std::string>& Publisher::streamEndpoints() const {
+  return impl_->streamEndpoints;
+}
+const std::vector<std::string>& Publisher::latestEndpoints() const {
+  return impl_->latestEndpoints;
+}
+
+}  // namespace tractiond::publish

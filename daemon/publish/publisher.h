@@ -1,0 +1,67 @@
+// Sends fields, markers, description and status to whoever subscribes.
+#pragma once
+
+#include "daemon/base/clock.h"
+#include "daemon/base/error.h"
+#include "daemon/publish/description.h"
+#include "daemon/publish/status.h"
+#include "daemon/records/ledger.h"
+#include "daemon/records/traction_field.h"
+
+#include <tl/expected.hpp>
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace tractiond::publish {
+
+struct PublishOptions {
+  std::vector<std::string> stream;  ///< ZeroMQ endpoints; port * takes a free one; ipc directories exist
+  std::vector<std::string> latest;
+  /// Messages that wait for one slow subscriber before it loses some: half a second of fields and markers at 60
+  /// frames/s, under 1 MB.
+  int highWaterMark = 64;
+  std::chrono::milliseconds statusInterval{1000};
+  /// New subscribers get the description at once, but all of them together not more often than this.
+  std::chrono::milliseconds descriptionInterval{100};
+  std::int64_t (*monotonicClock)() = monotonicNow;
+  std::int64_t (*realClock)() = realNow;
+};
+
+/// Thread-bound: publish() and wait() belong to one thread. describe(), lastStatus() and lastDescription() may be
+/// called from one other.
+class Publisher {
+ public:
+  /// `vitals` is asked from the publishing thread before each status; it must not wait. The ledger outlives this.
+  static tl::expected<std::unique_ptr<Publisher>, Error> open(const PublishOptions& options,
+                                                              const Description& description, const Ledger& ledger,
+                                                              std::function<Vitals()> vitals);
+  ~Publisher();
+
+  /// Sends a field (stream and latest) and its markers. Never waits: who is too slow loses messages.
+  void publish(const TractionField& field);
+
+  /// Sleeps until `fd` (-1: none) is readable, something is due, or the time is over; serves subscribers meanwhile.
+  void wait(int fd, std::chrono::milliseconds timeout);
+
+  /// Replaces the description; it is sent within the next wait() or publish(). The identity stays as it was.
+  void describe(const Description& description);
+
+  /// The messages as bytes, for the control socket.
+  std::string lastStatus() const;
+  std::string lastDescription() const;
+
+  /// As bound.
+  const std::vector<std::string>& streamEndpoints() const;
+  const std::vector<std::string>& latestEndpoints() const;
+
+ private:
+  struct Impl;
+  explicit Publisher(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tractiond::publish

@@ -1,0 +1,95 @@
+#include "daemon/publish/socket.h"
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+
+namespace tractiond::publish {
+
+namespace {
+
+/// ZeroMQ would remove whatever is at the path, also a socket in use.
+std::optional<Error> checkPath(const std::string& endpoint, const std::filesystem::path& path) {
+  namespace fs = std::filesystem;
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string name = path.string();
+  if (name.size() >= sizeof address.sun_path) {
+    return Error{EX_CONFIG,
+                 "the path of " + endpoint + " is longer than " + std::to_string(sizeof address.sun_path - 1) +
+                     " characters",
+                 "", "choose a shorter runtime directory"};
+  }
+  std::error_code ignored;
+  const fs::file_status found = fs::symlink_status(path, ignored);
+  if (!fs::exists(found)) {
+    const fs::path directory = path.has_parent_path() ? path.parent_path() : ".";
+    if (fs::is_directory(directory, ignored)) return std::nullopt;
+    return Error{EX_CANTCREAT, "cannot publish at " + endpoint + ": " + directory.string() + " is not a directory", "",
+                 "create it"};
+  }
+  if (!fs::is_socket(found)) {
+    return Error{EX_CANTCREAT, "cannot publish at " + endpoint + ": " + name + " is there and is not a socket", "",
+                 "remove it or choose another endpoint"};
+  }
+  std::ranges::copy(name, address.sun_path);
+  const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const bool alive = probe >= 0 && connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  if (probe >= 0) close(probe);
+  if (!alive) return std::nullopt;
+  return Error{EX_UNAVAILABLE, endpoint + " is in use by another program", "",
+               "is this instance of tractiond running already?"};
+}
+
+Error explain(const std::string& endpoint, int error) {
+  switch (error) {
+  case EADDRINUSE:
+    return {EX_UNAVAILABLE, endpoint + " is in use by another program", "",
+            "is this instance of tractiond running already? choose other endpoints"};
+  case EACCES:
+  case EPERM:
+  case EROFS:
+    return {EX_NOPERM, "no permission to publish at " + endpoint, "", "choose another endpoint or user"};
+  case EADDRNOTAVAIL:
+  case ENODEV:
+    return {EX_UNAVAILABLE, endpoint + " is not an address of this machine", "", ""};
+  default:
+    return {EX_CONFIG, "cannot publish at " + endpoint + ": " + zmq_strerror(error), "", ""};
+  }
+}
+
+}  // namespace
+
+void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage) {
+  socket.set(zmq::sockopt::linger, 0);
+  socket.set(zmq::sockopt::sndhwm, highWaterMark);
+  socket.set(zmq::sockopt::maxmsgsize, largestMessage);
+  // A peer that connects and says nothing holds a file descriptor for this long.
+  socket.set(zmq::sockopt::handshake_ivl, 500);
+  // A peer whose cable was pulled is noticed.
+  socket.set(zmq::sockopt::heartbeat_ivl, 5000);
+  socket.set(zmq::sockopt::heartbeat_timeout, 15000);
+}
+
+tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const std::vector<std::string>& endpoints) {
+  constexpr std::string_view kIpc = "ipc://";
+  std::vector<std::string> bound;
+  for (const std::string& endpoint : endpoints) {
+    if (endpoint.starts_with(kIpc) && !endpoint.starts_with("ipc://@")) {
+      if (auto error = checkPath(endpoint, endpoint.substr(kIpc.size()))) return tl::unexpected(std::move(*error));
+    }
+    try {
+      socket.bind(endpoint);
+    } catch (const zmq::error_t& error) {
+      return tl::unexpected(explain(endpoint, error.num()));
+    }
+    bound.push_back(socket.get(zmq::sockopt::last_endpoint));
+  }
+  return bound;
+}
+
+}  // namespace tractiond::publish

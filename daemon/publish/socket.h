@@ -1,0 +1,22 @@
+// ZeroMQ sockets that listen to anybody. ZeroMQ is seen by this room's socket, publisher and control files only.
+#pragma once
+
+#include "daemon/base/error.h"
+
+#include <tl/expected.hpp>
+#include <zmq.hpp>
+
+#include <string>
+#include <vector>
+
+namespace tractiond::publish {
+
+/// Sets what protects a socket from its peers; before binding.
+/// \param largestMessage bytes of one part from a peer; a peer that sends more is cut off.
+void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage);
+
+/// Binds to all endpoints (tcp://ADDRESS:PORT, PORT * for any free one, or ipc://PATH in an existing directory) and
+/// returns them as bound. A socket file that nobody listens on any more is replaced.
+tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const std::vector<std::string>& endpoints);
+
+}  // namespace tractiond::publish

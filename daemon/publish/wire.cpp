@@ -1,0 +1,332 @@
+// Messages are never cleared but overwritten: Protobuf keeps the memory of strings, arrays and sub-messages that way.
+
+#include "daemon/publish/wire.h"
+
+#include "traction/v1/control.pb.h"
+#include "traction/v1/description.pb.h"
+#include "traction/v1/field.pb.h"
+#include "traction/v1/markers.pb.h"
+#include "traction/v1/status.pb.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace tractiond::publish {
+
+namespace pb = traction::v1;
+
+namespace {
+
+constexpr std::uint32_t kVersion = 1;
+
+static_assert(static_cast<int>(pb::FLAG_ZERO_UNVERIFIED) == kZeroUnverified);
+static_assert(static_cast<int>(pb::FLAG_FEW_MARKERS) == kFewMarkers);
+static_assert(static_cast<int>(pb::FLAG_DISCONTINUITY) == kDiscontinuity);
+static_assert(static_cast<int>(pb::FLAG_REACQUIRING) == kReacquiring);
+static_assert(pb::CAMERA_STATE_UNKNOWN == static_cast<int>(CameraState::kUnknown));
+static_assert(pb::CAMERA_STATE_WAITING == static_cast<int>(CameraState::kWaiting));
+static_assert(pb::CAMERA_STATE_STREAMING == static_cast<int>(CameraState::kStreaming));
+static_assert(pb::CAMERA_STATE_LOST == static_cast<int>(CameraState::kLost));
+
+double seconds(std::int64_t ns) {
+  return static_cast<double>(ns) * 1e-9;
+}
+
+void set(const Id& from, std::string& to) {
+  if (from == Id{}) {
+    to.clear();
+  } else {
+    to.assign(reinterpret_cast<const char*>(from.data()), from.size());
+  }
+}
+
+void set(const std::vector<std::uint8_t>& from, std::string& to) {
+  to.assign(reinterpret_cast<const char*>(from.data()), from.size());
+}
+
+void set(const std::vector<float>& from, google::protobuf::RepeatedField<float>& to) {
+  to.Resize(static_cast<int>(from.size()), 0.0F);
+  std::copy(from.begin(), from.end(), to.begin());
+}
+
+template <typename Vector>
+void setXy(const Vector& from, pb::Vector2& to) {
+  to.set_x(from[0]);
+  to.set_y(from[1]);
+}
+
+template <typename Vector>
+void setXyz(const Vector& from, pb::Vector3& to) {
+  to.set_x(from[0]);
+  to.set_y(from[1]);
+  to.set_z(from[2]);
+}
+
+void set(const Identity& identity, pb::Header& header) {
+  header.set_sensor(identity.sensor);
+  set(identity.boot, *header.mutable_boot());
+  set(identity.calibration, *header.mutable_calibration());
+}
+
+void set(const Heading& heading, pb::Header& header) {
+  header.set_sequence(heading.sequence);
+  set(heading.zero, *header.mutable_zero());
+  header.set_flags(heading.flags);
+  const FrameInfo& frame = heading.frame;
+  header.set_camera_frame_id(frame.cameraFrameId);
+  header.set_frame_number(frame.frameNumber);
+  header.set_device_time_ns(frame.times.device_ns);
+  header.set_exposure_s(frame.exposure_s);
+  header.set_received_real_ns(frame.times.receivedReal_ns);
+  header.set_received_ns(frame.times.received_ns);
+  header.set_tracked_ns(frame.times.tracked_ns);
+  header.set_solved_ns(frame.times.solved_ns);
+  header.set_sent_ns(heading.sent_ns);
+}
+
+void set(const Quantiles& from, pb::Quantiles& to) {
+  to.set_p50_s(from.p50_s);
+  to.set_p99_s(from.p99_s);
+  to.set_max_s(from.max_s);
+}
+
+void set(const RestPose& from, pb::Zero& to) {
+  set(from.id, *to.mutable_id());
+  to.set_time_ns(from.taken_ns);
+  to.set_requested(from.requested);
+  set(from.position_px, *to.mutable_rest_position_px());
+  set(from.present, *to.mutable_marker_present());
+}
+
+void set(const sensor::MarkerLayer& from, pb::MarkerLayer& to) {
+  to.set_colour(from.colour == sensor::Colour::kBlue ? pb::COLOUR_BLUE : pb::COLOUR_RED);
+  to.set_columns(static_cast<std::uint32_t>(from.columns));
+  to.set_rows(static_cast<std::uint32_t>(from.rows));
+  to.set_pitch_m(from.pitch);
+  to.set_depth_m(from.depth);
+  setXy(from.centre, *to.mutable_centre_m());
+  to.set_diameter_m(from.diameter);
+}
+
+void set(const sensor::Camera& from, pb::Camera& to) {
+  to.set_width_px(static_cast<std::uint32_t>(from.width));
+  to.set_height_px(static_cast<std::uint32_t>(from.height));
+  to.set_focal_px(from.focal_px);
+  setXy(from.principal_px, *to.mutable_principal_px());
+  to.set_k1(from.k1);
+  to.set_k2(from.k2);
+  setXyz(from.position, *to.mutable_position_m());
+  setXyz(from.rotation, *to.mutable_rotation_rad());
+  to.set_gel_index(from.gelIndex);
+  to.set_window_index(from.windowIndex);
+  to.set_window_thickness_m(from.windowThickness);
+}
+
+/// ByteSizeLong has just been called.
+void put(const google::protobuf::MessageLite& message, std::uint8_t* bytes) {
+  message.SerializeWithCachedSizesToArray(bytes);
+}
+
+std::string finish(pb::Reply& reply) {
+  reply.set_version(kVersion);
+  return reply.SerializeAsString();
+}
+
+}  // namespace
+
+DescriptionMessage::DescriptionMessage(const Description& description, const std::vector<std::string>& topics)
+    : message_(std::make_unique<pb::Description>()) {
+  pb::Description& message = *message_;
+  set(description.identity, *message.mutable_header());
+  message.set_software_version(description.softwareVersion);
+  set(description.host, *message.mutable_host());
+  for (const std::string& topic : topics) message.add_topics(topic);
+
+  const sensor::Sensor& sensor = description.sensor;
+  message.mutable_gel()->set_youngs_modulus_pa(sensor.gel.youngsModulus);
+  message.mutable_gel()->set_poisson_ratio(sensor.gel.poissonRatio);
+  setXyz(sensor.gel.size, *message.mutable_gel()->mutable_size_m());
+  for (const sensor::MarkerLayer& layer : sensor.layers) set(layer, *message.add_layers());
+  message.mutable_nodes()->set_columns(static_cast<std::uint32_t>(sensor.nodes.columns));
+  message.mutable_nodes()->set_rows(static_cast<std::uint32_t>(sensor.nodes.rows));
+  message.mutable_nodes()->set_pitch_m(sensor.nodes.pitch);
+  setXy(sensor.nodes.centre, *message.mutable_nodes()->mutable_centre_m());
+  pb::Camera& camera = *message.mutable_camera();
+  set(sensor.camera, camera);
+  camera.set_vendor(description.cameraVendor);
+  camera.set_model(description.cameraModel);
+  camera.set_serial(description.cameraSerial);
+  camera.set_pixel_format(description.pixelFormat);
+
+  message.mutable_solver()->set_mechanics(description.mechanics);
+  message.mutable_solver()->set_regularisation(description.regularisation);
+  message.mutable_solver()->set_strength(description.strength);
+  set(description.identity.calibration, *message.mutable_calibration()->mutable_id());
+  message.mutable_calibration()->set_time_ns(description.calibrated_ns);
+  if (description.zero) set(*description.zero, *message.mutable_zero());
+}
+
+DescriptionMessage::~DescriptionMessage() = default;
+
+std::size_t DescriptionMessage::fill(const Heading& heading) {
+  message_->set_timestamp(seconds(heading.sentReal_ns));
+  set(heading, *message_->mutable_header());
+  message_->mutable_header()->set_zero(message_->zero().id());
+  return message_->ByteSizeLong();
+}
+
+void DescriptionMessage::write(std::uint8_t* bytes) const {
+  put(*message_, bytes);
+}
+
+std::string DescriptionMessage::bytes() const {
+  return message_->SerializeAsString();
+}
+
+struct Wire::Messages {
+  pb::Field field;
+  pb::Markers markers;
+  pb::Status status;
+};
+
+Wire::Wire(const Identity& identity)
+    : messages_(std::make_unique<Messages>()) {
+  set(identity, *messages_->field.mutable_header());
+  set(identity, *messages_->markers.mutable_header());
+  set(identity, *messages_->status.mutable_header());
+}
+
+Wire::~Wire() = default;
+
+std::size_t Wire::fill(const TractionField& field, const Heading& heading) {
+  pb::Field& message = messages_->field;
+  message.set_timestamp(seconds(heading.frame.times.receivedReal_ns));
+  set(heading, *message.mutable_header());
+  message.set_valid(field.valid);
+  set(field.force_N, *message.mutable_force_n());
+  message.mutable_node_valid()->assign(field.force_N.size() / 3, field.valid ? '\1' : '\0');
+  setXyz(field.resultant_N, *message.mutable_resultant_n());
+  setXyz(field.moment_Nm, *message.mutable_moment_nm());
+  setXy(field.centreOfPressure_m, *message.mutable_centre_of_pressure_m());
+  message.set_centre_of_pressure_valid(field.centreOfPressureValid);
+  message.set_residual_px(field.residual_px);
+  message.set_valid_markers(static_cast<std::uint32_t>(field.markers.validCount));
+  return message.ByteSizeLong();
+}
+
+std::size_t Wire::fill(const MarkerField& markers, const Heading& heading) {
+  pb::Markers& message = messages_->markers;
+  message.set_timestamp(seconds(heading.frame.times.receivedReal_ns));
+  set(heading, *message.mutable_header());
+  set(markers.displacement_px, *message.mutable_displacement_px());
+  set(markers.variance_px2, *message.mutable_variance_px2());
+  set(markers.valid, *message.mutable_marker_valid());
+  message.set_valid_markers(static_cast<std::uint32_t>(markers.validCount));
+  return message.ByteSizeLong();
+}
+
+std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading& heading) {
+  pb::Status& message = messages_->status;
+  message.set_timestamp(seconds(heading.sentReal_ns));
+  set(heading, *message.mutable_header());
+  message.set_uptime_s(status.uptime_s);
+  message.set_camera(static_cast<pb::CameraState>(status.vitals.camera));
+
+  pb::Ledger& account = *message.mutable_ledger();
+  account.set_published(ledger.published.get());
+  account.set_incomplete(ledger.incomplete.get());
+  account.set_wrong_size(ledger.wrongSize.get());
+  account.set_wrong_format(ledger.wrongFormat.get());
+  account.set_stale(ledger.stale.get());
+  account.set_implausible(ledger.implausible.get());
+  account.set_evicted_before_track(ledger.evictedBeforeTrack.get());
+  account.set_no_rest_pose(ledger.noRestPose.get());
+  account.set_evicted_before_solve(ledger.evictedBeforeSolve.get());
+  account.set_evicted_before_publish(ledger.evictedBeforePublish.get());
+  account.set_discarded_at_stop(ledger.discardedAtStop.get());
+  account.set_missing(ledger.missing.get());
+  account.set_reconnects(ledger.reconnects.get());
+  // Received is read last, so that frames which move on meanwhile do not make the rest negative; and what is in flight
+  // is what these very numbers leave.
+  const std::uint64_t ended = account.published() + account.incomplete() + account.wrong_size() +
+                              account.wrong_format() + account.stale() + account.implausible() +
+                              account.evicted_before_track() + account.no_rest_pose() + account.evicted_before_solve() +
+                              account.evicted_before_publish() + account.discarded_at_stop();
+  account.set_received(std::max(ledger.received.get(), ended));
+  account.set_in_flight(account.received() - ended);
+
+  message.mutable_rates()->set_received_hz(status.received_hz);
+  message.mutable_rates()->set_published_hz(status.published_hz);
+  pb::Latencies& latencies = *message.mutable_latencies();
+  set(status.track, *latencies.mutable_track());
+  set(status.solve, *latencies.mutable_solve());
+  set(status.send, *latencies.mutable_send());
+  set(status.total, *latencies.mutable_total());
+  pb::Turns& turns = *message.mutable_turns();
+  turns.set_capture(status.vitals.turns[0]);
+  turns.set_track(status.vitals.turns[1]);
+  turns.set_solve(status.vitals.turns[2]);
+  turns.set_publish(status.vitals.turns[3]);
+  turns.set_control(status.vitals.turns[4]);
+  return message.ByteSizeLong();
+}
+
+void Wire::writeField(std::uint8_t* bytes) const {
+  put(messages_->field, bytes);
+}
+void Wire::writeMarkers(std::uint8_t* bytes) const {
+  put(messages_->markers, bytes);
+}
+void Wire::writeStatus(std::uint8_t* bytes) const {
+  put(messages_->status, bytes);
+}
+
+tl::expected<Request, std::string> decodeRequest(std::string_view bytes) {
+  pb::Request request;
+  if (!request.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    return tl::unexpected<std::string>("this is not a traction.v1.Request");
+  }
+  if (request.version() != kVersion) {
+    return tl::unexpected("version " + std::to_string(request.version()) + " of the protocol is asked for, this is " +
+                          std::to_string(kVersion));
+  }
+  switch (request.request_case()) {
+  case pb::Request::kStatus:
+    return Request::kStatus;
+  case pb::Request::kDescription:
+    return Request::kDescription;
+  case pb::Request::kZero:
+    return Request::kZero;
+  case pb::Request::REQUEST_NOT_SET:
+    break;
+  }
+  return tl::unexpected<std::string>("the request is empty or unknown to this version of tractiond");
+}
+
+std::string encodeReply(Request request, std::string_view message) {
+  pb::Reply reply;
+  google::protobuf::MessageLite& answer = request == Request::kStatus
+                                              ? static_cast<google::protobuf::MessageLite&>(*reply.mutable_status())
+                                              : *reply.mutable_description();
+  if (!answer.ParseFromArray(message.data(), static_cast<int>(message.size()))) {
+    return encodeErrorReply("there is nothing to tell yet");
+  }
+  return finish(reply);
+}
+
+std::string encodeZeroReply(const RestPose& zero) {
+  pb::Reply reply;
+  set(zero, *reply.mutable_zero()->mutable_zero());
+  reply.mutable_zero()->set_markers_present(static_cast<std::uint32_t>(std::ranges::count(zero.present, 1)));
+  reply.mutable_zero()->set_markers_expected(static_cast<std::uint32_t>(zero.present.size()));
+  reply.mutable_zero()->set_noise_levels(zero.noise);
+  return finish(reply);
+}
+
+std::string encodeErrorReply(std::string_view error) {
+  pb::Reply reply;
+  reply.set_error(std::string(error));
+  return finish(reply);
+}
+
+}  // namespace tractiond::publish
