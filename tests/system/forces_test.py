@@ -1,0 +1,86 @@
+"""Forces, losses and times of the whole chain against the twin's truth."""
+
+import unittest
+
+import numpy as np
+
+import rig
+
+
+def steady(fields, truth, settle=5):
+    """(true force, [measured]) for each stretch of constant load, without the first frames of it."""
+    stretches = []
+    for field in fields:
+        record = truth.get(field.header.camera_frame_id)
+        if record is None:
+            continue
+        true = np.array(record["force_N"])
+        if not stretches or np.linalg.norm(stretches[-1][0] - true) > 1e-9:
+            stretches.append((true, []))
+        stretches[-1][1].append(field)
+    return [(true, measured[settle:]) for true, measured in stretches if len(measured) >= 4 * settle]
+
+
+class Forces(unittest.TestCase):
+    def measure(self, scenario, fields, *options):
+        with rig.Rig() as bench:
+            twin = bench.twin(scenario, *options, ready=False)
+            daemon = bench.daemon()
+            subscriber = bench.subscribe(daemon)
+            messages = subscriber.collect(fields)
+            status = subscriber.collect(1, "status")[0]
+            self.assertEqual(daemon.stop(), 0, daemon.output())
+            self.assertEqual(twin.stop(), 0, twin.output())
+            return messages, rig.read_truth(twin), status
+
+    def check(self, scenario, *options, tolerance=0.02):
+        messages, truth, status = self.measure(scenario, 600, *options)
+        loaded = 0
+        for true, measured in steady(messages, truth):
+            mean = np.mean([rig.vector(field.resultant_N) for field in measured], axis=0)
+            norm = np.linalg.norm(true)
+            if norm == 0:
+                self.assertLess(np.linalg.norm(mean), 0.02 * 3.92266)
+                continue
+            loaded += 1
+            self.assertLess(abs(np.linalg.norm(mean) - norm), tolerance * norm, f"{true} {mean}")
+            cosine = mean @ true / norm / np.linalg.norm(mean)
+            self.assertLess(np.degrees(np.arccos(min(1.0, cosine))), 1.0, f"{true} {mean}")
+        self.assertGreater(loaded, 0)
+        self.account(messages, truth, status)
+
+    def account(self, messages, truth, status):
+        """Every frame once, in order, with times that agree with the camera's."""
+        numbers = [field.header.frame_number for field in messages]
+        self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))))
+        sequence = [field.header.sequence for field in messages]
+        self.assertEqual(sequence, list(range(sequence[0], sequence[0] + len(sequence))))
+        ledger = status.ledger
+        for cause in ("incomplete", "wrong_size", "wrong_format", "stale", "implausible", "evicted_before_track",
+                      "evicted_before_solve", "evicted_before_publish", "missing"):
+            self.assertEqual(getattr(ledger, cause), 0, cause)
+        self.assertEqual(ledger.received, ledger.published + ledger.in_flight + ledger.no_rest_pose)
+        for field in messages:
+            header = field.header
+            record = truth.get(header.camera_frame_id)
+            self.assertIsNotNone(record)
+            self.assertLess(record["monotonic_ns"], header.received_ns)
+            self.assertLess(header.received_ns, header.tracked_ns)
+            self.assertLess(header.tracked_ns, header.solved_ns)
+            self.assertLessEqual(header.solved_ns, header.sent_ns)
+
+    def test_press_rgb8(self):
+        self.check("press")
+
+    def test_press_at_an_angle_rgb8(self):
+        self.check("angle")
+
+    def test_press_bayer(self):
+        self.check("press", "--format", "BayerRG8")
+
+    def test_missing_markers(self):
+        self.check("missing_markers")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,33 @@
+"""A restart while something presses must not zero the load."""
+
+import signal
+import unittest
+
+import numpy as np
+
+import rig
+
+
+class Restart(unittest.TestCase):
+    def test_killed_under_load_still_reads_the_load(self):
+        with rig.Rig() as bench:
+            twin = bench.twin("hold", ready=False)
+            first = bench.daemon()
+            before = bench.subscribe(first).collect(until=lambda field: field.resultant_N.z > 3.8)
+            first.stop(signal.SIGKILL)
+            # The camera stays with the killed client until its heartbeat runs out; the daemon waits for it.
+            second = bench.daemon(state=first.state)
+            after = bench.subscribe(second).collect(20)
+            truth = rig.read_truth(twin)
+            self.assertEqual(before[-1].header.zero, after[-1].header.zero)
+            self.assertNotEqual(before[-1].header.boot, after[-1].header.boot)
+            for field in after:
+                true = np.array(truth[field.header.camera_frame_id]["force_N"])
+                self.assertGreater(true[2], 3.8)
+                self.assertLess(abs(field.resultant_N.z - true[2]), 0.4)
+                self.assertTrue(field.header.flags & 1, "nothing has shown yet that the zero still holds")
+            self.assertEqual(second.stop(), 0, second.output())
+
+
+if __name__ == "__main__":
+    unittest.main()
