@@ -1,0 +1,195 @@
+#include "sensor/gel_file.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+namespace sensor {
+
+namespace {
+
+constexpr int kVersion = 1;
+constexpr double kMillimetres = 1e3;  // per metre
+constexpr double kHuge = std::numeric_limits<double>::infinity();
+
+void readGrid(TomlTable& table, int& columns, int& rows, double& pitch, Eigen::Vector2d& centre) {
+  table.read("columns", columns, {1, 1000});
+  table.read("rows", rows, {1, 1000});
+  table.read("pitch_mm", pitch, {0.01, 1000, kMillimetres});
+  table.read("centre_mm", std::span(centre.data(), 2), {-1000, 1000, kMillimetres});
+}
+
+/// Half the extent of a grid, from its first to its last point.
+Eigen::Vector2d halfExtent(int columns, int rows, double pitch) {
+  return 0.5 * pitch * Eigen::Vector2d(columns - 1, rows - 1);
+}
+
+/// Why a part does not fit the gel, and the key to blame.
+struct Misfit {
+  const char* key;
+  std::string what;
+};
+
+bool reachesOutside(const Gel& gel, const Eigen::Vector2d& centre, const Eigen::Vector2d& half) {
+  return ((centre.cwiseAbs() + half - 0.5 * gel.size.head<2>()).array() > 1e-9).any();
+}
+
+std::optional<Misfit> misfit(const MarkerLayer& layer, const Gel& gel) {
+  const double radius = 0.5 * layer.diameter;
+  if (layer.depth - radius < 0.0 || layer.depth + radius > gel.size.z()) {
+    return Misfit{"depth_mm", "places markers outside the gel"};
+  }
+  if (layer.diameter >= layer.pitch) return Misfit{"diameter_mm", "is not below the pitch: the markers touch"};
+  if (reachesOutside(gel, layer.centre, halfExtent(layer.columns, layer.rows, layer.pitch).array() + radius)) {
+    return Misfit{"pitch_mm", "and the counts place markers outside the gel"};
+  }
+  return std::nullopt;
+}
+
+std::optional<Misfit> misfit(const NodeGrid& nodes, const Gel& gel) {
+  if (!reachesOutside(gel, nodes.centre, halfExtent(nodes.columns, nodes.rows, nodes.pitch))) return std::nullopt;
+  return Misfit{"pitch_mm", "and the counts place force nodes outside the gel"};
+}
+
+std::optional<Misfit> misfit(const Camera& camera, const Gel& gel) {
+  if (camera.position.z() > gel.size.z() + camera.windowThickness) return std::nullopt;
+  return Misfit{"position_mm", "is not behind the gel and its window"};
+}
+
+/// Blames the key that was read, or the table that should have replaced the paper's values.
+template <typename Part>
+void check(const Part& part, const Gel& gel, TomlTable& root, const char* name, TomlTable* table) {
+  const std::optional<Misfit> found = misfit(part, gel);
+  if (!found) return;
+  if (table) return table->fail(found->key, found->what);
+  root.fail(name, "is missing, and the paper's " + std::string(found->key) + " " + found->what);
+}
+
+void readBody(TomlTable& table, Gel& gel) {
+  table.read("youngs_modulus_pa", gel.youngsModulus, {1.0, 1e12});
+  table.read("poisson_ratio", gel.poissonRatio, {0.0, 1.0});
+  if (gel.poissonRatio >= 0.5) table.fail("poisson_ratio", "must be below 0.5: 0.5 is incompressible");
+  table.read("width_mm", gel.size.x(), {0.1, 1e4, kMillimetres});
+  table.read("height_mm", gel.size.y(), {0.1, 1e4, kMillimetres});
+  table.read("thickness_mm", gel.size.z(), {0.1, 1e4, kMillimetres});
+}
+
+MarkerLayer readLayer(TomlTable& table) {
+  MarkerLayer layer;
+  for (const std::string_view key : {"colour", "depth_mm"}) {
+    if (!table.has(key)) table.fail(key, "is missing");
+  }
+  std::string colour = "blue";
+  table.read("colour", colour);
+  if (colour != "blue" && colour != "red") table.fail("colour", "must be \"blue\" or \"red\"");
+  layer.colour = colour == "red" ? Colour::kRed : Colour::kBlue;
+  readGrid(table, layer.columns, layer.rows, layer.pitch, layer.centre);
+  table.read("depth_mm", layer.depth, {0.0, 1e4, kMillimetres});
+  table.read("diameter_mm", layer.diameter, {0.01, 1000, kMillimetres});
+  return layer;
+}
+
+void readCamera(TomlTable& table, Camera& camera) {
+  table.read("width_px", camera.width, {8, 16384});
+  table.read("height_px", camera.height, {8, 16384});
+  table.read("focal_px", camera.focal_px, {1.0, 1e6});
+  table.read("principal_px", std::span(camera.principal_px.data(), 2), {-1e5, 1e5});
+  table.read("k1", camera.k1, {-10, 10});
+  table.read("k2", camera.k2, {-10, 10});
+  table.read("position_mm", std::span(camera.position.data(), 3), {-1e4, 1e4, kMillimetres});
+  table.read("rotation_rad", std::span(camera.rotation.data(), 3), {-3.2, 3.2});
+  table.read("gel_index", camera.gelIndex, {1.0, 3.0});
+  table.read("window_index", camera.windowIndex, {1.0, 3.0});
+  table.read("window_thickness_mm", camera.windowThickness, {0.0, 1000, kMillimetres});
+}
+
+std::string number(double value) {
+  std::array<char, 40> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.15g", value);
+  return buffer.data();
+}
+
+template <typename Vector>
+std::string list(const Vector& values, double perUnit = 1.0) {
+  std::string text = "[";
+  for (Eigen::Index i = 0; i < values.size(); ++i) text += (i > 0 ? ", " : "") + number(values[i] * perUnit);
+  return text + "]";
+}
+
+}  // namespace
+
+Sensor readGel(TomlTable& root) {
+  Sensor sensor;
+  if (auto table = root.table("gel")) readBody(*table, sensor.gel);
+  std::vector<TomlTable> layers = root.tables("layers");
+  if (root.has("layers")) sensor.layers.clear();
+  for (TomlTable& table : layers) {
+    sensor.layers.push_back(readLayer(table));
+    check(sensor.layers.back(), sensor.gel, root, "layers", &table);
+  }
+  if (layers.empty()) {
+    if (root.has("layers")) root.fail("layers", "is empty: a sensor has markers");
+    for (const MarkerLayer& layer : sensor.layers) check(layer, sensor.gel, root, "layers", nullptr);
+  }
+  auto nodes = root.table("nodes");
+  if (nodes) readGrid(*nodes, sensor.nodes.columns, sensor.nodes.rows, sensor.nodes.pitch, sensor.nodes.centre);
+  check(sensor.nodes, sensor.gel, root, "nodes", nodes ? &*nodes : nullptr);
+  auto camera = root.table("camera");
+  if (camera) readCamera(*camera, sensor.camera);
+  check(sensor.camera, sensor.gel, root, "camera", camera ? &*camera : nullptr);
+  return sensor;
+}
+
+namespace {
+
+tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root) {
+  if (!root) return tl::unexpected(root.error());
+  int version = 0;
+  if (!root->has("format")) root->fail("format", "is missing: a gel file starts with format = 1");
+  root->read("format", version, {kVersion, kVersion});
+  const Sensor sensor = readGel(*root);
+  if (auto done = root->finish(); !done) return tl::unexpected(done.error());
+  return sensor;
+}
+
+}  // namespace
+
+tl::expected<Sensor, FileError> parseGel(std::string_view text, const std::string& name) {
+  return read(TomlTable::parse(text, name));
+}
+
+tl::expected<Sensor, FileError> loadGel(const std::string& path) {
+  return read(TomlTable::load(path));
+}
+
+std::string gelText(const Sensor& sensor) {
+  const auto line = [](const std::string& key, const std::string& value) { return key + " = " + value + "\n"; };
+  const auto grid = [&](const auto& of) {
+    return line("columns", std::to_string(of.columns)) + line("rows", std::to_string(of.rows)) +
+           line("pitch_mm", number(of.pitch * kMillimetres)) + line("centre_mm", list(of.centre, kMillimetres));
+  };
+  const Gel& gel = sensor.gel;
+  std::string text = line("format", std::to_string(kVersion));
+  text += "\n[gel]\n" + line("youngs_modulus_pa", number(gel.youngsModulus)) +
+          line("poisson_ratio", number(gel.poissonRatio)) + line("width_mm", number(gel.size.x() * kMillimetres)) +
+          line("height_mm", number(gel.size.y() * kMillimetres)) +
+          line("thickness_mm", number(gel.size.z() * kMillimetres));
+  for (const MarkerLayer& layer : sensor.layers) {
+    text += "\n[[layers]]\n" + line("colour", layer.colour == Colour::kRed ? "\"red\"" : "\"blue\"") + grid(layer) +
+            line("depth_mm", number(layer.depth * kMillimetres)) +
+            line("diameter_mm", number(layer.diameter * kMillimetres));
+  }
+  text += "\n[nodes]\n" + grid(sensor.nodes);
+  const Camera& camera = sensor.camera;
+  text += "\n[camera]\n" + line("width_px", std::to_string(camera.width)) +
+          line("height_px", std::to_string(camera.height)) + line("focal_px", number(camera.focal_px)) +
+          line("principal_px", list(camera.principal_px)) + line("k1", number(camera.k1)) +
+          line("k2", number(camera.k2)) + line("position_mm", list(camera.position, kMillimetres)) +
+          line("rotation_rad", list(camera.rotation)) + line("gel_index", number(camera.gelIndex)) +
+          line("window_index", number(camera.windowIndex)) +
+          line("window_thickness_mm", number(camera.windowThickness * kMillimetres));
+  return text;
+}
+
+}  // namespace sensor

@@ -1,0 +1,23 @@
+// The gel file: one physical sensor in TOML, with a format version. config/gels/paper.toml shows every key.
+#pragma once
+
+#include "sensor/sensor.h"
+#include "sensor/toml_table.h"
+
+#include <string>
+#include <string_view>
+
+namespace sensor {
+
+/// Keys that are absent keep the paper's values, except the version. `name` is how errors call the file.
+/// An impossible sensor (Poisson's ratio of a half or more, markers outside the block ...) is an error too.
+tl::expected<Sensor, FileError> parseGel(std::string_view text, const std::string& name);
+tl::expected<Sensor, FileError> loadGel(const std::string& path);
+
+/// The same without a version and without finish(): for a file that holds the tables of a gel among others.
+Sensor readGel(TomlTable& root);
+
+/// The text of a gel file; 15 digits.
+std::string gelText(const Sensor& sensor);
+
+}  // namespace sensor

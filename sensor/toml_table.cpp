@@ -1,0 +1,250 @@
+#include "sensor/toml_table.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <numeric>
+#include <utility>
+
+namespace sensor {
+
+namespace {
+
+std::string text(double value) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.10g", value);
+  return buffer.data();
+}
+
+std::string quoted(std::string_view text) {
+  return "'" + std::string(text) + "'";
+}
+
+/// Levenshtein 1966: the fewest letters to insert, remove or replace.
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = std::exchange(row[j], std::min({row[j] + 1, row[j - 1] + 1, replaced}));
+    }
+  }
+  return row.back();
+}
+
+std::string rangeText(const Range& range) {
+  if (range.least == range.most) return "must be " + text(range.least);
+  if (std::isinf(range.most)) return "must be at least " + text(range.least);
+  return "must be between " + text(range.least) + " and " + text(range.most);
+}
+
+const toml::table& asTable(const void* table) {
+  return *static_cast<const toml::table*>(table);
+}
+
+}  // namespace
+
+struct TomlTable::Document {
+  toml::table root;
+  std::string file;
+  std::optional<FileError> fault;
+  std::map<const void*, std::vector<std::string>> known;  ///< keys that somebody read, of every table
+
+  std::string where(const toml::node& node) const {
+    const auto line = node.source().begin.line;
+    return line > 0 ? file + ":" + std::to_string(line) : file;
+  }
+
+  void fail(const toml::node& node, const std::string& what) {
+    if (!fault) fault = FileError{where(node), what};
+  }
+
+  /// The unread key that stands first in the file.
+  void rejectUnread(const toml::table& table, const std::string& path) {
+    const std::vector<std::string>& read = known[&table];
+    for (const auto& [key, node] : table) {
+      const std::string name = path + std::string(key.str());
+      if (std::find(read.begin(), read.end(), key.str()) == read.end()) {
+        std::string what = "unknown key " + quoted(name);
+        const auto nearest = std::min_element(read.begin(), read.end(), [&](const auto& a, const auto& b) {
+          return distance(a, key.str()) < distance(b, key.str());
+        });
+        if (nearest != read.end()) what += "; the nearest known key is " + quoted(path + *nearest);
+        unread.emplace_back(key.source().begin.line, FileError{where(node), what});
+      } else if (const toml::table* inner = node.as_table()) {
+        rejectUnread(*inner, name + ".");
+      } else if (const toml::array* array = node.as_array()) {
+        for (std::size_t i = 0; i < array->size(); ++i) {
+          if (const toml::table* element = array->get(i)->as_table()) {
+            rejectUnread(*element, name + "[" + std::to_string(i) + "].");
+          }
+        }
+      }
+    }
+  }
+  std::vector<std::pair<toml::source_index, FileError>> unread;
+};
+
+TomlTable::TomlTable(std::shared_ptr<Document> document, const void* node, std::string path)
+    : document_(std::move(document))
+    , table_(node)
+    , path_(std::move(path)) {}
+
+tl::expected<TomlTable, FileError> TomlTable::parse(std::string_view text, const std::string& file) {
+  auto document = std::make_shared<Document>();
+  document->file = file;
+  try {
+    document->root = toml::parse(text, file);
+  } catch (const toml::parse_error& error) {
+    return tl::unexpected(FileError{file + ":" + std::to_string(error.source().begin.line), error.what()});
+  }
+  const void* root = &document->root;
+  return TomlTable(std::move(document), root, "");
+}
+
+tl::expected<TomlTable, FileError> TomlTable::load(const std::string& path) {
+  std::ifstream stream(path);
+  const bool directory = std::filesystem::is_directory(path);  // it opens, and throws when it is read
+  if (!stream || directory) {
+    const char* reason = directory ? "it is a directory" : std::strerror(errno);
+    return tl::unexpected(FileError{path, std::string("cannot be read: ") + reason, true});
+  }
+  return parse(std::string{std::istreambuf_iterator<char>(stream), {}}, path);
+}
+
+const void* TomlTable::find(std::string_view key) {
+  std::vector<std::string>& known = document_->known[table_];
+  if (std::find(known.begin(), known.end(), key) == known.end()) known.emplace_back(key);
+  return asTable(table_).get(key);
+}
+
+template <typename Target>
+bool TomlTable::numbers(std::string_view key, const Range& range, Target& target) {
+  const auto* node = static_cast<const toml::node*>(find(key));
+  if (!node) return false;
+  const toml::array* array = node->as_array();
+  if constexpr (requires { target.clear(); }) {
+    if (array) target.resize(array->size());
+  }
+  if (!array || array->size() != target.size()) {
+    document_->fail(*node, path_ + std::string(key) + " must be a list of " +
+                               (array ? std::to_string(target.size()) + " " : "") + "numbers");
+    return false;
+  }
+  for (std::size_t i = 0; i < array->size(); ++i) {
+    const std::optional<double> number = array->get(i)->template value<double>();
+    if (!number || !array->get(i)->is_number()) {
+      document_->fail(*node, path_ + std::string(key) + " must be a list of numbers");
+      return false;
+    }
+    if (!(*number >= range.least && *number <= range.most && std::isfinite(*number))) {
+      document_->fail(*node, path_ + std::string(key) + " = " + text(*number) + " " + rangeText(range));
+      return false;
+    }
+    target[i] = *number / range.perUnit;
+  }
+  return true;
+}
+
+void TomlTable::read(std::string_view key, std::span<double> values, const Range& range) {
+  numbers(key, range, values);
+}
+
+void TomlTable::read(std::string_view key, std::vector<double>& values, const Range& range) {
+  numbers(key, range, values);
+}
+
+void TomlTable::read(std::string_view key, double& value, const Range& range) {
+  const auto* node = static_cast<const toml::node*>(find(key));
+  if (!node) return;
+  const std::string name = path_ + std::string(key);
+  if (!node->is_number()) return document_->fail(*node, name + " must be a number");
+  const double number = node->value<double>().value();
+  if (!(number >= range.least && number <= range.most && std::isfinite(number))) {
+    return document_->fail(*node, name + " = " + text(number) + " " + rangeText(range));
+  }
+  value = number / range.perUnit;
+}
+
+void TomlTable::read(std::string_view key, int& value, const Range& range) {
+  const auto* node = static_cast<const toml::node*>(find(key));
+  if (!node) return;
+  if (!node->is_integer()) return document_->fail(*node, path_ + std::string(key) + " must be a whole number");
+  double number = value;
+  read(key, number, range);
+  value = static_cast<int>(number);
+}
+
+void TomlTable::read(std::string_view key, bool& value) {
+  const auto* node = static_cast<const toml::node*>(find(key));
+  if (!node) return;
+  if (!node->is_boolean()) return document_->fail(*node, path_ + std::string(key) + " must be true or false");
+  value = node->value<bool>().value();
+}
+
+void TomlTable::read(std::string_view key, std::string& value) {
+  const auto* node = static_cast<const toml::node*>(find(key));
+  if (!node) return;
+  if (!node->is_string()) return document_->fail(*node, path_ + std::string(key) + " must be a text in quotes");
+  value = node->value<std::string>().value();
+}
+
+std::optional<TomlTable> TomlTable::table(std::string_view key) {
+  const auto* node = static_cast<const toml::node*>(find(key));
+  if (!node) return std::nullopt;
+  const std::string name = path_ + std::string(key);
+  if (!node->is_table()) {
+    document_->fail(*node, name + " must be a table");
+    return std::nullopt;
+  }
+  return TomlTable(document_, node->as_table(), name + ".");
+}
+
+std::vector<TomlTable> TomlTable::tables(std::string_view key) {
+  const auto* node = static_cast<const toml::node*>(find(key));
+  std::vector<TomlTable> found;
+  if (!node) return found;
+  const std::string name = path_ + std::string(key);
+  if (const toml::array* array = node->as_array(); array && array->is_homogeneous(toml::node_type::table)) {
+    for (std::size_t i = 0; i < array->size(); ++i) {
+      found.push_back(TomlTable(document_, array->get(i)->as_table(), name + "[" + std::to_string(i) + "]."));
+    }
+  } else {
+    document_->fail(*node, name + " must be a list of tables");
+  }
+  return found;
+}
+
+bool TomlTable::has(std::string_view key) const {
+  return asTable(table_).contains(key);
+}
+
+void TomlTable::fail(std::string_view key, const std::string& what) {
+  const toml::node* node = asTable(table_).get(key);
+  document_->fail(node ? *node : asTable(table_), path_ + std::string(key) + " " + what);
+}
+
+tl::expected<void, FileError> TomlTable::finish() {
+  if (!document_->fault) {
+    document_->unread.clear();
+    document_->rejectUnread(document_->root, "");
+    const auto first = std::min_element(document_->unread.begin(), document_->unread.end(),
+                                        [](const auto& a, const auto& b) { return a.first < b.first; });
+    if (first != document_->unread.end()) document_->fault = first->second;
+  }
+  if (document_->fault) return tl::unexpected(*document_->fault);
+  return {};
+}
+
+}  // namespace sensor

@@ -1,0 +1,134 @@
+#include "sensor/gel_file.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+namespace {
+
+using sensor::FileError;
+using sensor::parseGel;
+using sensor::Sensor;
+
+void expectSame(const Sensor& a, const Sensor& b) {
+  EXPECT_DOUBLE_EQ(a.gel.youngsModulus, b.gel.youngsModulus);
+  EXPECT_DOUBLE_EQ(a.gel.poissonRatio, b.gel.poissonRatio);
+  EXPECT_TRUE(a.gel.size.isApprox(b.gel.size, 1e-15));
+  ASSERT_EQ(a.layers.size(), b.layers.size());
+  for (std::size_t i = 0; i < a.layers.size(); ++i) {
+    EXPECT_EQ(a.layers[i].colour, b.layers[i].colour);
+    EXPECT_EQ(a.layers[i].columns, b.layers[i].columns);
+    EXPECT_EQ(a.layers[i].rows, b.layers[i].rows);
+    EXPECT_DOUBLE_EQ(a.layers[i].diameter, b.layers[i].diameter);
+  }
+  EXPECT_TRUE(sensor::markerPositions(a.layers).isApprox(sensor::markerPositions(b.layers), 1e-15));
+  ASSERT_EQ(a.nodes.count(), b.nodes.count());
+  EXPECT_EQ(a.nodes.columns, b.nodes.columns);
+  EXPECT_TRUE(sensor::nodePositions(a.nodes).isApprox(sensor::nodePositions(b.nodes), 1e-15));
+  EXPECT_EQ(a.camera.width, b.camera.width);
+  EXPECT_EQ(a.camera.height, b.camera.height);
+  EXPECT_DOUBLE_EQ(a.camera.focal_px, b.camera.focal_px);
+  EXPECT_EQ(a.camera.principal_px, b.camera.principal_px);
+  EXPECT_DOUBLE_EQ(a.camera.k1, b.camera.k1);
+  EXPECT_DOUBLE_EQ(a.camera.k2, b.camera.k2);
+  EXPECT_TRUE(a.camera.position.isApprox(b.camera.position, 1e-15));
+  EXPECT_TRUE((a.camera.rotation - b.camera.rotation).isZero(1e-15));
+  EXPECT_DOUBLE_EQ(a.camera.gelIndex, b.camera.gelIndex);
+  EXPECT_DOUBLE_EQ(a.camera.windowIndex, b.camera.windowIndex);
+  EXPECT_DOUBLE_EQ(a.camera.windowThickness, b.camera.windowThickness);
+}
+
+std::string paperText() {
+  std::ifstream file(TRACTION_PAPER_GEL);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The paper's file with one text replaced by another.
+std::string changed(const std::string& from, const std::string& to) {
+  std::string text = paperText();
+  const std::size_t place = text.find(from);
+  EXPECT_NE(place, std::string::npos) << from;
+  return text.replace(place, from.size(), to);
+}
+
+FileError fault(const std::string& text) {
+  const auto parsed = parseGel(text, "gel.toml");
+  EXPECT_FALSE(parsed.has_value());
+  return parsed ? FileError{} : parsed.error();
+}
+
+int lineOf(const std::string& text, const std::string& part) {
+  return 1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<long>(text.find(part)), '\n'));
+}
+
+TEST(GelFile, PaperTomlHoldsTheDefaults) {
+  const auto loaded = sensor::loadGel(TRACTION_PAPER_GEL);
+  ASSERT_TRUE(loaded.has_value()) << loaded.error().what;
+  expectSame(*loaded, Sensor{});
+}
+
+TEST(GelFile, WhatIsWrittenIsRead) {
+  Sensor sensor;
+  sensor.gel = {1.234567e5, 0.4321, {61.7e-3, 59.3e-3, 15.1e-3}};
+  sensor.layers.resize(1);
+  sensor.layers[0] = {sensor::Colour::kRed, 11, 7, 2.34567e-3, 5.1e-3, {-0.3e-3, 0.7e-3}, 0.45e-3};
+  sensor.nodes = {9, 8, 3.3e-3, {0.1e-3, -0.2e-3}};
+  sensor.camera = {800,  600,  1234.5, {401.25, 298.5}, -0.11, 0.013, {1e-3, 2e-3, 99e-3}, {0.01, -0.02, 0.03},
+                   1.41, 1.49, 8e-3};
+  const auto read = parseGel(sensor::gelText(sensor), "written");
+  ASSERT_TRUE(read.has_value()) << read.error().where << read.error().what;
+  expectSame(*read, sensor);
+  expectSame(parseGel(sensor::gelText(Sensor{}), "written").value(), Sensor{});
+}
+
+TEST(GelFile, UnknownKeyIsNamedWithLineAndNearestKey) {
+  const std::string text = changed("poisson_ratio", "poison_ratio");
+  const FileError error = fault(text);
+  EXPECT_EQ(error.where, "gel.toml:" + std::to_string(lineOf(text, "poison_ratio")));
+  EXPECT_EQ(error.what, "unknown key 'gel.poison_ratio'; the nearest known key is 'gel.poisson_ratio'");
+}
+
+TEST(GelFile, ImpossibleSensorsAreRejectedWhereTheyAreWritten) {
+  const struct {
+    std::string from, to, what;
+  } cases[] = {
+      {"poisson_ratio = 0.49", "poisson_ratio = 0.5", "gel.poisson_ratio must be below 0.5"},
+      {"thickness_mm = 40", "thickness_mm = 0", "gel.thickness_mm = 0 must be between"},
+      {"thickness_mm = 40", "thickness_mm = 7", "layers[1].depth_mm places markers outside"},
+      {"width_mm = 100", "width_mm = 71", "layers[1].pitch_mm and the counts place markers outside"},
+      {"columns = 24", "columns = 60", "layers[0].pitch_mm and the counts"},
+      {"diameter_mm = 0.6", "diameter_mm = 3", "layers[0].diameter_mm is not below the pitch"},
+      {"position_mm = [0, 0, 157]", "position_mm = [0, 0, 40]", "camera.position_mm is not behind"},
+      {"position_mm = [0, 0, 157]", "position_mm = [0, 0]", "camera.position_mm must be a list of 3 numbers"},
+      {"youngs_modulus_pa = 180000", "youngs_modulus_pa = \"soft\"", "gel.youngs_modulus_pa must be a number"},
+      {"youngs_modulus_pa = 180000", "youngs_modulus_pa = nan", "gel.youngs_modulus_pa = nan must be"},
+      {"columns = 24", "columns = 24.5", "layers[0].columns must be a whole number"},
+      {"colour = \"blue\"", "colour = \"green\"", "layers[0].colour must be \"blue\" or \"red\""},
+      {"format = 1 ", "format = 2 ", "format = 2 must be 1"},
+      {"format = 1 ", "# ", "format is missing"},
+  };
+  for (const auto& [from, to, what] : cases) {
+    const FileError error = fault(changed(from, to));
+    EXPECT_EQ(error.what.substr(0, what.size()), what);
+    EXPECT_EQ(error.where.substr(0, 9), "gel.toml:");
+  }
+}
+
+TEST(GelFile, DefaultsThatDoNotFitAreSaid) {
+  const FileError error = fault("format = 1\n[gel]\nthickness_mm = 5\n");
+  EXPECT_EQ(error.what, "layers is missing, and the paper's depth_mm places markers outside the gel");
+}
+
+TEST(GelFile, SyntaxErrorsAndMissingFilesAreErrors) {
+  EXPECT_EQ(fault("format = 1\n[gel\n").where, "gel.toml:2");
+  for (const char* path : {"/nonexistent/gel.toml", "/"}) {
+    const auto missing = sensor::loadGel(path);
+    ASSERT_FALSE(missing.has_value());
+    EXPECT_TRUE(missing.error().unreadable);
+    EXPECT_EQ(missing.error().where, path);
+  }
+}
+
+}  // namespace
