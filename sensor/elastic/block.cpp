@@ -1,0 +1,467 @@
+// Strategy. The block has two mirror planes, x = 0 and y = 0. Every field is the sum of four parts that are each even
+// or odd across them (parity classes), and each part is known when it is known on a quarter of the block, where it
+// obeys simple conditions on the mirror planes. So for each class:
+//
+//   1. The quarter is cut into a few box-shaped elements of high degree. Their interiors, the same in every class, are
+//      condensed once per shape (spectral_element).
+//   2. The right-hand sides are not the loads but the targets: x = K^-1 R^T for the rows R that read the displacement
+//   at
+//      the targets off the unknowns (frontal_solver). As K is symmetric, x^T f is then the displacement at the targets
+//      under any nodal load f: the operator `transfer` from boundary data (nodal loads on the sides, displacements on
+//      the base) to the targets.
+//   3. A source's boundary data is the half-space field on the sides and the base, taken at the four mirror images of
+//      each point with the signs of the class and averaged. Sources that are mirror images of each other share it.
+#include "sensor/elastic/block.h"
+
+#include "sensor/elastic/box_mesh.h"
+#include "sensor/elastic/frontal_solver.h"
+#include "sensor/elastic/half_space.h"
+#include "sensor/elastic/linear_algebra.h"
+#include "sensor/elastic/quadrature.h"
+#include "sensor/elastic/spectral_element.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <map>
+
+namespace sensor::elastic {
+namespace {
+
+using Eigen::Index, Eigen::Matrix3d, Eigen::MatrixXd, Eigen::Vector3d;
+
+// A class and a mirror image are two bits each: bit 0 for the plane x = 0, bit 1 for y = 0. A set bit says odd;
+// mirrored.
+constexpr unsigned kClasses = 4;
+
+// Sign with which an image enters a class.
+double character(unsigned parity, unsigned image) {
+  return std::popcount(parity & image) % 2 == 0 ? 1.0 : -1.0;
+}
+
+Vector3d mirror(unsigned image) {
+  return {image & 1U ? -1.0 : 1.0, image & 2U ? -1.0 : 1.0, 1.0};
+}
+
+// An even field is its own mirror image, which turns the component across the plane round: that one vanishes there,
+// and the two others of an odd field.
+bool vanishes(unsigned parity, int axis, int component) {
+  return (parity >> axis & 1U) == (component == axis ? 0U : 1U);
+}
+
+// Points moved into the quarter x, y >= 0.
+struct Folded {
+  Points distinct;
+  std::vector<Index> index;     // of each point among the distinct ones
+  std::vector<unsigned> image;  // that leads back to it
+};
+
+Folded fold(const Points& points) {
+  constexpr double kSame = 1e-12;  // [m]
+  std::map<std::array<long long, 3>, Index> known;
+  std::vector<Vector3d> distinct;
+  Folded folded;
+  for (Index i = 0; i < points.cols(); ++i) {
+    const Vector3d p = points.col(i);
+    const unsigned image = (p.x() < 0.0 ? 1U : 0U) | (p.y() < 0.0 ? 2U : 0U);
+    const Vector3d moved = mirror(image).cwiseProduct(p);
+    const std::array key = {std::llround(moved.x() / kSame), std::llround(moved.y() / kSame),
+                            std::llround(moved.z() / kSame)};
+    const auto [entry, isNew] = known.try_emplace(key, static_cast<Index>(distinct.size()));
+    if (isNew) distinct.push_back(moved);
+    folded.index.push_back(entry->second);
+    folded.image.push_back(image);
+  }
+  folded.distinct.resize(3, static_cast<Index>(distinct.size()));
+  for (std::size_t i = 0; i < distinct.size(); ++i) folded.distinct.col(static_cast<Index>(i)) = distinct[i];
+  return folded;
+}
+
+struct Element {
+  std::size_t shape = 0;
+  std::vector<int> unknowns;  // 3 x node + component, in the order of the shell's
+  MatrixXd interpolation;     // unknowns x columns of its targets
+  Index firstColumn = 0;
+};
+
+// A point of the boundary where the half-space field is wanted.
+struct Sample {
+  Vector3d point;
+  int normal;  // 0, 1: traction on the side that faces along x, y; 2: displacement on the base
+};
+
+// A side face of an element: what its samples contribute to the nodal loads.
+struct Face {
+  Index firstSample;
+  std::vector<int> boundaryNodes;  // -1 on the base
+  MatrixXd weights;                // nodes x samples [m^2]
+};
+
+// Where the boundary data lives: the nodes of the base first, a sample at each, then those of the sides.
+struct Boundary {
+  std::vector<int> ofNode;  // number on the boundary of each of the mesh's nodes, -1 off it
+  Index baseCount = 0;
+  Index count = 0;
+  std::vector<Sample> samples;
+  std::vector<Face> faces;
+};
+
+using PerClass = std::array<MatrixXd, kClasses>;
+
+std::array<std::vector<double>, 3> planesOf(const Gel& gel, const BlockOptions& options) {
+  constexpr double kGradedBelow = 8e-3;  // [m]
+  const bool isGraded = options.clearance < kGradedBelow;
+  const Vector3d size(0.5 * gel.size.x(), 0.5 * gel.size.y(), gel.size.z());
+  std::array<std::vector<double>, 3> planes;
+  for (int d = 0; d < 3; ++d) {
+    planes[d] = options.breaks[d];
+    if (planes[d].empty() && d < 2)
+      planes[d] = isGraded ? std::vector{0.0, 0.5, 0.84, 1.0} : std::vector{0.0, 0.5, 1.0};
+    if (planes[d].empty() && d == 2) planes[d] = isGraded ? std::vector{0.0, 0.2, 0.55, 1.0} : std::vector{0.0, 1.0};
+    assert(planes[d].size() >= 2 && planes[d].front() == 0.0 && planes[d].back() == 1.0);
+    for (double& plane : planes[d]) plane *= size[d];
+  }
+  return planes;
+}
+
+Boundary makeBoundary(const BoxMesh& mesh) {
+  Boundary boundary;
+  boundary.ofNode.assign(static_cast<std::size_t>(mesh.nodeCount()), -1);
+  for (int node = 0; node < mesh.nodeCount(); ++node)
+    if (mesh.place(node)[2] == mesh.last(2)) {
+      boundary.ofNode[node] = static_cast<int>(boundary.count++);
+      boundary.samples.push_back({mesh.position(mesh.place(node)), 2});
+    }
+  boundary.baseCount = boundary.count;
+  for (int node = 0; node < mesh.nodeCount(); ++node)
+    if (boundary.ofNode[node] < 0 && (mesh.place(node)[0] == mesh.last(0) || mesh.place(node)[1] == mesh.last(1)))
+      boundary.ofNode[node] = static_cast<int>(boundary.count++);
+
+  const int degree = mesh.degree();
+  const Rule rule = gauss(degree + 3);
+  const MatrixXd values = lagrange(gaussLobatto(degree + 1).points, rule.points);
+  const Index points = rule.points.size();
+  for (int normal = 0; normal < 2; ++normal) {
+    const int along = 1 - normal;
+    Lattice cell{};
+    cell[normal] = mesh.cells(normal) - 1;
+    for (cell[2] = 0; cell[2] < mesh.cells(2); ++cell[2])
+      for (cell[along] = 0; cell[along] < mesh.cells(along); ++cell[along]) {
+        Face face{
+            static_cast<Index>(boundary.samples.size()), {}, MatrixXd((degree + 1) * (degree + 1), points * points)};
+        const Vector3d corner = mesh.corner(cell), size = mesh.size(cell);
+        for (Index q = 0; q < points; ++q)
+          for (Index p = 0; p < points; ++p) {
+            Vector3d unit = Vector3d::Ones();
+            unit[along] = 0.5 * (1.0 + rule.points[p]);
+            unit[2] = 0.5 * (1.0 + rule.points[q]);
+            boundary.samples.push_back({corner + unit.cwiseProduct(size), normal});
+          }
+        for (int k = 0; k <= degree; ++k)
+          for (int i = 0; i <= degree; ++i) {
+            Lattice place;
+            place[normal] = mesh.last(normal);
+            place[along] = cell[along] * degree + i;
+            place[2] = cell[2] * degree + k;
+            const auto row = static_cast<Index>(face.boundaryNodes.size());
+            face.boundaryNodes.push_back(place[2] == mesh.last(2) ? -1 : boundary.ofNode[mesh.number(place)]);
+            for (Index q = 0; q < points; ++q)
+              for (Index p = 0; p < points; ++p)
+                face.weights(row, q * points + p) =
+                    0.25 * size[along] * size[2] * rule.weights[p] * values(p, i) * rule.weights[q] * values(q, k);
+          }
+        boundary.faces.push_back(std::move(face));
+      }
+  }
+  return boundary;
+}
+
+// The elements in the order of the tree, with the targets that lie in them. `column` receives the column of each
+// component of each target.
+struct Elements {
+  std::vector<MatrixXd> stiffnesses;  // lower triangle, one for each shape
+  std::map<Lattice, Element> at;
+  Index columns = 0;
+};
+
+Elements makeElements(const BoxMesh& mesh, const CellRange& whole, const Gel& gel, const Points& targets,
+                      std::vector<std::array<Index, 3>>& columns) {
+  std::map<Lattice, std::vector<Index>> targetsIn;
+  for (Index t = 0; t < targets.cols(); ++t) targetsIn[mesh.cellAt(targets.col(t))].push_back(t);
+  std::map<std::array<long long, 3>, std::vector<Lattice>> shapes;
+  Elements elements;
+  columns.resize(static_cast<std::size_t>(targets.cols()));
+  for (const Lattice& cell : whole.cells()) {
+    constexpr double kSame = 1e-9;  // [m]
+    const Vector3d size = mesh.size(cell);
+    shapes[{std::llround(size.x() / kSame), std::llround(size.y() / kSame), std::llround(size.z() / kSame)}].push_back(
+        cell);
+    const std::vector<Index>& inside = targetsIn[cell];
+    Element& element = elements.at[cell];
+    element.firstColumn = elements.columns;
+    for (std::size_t i = 0; i < inside.size(); ++i)
+      for (int c = 0; c < 3; ++c) columns[inside[i]][c] = elements.columns + static_cast<Index>(c * inside.size() + i);
+    elements.columns += static_cast<Index>(3 * inside.size());
+    for (const Lattice& place : shellNodes(mesh.degree())) {
+      const int node = mesh.number(
+          {cell[0] * mesh.degree() + place[0], cell[1] * mesh.degree() + place[1], cell[2] * mesh.degree() + place[2]});
+      for (int c = 0; c < 3; ++c) element.unknowns.push_back(3 * node + c);
+    }
+  }
+  for (const auto& [key, cells] : shapes) {
+    CondensedElement condensed =
+        condensedElement(mesh.degree(), mesh.size(cells.front()), gel.youngsModulus, gel.poissonRatio);
+    for (const Lattice& cell : cells) {
+      const std::vector<Index>& inside = targetsIn[cell];
+      const Points unit =
+          (targets(Eigen::all, inside).colwise() - mesh.corner(cell)).array().colwise() / mesh.size(cell).array();
+      elements.at[cell].shape = elements.stiffnesses.size();
+      elements.at[cell].interpolation = condensed.interpolation(unit);
+    }
+    elements.stiffnesses.push_back(std::move(condensed.stiffness));
+  }
+  return elements;
+}
+
+// Rows and columns of a symmetric matrix of which the lower triangle is given.
+MatrixXd part(const MatrixXd& lower, const std::vector<int>& rows, const std::vector<int>& columns) {
+  MatrixXd result(static_cast<Index>(rows.size()), static_cast<Index>(columns.size()));
+  for (std::size_t j = 0; j < columns.size(); ++j)
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      result(static_cast<Index>(i), static_cast<Index>(j)) =
+          lower(std::max(rows[i], columns[j]), std::min(rows[i], columns[j]));
+  return result;
+}
+
+// One class of the quarter block.
+class ClassSolver {
+ public:
+  ClassSolver(unsigned parity, const BoxMesh& mesh, const CellRange& whole, const Elements& elements,
+              const Boundary& boundary)
+      : parity_(parity)
+      , mesh_(mesh)
+      , whole_(whole)
+      , elements_(elements)
+      , boundary_(boundary)
+      , solver_(3 * mesh.nodeCount()) {}
+
+  // 3 boundary nodes x columns.
+  MatrixXd transfer() {
+    assemble(whole_);
+    const MatrixXd x = solver_.solve(elements_.columns);
+    MatrixXd result = MatrixXd::Zero(3 * boundary_.count, elements_.columns);
+    for (std::size_t node = 0; node < boundary_.ofNode.size(); ++node)
+      if (boundary_.ofNode[node] >= boundary_.baseCount)
+        result.middleRows<3>(3 * boundary_.ofNode[node]) = x.middleRows<3>(3 * static_cast<Index>(node));
+    for (const auto& [cell, element] : elements_.at) {
+      if (cell[2] != mesh_.cells(2) - 1) continue;
+      const Split split = splitUnknowns(element);
+      std::vector<int> rows, free;
+      for (const int i : split.base)
+        rows.push_back(3 * boundary_.ofNode[element.unknowns[i] / 3] + element.unknowns[i] % 3);
+      for (const int i : split.free) free.push_back(element.unknowns[i]);
+      MatrixXd reaction(static_cast<Index>(rows.size()), elements_.columns);
+      const MatrixXd atFree = x(free, Eigen::all);
+      multiply(-1.0, part(elements_.stiffnesses[element.shape], split.base, split.free), Op::kPlain, atFree, Op::kPlain,
+               0.0, reaction);
+      reaction.middleCols(element.firstColumn, element.interpolation.cols()) +=
+          element.interpolation(split.base, Eigen::all);
+      result(rows, Eigen::all) += reaction;
+    }
+    return result;
+  }
+
+ private:
+  // Rows of an element's shell: unknown, prescribed on the base. Those that the class forbids are in neither.
+  struct Split {
+    std::vector<int> free, base;
+  };
+
+  Split splitUnknowns(const Element& element) const {
+    Split split;
+    for (std::size_t i = 0; i < element.unknowns.size(); ++i) {
+      const Lattice& place = mesh_.place(element.unknowns[i] / 3);
+      const int component = element.unknowns[i] % 3;
+      if ((place[0] == 0 && vanishes(parity_, 0, component)) || (place[1] == 0 && vanishes(parity_, 1, component)))
+        continue;
+      (place[2] == mesh_.last(2) ? split.base : split.free).push_back(static_cast<int>(i));
+    }
+    return split;
+  }
+
+  Front assemble(const CellRange& range) {
+    Front front;
+    if (range.isCell()) {
+      const Element& element = elements_.at.at(range.first);
+      const std::vector<int> free = splitUnknowns(element).free;
+      front = {{},
+               part(elements_.stiffnesses[element.shape], free, free),
+               element.interpolation(free, Eigen::all),
+               element.firstColumn};
+      for (const int i : free) front.unknowns.push_back(element.unknowns[i]);
+    } else {
+      const auto [a, b] = range.halves();
+      Front first = assemble(a);
+      front = solver_.merge(std::move(first), assemble(b));
+    }
+    return solver_.eliminate(std::move(front),
+                             [&](int unknown) { return range.owns(mesh_, mesh_.place(unknown / 3)); });
+  }
+
+  unsigned parity_;
+  const BoxMesh& mesh_;
+  CellRange whole_;
+  const Elements& elements_;
+  const Boundary& boundary_;
+  FrontalSolver solver_;
+};
+
+}  // namespace
+
+struct BlockCorrection::Data {
+  double youngsModulus, poissonRatio;
+  Folded targets;
+  std::vector<std::array<Index, 3>> columns;  // of `transfer`, for each component at each distinct target
+  Boundary boundary;
+  PerClass transfer;  // 3 boundary nodes x 3 distinct targets; w at the targets is transfer^T boundary data
+
+  Data(const Gel& gel, const Points& points, const BlockOptions& options, const Progress& progress);
+
+  // w at the distinct targets, columns the unit forces at each source; or one column: `forces` together.
+  PerClass respond(const Points& sources, const Eigen::Matrix3Xd* forces) const;
+
+ private:
+  PerClass boundaryData(const Points& sources, const Eigen::Matrix3Xd* forces) const;
+};
+
+BlockCorrection::Data::Data(const Gel& gel, const Points& points, const BlockOptions& options, const Progress& progress)
+    : youngsModulus(gel.youngsModulus)
+    , poissonRatio(gel.poissonRatio)
+    , targets(fold(points)) {
+  const BoxMesh mesh(options.degree, planesOf(gel, options));
+  const CellRange whole{{0, 0, 0}, {mesh.cells(0) - 1, mesh.cells(1) - 1, mesh.cells(2) - 1}};
+  boundary = makeBoundary(mesh);
+  const Elements elements = makeElements(mesh, whole, gel, targets.distinct, columns);
+  for (unsigned parity = 0; parity < kClasses; ++parity) {
+    if (progress) progress((parity + 1.0) / (kClasses + 1.0));
+    transfer[parity] = ClassSolver(parity, mesh, whole, elements, boundary).transfer();
+  }
+  if (progress) progress(1.0);
+}
+
+// Minus the half-space field of the sources: displacements of the base's nodes, then loads on the sides' nodes.
+PerClass BlockCorrection::Data::boundaryData(const Points& sources, const Eigen::Matrix3Xd* forces) const {
+  const Index width = forces != nullptr ? 1 : 3 * sources.cols();
+  const auto count = static_cast<Index>(boundary.samples.size());
+  PerClass sampled;  // sample x (component x width + column)
+  sampled.fill(MatrixXd::Zero(count, 3 * width));
+  for (Index s = 0; s < sources.cols(); ++s)
+    for (Index i = 0; i < count; ++i) {
+      const Sample& sample = boundary.samples[i];
+      std::array<Matrix3d, kClasses> images;
+      for (unsigned image = 0; image < kClasses; ++image) {
+        const Vector3d sign = mirror(image);
+        const Vector3d offset = sign.cwiseProduct(sample.point) - sources.col(s);
+        Matrix3d value;
+        if (sample.normal == 2) {
+          value = halfSpaceDisplacement(offset, youngsModulus, poissonRatio);
+        } else {
+          const auto stress = halfSpaceStress(offset, poissonRatio);
+          for (int j = 0; j < 3; ++j) value.col(j) = sign[sample.normal] * stress[j].col(sample.normal);
+        }
+        images[image] = -0.25 * sign.asDiagonal() * value;
+      }
+      for (unsigned parity = 0; parity < kClasses; ++parity) {
+        Matrix3d mean = images[0];
+        for (unsigned image = 1; image < kClasses; ++image) mean += character(parity, image) * images[image];
+        for (int c = 0; c < 3; ++c) {
+          if (forces != nullptr)
+            sampled[parity](i, c) += mean.row(c).dot(forces->col(s));
+          else
+            for (int j = 0; j < 3; ++j) sampled[parity](i, c * width + 3 * s + j) = mean(c, j);
+        }
+      }
+    }
+
+  PerClass data;
+  for (unsigned parity = 0; parity < kClasses; ++parity) {
+    data[parity] = MatrixXd::Zero(3 * boundary.count, width);
+    for (Index node = 0; node < boundary.baseCount; ++node)
+      for (int c = 0; c < 3; ++c) data[parity].row(3 * node + c) = sampled[parity].row(node).segment(c * width, width);
+    for (const Face& face : boundary.faces) {
+      MatrixXd loads(face.weights.rows(), 3 * width);
+      multiply(1.0, face.weights, Op::kPlain, sampled[parity].middleRows(face.firstSample, face.weights.cols()),
+               Op::kPlain, 0.0, loads);
+      for (Index node = 0; node < loads.rows(); ++node)
+        for (int c = 0; c < 3 && face.boundaryNodes[node] >= 0; ++c)
+          data[parity].row(3 * face.boundaryNodes[node] + c) += loads.row(node).segment(c * width, width);
+    }
+  }
+  return data;
+}
+
+PerClass BlockCorrection::Data::respond(const Points& sources, const Eigen::Matrix3Xd* forces) const {
+  const PerClass data = boundaryData(sources, forces);
+  PerClass response;
+  for (unsigned parity = 0; parity < kClasses; ++parity) {
+    response[parity].resize(transfer[parity].cols(), data[parity].cols());
+    multiply(1.0, transfer[parity], Op::kTransposed, data[parity], Op::kPlain, 0.0, response[parity]);
+  }
+  return response;
+}
+
+BlockCorrection::BlockCorrection(const Gel& gel, const Points& targets, const BlockOptions& options,
+                                 const Progress& progress)
+    : data_(std::make_unique<Data>(gel, targets, options, progress)) {}
+BlockCorrection::~BlockCorrection() = default;
+BlockCorrection::BlockCorrection(BlockCorrection&&) noexcept = default;
+BlockCorrection& BlockCorrection::operator=(BlockCorrection&&) noexcept = default;
+
+MatrixXd BlockCorrection::matrix(const Points& sources) const {
+  const Folded folded = fold(sources);
+  const PerClass response = data_->respond(folded.distinct, nullptr);
+  const Folded& targets = data_->targets;
+  MatrixXd result = MatrixXd::Zero(3 * static_cast<Index>(targets.index.size()), 3 * sources.cols());
+  for (unsigned parity = 0; parity < kClasses; ++parity)
+    for (Index s = 0; s < sources.cols(); ++s)
+      for (int j = 0; j < 3; ++j) {
+        const double signOfForce = character(parity, folded.image[s]) * mirror(folded.image[s])[j];
+        const double* from = response[parity].col(3 * folded.index[s] + j).data();
+        double* to = result.col(3 * s + j).data();
+        for (std::size_t t = 0; t < targets.index.size(); ++t) {
+          const double sign = signOfForce * character(parity, targets.image[t]);
+          const Vector3d flip = mirror(targets.image[t]);
+          for (int c = 0; c < 3; ++c) *to++ += sign * flip[c] * from[data_->columns[targets.index[t]][c]];
+        }
+      }
+  return result;
+}
+
+Points BlockCorrection::displacement(const Points& sources, const Eigen::Matrix3Xd& forces) const {
+  assert(sources.cols() == forces.cols());
+  const PerClass response = data_->respond(sources, &forces);
+  const Folded& targets = data_->targets;
+  Points result = Points::Zero(3, static_cast<Index>(targets.index.size()));
+  for (unsigned parity = 0; parity < kClasses; ++parity)
+    for (std::size_t t = 0; t < targets.index.size(); ++t)
+      for (int c = 0; c < 3; ++c)
+        result(c, static_cast<Index>(t)) += character(parity, targets.image[t]) * mirror(targets.image[t])[c] *
+                                            response[parity](data_->columns[targets.index[t]][c], 0);
+  return result;
+}
+
+MatrixXd blockDisplacement(const Gel& gel, const Points& targets, const Points& sources, const BlockOptions& options,
+                           const Progress& progress) {
+  BlockOptions fitted = options;
+  for (int d = 0; d < 2; ++d)
+    fitted.clearance = std::min(fitted.clearance, 0.5 * gel.size[d] - sources.row(d).cwiseAbs().maxCoeff());
+  MatrixXd u = BlockCorrection(gel, targets, fitted, progress).matrix(sources);
+  for (Index s = 0; s < sources.cols(); ++s)
+    for (Index t = 0; t < targets.cols(); ++t)
+      u.block<3, 3>(3 * t, 3 * s) +=
+          halfSpaceDisplacement(targets.col(t) - sources.col(s), gel.youngsModulus, gel.poissonRatio);
+  return u;
+}
+
+}  // namespace sensor::elastic
