@@ -1,9 +1,8 @@
 #include "sensor/gel_file.h"
 
 #include <array>
-#include <cmath>
 #include <cstdio>
-#include <limits>
+#include <optional>
 
 namespace sensor {
 
@@ -11,7 +10,6 @@ namespace {
 
 constexpr int kVersion = 1;
 constexpr double kMillimetres = 1e3;  // per metre
-constexpr double kHuge = std::numeric_limits<double>::infinity();
 
 void readGrid(TomlTable& table, int& columns, int& rows, double& pitch, Eigen::Vector2d& centre) {
   table.read("columns", columns, {1, 1000});

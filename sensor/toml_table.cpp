@@ -25,10 +25,6 @@ std::string text(double value) {
   return buffer.data();
 }
 
-std::string quoted(std::string_view text) {
-  return "'" + std::string(text) + "'";
-}
-
 /// Levenshtein 1966: the fewest letters to insert, remove or replace.
 std::size_t distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -73,15 +69,16 @@ struct TomlTable::Document {
   /// The unread key that stands first in the file.
   void rejectUnread(const toml::table& table, const std::string& path) {
     const std::vector<std::string>& read = known[&table];
-    for (const auto& [key, node] : table) {
-      const std::string name = path + std::string(key.str());
-      if (std::find(read.begin(), read.end(), key.str()) == read.end()) {
-        std::string what = "unknown key " + quoted(name);
-        const auto nearest = std::min_element(read.begin(), read.end(), [&](const auto& a, const auto& b) {
-          return distance(a, key.str()) < distance(b, key.str());
+    for (const auto& [tomlKey, node] : table) {
+      const std::string_view key = tomlKey.str();
+      const std::string name = path + std::string(key);
+      if (std::find(read.begin(), read.end(), key) == read.end()) {
+        std::string what = "unknown key '" + name + "'";
+        const auto nearest = std::min_element(read.begin(), read.end(), [key](const auto& a, const auto& b) {
+          return distance(a, key) < distance(b, key);
         });
-        if (nearest != read.end()) what += "; the nearest known key is " + quoted(path + *nearest);
-        unread.emplace_back(key.source().begin.line, FileError{where(node), what});
+        if (nearest != read.end()) what += "; the nearest known key is '" + path + *nearest + "'";
+        unread.emplace_back(tomlKey.source().begin.line, FileError{where(node), what});
       } else if (const toml::table* inner = node.as_table()) {
         rejectUnread(*inner, name + ".");
       } else if (const toml::array* array = node.as_array()) {
