@@ -1,0 +1,200 @@
+#include "daemon/pipeline.h"
+
+#include "daemon/base/clock.h"
+
+#include <pthread.h>
+
+#include <cassert>
+#include <utility>
+
+namespace tractiond {
+namespace {
+
+MarkerField blankMarkers(const PipelineOptions& options) {
+  MarkerField markers;
+  markers.resize(options.markers);
+  return markers;
+}
+
+TractionField blankField(const PipelineOptions& options) {
+  TractionField field;
+  field.resize(options.markers, options.nodes);
+  return field;
+}
+
+// What each stage does with one frame, threaded or inline: call, stamp, count.
+
+bool trackOne(const Stages& stages, const Frame& frame, MarkerField& markers, Ledger& ledger) {
+  markers.info = frame.info;
+  const bool tracked = stages.track(frame, markers);
+  markers.info.times.tracked_ns = monotonicNow();
+  if (!tracked) ledger.noRestPose.add();
+  return tracked;
+}
+
+void solveOne(const Stages& stages, const MarkerField& markers, TractionField& field) {
+  stages.solve(markers, field);
+  field.markers.info.times.solved_ns = monotonicNow();
+}
+
+void publishOne(const Stages& stages, const TractionField& field, Ledger& ledger) {
+  stages.publish(field);
+  ledger.published.add();
+}
+
+/// Gives every element of a link to `work` until the link is closed and empty; `sleep` waits for more.
+template <typename T, std::size_t kSlots, typename Work, typename Sleep>
+void workOff(Link<T, kSlots>& link, Counter& turns, Work work, Sleep sleep) {
+  for (;; turns.add()) {
+    const bool closed = link.closed();  // asked before take(): if so, nothing comes after an empty link
+    if (T* element = link.take()) {
+      work(*element);
+      link.release(element);
+    } else if (closed) {
+      return;
+    } else {
+      sleep();
+    }
+  }
+}
+
+/// A slot to fill; waits for it where the link may not evict.
+template <typename T, std::size_t kSlots>
+T& acquire(Link<T, kSlots>& link, Counter& turns, std::chrono::milliseconds turn) {
+  for (;; turns.add()) {
+    if (T* slot = link.acquire()) return *slot;
+    link.waitForRoom(turn);
+  }
+}
+
+}  // namespace
+
+Pipeline::Pipeline(Stages stages, const PipelineOptions& options, Ledger& ledger, Turns& turns)
+    : stages_(std::move(stages))
+    , options_(options)
+    , ledger_(ledger)
+    , turns_(turns)
+    , frames_(options.whenFull, ledger.evictedBeforeTrack, {}, [this](Frame& frame) { stages_.source.recycle(frame); })
+    , markers_(options.whenFull, ledger.evictedBeforeSolve, blankMarkers(options))
+    , fields_(options.whenFull, ledger.evictedBeforePublish, blankField(options)) {}
+
+Pipeline::~Pipeline() {
+  stop();
+}
+
+void Pipeline::start() {
+  const auto run = [this](std::thread& thread, const char* name, void (Pipeline::*body)()) {
+    assert(!thread.joinable() && "started once");
+    thread = std::thread(body, this);
+    pthread_setname_np(thread.native_handle(), name);
+  };
+  // Against the frames' direction, so that the first frame finds everybody there.
+  if (stages_.control) run(controlThread_, "tr-control", &Pipeline::control);
+  run(publishThread_, "tr-publish", &Pipeline::publish);
+  run(solveThread_, "tr-solve", &Pipeline::solve);
+  run(trackThread_, "tr-track", &Pipeline::track);
+  run(captureThread_, "tr-capture", &Pipeline::capture);
+}
+
+void Pipeline::stop() {
+  stopping_.store(true, std::memory_order_relaxed);  // a wish, it orders nothing: capture and control see it in a turn
+  finish();
+}
+
+void Pipeline::finish() {
+  if (!captureThread_.joinable()) return;
+  // In the frames' direction: each ends when the link before it is closed and empty.
+  captureThread_.join();
+  trackThread_.join();
+  solveThread_.join();
+  publishThread_.join();
+  stopping_.store(true, std::memory_order_relaxed);
+  if (stages_.control) controlThread_.join();
+  ledger_.discardedAtStop.add(frames_.discard() + markers_.discard() + fields_.discard());
+}
+
+void Pipeline::capture() {
+  Counter& turns = turns_.capture;
+  Frame* frame = nullptr;
+  for (; !stopping_.load(std::memory_order_relaxed); turns.add()) {
+    frames_.reclaim();  // the camera gets its memory back here, on the thread that took it
+    if (!frame) frame = &acquire(frames_, turns, options_.turn);
+    const auto next = stages_.source.next(*frame, options_.turn);
+    if (next == capture::Next::kFrame) {
+      frames_.push(std::exchange(frame, nullptr));
+    } else if (next == capture::Next::kEnd) {
+      ended_.store(true, std::memory_order_relaxed);
+      break;
+    }
+  }
+  if (frame) frames_.putBack(frame);
+  frames_.close();
+}
+
+void Pipeline::track() {
+  workOff(
+      frames_, turns_.track,
+      [this](const Frame& frame) {
+        MarkerField& markers = acquire(markers_, turns_.track, options_.turn);
+        if (trackOne(stages_, frame, markers, ledger_)) {
+          markers_.push(&markers);
+        } else {
+          markers_.putBack(&markers);
+        }
+      },
+      [this] { frames_.wait(options_.turn); });
+  markers_.close();
+}
+
+void Pipeline::solve() {
+  workOff(
+      markers_, turns_.solve,
+      [this](const MarkerField& markers) {
+        TractionField& field = acquire(fields_, turns_.solve, options_.turn);
+        solveOne(stages_, markers, field);
+        fields_.push(&field);
+      },
+      [this] { markers_.wait(options_.turn); });
+  fields_.close();
+}
+
+void Pipeline::publish() {
+  using std::chrono_literals::operator""ms;
+  workOff(
+      fields_, turns_.publish,
+      [this](const TractionField& field) {
+        publishOne(stages_, field, ledger_);
+        stages_.waitToPublish(fields_.fd(), 0ms);  // new subscribers are served also when there is no pause
+      },
+      [this] {
+        stages_.waitToPublish(fields_.fd(), options_.turn);
+        fields_.awake();
+      });
+}
+
+void Pipeline::control() {
+  for (; !stopping_.load(std::memory_order_relaxed); turns_.control.add()) stages_.control(options_.turn);
+}
+
+void runInline(const Stages& stages, const PipelineOptions& options, Ledger& ledger) {
+  Frame frame;
+  MarkerField markers = blankMarkers(options);
+  TractionField field = blankField(options);
+  for (;;) {
+    const auto next = stages.source.next(frame, options.turn);
+    if (next == capture::Next::kEnd) return;
+    if (next == capture::Next::kFrame) {
+      if (trackOne(stages, frame, markers, ledger)) {
+        solveOne(stages, markers, field);
+        publishOne(stages, field, ledger);
+      }
+      stages.source.recycle(frame);
+    }
+  }
+}
+
+bool balanced(const Ledger& ledger) {
+  return ledger.received.get() == ledger.published.get() + ledger.losses();
+}
+
+}  // namespace tractiond

@@ -1,0 +1,86 @@
+// The page: stages, the links between them, the threads they run on, and the order in which these start and stop.
+//
+//   capture ──frames──> track ──markers──> solve ──fields──> publish          control
+//
+// A stage is a function, a link a bounded queue, a thread a line in pipeline.cpp. Live, a link that overflows evicts
+// its oldest element, which is counted: the newest frame matters most. For replay and measurement the links wait
+// instead.
+#pragma once
+
+#include "daemon/base/link.h"
+#include "daemon/capture/frame_source.h"
+#include "daemon/records/ledger.h"
+#include "daemon/records/traction_field.h"
+#include "daemon/records/turns.h"
+
+#include <functional>
+#include <thread>
+
+namespace tractiond {
+
+/// What is done with a frame. Each function is called from its own thread only, and never after stop() or finish().
+struct Stages {
+  capture::FrameSource& source;
+  std::function<bool(const Frame&, MarkerField&)> track;  ///< false: there is no rest pose yet, nothing to publish
+  std::function<void(const MarkerField&, TractionField&)> solve;
+  std::function<void(const TractionField&)> publish;
+  /// Between two fields: sleeps until the descriptor is readable or the time is over, and serves subscribers meanwhile.
+  std::function<void(int fd, std::chrono::milliseconds)> waitToPublish;
+  /// One turn of what people ask of the daemon; sleeps at most as long as told. Empty: no such thread.
+  std::function<void(std::chrono::milliseconds)> control;
+};
+
+struct PipelineOptions {
+  int markers = 0;  ///< sizes the records
+  int nodes = 0;
+  WhenFull whenFull = WhenFull::kEvictOldest;
+  std::chrono::milliseconds turn{100};  ///< no stage sleeps longer, so that stop and watchdog never wait for a frame
+};
+
+/// Thread-bound: all from one thread.
+class Pipeline {
+ public:
+  /// Allocates every record that will travel. Stages, ledger and turns outlive the pipeline.
+  Pipeline(Stages stages, const PipelineOptions& options, Ledger& ledger, Turns& turns);
+  ~Pipeline();  ///< stops
+  Pipeline(const Pipeline&) = delete;
+  Pipeline& operator=(const Pipeline&) = delete;
+
+  void start();
+  /// In two phases: first the source is asked no more, and each stage in its turn works off what lies before it and
+  /// closes the link behind it; then the threads are joined, and what should still be in a link is counted as
+  /// discarded.
+  void stop();
+  /// Waits until the source ends by itself, then as stop().
+  void finish();
+
+  /// The source has ended by itself.
+  bool ended() const { return ended_.load(std::memory_order_relaxed); }
+
+ private:
+  void capture();
+  void track();
+  void solve();
+  void publish();
+  void control();
+
+  Stages stages_;
+  PipelineOptions options_;
+  Ledger& ledger_;
+  Turns& turns_;
+  // At most 5 wait before the tracker and 2 before the others, which are faster: on overload a frame's age is bounded.
+  Link<Frame, 7> frames_;
+  Link<MarkerField, 4> markers_;
+  Link<TractionField, 4> fields_;
+  std::atomic<bool> stopping_{false};
+  std::atomic<bool> ended_{false};
+  std::thread captureThread_, trackThread_, solveThread_, publishThread_, controlThread_;
+};
+
+/// The same stages in one thread, one frame after the other, until the source ends. No control stage.
+void runInline(const Stages& stages, const PipelineOptions& options, Ledger& ledger);
+
+/// received = published + each named loss. Holds when nothing is in flight.
+bool balanced(const Ledger& ledger);
+
+}  // namespace tractiond

@@ -1,0 +1,242 @@
+#include "daemon/base/clock.h"
+#include "daemon/pipeline.h"
+
+#include <gtest/gtest.h>
+#include <poll.h>
+
+#include <random>
+#include <set>
+#include <vector>
+
+namespace tractiond {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr PipelineOptions kSmall{.markers = 3, .nodes = 2};
+
+/// Numbered frames from memory that must come back; some arrive broken.
+class CountingSource : public capture::FrameSource {
+ public:
+  CountingSource(std::uint64_t count, Ledger& ledger, std::uint64_t brokenEvery = 0)
+      : count_(count)
+      , brokenEvery_(brokenEvery)
+      , ledger_(ledger) {}
+
+  capture::Next next(Frame& frame, std::chrono::milliseconds) override {
+    if (sent_ == count_) return capture::Next::kEnd;
+    ledger_.received.add();
+    ++sent_;
+    if (brokenEvery_ > 0 && sent_ % brokenEvery_ == 0) {
+      ledger_.incomplete.add();
+      return capture::Next::kRejected;
+    }
+    frame = {};
+    frame.info.frameNumber = sent_;
+    frame.info.times.received_ns = monotonicNow();
+    frame.token = this;
+    out_.insert(sent_);
+    return capture::Next::kFrame;
+  }
+
+  void recycle(Frame& frame) override {
+    EXPECT_EQ(out_.erase(frame.info.frameNumber), 1U);
+    frame.token = nullptr;
+  }
+
+  std::size_t notGivenBack() const { return out_.size(); }
+
+ private:
+  std::uint64_t count_, brokenEvery_, sent_ = 0;
+  Ledger& ledger_;
+  std::set<std::uint64_t> out_;
+};
+
+/// Keeps the processor busy for a random while.
+class Dawdle {
+ public:
+  Dawdle(unsigned seed, int most)
+      : random_(seed)
+      , steps_(0, most) {}
+  void operator()() {
+    std::atomic<int> left = steps_(random_) * 50;
+    while (--left > 0) {
+    }
+  }
+
+ private:
+  std::minstd_rand random_;
+  std::uniform_int_distribution<int> steps_;
+};
+
+void pollFor(int fd, std::chrono::milliseconds timeout) {
+  pollfd item{fd, POLLIN, 0};
+  poll(&item, 1, static_cast<int>(timeout.count()));
+}
+
+/// Stages whose result depends on the frame alone.
+struct Work {
+  Work(capture::FrameSource& source, int slowness = 0)
+      : slow{Dawdle{1, slowness}, Dawdle{2, slowness}, Dawdle{3, slowness}} {
+    stages = std::make_unique<Stages>(Stages{
+        .source = source,
+        .track =
+            [this](const Frame& frame, MarkerField& markers) {
+              slow[0]();
+              markers.displacement_px[0] = static_cast<float>(frame.info.frameNumber);
+              return frame.info.frameNumber > restFrames;
+            },
+        .solve =
+            [this](const MarkerField& markers, TractionField& field) {
+              slow[1]();
+              field.markers = markers;
+              field.force_N[0] = 2.0F * markers.displacement_px[0];
+            },
+        .publish =
+            [this](const TractionField& field) {
+              slow[2]();
+              published.push_back(field);
+            },
+        .waitToPublish = pollFor,
+        .control = {},
+    });
+  }
+
+  std::uint64_t restFrames = 0;
+  std::array<Dawdle, 3> slow;
+  std::vector<TractionField> published;
+  std::unique_ptr<Stages> stages;
+  Turns turns;
+};
+
+TEST(Pipeline, AccountsForEveryFrameWhenStagesDawdleAndEvict) {
+  for (const int slowness : {0, 20, 200}) {
+    Ledger ledger;
+    CountingSource source(5000, ledger, 7);
+    Work work(source, slowness);
+    work.restFrames = 20;
+    Pipeline pipeline(*work.stages, kSmall, ledger, work.turns);
+    pipeline.start();
+    pipeline.finish();
+    EXPECT_TRUE(pipeline.ended());
+    EXPECT_TRUE(balanced(ledger));
+    EXPECT_EQ(ledger.received.get(), 5000U);
+    EXPECT_EQ(ledger.incomplete.get(), 5000U / 7);
+    EXPECT_EQ(ledger.discardedAtStop.get(), 0U);
+    EXPECT_EQ(work.published.size(), ledger.published.get());
+    EXPECT_EQ(source.notGivenBack(), 0U);
+    std::uint64_t last = 0;
+    for (const TractionField& field : work.published) {
+      EXPECT_GT(field.markers.info.frameNumber, last);
+      last = field.markers.info.frameNumber;
+    }
+    EXPECT_EQ(last, 5000U) << "newest wins";
+  }
+}
+
+TEST(Pipeline, ThatWaitsGivesWhatTheInlineRunGives) {
+  std::array<std::vector<TractionField>, 2> results;
+  for (const bool threaded : {false, true}) {
+    Ledger ledger;
+    CountingSource source(2000, ledger, 11);
+    Work work(source, threaded ? 20 : 0);
+    work.restFrames = 50;
+    PipelineOptions options = kSmall;
+    options.whenFull = WhenFull::kWait;
+    if (threaded) {
+      Pipeline pipeline(*work.stages, options, ledger, work.turns);
+      pipeline.start();
+      pipeline.finish();
+    } else {
+      runInline(*work.stages, options, ledger);
+    }
+    EXPECT_TRUE(balanced(ledger));
+    EXPECT_EQ(ledger.noRestPose.get(), 50U - 50 / 11);
+    EXPECT_EQ(ledger.published.get(), 2000U - 2000 / 11 - ledger.noRestPose.get());
+    EXPECT_EQ(source.notGivenBack(), 0U);
+    results[threaded] = std::move(work.published);
+  }
+  ASSERT_EQ(results[0].size(), results[1].size());
+  for (std::size_t i = 0; i < results[0].size(); ++i) {
+    EXPECT_EQ(results[0][i].force_N, results[1][i].force_N);
+    EXPECT_EQ(results[0][i].markers.info.frameNumber, results[1][i].markers.info.frameNumber);
+  }
+}
+
+TEST(Pipeline, StampsTheStagesInOrder) {
+  Ledger ledger;
+  CountingSource source(10, ledger);
+  Work work(source);
+  runInline(*work.stages, kSmall, ledger);
+  ASSERT_EQ(work.published.size(), 10U);
+  for (const TractionField& field : work.published) {
+    const FrameTimes& times = field.markers.info.times;
+    EXPECT_LE(times.received_ns, times.tracked_ns);
+    EXPECT_LE(times.tracked_ns, times.solved_ns);
+  }
+}
+
+TEST(Pipeline, StopsAnEndlessSourceAndWorksOffWhatItHas) {
+  Ledger ledger;
+  CountingSource source(~std::uint64_t{0}, ledger);
+  Work work(source, 50);
+  PipelineOptions options = kSmall;
+  options.whenFull = WhenFull::kWait;
+  Pipeline pipeline(*work.stages, options, ledger, work.turns);
+  pipeline.start();
+  while (ledger.published.get() < 100) std::this_thread::yield();
+  pipeline.stop();
+  EXPECT_TRUE(balanced(ledger));
+  EXPECT_FALSE(pipeline.ended());
+  EXPECT_EQ(ledger.published.get(), ledger.received.get()) << "nothing was thrown away";
+  EXPECT_EQ(source.notGivenBack(), 0U);
+  pipeline.stop();  // a second time does nothing
+}
+
+TEST(Pipeline, LetsAHungStageBeSeenByItsTurns) {
+  /// Frames at the pace of the test, else a timeout at once.
+  class Paced : public capture::FrameSource {
+   public:
+    capture::Next next(Frame& frame, std::chrono::milliseconds) override {
+      std::this_thread::yield();
+      if (!wanted.exchange(false)) return capture::Next::kTimeout;
+      frame = {};
+      frame.info.frameNumber = 1;
+      return capture::Next::kFrame;
+    }
+    void recycle(Frame&) override {}
+    std::atomic<bool> wanted{false};
+  } source;
+  Ledger ledger;
+  Work work(source);
+  std::atomic<bool> hang{true}, hanging{false};
+  work.stages->solve = [&](const MarkerField&, TractionField&) {
+    hanging = true;
+    while (hang) std::this_thread::yield();
+  };
+  std::atomic<int> controlTurns{0};
+  work.stages->control = [&](auto) { ++controlTurns, std::this_thread::yield(); };
+  PipelineOptions options = kSmall;
+  options.turn = 1ms;
+  Pipeline pipeline(*work.stages, options, ledger, work.turns);
+  const auto advances = [](const Counter& turns) {
+    for (const auto start = turns.get(); turns.get() < start + 2;) std::this_thread::yield();
+  };
+  const Turns& turns = work.turns;
+  pipeline.start();
+  for (auto* stage : {&turns.capture, &turns.track, &turns.solve, &turns.publish, &turns.control}) {
+    advances(*stage);  // also without a frame
+  }
+  source.wanted = true;
+  while (!hanging) std::this_thread::yield();
+  const auto stuck = turns.solve.get();
+  for (auto* stage : {&turns.capture, &turns.track, &turns.publish, &turns.control}) advances(*stage);
+  EXPECT_EQ(turns.solve.get(), stuck);
+  hang = false;
+  advances(turns.solve);
+  pipeline.stop();
+  EXPECT_GT(controlTurns, 0);
+}
+
+}  // namespace
+}  // namespace tractiond
