@@ -8,10 +8,10 @@
 namespace tractiond::capture {
 
 enum class Next {
-  kFrame,      ///< `frame` holds a new, whole picture
-  kRejected,   ///< something arrived and was not usable; it is counted by cause in the source's counters
-  kTimeout,    ///< nothing arrived in time
-  kEnd,        ///< there will be no more frames (a recording's end)
+  kFrame,     ///< `frame` holds a new, whole picture
+  kRejected,  ///< something arrived and was not usable; it is counted by cause in the source's counters
+  kTimeout,   ///< nothing arrived in time
+  kEnd,       ///< there will be no more frames (a recording's end)
 };
 
 /// Thread-bound: one thread calls next() and recycle(); the counters may be read from any thread.

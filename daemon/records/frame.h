@@ -14,6 +14,8 @@ struct FrameTimes {
   std::int64_t device_ns = 0;      ///< the camera's own clock, as sent; its epoch is the camera's business
   std::int64_t received_ns = 0;    ///< CLOCK_MONOTONIC when the frame was popped from the camera driver
   std::int64_t receivedReal_ns = 0;///< CLOCK_REALTIME at the same moment
+  std::int64_t captured_ns = 0;    ///< device_ns on CLOCK_MONOTONIC, by the running mapping of the two clocks
+  std::int64_t capturedError_ns = 0;  ///< half width of that mapping, beside the shortest delay from camera to host
   std::int64_t tracked_ns = 0;     ///< CLOCK_MONOTONIC when tracking was done
   std::int64_t solved_ns = 0;      ///< CLOCK_MONOTONIC when solving was done
 };

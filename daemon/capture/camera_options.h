@@ -1,0 +1,52 @@
+// How a camera is chosen and set.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace tractiond::capture {
+
+enum class PacketSocket { kOff, kAuto, kOn };
+
+/// A GenICam feature by its name in the camera. `true` for a command executes it.
+struct Feature {
+  std::string name;
+  std::variant<bool, std::int64_t, double, std::string> value;
+};
+
+struct CameraOptions {
+  /// Device id, "Vendor-Serial", IP address or MAC address; empty: the first camera found.
+  std::string id;
+  /// A camera that is not there yet is waited for; false: that is an error.
+  bool wait = true;
+
+  // Zero or empty: as the camera stands. Applied in this order, before the features.
+  std::string pixelFormat;    ///< RGB8, BGR8, BayerRG8, BayerGR8, BayerGB8 or BayerBG8
+  int width = 0, height = 0;  ///< px
+  double frameRate_Hz = 0.0;
+  double exposure_us = 0.0;       ///< whatever the camera's name for it
+  std::optional<double> gain;     ///< in the camera's own unit
+  std::vector<Feature> features;  ///< in the order of the file
+
+  /// With headers. 0: the interface's MTU, at most 9000; smaller if no whole frame arrives so.
+  int packetSize_bytes = 0;
+  /// Nine frames of 640 x 480 RGB8: rides out a stall of 150 ms at 60 frames/s.
+  int receiveBuffer_bytes = 8 << 20;
+  /// A packet missing for longer is asked for again. At Aravis's default of 20 ms a repaired frame is 60 ms late.
+  int packetTimeout_us = 2'000;
+  /// A frame whose packets stay away for longer is given up.
+  int frameRetention_us = 100'000;
+  /// Needs CAP_NET_RAW, and delivers late or nothing on loopback.
+  PacketSocket packetSocket = PacketSocket::kOff;
+  /// One fills, the others are in the pipeline. More only add lag when it stalls.
+  int buffers = 10;
+  /// Without a frame for longer the camera counts as lost. 0: only if it says so (a trigger that may pause).
+  int silenceTimeout_ms = 2'000;
+  /// Aravis's in-process test camera may be opened.
+  bool fakeInterface = false;
+};
+
+}  // namespace tractiond::capture

@@ -1,0 +1,57 @@
+// The camera's clock on the host's: when, on CLOCK_MONOTONIC, was the picture taken?
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace tractiond::capture {
+
+/// Thread-bound. Allocates nothing.
+///
+/// host = device + offset + drift (device - origin) + delay, delay >= 0: the line below all points (device, host).
+/// What one-way stamps cannot show is the shortest delay itself (exposure, read-out and transport of the luckiest
+/// frame): the mapped time is late by it.
+class DeviceClock {
+ public:
+  struct Options {
+    std::int64_t window_ns = 1'000'000'000;  ///< of each window the frame with the shortest delay counts
+    double largestDrift = 500e-6;            ///< camera crystals stay below 100 ppm; NTP slews up to 500 ppm
+  };
+  struct Moment {
+    std::int64_t captured_ns = 0;  ///< CLOCK_MONOTONIC; not after the arrival, and never before the moment before it
+    std::int64_t error_ns = 0;  ///< half width, beside the shortest delay: how well the two clocks were seen to agree
+  };
+
+  DeviceClock() = default;
+  explicit DeviceClock(const Options& options)
+      : options_(options) {}
+
+  /// For every new frame in turn.
+  Moment add(std::int64_t device_ns, std::int64_t host_ns);
+
+  /// The camera's clock was set, or the camera is another one.
+  void restart() { points_ = 0; }
+
+  double drift() const { return drift_; }  ///< seconds the host's clock gains per second of the camera's
+
+ private:
+  struct Point {
+    double device_ns = 0, delay_ns = 0;  ///< from the origin; host - device, from the origin's
+  };
+  static constexpr std::size_t kWindows = 16;
+
+  void fit();
+  double excess(const Point& point) const { return point.delay_ns - offset_ns_ - drift_ * point.device_ns; }
+
+  Options options_;
+  std::array<Point, kWindows> lowest_{};  ///< of the closed windows, a ring
+  std::size_t points_ = 0;                ///< closed windows since the restart, plus one for the open one
+  Point open_;                            ///< lowest of the window that is filling
+  double openUntil_ns_ = 0;
+  std::int64_t deviceOrigin_ns_ = 0, hostOrigin_ns_ = 0;
+  double offset_ns_ = 0, drift_ = 0, scatter_ns_ = 0;
+  std::int64_t lastCaptured_ns_ = INT64_MIN;
+};
+
+}  // namespace tractiond::capture

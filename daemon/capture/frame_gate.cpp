@@ -1,0 +1,180 @@
+// Strategy. Whole pictures of the agreed shape are lined up into tracks: a picture follows a track when its id comes
+// after the track's last one, its time too, the ids do not outrun the time, and the camera's clock keeps step with the
+// host's. What follows the current track is new. Everything else is held back and becomes, or continues, the one
+// candidate; a candidate of three replaces the current track. So a single odd picture costs nothing, whatever it
+// claims, and a camera that really counts or dates anew is believed after three frames. A picture whose id and time
+// are both those of an earlier one is that earlier one; such a picture is no candidate either.
+//
+// The host's clock is the only thing here that nobody outside can forge.
+#include "daemon/capture/frame_gate.h"
+
+#include <algorithm>
+
+namespace tractiond::capture {
+namespace {
+
+constexpr int kAgreeing = 3;
+constexpr std::uint64_t kLast16BitId = 65535;
+
+/// a - b as the two's complement says; ids and times from outside may be anything.
+std::int64_t difference(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
+}
+
+/// By how much `id` is ahead of `last`; 0 or less than 0: it is not. An id above 65535 shows a 64-bit counter. All
+/// others may be of a 16-bit one: a circle of 65535 without the 0, of which one half lies ahead.
+std::int64_t advance(std::uint64_t last, std::uint64_t id) {
+  if (last > kLast16BitId || id > kLast16BitId) return static_cast<std::int64_t>(id - last);
+  const std::int64_t round =
+      (static_cast<std::int64_t>(id) - static_cast<std::int64_t>(last) + static_cast<std::int64_t>(kLast16BitId)) %
+      static_cast<std::int64_t>(kLast16BitId);
+  return round <= static_cast<std::int64_t>(kLast16BitId / 2) ? round : round - static_cast<std::int64_t>(kLast16BitId);
+}
+
+}  // namespace
+
+FrameGate::Track FrameGate::begin(const Arrival& arrival) {
+  Track track;
+  track.id = arrival.id;
+  track.device_ns = arrival.device_ns;
+  track.host_ns = arrival.host_ns;
+  track.offset_ns = difference(arrival.host_ns, arrival.device_ns);
+  return track;
+}
+
+void FrameGate::extend(Track& track, const Arrival& arrival) const {
+  const std::int64_t step = advance(track.id, arrival.id);
+  const std::int64_t period = difference(arrival.device_ns, track.device_ns) / step;
+  track.period_ns = track.period_ns == 0 ? period : std::min(period, track.period_ns + track.period_ns / 64 + 1);
+  // 1 part in 1000: more than any crystal's drift.
+  const std::int64_t leak = (arrival.host_ns - track.host_ns) / 1000;
+  const std::int64_t lag = difference(difference(arrival.host_ns, arrival.device_ns), track.offset_ns);
+  track.offset_ns = difference(track.offset_ns, -std::min(lag, leak));
+  track.id = arrival.id;
+  track.device_ns = arrival.device_ns;
+  track.host_ns = arrival.host_ns;
+  track.length = std::min(track.length + 1, kAgreeing);
+}
+
+std::uint64_t FrameGate::largestStep(const Track& track, std::int64_t elapsed_ns) const {
+  const std::int64_t period = std::max(track.period_ns, options_.shortestPeriod_ns);
+  const std::int64_t periods = std::max<std::int64_t>(elapsed_ns, 0) / period;
+  const bool roundUp = elapsed_ns - periods * period > period / 2;
+  return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(periods) + (roundUp ? 1 : 0));
+}
+
+bool FrameGate::follows(const Track& track, const Arrival& arrival) const {
+  const std::int64_t step = advance(track.id, arrival.id);
+  const std::int64_t elapsed = difference(arrival.device_ns, track.device_ns);
+  const std::int64_t lag = difference(difference(arrival.host_ns, arrival.device_ns), track.offset_ns);
+  return step > 0 && elapsed > 0 && static_cast<std::uint64_t>(step) <= largestStep(track, elapsed) &&
+         lag >= -options_.ahead_ns && lag <= options_.behind_ns;
+}
+
+void FrameGate::markArrived(const Arrival& arrival) {
+  if (!current_) return;
+  const bool isAnId = arrival.id != 0 || options_.zeroIsAnId;
+  const std::int64_t step = isAnId ? advance(current_->id, arrival.id) : 0;
+  if (step > 0 && step < static_cast<std::int64_t>(arrived_.size()))
+    arrived_.set(static_cast<std::size_t>(step));
+  else if (!arrival.complete)
+    ++arrivedUnnamed_;
+}
+
+bool FrameGate::seenBefore(const Arrival& arrival) {
+  const std::size_t known = std::min(historyCount_, history_.size());
+  for (std::size_t i = 0; i < known; ++i)
+    if (history_[i].id == arrival.id && history_[i].device_ns == arrival.device_ns) return true;
+  history_[historyCount_++ % history_.size()] = {arrival.id, arrival.device_ns};
+  return false;
+}
+
+Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimeline) {
+  Judgement judgement;
+  judgement.verdict = Verdict::kNew;
+  if (step > 1) {
+    judgement.missing = step - 1;
+    for (std::size_t d = 1; d < std::min<std::uint64_t>(step, arrived_.size()); ++d)
+      judgement.missing -= arrived_.test(d) ? 1 : 0;
+    judgement.missing -= std::min(judgement.missing, arrivedUnnamed_);
+  }
+  frameNumber_ += step;
+  judgement.frameNumber = frameNumber_;
+  judgement.newTimeline = newTimeline;
+  judgement.discontinuity = newTimeline || step > 1;
+  current_ = next;
+  candidate_.reset();
+  reopened_ = false;
+  arrived_.reset();
+  arrivedUnnamed_ = 0;
+  return judgement;
+}
+
+Judgement FrameGate::judge(const Arrival& arrival) {
+  const auto refuse = [&](Verdict verdict) {
+    markArrived(arrival);
+    Judgement judgement;
+    judgement.verdict = verdict;
+    return judgement;
+  };
+  if (!arrival.complete) return refuse(Verdict::kIncomplete);
+  if (arrival.shape.width != agreed_.width || arrival.shape.height != agreed_.height ||
+      arrival.shape.size != agreed_.size)
+    return refuse(Verdict::kWrongSize);
+  if (arrival.shape.format != agreed_.format) return refuse(Verdict::kWrongFormat);
+  if (arrival.id == 0 && !options_.zeroIsAnId) return refuse(Verdict::kStale);
+  if (seenBefore(arrival)) return refuse(Verdict::kStale);
+
+  if (!current_) {
+    Judgement first = accept(begin(arrival), 1, false);
+    first.newTimeline = true;
+    return first;
+  }
+  if (!reopened_ && follows(*current_, arrival)) {
+    Track next = *current_;
+    extend(next, arrival);
+    return accept(next, static_cast<std::uint64_t>(advance(current_->id, arrival.id)), false);
+  }
+
+  if (candidate_ && follows(*candidate_, arrival))
+    extend(*candidate_, arrival);
+  else
+    candidate_ = begin(arrival);
+
+  if (reopened_ || candidate_->length >= kAgreeing) {
+    // The ids may still be those of the same count: after a pause of the host, or of the cable. Twice the time: the
+    // host's stamps jitter.
+    const std::int64_t step = advance(current_->id, arrival.id);
+    const bool counts = step > 0 && static_cast<std::uint64_t>(step) <=
+                                        largestStep(*current_, 2 * (arrival.host_ns - current_->host_ns));
+    return accept(*candidate_, counts ? static_cast<std::uint64_t>(step) : 1, true);
+  }
+  const bool older = advance(current_->id, arrival.id) <= 0 || difference(arrival.device_ns, current_->device_ns) <= 0;
+  return refuse(older ? Verdict::kStale : Verdict::kImplausible);
+}
+
+void count(const Judgement& judgement, Ledger& ledger) {
+  ledger.received.add();
+  switch (judgement.verdict) {
+  case Verdict::kNew:
+    ledger.missing.add(judgement.missing);
+    break;
+  case Verdict::kIncomplete:
+    ledger.incomplete.add();
+    break;
+  case Verdict::kWrongSize:
+    ledger.wrongSize.add();
+    break;
+  case Verdict::kWrongFormat:
+    ledger.wrongFormat.add();
+    break;
+  case Verdict::kStale:
+    ledger.stale.add();
+    break;
+  case Verdict::kImplausible:
+    ledger.implausible.add();
+    break;
+  }
+}
+
+}  // namespace tractiond::capture

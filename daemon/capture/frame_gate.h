@@ -1,0 +1,106 @@
+// Is this buffer a new and whole picture? The driver's "success" does not say so: a camera driver can hand an old,
+// recycled buffer out again. See docs/decisions/0003-frame-gate.md.
+#pragma once
+
+#include "daemon/records/ledger.h"
+
+#include <array>
+#include <bitset>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace tractiond::capture {
+
+/// What the camera and the driver agreed upon when the stream was opened.
+struct PictureShape {
+  int width = 0, height = 0;  ///< px
+  std::size_t size = 0;       ///< bytes
+  std::uint32_t format = 0;   ///< the camera's own code (PFNC)
+  bool operator==(const PictureShape&) const = default;
+};
+
+/// What the driver says of one buffer.
+struct Arrival {
+  bool complete = false;  ///< the driver's status
+  PictureShape shape;
+  std::uint64_t id = 0;        ///< the camera's frame counter
+  std::int64_t device_ns = 0;  ///< the camera's clock
+  std::int64_t host_ns = 0;    ///< CLOCK_MONOTONIC when the buffer was taken from the driver; never falls
+};
+
+enum class Verdict { kNew, kIncomplete, kWrongSize, kWrongFormat, kStale, kImplausible };
+
+struct Judgement {
+  Verdict verdict = Verdict::kIncomplete;
+  // The rest is meant for kNew only.
+  std::uint64_t frameNumber = 0;  ///< from 1 on; jumps where the ids say that frames were not used or never arrived
+  std::uint64_t missing = 0;      ///< frames since the last new one of which nothing arrived
+  bool discontinuity = false;     ///< the frame number jumped, or the ids or the camera's clock start afresh
+  bool newTimeline = false;       ///< what was learnt of the camera's clock no longer holds
+};
+
+/// Thread-bound. Allocates nothing.
+class FrameGate {
+ public:
+  struct Options {
+    /// USB3 Vision counts from 0. GigE Vision never sends 0: neither its 16-bit counter, which wraps from 65535 to 1,
+    /// nor its 64-bit one.
+    bool zeroIsAnId = false;
+    /// A camera clock that gains more than this on the host's has stepped: a picture cannot arrive before it is taken.
+    /// Above the jitter of a camera that stamps by its own operating system, and above a change of exposure time.
+    std::int64_t ahead_ns = 50'000'000;
+    /// One that falls behind by more has stepped as well, or the host slept. Above any delay of a working host.
+    std::int64_t behind_ns = 1'000'000'000;
+    /// No camera is faster: bounds a gap of ids while the frame period is not known yet.
+    std::int64_t shortestPeriod_ns = 100'000;
+  };
+
+  FrameGate(const PictureShape& agreed, const Options& options)
+      : agreed_(agreed)
+      , options_(options) {}
+
+  Judgement judge(const Arrival& arrival);
+
+  /// The camera was opened again: the next whole picture that is not an old one begins a new timeline.
+  void restart() { reopened_ = true; }
+
+ private:
+  /// A line of frames that agree with each other.
+  struct Track {
+    std::uint64_t id = 0;
+    std::int64_t device_ns = 0, host_ns = 0;
+    std::int64_t offset_ns = 0;  ///< smallest host - device seen, allowed to rise slowly
+    std::int64_t period_ns = 0;  ///< shortest seen, allowed to rise slowly; 0: not known
+    int length = 1;
+  };
+  struct Seen {
+    std::uint64_t id = 0;
+    std::int64_t device_ns = 0;
+  };
+
+  static Track begin(const Arrival& arrival);
+  void extend(Track& track, const Arrival& arrival) const;
+  bool follows(const Track& track, const Arrival& arrival) const;
+  std::uint64_t largestStep(const Track& track, std::int64_t elapsed_ns) const;
+  Judgement accept(const Track& next, std::uint64_t step, bool newTimeline);
+  void markArrived(const Arrival& arrival);
+  bool seenBefore(const Arrival& arrival);
+
+  PictureShape agreed_;
+  Options options_;
+  std::optional<Track> current_;    ///< ends with the last frame that was used
+  std::optional<Track> candidate_;  ///< frames held back that may become the current track
+  bool reopened_ = false;
+  std::uint64_t frameNumber_ = 0;
+  std::bitset<32768> arrived_;  ///< [d]: something with the id d after the last new frame arrived, and was not used
+  std::uint64_t arrivedUnnamed_ =
+      0;  ///< incomplete buffers without an id of their own: the packet that names it was lost
+  std::array<Seen, 256> history_{};  ///< the last whole pictures; more than a driver has buffers
+  std::size_t historyCount_ = 0;
+};
+
+/// Enters one judgement in the ledger.
+void count(const Judgement& judgement, Ledger& ledger);
+
+}  // namespace tractiond::capture
