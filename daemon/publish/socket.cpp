@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <optional>
 
@@ -62,6 +63,15 @@ Error explain(const std::string& endpoint, int error) {
   }
 }
 
+/// ZeroMQ would take a port modulo 65536.
+std::optional<Error> checkPort(const std::string& endpoint) {
+  const std::string port = endpoint.substr(endpoint.rfind(':') + 1);
+  unsigned number = 0;
+  const auto [end, failed] = std::from_chars(port.data(), port.data() + port.size(), number);
+  if (port == "*" || (failed == std::errc() && *end == '\0' && number <= 65535)) return std::nullopt;
+  return Error{EX_CONFIG, "the port of " + endpoint + " is not a number from 0 to 65535", "", ""};
+}
+
 }  // namespace
 
 void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage) {
@@ -79,13 +89,17 @@ tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const 
   constexpr std::string_view kIpc = "ipc://";
   std::vector<std::string> bound;
   for (const std::string& endpoint : endpoints) {
+    std::optional<Error> error;
+    if (endpoint.starts_with("tcp://")) error = checkPort(endpoint);
+    // ipc://@NAME has no file.
     if (endpoint.starts_with(kIpc) && !endpoint.starts_with("ipc://@")) {
-      if (auto error = checkPath(endpoint, endpoint.substr(kIpc.size()))) return tl::unexpected(std::move(*error));
+      error = checkPath(endpoint, endpoint.substr(kIpc.size()));
     }
+    if (error) return tl::unexpected(*std::move(error));
     try {
       socket.bind(endpoint);
-    } catch (const zmq::error_t& error) {
-      return tl::unexpected(explain(endpoint, error.num()));
+    } catch (const zmq::error_t& thrown) {
+      return tl::unexpected(explain(endpoint, thrown.num()));
     }
     bound.push_back(socket.get(zmq::sockopt::last_endpoint));
   }

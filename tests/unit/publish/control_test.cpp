@@ -1,0 +1,153 @@
+#include "daemon/publish/control.h"
+#include "tests/unit/publish/support.h"
+#include "traction/v1/control.pb.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace tractiond::publish {
+namespace {
+
+namespace pb = traction::v1;
+using namespace std::chrono_literals;
+
+class ControlTest : public testing::Test {
+ protected:
+  ControlTest() {
+    pb::Status status;
+    status.set_uptime_s(12.0);
+    pb::Description description;
+    description.set_software_version("0.1.0");
+    auto opened = ControlServer::open({"tcp://127.0.0.1:*"},
+                                      {.status = [bytes = status.SerializeAsString()] { return bytes; },
+                                       .description = [bytes = description.SerializeAsString()] { return bytes; },
+                                       .zero = [this] { ++zeros_; }});
+    if (!opened) throw std::runtime_error(opened.error().message());
+    server_ = *std::move(opened);
+  }
+
+  zmq::socket_t connect(zmq::socket_type type) {
+    zmq::socket_t socket(context_, type);
+    socket.set(zmq::sockopt::linger, 0);
+    socket.connect(server_->endpoints().at(0));
+    return socket;
+  }
+
+  static std::string request(void (*choose)(pb::Request&), std::uint32_t version = 1) {
+    pb::Request request;
+    request.set_version(version);
+    choose(request);
+    return request.SerializeAsString();
+  }
+  static std::string statusRequest() {
+    return request([](pb::Request& r) { r.mutable_status(); });
+  }
+
+  /// Serves until the asker has its reply.
+  pb::Reply await(zmq::socket_t& socket) {
+    pb::Reply reply;
+    for (int i = 0; i < 1000; ++i) {
+      server_->serve(10ms);
+      zmq::message_t message;
+      if (!socket.recv(message, zmq::recv_flags::dontwait)) continue;
+      if (message.size() == 0 && message.more()) (void)socket.recv(message, zmq::recv_flags::dontwait);  // a DEALER
+      EXPECT_TRUE(reply.ParseFromArray(message.data(), static_cast<int>(message.size())));
+      return reply;
+    }
+    ADD_FAILURE() << "no reply";
+    return reply;
+  }
+
+  pb::Reply ask(const std::string& bytes) {
+    auto socket = connect(zmq::socket_type::req);
+    socket.send(zmq::buffer(bytes), zmq::send_flags::none);
+    return await(socket);
+  }
+
+  zmq::context_t context_;
+  int zeros_ = 0;
+  std::unique_ptr<ControlServer> server_;
+};
+
+TEST_F(ControlTest, StatusAndDescriptionAreWhatTheHandlersSay) {
+  const pb::Reply status = ask(statusRequest());
+  EXPECT_EQ(status.version(), 1U);
+  EXPECT_EQ(status.status().uptime_s(), 12.0);
+  const pb::Reply description = ask(request([](pb::Request& r) { r.mutable_description(); }));
+  EXPECT_EQ(description.description().software_version(), "0.1.0");
+}
+
+TEST_F(ControlTest, ZeroIsAnsweredWhenItIsTakenForAllWhoAsked) {
+  const std::string zero = request([](pb::Request& r) { r.mutable_zero(); });
+  auto one = connect(zmq::socket_type::req);
+  auto two = connect(zmq::socket_type::req);
+  one.send(zmq::buffer(zero), zmq::send_flags::none);
+  while (!server_->zeroPending()) server_->serve(10ms);
+  two.send(zmq::buffer(zero), zmq::send_flags::none);
+  // Both have asked once a request sent after the second is answered.
+  two.set(zmq::sockopt::linger, 0);
+  EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
+  for (int i = 0; i < 20; ++i) server_->serve(10ms);
+  EXPECT_EQ(zeros_, 1);
+  RestPose pose;
+  pose.present = {1, 1, 0};
+  server_->answerZero(pose);
+  EXPECT_FALSE(server_->zeroPending());
+  EXPECT_EQ(await(one).zero().markers_present(), 2U);
+  EXPECT_EQ(await(two).zero().markers_expected(), 3U);
+}
+
+TEST_F(ControlTest, FailedZeroSaysWhy) {
+  auto socket = connect(zmq::socket_type::req);
+  socket.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero(); })), zmq::send_flags::none);
+  while (!server_->zeroPending()) server_->serve(10ms);
+  server_->answerZero(tl::make_unexpected(std::string("only 12 of 1152 markers were found")));
+  EXPECT_EQ(await(socket).error(), "only 12 of 1152 markers were found");
+}
+
+TEST_F(ControlTest, UnknownAndMalformedRequestsGetAnError) {
+  for (const std::string& bytes : {std::string(), std::string("\x08\x01"), std::string("no protobuf \xff\xff\xff"),
+                                   std::string("\x08\x01\xba\x3e\x00", 5), std::string(60'000, '\xff'),
+                                   request([](pb::Request& r) { r.mutable_status(); }, 2)}) {
+    EXPECT_FALSE(ask(bytes).error().empty());
+  }
+  EXPECT_TRUE(ask(statusRequest()).error().empty());
+}
+
+TEST_F(ControlTest, TooLargeARequestIsCutOff) {
+  auto socket = connect(zmq::socket_type::req);
+  socket.send(zmq::message_t(64 * 1024 + 1), zmq::send_flags::none);
+  EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
+  zmq::message_t message;
+  EXPECT_FALSE(socket.recv(message, zmq::recv_flags::dontwait));
+}
+
+TEST_F(ControlTest, HostileEnvelopesDoNotStopTheServer) {
+  std::mt19937 random(7);
+  auto hostile = connect(zmq::socket_type::dealer);
+  for (int i = 0; i < 2000; ++i) {
+    const auto parts = 1 + random() % 6;
+    for (std::size_t part = 0; part < parts; ++part) {
+      std::string bytes(random() % 3 == 0 ? 0 : random() % 300, '\0');
+      for (char& byte : bytes) byte = static_cast<char>(random());
+      hostile.send(zmq::buffer(bytes),
+                   (part + 1 < parts ? zmq::send_flags::sndmore : zmq::send_flags::none) | zmq::send_flags::dontwait);
+    }
+    if (i % 10 == 0) server_->serve(0ms);
+  }
+  EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
+}
+
+TEST_F(ControlTest, AskerThatGoesAwayIsForgotten) {
+  {
+    auto socket = connect(zmq::socket_type::req);
+    socket.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero(); })), zmq::send_flags::none);
+    while (!server_->zeroPending()) server_->serve(10ms);
+  }
+  server_->answerZero(RestPose{});
+  EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
+}
+
+}  // namespace
+}  // namespace tractiond::publish

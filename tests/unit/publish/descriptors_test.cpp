@@ -1,0 +1,149 @@
+// The committed descriptor set is the promise to those who read our messages today; the .proto files must keep it.
+
+#include <google/protobuf/descriptor.pb.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <set>
+
+namespace {
+
+using google::protobuf::DescriptorProto;
+using google::protobuf::EnumDescriptorProto;
+using google::protobuf::FieldDescriptorProto;
+using google::protobuf::FileDescriptorSet;
+
+struct Contract {
+  std::map<std::string, DescriptorProto> messages;
+  std::map<std::string, EnumDescriptorProto> enums;
+};
+
+void add(const std::string& scope, const DescriptorProto& message, Contract& contract) {
+  const std::string name = scope + message.name();
+  contract.messages[name] = message;
+  for (const auto& nested : message.nested_type()) add(name + ".", nested, contract);
+  for (const auto& nested : message.enum_type()) contract.enums[name + "." + nested.name()] = nested;
+}
+
+FileDescriptorSet read(const char* path) {
+  FileDescriptorSet files;
+  std::ifstream stream(path, std::ios::binary);
+  EXPECT_TRUE(files.ParseFromIstream(&stream)) << path;
+  return files;
+}
+
+Contract contractOf(const FileDescriptorSet& files) {
+  Contract contract;
+  for (const auto& file : files.file()) {
+    for (const auto& message : file.message_type()) add(file.package() + ".", message, contract);
+    for (const auto& type : file.enum_type()) contract.enums[file.package() + "." + type.name()] = type;
+  }
+  return contract;
+}
+
+std::set<int> reservedNumbers(const DescriptorProto& message) {
+  std::set<int> numbers;
+  for (const auto& range : message.reserved_range()) {
+    for (int number = range.start(); number < range.end(); ++number) numbers.insert(number);
+  }
+  return numbers;
+}
+
+/// One line for everything that a reader of `before` would misread in `now`.
+std::vector<std::string> breaks(const Contract& before, const Contract& now) {
+  std::vector<std::string> found;
+  for (const auto& [name, old] : before.messages) {
+    const auto message = now.messages.find(name);
+    if (message == now.messages.end()) {
+      found.push_back(name + " is gone");
+      continue;
+    }
+    std::map<int, const FieldDescriptorProto*> fields;
+    for (const auto& field : message->second.field()) fields[field.number()] = &field;
+    for (const auto& field : old.field()) {
+      const std::string which = name + "." + field.name() + " = " + std::to_string(field.number());
+      const auto same = fields.find(field.number());
+      if (same == fields.end()) {
+        found.push_back(which + " is gone");
+        continue;
+      }
+      const FieldDescriptorProto& other = *same->second;
+      if (other.name() != field.name()) found.push_back(which + " is called " + other.name());
+      if (other.type() != field.type() || other.type_name() != field.type_name() || other.label() != field.label() ||
+          other.proto3_optional() != field.proto3_optional() || other.has_oneof_index() != field.has_oneof_index() ||
+          other.options().packed() != field.options().packed()) {
+        found.push_back(which + " is of another type");
+      }
+    }
+    // A reserved number waits for the field whose name is reserved with it.
+    const std::set<std::string> names(old.reserved_name().begin(), old.reserved_name().end());
+    for (const int number : reservedNumbers(old)) {
+      const auto field = fields.find(number);
+      if (field != fields.end() ? !names.contains(field->second->name())
+                                : !reservedNumbers(message->second).contains(number)) {
+        found.push_back(name + ": number " + std::to_string(number) + " was reserved");
+      }
+    }
+  }
+  for (const auto& [name, old] : before.enums) {
+    const auto type = now.enums.find(name);
+    std::map<int, std::string> values;
+    if (type != now.enums.end()) {
+      for (const auto& value : type->second.value()) values[value.number()] = value.name();
+    }
+    for (const auto& value : old.value()) {
+      if (values[value.number()] != value.name()) found.push_back(name + "." + value.name() + " is gone or moved");
+    }
+  }
+  return found;
+}
+
+TEST(Descriptors, CommittedContractIsKept) {
+  for (const std::string& line : breaks(contractOf(read(COMMITTED)), contractOf(read(CURRENT)))) ADD_FAILURE() << line;
+}
+
+TEST(Descriptors, CommittedContractIsComplete) {
+  EXPECT_EQ(read(CURRENT).SerializeAsString(), read(COMMITTED).SerializeAsString())
+      << "the .proto files have grown: ninja commit_descriptors";
+}
+
+TEST(Descriptors, ReservationsStand) {
+  const Contract contract = contractOf(read(CURRENT));
+  const auto& field = contract.messages.at("traction.v1.Field");
+  EXPECT_EQ(reservedNumbers(field), (std::set{12, 13, 14, 15}));
+  EXPECT_EQ(
+      std::set<std::string>(field.reserved_name().begin(), field.reserved_name().end()),
+      (std::set<std::string>{"resultant_covariance_N2", "moment_covariance_N2m2", "node_deviation_N", "contacts"}));
+}
+
+TEST(Descriptors, EveryBreakIsSeen) {
+  const FileDescriptorSet committed = read(COMMITTED);
+  const auto broken = [&](auto change) {
+    FileDescriptorSet files = committed;
+    for (auto& file : *files.mutable_file()) {
+      for (auto& message : *file.mutable_message_type()) {
+        if (message.name() == "Field") change(message);
+      }
+    }
+    return breaks(contractOf(committed), contractOf(files)).size();
+  };
+  EXPECT_EQ(broken([](DescriptorProto&) {}), 0U);
+  EXPECT_EQ(broken([](DescriptorProto& m) { m.mutable_field()->DeleteSubrange(3, 1); }), 1U);
+  EXPECT_EQ(broken([](DescriptorProto& m) { m.mutable_field(3)->set_number(40); }), 1U);
+  EXPECT_EQ(broken([](DescriptorProto& m) { m.mutable_field(3)->set_name("other"); }), 1U);
+  EXPECT_EQ(broken([](DescriptorProto& m) { m.mutable_field(3)->set_type(FieldDescriptorProto::TYPE_DOUBLE); }), 1U);
+  EXPECT_EQ(broken([](DescriptorProto& m) { m.set_name("Other"); }), 1U);
+  EXPECT_EQ(broken([](DescriptorProto& m) { m.clear_reserved_range(); }), 4U);
+  const auto use = [](const char* name) {
+    return [name](DescriptorProto& m) {
+      auto& field = *m.add_field();
+      field.set_name(name);
+      field.set_number(15);
+    };
+  };
+  EXPECT_EQ(broken(use("something")), 1U);
+  EXPECT_EQ(broken(use("contacts")), 0U);
+}
+
+}  // namespace

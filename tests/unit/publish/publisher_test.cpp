@@ -1,0 +1,278 @@
+#include "daemon/publish/publisher.h"
+#include "proto/traction/v1/endpoints.h"
+#include "tests/unit/publish/support.h"
+#include "traction/v1/description.pb.h"
+#include "traction/v1/field.pb.h"
+#include "traction/v1/markers.pb.h"
+#include "traction/v1/status.pb.h"
+
+#include <gtest/gtest.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <set>
+
+namespace tractiond::publish {
+namespace {
+
+namespace pb = traction::v1;
+using namespace std::chrono_literals;
+
+constexpr int kMarkers = 1152;
+constexpr int kNodes = 576;
+const std::string kRoot = "traction/v1/gel-1/";
+
+class PublisherTest : public testing::Test {
+ protected:
+  void open(const PublishOptions& given = options()) {
+    auto opened = Publisher::open(given, description(), ledger_, [] {
+      return Vitals{CameraState::kStreaming, {1, 2, 3, 4, 5}};
+    });
+    ASSERT_TRUE(opened) << opened.error().message();
+    publisher_ = *std::move(opened);
+    stream_ = publisher_->streamEndpoints().at(0);
+    latest_ = publisher_->latestEndpoints().at(0);
+  }
+
+  /// Serves until something has arrived. Descriptions are rate-limited: time goes on.
+  Parts pump(TestSubscriber& subscriber) {
+    for (int i = 0; i < 1000; ++i) {
+      TestClock::advance(10ms);
+      publisher_->wait(-1, 10ms);
+      if (Parts parts = subscriber.receive(0); !parts.topic.empty()) return parts;
+    }
+    ADD_FAILURE() << "nothing arrived";
+    return {};
+  }
+
+  /// A subscriber whose subscriptions have arrived.
+  std::unique_ptr<TestSubscriber> join(const std::string& topic, int highWaterMark = 1000) {
+    auto subscriber = std::make_unique<TestSubscriber>(stream_, topic, highWaterMark);
+    subscriber->socket().set(zmq::sockopt::subscribe, kRoot + "description/");
+    while (pump(*subscriber).topic != kRoot + "description/") {
+    }
+    subscriber->socket().set(zmq::sockopt::unsubscribe, kRoot + "description/");
+    return subscriber;
+  }
+
+  template <typename Message>
+  Message parse(const Parts& parts) {
+    Message message;
+    EXPECT_TRUE(message.ParseFromString(parts.payload));
+    return message;
+  }
+
+  TractionField field_ = traction(kMarkers, kNodes);
+  Ledger ledger_;
+  std::unique_ptr<Publisher> publisher_;
+  std::string stream_, latest_;
+};
+
+TEST(Topics, NoneIsAnothersPrefix) {
+  std::set<std::string> topics;
+  for (const std::string sensor : {"a", "ab", "a-b", "field", "a_"}) {
+    for (const std::string kind : {"field", "markers", "description", "status"}) {
+      topics.insert(traction::topicOf(sensor, kind));
+    }
+  }
+  EXPECT_EQ(topics.size(), 20U);
+  for (const std::string& one : topics) {
+    for (const std::string& other : topics) EXPECT_TRUE(one == other || !one.starts_with(other)) << one << ' ' << other;
+  }
+}
+
+TEST(Topics, NamesAreOfPlainCharacters) {
+  for (const std::string name : {"a", "gel-1", "GEL_2", "123456789012345678901234"}) {
+    EXPECT_TRUE(traction::isValidName(name)) << name;
+  }
+  for (const std::string name : {"", "a/b", "a b", "ä", "a.b", "1234567890123456789012345", "..", "a\n"}) {
+    EXPECT_FALSE(traction::isValidName(name)) << name;
+  }
+}
+
+TEST_F(PublisherTest, MessageHasTopicPayloadAndTime) {
+  open();
+  const auto subscriber = join("traction/v1/");
+  publisher_->publish(field_);
+  const Parts field = subscriber->receive();
+  EXPECT_EQ(field.topic, kRoot + "field/");
+  EXPECT_EQ(field.time, "1700000000.000000001");
+  EXPECT_EQ(parse<pb::Field>(field).header().sequence(), 1U);
+  const Parts markers = subscriber->receive();
+  EXPECT_EQ(markers.topic, kRoot + "markers/");
+  EXPECT_EQ(markers.time, "1700000000.000000001");
+  EXPECT_EQ(parse<pb::Markers>(markers).header().flags(), kZeroUnverified | kReacquiring);
+}
+
+TEST_F(PublisherTest, SubscriberOfOneTopicGetsNoOther) {
+  open();
+  const auto subscriber = join(kRoot + "markers/");
+  for (int i = 0; i < 3; ++i) publisher_->publish(field_);
+  for (std::uint64_t i = 1; i <= 3; ++i) {
+    const Parts parts = subscriber->receive();
+    EXPECT_EQ(parts.topic, kRoot + "markers/");
+    EXPECT_EQ(parse<pb::Markers>(parts).header().sequence(), i);
+  }
+}
+
+TEST_F(PublisherTest, NewSubscriberOfAnyMatchingPrefixGetsTheDescription) {
+  open();
+  for (const std::string topic : {"", "traction/", "traction/v1/gel-1/", "traction/v1/gel-1/description/"}) {
+    TestSubscriber subscriber(stream_, topic);
+    Parts parts;
+    do parts = pump(subscriber);
+    while (parts.topic != kRoot + "description/" && !HasFailure());
+    const auto message = parse<pb::Description>(parts);
+    EXPECT_EQ(message.camera().serial(), "42");
+    EXPECT_EQ(message.topics_size(), 4);
+  }
+}
+
+TEST_F(PublisherTest, LaterSubscriberGetsTheDescriptionToo) {
+  open();
+  const auto first = join("");
+  const auto second = join("");
+}
+
+TEST_F(PublisherTest, NewDescriptionIsSentWithoutBeingAskedFor) {
+  open();
+  const auto subscriber = join(kRoot + "description/");
+  Description changed = description();
+  changed.cameraSerial = "43";
+  changed.identity.sensor = "another";  // fixed for life
+  publisher_->describe(changed);
+  const Parts parts = pump(*subscriber);
+  EXPECT_EQ(parts.topic, kRoot + "description/");
+  EXPECT_EQ(parse<pb::Description>(parts).camera().serial(), "43");
+  EXPECT_EQ(parse<pb::Description>(parts).header().sensor(), "gel-1");
+  pb::Description last;
+  ASSERT_TRUE(last.ParseFromString(publisher_->lastDescription()));
+  EXPECT_EQ(last.camera().serial(), "43");
+}
+
+TEST_F(PublisherTest, DescriptionsAreNotSentMoreOftenThanTheInterval) {
+  open();
+  const auto witness = join(kRoot + "description/");
+  for (int i = 0; i < 50; ++i) {  // time stands still
+    TestSubscriber another(stream_, "");
+    publisher_->wait(-1, 20ms);
+  }
+  EXPECT_TRUE(witness->receive(0).topic.empty());
+  TestClock::advance(100ms);
+  publisher_->wait(-1, 10ms);
+  EXPECT_EQ(witness->receive().topic, kRoot + "description/");
+  EXPECT_TRUE(witness->receive(0).topic.empty());
+}
+
+TEST_F(PublisherTest, StatusComesOnceASecondWithAndWithoutFields) {
+  open();
+  const auto subscriber = join(kRoot + "status/");
+  const auto status = [&] { return parse<pb::Status>(subscriber->receive()); };
+  TestClock::advance(1000ms);
+  publisher_->wait(-1, 0ms);
+  const auto first = status();
+
+  ledger_.received.add(30);
+  ledger_.published.add(30);
+  for (int i = 0; i < 30; ++i) publisher_->publish(field_);
+  TestClock::advance(999ms);
+  publisher_->wait(-1, 0ms);
+  EXPECT_TRUE(subscriber->receive(0).topic.empty());
+  TestClock::advance(1ms);
+  publisher_->publish(field_);
+  const auto second = status();
+  EXPECT_EQ(second.header().sequence(), first.header().sequence() + 1);
+  EXPECT_EQ(second.header().frame_number(), 1U);
+  EXPECT_EQ(second.camera(), pb::CAMERA_STATE_STREAMING);
+  EXPECT_EQ(second.turns().control(), 5U);
+  EXPECT_DOUBLE_EQ(second.rates().received_hz(), 30.0);
+  EXPECT_DOUBLE_EQ(second.rates().published_hz(), 31.0);
+  EXPECT_DOUBLE_EQ(second.latencies().track().p50_s(), 200e-6);
+  EXPECT_DOUBLE_EQ(second.latencies().solve().p99_s(), 150e-6);
+  EXPECT_GE(second.uptime_s(), 2.0);
+
+  TestClock::advance(1000ms);
+  publisher_->wait(-1, 0ms);
+  const auto third = status();
+  EXPECT_EQ(third.latencies().total().max_s(), 0.0);
+  EXPECT_EQ(third.rates().published_hz(), 0.0);
+  pb::Status last;
+  ASSERT_TRUE(last.ParseFromString(publisher_->lastStatus()));
+  EXPECT_EQ(last.header().sequence(), third.header().sequence());
+}
+
+TEST_F(PublisherTest, WaitEndsWhenTheDescriptorIsReadable) {
+  open();
+  const int fd = eventfd(1, EFD_CLOEXEC);
+  publisher_->wait(fd, 1h);
+  close(fd);
+}
+
+TEST_F(PublisherTest, StalledSubscriberLosesVisiblyAndNobodyElseDoes) {
+  PublishOptions small = options();
+  small.highWaterMark = 4;
+  open(small);
+  const auto stalled = join(kRoot + "field/", 4);
+  const auto reader = join(kRoot + "field/");
+  constexpr std::uint64_t kCount = 3000;  // 24 MB: more than the kernel buffers
+  for (std::uint64_t i = 1; i <= kCount; ++i) {
+    publisher_->publish(field_);
+    ASSERT_EQ(parse<pb::Field>(reader->receive()).header().sequence(), i);
+  }
+  std::uint64_t received = 0, lost = 0, before = 0;
+  const auto take = [&](const Parts& parts) {
+    const std::uint64_t sequence = parse<pb::Field>(parts).header().sequence();
+    lost += sequence - before - 1;
+    before = sequence;
+    ++received;
+  };
+  while (true) {
+    const Parts parts = stalled->receive(200);
+    if (parts.topic.empty()) break;
+    take(parts);
+  }
+  publisher_->publish(field_);
+  take(stalled->receive());
+  EXPECT_GT(lost, 0U);
+  EXPECT_EQ(received + lost, kCount + 1);
+}
+
+TEST_F(PublisherTest, LatestKeepsTheNewestForAStalledReader) {
+  open();
+  TestSubscriber reader(latest_, "", 1);
+  std::uint64_t published = 0;
+  Parts parts;
+  while (parts.topic.empty() && published < 100'000) {  // until its subscription has arrived
+    publisher_->publish(field_);
+    ++published;
+    parts = reader.receive(1);
+  }
+  for (; published < 3000; ++published) publisher_->publish(field_);
+  pb::Field message;
+  std::uint64_t received = 0;
+  while (message.header().sequence() != published) {
+    parts = reader.receive();
+    ASSERT_FALSE(parts.topic.empty()) << "the newest never came";
+    ASSERT_TRUE(message.ParseFromString(parts.topic));  // a single part: the payload
+    EXPECT_TRUE(parts.payload.empty());
+    ++received;
+  }
+  EXPECT_LT(received, published);
+}
+
+TEST_F(PublisherTest, SubscriptionOverTheLimitCutsThePeerOff) {
+  open();
+  zmq::context_t context;
+  zmq::socket_t hostile(context, zmq::socket_type::xsub);
+  hostile.set(zmq::sockopt::linger, 0);
+  hostile.set(zmq::sockopt::reconnect_ivl, -1);
+  hostile.connect(stream_);
+  const std::string longest = std::string(1, '\1') + kRoot + std::string(100, 'x');
+  hostile.send(zmq::buffer(longest), zmq::send_flags::none);
+  const auto other = join(kRoot + "field/");
+  publisher_->publish(field_);
+  EXPECT_EQ(other->receive().topic, kRoot + "field/");
+}
+
+}  // namespace
+}  // namespace tractiond::publish

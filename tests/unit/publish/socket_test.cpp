@@ -1,0 +1,95 @@
+#include "daemon/publish/socket.h"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace tractiond::publish {
+namespace {
+
+namespace fs = std::filesystem;
+
+class SocketTest : public testing::Test {
+ protected:
+  SocketTest() {
+    std::string pattern = fs::temp_directory_path() / "traction-XXXXXX";
+    folder_ = mkdtemp(pattern.data());
+  }
+  ~SocketTest() override { fs::remove_all(folder_); }
+
+  tl::expected<std::vector<std::string>, Error> tryBind(zmq::socket_t& socket, const std::string& endpoint) {
+    guard(socket, 4, 64);
+    return bind(socket, {endpoint});
+  }
+
+  Error refused(const std::string& endpoint) {
+    zmq::socket_t socket(context_, zmq::socket_type::pub);
+    const auto bound = tryBind(socket, endpoint);
+    EXPECT_FALSE(bound) << endpoint;
+    const Error error = bound ? Error{} : bound.error();
+    EXPECT_NE(error.what.find(endpoint), std::string::npos) << error.message();
+    return error;
+  }
+
+  fs::path folder_;
+  zmq::context_t context_;
+  zmq::socket_t socket_{context_, zmq::socket_type::pub};
+};
+
+TEST_F(SocketTest, WildcardPortIsResolved) {
+  const auto bound = tryBind(socket_, "tcp://127.0.0.1:*");
+  ASSERT_TRUE(bound);
+  EXPECT_TRUE(bound->at(0).starts_with("tcp://127.0.0.1:"));
+  EXPECT_EQ(bound->at(0).find('*'), std::string::npos);
+}
+
+TEST_F(SocketTest, PortInUseIsUnavailable) {
+  const auto bound = tryBind(socket_, "tcp://127.0.0.1:*");
+  ASSERT_TRUE(bound);
+  EXPECT_EQ(refused(bound->at(0)).exitCode, EX_UNAVAILABLE);
+}
+
+TEST_F(SocketTest, PathInUseIsUnavailableAndStaysWithItsOwner) {
+  const std::string endpoint = "ipc://" + (folder_ / "stream").string();
+  ASSERT_TRUE(tryBind(socket_, endpoint));
+  EXPECT_EQ(refused(endpoint).exitCode, EX_UNAVAILABLE);
+  EXPECT_TRUE(fs::is_socket(folder_ / "stream"));
+}
+
+TEST_F(SocketTest, StaleSocketFileIsReplaced) {
+  const std::string path = folder_ / "stream";
+  const int dead = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{AF_UNIX, {}};
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(::bind(dead, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  close(dead);  // the file stays
+  ASSERT_TRUE(fs::is_socket(path));
+  EXPECT_TRUE(tryBind(socket_, "ipc://" + path));
+}
+
+TEST_F(SocketTest, OrdinaryFileIsNotTouched) {
+  std::ofstream(folder_ / "precious") << "data";
+  EXPECT_EQ(refused("ipc://" + (folder_ / "precious").string()).exitCode, EX_CANTCREAT);
+  EXPECT_EQ(fs::file_size(folder_ / "precious"), 4U);
+}
+
+TEST_F(SocketTest, MissingDirectoryIsNamed) {
+  EXPECT_EQ(refused("ipc://" + (folder_ / "none" / "stream").string()).exitCode, EX_CANTCREAT);
+}
+
+TEST_F(SocketTest, TooLongAPathIsRefused) {
+  EXPECT_EQ(refused("ipc://" + (folder_ / std::string(120, 'x')).string()).exitCode, EX_CONFIG);
+}
+
+TEST_F(SocketTest, NonsenseIsRefused) {
+  EXPECT_EQ(refused("nonsense").exitCode, EX_CONFIG);
+  EXPECT_EQ(refused("tcp://127.0.0.1:99999").exitCode, EX_CONFIG);
+  EXPECT_NE(refused("tcp://192.0.2.1:9872").exitCode, EX_OK);
+}
+
+}  // namespace
+}  // namespace tractiond::publish

@@ -1,0 +1,126 @@
+// Records with a different number in every place, a subscriber that knows nothing of the publisher, and a clock.
+#pragma once
+
+#include "daemon/publish/publisher.h"
+
+#include <zmq.hpp>
+
+#include <atomic>
+#include <deque>
+#include <numeric>
+
+namespace tractiond::publish {
+
+/// How often operator new was called in this process.
+std::uint64_t allocations();
+
+inline Id idOf(std::uint8_t first) {
+  Id id;
+  std::iota(id.begin(), id.end(), first);
+  return id;
+}
+
+inline FrameInfo frameInfo(std::uint64_t number) {
+  FrameInfo info;
+  info.cameraFrameId = number % 65535 + 1;
+  info.frameNumber = number;
+  info.exposure_s = 0.004;
+  info.times.device_ns = 777'000'000 + static_cast<std::int64_t>(number);
+  info.times.received_ns = 1'000'000'000;
+  info.times.receivedReal_ns = 1'700'000'000'000'000'001;
+  info.times.tracked_ns = 1'000'200'000;
+  info.times.solved_ns = 1'000'350'000;
+  return info;
+}
+
+inline TractionField traction(int markers, int nodes, std::uint64_t number = 1) {
+  TractionField field;
+  field.resize(markers, nodes);
+  field.markers.info = frameInfo(number);
+  std::iota(field.markers.displacement_px.begin(), field.markers.displacement_px.end(), 0.5F);
+  std::iota(field.markers.variance_px2.begin(), field.markers.variance_px2.end(), 0.25F);
+  std::fill(field.markers.valid.begin(), field.markers.valid.end(), std::uint8_t{1});
+  field.markers.valid.back() = 0;
+  field.markers.validCount = markers - 1;
+  field.markers.flags = kZeroUnverified | kReacquiring;
+  field.markers.zero = idOf(100);
+  std::iota(field.force_N.begin(), field.force_N.end(), 0.125F);
+  field.valid = true;
+  field.resultant_N = {1.0, 2.0, 3.0};
+  field.moment_Nm = {4.0, 5.0, 6.0};
+  field.centreOfPressure_m = {7.0, 8.0};
+  field.centreOfPressureValid = true;
+  field.residual_px = 9.0;
+  field.flags = kZeroUnverified;
+  return field;
+}
+
+inline Description description() {
+  Description description;
+  description.identity = {"gel-1", idOf(10), idOf(20)};
+  description.softwareVersion = "0.1.0";
+  description.host = idOf(30);
+  description.cameraVendor = "Acme";
+  description.cameraModel = "Eye";
+  description.cameraSerial = "42";
+  description.pixelFormat = "RGB8";
+  description.mechanics = "block";
+  description.regularisation = "tikhonov";
+  description.strength = 1e-3;
+  description.calibrated_ns = 1'600'000'000'000'000'000;
+  return description;
+}
+
+/// Time stands still unless a test moves it.
+struct TestClock {
+  static inline std::atomic<std::int64_t> now_ns{5'000'000'000};
+  static std::int64_t monotonic() { return now_ns; }
+  static std::int64_t real() { return 1'700'000'000'000'000'000 + now_ns; }
+  static void advance(std::chrono::milliseconds time) { now_ns += std::chrono::nanoseconds(time).count(); }
+};
+
+inline PublishOptions options(std::vector<std::string> stream = {"tcp://127.0.0.1:*"},
+                              std::vector<std::string> latest = {"tcp://127.0.0.1:*"}) {
+  PublishOptions options;
+  options.stream = std::move(stream);
+  options.latest = std::move(latest);
+  options.monotonicClock = TestClock::monotonic;
+  options.realClock = TestClock::real;
+  return options;
+}
+
+struct Parts {
+  std::string topic, payload, time;
+};
+
+/// A plain SUB socket.
+class TestSubscriber {
+ public:
+  TestSubscriber(const std::string& endpoint, const std::string& topic, int highWaterMark = 1000) {
+    socket_.set(zmq::sockopt::linger, 0);
+    socket_.set(zmq::sockopt::rcvhwm, highWaterMark);
+    socket_.set(zmq::sockopt::rcvtimeo, 10'000);
+    socket_.connect(endpoint);
+    socket_.set(zmq::sockopt::subscribe, topic);
+  }
+
+  zmq::socket_t& socket() { return socket_; }
+
+  /// Empty topic: nothing came within the time.
+  Parts receive(int timeout_ms = 10'000) {
+    std::array<std::string, 3> parts;
+    socket_.set(zmq::sockopt::rcvtimeo, timeout_ms);
+    for (std::size_t i = 0;; ++i) {
+      zmq::message_t message;
+      if (!socket_.recv(message)) return {};
+      parts.at(i) = message.to_string();
+      if (!message.more()) return {parts[0], parts[1], parts[2]};
+    }
+  }
+
+ private:
+  zmq::context_t context_{1};
+  zmq::socket_t socket_{context_, zmq::socket_type::sub};
+};
+
+}  // namespace tractiond::publish

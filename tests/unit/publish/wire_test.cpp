@@ -1,0 +1,369 @@
+#include "daemon/publish/wire.h"
+#include "tests/unit/publish/support.h"
+#include "traction/v1/control.pb.h"
+#include "traction/v1/description.pb.h"
+#include "traction/v1/field.pb.h"
+#include "traction/v1/markers.pb.h"
+#include "traction/v1/status.pb.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace tractiond::publish {
+namespace {
+
+namespace pb = traction::v1;
+
+constexpr int kMarkers = 1152;
+constexpr int kNodes = 576;
+
+std::string text(const Id& id) {
+  return {id.begin(), id.end()};
+}
+
+Heading heading() {
+  Heading heading;
+  heading.sequence = 41;
+  heading.frame = frameInfo(70'000);
+  heading.flags = kDiscontinuity | kFewMarkers;
+  heading.zero = idOf(100);
+  heading.sent_ns = 1'000'400'000;
+  heading.sentReal_ns = 1'700'000'000'500'000'000;
+  return heading;
+}
+
+void expectHeader(const pb::Header& header, const Heading& expected) {
+  EXPECT_EQ(header.sequence(), expected.sequence);
+  EXPECT_EQ(header.sensor(), "gel-1");
+  EXPECT_EQ(header.boot(), text(idOf(10)));
+  EXPECT_EQ(header.calibration(), text(idOf(20)));
+  EXPECT_EQ(header.zero(), text(expected.zero));
+  EXPECT_EQ(header.flags(), expected.flags);
+  EXPECT_EQ(header.camera_frame_id(), expected.frame.cameraFrameId);
+  EXPECT_EQ(header.frame_number(), expected.frame.frameNumber);
+  EXPECT_EQ(header.device_time_ns(), expected.frame.times.device_ns);
+  EXPECT_EQ(header.exposure_s(), expected.frame.exposure_s);
+  EXPECT_EQ(header.received_real_ns(), expected.frame.times.receivedReal_ns);
+  EXPECT_EQ(header.received_ns(), expected.frame.times.received_ns);
+  EXPECT_EQ(header.tracked_ns(), expected.frame.times.tracked_ns);
+  EXPECT_EQ(header.solved_ns(), expected.frame.times.solved_ns);
+  EXPECT_EQ(header.sent_ns(), expected.sent_ns);
+}
+
+std::string fieldBytes(Wire& wire, const TractionField& field, const Heading& heading) {
+  std::string bytes(wire.fill(field, heading), '\0');
+  wire.writeField(reinterpret_cast<std::uint8_t*>(bytes.data()));
+  return bytes;
+}
+
+std::string markerBytes(Wire& wire, const MarkerField& markers, const Heading& heading) {
+  std::string bytes(wire.fill(markers, heading), '\0');
+  wire.writeMarkers(reinterpret_cast<std::uint8_t*>(bytes.data()));
+  return bytes;
+}
+
+std::string statusBytes(Wire& wire, const Ledger& ledger, const Status& status, const Heading& heading) {
+  std::string bytes(wire.fill(ledger, status, heading), '\0');
+  wire.writeStatus(reinterpret_cast<std::uint8_t*>(bytes.data()));
+  return bytes;
+}
+
+TEST(Wire, FieldArrivesNumberByNumber) {
+  Wire wire(description().identity);
+  const TractionField field = traction(kMarkers, kNodes);
+  pb::Field message;
+  ASSERT_TRUE(message.ParseFromString(fieldBytes(wire, field, heading())));
+  expectHeader(message.header(), heading());
+  EXPECT_DOUBLE_EQ(message.timestamp(), 1.7e9 + 1e-9);
+  EXPECT_TRUE(message.valid());
+  EXPECT_EQ(std::vector<float>(message.force_n().begin(), message.force_n().end()), field.force_N);
+  EXPECT_EQ(message.node_valid(), std::string(kNodes, '\1'));
+  EXPECT_EQ(message.resultant_n().x(), 1.0);
+  EXPECT_EQ(message.resultant_n().y(), 2.0);
+  EXPECT_EQ(message.resultant_n().z(), 3.0);
+  EXPECT_EQ(message.moment_nm().x(), 4.0);
+  EXPECT_EQ(message.moment_nm().y(), 5.0);
+  EXPECT_EQ(message.moment_nm().z(), 6.0);
+  EXPECT_EQ(message.centre_of_pressure_m().x(), 7.0);
+  EXPECT_EQ(message.centre_of_pressure_m().y(), 8.0);
+  EXPECT_TRUE(message.centre_of_pressure_valid());
+  EXPECT_EQ(message.residual_px(), 9.0);
+  EXPECT_EQ(message.valid_markers(), kMarkers - 1U);
+}
+
+TEST(Wire, NothingOfTheFieldBeforeIsLeft) {
+  Wire wire(description().identity);
+  fieldBytes(wire, traction(kMarkers, kNodes), heading());
+  TractionField invalid;
+  invalid.resize(kMarkers, kNodes);
+  const std::string bytes = fieldBytes(wire, invalid, Heading{});
+  pb::Field message;
+  ASSERT_TRUE(message.ParseFromString(bytes));
+  EXPECT_EQ(message.timestamp(), 0.0);
+  EXPECT_TRUE(message.header().zero().empty());
+  EXPECT_EQ(message.header().sequence(), 0U);
+  EXPECT_EQ(message.header().sent_ns(), 0);
+  EXPECT_EQ(message.resultant_n().z(), 0.0);
+  EXPECT_EQ(message.moment_nm().z(), 0.0);
+  EXPECT_EQ(message.centre_of_pressure_m().y(), 0.0);
+  EXPECT_FALSE(message.centre_of_pressure_valid());
+  EXPECT_EQ(message.residual_px(), 0.0);
+  EXPECT_EQ(message.valid_markers(), 0U);
+  for (const float force : message.force_n()) EXPECT_EQ(force, 0.0F);
+}
+
+TEST(Wire, InvalidFieldSaysSoAtEveryNode) {
+  Wire wire(description().identity);
+  TractionField field;
+  field.resize(kMarkers, kNodes);
+  pb::Field message;
+  ASSERT_TRUE(message.ParseFromString(fieldBytes(wire, field, heading())));
+  EXPECT_FALSE(message.valid());
+  EXPECT_EQ(message.node_valid(), std::string(kNodes, '\0'));
+  EXPECT_EQ(message.force_n_size(), 3 * kNodes);
+}
+
+TEST(Wire, MarkersArriveNumberByNumber) {
+  Wire wire(description().identity);
+  const MarkerField markers = traction(kMarkers, kNodes).markers;
+  pb::Markers message;
+  ASSERT_TRUE(message.ParseFromString(markerBytes(wire, markers, heading())));
+  expectHeader(message.header(), heading());
+  EXPECT_DOUBLE_EQ(message.timestamp(), 1.7e9 + 1e-9);
+  EXPECT_EQ(std::vector<float>(message.displacement_px().begin(), message.displacement_px().end()),
+            markers.displacement_px);
+  EXPECT_EQ(std::vector<float>(message.variance_px2().begin(), message.variance_px2().end()), markers.variance_px2);
+  EXPECT_EQ(message.marker_valid(), std::string(kMarkers - 1, '\1') + '\0');
+  EXPECT_EQ(message.valid_markers(), kMarkers - 1U);
+}
+
+TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
+  Wire wire(description().identity);
+  Ledger ledger;
+  std::uint64_t n = 0;
+  for (Counter* loss : {&ledger.incomplete, &ledger.wrongSize, &ledger.wrongFormat, &ledger.stale, &ledger.implausible,
+                        &ledger.evictedBeforeTrack, &ledger.noRestPose, &ledger.evictedBeforeSolve,
+                        &ledger.evictedBeforePublish, &ledger.discardedAtStop}) {
+    loss->add(++n);
+  }
+  ledger.published.add(1000);
+  ledger.received.add(1000 + 55 + 3);
+  ledger.missing.add(11);
+  ledger.reconnects.add(12);
+  Status status;
+  status.vitals = {CameraState::kStreaming, {1, 2, 3, 4, 5}};
+  status.uptime_s = 6.0;
+  status.received_hz = 7.0;
+  status.published_hz = 8.0;
+  status.track = {1.0, 2.0, 3.0};
+  status.solve = {4.0, 5.0, 6.0};
+  status.send = {7.0, 8.0, 9.0};
+  status.total = {10.0, 11.0, 12.0};
+
+  pb::Status message;
+  ASSERT_TRUE(message.ParseFromString(statusBytes(wire, ledger, status, heading())));
+  expectHeader(message.header(), heading());
+  EXPECT_DOUBLE_EQ(message.timestamp(), 1'700'000'000.5);
+  EXPECT_EQ(message.uptime_s(), 6.0);
+  EXPECT_EQ(message.camera(), pb::CAMERA_STATE_STREAMING);
+  const pb::Ledger& account = message.ledger();
+  EXPECT_EQ(account.received(), 1058U);
+  EXPECT_EQ(account.published(), 1000U);
+  EXPECT_EQ(account.in_flight(), 3U);
+  EXPECT_EQ(account.incomplete(), 1U);
+  EXPECT_EQ(account.wrong_size(), 2U);
+  EXPECT_EQ(account.wrong_format(), 3U);
+  EXPECT_EQ(account.stale(), 4U);
+  EXPECT_EQ(account.implausible(), 5U);
+  EXPECT_EQ(account.evicted_before_track(), 6U);
+  EXPECT_EQ(account.no_rest_pose(), 7U);
+  EXPECT_EQ(account.evicted_before_solve(), 8U);
+  EXPECT_EQ(account.evicted_before_publish(), 9U);
+  EXPECT_EQ(account.discarded_at_stop(), 10U);
+  EXPECT_EQ(account.missing(), 11U);
+  EXPECT_EQ(account.reconnects(), 12U);
+  EXPECT_EQ(message.rates().received_hz(), 7.0);
+  EXPECT_EQ(message.rates().published_hz(), 8.0);
+  EXPECT_EQ(message.latencies().track().p50_s(), 1.0);
+  EXPECT_EQ(message.latencies().track().p99_s(), 2.0);
+  EXPECT_EQ(message.latencies().track().max_s(), 3.0);
+  EXPECT_EQ(message.latencies().solve().p50_s(), 4.0);
+  EXPECT_EQ(message.latencies().send().p50_s(), 7.0);
+  EXPECT_EQ(message.latencies().total().p50_s(), 10.0);
+  EXPECT_EQ(message.turns().capture(), 1U);
+  EXPECT_EQ(message.turns().track(), 2U);
+  EXPECT_EQ(message.turns().solve(), 3U);
+  EXPECT_EQ(message.turns().publish(), 4U);
+  EXPECT_EQ(message.turns().control(), 5U);
+}
+
+RestPose restPose() {
+  RestPose pose;
+  pose.position_px = {1.0F, 2.0F, 3.0F, 4.0F};
+  pose.amplitude = {90.0F, 80.0F};
+  pose.present = {1, 0};
+  pose.noise = 2.5F;
+  pose.taken_ns = 1'650'000'000'000'000'000;
+  pose.requested = true;
+  pose.id = idOf(50);
+  return pose;
+}
+
+TEST(Wire, DescriptionArrivesNumberByNumber) {
+  Description described = description();
+  described.zero = restPose();
+  described.sensor.gel.size = {0.1, 0.2, 0.03};
+  described.sensor.camera.k1 = 0.01;
+  described.sensor.camera.k2 = 0.02;
+  described.sensor.camera.windowThickness = 0.005;
+  described.sensor.camera.gelIndex = 1.41;
+  described.sensor.camera.windowIndex = 1.49;
+  described.sensor.camera.rotation = {0.1, 0.2, 0.3};
+  DescriptionMessage description(described, {"one/", "two/"});
+  description.fill(heading());
+  pb::Description message;
+  ASSERT_TRUE(message.ParseFromString(description.bytes()));
+  Heading expected = heading();
+  expected.zero = idOf(50);  // of the rest pose it describes
+  expectHeader(message.header(), expected);
+  EXPECT_DOUBLE_EQ(message.timestamp(), 1'700'000'000.5);
+  EXPECT_EQ(message.software_version(), "0.1.0");
+  EXPECT_EQ(message.host(), text(idOf(30)));
+  ASSERT_EQ(message.topics_size(), 2);
+  EXPECT_EQ(message.topics(1), "two/");
+  EXPECT_EQ(message.gel().youngs_modulus_pa(), 0.18e6);
+  EXPECT_EQ(message.gel().poisson_ratio(), 0.49);
+  EXPECT_EQ(message.gel().size_m().x(), 0.1);
+  EXPECT_EQ(message.gel().size_m().y(), 0.2);
+  EXPECT_EQ(message.gel().size_m().z(), 0.03);
+  ASSERT_EQ(message.layers_size(), 2);
+  EXPECT_EQ(message.layers(0).colour(), pb::COLOUR_BLUE);
+  const pb::MarkerLayer& red = message.layers(1);
+  EXPECT_EQ(red.colour(), pb::COLOUR_RED);
+  EXPECT_EQ(red.columns(), 24U);
+  EXPECT_EQ(red.rows(), 24U);
+  EXPECT_EQ(red.pitch_m(), 3e-3);
+  EXPECT_EQ(red.depth_m(), 8e-3);
+  EXPECT_EQ(red.centre_m().x(), 1.5e-3);
+  EXPECT_EQ(red.centre_m().y(), 1.5e-3);
+  EXPECT_EQ(red.diameter_m(), 0.6e-3);
+  EXPECT_EQ(message.nodes().columns(), 24U);
+  EXPECT_EQ(message.nodes().rows(), 24U);
+  EXPECT_EQ(message.nodes().pitch_m(), 3e-3);
+  EXPECT_EQ(message.nodes().centre_m().x(), 0.0);
+  const pb::Camera& camera = message.camera();
+  EXPECT_EQ(camera.vendor(), "Acme");
+  EXPECT_EQ(camera.model(), "Eye");
+  EXPECT_EQ(camera.serial(), "42");
+  EXPECT_EQ(camera.pixel_format(), "RGB8");
+  EXPECT_EQ(camera.width_px(), 640U);
+  EXPECT_EQ(camera.height_px(), 480U);
+  EXPECT_EQ(camera.focal_px(), 960.0);
+  EXPECT_EQ(camera.principal_px().x(), 319.5);
+  EXPECT_EQ(camera.principal_px().y(), 239.5);
+  EXPECT_EQ(camera.k1(), 0.01);
+  EXPECT_EQ(camera.k2(), 0.02);
+  EXPECT_EQ(camera.position_m().z(), 157e-3);
+  EXPECT_EQ(camera.rotation_rad().z(), 0.3);
+  EXPECT_EQ(camera.gel_index(), 1.41);
+  EXPECT_EQ(camera.window_index(), 1.49);
+  EXPECT_EQ(camera.window_thickness_m(), 0.005);
+  EXPECT_EQ(message.solver().mechanics(), "block");
+  EXPECT_EQ(message.solver().regularisation(), "tikhonov");
+  EXPECT_EQ(message.solver().strength(), 1e-3);
+  EXPECT_EQ(message.calibration().id(), text(idOf(20)));
+  EXPECT_EQ(message.calibration().time_ns(), described.calibrated_ns);
+  EXPECT_EQ(message.zero().id(), text(idOf(50)));
+  EXPECT_EQ(message.zero().time_ns(), restPose().taken_ns);
+  EXPECT_TRUE(message.zero().requested());
+  EXPECT_EQ(message.zero().rest_position_px_size(), 4);
+  EXPECT_EQ(message.zero().rest_position_px(3), 4.0F);
+  EXPECT_EQ(message.zero().marker_present(), std::string("\1\0", 2));
+}
+
+TEST(Wire, DescriptionWithoutAZeroHasNone) {
+  pb::Description message;
+  DescriptionMessage description(publish::description(), {});
+  description.fill(heading());
+  ASSERT_TRUE(message.ParseFromString(description.bytes()));
+  EXPECT_FALSE(message.has_zero());
+  EXPECT_TRUE(message.header().zero().empty());
+}
+
+TEST(Wire, EncodingAllocatesNothingAfterTheFirst) {
+  Wire wire(description().identity);
+  DescriptionMessage description(publish::description(), {"one/"});
+  TractionField field = traction(kMarkers, kNodes);
+  const Ledger ledger;
+  const Status status;
+  Heading head = heading();
+  std::vector<std::uint8_t> bytes(64 * 1024);
+  std::uint64_t allocated = 0;
+  for (int i = 0; i < 100; ++i) {
+    const std::uint64_t before = allocations();
+    ++head.sequence;
+    head.frame = frameInfo(static_cast<std::uint64_t>(i) << 20);
+    head.zero = i % 3 == 0 ? Id{} : idOf(static_cast<std::uint8_t>(i));  // a zero comes and goes
+    field.valid = i % 2 == 0;
+    wire.fill(field, head);
+    wire.writeField(bytes.data());
+    wire.fill(field.markers, head);
+    wire.writeMarkers(bytes.data());
+    wire.fill(ledger, status, head);
+    wire.writeStatus(bytes.data());
+    description.fill(head);
+    description.write(bytes.data());
+    if (i > 1) allocated += allocations() - before;  // the first without and the first with a zero make room
+  }
+  EXPECT_EQ(allocated, 0U);
+}
+
+TEST(Wire, RequestsAreTold) {
+  pb::Request request;
+  request.set_version(1);
+  request.mutable_status();
+  EXPECT_EQ(decodeRequest(request.SerializeAsString()).value(), Request::kStatus);
+  request.mutable_description();
+  EXPECT_EQ(decodeRequest(request.SerializeAsString()).value(), Request::kDescription);
+  request.mutable_zero();
+  EXPECT_EQ(decodeRequest(request.SerializeAsString()).value(), Request::kZero);
+  request.clear_request();
+  EXPECT_FALSE(decodeRequest(request.SerializeAsString()));
+  request.mutable_zero();
+  request.set_version(2);
+  EXPECT_FALSE(decodeRequest(request.SerializeAsString()));
+}
+
+TEST(Wire, RandomBytesAreNoRequestAndNoHarm) {
+  std::mt19937 random(1);
+  for (int i = 0; i < 20'000; ++i) {
+    std::string bytes(random() % 200, '\0');
+    for (char& byte : bytes) byte = static_cast<char>(random());
+    const auto request = decodeRequest(bytes);
+    EXPECT_TRUE(request || !request.error().empty());
+  }
+}
+
+TEST(Wire, RepliesHoldWhatWasSent) {
+  Wire wire(description().identity);
+  const std::string status = statusBytes(wire, Ledger{}, Status{}, heading());
+  pb::Reply reply;
+  ASSERT_TRUE(reply.ParseFromString(encodeReply(Request::kStatus, status)));
+  EXPECT_EQ(reply.version(), 1U);
+  EXPECT_TRUE(reply.error().empty());
+  EXPECT_EQ(reply.status().SerializeAsString(), status);
+
+  ASSERT_TRUE(reply.ParseFromString(encodeZeroReply(restPose())));
+  EXPECT_EQ(reply.zero().zero().id(), text(idOf(50)));
+  EXPECT_EQ(reply.zero().markers_present(), 1U);
+  EXPECT_EQ(reply.zero().markers_expected(), 2U);
+  EXPECT_EQ(reply.zero().noise_levels(), 2.5);
+
+  ASSERT_TRUE(reply.ParseFromString(encodeErrorReply("no frames")));
+  EXPECT_EQ(reply.error(), "no frames");
+  EXPECT_EQ(reply.reply_case(), pb::Reply::REPLY_NOT_SET);
+}
+
+}  // namespace
+}  // namespace tractiond::publish
