@@ -56,8 +56,8 @@ void FrameGate::extend(Track& track, const Arrival& arrival) const {
   track.length = std::min(track.length + 1, kAgreeing);
 }
 
-std::uint64_t FrameGate::largestStep(const Track& track, std::int64_t elapsed_ns) const {
-  const std::int64_t period = std::max(track.period_ns, options_.shortestPeriod_ns);
+std::uint64_t FrameGate::largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const {
+  const std::int64_t period = std::max(period_ns, options_.shortestPeriod_ns);
   const std::int64_t periods = std::max<std::int64_t>(elapsed_ns, 0) / period;
   const bool roundUp = elapsed_ns - periods * period > period / 2;
   return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(periods) + (roundUp ? 1 : 0));
@@ -67,7 +67,7 @@ bool FrameGate::follows(const Track& track, const Arrival& arrival) const {
   const std::int64_t step = advance(track.id, arrival.id);
   const std::int64_t elapsed = difference(arrival.device_ns, track.device_ns);
   const std::int64_t lag = difference(difference(arrival.host_ns, arrival.device_ns), track.offset_ns);
-  return step > 0 && elapsed > 0 && static_cast<std::uint64_t>(step) <= largestStep(track, elapsed) &&
+  return step > 0 && elapsed > 0 && static_cast<std::uint64_t>(step) <= largestStep(track.period_ns, elapsed) &&
          lag >= -options_.ahead_ns && lag <= options_.behind_ns;
 }
 
@@ -145,8 +145,9 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     // The ids may still be those of the same count: after a pause of the host, or of the cable. Twice the time: the
     // host's stamps jitter.
     const std::int64_t step = advance(current_->id, arrival.id);
-    const bool counts = step > 0 && static_cast<std::uint64_t>(step) <=
-                                        largestStep(*current_, 2 * (arrival.host_ns - current_->host_ns));
+    const std::int64_t period = current_->period_ns > 0 ? current_->period_ns : candidate_->period_ns;
+    const std::int64_t twice = 2 * (arrival.host_ns - current_->host_ns);
+    const bool counts = step > 0 && static_cast<std::uint64_t>(step) <= largestStep(period, twice);
     return accept(*candidate_, counts ? static_cast<std::uint64_t>(step) : 1, true);
   }
   const bool older = advance(current_->id, arrival.id) <= 0 || difference(arrival.device_ns, current_->device_ns) <= 0;

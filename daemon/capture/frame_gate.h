@@ -82,7 +82,7 @@ class FrameGate {
   static Track begin(const Arrival& arrival);
   void extend(Track& track, const Arrival& arrival) const;
   bool follows(const Track& track, const Arrival& arrival) const;
-  std::uint64_t largestStep(const Track& track, std::int64_t elapsed_ns) const;
+  std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const;
   Judgement accept(const Track& next, std::uint64_t step, bool newTimeline);
   void markArrived(const Arrival& arrival);
   bool seenBefore(const Arrival& arrival);

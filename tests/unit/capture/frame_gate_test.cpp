@@ -1,0 +1,483 @@
+#include "daemon/capture/frame_gate.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <utility>
+#include <vector>
+
+namespace tractiond::capture {
+namespace {
+
+constexpr std::int64_t kPeriod_ns = 16'666'667;
+constexpr PictureShape kShape{640, 480, 640 * 480 * 3, 0x02180014};
+
+/// A camera that counts and dates honestly until it is told otherwise, and a host some way behind it.
+class Camera {
+ public:
+  explicit Camera(std::uint64_t firstId, bool wide = false)
+      : id_(firstId)
+      , wide_(wide) {}
+
+  /// Takes a picture; what becomes of it is the test's business.
+  Arrival take() {
+    Arrival arrival;
+    arrival.complete = true;
+    arrival.shape = kShape;
+    arrival.id = id_;
+    arrival.device_ns = device_ns_;
+    arrival.host_ns = std::max(host_ns_ + delay_ns_, lastArrival_ns_);
+    lastArrival_ns_ = arrival.host_ns;
+    pass(kPeriod_ns);
+    id_ = wide_ || id_ < 65535 ? id_ + 1 : 1;
+    return arrival;
+  }
+  void lose(int frames) {
+    for (int i = 0; i < frames; ++i) take();
+  }
+  void pass(std::int64_t time_ns) {
+    device_ns_ += time_ns;
+    host_ns_ += time_ns;
+  }
+  void count(std::uint64_t id) { id_ = id; }
+  void setClock(std::int64_t device_ns) { device_ns_ = device_ns; }
+  void step(std::int64_t time_ns) { device_ns_ += time_ns; }
+  void delay(std::int64_t delay_ns) { delay_ns_ = delay_ns; }
+  std::int64_t hostNow() const { return std::max(host_ns_, lastArrival_ns_); }
+  std::int64_t deviceNow() const { return device_ns_; }
+  std::uint64_t nextId() const { return id_; }
+
+ private:
+  std::uint64_t id_;
+  bool wide_;
+  std::int64_t device_ns_ = 7'000'000'000'000;
+  std::int64_t host_ns_ = 1'000'000'000;
+  std::int64_t delay_ns_ = 500'000;
+  std::int64_t lastArrival_ns_ = 0;
+};
+
+class FrameGateTest : public testing::Test {
+ protected:
+  Judgement judge(const Arrival& arrival) {
+    const Judgement judgement = gate_.judge(arrival);
+    count(judgement, ledger_);
+    return judgement;
+  }
+  /// Judges `frames` honest ones and expects all of them to be new.
+  void stream(Camera& camera, int frames) {
+    for (int i = 0; i < frames; ++i) ASSERT_EQ(judge(camera.take()).verdict, Verdict::kNew) << i;
+  }
+  /// Judges honest frames until one is used again, and says how many that took.
+  int framesUntilNew(Camera& camera, Judgement* last = nullptr) {
+    for (int i = 1; i <= 100; ++i) {
+      const Judgement judgement = judge(camera.take());
+      if (last != nullptr) *last = judgement;
+      if (judgement.verdict == Verdict::kNew) return i;
+    }
+    return 101;
+  }
+
+  FrameGate gate_{kShape, {}};
+  Ledger ledger_;
+};
+
+TEST_F(FrameGateTest, UsesAnHonestStream) {
+  Camera camera(1000);
+  for (std::uint64_t n = 1; n <= 1000; ++n) {
+    const Judgement judgement = judge(camera.take());
+    ASSERT_EQ(judgement.verdict, Verdict::kNew);
+    EXPECT_EQ(judgement.frameNumber, n);
+    EXPECT_FALSE(judgement.discontinuity);
+    EXPECT_EQ(judgement.newTimeline, n == 1);
+  }
+  EXPECT_EQ(ledger_.missing.get(), 0U);
+  EXPECT_EQ(ledger_.received.get(), 1000U);
+}
+
+TEST_F(FrameGateTest, FollowsTheCounterThroughItsWrap) {
+  Camera narrow(65'400);
+  stream(narrow, 300);
+  EXPECT_EQ(ledger_.missing.get(), 0U);
+}
+
+TEST_F(FrameGateTest, CountsAGapAcrossTheWrap) {
+  Camera camera(65'530);
+  stream(camera, 3);  // 65530 .. 65532
+  camera.lose(5);     // 65533, 65534, 65535, 1, 2
+  const Judgement judgement = judge(camera.take());
+  EXPECT_EQ(judgement.verdict, Verdict::kNew);
+  EXPECT_EQ(judgement.missing, 5U);
+  EXPECT_EQ(judgement.frameNumber, 9U);
+  EXPECT_TRUE(judgement.discontinuity);
+}
+
+TEST_F(FrameGateTest, FollowsA64BitCounterBeyond16And32Bits) {
+  for (const std::uint64_t first : {std::uint64_t{65'400}, (std::uint64_t{1} << 32) - 100, std::uint64_t{1} << 63}) {
+    FrameGate gate(kShape, {});
+    Camera camera(first, true);
+    for (int i = 0; i < 300; ++i) ASSERT_EQ(gate.judge(camera.take()).verdict, Verdict::kNew) << first << " + " << i;
+  }
+}
+
+TEST_F(FrameGateTest, TakesIdZeroFromUsbOnly) {
+  Camera camera(0);
+  EXPECT_EQ(judge(camera.take()).verdict, Verdict::kStale);
+  FrameGate usb(kShape, {.zeroIsAnId = true});
+  Camera other(0);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(usb.judge(other.take()).verdict, Verdict::kNew);
+}
+
+TEST_F(FrameGateTest, CountsWhatNeverArrivedApartFromWhatArrivedBroken) {
+  Camera camera(1);
+  stream(camera, 5);
+  camera.lose(3);
+  Arrival broken = camera.take();
+  broken.complete = false;
+  broken.shape = {};
+  EXPECT_EQ(judge(broken).verdict, Verdict::kIncomplete);
+  Arrival unnamed = camera.take();  // the packet that carries id and time was lost: those are an older frame's
+  unnamed.complete = false;
+  unnamed.id = 2;
+  EXPECT_EQ(judge(unnamed).verdict, Verdict::kIncomplete);
+  Arrival small = camera.take();
+  small.shape.size = 1000;
+  EXPECT_EQ(judge(small).verdict, Verdict::kWrongSize);
+  Arrival narrow = camera.take();
+  narrow.shape.width = 600;
+  EXPECT_EQ(judge(narrow).verdict, Verdict::kWrongSize);
+  Arrival grey = camera.take();
+  grey.shape.format = 0x01080001;
+  EXPECT_EQ(judge(grey).verdict, Verdict::kWrongFormat);
+  const Judgement next = judge(camera.take());
+  EXPECT_EQ(next.verdict, Verdict::kNew);
+  EXPECT_EQ(next.missing, 3U);
+  EXPECT_EQ(next.frameNumber, 5U + 3 + 5 + 1);
+  EXPECT_TRUE(next.discontinuity);
+  EXPECT_EQ(ledger_.incomplete.get(), 2U);
+  EXPECT_EQ(ledger_.wrongSize.get(), 2U);
+  EXPECT_EQ(ledger_.wrongFormat.get(), 1U);
+  EXPECT_EQ(ledger_.missing.get(), 3U);
+}
+
+TEST_F(FrameGateTest, RefusesTheSameFrameTwice) {
+  Camera camera(100);
+  stream(camera, 10);
+  const Arrival frame = camera.take();
+  EXPECT_EQ(judge(frame).verdict, Verdict::kNew);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(judge(frame).verdict, Verdict::kStale);
+  stream(camera, 10);
+  EXPECT_EQ(ledger_.missing.get(), 0U);
+}
+
+TEST_F(FrameGateTest, RefusesARunOfOldBuffers) {
+  // Recycled buffers come out in the order they went in: each alone looks like the next of the one before.
+  for (const std::int64_t pace_ns : {std::int64_t{0}, kPeriod_ns}) {
+    FrameGate gate(kShape, {});
+    Camera camera(500);
+    std::vector<Arrival> buffers;
+    for (int i = 0; i < 19; ++i) {
+      buffers.push_back(camera.take());
+      ASSERT_EQ(gate.judge(buffers.back()).verdict, Verdict::kNew);
+    }
+    for (Arrival old : buffers) {
+      camera.pass(pace_ns);
+      old.host_ns = camera.hostNow();
+      ASSERT_EQ(gate.judge(old).verdict, Verdict::kStale);
+    }
+    for (int i = 0; i < 10; ++i) ASSERT_EQ(gate.judge(camera.take()).verdict, Verdict::kNew);
+  }
+}
+
+TEST_F(FrameGateTest, LosesNothingToOneForgedFutureId) {
+  for (const std::uint64_t ahead : {2U, 3U, 10U, 100U, 1'000U, 30'000U, 40'000U, 65'534U, 100'000U}) {
+    for (const std::int64_t later_ns : {std::int64_t{1}, kPeriod_ns, 100 * kPeriod_ns, std::int64_t{1} << 60}) {
+      FrameGate gate(kShape, {});
+      Camera camera(20'000);
+      for (int i = 0; i < 100; ++i) ASSERT_EQ(gate.judge(camera.take()).verdict, Verdict::kNew);
+      Arrival forged = camera.take();
+      Arrival real = forged;
+      forged.id += ahead;
+      forged.device_ns += later_ns;
+      const Verdict verdict = gate.judge(forged).verdict;
+      EXPECT_TRUE(verdict == Verdict::kImplausible || verdict == Verdict::kStale) << ahead << ' ' << later_ns;
+      for (int i = 0; i < 100; ++i) {
+        ASSERT_EQ(gate.judge(real).verdict, Verdict::kNew) << ahead << ' ' << later_ns;
+        real = camera.take();
+      }
+    }
+  }
+}
+
+TEST_F(FrameGateTest, HealsFromAForgedFirstFrame) {
+  Arrival forged;
+  forged.complete = true;
+  forged.shape = kShape;
+  forged.id = 60'000;
+  forged.device_ns = std::int64_t{1} << 62;
+  forged.host_ns = 1;
+  EXPECT_EQ(judge(forged).verdict, Verdict::kNew);  // nothing is known yet
+  Camera camera(1);
+  Judgement judgement;
+  EXPECT_EQ(framesUntilNew(camera, &judgement), 3);
+  EXPECT_TRUE(judgement.newTimeline);
+  EXPECT_TRUE(judgement.discontinuity);
+  stream(camera, 100);
+  EXPECT_EQ(ledger_.missing.get(), 0U);
+}
+
+TEST_F(FrameGateTest, ResynchronisesOnThreeFramesAfterACounterReset) {
+  for (const std::uint64_t before : {300U, 40'000U, 65'000U, 65'534U}) {
+    FrameGate gate(kShape, {});
+    Camera camera(before - 100);
+    for (int i = 0; i < 100; ++i) ASSERT_EQ(gate.judge(camera.take()).verdict, Verdict::kNew);
+    camera.count(1);
+    if (before == 65'534) camera.count(20'000);
+    EXPECT_NE(gate.judge(camera.take()).verdict, Verdict::kNew) << before;
+    EXPECT_NE(gate.judge(camera.take()).verdict, Verdict::kNew) << before;
+    const Judgement judgement = gate.judge(camera.take());
+    EXPECT_EQ(judgement.verdict, Verdict::kNew) << before;
+    EXPECT_TRUE(judgement.newTimeline && judgement.discontinuity);
+    EXPECT_EQ(judgement.missing, 0U) << "unknown, so not counted";
+    EXPECT_EQ(judgement.frameNumber, 101U);
+    for (int i = 0; i < 100; ++i) ASSERT_EQ(gate.judge(camera.take()).verdict, Verdict::kNew);
+  }
+}
+
+TEST_F(FrameGateTest, ResynchronisesOnThreeFramesAfterTheCamerasClockSteps) {
+  for (const std::int64_t step_ns : {std::int64_t{3'600'000'000'000}, std::int64_t{200'000'000}, -kPeriod_ns * 2,
+                                     std::int64_t{-3'600'000'000'000}}) {
+    FrameGate gate(kShape, {});
+    Camera camera(100);
+    for (int i = 0; i < 100; ++i) ASSERT_EQ(gate.judge(camera.take()).verdict, Verdict::kNew);
+    camera.step(step_ns);
+    const Verdict expected = step_ns > 0 ? Verdict::kImplausible : Verdict::kStale;
+    EXPECT_EQ(gate.judge(camera.take()).verdict, expected) << step_ns;
+    EXPECT_EQ(gate.judge(camera.take()).verdict, expected) << step_ns;
+    const Judgement judgement = gate.judge(camera.take());
+    EXPECT_EQ(judgement.verdict, Verdict::kNew) << step_ns;
+    EXPECT_TRUE(judgement.newTimeline);
+    EXPECT_EQ(judgement.frameNumber, 103U);  // the ids went on: three further
+    EXPECT_EQ(judgement.missing, 0U);
+    for (int i = 0; i < 100; ++i) ASSERT_EQ(gate.judge(camera.take()).verdict, Verdict::kNew);
+  }
+}
+
+TEST_F(FrameGateTest, AStallOfTheHostIsNoStepOfTheClock) {
+  Camera camera(100);
+  stream(camera, 100);
+  // Ten frames wait for 700 ms and come in a burst.
+  std::vector<Arrival> waiting;
+  for (int i = 0; i < 10; ++i) waiting.push_back(camera.take());
+  camera.pass(700'000'000);
+  for (Arrival& frame : waiting) {
+    frame.host_ns = camera.hostNow();
+    EXPECT_EQ(judge(frame).verdict, Verdict::kNew);
+  }
+  camera.lose(0);
+  camera.count(camera.nextId() + 42);  // what the driver had no buffers for
+  const Judgement judgement = judge(camera.take());
+  EXPECT_EQ(judgement.verdict, Verdict::kNew);
+  EXPECT_EQ(judgement.missing, 42U);
+}
+
+TEST_F(FrameGateTest, ALongBreakOfTheNetworkIsCountedAndNotHeldBack) {
+  Camera camera(64'000);
+  stream(camera, 100);
+  camera.lose(6'000);
+  const Judgement judgement = judge(camera.take());
+  EXPECT_EQ(judgement.verdict, Verdict::kNew);
+  EXPECT_EQ(judgement.missing, 6'000U);
+}
+
+TEST_F(FrameGateTest, ATriggerMayPauseAndHurry) {
+  Camera camera(10);
+  std::mt19937 random(1);
+  std::exponential_distribution<double> pause(1.0);
+  for (int i = 0; i < 2000; ++i) {
+    ASSERT_EQ(judge(camera.take()).verdict, Verdict::kNew) << i;
+    camera.pass(static_cast<std::int64_t>(pause(random) * 5e8));
+  }
+}
+
+TEST_F(FrameGateTest, UsesTheFirstFrameOfAReopenedCamera) {
+  Camera camera(100);
+  stream(camera, 50);
+  // It comes back with other ids and another clock.
+  gate_.restart();
+  camera.count(1);
+  camera.setClock(5);
+  camera.pass(8'000'000'000);
+  Judgement judgement = judge(camera.take());
+  EXPECT_EQ(judgement.verdict, Verdict::kNew);
+  EXPECT_TRUE(judgement.newTimeline && judgement.discontinuity);
+  EXPECT_EQ(judgement.frameNumber, 51U);
+  EXPECT_EQ(judgement.missing, 0U);
+  stream(camera, 50);
+  // Or it went on counting behind a pulled cable.
+  gate_.restart();
+  camera.lose(200);
+  judgement = judge(camera.take());
+  EXPECT_EQ(judgement.verdict, Verdict::kNew);
+  EXPECT_TRUE(judgement.newTimeline && judgement.discontinuity);
+  EXPECT_EQ(judgement.missing, 200U);
+  EXPECT_EQ(judgement.frameNumber, 101U + 200 + 1);
+}
+
+TEST_F(FrameGateTest, SurvivesNumbersAtTheEndsOfTheirRange) {
+  const std::int64_t times[] = {INT64_MIN, INT64_MIN + 1, -1, 0, 1, INT64_MAX - 1, INT64_MAX};
+  const std::uint64_t ids[] = {0, 1, 65'534, 65'535, 65'536, UINT64_MAX / 2, UINT64_MAX / 2 + 1, UINT64_MAX};
+  std::int64_t host_ns = 1;
+  for (const std::int64_t one : times)
+    for (const std::int64_t other : times)
+      for (const std::uint64_t id : ids) {
+        Arrival arrival;
+        arrival.complete = true;
+        arrival.shape = kShape;
+        arrival.host_ns = host_ns += 1000;
+        arrival.id = id;
+        arrival.device_ns = one;
+        judge(arrival);
+        arrival.device_ns = other;
+        arrival.id = id + 1;
+        judge(arrival);
+      }
+  Camera camera(7);
+  camera.pass(host_ns);
+  EXPECT_LE(framesUntilNew(camera), 3);
+}
+
+/// Honest frames between disturbances of every kind. Whatever came before, the third honest frame is used again; no
+/// picture is used twice; the numbers add up.
+class FrameGateProperty : public testing::TestWithParam<int> {};
+
+TEST_P(FrameGateProperty, HoldsUnderDisturbances) {
+  std::mt19937_64 random(static_cast<std::uint64_t>(GetParam()));
+  const auto upTo = [&](int n) { return static_cast<int>(random() % static_cast<std::uint64_t>(n)); };
+  FrameGate gate(kShape, {});
+  Ledger ledger;
+  Camera camera(65'000 + static_cast<std::uint64_t>(upTo(500)), GetParam() % 2 == 0);
+
+  std::vector<Arrival> past;                                 // whole pictures, the newest last
+  std::vector<std::pair<std::uint64_t, std::int64_t>> used;  // what went through
+  std::uint64_t arrivals = 0, lastNumber = 0, accepted = 0, summedGaps = 0;
+  Arrival lastUsed;
+  const auto judge = [&](Arrival arrival) {
+    const Judgement judgement = gate.judge(arrival);
+    count(judgement, ledger);
+    ++arrivals;
+    if (arrival.complete && arrival.shape == kShape) past.push_back(arrival);
+    if (judgement.verdict == Verdict::kNew) {
+      ++accepted;
+      EXPECT_EQ(std::count(used.begin(), used.end(), std::pair(arrival.id, arrival.device_ns)), 0);
+      EXPECT_GT(judgement.frameNumber, lastNumber);
+      if (!judgement.newTimeline) {
+        EXPECT_GT(arrival.device_ns, lastUsed.device_ns);
+      }
+      summedGaps += judgement.frameNumber - lastNumber - 1;
+      EXPECT_LE(judgement.missing, judgement.frameNumber - lastNumber - 1);
+      EXPECT_TRUE(judgement.frameNumber == lastNumber + 1 || judgement.discontinuity);
+      lastNumber = judgement.frameNumber;
+      lastUsed = arrival;
+      used.emplace_back(arrival.id, arrival.device_ns);
+    }
+    return judgement;
+  };
+  const auto disturb = [&] {
+    Arrival odd = camera.take();
+    switch (upTo(9)) {
+    case 0:
+      camera.lose(upTo(200));
+      break;
+    case 1:
+      camera.count(1 + random() % 65'535);
+      break;
+    case 2:
+      camera.step(static_cast<std::int64_t>(random() % 4'000'000'000) - 2'000'000'000);
+      break;
+    case 3:  // old buffers, alone or in a row
+      for (std::size_t i = past.size() - std::min<std::size_t>(past.size(), static_cast<std::size_t>(1 + upTo(20)));
+           i < past.size() && upTo(4) != 0; ++i) {
+        Arrival old = past[i];
+        old.host_ns = camera.hostNow();
+        const std::size_t before = past.size();
+        EXPECT_EQ(judge(old).verdict, Verdict::kStale);
+        past.resize(before);
+      }
+      break;
+    case 4:  // forged: any id, any time
+      odd.id = random();
+      odd.device_ns = static_cast<std::int64_t>(random());
+      odd.host_ns = camera.hostNow();
+      judge(odd);
+      break;
+    case 5:  // forged: near
+      odd.id += static_cast<std::uint64_t>(upTo(50));
+      odd.device_ns += static_cast<std::int64_t>(random() % 1'000'000'000);
+      odd.host_ns = camera.hostNow();
+      judge(odd);
+      break;
+    case 6:
+      odd.complete = false;
+      judge(odd);
+      break;
+    case 7:
+      odd.shape.size -= 1;
+      judge(odd);
+      break;
+    case 8:
+      gate.restart();
+      break;
+    }
+  };
+
+  for (int round = 0; round < 200; ++round) {
+    for (int i = upTo(6); i > 0; --i) disturb();
+    int needed = 1;
+    while (needed <= 3 && judge(camera.take()).verdict != Verdict::kNew) ++needed;
+    ASSERT_LE(needed, 3) << "round " << round;
+    for (int i = upTo(100); i > 0; --i) {
+      camera.delay(static_cast<std::int64_t>(random() % 10'000'000));
+      ASSERT_EQ(judge(camera.take()).verdict, Verdict::kNew) << "round " << round;
+    }
+  }
+  EXPECT_EQ(ledger.received.get(), arrivals);
+  EXPECT_EQ(ledger.received.get(), accepted + ledger.losses());
+  EXPECT_EQ(lastNumber, accepted + summedGaps);
+  EXPECT_LE(ledger.missing.get(), summedGaps);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, FrameGateProperty, testing::Range(0, 40));
+
+/// With honest losses only, every frame the camera took is accounted for exactly.
+TEST_F(FrameGateTest, AccountsForEveryFrameOfAnHonestCamera) {
+  std::mt19937 random(7);
+  Camera camera(60'000);
+  std::uint64_t taken = 0, never = 0, refused = 0;
+  Judgement last;
+  for (int i = 0; i < 100'000; ++i) {
+    Arrival arrival = camera.take();
+    ++taken;
+    const auto fate = random() % 100;
+    if (fate < 5 && i > 0) {
+      ++never;
+      continue;
+    }
+    if (fate < 15 && i > 0) {
+      arrival.complete = false;
+      if (fate < 7) arrival.id = 0;
+      ++refused;
+    }
+    const Judgement judgement = judge(arrival);
+    if (judgement.verdict == Verdict::kNew) last = judgement;
+    ASSERT_EQ(judgement.verdict == Verdict::kNew, arrival.complete);
+  }
+  Judgement end;
+  EXPECT_EQ(framesUntilNew(camera, &end), 1);
+  EXPECT_EQ(end.frameNumber, taken + 1);
+  EXPECT_EQ(ledger_.missing.get(), never);
+  EXPECT_EQ(ledger_.incomplete.get(), refused);
+}
+
+}  // namespace
+}  // namespace tractiond::capture
