@@ -127,31 +127,35 @@ const void* TomlTable::find(std::string_view key) {
 }
 
 template <typename Target>
-bool TomlTable::numbers(std::string_view key, const Range& range, Target& target) {
+void TomlTable::numbers(std::string_view key, const Range& range, Target& target) {
   const auto* node = static_cast<const toml::node*>(find(key));
-  if (!node) return false;
+  if (!node) return;
   const toml::array* array = node->as_array();
   if constexpr (requires { target.clear(); }) {
+    if (node->is_number()) {
+      target.resize(1);
+      read(key, target[0], range);
+      return;
+    }
     if (array) target.resize(array->size());
   }
   if (!array || array->size() != target.size()) {
     document_->fail(*node, path_ + std::string(key) + " must be a list of " +
                                (array ? std::to_string(target.size()) + " " : "") + "numbers");
-    return false;
+    return;
   }
   for (std::size_t i = 0; i < array->size(); ++i) {
     const std::optional<double> number = array->get(i)->template value<double>();
     if (!number || !array->get(i)->is_number()) {
       document_->fail(*node, path_ + std::string(key) + " must be a list of numbers");
-      return false;
+      return;
     }
     if (!(*number >= range.least && *number <= range.most && std::isfinite(*number))) {
       document_->fail(*node, path_ + std::string(key) + " = " + text(*number) + " " + rangeText(range));
-      return false;
+      return;
     }
     target[i] = *number / range.perUnit;
   }
-  return true;
 }
 
 void TomlTable::read(std::string_view key, std::span<double> values, const Range& range) {
@@ -195,6 +199,44 @@ void TomlTable::read(std::string_view key, std::string& value) {
   if (!node) return;
   if (!node->is_string()) return document_->fail(*node, path_ + std::string(key) + " must be a text in quotes");
   value = node->value<std::string>().value();
+}
+
+void TomlTable::read(std::string_view key, std::vector<std::string>& values) {
+  const auto* node = static_cast<const toml::node*>(find(key));
+  if (!node) return;
+  const toml::array* array = node->as_array();
+  if (!array || !(array->empty() || array->is_homogeneous<std::string>())) {
+    return document_->fail(*node, path_ + std::string(key) + " must be a list of texts in quotes");
+  }
+  values.clear();
+  for (const toml::node& element : *array) values.push_back(element.value<std::string>().value());
+}
+
+std::vector<std::pair<std::string, TomlTable::Scalar>> TomlTable::entries() {
+  std::vector<std::pair<toml::source_position, std::pair<std::string, Scalar>>> found;
+  for (const auto& [tomlKey, node] : asTable(table_)) {
+    const std::string key(tomlKey.str());
+    find(key);
+    Scalar value;
+    if (node.is_boolean()) {
+      value = node.value<bool>().value();
+    } else if (node.is_integer()) {
+      value = node.value<std::int64_t>().value();
+    } else if (node.is_floating_point()) {
+      value = node.value<double>().value();
+    } else if (node.is_string()) {
+      value = node.value<std::string>().value();
+    } else {
+      document_->fail(node, path_ + key + " must be a number, a text in quotes, true or false");
+      continue;
+    }
+    found.emplace_back(tomlKey.source().begin, std::pair(key, std::move(value)));
+  }
+  // toml++ sorts the keys of a table by name.
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::pair<std::string, Scalar>> result;
+  for (auto& entry : found) result.push_back(std::move(entry.second));
+  return result;
 }
 
 std::optional<TomlTable> TomlTable::table(std::string_view key) {

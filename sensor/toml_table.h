@@ -3,11 +3,14 @@
 
 #include <tl/expected.hpp>
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <variant>
 #include <vector>
 
 namespace sensor {
@@ -36,10 +39,14 @@ class TomlTable {
   void read(std::string_view key, int& value, const Range& range);
   void read(std::string_view key, bool& value);
   void read(std::string_view key, std::string& value);
-  void read(std::string_view key, std::span<double> values, const Range& range);  ///< exactly as many
-  void read(std::string_view key, std::vector<double>& values, const Range& range);
+  void read(std::string_view key, std::vector<std::string>& values);
+  void read(std::string_view key, std::span<double> values, const Range& range);     ///< exactly as many
+  void read(std::string_view key, std::vector<double>& values, const Range& range);  ///< or a single number
   std::optional<TomlTable> table(std::string_view key);
   std::vector<TomlTable> tables(std::string_view key);  ///< of an array of tables
+  /// Every key of this table and its plain value, in the order of the file.
+  using Scalar = std::variant<bool, std::int64_t, double, std::string>;
+  std::vector<std::pair<std::string, Scalar>> entries();
   bool has(std::string_view key) const;
 
   /// A fault found by the caller, at a key (or the table itself where it has no such key).
@@ -52,7 +59,7 @@ class TomlTable {
   TomlTable(std::shared_ptr<Document> document, const void* node, std::string path);
   const void* find(std::string_view key);
   template <typename Target>
-  bool numbers(std::string_view key, const Range& range, Target& target);
+  void numbers(std::string_view key, const Range& range, Target& target);
 
   std::shared_ptr<Document> document_;
   const void* table_;
