@@ -20,6 +20,7 @@ constexpr int kDoubles = 8;
 constexpr int kRows = 8;
 
 #define TRACTION_INLINE __attribute__((always_inline)) inline
+#define TRACTION_INLINE_LAMBDA __attribute__((always_inline))
 
 TRACTION_INLINE const Line* lines(const float* data) {
   return reinterpret_cast<const Line*>(data);
@@ -59,10 +60,15 @@ void RowMatrix::Free::operator()(float* data) const {
 }
 
 TRACTION_VECTOR_CLONES
-void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, float* sum) {
+void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum) {
   const int count = static_cast<int>(rows.size());
   const int lineCount = matrix.stride() / kLineFloats;
-  Line* const sums = reinterpret_cast<Line*>(sum);
+  Doubles* const sums = reinterpret_cast<Doubles*>(sum);
+  const auto add = [sums](int line, Line part) TRACTION_INLINE_LAMBDA {
+    sums[2 * line] += __builtin_convertvector(__builtin_shufflevector(part, part, 0, 1, 2, 3, 4, 5, 6, 7), Doubles);
+    sums[2 * line + 1] +=
+        __builtin_convertvector(__builtin_shufflevector(part, part, 8, 9, 10, 11, 12, 13, 14, 15), Doubles);
+  };
   int k = 0;
   for (; k + kRows <= count; k += kRows) {
     const Line* row[kRows];
@@ -73,20 +79,19 @@ void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const
     }
     for (int j = 0; j < lineCount; ++j) {
       // Two chains, so that the additions of one line do not all wait for each other.
-      Line even = sums[j], odd = c[1] * row[1][j];
-      even += c[0] * row[0][j];
+      Line even = c[0] * row[0][j], odd = c[1] * row[1][j];
       even += c[2] * row[2][j];
       odd += c[3] * row[3][j];
       even += c[4] * row[4][j];
       odd += c[5] * row[5][j];
       even += c[6] * row[6][j];
       odd += c[7] * row[7][j];
-      sums[j] = even + odd;
+      add(j, even + odd);
     }
   }
   for (; k < count; ++k) {
     const Line* const row = lines(matrix.row(rows[k]));
-    for (int j = 0; j < lineCount; ++j) sums[j] += coefficients[k] * row[j];
+    for (int j = 0; j < lineCount; ++j) add(j, coefficients[k] * row[j]);
   }
 }
 

@@ -39,7 +39,7 @@ class RowMatrix {
 };
 
 /// sum += sum over k of coefficients[k] * matrix.row(rows[k]); `sum` holds matrix.stride() floats on a line's boundary.
-void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, float* sum);
+void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum);
 
 /// products[k] = matrix.row(rows[k]) . vector, of matrix.stride() floats on a line's boundary.
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const float* vector, double* products);

@@ -18,10 +18,6 @@ double square(double x) {
   return x * x;
 }
 
-void clear(RowMatrix& row) {
-  std::fill(row.all().begin(), row.all().end(), 0.0F);
-}
-
 }  // namespace
 
 Solver::Solver(const Inverse& inverse, const sensor::NodeGrid& nodes, const SolveOptions& options)
@@ -29,11 +25,11 @@ Solver::Solver(const Inverse& inverse, const sensor::NodeGrid& nodes, const Solv
     , options_(options)
     , missing_(inverse, static_cast<int>(options.maxMissingFraction * inverse.coordinateCount() / 2))
     , everyMode_(static_cast<std::size_t>(inverse.rank()))
-    , amplitudes_(1, inverse.rank())
-    , fitted_(1, inverse.rank())
-    , forces_(1, inverse.forceCount())
+    , amplitudes_(static_cast<std::size_t>(inverse.left.stride()))
+    , filtered_(1, inverse.rank())
     , restored_(static_cast<std::size_t>(inverse.coordinateCount()))
-    , restoredFloat_(static_cast<std::size_t>(inverse.coordinateCount())) {
+    , restoredFloat_(static_cast<std::size_t>(inverse.coordinateCount()))
+    , forces_(static_cast<std::size_t>(inverse.right.stride())) {
   assert(3 * nodes.count() == inverse.forceCount());
   for (int row = 0; row < nodes.rows; ++row) {
     for (int column = 0; column < nodes.columns; ++column) {
@@ -88,39 +84,39 @@ bool Solver::fit(const MarkerField& markers, double& residual_px) {
       squares += square(displacement);
     }
   }
-  clear(amplitudes_);
-  float* const c = amplitudes_.row(0);
-  addRows(inverse_.left, coordinates_, displacements_, c);
+  std::fill(amplitudes_.begin(), amplitudes_.end(), 0.0);
+  addRows(inverse_.left, coordinates_, displacements_, amplitudes_.data());
 
+  float* const filtered = filtered_.row(0);
+  const int rank = inverse_.rank();
   if (const auto missing = missing_.coordinates(); !missing.empty()) {
-    float* const fitted = fitted_.row(0);
-    for (int i = 0; i < inverse_.rank(); ++i) fitted[i] = static_cast<float>(gain_[i] * c[i]);
-    multiplyRows(inverse_.left, missing, fitted, restored_.data());
+    for (int i = 0; i < rank; ++i) filtered[i] = static_cast<float>(gain_[i] * amplitudes_[i]);
+    multiplyRows(inverse_.left, missing, filtered, restored_.data());
     missing_.solve(restored_.data());
     for (std::size_t i = 0; i < missing.size(); ++i) {
       restoredFloat_[i] = static_cast<float>(restored_[i]);
       squares += square(restored_[i]);
     }
-    addRows(inverse_.left, missing, {restoredFloat_.data(), missing.size()}, c);
+    addRows(inverse_.left, missing, {restoredFloat_.data(), missing.size()}, amplitudes_.data());
   }
 
-  for (int i = 0; i < inverse_.rank(); ++i) {
-    squares += square(c[i]) * (square(1.0 - gain_[i]) - 1.0);
-    c[i] = static_cast<float>(inverted_[i] * c[i]);
+  for (int i = 0; i < rank; ++i) {
+    squares += square(amplitudes_[i]) * (square(1.0 - gain_[i]) - 1.0);
+    filtered[i] = static_cast<float>(inverted_[i] * amplitudes_[i]);
   }
   // Rounding can leave a perfect fit just below zero.
   residual_px = std::sqrt(std::max(squares, 0.0) / static_cast<double>(coordinates_.size()));
-  clear(forces_);
-  addRows(inverse_.right, everyMode_, {c, everyMode_.size()}, forces_.row(0));
+  std::fill(forces_.begin(), forces_.end(), 0.0);
+  addRows(inverse_.right, everyMode_, {filtered, everyMode_.size()}, forces_.data());
   return std::isfinite(squares) && !coordinates_.empty();
 }
 
 bool Solver::sum(TractionField& field) const {
-  const float* const force = forces_.row(0);
+  for (std::size_t i = 0; i < field.force_N.size(); ++i) field.force_N[i] = static_cast<float>(forces_[i]);
   std::array<double, 3> resultant{}, moment{};
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
     const auto [x, y] = nodes_[node];
-    const double fx = force[3 * node], fy = force[3 * node + 1], fz = force[3 * node + 2];
+    const double fx = field.force_N[3 * node], fy = field.force_N[3 * node + 1], fz = field.force_N[3 * node + 2];
     resultant[0] += fx;
     resultant[1] += fy;
     resultant[2] += fz;
@@ -128,7 +124,6 @@ bool Solver::sum(TractionField& field) const {
     moment[1] -= x * fz;
     moment[2] += x * fy - y * fx;
   }
-  std::copy_n(force, field.force_N.size(), field.force_N.begin());
   field.resultant_N = resultant;
   field.moment_Nm = moment;
   field.centreOfPressureValid = resultant[2] > options_.minPressForCentre_N;

@@ -36,12 +36,15 @@ class Solver {
   std::vector<double> gain_;      // r: s^2 / (s^2 + lambda^2)
   std::vector<double> inverted_;  // r: gain / s [N/px]
   std::vector<int> everyMode_;    // 0 .. r-1
-  // Scratch: the valid coordinates and their displacements, the modes' amplitudes, the fit, the forces.
+  // Scratch: the valid coordinates and their displacements; the modes' amplitudes and what they become; what the
+  // missing coordinates would show; the forces.
   std::vector<int> coordinates_;
   std::vector<float> displacements_;
-  RowMatrix amplitudes_, fitted_, forces_;
+  std::vector<double> amplitudes_;
+  RowMatrix filtered_;
   std::vector<double> restored_;
   std::vector<float> restoredFloat_;
+  std::vector<double> forces_;
   Counters counters_;
 };
 

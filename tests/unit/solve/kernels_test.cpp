@@ -1,0 +1,96 @@
+#include "daemon/solve/kernels.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+namespace tractiond::solve {
+namespace {
+
+class Kernels : public testing::TestWithParam<int> {  // the number of rows or unknowns
+ protected:
+  float number() { return distribution_(random_); }
+
+  RowMatrix matrix(int rows, int columns) {
+    RowMatrix result(rows, columns);
+    for (int i = 0; i < rows; ++i) {
+      for (int j = 0; j < columns; ++j) result.row(i)[j] = number();
+    }
+    return result;
+  }
+
+ private:
+  std::mt19937 random_{1};
+  std::uniform_real_distribution<float> distribution_{-1.0F, 1.0F};
+};
+
+TEST_P(Kernels, AddRowsAddsTheChosenRows) {
+  const RowMatrix a = matrix(2 * GetParam() + 1, 37);
+  std::vector<int> rows;
+  std::vector<float> coefficients;
+  std::vector<double> sum(static_cast<std::size_t>(a.stride()), 1.0), expected = sum;
+  for (int k = 0; k < GetParam(); ++k) {
+    rows.push_back(2 * k + 1);
+    coefficients.push_back(number());
+    for (int j = 0; j < 37; ++j) expected[j] += static_cast<double>(coefficients.back()) * a.row(rows.back())[j];
+  }
+  addRows(a, rows, coefficients, sum.data());
+  for (int j = 0; j < 37; ++j) EXPECT_NEAR(sum[j], expected[j], 1e-5);
+  for (int j = 37; j < a.stride(); ++j) EXPECT_EQ(sum[j], 1.0);
+}
+
+TEST_P(Kernels, MultiplyRowsMultipliesTheChosenRows) {
+  const RowMatrix a = matrix(2 * GetParam() + 1, 37), x = matrix(1, 37);
+  std::vector<int> rows;
+  for (int k = 0; k < GetParam(); ++k) rows.push_back(2 * k);
+  std::vector<double> products(rows.size());
+  multiplyRows(a, rows, x.row(0), products.data());
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    double expected = 0.0;
+    for (int j = 0; j < 37; ++j) expected += static_cast<double>(a.row(rows[k])[j]) * x.row(0)[j];
+    EXPECT_NEAR(products[k], expected, 1e-5);
+  }
+}
+
+TEST_P(Kernels, TriangularSolvesUndoTheProduct) {
+  const int size = GetParam();
+  const auto at = [](int i, int j) { return i * (i + 1) / 2 + j; };
+  std::vector<double> lower(static_cast<std::size_t>(at(size, 0)));
+  std::vector<double> x(static_cast<std::size_t>(size));
+  for (double& value : lower) value = 0.1 * number();
+  for (int i = 0; i < size; ++i) lower[at(i, i)] = 1.0 + std::abs(number());
+  for (double& value : x) value = number();
+
+  std::vector<double> product(x.size(), 0.0), transposed(x.size(), 0.0);
+  for (int i = 0; i < size; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      product[i] += lower[at(i, j)] * x[j];
+      transposed[j] += lower[at(i, j)] * x[i];
+    }
+  }
+  for (int i = 0; i < size; ++i) lower[at(i, i)] = 1.0 / lower[at(i, i)];
+  solveLower(lower, size, product.data());
+  solveLowerTransposed(lower, size, transposed.data());
+  for (int i = 0; i < size; ++i) {
+    EXPECT_NEAR(product[i], x[i], 1e-11);
+    EXPECT_NEAR(transposed[i], x[i], 1e-11);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, Kernels, testing::Values(0, 1, 2, 7, 8, 9, 16, 50));
+
+TEST(RowMatrix, RowsLieOnCacheLinesAndThePaddingIsZero) {
+  for (const int columns : {1, 16, 17, 700}) {
+    RowMatrix a(1000, columns);
+    EXPECT_EQ(a.stride() % kLineFloats, 0);
+    EXPECT_GE(a.stride(), columns);
+    for (const int i : {0, 1, 999}) EXPECT_EQ(reinterpret_cast<std::uintptr_t>(a.row(i)) % 64, 0U);
+    for (const float value : a.all()) ASSERT_EQ(value, 0.0F);
+  }
+}
+
+}  // namespace
+}  // namespace tractiond::solve
