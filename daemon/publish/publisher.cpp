@@ -20,8 +20,12 @@ namespace {
 
 /// A subscription is a topic's beginning; without CURVE nothing longer comes from an honest peer.
 constexpr std::int64_t kLargestSubscription = 64;
+/// Bytes; what a flooding peer has in it still arrives after it is cut off.
+constexpr int kReceiveBuffer = 4096;
 /// Subscriptions looked at in one turn, so that a flood of them does not keep a field waiting.
 constexpr int kSubscriptionsPerTurn = 256;
+/// From one connection in one status interval; each distinct one costs up to 2.4 kB for as long as the peer stays.
+constexpr int kSubscriptionsPerPeer = 64;
 
 enum Topic : std::size_t { kField, kMarkers, kDescription, kStatus, kTopicCount };
 constexpr std::array<const char*, kTopicCount> kKinds = {"field", "markers", "description", "status"};
@@ -53,6 +57,8 @@ struct Publisher::Impl {
     for (std::size_t i = 0; i < kTopicCount; ++i) topics[i] = traction::topicOf(identity.sensor, kKinds[i]);
     guard(stream, options.highWaterMark, kLargestSubscription);
     stream.set(zmq::sockopt::xpub_verbose, true);
+    stream.set(zmq::sockopt::rcvbuf, kReceiveBuffer);
+    stream.set(zmq::sockopt::rcvhwm, kSubscriptionsPerPeer);
     guard(latest, options.highWaterMark, kLargestSubscription);
     latest.set(zmq::sockopt::conflate, true);
     lastStatus_ns = started_ns;
@@ -110,6 +116,7 @@ struct Publisher::Impl {
     status.send = toSend.take();
     status.total = total.take();
     lastStatus_ns = heading.sent_ns;
+    subscriptions.fill(0);
 
     zmq::message_t message(wire.fill(ledger, status, heading));
     wire.writeStatus(message.data<std::uint8_t>());
@@ -134,8 +141,12 @@ struct Publisher::Impl {
       zmq::message_t message;
       if (zmq_msg_recv(message.handle(), stream.handle(), ZMQ_DONTWAIT) < 0) return;
       const std::string_view text = message.to_string_view();
-      if (text.starts_with('\1') && std::string_view(topics[kDescription]).starts_with(text.substr(1))) {
-        descriptionDue = true;
+      if (!text.starts_with('\1')) continue;
+      if (std::string_view(topics[kDescription]).starts_with(text.substr(1))) descriptionDue = true;
+      const auto peer = static_cast<std::size_t>(connectionOf(message));
+      if (peer < subscriptions.size() && ++subscriptions[peer] > kSubscriptionsPerPeer) {
+        subscriptions[peer] = 0;
+        cutOff(message, streamEndpoints);
       }
     }
   }
@@ -166,6 +177,8 @@ struct Publisher::Impl {
   std::atomic<DescriptionMessage*> offered{nullptr};  ///< by describe()
   bool descriptionDue = false;
   std::int64_t lastDescription_ns = 0;
+
+  std::array<std::uint8_t, 4096> subscriptions{};  ///< since the last status, by file descriptor
 
   const std::int64_t started_ns;
   std::int64_t lastStatus_ns = 0;

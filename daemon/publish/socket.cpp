@@ -1,5 +1,6 @@
 #include "daemon/publish/socket.h"
 
+#include <netinet/in.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -72,6 +73,19 @@ std::optional<Error> checkPort(const std::string& endpoint) {
   return Error{EX_CONFIG, "the port of " + endpoint + " is not a number from 0 to 65535", "", ""};
 }
 
+/// "ipc://PATH" or ":PORT", how an endpoint ends; empty: not a connection.
+std::string localEnd(int fd) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  if (getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) != 0) return "";
+  if (address.ss_family == AF_UNIX) {
+    return std::string("ipc://") + reinterpret_cast<const sockaddr_un&>(address).sun_path;
+  }
+  // The port is at the same place in both kinds of Internet address.
+  if (address.ss_family != AF_INET && address.ss_family != AF_INET6) return "";
+  return ":" + std::to_string(ntohs(reinterpret_cast<const sockaddr_in&>(address).sin_port));
+}
+
 }  // namespace
 
 void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage) {
@@ -104,6 +118,18 @@ tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const 
     bound.push_back(socket.get(zmq::sockopt::last_endpoint));
   }
   return bound;
+}
+
+int connectionOf(zmq::message_t& message) {
+  return zmq_msg_get(message.handle(), ZMQ_SRCFD);
+}
+
+void cutOff(zmq::message_t& message, const std::vector<std::string>& bound) {
+  const int fd = connectionOf(message);
+  // The peer may have gone and the number be another connection's; not one of the camera's, at least.
+  const std::string end = localEnd(fd);
+  const auto isOurs = [&](const std::string& endpoint) { return endpoint.ends_with(end); };
+  if (!end.empty() && std::ranges::any_of(bound, isOurs)) shutdown(fd, SHUT_RDWR);
 }
 
 }  // namespace tractiond::publish

@@ -19,4 +19,10 @@ void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage
 /// returns them as bound. A socket file that nobody listens on any more is replaced.
 tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const std::vector<std::string>& endpoints);
 
+/// Ends the connection over which `message` came, if it is still one to these endpoints.
+void cutOff(zmq::message_t& message, const std::vector<std::string>& bound);
+
+/// The connection over which `message` came: its file descriptor; -1: unknown.
+int connectionOf(zmq::message_t& message);
+
 }  // namespace tractiond::publish

@@ -10,6 +10,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <set>
 
 namespace tractiond::publish {
@@ -260,16 +261,75 @@ TEST_F(PublisherTest, LatestKeepsTheNewestForAStalledReader) {
   EXPECT_LT(received, published);
 }
 
-TEST_F(PublisherTest, SubscriptionOverTheLimitCutsThePeerOff) {
-  open();
-  zmq::context_t context;
-  zmq::socket_t hostile(context, zmq::socket_type::xsub);
-  hostile.set(zmq::sockopt::linger, 0);
-  hostile.set(zmq::sockopt::reconnect_ivl, -1);
-  hostile.connect(stream_);
-  const std::string longest = std::string(1, '\1') + kRoot + std::string(100, 'x');
-  hostile.send(zmq::buffer(longest), zmq::send_flags::none);
+/// A peer that speaks the protocol and means no good.
+class Hostile {
+ public:
+  explicit Hostile(const std::string& endpoint) {
+    socket_.set(zmq::sockopt::linger, 0);
+    socket_.set(zmq::sockopt::sndhwm, 0);
+    socket_.set(zmq::sockopt::reconnect_ivl, -1);
+    zmq_socket_monitor(socket_.handle(), "inproc://events", ZMQ_EVENT_DISCONNECTED);
+    events_.connect("inproc://events");
+    socket_.connect(endpoint);
+  }
+  ~Hostile() { zmq_socket_monitor(socket_.handle(), nullptr, 0); }
+
+  void subscribe(const std::string& topic) { socket_.send(zmq::buffer("\1" + topic), zmq::send_flags::none); }
+  bool isCutOff() {
+    zmq::message_t event;
+    return bool(events_.recv(event, zmq::recv_flags::dontwait));
+  }
+
+ private:
+  zmq::context_t context_;
+  zmq::socket_t socket_{context_, zmq::socket_type::xsub};
+  zmq::socket_t events_{context_, zmq::socket_type::pair};
+};
+
+class HostilePeer : public PublisherTest, public testing::WithParamInterface<const char*> {
+ protected:
+  void SetUp() override {
+    std::string endpoint = GetParam();
+    if (endpoint.empty()) {
+      std::string pattern = testing::TempDir() + "traction-XXXXXX";
+      folder_ = mkdtemp(pattern.data());
+      endpoint = "ipc://" + folder_ + "/stream";
+    }
+    open(options({endpoint}));
+  }
+  void TearDown() override {
+    publisher_.reset();
+    if (!folder_.empty()) std::filesystem::remove_all(folder_);
+  }
+
+  void expectCutOff(Hostile& hostile) {
+    for (int i = 0; i < 1000; ++i) {
+      publisher_->wait(-1, 10ms);
+      if (hostile.isCutOff()) return;
+    }
+    ADD_FAILURE() << "still connected";
+  }
+
+  std::string folder_;
+};
+
+INSTANTIATE_TEST_SUITE_P(Publisher, HostilePeer, testing::Values("tcp://127.0.0.1:*", ""),
+                         [](const auto& instance) { return std::string(instance.index == 0 ? "Tcp" : "Ipc"); });
+
+TEST_P(HostilePeer, TooLongASubscriptionCutsItOffAndNobodyElse) {
   const auto other = join(kRoot + "field/");
+  Hostile hostile(stream_);
+  hostile.subscribe(kRoot + std::string(100, 'x'));
+  expectCutOff(hostile);
+  publisher_->publish(field_);
+  EXPECT_EQ(other->receive().topic, kRoot + "field/");
+}
+
+TEST_P(HostilePeer, FloodOfSubscriptionsCutsItOffAndNobodyElse) {
+  const auto other = join(kRoot + "field/");
+  Hostile hostile(stream_);
+  for (int i = 0; i < 100'000; ++i) hostile.subscribe("nonsense " + std::to_string(i));
+  expectCutOff(hostile);
   publisher_->publish(field_);
   EXPECT_EQ(other->receive().topic, kRoot + "field/");
 }
