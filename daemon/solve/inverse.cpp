@@ -3,14 +3,12 @@
 // eigenvalue is right within 1e-15 s0^2, so the smallest singular value kept, about 5e-4 s0, is right within 1e-8 of
 // itself, and the columns of U = H V S^-1 are orthonormal within 1e-9; both are below what single precision keeps.
 // Where neighbouring eigenvectors mix, the filter hardly tells them apart either.
-//
-// The only file of the daemon that sees LAPACKE and CBLAS.
 #include "daemon/solve/inverse.h"
 
-#include <cblas.h>
-#include <lapacke.h>
+#include "sensor/elastic/linear_algebra.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace tractiond::solve {
@@ -18,16 +16,10 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using sensor::elastic::Op;
 
-/// The lower triangle of A A' or, transposed, A' A.
-MatrixXd gram(const MatrixXd& a, bool transposed) {
-  const auto size = static_cast<int>(transposed ? a.cols() : a.rows());
-  const auto inner = static_cast<int>(transposed ? a.rows() : a.cols());
-  MatrixXd product(size, size);
-  cblas_dsyrk(CblasColMajor, CblasLower, transposed ? CblasTrans : CblasNoTrans, size, inner, 1.0, a.data(),
-              static_cast<int>(a.rows()), 0.0, product.data(), size);
-  return product;
-}
+/// Singular values below this share of the largest drown in the rounding of H'H, whatever the options say.
+constexpr double kSmallest = 1e-6;
 
 template <typename Source>
 RowMatrix toRows(const Source& source) {
@@ -42,6 +34,7 @@ RowMatrix toRows(const Source& source) {
 
 tl::expected<Inverse, Error> computeInverse(const MatrixXd& influence, const SolveOptions& options,
                                             const sensor::elastic::Progress& progress) {
+  assert(options.regularisation > 0.0 && options.truncation >= 0.0);
   const auto report = [&](double fraction) {
     if (progress) progress(fraction);
   };
@@ -53,10 +46,11 @@ tl::expected<Inverse, Error> computeInverse(const MatrixXd& influence, const Sol
   const auto coordinates = static_cast<int>(influence.rows());
   const auto forces = static_cast<int>(influence.cols());
 
-  MatrixXd vectors = gram(influence, true);
+  MatrixXd vectors(forces, forces);
+  sensor::elastic::multiplyBySelf(1.0, influence, Op::kTransposed, 0.0, vectors);
   report(0.1);
-  VectorXd eigenvalues(forces);  // rising
-  if (LAPACKE_dsyevd(LAPACK_COL_MAJOR, 'V', 'L', forces, vectors.data(), forces, eigenvalues.data()) != 0) {
+  VectorXd eigenvalues;  // rising
+  if (!sensor::elastic::eigenvectors(vectors, eigenvalues)) {
     return tl::unexpected(Error{EX_SOFTWARE, "the influence matrix's eigenvectors were not found", "", ""});
   }
   report(0.7);
@@ -64,7 +58,7 @@ tl::expected<Inverse, Error> computeInverse(const MatrixXd& influence, const Sol
   Inverse inverse;
   const double largest = std::sqrt(eigenvalues[forces - 1]);
   inverse.lambda = options.regularisation * largest;
-  const double smallest = std::max(options.truncation * inverse.lambda, 1e-7 * largest);
+  const double smallest = std::max(options.truncation * inverse.lambda, kSmallest * largest);
   for (int i = forces - 1; i >= 0 && eigenvalues[i] > smallest * smallest; --i) {
     inverse.singularValues.push_back(std::sqrt(eigenvalues[i]));
   }
@@ -74,8 +68,7 @@ tl::expected<Inverse, Error> computeInverse(const MatrixXd& influence, const Sol
   vectors.resize(0, 0);
 
   MatrixXd u(coordinates, rank);
-  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, coordinates, rank, forces, 1.0, influence.data(), coordinates,
-              v.data(), forces, 0.0, u.data(), coordinates);
+  sensor::elastic::multiply(1.0, influence, Op::kPlain, v, Op::kPlain, 0.0, u);
   u *= s.cwiseInverse().asDiagonal();
   inverse.left = toRows(u);
   inverse.right = toRows(v.transpose());
@@ -83,7 +76,8 @@ tl::expected<Inverse, Error> computeInverse(const MatrixXd& influence, const Sol
 
   // With Q = U G^1/2, the hat matrix is Q Q'.
   u *= (s.array() / (s.array().square() + inverse.lambda * inverse.lambda).sqrt()).matrix().asDiagonal();
-  const MatrixXd hat = gram(u, false);
+  MatrixXd hat(coordinates, coordinates);
+  sensor::elastic::multiplyBySelf(1.0, u, Op::kPlain, 0.0, hat);
   inverse.hat.reserve(static_cast<std::size_t>(coordinates) * (static_cast<std::size_t>(coordinates) + 1) / 2);
   for (int i = 0; i < coordinates; ++i) {
     for (int j = 0; j <= i; ++j) inverse.hat.push_back(static_cast<float>(hat(i, j)));

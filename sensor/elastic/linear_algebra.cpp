@@ -5,7 +5,11 @@
 #include <cassert>
 
 // LAPACK from the same library as the BLAS; liblapack of the distribution may be the slow reference.
-extern "C" void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
+extern "C" {
+void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
+void dsyevd_(const char* job, const char* uplo, const int* n, double* a, const int* lda, double* eigenvalues,
+             double* work, const int* workSize, int* integers, const int* integersSize, int* info);
+}
 
 namespace sensor::elastic {
 namespace {
@@ -44,6 +48,22 @@ bool factorise(MatrixRef a) {
   const int n = size(a.rows()), lda = stride(a.outerStride());
   int info = 0;
   dpotrf_("L", &n, a.data(), &lda, &info);
+  return info == 0;
+}
+
+bool eigenvectors(MatrixRef a, Eigen::VectorXd& eigenvalues) {
+  assert(a.rows() == a.cols());
+  const int n = size(a.rows()), lda = stride(a.outerStride());
+  eigenvalues.resize(n);
+  double workSize = 0.0;
+  int integersSize = 0, info = 0;
+  constexpr int kAsk = -1;
+  dsyevd_("V", "L", &n, a.data(), &lda, eigenvalues.data(), &workSize, &kAsk, &integersSize, &kAsk, &info);
+  Eigen::VectorXd work(static_cast<Eigen::Index>(workSize));
+  Eigen::VectorXi integers(integersSize);
+  const int available = size(work.size());
+  dsyevd_("V", "L", &n, a.data(), &lda, eigenvalues.data(), work.data(), &available, integers.data(), &integersSize,
+          &info);
   return info == 0;
 }
 

@@ -1,6 +1,6 @@
-// Dense double precision products, Cholesky factors and triangular solves of large matrices by the BLAS and LAPACK
-// (OpenBLAS), which choose their kernels for the machine at load time and use its cores. The only door to them.
-// Small matrices stay with Eigen. Reentrant.
+// Dense double precision products, Cholesky factors, triangular solves and eigenvectors of large matrices by the BLAS
+// and LAPACK (OpenBLAS), which choose their kernels for the machine at load time and use its cores. The only door to
+// them. Small matrices stay with Eigen. Reentrant.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,6 +20,10 @@ void multiplyBySelf(double alpha, const ConstMatrixRef& a, Op op, double beta, M
 
 /// Lower Cholesky factor in place; reads and writes the lower triangle. False if `a` is not positive definite.
 [[nodiscard]] bool factorise(MatrixRef a);
+
+/// Eigenvectors of a symmetric matrix in place, and its eigenvalues, rising; reads the lower triangle. False if the
+/// iteration does not converge.
+[[nodiscard]] bool eigenvectors(MatrixRef a, Eigen::VectorXd& eigenvalues);
 
 /// b = op(lower)^-1 b.
 void solveLower(const ConstMatrixRef& lower, Op op, MatrixRef b);
