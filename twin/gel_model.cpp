@@ -1,0 +1,131 @@
+#include "twin/gel_model.h"
+
+#include "sensor/elastic/loads.h"
+#include "sensor/elastic/quadrature.h"
+#include "twin/matrix_cache.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace twin {
+
+namespace {
+
+constexpr double kVersion = 1.0;       // of the correction's cache
+constexpr double kNodeSpacing = 5e-3;  // [m] one more interpolation node for each of these
+constexpr int kFewestNodes = 5;
+
+/// Chebyshev points of the interval.
+Eigen::VectorXd interpolationNodes(double from, double to) {
+  const int count = kFewestNodes + static_cast<int>((to - from) / kNodeSpacing);
+  Eigen::VectorXd nodes(count);
+  for (int i = 0; i < count; ++i) {
+    nodes[i] = 0.5 * (from + to) - 0.5 * (to - from) * std::cos(std::numbers::pi * (i + 0.5) / count);
+  }
+  return nodes;
+}
+
+/// Where the patch's points can be at any time: from and to along one axis.
+std::pair<double, double> visited(const Contact& contact, int axis) {
+  double from = contact.states.front().position[axis], to = from;
+  for (const ContactState& state : contact.states) {
+    from = std::min(from, state.position[axis]);
+    to = std::max(to, state.position[axis]);
+  }
+  return {from - contact.radius, to + contact.radius};
+}
+
+void append(std::vector<double>& key, const Eigen::Ref<const Eigen::MatrixXd>& numbers) {
+  for (const double number : numbers.reshaped()) key.push_back(number);
+}
+
+Eigen::MatrixXd blockCorrection(const sensor::Gel& gel, const sensor::Points& markers, const sensor::Points& sources,
+                                const std::filesystem::path& cache, const sensor::elastic::Progress& progress) {
+  sensor::elastic::BlockOptions options;
+  for (int axis = 0; axis < 2; ++axis) {
+    options.clearance = std::min(options.clearance, 0.5 * gel.size[axis] - sources.row(axis).cwiseAbs().maxCoeff());
+  }
+  std::vector<double> key = {kVersion, gel.youngsModulus, gel.poissonRatio, double(options.degree), options.clearance};
+  append(key, gel.size);
+  append(key, markers);
+  append(key, sources);
+  if (!cache.empty()) {
+    if (auto known = loadMatrix(cache, key)) return *std::move(known);
+  }
+  const Eigen::MatrixXd correction = sensor::elastic::BlockCorrection(gel, markers, options, progress).matrix(sources);
+  if (!cache.empty()) saveMatrix(cache, key, correction);
+  return correction;
+}
+
+}  // namespace
+
+GelModel::GelModel(const sensor::Sensor& sensor, const std::vector<Contact>& contacts,
+                   const std::filesystem::path& cache, const sensor::elastic::Progress& progress)
+    : markers_(sensor::markerPositions(sensor.layers))
+    , displacement_(sensor::Points::Zero(3, markers_.cols())) {
+  std::vector<double> depths;
+  for (const sensor::MarkerLayer& layer : sensor.layers) {
+    depthIndex_.insert(depthIndex_.end(), static_cast<std::size_t>(layer.count()), depths.size());
+    depths.push_back(layer.depth);
+  }
+  std::vector<Eigen::Vector3d> sources;
+  for (const Contact& contact : contacts) {
+    const auto spread = contact.shape == Contact::Shape::kHertz ? sensor::elastic::hertz : sensor::elastic::disc;
+    const auto pressed = spread(Eigen::Vector2d::Zero(), contact.radius, Eigen::Vector3d::UnitZ(), 0);
+    const auto turned = sensor::elastic::twist(Eigen::Vector2d::Zero(), contact.radius, 1.0);
+    const double farthest = sensor.gel.size.head<2>().norm();
+    const auto [left, right] = visited(contact, 0);
+    const auto [low, high] = visited(contact, 1);
+    Eigen::Matrix2Xd points(2, pressed.points.cols() + turned.points.cols());
+    points << pressed.points.topRows<2>(), turned.points.topRows<2>();
+    Eigen::VectorXd share = Eigen::VectorXd::Zero(points.cols());
+    share.head(pressed.points.cols()) = pressed.forces.row(2);
+    Eigen::Matrix2Xd turning = Eigen::Matrix2Xd::Zero(2, points.cols());
+    turning.rightCols(turned.points.cols()) = turned.forces.topRows<2>();
+    patches_.push_back({PatchField(sensor.gel, contact.shape, contact.radius, depths, farthest), points, share, turning,
+                        interpolationNodes(left, right), interpolationNodes(low, high),
+                        3 * static_cast<Eigen::Index>(sources.size())});
+    for (const double y : patches_.back().nodesY) {
+      for (const double x : patches_.back().nodesX) sources.emplace_back(x, y, 0.0);
+    }
+  }
+  if (sources.empty()) return;
+  const sensor::Points nodes = Eigen::Map<const sensor::Points>(sources.front().data(), 3, sources.size());
+  correction_ = blockCorrection(sensor.gel, markers_, nodes, cache, progress);
+  loads_.resize(correction_.cols());
+}
+
+const sensor::Points& GelModel::displacement(std::span<const ContactState> states) {
+  if (std::equal(states.begin(), states.end(), states_.begin(), states_.end())) return displacement_;
+  states_.assign(states.begin(), states.end());
+  displacement_.setZero();
+  loads_.setZero();
+  for (std::size_t i = 0; i < patches_.size(); ++i) {
+    if (states[i].isLoaded()) add(patches_[i], states[i]);
+  }
+  if (!loads_.isZero(0.0)) displacement_.reshaped() += correction_ * loads_;
+  return displacement_;
+}
+
+void GelModel::add(const Patch& patch, const ContactState& state) {
+  Eigen::Vector4d load;
+  load << state.force, state.torque;
+  for (Eigen::Index i = 0; i < markers_.cols(); ++i) {
+    displacement_.col(i) += patch.field.at(depthIndex_[i], markers_.col(i).head<2>() - state.position) * load;
+  }
+  const Eigen::MatrixXd onX =
+      sensor::elastic::lagrange(patch.nodesX, (patch.points.row(0).array() + state.position.x()).matrix().transpose());
+  const Eigen::MatrixXd onY =
+      sensor::elastic::lagrange(patch.nodesY, (patch.points.row(1).array() + state.position.y()).matrix().transpose());
+  Eigen::Index column = patch.firstColumn;
+  for (Eigen::Index y = 0; y < patch.nodesY.size(); ++y) {
+    for (Eigen::Index x = 0; x < patch.nodesX.size(); ++x, column += 3) {
+      const Eigen::VectorXd weight = onX.col(x).cwiseProduct(onY.col(y));
+      loads_.segment<3>(column) = state.force * weight.dot(patch.pressed);
+      loads_.segment<2>(column) += state.torque * (patch.turning * weight);
+    }
+  }
+}
+
+}  // namespace twin

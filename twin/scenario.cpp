@@ -1,0 +1,157 @@
+#include "twin/scenario.h"
+
+#include "sensor/gel_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+namespace twin {
+
+namespace {
+
+using sensor::FileError;
+using sensor::TomlTable;
+
+constexpr int kVersion = 1;
+constexpr double kMillimetres = 1e3;  // per metre
+
+void readStream(TomlTable& table, Scenario& scenario) {
+  std::string format = kFormatNames[static_cast<std::size_t>(scenario.format)];
+  table.read("pixel_format", format);
+  const auto found = std::find(kFormatNames.begin(), kFormatNames.end(), format);
+  if (found == kFormatNames.end()) {
+    table.fail("pixel_format", "must be RGB8, BGR8, BayerRG8, BayerGR8, BayerGB8 or BayerBG8");
+  } else {
+    scenario.format = static_cast<Format>(found - kFormatNames.begin());
+  }
+  table.read("rate_hz", scenario.rate_hz, {1, 1000});
+}
+
+void readOptics(TomlTable& table, Optics& optics) {
+  table.read("contrast_levels", optics.contrast, {1, 255});
+  table.read("background_levels", optics.background, {0, 255});
+  table.read("blur_px", optics.blur_px, {0, 5});
+  table.read("cross_talk", optics.crossTalk, {0, 1});
+  table.read("read_noise_levels", optics.readNoise, {0, 15});
+  table.read("shot_noise_levels", optics.shotNoise, {0, 10});
+  table.read("light_slope", std::span(optics.lightSlope.data(), 2), {-0.3, 0.3});
+  table.read("light_falloff", optics.lightFalloff, {0, 0.8});
+}
+
+/// A quantity at each key time; a single value holds for all.
+std::vector<double> readTrack(TomlTable& table, const char* key, std::size_t count, const sensor::Range& range) {
+  std::vector<double> values(1, 0.0);
+  table.read(key, values, range);
+  if (values.size() == 1) values.resize(count, values.front());
+  if (values.size() != count) {
+    table.fail(key, "must have as many values as time_s, " + std::to_string(count) + ", or one");
+    values.resize(count);
+  }
+  return values;
+}
+
+Contact readContact(TomlTable& table, const sensor::Gel& gel) {
+  Contact contact;
+  std::string shape = "hertz";
+  table.read("shape", shape);
+  if (shape != "hertz" && shape != "disc") table.fail("shape", "must be \"hertz\" or \"disc\"");
+  contact.shape = shape == "disc" ? Contact::Shape::kDisc : Contact::Shape::kHertz;
+  if (!table.has("radius_mm")) table.fail("radius_mm", "is missing");
+  table.read("radius_mm", contact.radius, {0.5, 1000, kMillimetres});
+
+  contact.times = {0.0};
+  table.read("time_s", contact.times, {0, 1e6});
+  if (contact.times.empty() ||
+      std::adjacent_find(contact.times.begin(), contact.times.end(), std::greater_equal<>()) != contact.times.end()) {
+    table.fail("time_s", "must be ascending");
+  }
+  const std::size_t count = contact.times.size();
+  const auto track = [&](const char* key, double most, double perUnit) {
+    return readTrack(table, key, count, {-most, most, perUnit});
+  };
+  const auto x = track("x_mm", 1000, kMillimetres), y = track("y_mm", 1000, kMillimetres);
+  const auto forceX = track("force_x_n", 1000, 1), forceY = track("force_y_n", 1000, 1);
+  const auto forceZ = track("force_z_n", 1000, 1), torque = track("torque_n_mm", 1e5, kMillimetres);
+  for (std::size_t i = 0; i < count; ++i) {
+    contact.states.push_back({{x[i], y[i]}, {forceX[i], forceY[i], forceZ[i]}, torque[i]});
+    const Eigen::Vector2d room = 0.5 * gel.size.head<2>() - contact.states.back().position.cwiseAbs();
+    if (room.minCoeff() < contact.radius) table.fail("radius_mm", "and the position reach beyond the gel's surface");
+  }
+  return contact;
+}
+
+Absence readAbsence(TomlTable& table, int markerCount) {
+  Absence absence{{}, 0.0, 1e9};
+  table.read("from_s", absence.from_s, {0, 1e6});
+  table.read("to_s", absence.to_s, {0, 1e6});
+  if (absence.to_s <= absence.from_s) table.fail("to_s", "must be after from_s");
+  if (table.has("markers") == table.has("fraction")) table.fail("markers", "or fraction must be given, and not both");
+  std::vector<double> markers;
+  table.read("markers", markers, {0.0, markerCount - 1.0});
+  for (const double marker : markers) absence.markers.push_back(static_cast<int>(marker));
+  double fraction = 0.0;
+  int seed = 0;
+  table.read("fraction", fraction, {0, 1});
+  table.read("seed", seed, {0, 1e9});
+  if (markers.empty()) {
+    std::vector<int> all(static_cast<std::size_t>(markerCount));
+    std::iota(all.begin(), all.end(), 0);
+    std::shuffle(all.begin(), all.end(), std::mt19937(static_cast<unsigned>(seed)));
+    absence.markers.assign(all.begin(), all.begin() + std::lround(fraction * markerCount));
+  }
+  return absence;
+}
+
+tl::expected<Scenario, FileError> read(tl::expected<TomlTable, FileError> root) {
+  if (!root) return tl::unexpected(root.error());
+  int version = 0;
+  if (!root->has("format")) root->fail("format", "is missing: a scenario starts with format = 1");
+  root->read("format", version, {kVersion, kVersion});
+
+  Scenario scenario;
+  scenario.sensor = sensor::readGel(*root);
+  if (auto table = root->table("stream")) readStream(*table, scenario);
+  if (auto table = root->table("optics")) readOptics(*table, scenario.optics);
+  for (TomlTable& table : root->tables("contacts")) {
+    scenario.contacts.push_back(readContact(table, scenario.sensor.gel));
+    scenario.period_s = std::max(scenario.period_s, scenario.contacts.back().times.back());
+  }
+  for (TomlTable& table : root->tables("missing")) {
+    scenario.absences.push_back(readAbsence(table, scenario.sensor.markerCount()));
+  }
+  root->read("period_s", scenario.period_s, {0.1, 1e6});
+  if (auto done = root->finish(); !done) return tl::unexpected(done.error());
+  return scenario;
+}
+
+}  // namespace
+
+ContactState Contact::at(double time_s) const {
+  const auto after = std::upper_bound(times.begin(), times.end(), time_s);
+  if (after == times.begin()) return states.front();
+  if (after == times.end()) return states.back();
+  const auto next = static_cast<std::size_t>(after - times.begin());
+  const ContactState &a = states[next - 1], &b = states[next];
+  const double f = (time_s - times[next - 1]) / (times[next] - times[next - 1]);
+  return {a.position + f * (b.position - a.position), a.force + f * (b.force - a.force),
+          a.torque + f * (b.torque - a.torque)};
+}
+
+void Resultant::add(const ContactState& contact) {
+  const Eigen::Vector2d& p = contact.position;
+  const Eigen::Vector3d& f = contact.force;
+  force += f;
+  moment += Eigen::Vector3d(p.y() * f.z(), -p.x() * f.z(), p.x() * f.y() - p.y() * f.x() + contact.torque);
+}
+
+tl::expected<Scenario, FileError> parseScenario(std::string_view text, const std::string& name) {
+  return read(TomlTable::parse(text, name));
+}
+
+tl::expected<Scenario, FileError> loadScenario(const std::string& path) {
+  return read(TomlTable::load(path));
+}
+
+}  // namespace twin

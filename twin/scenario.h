@@ -1,0 +1,70 @@
+// What happens to the twin: its gel and camera, and who presses where and when.
+#pragma once
+
+#include "sensor/sensor.h"
+#include "sensor/toml_table.h"
+#include "twin/optics.h"
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace twin {
+
+/// What a contact does at one moment; force and torque of the object on the gel, gel frame.
+struct ContactState {
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< of its centre [m]
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();     ///< [N], pressing: +z
+  double torque = 0.0;                                 ///< [N m] about +z: turns x towards y
+
+  bool operator==(const ContactState&) const = default;
+  bool isLoaded() const { return torque != 0.0 || !force.isZero(0.0); }
+};
+
+/// A round patch of constant size. Its force is spread as `shape` says in all three directions, its torque as the
+/// tangential traction r sqrt(1 - r^2 / radius^2).
+struct Contact {
+  enum class Shape { kHertz, kDisc };  ///< sqrt(1 - r^2 / radius^2); constant
+
+  Shape shape = Shape::kHertz;
+  double radius = 0.0;        ///< [m]
+  std::vector<double> times;  ///< [s], ascending
+  std::vector<ContactState> states;
+
+  /// Linear between the key times, constant before and after.
+  ContactState at(double time_s) const;
+};
+
+/// Markers that cannot be seen for a while.
+struct Absence {
+  std::vector<int> markers;
+  double from_s, to_s;
+};
+
+struct Scenario {
+  sensor::Sensor sensor;
+  Format format = Format::kRgb8;
+  double rate_hz = 60.0;
+  Optics optics;
+  double period_s = 1.0;  ///< then all begins again
+  std::vector<Contact> contacts;
+  std::vector<Absence> absences;
+};
+
+/// Force and moment about the origin (gel frame) of all contacts at one moment.
+struct Resultant {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();   ///< [N]
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();  ///< [N m]
+
+  void add(const ContactState& contact);
+};
+
+/// The names of the formats: "RGB8", "BayerRG8" ...
+inline constexpr std::array<const char*, 6> kFormatNames = {"RGB8",     "BGR8",     "BayerRG8",
+                                                            "BayerGR8", "BayerGB8", "BayerBG8"};
+
+tl::expected<Scenario, sensor::FileError> parseScenario(std::string_view text, const std::string& name);
+tl::expected<Scenario, sensor::FileError> loadScenario(const std::string& path);
+
+}  // namespace twin
