@@ -1,0 +1,211 @@
+// Per marker: copy its window of one colour's samples into a small array of floats, take five sums (I, I^2 and the
+// products with the three rows of weights of the nearest 1/8 sample), solve the three by three triangle, step. Nearly
+// always the first step settles, since the guess is good to some hundredths of a pixel. The loops are written over
+// lanes, so that each version of the function fills its own machine's vectors.
+#include "daemon/track/centre.h"
+
+#include "daemon/base/vector_clones.h"
+
+#include <cassert>
+
+namespace tractiond::track {
+
+namespace {
+
+#define TRACTION_INLINE inline __attribute__((always_inline))
+
+constexpr int kMaxSteps = 6;
+constexpr int kSums = 16;  // lanes that are summed apart
+constexpr int kLanes = MarkerTemplate::kLanes;
+constexpr int kPhases = MarkerTemplate::kPhases;
+
+/// The shape of the window as compile-time numbers where it is a common one.
+template <int kHalf>
+struct Shape {
+  static constexpr int half = kHalf, chunks = (2 * kHalf + kLanes - 1) / kLanes;
+  explicit Shape(const MarkerTemplate&) {}
+};
+template <>
+struct Shape<0> {
+  int half, chunks;
+  TRACTION_INLINE explicit Shape(const MarkerTemplate& marker)
+      : half(marker.half())
+      , chunks(marker.chunks()) {}
+};
+
+template <int kStep, typename S>
+TRACTION_INLINE void load(const Plane& plane, S shape, const float* mask, int left, int top, float* out) {
+  const std::uint8_t* row = plane.first + top * plane.stride + left * kStep;
+  for (int y = 0; y < 2 * shape.half; ++y, row += plane.stride) {
+    for (int chunk = 0; chunk < shape.chunks; ++chunk, out += kLanes) {
+      const std::uint8_t* p = row + chunk * kLanes * kStep;
+      for (int i = 0; i < kLanes; ++i) out[i] = static_cast<float>(p[i * kStep]);
+    }
+    if (2 * shape.half % kLanes != 0) {
+      for (int i = 0; i < kLanes; ++i) out[i - kLanes] *= mask[i];
+    }
+  }
+}
+
+/// As above, without the other colour's share.
+template <int kStep, typename S>
+TRACTION_INLINE void loadUnmixed(const Plane& plane, const CrossTalk& crossTalk, S shape, const float* mask, int left,
+                                 int top, float* out) {
+  const float gain = 1.0F / (1.0F - crossTalk.own * crossTalk.other), share = 0.25F * crossTalk.other;
+  const std::uint8_t* row = plane.first + top * plane.stride + left * kStep;
+  for (int y = 0; y < 2 * shape.half; ++y, row += plane.stride) {
+    for (int chunk = 0; chunk < shape.chunks; ++chunk, out += kLanes) {
+      for (int i = 0; i < kLanes; ++i) {
+        const std::uint8_t* p = row + (chunk * kLanes + i) * kStep;
+        const int other = p[plane.other[0]] + p[plane.other[1]] + p[plane.other[2]] + p[plane.other[3]];
+        out[i] = gain * (static_cast<float>(*p) - share * static_cast<float>(other));
+      }
+    }
+    for (int i = 0; i < kLanes; ++i) out[i - kLanes] *= mask[i];
+  }
+}
+
+struct Sums {
+  float one, square, p0, p1, p2;
+};
+
+TRACTION_INLINE float total(float* lane) {
+  for (int i = 0; i < 8; ++i) lane[i] += lane[i + 8];
+  for (int i = 0; i < 4; ++i) lane[i] += lane[i + 4];
+  return (lane[0] + lane[1]) + (lane[2] + lane[3]);
+}
+
+template <typename S>
+TRACTION_INLINE Sums sums(S shape, const float* window, const float* weights) {
+  const int samples = 2 * shape.half * shape.chunks * kLanes;
+  alignas(64) float one[kSums], square[kSums], p0[kSums], p1[kSums], p2[kSums];
+  for (int i = 0; i < kSums; ++i) {
+    float o = 0.0F, s = 0.0F, a = 0.0F, b = 0.0F, c = 0.0F;
+    for (int k = 0; k < samples; k += kSums) {
+      const float x = window[k + i];
+      o += x;
+      s += x * x;
+      a += x * weights[k + i];
+      b += x * weights[samples + k + i];
+      c += x * weights[2 * samples + k + i];
+    }
+    one[i] = o;
+    square[i] = s;
+    p0[i] = a;
+    p1[i] = b;
+    p2[i] = c;
+  }
+  return {total(one), total(square), total(p0), total(p1), total(p2)};
+}
+
+template <int kStep, int kHalf>
+TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
+                            const Guess& guess, Centre& centre) {
+  const Shape<kHalf> shape(marker);
+  const float inverseScale = 1.0F / plane.scale;
+  const float radius = static_cast<float>(marker.radius());
+  const float settled = 0.5F / kPhases + 0.03F * radius;  // then the neglected cubic term is below 0.001 samples
+  const float longest = 0.75F * radius;
+  // A sample to the right and below is kept free for reads that are wider than the window.
+  const float lowX = static_cast<float>(shape.half), lowY = lowX;
+  const float highX = static_cast<float>(plane.width - shape.chunks * kLanes + shape.half - 3);
+  const float highY = static_cast<float>(plane.height - shape.half - 3);
+
+  float x = (guess.u - plane.u0) * inverseScale, y = (guess.v - plane.v0) * inverseScale;
+  centre = {};
+  alignas(64) float
+      window[kHalf > 0 ? 4 * kHalf * kLanes * ((2 * kHalf + kLanes - 1) / kLanes) : MarkerTemplate::kMaxSamples];
+  for (int steps = 0; steps < kMaxSteps; ++steps) {
+    if (!(x >= lowX && x <= highX && y >= lowY && y <= highY)) break;
+    const int across = static_cast<int>(x * kPhases + 0.5F), down = static_cast<int>(y * kPhases + 0.5F);
+    const int left = across / kPhases - shape.half + 1, top = down / kPhases - shape.half + 1;
+    if (guess.mixed) {
+      loadUnmixed<kStep>(plane, crossTalk, shape, marker.mask(), left, top, window);
+    } else {
+      load<kStep>(plane, shape, marker.mask(), left, top, window);
+    }
+    const int index = down % kPhases * kPhases + across % kPhases;
+    const Sums sum = sums(shape, window, marker.weights(index));
+    const MarkerTemplate::Phase& phase = marker.phase(index);
+    const float amplitude = phase.solve[0] * sum.p0 + phase.solve[1] * sum.p1 + phase.solve[2] * sum.p2;
+    centre.amplitude = amplitude;
+    if (!(amplitude >= guess.minAmplitude)) break;
+    float du = (phase.solve[3] * sum.p1 + phase.solve[4] * sum.p2) / amplitude;
+    float dv = phase.solve[5] * sum.p2 / amplitude;
+    const float size =
+        (du < 0.0F ? -du : du) > (dv < 0.0F ? -dv : dv) ? (du < 0.0F ? -du : du) : (dv < 0.0F ? -dv : dv);
+    const bool done = size <= settled;
+    if (size > longest) {
+      du *= longest / size;
+      dv *= longest / size;
+    }
+    x = static_cast<float>(across) / kPhases + du;
+    y = static_cast<float>(down) / kPhases + dv;
+    if (done) {
+      const float used = static_cast<float>(marker.used());
+      const float rest = sum.square - sum.one * sum.one / used - sum.p0 * sum.p0 - sum.p1 * sum.p1 - sum.p2 * sum.p2;
+      centre.misfit = (rest > 0.0F ? rest : 0.0F) / (used - 4.0F);
+      centre.variance = phase.variance * plane.scale * plane.scale / (amplitude * amplitude);
+      centre.found = true;
+      break;
+    }
+  }
+  centre.u = plane.u0 + plane.scale * x;
+  centre.v = plane.v0 + plane.scale * y;
+}
+
+template <int kStep>
+TRACTION_INLINE void fitAll(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
+                            const Guess* guesses, Centre* centres, std::size_t count) {
+  switch (marker.half()) {
+  case 3:
+    for (std::size_t i = 0; i < count; ++i) fitOne<kStep, 3>(plane, marker, crossTalk, guesses[i], centres[i]);
+    break;
+  case 4:
+    for (std::size_t i = 0; i < count; ++i) fitOne<kStep, 4>(plane, marker, crossTalk, guesses[i], centres[i]);
+    break;
+  default:
+    for (std::size_t i = 0; i < count; ++i) fitOne<kStep, 0>(plane, marker, crossTalk, guesses[i], centres[i]);
+  }
+}
+
+TRACTION_VECTOR_CLONES
+void fit(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk, const Guess* guesses,
+         Centre* centres, std::size_t count) {
+  if (plane.step == 3) {
+    fitAll<3>(plane, marker, crossTalk, guesses, centres, count);
+  } else {
+    fitAll<2>(plane, marker, crossTalk, guesses, centres, count);
+  }
+}
+
+}  // namespace
+
+void fitCentres(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
+                std::span<const Guess> guesses, std::span<Centre> centres) {
+  assert(guesses.size() == centres.size() && (plane.step == 2 || plane.step == 3));
+  fit(plane, marker, crossTalk, guesses.data(), centres.data(), guesses.size());
+}
+
+float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, float v) {
+  const float x = (u - plane.u0) / plane.scale, y = (v - plane.v0) / plane.scale;
+  const int across = static_cast<int>(x * kPhases + 0.5F), down = static_cast<int>(y * kPhases + 0.5F);
+  const int left = across / kPhases - marker.half() + 1, top = down / kPhases - marker.half() + 1;
+  if (!(x >= 0.0F && y >= 0.0F) || left < 0 || top < 0 || left + marker.chunks() * kLanes > plane.width ||
+      top + 2 * marker.half() > plane.height) {
+    return 0.0F;
+  }
+  const Shape<0> shape(marker);
+  alignas(64) float window[MarkerTemplate::kMaxSamples];
+  if (plane.step == 3) {
+    load<3>(plane, shape, marker.mask(), left, top, window);
+  } else {
+    load<2>(plane, shape, marker.mask(), left, top, window);
+  }
+  const int index = down % kPhases * kPhases + across % kPhases;
+  const Sums sum = sums(shape, window, marker.weights(index));
+  const MarkerTemplate::Phase& phase = marker.phase(index);
+  return phase.solve[0] * sum.p0 + phase.solve[1] * sum.p1 + phase.solve[2] * sum.p2;
+}
+
+}  // namespace tractiond::track

@@ -1,0 +1,40 @@
+// Sub-pixel centres: Gauss-Newton steps of the matched template, from a guess.
+#pragma once
+
+#include "daemon/track/marker_template.h"
+#include "daemon/track/plane.h"
+
+#include <span>
+
+namespace tractiond::track {
+
+/// Where to look.
+struct Guess {
+  float u = 0.0F, v = 0.0F;   ///< px
+  float minAmplitude = 0.0F;  ///< levels; below, there is no marker here
+  bool mixed = false;         ///< a marker of the other colour is near: take its cross-talk out
+};
+
+/// What is there.
+struct Centre {
+  float u = 0.0F, v = 0.0F;  ///< px; where not found, where the search ended
+  float amplitude = 0.0F;    ///< levels above the surroundings
+  float misfit = 0.0F;       ///< mean square of what the template does not explain [levels^2]
+  float variance = 0.0F;     ///< of u and of v for unit noise [px^2 / level^2]
+  bool found = false;        ///< the steps settled, amplitude >= minAmplitude, window within the picture
+};
+
+/// Shares of colours seen in the wrong channel.
+struct CrossTalk {
+  float own = 0.0F;    ///< of this plane's colour in the other one's channel
+  float other = 0.0F;  ///< of the other colour in this plane
+};
+
+/// One centre per guess. A marker is caught from about its own radius away. Reentrant; allocates nothing.
+void fitCentres(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
+                std::span<const Guess> guesses, std::span<Centre> centres);
+
+/// The template's amplitude at exactly this place, no steps. 0 where the window leaves the picture.
+float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, float v);
+
+}  // namespace tractiond::track

@@ -1,0 +1,124 @@
+// Mean of a box inside a marker minus the mean of a frame around it, for every place on a coarse grid, from an integral
+// image. Local maxima above a share of what the picture's markers typically have become guesses for the template fit,
+// which refines them and throws out what has not the shape of a marker, is brighter in the other colour, or is the same
+// spot again.
+#include "daemon/track/detection.h"
+
+#include <cassert>
+#include <cmath>
+
+namespace tractiond::track {
+
+namespace {
+
+constexpr float kLeastContrast = 6.0F;  // levels
+constexpr float kWeakest = 0.35F;       // of the median marker's response
+constexpr float kOtherColour = 0.6F;    // of the amplitude in the own colour
+constexpr float kOddShape = 0.35F;      // rms misfit, of the amplitude
+constexpr int kSpotsPerMarker = 4;
+
+}  // namespace
+
+Detector::Detector(int width_px, int height_px, int markers)
+    : markers_(markers)
+    , integral_(static_cast<std::size_t>(width_px + 1) * static_cast<std::size_t>(height_px + 1))
+    , response_(static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px))
+    , grid_(width_px, height_px, 8.0F, kSpotsPerMarker * markers) {
+  const auto most = static_cast<std::size_t>(kSpotsPerMarker * markers);
+  peaks_.reserve(2 * most);
+  guesses_.reserve(most);
+  centres_.resize(most);
+  spots_.reserve(most);
+}
+
+void Detector::integrate(const Plane& plane) {
+  const int pitch = plane.width + 1;
+  std::fill_n(integral_.begin(), pitch, 0U);
+  for (int y = 0; y < plane.height; ++y) {
+    const std::uint8_t* sample = plane.first + y * plane.stride;
+    const std::uint32_t* above = integral_.data() + y * pitch + 1;
+    std::uint32_t* sum = integral_.data() + (y + 1) * pitch;
+    *sum++ = 0;
+    std::uint32_t row = 0;
+    for (int x = 0; x < plane.width; ++x) {
+      row += sample[x * plane.step];
+      sum[x] = above[x] + row;
+    }
+  }
+}
+
+void Detector::collectPeaks(const Plane& plane, const MarkerTemplate& marker) {
+  // Inner box: 2 inner + 1 wide, inside the disc. Frame: from `gap` to `outer` samples from the centre.
+  const int inner = static_cast<int>(0.75 * marker.radius()), gap = marker.half() - 1, outer = marker.half() + 1;
+  const int step = inner + 1;
+  const int pitch = plane.width + 1;
+  const auto box = [&](int x, int y, int half) {
+    const std::uint32_t* top = integral_.data() + (y - half) * pitch + x;
+    const std::uint32_t* bottom = integral_.data() + (y + half + 1) * pitch + x;
+    return static_cast<float>(bottom[half + 1] - bottom[-half] - top[half + 1] + top[-half]);
+  };
+  const auto area = [](int half) { return static_cast<float>((2 * half + 1) * (2 * half + 1)); };
+  const float perInner = 1.0F / area(inner), perFrame = 1.0F / (area(outer) - area(gap));
+
+  const int columns = (plane.width - 2 * outer) / step, rows = (plane.height - 2 * outer) / step;
+  peaks_.clear();
+  if (columns < 3 || rows < 3) return;
+  for (int row = 0; row < rows; ++row) {
+    const int y = outer + row * step;
+    for (int column = 0; column < columns; ++column) {
+      const int x = outer + column * step;
+      response_[row * columns + column] = perInner * box(x, y, inner) - perFrame * (box(x, y, outer) - box(x, y, gap));
+    }
+  }
+  const auto stronger = [](const Peak& a, const Peak& b) { return a.response > b.response; };
+  for (int row = 1; row + 1 < rows; ++row) {
+    for (int column = 1; column + 1 < columns; ++column) {
+      const float* r = response_.data() + row * columns + column;
+      if (*r < kLeastContrast || *r < r[-1] || *r <= r[1]) continue;
+      if (*r < r[-columns] || *r < r[-columns - 1] || *r < r[-columns + 1]) continue;
+      if (*r <= r[columns] || *r <= r[columns - 1] || *r <= r[columns + 1]) continue;
+      if (peaks_.size() == peaks_.capacity()) {
+        std::nth_element(peaks_.begin(), peaks_.begin() + static_cast<std::ptrdiff_t>(peaks_.size() / 2), peaks_.end(),
+                         stronger);
+        peaks_.resize(peaks_.size() / 2);
+      }
+      peaks_.push_back({*r, outer + column * step, outer + row * step});
+    }
+  }
+  std::sort(peaks_.begin(), peaks_.end(), stronger);
+}
+
+std::span<const Spot> Detector::find(const Plane& own, const Plane& other, const MarkerTemplate& marker) {
+  assert((own.width + 1) * static_cast<std::size_t>(own.height + 1) <= integral_.size());
+  integrate(own);
+  collectPeaks(own, marker);
+  spots_.clear();
+  if (peaks_.empty()) return spots_;
+
+  const std::size_t typical = std::min(peaks_.size() - 1, static_cast<std::size_t>(markers_ / 2));
+  const float least = kWeakest * peaks_[typical].response;
+  guesses_.clear();
+  for (const Peak& peak : peaks_) {
+    if (peak.response < least || guesses_.size() == guesses_.capacity()) break;
+    guesses_.push_back({own.u0 + own.scale * static_cast<float>(peak.x),
+                        own.v0 + own.scale * static_cast<float>(peak.y), 0.5F * least, false});
+  }
+  const std::span<Centre> centres = std::span(centres_).first(guesses_.size());
+  fitCentres(own, marker, {}, guesses_, centres);
+
+  grid_.clear();
+  const float apart = own.scale * static_cast<float>(marker.radius());
+  for (const Centre& centre : centres) {
+    if (!centre.found || centre.misfit > kOddShape * kOddShape * centre.amplitude * centre.amplitude) continue;
+    if (amplitudeAt(other, marker, centre.u, centre.v) > kOtherColour * centre.amplitude) continue;
+    bool again = false;
+    grid_.near(centre.u, centre.v, apart,
+               [&](int i) { again = again || std::hypot(spots_[i].u - centre.u, spots_[i].v - centre.v) < apart; });
+    if (again) continue;
+    grid_.add(static_cast<int>(spots_.size()), centre.u, centre.v);
+    spots_.push_back({centre.u, centre.v, centre.amplitude});
+  }
+  return spots_;
+}
+
+}  // namespace tractiond::track

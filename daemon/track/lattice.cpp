@@ -1,0 +1,172 @@
+#include "daemon/track/lattice.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+
+namespace tractiond::track {
+
+namespace {
+
+constexpr float kContradiction =
+    0.5F;                             // of the spacing, between neighbours: a swap of one, less 0.4 of slope, is above
+constexpr float kOutlier = 0.25F;     // of the spacing, from the mean of the neighbours on both sides
+constexpr float kSlopePrior = 0.01F;  // keeps the plane's slope finite where the nodes lie in one line
+
+}  // namespace
+
+std::vector<Lattice> latticesOf(const sensor::Sensor& sensor) {
+  std::vector<Lattice> lattices;
+  int first = 0;
+  for (const sensor::MarkerLayer& layer : sensor.layers) {
+    lattices.push_back({first, layer.columns, layer.rows});
+    first += layer.count();
+  }
+  return lattices;
+}
+
+std::optional<Expectation> expectation(const Lattice& lattice, int column, int row, std::span<const Vector> field,
+                                       std::span<const std::uint8_t> valid) {
+  float w = 0, wx = 0, wy = 0, wxx = 0, wxy = 0, wyy = 0;
+  Vector f, fx, fy;
+  int nodes = 0;
+  for (int y = std::max(-2, -row); y <= std::min(2, lattice.rows - 1 - row); ++y) {
+    for (int x = std::max(-2, -column); x <= std::min(2, lattice.columns - 1 - column); ++x) {
+      const int node = lattice.at(column + x, row + y);
+      if ((x == 0 && y == 0) || !valid[node]) continue;
+      if (std::abs(x) < 2 && std::abs(y) < 2) ++nodes;
+      const auto dx = static_cast<float>(x), dy = static_cast<float>(y);
+      const float weight = 1.0F / (dx * dx + dy * dy);
+      w += weight;
+      wx += weight * dx;
+      wy += weight * dy;
+      wxx += weight * dx * dx;
+      wxy += weight * dx * dy;
+      wyy += weight * dy * dy;
+      f = f + weight * field[node];
+      fx = fx + weight * dx * field[node];
+      fy = fy + weight * dy * field[node];
+    }
+  }
+  if (nodes == 0) return std::nullopt;
+  // About the centre of weight: the slopes first, then the value at the origin.
+  const float mx = wx / w, my = wy / w;
+  const Vector mean = (1.0F / w) * f;
+  const float xx = wxx - w * mx * mx + kSlopePrior, yy = wyy - w * my * my + kSlopePrior, xy = wxy - w * mx * my;
+  const Vector sx = fx - (w * mx) * mean, sy = fy - (w * my) * mean;
+  const float inverse = 1.0F / (xx * yy - xy * xy);
+  const Vector slopeX = inverse * (yy * sx - xy * sy), slopeY = inverse * (xx * sy - xy * sx);
+  return Expectation{mean - mx * slopeX - my * slopeY, nodes};
+}
+
+Trust::Trust(const Lattice& lattice, float spacing_px)
+    : lattice_(lattice)
+    , limit2_(kContradiction * kContradiction * spacing_px * spacing_px)
+    , piece_(static_cast<std::size_t>(lattice.count()))
+    , stack_(static_cast<std::size_t>(lattice.count())) {}
+
+int Trust::prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough) {
+  int dropped = dropOutliers(displacement, valid);
+  if (thorough || anyContradiction(displacement, valid)) dropped += keepLargestPiece(displacement, valid);
+  return dropped;
+}
+
+bool Trust::anyContradiction(std::span<const Vector> displacement, std::span<const std::uint8_t> valid) const {
+  for (int row = 0; row < lattice_.rows; ++row) {
+    for (int column = 0; column < lattice_.columns; ++column) {
+      const int node = lattice_.at(column, row), right = node + 1, up = node + lattice_.columns;
+      if (!valid[node]) continue;
+      if (column + 1 < lattice_.columns && valid[right] && contradicts(displacement, node, right)) return true;
+      if (row + 1 < lattice_.rows && valid[up] && contradicts(displacement, node, up)) return true;
+    }
+  }
+  return false;
+}
+
+int Trust::dropOutliers(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
+  const float limit2 = limit2_ * (kOutlier * kOutlier) / (kContradiction * kContradiction);
+  int dropped = 0;
+  const auto between = [&](int node, int step) {  // 0: nothing to compare with, 1: agrees, 2: does not
+    if (!valid[node - step] || !valid[node + step]) return 0;
+    const Vector middle = 0.5F * (displacement[node - step] + displacement[node + step]);
+    return (displacement[node] - middle).squared() > limit2 ? 2 : 1;
+  };
+  for (int row = 0; row < lattice_.rows; ++row) {
+    for (int column = 0; column < lattice_.columns; ++column) {
+      const int node = lattice_.at(column, row);
+      if (!valid[node]) continue;
+      const bool inRow = column > 0 && column + 1 < lattice_.columns, inColumn = row > 0 && row + 1 < lattice_.rows;
+      const int across = inRow ? between(node, 1) : 0;
+      if (across == 1) continue;
+      const int along = inColumn ? between(node, lattice_.columns) : 0;
+      if (across + along < 2 || along == 1) continue;
+      valid[node] = 0;
+      ++dropped;
+    }
+  }
+  return dropped;
+}
+
+int Trust::keepLargestPiece(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
+  // Neighbours across a corner and across one gap hang together, too.
+  constexpr std::array<std::array<int, 2>, 12> kLinks = {
+      {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}, {2, 0}, {-2, 0}, {0, 2}, {0, -2}}};
+  std::fill(piece_.begin(), piece_.end(), -1);
+  int largest = -1, most = 0, pieces = 0;
+  for (int start = 0; start < lattice_.count(); ++start) {
+    if (piece_[start] >= 0 || !valid[lattice_.first + start]) continue;
+    int size = 0, open = 0;
+    stack_[open++] = start;
+    piece_[start] = pieces;
+    while (open > 0) {
+      const int node = stack_[--open];
+      ++size;
+      for (const auto& [x, y] : kLinks) {
+        const int column = node % lattice_.columns + x, row = node / lattice_.columns + y;
+        if (!lattice_.has(column, row)) continue;
+        const int next = row * lattice_.columns + column;
+        if (piece_[next] >= 0 || !valid[lattice_.first + next]) continue;
+        if (contradicts(displacement, lattice_.first + node, lattice_.first + next)) continue;
+        piece_[next] = pieces;
+        stack_[open++] = next;
+      }
+    }
+    if (size > most) {
+      most = size;
+      largest = pieces;
+    }
+    ++pieces;
+  }
+  int dropped = 0;
+  for (int node = 0; node < lattice_.count(); ++node) {
+    if (valid[lattice_.first + node] && piece_[node] != largest) {
+      valid[lattice_.first + node] = 0;
+      ++dropped;
+    }
+  }
+  // Neighbours that contradict each other within the piece hang together by a detour: one is wrong, who knows which.
+  std::fill(piece_.begin(), piece_.end(), 0);
+  for (int row = 0; row < lattice_.rows; ++row) {
+    for (int column = 0; column < lattice_.columns; ++column) {
+      const int node = lattice_.at(column, row);
+      if (!valid[node]) continue;
+      const auto check = [&](int other) {
+        if (valid[other] && contradicts(displacement, node, other)) {
+          piece_[node - lattice_.first] = 1;
+          piece_[other - lattice_.first] = 1;
+        }
+      };
+      if (column + 1 < lattice_.columns) check(node + 1);
+      if (row + 1 < lattice_.rows) check(node + lattice_.columns);
+    }
+  }
+  for (int node = 0; node < lattice_.count(); ++node) {
+    if (piece_[node] == 1) {
+      valid[lattice_.first + node] = 0;
+      ++dropped;
+    }
+  }
+  return dropped;
+}
+
+}  // namespace tractiond::track

@@ -1,0 +1,44 @@
+// A slot in which one thread leaves its newest finished thing for another.
+#pragma once
+
+#include <atomic>
+#include <utility>
+
+namespace tractiond::track {
+
+/// Wait-free. One thread puts, one takes. A T that was not taken is overwritten.
+template <typename T>
+class Mailbox {
+ public:
+  explicit Mailbox(T room = {})
+      : slot_(std::move(room)) {}
+
+  /// Copies into the slot: no allocation where the slot's T has the room. False: the other thread is just taking; try
+  /// again later.
+  bool put(const T& value) {
+    State seen = state_.load(std::memory_order_relaxed);
+    // acquire: a take() that emptied the slot is done with it (its release store).
+    if (seen == State::kBusy || !state_.compare_exchange_strong(seen, State::kBusy, std::memory_order_acquire)) {
+      return false;
+    }
+    slot_ = value;
+    state_.store(State::kFull, std::memory_order_release);  // partner: the acquire in take()
+    return true;
+  }
+
+  bool take(T& value) {
+    State full = State::kFull;
+    // acquire: partner of the release in put().
+    if (!state_.compare_exchange_strong(full, State::kBusy, std::memory_order_acquire)) return false;
+    value = slot_;
+    state_.store(State::kEmpty, std::memory_order_release);  // partner: the acquire in put()
+    return true;
+  }
+
+ private:
+  enum class State { kEmpty, kBusy, kFull };
+  std::atomic<State> state_{State::kEmpty};
+  T slot_;
+};
+
+}  // namespace tractiond::track

@@ -1,0 +1,586 @@
+// A frame is followed or acquired.
+//
+// Following: each marker is sought where its last two places say (template steps from there), a second time where it
+// last was. What is not found is sought where its neighbours say, from the rim of what is found inwards, so that a
+// region that jumps farther than the template's catch is found from its calm surroundings. Acquiring, at the start,
+// after a gap and when most is lost: all spots of the picture are detected and labelled against the rest pose.
+//
+// Then nothing is believed that contradicts its neighbours, nor what lies behind a marker nearer to the camera.
+#include "daemon/track/tracker.h"
+
+#include "daemon/base/clock.h"
+#include "daemon/track/appearance.h"
+#include "daemon/track/rest_pose.h"
+#include "sensor/projection.h"
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace tractiond::track {
+
+namespace {
+
+// A marker's amplitude relative to rest. The lower bound of a step is laxer than that of belief: steps from afar.
+constexpr float kCatch = 0.25F, kDim = 0.5F, kBright = 1.6F;
+constexpr float kMisfit = 0.2F;  // rms, of the amplitude, beyond the noise: strained discs reach 0.13
+constexpr float kNoiseDeviations = 3.0F;
+constexpr float kTypicalNoise = 3.0F;  // levels, until it is measured
+constexpr float kWander = 0.45F;       // of the spacing, from where a marker was expected
+constexpr float kSearchReach = 0.4F;   // of the spacing
+constexpr float kSearchReach_px = 8.0F;
+constexpr int kSearches = 64;  // wide ones per frame
+constexpr int kPatience = 8;   // frames of wide search for a marker; then only every sixteenth
+constexpr int kSweeps = 40;
+constexpr float kBlurredRim_px = 1.2F;     // beyond a disc's radius
+constexpr float kOverlapMotion_px = 2.0F;  // by which two colours may approach each other from frame to frame
+constexpr double kLabelled = 0.3;          // of a layer, for an acquisition to count
+constexpr double kFollowed = 0.25;         // of the present markers, for the next frame to be followed
+constexpr double kAcquireBelow = 0.6;      // of the present markers
+constexpr int kAcquirePause = 8;           // frames between two tries
+constexpr int kAgreeingFrames = 10;
+constexpr double kAgreement = 3.0;  // deviations
+constexpr std::size_t kAppearancePlaces = 300;
+
+std::vector<Vector> nominalPlaces(const sensor::Sensor& sensor) {
+  const sensor::Projection project(sensor.camera, sensor.gel.size.z());
+  const sensor::Points points = sensor::markerPositions(sensor.layers);
+  std::vector<Vector> places;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Eigen::Vector2f place = project(points.col(i)).cast<float>();
+    places.push_back({place.x(), place.y()});
+  }
+  return places;
+}
+
+double radius(const sensor::Sensor& sensor, const sensor::MarkerLayer& layer) {
+  const sensor::Projection project(sensor.camera, sensor.gel.size.z());
+  const Eigen::Vector3d middle(layer.centre.x(), layer.centre.y(), layer.depth);
+  const Eigen::Matrix2d scale = project.jacobian(middle).leftCols<2>();
+  return 0.5 * layer.diameter * std::sqrt(std::abs(scale.determinant()));
+}
+
+float spacing(const std::vector<Vector>& places, const Lattice& lattice) {
+  const Vector across = places[lattice.at(lattice.columns - 1, 0)] - places[lattice.at(0, 0)];
+  return std::sqrt(across.squared()) / static_cast<float>(lattice.columns - 1);
+}
+
+int validNeighbours(const Lattice& lattice, int column, int row, const std::vector<std::uint8_t>& valid) {
+  int count = 0;
+  for (int y = std::max(row - 1, 0); y <= std::min(row + 1, lattice.rows - 1); ++y) {
+    for (int x = std::max(column - 1, 0); x <= std::min(column + 1, lattice.columns - 1); ++x) {
+      count += valid[lattice.at(x, y)];
+    }
+  }
+  return count - valid[lattice.at(column, row)];
+}
+
+float median(std::vector<float> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+RestPose emptyPose(int markers) {
+  RestPose pose;
+  pose.position_px.resize(2 * static_cast<std::size_t>(markers));
+  pose.amplitude.resize(static_cast<std::size_t>(markers));
+  pose.present.resize(static_cast<std::size_t>(markers));
+  return pose;
+}
+
+}  // namespace
+
+tl::expected<void, Error> trackable(const sensor::Sensor& sensor) {
+  const auto error = [](std::string what, std::string remedy) {
+    return tl::make_unexpected(Error{EX_CONFIG, std::move(what), "", std::move(remedy)});
+  };
+  if (sensor.layers.empty() || sensor.layers.size() > 2) {
+    return error(std::to_string(sensor.layers.size()) + " marker layers", "one or two can be tracked");
+  }
+  if (sensor.layers.size() == 2 && sensor.layers[0].colour == sensor.layers[1].colour) {
+    return error("two marker layers of the same colour", "give each its own");
+  }
+  const std::vector<Vector> places = nominalPlaces(sensor);
+  for (const Lattice& lattice : latticesOf(sensor)) {
+    if (lattice.columns < 4 || lattice.rows < 4) {
+      return error("a marker layer of fewer than 4 x 4 markers", "give it more columns and rows");
+    }
+    const std::size_t index = lattice.first == 0 ? 0 : 1;
+    const double radius_px = radius(sensor, sensor.layers[index]);
+    if (radius_px < 1.0 || radius_px > MarkerTemplate::largestRadius()) {
+      return error("markers of " + std::to_string(2.0 * radius_px) + " px in the picture",
+                   "between 2 and " + std::to_string(2.0 * MarkerTemplate::largestRadius()) + " px can be tracked");
+    }
+    if (spacing(places, lattice) < 3.5 * radius_px) {
+      return error("markers closer to each other than 1.75 of their diameters", "give the layer a wider pitch");
+    }
+  }
+  return {};
+}
+
+Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
+    : options_(options)
+    , markers_(sensor.markerCount())
+    , nominal_(nominalPlaces(sensor))
+    , noise_(kTypicalNoise)
+    , detector_(sensor.camera.width, sensor.camera.height, markers_)
+    , labeller_(latticesOf(sensor), sensor.camera.width, sensor.camera.height, 4 * markers_)
+    , grid_(sensor.camera.width, sensor.camera.height, 16.0F, markers_)
+    , taker_(markers_, options.zeroFrames, options.minValidFraction)
+    , pose_(emptyPose(markers_))
+    , finished_(emptyPose(markers_)) {
+  assert(trackable(sensor));
+  const std::vector<Lattice> lattices = latticesOf(sensor);
+  double deepest = 0.0;
+  for (const sensor::MarkerLayer& layer : sensor.layers) deepest = std::max(deepest, layer.depth);
+  spacing_px_ = spacing(nominal_, lattices.front());
+  for (const Lattice& lattice : lattices) spacing_px_ = std::min(spacing_px_, spacing(nominal_, lattice));
+  for (std::size_t i = 0; i < lattices.size(); ++i) {
+    const sensor::MarkerLayer& layer = sensor.layers[i];
+    layers_.push_back({lattices[i],
+                       layer.colour,
+                       radius(sensor, layer),
+                       layer.depth >= deepest,
+                       {},
+                       {},
+                       {},
+                       {},
+                       Trust(lattices[i], spacing_px_)});
+    layers_.back().spots.reserve(static_cast<std::size_t>(4 * markers_));
+  }
+  const auto count = static_cast<std::size_t>(markers_);
+  rest_ = place_ = previous_ = labelPlace_ = nominal_;
+  for (auto* vectors : {&velocity_, &displacement_, &increment_}) vectors->resize(count);
+  for (auto* flags : {&valid_, &wasValid_, &stepped_, &mixed_, &attempts_, &labelled_}) flags->resize(count);
+  present_.assign(count, 1);
+  restAmplitude_.resize(count);
+  lostFor_.resize(count);
+  lost_.reserve(count);
+  guesses_.resize(count);
+  centres_.resize(count);
+}
+
+void Tracker::restore(const RestPose& pose) {
+  assert(pose.amplitude.size() == static_cast<std::size_t>(markers_));
+  adopt(pose);
+  for (Layer& layer : layers_) {
+    const bool blue = layer.colour == sensor::Colour::kBlue;
+    layer.crossTalk = {pose.crossTalk[blue ? 1 : 0], pose.crossTalk[blue ? 0 : 1]};
+  }
+  zeroWasRequested_ = pose.requested;
+  verified_ = false;
+}
+
+Outcome Tracker::track(const Frame& frame, MarkerField& field) {
+  ++frames_;
+  for (Layer& layer : layers_) layer.plane = planeOf(frame, layer.colour);
+  searches_ = kSearches;
+  acquireIn_ = std::max(0, acquireIn_ - 1);
+  bool relabelled = false;
+  if (frame.info.discontinuity || !following_) {
+    std::fill(valid_.begin(), valid_.end(), std::uint8_t{0});
+    if (frame.info.discontinuity || acquireIn_ == 0) relabelled = acquire();
+  } else {
+    follow();
+    if (countValid() < kAcquireBelow * countWanted() && acquireIn_ == 0) relabelled = acquire();
+  }
+  following_ = countValid() >= kFollowed * countWanted();
+
+  write(frame.info, relabelled, field);
+  const bool tracked = haveRest_;
+  takeZero();
+  return tracked ? Outcome::kTracked : Outcome::kNoRestPose;
+}
+
+int Tracker::countValid() const {
+  return static_cast<int>(std::count(valid_.begin(), valid_.end(), 1));
+}
+
+int Tracker::countWanted() const {
+  return static_cast<int>(std::count(present_.begin(), present_.end(), 1));
+}
+
+bool Tracker::acquire() {
+  acquireIn_ = kAcquirePause;
+  std::array<std::span<const Spot>, 2> spots;
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    Layer& layer = layers_[i];
+    const MarkerTemplate rough = haveAppearance_ ? MarkerTemplate{} : roughTemplate(layer.plane, layer.radius_px);
+    const auto found = detector_.find(layer.plane, otherPlane(layer), haveAppearance_ ? layer.marker : rough);
+    layer.spots.assign(found.begin(), found.end());
+    spots[i] = layer.spots;
+  }
+  if (!labeller_.label(std::span(spots).first(layers_.size()), haveRest_ ? rest_ : nominal_, kLabelled, labelPlace_,
+                       labelled_)) {
+    return false;
+  }
+  place_ = labelPlace_;
+  previous_ = place_;
+  valid_ = labelled_;
+  std::fill(wasValid_.begin(), wasValid_.end(), std::uint8_t{0});
+  std::fill(velocity_.begin(), velocity_.end(), Vector{});
+  if (!haveAppearance_) learnAppearance();
+  if (!haveRest_) assumeRest();
+  markOverlaps();
+  valid_.swap(labelled_);
+  std::fill(valid_.begin(), valid_.end(), std::uint8_t{0});
+  std::fill(stepped_.begin(), stepped_.end(), std::uint8_t{0});
+  for (int i = 0; i < markers_; ++i) {
+    const bool seek = labelled_[i] && wanted(i);
+    guesses_[i] = seek ? Guess{place_[i].u, place_[i].v, kCatch * restAmplitude_[i], mixed_[i] != 0} : Guess{-1.0F};
+  }
+  for (Layer& layer : layers_)
+    fitCentres(layer.plane, layer.marker, layer.crossTalk, ofLayer(guesses_, layer), ofLayer(centres_, layer));
+  for (int i = 0; i < markers_; ++i) accept(i, centres_[i], {guesses_[i].u, guesses_[i].v});
+  finishFrame(true);
+  return true;
+}
+
+void Tracker::follow() {
+  previous_ = place_;
+  wasValid_ = valid_;
+  for (int i = 0; i < markers_; ++i) {
+    const Vector place = place_[i] + velocity_[i];
+    guesses_[i] = wanted(i) ? Guess{place.u, place.v, kCatch * restAmplitude_[i], mixed_[i] != 0} : Guess{-1.0F};
+  }
+  std::fill(valid_.begin(), valid_.end(), std::uint8_t{0});
+  std::fill(stepped_.begin(), stepped_.end(), std::uint8_t{0});
+  for (Layer& layer : layers_) {
+    fitCentres(layer.plane, layer.marker, layer.crossTalk, ofLayer(guesses_, layer), ofLayer(centres_, layer));
+    for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
+      if (accept(i, centres_[i], {guesses_[i].u, guesses_[i].v})) continue;
+      if (wanted(i) && velocity_[i].squared() > 1.0F) fitAt(layer, i, previous_[i]);  // it may have stopped
+    }
+  }
+  finishFrame(false);
+}
+
+void Tracker::finishFrame(bool thorough) {
+  recover();
+  markOverlaps();
+  for (int i = 0; i < markers_; ++i) thorough = thorough || valid_[i] != wasValid_[i];
+  for (Layer& layer : layers_) layer.trust.prune(displacement_, valid_, thorough);
+  guessLost();
+}
+
+bool Tracker::accept(int marker, const Centre& centre, Vector expected) {
+  if (!centre.found) return false;
+  const float rest = restAmplitude_[marker], amplitude = centre.amplitude;
+  if (!(amplitude >= kDim * rest && amplitude <= kBright * rest)) return false;
+  const float noise = kNoiseDeviations * noise_, shape = kMisfit * amplitude;
+  if (centre.misfit > noise * noise + shape * shape) return false;
+  const Vector place{centre.u, centre.v};
+  if ((place - expected).squared() > kWander * kWander * spacing_px_ * spacing_px_) return false;
+  centres_[marker] = centre;
+  place_[marker] = place;
+  displacement_[marker] = place - rest_[marker];
+  increment_[marker] = place - previous_[marker];
+  valid_[marker] = 1;
+  stepped_[marker] = wasValid_[marker];
+  return true;
+}
+
+bool Tracker::fitAt(const Layer& layer, int marker, Vector place) {
+  const Guess guess{place.u, place.v, kCatch * restAmplitude_[marker], mixed_[marker] != 0};
+  Centre centre;
+  fitCentres(layer.plane, layer.marker, layer.crossTalk, {&guess, 1}, {&centre, 1});
+  return accept(marker, centre, place);
+}
+
+void Tracker::recover() {
+  for (const Layer& layer : layers_) {
+    const Lattice& lattice = layer.lattice;
+    lost_.clear();
+    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+      if (valid_[i] || !wanted(i)) continue;
+      lost_.push_back(i);
+      attempts_[i] = 0;
+    }
+    // First those of which several neighbours tell; each marker again only when more of them do.
+    int enough = 3;
+    for (int sweep = 0; sweep < kSweeps && enough > 0 && !lost_.empty(); ++sweep) {
+      bool progress = false;
+      for (const int marker : lost_) {
+        if (valid_[marker]) continue;
+        const int column = (marker - lattice.first) % lattice.columns, row = (marker - lattice.first) / lattice.columns;
+        const int neighbours = validNeighbours(lattice, column, row, valid_);
+        if (neighbours < enough || neighbours <= attempts_[marker]) continue;
+        attempts_[marker] = static_cast<std::uint8_t>(neighbours);
+        progress = recoverOne(layer, marker, column, row) || progress;
+      }
+      if (!progress) --enough;
+    }
+  }
+}
+
+bool Tracker::recoverOne(const Layer& layer, int marker, int column, int row) {
+  Vector place = place_[marker];
+  const auto step = expectation(layer.lattice, column, row, increment_, stepped_);
+  const auto whole = expectation(layer.lattice, column, row, displacement_, valid_);
+  if (wasValid_[marker] && step) {
+    place = previous_[marker] + step->value;
+    if (fitAt(layer, marker, place)) return true;
+  }
+  if (whole) {
+    place = rest_[marker] + whole->value;
+    if (fitAt(layer, marker, place)) return true;
+  }
+  const bool patient = lostFor_[marker] < kPatience || (frames_ + static_cast<unsigned>(marker)) % 16 == 0;
+  if (searches_ == 0 || !patient) return false;
+  --searches_;
+  return searchAround(layer, marker, place);
+}
+
+bool Tracker::searchAround(const Layer& layer, int marker, Vector place) {
+  constexpr int kMostSteps = 4;
+  constexpr int kMost = (2 * kMostSteps + 1) * (2 * kMostSteps + 1);
+  const float reach = std::min(kSearchReach * spacing_px_, kSearchReach_px);
+  const auto radius_px = static_cast<float>(layer.radius_px);
+  const int steps = std::min(kMostSteps, static_cast<int>(std::ceil(reach / (1.3F * radius_px))));
+  std::array<Guess, kMost> guesses;
+  std::array<Centre, kMost> centres;
+  std::size_t count = 0;
+  const float step = reach / static_cast<float>(steps);
+  for (int y = -steps; y <= steps; ++y) {
+    for (int x = -steps; x <= steps; ++x) {
+      guesses[count++] = {place.u + step * static_cast<float>(x), place.v + step * static_cast<float>(y),
+                          kCatch * restAmplitude_[marker], mixed_[marker] != 0};
+    }
+  }
+  fitCentres(layer.plane, layer.marker, layer.crossTalk, std::span(guesses).first(count),
+             std::span(centres).first(count));
+  // The nearest, if no other is nearly as near.
+  std::sort(centres.begin(), centres.begin() + static_cast<std::ptrdiff_t>(count),
+            [&](const Centre& a, const Centre& b) {
+              return (Vector{a.u, a.v} - place).squared() < (Vector{b.u, b.v} - place).squared();
+            });
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!accept(marker, centres[i], place)) continue;
+    const Vector found = place_[marker];
+    const float distance = std::sqrt((found - place).squared());
+    for (std::size_t k = i + 1; k < count; ++k) {
+      const Vector other{centres[k].u, centres[k].v};
+      if (!centres[k].found || centres[k].amplitude < kDim * restAmplitude_[marker]) continue;
+      if ((other - found).squared() < radius_px * radius_px) continue;
+      if (std::sqrt((other - place).squared()) < distance + 0.25F * spacing_px_) {
+        valid_[marker] = stepped_[marker] = 0;
+        return false;
+      }
+    }
+    return true;
+  }
+  return false;
+}
+
+void Tracker::markOverlaps() {
+  if (layers_.size() < 2) return;
+  const Layer& front = layers_[layers_[0].nearer ? 0 : 1];
+  const Layer& back = layers_[layers_[0].nearer ? 1 : 0];
+  grid_.clear();
+  for (int i = front.lattice.first; i < front.lattice.first + front.lattice.count(); ++i) {
+    mixed_[i] = 0;
+    if (present_[i]) grid_.add(i, place_[i].u, place_[i].v);
+  }
+  const auto reachOf = [](const Layer& layer) { return static_cast<float>(layer.radius_px) + kBlurredRim_px; };
+  const auto windowOf = [](const Layer& layer) { return static_cast<float>(layer.marker.half()) * layer.plane.scale; };
+  const float backWindow = windowOf(back), frontWindow = windowOf(front);
+  const float backReach = reachOf(back) + kOverlapMotion_px, frontReach = reachOf(front) + kOverlapMotion_px;
+  const float hides = static_cast<float>(front.radius_px + back.radius_px) + kBlurredRim_px;
+  const float farthest = std::max(backWindow + frontReach, frontWindow + backReach);
+  const auto meets = [](float window, float reach, float du, float dv) {
+    const float u = std::max(std::abs(du) - window, 0.0F), v = std::max(std::abs(dv) - window, 0.0F);
+    return u * u + v * v < reach * reach;
+  };
+  for (int i = back.lattice.first; i < back.lattice.first + back.lattice.count(); ++i) {
+    mixed_[i] = 0;
+    grid_.near(place_[i].u, place_[i].v, farthest, [&](int other) {
+      const Vector apart = place_[other] - place_[i];
+      if (meets(backWindow, frontReach, apart.u, apart.v)) mixed_[i] = 1;
+      if (meets(frontWindow, backReach, apart.u, apart.v)) mixed_[other] = 1;
+      if (apart.squared() < hides * hides) valid_[i] = stepped_[i] = 0;
+    });
+  }
+}
+
+void Tracker::guessLost() {
+  for (const Layer& layer : layers_) {
+    const Lattice& lattice = layer.lattice;
+    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+      if (stepped_[i] && valid_[i]) {
+        velocity_[i] = increment_[i];
+        lostFor_[i] = 0;
+        continue;
+      }
+      if (!wanted(i)) continue;
+      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
+      stepped_[i] = 0;
+      const auto step = expectation(lattice, column, row, increment_, stepped_);
+      velocity_[i] = step ? step->value : Vector{};
+      if (valid_[i]) {
+        lostFor_[i] = 0;
+        continue;
+      }
+      ++lostFor_[i];
+      const auto whole = expectation(lattice, column, row, displacement_, valid_);
+      if (whole) place_[i] = rest_[i] + whole->value;
+    }
+  }
+}
+
+const Plane& Tracker::otherPlane(const Layer& layer) const {
+  return layers_[&layer == layers_.data() ? layers_.size() - 1 : 0].plane;
+}
+
+void Tracker::learnAppearance() {
+  for (Layer& layer : layers_) layer.marker = roughTemplate(layer.plane, layer.radius_px);
+  markOverlaps();
+  for (Layer& layer : layers_) {
+    std::vector<Guess> places;
+    for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
+      if (labelled_[i] && !mixed_[i]) places.push_back({place_[i].u, place_[i].v, 1.0F, false});
+    }
+    std::vector<Guess> some;
+    const std::size_t stride = places.size() / kAppearancePlaces + 1;
+    for (std::size_t i = 0; i < places.size(); i += stride) some.push_back(places[i]);
+    layer.marker = fittingTemplate(layer.plane, layer.radius_px, some);
+    if (haveRest_ || layers_.size() < 2) continue;
+    std::vector<Centre> centres(places.size());
+    fitCentres(layer.plane, layer.marker, {}, places, centres);
+    Layer& other = layers_[&layer == layers_.data() ? 1 : 0];
+    layer.crossTalk.own = other.crossTalk.other = crossTalkInto(other.plane, layer.marker, centres);
+  }
+  haveAppearance_ = true;
+}
+
+/// Until there is a rest pose, the first labelled picture stands in for it.
+void Tracker::assumeRest() {
+  for (Layer& layer : layers_) {
+    const Lattice& lattice = layer.lattice;
+    std::vector<float> amplitudes;
+    for (const Spot& spot : layer.spots) amplitudes.push_back(spot.amplitude);
+    const float typical = median(amplitudes);
+    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+      displacement_[i] = place_[i] - nominal_[i];
+      restAmplitude_[i] = typical;
+    }
+    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
+      const auto whole = expectation(lattice, column, row, displacement_, labelled_);
+      if (!labelled_[i] && whole) place_[i] = nominal_[i] + whole->value;
+      rest_[i] = place_[i];
+      if (labelled_[i])
+        restAmplitude_[i] = std::max(amplitudeAt(layer.plane, layer.marker, place_[i].u, place_[i].v), 0.5F * typical);
+    }
+  }
+  std::fill(present_.begin(), present_.end(), std::uint8_t{1});
+}
+
+void Tracker::takeZero() {
+  if (poseWaits_) {
+    poseWaits_ = !finished_.put(pose_);
+    if (!poseWaits_) report(ZeroState::kTaken);
+  }
+  ZeroState requested = ZeroState::kRequested;
+  if (zeroState_.compare_exchange_strong(requested, ZeroState::kTaking, std::memory_order_relaxed)) {
+    taking_ = takingRequested_ = true;
+    taker_.start();
+  } else if (!haveRest_ && !taking_ && following_) {
+    taking_ = true;
+    takingRequested_ = false;
+    taker_.start();
+  }
+  if (!taking_) return;
+  const ZeroState state = taker_.add(place_, centres_, valid_);
+  if (state == ZeroState::kTaking) return;
+  taking_ = false;
+  if (state != ZeroState::kTaken) {
+    report(state);
+    return;
+  }
+  for (int i = 0; i < markers_; ++i) {
+    pose_.position_px[2 * i] = rest_[i].u;
+    pose_.position_px[2 * i + 1] = rest_[i].v;
+    pose_.amplitude[i] = restAmplitude_[i];
+  }
+  taker_.finish(pose_);
+  for (const Layer& layer : layers_) {
+    const Lattice& lattice = layer.lattice;
+    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+      displacement_[i] = Vector{pose_.position_px[2 * i], pose_.position_px[2 * i + 1]} - rest_[i];
+    }
+    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+      if (pose_.present[i]) continue;  // the others are put where their neighbours say
+      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
+      const auto moved = expectation(lattice, column, row, displacement_, pose_.present);
+      if (!moved) continue;
+      pose_.position_px[2 * i] += moved->value.u;
+      pose_.position_px[2 * i + 1] += moved->value.v;
+    }
+    pose_.crossTalk[layer.colour == sensor::Colour::kBlue ? 0 : 1] = layer.crossTalk.other;
+  }
+  pose_.taken_ns = realNow();
+  pose_.requested = takingRequested_;
+  pose_.id = idOf(pose_);
+  adopt(pose_);
+  verified_ = takingRequested_;
+  zeroWasRequested_ = takingRequested_;
+  poseWaits_ = !finished_.put(pose_);
+  if (!poseWaits_) report(ZeroState::kTaken);
+}
+
+/// Unless a new zero was asked for meanwhile.
+void Tracker::report(ZeroState state) {
+  ZeroState seen = zeroState_.load(std::memory_order_relaxed);
+  while (seen != ZeroState::kRequested &&
+         !zeroState_.compare_exchange_weak(seen, state, std::memory_order_release, std::memory_order_relaxed)) {
+  }
+}
+
+void Tracker::adopt(const RestPose& pose) {
+  for (int i = 0; i < markers_; ++i) {
+    rest_[i] = {pose.position_px[2 * i], pose.position_px[2 * i + 1]};
+    displacement_[i] = place_[i] - rest_[i];
+  }
+  restAmplitude_ = pose.amplitude;
+  present_ = pose.present;
+  noise_ = pose.noise;
+  zero_ = pose.id;
+  haveRest_ = true;
+  agreeing_ = 0;
+}
+
+void Tracker::write(const FrameInfo& info, bool relabelled, MarkerField& field) {
+  assert(field.valid.size() == static_cast<std::size_t>(markers_));
+  field.info = info;
+  field.zero = zero_;
+  field.validCount = 0;
+  double square = 0.0, expected = 0.0;
+  const float noise2 = noise_ * noise_, perZeroFrame = 1.0F / static_cast<float>(options_.zeroFrames);
+  for (int i = 0; i < markers_; ++i) {
+    const bool valid = valid_[i] && present_[i] && haveRest_;
+    field.valid[i] = valid ? 1 : 0;
+    if (!valid) {
+      field.displacement_px[2 * i] = field.displacement_px[2 * i + 1] = field.variance_px2[i] = 0.0F;
+      continue;
+    }
+    // The rest place's own error comes in with its share of the frames' variance at the amplitude of rest.
+    const float amplitude = centres_[i].amplitude / restAmplitude_[i];
+    const float variance = noise2 * centres_[i].variance * (1.0F + perZeroFrame * amplitude * amplitude);
+    field.displacement_px[2 * i] = displacement_[i].u;
+    field.displacement_px[2 * i + 1] = displacement_[i].v;
+    field.variance_px2[i] = variance;
+    ++field.validCount;
+    square += displacement_[i].squared();
+    expected += 2.0 * variance;
+  }
+  const bool few = field.validCount < options_.minValidFraction * markers_;
+  agreeing_ = !few && square < kAgreement * kAgreement * expected ? agreeing_ + 1 : 0;
+  if (zeroWasRequested_ && agreeing_ >= kAgreeingFrames) verified_ = true;
+  field.flags = (verified_ ? 0U : kZeroUnverified) | (few ? kFewMarkers : 0U) |
+                (info.discontinuity ? kDiscontinuity : 0U) | (relabelled ? kReacquiring : 0U);
+}
+
+}  // namespace tractiond::track

@@ -1,0 +1,151 @@
+// From pictures to marker displacements.
+#pragma once
+
+#include "daemon/base/error.h"
+#include "daemon/records/marker_field.h"
+#include "daemon/track/centre.h"
+#include "daemon/track/detection.h"
+#include "daemon/track/labelling.h"
+#include "daemon/track/lattice.h"
+#include "daemon/track/mailbox.h"
+#include "daemon/track/zero.h"
+#include "sensor/sensor.h"
+
+#include <tl/expected.hpp>
+
+#include <atomic>
+#include <span>
+#include <vector>
+
+namespace tractiond::track {
+
+struct TrackOptions {
+  int zeroFrames = 30;            ///< averaged for a rest pose: its error is then a fifth of one frame's
+  double minValidFraction = 0.5;  ///< of the markers; below, the field is flagged kFewMarkers and no zero is taken
+};
+
+enum class Outcome {
+  kTracked,     ///< the field holds this frame
+  kNoRestPose,  ///< the first rest pose is still being taken: there is nothing to displace from
+};
+
+/// What the tracker cannot do: more than two layers or two of one colour, a grid below 4 x 4, markers smaller than a
+/// pixel's width in radius or so large or close that their windows meet.
+tl::expected<void, Error> trackable(const sensor::Sensor& sensor);
+
+/// Thread-bound but for the three functions marked thread-safe. track() allocates nothing, except in the first frame in
+/// which markers are found.
+///
+/// A zero is verified, and the fields carry no kZeroUnverified, once
+/// - a zero was taken in this run because requestZero() was called, or
+/// - the restored rest pose had been requested, and since the start ten frames running have shown displacements no
+///   larger than three deviations of the noise (rms over the markers): the unloaded picture agrees with it.
+class Tracker {
+ public:
+  /// The sensor is trackable().
+  Tracker(const sensor::Sensor& sensor, const TrackOptions& options);
+
+  /// Before the first frame. The pose has as many markers as the sensor.
+  void restore(const RestPose& pose);
+
+  /// `field` has been sized for all markers. The frame has the size of the sensor's camera.
+  Outcome track(const Frame& frame, MarkerField& field);
+
+  /// Takes a new zero from the next frames; meanwhile the old one stays in force. Thread-safe.
+  void requestZero() { zeroState_.store(ZeroState::kRequested, std::memory_order_relaxed); }
+
+  /// Thread-safe. After kTaken the pose can be taken.
+  ZeroState zeroState() const { return zeroState_.load(std::memory_order_acquire); }
+
+  /// The newest finished rest pose, once, for keeping. Thread-safe, for one thread.
+  bool takeRestPose(RestPose& pose) { return finished_.take(pose); }
+
+ private:
+  struct Layer {
+    Lattice lattice;
+    sensor::Colour colour;
+    double radius_px;
+    bool nearer;  ///< to the camera than the other layer: its markers hide the other's
+    MarkerTemplate marker;
+    CrossTalk crossTalk;
+    Plane plane;  ///< of this frame
+    std::vector<Spot> spots;
+    Trust trust;
+  };
+
+  // One frame.
+  bool acquire();  ///< false: the picture could not be labelled
+  void follow();
+  void finishFrame(bool thorough);
+  void recover();
+  bool recoverOne(const Layer& layer, int marker, int column, int row);
+  bool searchAround(const Layer& layer, int marker, Vector place);
+  bool fitAt(const Layer& layer, int marker, Vector place);
+  bool accept(int marker, const Centre& centre, Vector expected);
+  void markOverlaps();
+  void guessLost();
+  void write(const FrameInfo& info, bool relabelled, MarkerField& field);
+
+  // The start and the zero.
+  void learnAppearance();
+  void assumeRest();
+  void takeZero();
+  void report(ZeroState state);
+  void adopt(const RestPose& pose);
+
+  bool wanted(int marker) const { return present_[marker] || taking_; }
+  int countValid() const;
+  int countWanted() const;
+  const Plane& otherPlane(const Layer& layer) const;
+
+  template <typename T>
+  std::span<T> ofLayer(std::vector<T>& all, const Layer& layer) {
+    return std::span(all).subspan(static_cast<std::size_t>(layer.lattice.first),
+                                  static_cast<std::size_t>(layer.lattice.count()));
+  }
+
+  TrackOptions options_;
+  int markers_;
+  std::vector<Layer> layers_;
+  std::vector<Vector> nominal_;  ///< where the markers are by the sensor's description [px]
+  float spacing_px_;
+
+  // The rest pose in force, or what stands in for it while the first is taken.
+  std::vector<Vector> rest_;
+  std::vector<float> restAmplitude_;
+  std::vector<std::uint8_t> present_;
+  float noise_;
+  Id zero_{};
+  bool haveRest_ = false, haveAppearance_ = false;
+  bool zeroWasRequested_ = false, verified_ = false;
+  int agreeing_ = 0;  ///< frames running that agree with the restored pose
+
+  // Per marker. A marker that is lost has a place too: where its neighbours say it is.
+  std::vector<Vector> place_, previous_, velocity_;
+  std::vector<Vector> displacement_, increment_;
+  std::vector<std::uint8_t> valid_, wasValid_, stepped_;  ///< stepped: valid now and in the frame before
+  std::vector<std::uint8_t> mixed_, attempts_;
+  std::vector<Vector> labelPlace_;
+  std::vector<std::uint8_t> labelled_;
+  std::vector<int> lostFor_;  ///< frames
+  std::vector<int> lost_;
+  std::vector<Guess> guesses_;
+  std::vector<Centre> centres_;
+  bool following_ = false;
+  int acquireIn_ = 0;  ///< frames until the next try
+  int searches_ = 0;   ///< wide searches left in this frame
+  unsigned frames_ = 0;
+
+  Detector detector_;
+  Labeller labeller_;
+  PointGrid grid_;
+
+  ZeroTaker taker_;
+  bool taking_ = false, takingRequested_ = false;
+  RestPose pose_;  ///< in the making, or waiting for the mailbox
+  bool poseWaits_ = false;
+  std::atomic<ZeroState> zeroState_{ZeroState::kNone};
+  Mailbox<RestPose> finished_;
+};
+
+}  // namespace tractiond::track

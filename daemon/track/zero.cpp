@@ -1,0 +1,144 @@
+// The pixel noise is taken from what it does: the scatter of the centres themselves, divided by what the template says
+// of unit noise. So shot noise, rounding and the camera's filters are in it, and the published variances are true. The
+// motion of the picture as a whole (vibration) is taken out first: it is no noise of a marker, and is averaged.
+#include "daemon/track/zero.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tractiond::track {
+
+namespace {
+
+constexpr double kPresent = 0.8;          // of the frames in which a marker must have been seen
+constexpr float kStill = 3.0F;            // deviations of the noise: a spread above is motion ...
+constexpr float kStill_px = 0.03F;        // ... if it is also above this
+constexpr double kMovers = 0.01;          // of the markers that may have moved (dust, a bubble)
+constexpr float kShake_px = 0.05F;        // rms of the whole picture's motion
+constexpr float kNoiseOverMisfit = 1.5F;  // the scatter of the centres cannot be noise if the pixels do not show it
+constexpr float kRounding = 0.3F;         // levels: noise of rounding to 8 bits
+
+}  // namespace
+
+const char* describe(ZeroState state) {
+  switch (state) {
+  case ZeroState::kNone:
+    return "no zero was asked for";
+  case ZeroState::kRequested:
+    return "zero asked for";
+  case ZeroState::kTaking:
+    return "zero being taken";
+  case ZeroState::kTaken:
+    return "zero taken";
+  case ZeroState::kMoving:
+    return "zero refused: markers moved while it was taken; keep the gel untouched and the camera still";
+  case ZeroState::kTooFew:
+    return "zero refused: too few markers were seen";
+  }
+  return "";
+}
+
+float ZeroTaker::Sums::spread2() const {
+  const auto n = static_cast<float>(count);
+  return 0.5F * (square - sum.squared() / n) / (n - 1.0F);
+}
+
+ZeroTaker::ZeroTaker(int markers, int frames, double minValidFraction)
+    : frames_(std::max(frames, 2))
+    , minValidFraction_(minValidFraction)
+    , sums_(static_cast<std::size_t>(markers)) {
+  ratios_.reserve(sums_.size());
+}
+
+void ZeroTaker::start() {
+  std::fill(sums_.begin(), sums_.end(), Sums{});
+  seen_ = 0;
+  common_ = {};
+  commonSquare_ = 0.0F;
+  misfit_ = 0.0;
+}
+
+ZeroState ZeroTaker::add(std::span<const Vector> place_px, std::span<const Centre> centres,
+                         std::span<const std::uint8_t> valid) {
+  Vector common;
+  double misfit = 0.0;
+  int known = 0, seen = 0;
+  for (std::size_t i = 0; i < sums_.size(); ++i) {
+    if (!valid[i]) continue;
+    ++seen;
+    misfit += centres[i].misfit;
+    if (sums_[i].count == 0) continue;
+    common = common + (place_px[i] - sums_[i].origin);
+    ++known;
+  }
+  if (seen < minValidFraction_ * static_cast<double>(sums_.size())) return ZeroState::kTooFew;
+  if (known > 0) common = (1.0F / static_cast<float>(known)) * common;
+  for (std::size_t i = 0; i < sums_.size(); ++i) {
+    if (!valid[i]) continue;
+    Sums& sums = sums_[i];
+    if (sums.count == 0) sums.origin = place_px[i] - common;
+    const Vector moved = place_px[i] - sums.origin - common;
+    sums.sum = sums.sum + moved;
+    sums.square += moved.squared();
+    sums.amplitude += centres[i].amplitude;
+    sums.variance += centres[i].variance;
+    ++sums.count;
+  }
+  common_ = common_ + common;
+  commonSquare_ += common.squared();
+  misfit_ += misfit / seen;
+  if (++seen_ < frames_) return ZeroState::kTaking;
+  return moved() ? ZeroState::kMoving : ZeroState::kTaken;
+}
+
+bool ZeroTaker::moved() {
+  const auto frames = static_cast<float>(frames_);
+  if (commonSquare_ / frames - common_.squared() / (frames * frames) > kShake_px * kShake_px) return true;
+
+  // The median ratio of spread to what unit noise would give is the noise, whoever moved.
+  ratios_.clear();
+  for (const Sums& sums : sums_) {
+    if (sums.count >= kPresent * frames_) {
+      ratios_.push_back(sums.spread2() / (sums.variance / static_cast<float>(sums.count)));
+    }
+  }
+  if (ratios_.empty()) return true;
+  const auto middle = ratios_.begin() + static_cast<std::ptrdiff_t>(ratios_.size() / 2);
+  std::nth_element(ratios_.begin(), middle, ratios_.end());
+  const float median = *middle;
+  const auto ceiling = static_cast<float>(misfit_ / frames_) + kRounding * kRounding;
+  if (median > kNoiseOverMisfit * kNoiseOverMisfit * ceiling) return true;
+
+  int movers = 0;
+  double sum = 0.0;
+  for (const Sums& sums : sums_) {
+    if (sums.count < kPresent * frames_) continue;
+    const float spread2 = sums.spread2(), perNoise = sums.variance / static_cast<float>(sums.count);
+    const float limit = kStill * std::sqrt(median * perNoise);
+    if (spread2 > limit * limit + kStill_px * kStill_px) {
+      ++movers;
+    } else {
+      sum += spread2 / perNoise;
+    }
+  }
+  if (movers > kMovers * static_cast<double>(ratios_.size())) return true;
+  noise_ = static_cast<float>(std::sqrt(sum / (static_cast<double>(ratios_.size()) - movers)));
+  return false;
+}
+
+void ZeroTaker::finish(RestPose& pose) const {
+  const Vector common = (1.0F / static_cast<float>(frames_)) * common_;
+  for (std::size_t i = 0; i < sums_.size(); ++i) {
+    const Sums& sums = sums_[i];
+    pose.present[i] = sums.count >= kPresent * frames_ ? 1 : 0;
+    if (!pose.present[i]) continue;
+    const float inverse = 1.0F / static_cast<float>(sums.count);
+    const Vector place = sums.origin + inverse * sums.sum + common;
+    pose.position_px[2 * i] = place.u;
+    pose.position_px[2 * i + 1] = place.v;
+    pose.amplitude[i] = inverse * sums.amplitude;
+  }
+  pose.noise = std::max(noise_, kRounding);
+}
+
+}  // namespace tractiond::track

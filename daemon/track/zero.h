@@ -1,0 +1,64 @@
+// Taking the rest pose: markers watched over N frames, averaged if they kept still.
+#pragma once
+
+#include "daemon/records/marker_field.h"
+#include "daemon/track/centre.h"
+#include "daemon/track/lattice.h"
+
+#include <span>
+#include <vector>
+
+namespace tractiond::track {
+
+/// What became of the last zero.
+enum class ZeroState {
+  kNone,       ///< none was asked for
+  kRequested,  ///< asked for, not begun yet
+  kTaking,     ///< frames are being averaged
+  kTaken,      ///< done: it is in force
+  kMoving,     ///< refused: markers moved more than their noise while the frames were taken
+  kTooFew,     ///< refused: too few markers were seen
+};
+
+/// One line for people.
+const char* describe(ZeroState state);
+
+/// Thread-bound. Allocates only in the constructor.
+class ZeroTaker {
+ public:
+  ZeroTaker(int markers, int frames, double minValidFraction);
+
+  void start();
+
+  /// One frame. kTaking until enough were seen, then kTaken or why not.
+  ZeroState add(std::span<const Vector> place_px, std::span<const Centre> centres, std::span<const std::uint8_t> valid);
+
+  /// After kTaken: position, amplitude, present, noise. Positions of absent markers are left as they are.
+  void finish(RestPose& pose) const;
+
+ private:
+  struct Sums {
+    Vector origin;        ///< first place [px]
+    Vector sum;           ///< of what follows, from the origin, less the whole picture's motion [px]
+    float square = 0.0F;  ///< [px^2]
+    float amplitude = 0.0F;
+    float variance = 0.0F;  ///< for unit noise
+    int count = 0;
+
+    float spread2() const;  ///< sample variance of a coordinate [px^2]
+  };
+
+  bool moved();
+
+  int frames_;
+  double minValidFraction_;
+  int seen_ = 0;
+  std::vector<Sums> sums_;
+  std::vector<float> ratios_;
+  Vector common_;  ///< sum of the whole picture's motion
+  float commonSquare_ = 0.0F;
+  double misfit_ = 0.0;  ///< sum over frames of the mean misfit [levels^2]
+  float noise_ = 0.0F;
+};
+
+}  // namespace tractiond::track

@@ -1,0 +1,153 @@
+// Pictures of a gel whose markers are where the test says.
+#pragma once
+
+#include "daemon/track/tracker.h"
+#include "twin/renderer.h"
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+#include <vector>
+
+namespace tractiond::track {
+
+/// A smooth bump: the displacement [px] of what rests at a place in the picture.
+struct Bump {
+  Eigen::Vector2d centre = {319.5, 239.5};
+  double width_px = 45.0;
+  Eigen::Vector2d peak_px = Eigen::Vector2d::Zero();
+
+  Eigen::Vector2d operator()(const Eigen::Vector2d& place) const {
+    return peak_px * std::exp(-0.5 * (place - centre).squaredNorm() / (width_px * width_px));
+  }
+};
+
+class Scene {
+ public:
+  using Field = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
+
+  explicit Scene(const twin::Optics& optics = {}, twin::Format format = twin::Format::kRgb8,
+                 const sensor::Sensor& s = {})
+      : sensor(s)
+      , format_(format)
+      , renderer_(s, optics, format)
+      , picture_(renderer_.pictureSize()) {
+    const sensor::Projection project(s.camera, s.gel.size.z());
+    const sensor::Points points = sensor::markerPositions(s.layers);
+    rest.resize(2, points.cols());
+    for (Eigen::Index i = 0; i < points.cols(); ++i) rest.col(i) = project(points.col(i));
+    now = rest;
+  }
+
+  int markers() const { return static_cast<int>(rest.cols()); }
+
+  /// Takes a share of the markers away for good.
+  void remove(double share, unsigned seed) {
+    std::mt19937 generator(seed);
+    std::bernoulli_distribution gone(share);
+    for (Eigen::Index i = 0; i < rest.cols(); ++i) {
+      if (gone(generator)) rest.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+    now = rest;
+  }
+
+  /// Markers go from rest to rest + field(rest); blue ones, which are deeper below the touch, by `blueShare` of it.
+  void displace(const Field& field, double blueShare = 1.0) {
+    for (Eigen::Index i = 0; i < rest.cols(); ++i) {
+      const double share = i < sensor.layers[0].count() ? blueShare : 1.0;
+      now.col(i) = rest.col(i) + share * field(rest.col(i));
+    }
+  }
+
+  /// The picture of `now`, with its own noise.
+  const Frame& shoot(bool discontinuity = false) {
+    renderer_.render(now, ++shots_, picture_);
+    frame_.info.cameraFrameId = frame_.info.frameNumber = shots_;
+    frame_.info.discontinuity = discontinuity;
+    frame_.data = picture_.data();
+    frame_.size = picture_.size();
+    frame_.width = sensor.camera.width;
+    frame_.height = sensor.camera.height;
+    frame_.stride = frame_.width * (twin::isBayer(format_) ? 1 : 3);
+    frame_.format = static_cast<PixelFormat>(format_);
+    return frame_;
+  }
+
+  /// A disc of brightness over what was shot last, in all colours.
+  void smear(double u, double v, double radius_px, std::uint8_t level) {
+    const int step = twin::isBayer(format_) ? 1 : 3;
+    for (int y = 0; y < frame_.height; ++y) {
+      for (int x = 0; x < frame_.width; ++x) {
+        if (std::hypot(x - u, y - v) > radius_px) continue;
+        for (int k = 0; k < step; ++k) picture_[static_cast<std::size_t>(y * frame_.stride + x * step + k)] = level;
+      }
+    }
+  }
+
+  sensor::Sensor sensor;
+  Eigen::Matrix2Xd rest, now;  ///< px; not finite: not there
+
+ private:
+  twin::Format format_;
+  twin::Renderer renderer_;
+  std::vector<std::uint8_t> picture_;
+  Frame frame_;
+  std::uint32_t shots_ = 0;
+};
+
+/// How a field compares with the truth.
+struct Comparison {
+  int valid = 0;
+  int wrong = 0;         ///< valid, but off by more than half a pixel
+  double rms_px = 0.0;   ///< of the others, per coordinate
+  double bias_px = 0.0;  ///< length of their mean error
+  double ratio = 0.0;    ///< mean squared error over mean variance
+};
+
+inline Comparison compare(const Scene& scene, const MarkerField& field) {
+  Comparison result;
+  double square = 0.0, variance = 0.0;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (int i = 0; i < scene.markers(); ++i) {
+    if (!field.valid[i]) continue;
+    ++result.valid;
+    const Eigen::Vector2d measured(field.displacement_px[2 * i], field.displacement_px[2 * i + 1]);
+    const Eigen::Vector2d error = measured - (scene.now.col(i) - scene.rest.col(i));
+    if (!(error.norm() < 0.5)) {
+      ++result.wrong;
+      continue;
+    }
+    square += error.squaredNorm();
+    variance += 2.0 * field.variance_px2[i];
+    sum += error;
+  }
+  const int right = std::max(result.valid - result.wrong, 1);
+  result.rms_px = std::sqrt(square / (2.0 * right));
+  result.bias_px = sum.norm() / right;
+  result.ratio = square / variance;
+  return result;
+}
+
+/// A tracker, and the field it writes.
+struct Tracking {
+  explicit Tracking(const Scene& scene, const TrackOptions& options = {})
+      : tracker(scene.sensor, options) {
+    field.resize(scene.markers());
+  }
+
+  Outcome operator()(const Frame& frame) { return tracker.track(frame, field); }
+
+  /// Shoots until there is a rest pose; at most `frames`.
+  bool start(Scene& scene, int frames = 40) {
+    for (int i = 0; i < frames; ++i) {
+      if ((*this)(scene.shoot()) == Outcome::kTracked) return true;
+    }
+    return false;
+  }
+
+  Tracker tracker;
+  MarkerField field;
+};
+
+}  // namespace tractiond::track
