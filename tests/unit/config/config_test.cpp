@@ -1,0 +1,170 @@
+#include "daemon/config.h"
+#include "daemon/config_toml.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <sstream>
+
+namespace tractiond {
+namespace {
+
+tl::expected<Config, Error> parsed(const std::string& text) {
+  std::istringstream stream(text);
+  return parseConfig(stream, "test.toml");
+}
+
+/// The line of the error, "" where there is none.
+std::string errorOf(const std::string& text) {
+  const auto config = parsed(text);
+  if (config) return "";
+  EXPECT_EQ(config.error().exitCode, EX_CONFIG);
+  return config.error().message();
+}
+
+TEST(Config, OfAnEmptyFileIsTheDefault) {
+  const auto config = parsed("");
+  ASSERT_TRUE(config);
+  EXPECT_EQ(configText(*config), configText(Config{}));
+}
+
+TEST(Config, ShippedFileIsTheDefaultsWithEveryKey) {
+  std::ifstream stream(CONFIG_FILE);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  EXPECT_EQ(text, configText(Config{})) << "run: tractiond --print-config > config/tractiond.toml";
+}
+
+TEST(Config, PrintedTextReadsBackToTheSame) {
+  auto config = parsed(R"(
+[sensor]
+name = "left-1"
+gel_file = 'a "quoted" \ path'
+[camera]
+wait = false
+gain = 1.5
+packet_socket = "auto"
+exposure_us = 333.25
+[camera.features]
+Zulu = 1
+Alpha = 2.0
+"With space" = "text"
+Mike = true
+[solve]
+model = "half-space"
+regularisation = 0.00123
+[publish]
+stream = ["tcp://*:1234", "ipc:///run/x"]
+)");
+  ASSERT_TRUE(config) << config.error().message();
+  const std::string text = configText(*config);
+  const auto again = parsed(text);
+  ASSERT_TRUE(again) << again.error().message();
+  EXPECT_EQ(configText(*again), text);
+  EXPECT_EQ(again->sensor.gelFile, "a \"quoted\" \\ path");
+  EXPECT_EQ(again->camera.gain, 1.5);
+  EXPECT_EQ(again->camera.packetSocket, capture::PacketSocket::kAuto);
+  EXPECT_EQ(again->solve.regularisation, 0.00123);
+  EXPECT_EQ(again->publish.stream.size(), 2U);
+}
+
+TEST(Config, KeepsTheFeaturesInTheOrderOfTheFile) {
+  const auto config = parsed("[camera.features]\nZulu = 1\nAlpha = 2.0\nMike = \"m\"\nBravo = true\n");
+  ASSERT_TRUE(config);
+  const auto& features = config->camera.features;
+  ASSERT_EQ(features.size(), 4U);
+  EXPECT_EQ(features[0].name, "Zulu");
+  EXPECT_EQ(std::get<std::int64_t>(features[0].value), 1);
+  EXPECT_EQ(features[1].name, "Alpha");
+  EXPECT_EQ(std::get<double>(features[1].value), 2.0);
+  EXPECT_EQ(std::get<std::string>(features[2].value), "m");
+  EXPECT_TRUE(std::get<bool>(features[3].value));
+}
+
+TEST(Config, EveryKeyHasHelpAndStandsOnce) {
+  Config config;
+  std::set<std::string> seen;
+  for (const Key& key : keysOf(config)) {
+    EXPECT_FALSE(key.help.empty()) << key.name;
+    EXPECT_TRUE(seen.insert(std::string(key.section) + "." + std::string(key.name)).second) << key.name;
+  }
+}
+
+TEST(Config, EveryNumberIsRefusedOutsideItsRange) {
+  Config config;
+  int numbers = 0;
+  for (const Key& key : keysOf(config)) {
+    if (key.range.least == key.range.most) continue;
+    ++numbers;
+    const bool whole = std::holds_alternative<int*>(key.value);
+    for (const double beyond : {key.range.least - 1, key.range.most + 1}) {
+      const std::string value = whole ? std::to_string(static_cast<std::int64_t>(beyond)) : std::to_string(beyond);
+      const std::string section(key.section), name(key.name);
+      const std::string error = errorOf("[" + section + "]\n\n" + name + " = " + value + "\n");
+      EXPECT_EQ(error.rfind("test.toml:3: " + section + "." + name + " = ", 0), 0U) << error;
+      EXPECT_NE(error.find("must be between"), std::string::npos) << error;
+    }
+  }
+  EXPECT_GT(numbers, 10);
+}
+
+TEST(Config, EveryKeyIsRefusedWithAWrongType) {
+  Config config;
+  for (const Key& key : keysOf(config)) {
+    const std::string error =
+        errorOf("[" + std::string(key.section) + "]\n" + std::string(key.name) + " = 1979-05-27\n");
+    EXPECT_EQ(error.rfind("test.toml:2: " + std::string(key.section) + "." + std::string(key.name) + " must be ", 0),
+              0U)
+        << error;
+  }
+}
+
+TEST(Config, NamesTheNearestKeyOfAnUnknownOne) {
+  EXPECT_EQ(errorOf("[camera]\nid = \"x\"\npaket_size_bytes = 9000\n"),
+            "test.toml:3: unknown key 'camera.paket_size_bytes'; the nearest known key is 'camera.packet_size_bytes'");
+  EXPECT_EQ(errorOf("[camra]\nid = \"x\"\n"), "test.toml:1: unknown key 'camra'; the nearest known key is 'camera'");
+  EXPECT_EQ(errorOf("wait = true\n").rfind("test.toml:1: unknown key 'wait'", 0), 0U);
+}
+
+TEST(Config, RefusesWhatIsNotToml) {
+  EXPECT_EQ(errorOf("[camera]\nid = \n").rfind("test.toml:2: ", 0), 0U);
+  EXPECT_EQ(errorOf("[camera]\nwait = true\nwait = false\n").rfind("test.toml:3: ", 0), 0U);
+  EXPECT_NE(errorOf(std::string("\xff\xfe\0\1", 4)), "");
+}
+
+TEST(Config, RefusesAWordThatIsNoneOfThoseKnown) {
+  EXPECT_EQ(errorOf("[solve]\nmodel = \"sphere\"\n"),
+            "test.toml:2: solve.model = \"sphere\" must be one of \"block\", \"half-space\"");
+  EXPECT_NE(errorOf("[camera]\npixel_format = \"Mono8\"\n"), "");
+  EXPECT_NE(errorOf("[log]\nlevel = \"loud\"\n"), "");
+}
+
+TEST(Config, RefusesNamesAndEndpointsThatCannotBe) {
+  EXPECT_NE(errorOf("[sensor]\nname = \"with space\"\n"), "");
+  EXPECT_NE(errorOf("[sensor]\nname = \"a/b\"\n"), "");
+  EXPECT_EQ(errorOf("[publish]\n\nstream = [\"udp://x\"]\n"),
+            "test.toml:3: publish.stream holds \"udp://x\", which is neither tcp://ADDRESS:PORT nor ipc://PATH");
+  EXPECT_NE(errorOf("[publish]\nstream = [1]\n"), "");
+}
+
+TEST(Config, RefusesNumbersThatAreNone) {
+  EXPECT_NE(errorOf("[solve]\nregularisation = nan\n"), "");
+  EXPECT_NE(errorOf("[camera]\nexposure_us = inf\n"), "");
+  EXPECT_NE(errorOf("[camera]\nbuffers = 10.5\n"), "");
+  EXPECT_NE(errorOf("[camera.features]\nGain = [1]\n"), "");
+}
+
+TEST(Config, ThatCannotBeReadIsNoInput) {
+  const auto missing = loadConfig("/nowhere/tractiond.toml");
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().exitCode, EX_NOINPUT);
+  EXPECT_NE(missing.error().message().find("/nowhere/tractiond.toml"), std::string::npos);
+  const auto directory = loadConfig(std::filesystem::temp_directory_path());
+  ASSERT_FALSE(directory);
+  EXPECT_EQ(directory.error().exitCode, EX_NOINPUT);
+}
+
+}  // namespace
+}  // namespace tractiond
