@@ -30,7 +30,7 @@ constexpr std::uint32_t kAlgorithmVersion = 1;
 constexpr std::uint32_t kFormatVersion = 1;
 constexpr std::array<char, 8> kMagic = {'t', 'r', 'a', 'c', 't', 'i', 'n', 'v'};
 
-constexpr std::size_t kKeptFiles = 4;
+constexpr std::size_t kKeptOthers = 3;
 constexpr const char* kExtension = ".inverse";
 constexpr const char* kUnfinished = ".unfinished";  // added to the name while the file is written
 
@@ -114,17 +114,17 @@ void resize(Inverse& inverse, const Header& header) {
   inverse.hat.resize(coordinates * (coordinates + 1) / 2);
 }
 
-/// Deletes what an interrupted save left behind and all caches but the newest.
-void prune(const fs::path& directory, const Remark& remark) {
+/// Deletes what an interrupted save left behind and all caches but `saved` and the newest others.
+void prune(const fs::path& saved, const Remark& remark) {
   std::error_code error;
   std::vector<std::pair<fs::file_time_type, fs::path>> files;
-  for (const auto& entry : fs::directory_iterator(directory, error)) {
+  for (const auto& entry : fs::directory_iterator(saved.parent_path(), error)) {
     const fs::path& path = entry.path();
-    if (path.extension() == kExtension) files.emplace_back(entry.last_write_time(error), path);
+    if (path.extension() == kExtension && path != saved) files.emplace_back(entry.last_write_time(error), path);
     if (path.extension() == kUnfinished && path.stem().extension() == kExtension) fs::remove(path, error);
   }
   std::sort(files.rbegin(), files.rend());
-  for (std::size_t i = kKeptFiles; i < files.size(); ++i) {
+  for (std::size_t i = kKeptOthers; i < files.size(); ++i) {
     if (fs::remove(files[i].second, error)) remark("deleted the old cache " + files[i].second.string());
   }
 }
@@ -186,7 +186,7 @@ tl::expected<Inverse, Error> loadOrCompute(const sensor::Sensor& sensor, const S
   if (const auto saved = saveInverse(path, *inverse); !saved) {
     say("the inverse is not cached and will be computed again at the next start: " + saved.error());
   } else {
-    prune(stateDirectory, say);
+    prune(path, say);
   }
   return inverse;
 }

@@ -1,0 +1,82 @@
+// Counts every call of operator new in this program.
+#include "daemon/solve/solver.h"
+#include "tests/unit/solve/sensors.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+namespace {
+
+std::atomic<int> allocations{0};
+
+void* allocate(std::size_t size, std::size_t alignment = alignof(std::max_align_t)) {
+  ++allocations;
+  const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
+  if (void* memory = std::aligned_alloc(alignment, rounded > 0 ? rounded : alignment)) return memory;
+  throw std::bad_alloc();
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  return allocate(size);
+}
+void* operator new[](std::size_t size) {
+  return allocate(size);
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return allocate(size, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+  std::free(memory);
+}
+
+namespace tractiond::solve {
+namespace {
+
+TEST(Solver, AllocatesNothingWhateverIsMissing) {
+  const sensor::Sensor sensor = smallSensor();
+  const Eigen::MatrixXd influence = halfSpaceImage(sensor, sensor::nodePositions(sensor.nodes));
+  const SolveOptions options;
+  const Inverse inverse = computeInverse(influence, options).value();
+  Solver solver(inverse, sensor.nodes, options);
+  TractionField forces;
+  forces.resize(sensor.markerCount(), sensor.nodes.count());
+  const MarkerField whole = fieldOf(influence * Eigen::VectorXd::Ones(influence.cols()));
+  MarkerField some = whole, others = whole, most = whole;
+  const int capacity = static_cast<int>(options.maxMissingFraction * sensor.markerCount());
+  for (int i = 0; i < capacity; ++i) {
+    loseMarker(some, i);
+    loseMarker(others, sensor.markerCount() - 1 - i);
+  }
+  for (int i = 0; i <= capacity; ++i) loseMarker(most, i);
+
+  const MarkerField* const fields[] = {&whole, &some, &others, &most, &whole};
+  const int before = allocations;
+  for (const MarkerField* field : fields) {
+    solver.solve(*field, forces);
+    EXPECT_EQ(allocations, before);
+    EXPECT_EQ(forces.valid, field != &most);
+  }
+}
+
+}  // namespace
+}  // namespace tractiond::solve
