@@ -16,6 +16,14 @@ namespace tractiond {
 
 using Hash128 = std::array<std::uint8_t, 16>;
 
+inline Hash128 canonical(XXH128_hash_t number) {
+  XXH128_canonical_t digits;
+  XXH128_canonicalFromHash(&digits, number);
+  Hash128 hash;
+  std::memcpy(hash.data(), digits.digest, hash.size());
+  return hash;
+}
+
 /// Feeds values one after another; the result depends on their bytes, lengths and order.
 class Hasher {
  public:
@@ -41,22 +49,15 @@ class Hasher {
   void text(std::string_view text) { range(std::span<const char>(text.data(), text.size())); }
 
   /// Big endian, as XXH3 prints it. May be called in between.
-  Hash128 digest() const {
-    XXH128_canonical_t canonical;
-    XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(state_.get()));
-    Hash128 hash;
-    std::memcpy(hash.data(), canonical.digest, hash.size());
-    return hash;
-  }
+  Hash128 digest() const { return canonical(XXH3_128bits_digest(state_.get())); }
 
  private:
   std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state_;
 };
 
+/// Allocates nothing.
 inline Hash128 hash128(const void* data, std::size_t size) {
-  Hasher hasher;
-  hasher.bytes(data, size);
-  return hasher.digest();
+  return canonical(XXH3_128bits(data, size));
 }
 
 /// 32 lower-case digits.

@@ -1,0 +1,70 @@
+// Small files that are read whole and replaced whole.
+#pragma once
+
+#include <fcntl.h>
+#include <tl/expected.hpp>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <system_error>
+#include <vector>
+
+namespace tractiond {
+
+/// All bytes of a file. Fails with the reason.
+inline tl::expected<std::vector<char>, std::error_code> readWholeFile(const std::filesystem::path& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return tl::unexpected(std::error_code(errno, std::generic_category()));
+  std::vector<char> bytes;
+  std::size_t size = 0;
+  for (;;) {
+    bytes.resize(size + 65536);
+    const ssize_t count = read(file, bytes.data() + size, bytes.size() - size);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) {
+      const std::error_code error(errno, std::generic_category());
+      close(file);
+      return tl::unexpected(error);
+    }
+    size += static_cast<std::size_t>(count);
+    if (count == 0) break;
+  }
+  close(file);
+  bytes.resize(size);
+  return bytes;
+}
+
+/// All or nothing, also through a loss of power: written beside the file, synchronised, then renamed over it.
+inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::span<const char> bytes) {
+  const std::filesystem::path unfinished = path.string() + ".unfinished";
+  const auto failed = [&unfinished](int file) {
+    const std::error_code error(errno, std::generic_category());
+    if (file >= 0) close(file);
+    unlink(unfinished.c_str());
+    return error;
+  };
+  const int file = open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (file < 0) return failed(file);
+  while (!bytes.empty()) {
+    const ssize_t count = write(file, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return failed(file);
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+  if (fsync(file) != 0) return failed(file);
+  if (close(file) != 0) return failed(-1);
+  if (rename(unfinished.c_str(), path.c_str()) != 0) return failed(-1);
+  const std::filesystem::path parent = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  const int directory = open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (directory >= 0) {  // the new name is to be on the disk, too; the file is in place in any case
+    fsync(directory);
+    close(directory);
+  }
+  return {};
+}
+
+}  // namespace tractiond

@@ -1,0 +1,156 @@
+// Header, arrays, checksum of all before it; in the machine's byte order, since the state stays on its machine.
+#include "daemon/track/rest_pose_file.h"
+
+#include "daemon/base/hash.h"
+#include "daemon/base/whole_file.h"
+#include "daemon/track/plane.h"
+#include "daemon/track/rest_pose.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace tractiond::track {
+
+namespace {
+
+constexpr std::array<char, 8> kMagic = {'t', 'r', 'a', 'c', 'r', 'e', 's', 't'};
+constexpr std::uint32_t kVersion = 1;
+
+struct Header {
+  std::array<char, 8> magic = kMagic;
+  std::uint32_t version = kVersion;
+  std::uint32_t markers = 0;
+  Id owner{};
+  Id id{};
+  std::int64_t taken_ns = 0;
+  float noise = 0.0F;
+  std::array<float, 2> crossTalk{};
+  std::uint32_t requested = 0;
+};
+static_assert(sizeof(Header) == 72);  // no padding
+
+template <typename T>
+void append(std::vector<char>& bytes, const T* data, std::size_t count) {
+  const auto* first = reinterpret_cast<const char*>(data);
+  bytes.insert(bytes.end(), first, first + count * sizeof(T));
+}
+
+std::size_t bodySize(std::size_t markers) {
+  return markers * (3 * sizeof(float) + 1);
+}
+
+bool sane(const RestPose& pose) {
+  const auto finite = [](float value) { return std::isfinite(value); };
+  return std::all_of(pose.position_px.begin(), pose.position_px.end(), finite) &&
+         std::all_of(pose.amplitude.begin(), pose.amplitude.end(), finite) &&
+         std::all_of(pose.present.begin(), pose.present.end(), [](std::uint8_t present) { return present <= 1; }) &&
+         std::isfinite(pose.noise) && pose.noise > 0.0F;
+}
+
+}  // namespace
+
+std::filesystem::path restPosePath(const std::filesystem::path& stateDirectory) {
+  return stateDirectory / "rest.pose";
+}
+
+Id restPoseOwner(const sensor::Sensor& sensor, PixelFormat format) {
+  Hasher hasher;
+  hasher.value(static_cast<std::uint64_t>(sensor.layers.size()));
+  for (const sensor::MarkerLayer& layer : sensor.layers) {
+    hasher.value(layer.colour);
+    hasher.value(layer.columns);
+    hasher.value(layer.rows);
+    hasher.value(layer.pitch);
+    hasher.value(layer.depth);
+    hasher.value(layer.diameter);
+    hasher.value(layer.centre.x());
+    hasher.value(layer.centre.y());
+  }
+  hasher.value(sensor.camera.width);
+  hasher.value(sensor.camera.height);
+  hasher.value(isBayer(format) ? 1 : 0);
+  return hasher.digest();
+}
+
+tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem::path& path,
+                                                          const sensor::Sensor& sensor, PixelFormat format) {
+  const auto refuse = [&path](int exitCode, const std::string& reason) {
+    return tl::make_unexpected(Error{exitCode, "the rest pose " + reason, path.string(),
+                                     "leave the gel untouched and take a new zero (tractionctl zero)"});
+  };
+  const auto bytes = readWholeFile(path);
+  if (!bytes) {
+    if (bytes.error() == std::errc::no_such_file_or_directory) return std::nullopt;
+    return refuse(EX_NOINPUT, "cannot be read: " + bytes.error().message());
+  }
+  Header header;
+  if (bytes->size() < sizeof header) return refuse(EX_DATAERR, "is cut short");
+  std::memcpy(&header, bytes->data(), sizeof header);
+  if (header.magic != kMagic) return refuse(EX_DATAERR, "is not one: its first bytes are foreign");
+  if (header.version != kVersion) {
+    return refuse(EX_DATAERR, "has version " + std::to_string(header.version) + ", this program writes " +
+                                  std::to_string(kVersion));
+  }
+  const std::size_t whole = sizeof header + bodySize(header.markers) + sizeof(Hash128);
+  if (bytes->size() < whole) return refuse(EX_DATAERR, "is cut short");
+  if (bytes->size() > whole) return refuse(EX_DATAERR, "is damaged: too long");
+  Hash128 checksum;
+  std::memcpy(checksum.data(), bytes->data() + whole - checksum.size(), checksum.size());
+  if (hash128(bytes->data(), whole - checksum.size()) != checksum) {
+    return refuse(EX_DATAERR, "is damaged: its checksum does not fit");
+  }
+  if (header.owner != restPoseOwner(sensor, format) ||
+      header.markers != static_cast<std::uint32_t>(sensor.markerCount())) {
+    return refuse(EX_DATAERR, "belongs to other marker layers or another picture format");
+  }
+
+  RestPose pose;
+  pose.position_px.resize(2 * header.markers);
+  pose.amplitude.resize(header.markers);
+  pose.present.resize(header.markers);
+  const char* next = bytes->data() + sizeof header;
+  const auto read = [&next](auto& values) {
+    std::memcpy(values.data(), next, values.size() * sizeof values[0]);
+    next += values.size() * sizeof values[0];
+  };
+  read(pose.position_px);
+  read(pose.amplitude);
+  read(pose.present);
+  pose.noise = header.noise;
+  pose.crossTalk = header.crossTalk;
+  pose.taken_ns = header.taken_ns;
+  pose.requested = header.requested != 0;
+  pose.id = header.id;
+  if (!sane(pose) || idOf(pose) != pose.id) return refuse(EX_DATAERR, "is damaged: its numbers make no sense");
+  return pose;
+}
+
+tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const RestPose& pose,
+                                       const sensor::Sensor& sensor, PixelFormat format) {
+  Header header;
+  header.markers = static_cast<std::uint32_t>(pose.amplitude.size());
+  header.owner = restPoseOwner(sensor, format);
+  header.id = pose.id;
+  header.taken_ns = pose.taken_ns;
+  header.noise = pose.noise;
+  header.crossTalk = pose.crossTalk;
+  header.requested = pose.requested ? 1 : 0;
+
+  std::vector<char> bytes;
+  append(bytes, &header, 1);
+  append(bytes, pose.position_px.data(), pose.position_px.size());
+  append(bytes, pose.amplitude.data(), pose.amplitude.size());
+  append(bytes, pose.present.data(), pose.present.size());
+  const Hash128 checksum = hash128(bytes.data(), bytes.size());
+  append(bytes, checksum.data(), checksum.size());
+
+  std::error_code error;
+  if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
+  if (!error) error = replaceWholeFile(path, bytes);
+  if (!error) return {};
+  return tl::make_unexpected(Error{EX_CANTCREAT, "the rest pose cannot be written: " + error.message(), path.string(),
+                                   "until it can, a restart takes its zero anew"});
+}
+
+}  // namespace tractiond::track

@@ -1,0 +1,30 @@
+// The rest pose in the state directory: what lets a restart keep the load.
+#pragma once
+
+#include "daemon/base/error.h"
+#include "daemon/records/frame.h"
+#include "daemon/records/marker_field.h"
+#include "sensor/sensor.h"
+
+#include <tl/expected.hpp>
+
+#include <filesystem>
+#include <optional>
+
+namespace tractiond::track {
+
+std::filesystem::path restPosePath(const std::filesystem::path& stateDirectory);
+
+/// Hash of what a rest pose belongs to: the marker layers, the size of the picture, mosaic or not.
+Id restPoseOwner(const sensor::Sensor& sensor, PixelFormat format);
+
+/// Nothing where there is no file. Fails (EX_DATAERR, EX_NOINPUT) where the file cannot be read, is cut short, damaged,
+/// of another version or of another sensor or picture: then a zero must be taken anew.
+tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem::path& path,
+                                                          const sensor::Sensor& sensor, PixelFormat format);
+
+/// All or nothing; on the disk when it returns. Makes the directory if it is missing. Fails with EX_CANTCREAT.
+tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const RestPose& pose,
+                                       const sensor::Sensor& sensor, PixelFormat format);
+
+}  // namespace tractiond::track
