@@ -1,0 +1,324 @@
+#include "client/cli/json.h"
+
+#include <charconv>
+#include <cmath>
+
+namespace traction::cli {
+
+namespace {
+
+/// Writes values one after another; knows where a comma belongs.
+class Json {
+ public:
+  Json& key(std::string_view name) {
+    separate();
+    quote(name);
+    text_ += ':';
+    first_ = true;
+    return *this;
+  }
+
+  template <typename Number>
+  Json& number(Number value) {
+    separate();
+    if constexpr (std::is_floating_point_v<Number>) {
+      if (!std::isfinite(value)) {
+        text_ += "null";
+        return *this;
+      }
+    }
+    std::array<char, 32> digits;
+    text_.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr);
+    return *this;
+  }
+  Json& boolean(bool value) {
+    separate();
+    text_ += value ? "true" : "false";
+    return *this;
+  }
+  Json& string(std::string_view value) {
+    separate();
+    quote(value);
+    return *this;
+  }
+  Json& null() {
+    separate();
+    text_ += "null";
+    return *this;
+  }
+
+  Json& open(char bracket) {
+    separate();
+    text_ += bracket;
+    first_ = true;
+    return *this;
+  }
+  Json& close(char bracket) {
+    text_ += bracket;
+    first_ = false;
+    return *this;
+  }
+
+  template <typename Range>
+  Json& numbers(const Range& values) {
+    open('[');
+    for (const auto& value : values) number(value);
+    return close(']');
+  }
+  Json& booleans(const std::vector<std::uint8_t>& values) {
+    open('[');
+    for (const auto value : values) boolean(value != 0);
+    return close(']');
+  }
+  template <typename Range>
+  Json& vectors(const Range& values) {
+    open('[');
+    for (const auto& value : values) numbers(value);
+    return close(']');
+  }
+
+  std::string take() { return std::move(text_); }
+
+ private:
+  void separate() {
+    if (!first_) text_ += ',';
+    first_ = false;
+  }
+
+  void quote(std::string_view value) {
+    text_ += '"';
+    for (const char c : value) {
+      if (c == '"' || c == '\\') {
+        text_ += '\\';
+        text_ += c;
+      } else if (static_cast<unsigned char>(c) < 0x20) {
+        constexpr std::string_view kHex = "0123456789abcdef";
+        text_ += "\\u00";
+        text_ += kHex[static_cast<unsigned char>(c) >> 4];
+        text_ += kHex[c & 15];
+      } else {
+        text_ += c;
+      }
+    }
+    text_ += '"';
+  }
+
+  std::string text_;
+  bool first_ = true;
+};
+
+const char* toString(CameraState state) {
+  switch (state) {
+  case CameraState::kWaiting: return "waiting";
+  case CameraState::kStreaming: return "streaming";
+  case CameraState::kLost: return "lost";
+  case CameraState::kUnknown: break;
+  }
+  return "unknown";
+}
+
+void put(Json& json, const char* topic, const Header& header) {
+  json.key("topic").string(topic);
+  json.key("sensor").string(header.sensor);
+  json.key("sequence").number(header.sequence);
+  json.key("boot").string(toHex(header.boot));
+  json.key("calibration").string(toHex(header.calibration));
+  json.key("zero").string(toHex(header.zero));
+  json.key("flags").open('[');
+  if (header.flags & kZeroUnverified) json.string("zero_unverified");
+  if (header.flags & kFewMarkers) json.string("few_markers");
+  if (header.flags & kDiscontinuity) json.string("discontinuity");
+  if (header.flags & kReacquiring) json.string("reacquiring");
+  json.close(']');
+  json.key("camera_frame_id").number(header.cameraFrameId);
+  json.key("frame_number").number(header.frameNumber);
+  json.key("device_time_ns").number(header.deviceTime_ns);
+  json.key("exposure_s").number(header.exposure_s);
+  json.key("received_real_ns").number(header.receivedReal_ns);
+  json.key("received_ns").number(header.received_ns);
+  json.key("tracked_ns").number(header.tracked_ns);
+  json.key("solved_ns").number(header.solved_ns);
+  json.key("sent_ns").number(header.sent_ns);
+  json.key("arrived_ns").number(header.arrived_ns);
+}
+
+void put(Json& json, const Field& field) {
+  put(json, "field", field.header);
+  json.key("valid").boolean(field.valid);
+  json.key("resultant_N").numbers(field.resultant_N);
+  json.key("moment_Nm").numbers(field.moment_Nm);
+  json.key("centre_of_pressure_m");
+  field.centreOfPressureValid ? json.numbers(field.centreOfPressure_m) : json.null();
+  json.key("residual_px").number(field.residual_px);
+  json.key("valid_markers").number(field.validMarkers);
+  json.key("force_N").vectors(field.force_N);
+  json.key("node_valid").booleans(field.nodeValid);
+}
+
+void put(Json& json, const Markers& markers) {
+  put(json, "markers", markers.header);
+  json.key("valid_markers").number(markers.validMarkers);
+  json.key("displacement_px").vectors(markers.displacement_px);
+  json.key("variance_px2").numbers(markers.variance_px2);
+  json.key("marker_valid").booleans(markers.valid);
+}
+
+void put(Json& json, const Grid& grid) {
+  json.key("columns").number(grid.columns);
+  json.key("rows").number(grid.rows);
+  json.key("pitch_m").number(grid.pitch_m);
+  json.key("centre_m").numbers(grid.centre_m);
+}
+
+void put(Json& json, const Zero& zero) {
+  json.key("id").string(toHex(zero.id));
+  json.key("time_ns").number(zero.time_ns);
+  json.key("requested").boolean(zero.requested);
+}
+
+void put(Json& json, const Description& description) {
+  put(json, "description", description.header);
+  json.key("software_version").string(description.softwareVersion);
+  json.key("same_host").boolean(description.sameHost);
+  json.key("topics").open('[');
+  for (const std::string& topic : description.topics) json.string(topic);
+  json.close(']');
+  json.key("gel").open('{');
+  json.key("youngs_modulus_Pa").number(description.gel.youngsModulus_Pa);
+  json.key("poisson_ratio").number(description.gel.poissonRatio);
+  json.key("size_m").numbers(description.gel.size_m);
+  json.close('}');
+  json.key("layers").open('[');
+  for (const MarkerLayer& layer : description.layers) {
+    json.open('{').key("colour").string(layer.colour == Colour::kBlue  ? "blue"
+                                        : layer.colour == Colour::kRed ? "red"
+                                                                       : "unknown");
+    put(json, layer.grid);
+    json.key("depth_m").number(layer.depth_m);
+    json.key("diameter_m").number(layer.diameter_m).close('}');
+  }
+  json.close(']');
+  json.key("nodes").open('{');
+  put(json, description.nodes);
+  json.close('}');
+  const Camera& camera = description.camera;
+  json.key("camera").open('{');
+  json.key("vendor").string(camera.vendor);
+  json.key("model").string(camera.model);
+  json.key("serial").string(camera.serial);
+  json.key("pixel_format").string(camera.pixelFormat);
+  json.key("width_px").number(camera.width_px);
+  json.key("height_px").number(camera.height_px);
+  json.key("focal_px").number(camera.focal_px);
+  json.key("principal_px").numbers(camera.principal_px);
+  json.key("k1").number(camera.k1);
+  json.key("k2").number(camera.k2);
+  json.key("position_m").numbers(camera.position_m);
+  json.key("rotation_rad").numbers(camera.rotation_rad);
+  json.key("gel_index").number(camera.gelIndex);
+  json.key("window_index").number(camera.windowIndex);
+  json.key("window_thickness_m").number(camera.windowThickness_m);
+  json.close('}');
+  json.key("solver").open('{');
+  json.key("mechanics").string(description.solver.mechanics);
+  json.key("regularisation").string(description.solver.regularisation);
+  json.key("strength").number(description.solver.strength);
+  json.close('}');
+  json.key("calibration_time_ns").number(description.calibration.time_ns);
+  json.key("rest_pose");
+  if (description.zero) {
+    json.open('{');
+    put(json, *description.zero);
+    json.key("rest_position_px").vectors(description.zero->restPosition_px);
+    json.key("marker_present").booleans(description.zero->markerPresent).close('}');
+  } else {
+    json.null();
+  }
+}
+
+void put(Json& json, const char* name, const Quantiles& quantiles) {
+  json.key(name).open('{');
+  json.key("p50_s").number(quantiles.p50_s);
+  json.key("p99_s").number(quantiles.p99_s);
+  json.key("max_s").number(quantiles.max_s).close('}');
+}
+
+void put(Json& json, const Status& status) {
+  put(json, "status", status.header);
+  json.key("uptime_s").number(status.uptime_s);
+  json.key("camera").string(toString(status.camera));
+  const Ledger& ledger = status.ledger;
+  json.key("ledger").open('{');
+  json.key("received").number(ledger.received);
+  json.key("published").number(ledger.published);
+  json.key("in_flight").number(ledger.inFlight);
+  json.key("incomplete").number(ledger.incomplete);
+  json.key("wrong_size").number(ledger.wrongSize);
+  json.key("wrong_format").number(ledger.wrongFormat);
+  json.key("stale").number(ledger.stale);
+  json.key("implausible").number(ledger.implausible);
+  json.key("evicted_before_track").number(ledger.evictedBeforeTrack);
+  json.key("no_rest_pose").number(ledger.noRestPose);
+  json.key("evicted_before_solve").number(ledger.evictedBeforeSolve);
+  json.key("evicted_before_publish").number(ledger.evictedBeforePublish);
+  json.key("discarded_at_stop").number(ledger.discardedAtStop);
+  json.key("missing").number(ledger.missing);
+  json.key("reconnects").number(ledger.reconnects).close('}');
+  json.key("rates").open('{');
+  json.key("received_hz").number(status.received_hz);
+  json.key("published_hz").number(status.published_hz).close('}');
+  json.key("latencies").open('{');
+  put(json, "track", status.track);
+  put(json, "solve", status.solve);
+  put(json, "send", status.send);
+  put(json, "total", status.total);
+  json.close('}');
+  json.key("turns").open('{');
+  constexpr std::array<const char*, 5> kLoops = {"capture", "track", "solve", "publish", "control"};
+  for (std::size_t i = 0; i < kLoops.size(); ++i) json.key(kLoops[i]).number(status.turns[i]);
+  json.close('}');
+}
+
+template <typename Any>
+std::string object(const Any& any) {
+  Json json;
+  json.open('{');
+  put(json, any);
+  return json.close('}').take();
+}
+
+}  // namespace
+
+std::string toHex(const Id& id) {
+  std::string text;
+  if (id == Id{}) return text;
+  for (const auto byte : id) {
+    text += "0123456789abcdef"[byte >> 4];
+    text += "0123456789abcdef"[byte & 15];
+  }
+  return text;
+}
+
+std::string toJson(const Message& message) {
+  return std::visit([](const auto& any) { return object(any); }, message);
+}
+
+std::string toJson(const Status& status) {
+  return object(status);
+}
+
+std::string toJson(const Description& description) {
+  return object(description);
+}
+
+std::string toJson(const ZeroResult& result) {
+  Json json;
+  json.open('{');
+  put(json, result.zero);
+  json.key("markers_present").number(result.markersPresent);
+  json.key("markers_expected").number(result.markersExpected);
+  json.key("noise_levels").number(result.noise_levels);
+  return json.close('}').take();
+}
+
+}  // namespace traction::cli

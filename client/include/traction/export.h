@@ -1,0 +1,3 @@
+#pragma once
+
+#define TRACTION_EXPORT __attribute__((visibility("default")))

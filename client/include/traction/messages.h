@@ -1,0 +1,76 @@
+// What tractiond publishes of each frame.
+//
+// Gel frame: the origin lies on the touched surface at the centre of the marker field; x points to the right and y up
+// in the camera's picture, z into the gel, towards the camera. A force is the force of the object on the gel: pressing
+// is +z. Pixels: u to the right, v down. SI units. No number is ever NaN: what is not valid is marked so and is 0.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace traction {
+
+using Id = std::array<std::uint8_t, 16>;  ///< a hash or random; all zero: none
+using Vector2 = std::array<double, 2>;    ///< x, y
+using Vector3 = std::array<double, 3>;    ///< x, y, z
+
+/// Bits of Header::flags: reasons to be careful.
+enum Flag : std::uint32_t {
+  kZeroUnverified = 1,  ///< nobody has confirmed, and no unloaded picture has shown, that the zero is a zero
+  kFewMarkers = 2,      ///< too few markers are seen: the field is not valid
+  kDiscontinuity = 4,   ///< frames were lost or the clocks jumped before this frame
+  kReacquiring = 8,     ///< markers were labelled anew in this frame
+};
+
+/// Stands at the head of every message. Of a Field or Markers: their frame; of a Description or Status: the last one.
+struct Header {
+  std::uint64_t sequence = 0;  ///< of this topic since the start of the daemon, from 1; a gap: lost on the way
+  std::string sensor;          ///< name from the daemon's config
+  Id boot{};                   ///< of this start of the daemon: sequence and frameNumber start again with it
+  Id calibration{};            ///< of what the forces rest on; Description::calibration
+  Id zero{};                   ///< of the rest pose that displacements are counted from
+  std::uint32_t flags = 0;     ///< or-ed Flag
+
+  std::uint64_t cameraFrameId = 0;   ///< as the camera counts; 16 bit on GigE Vision 1.x
+  std::uint64_t frameNumber = 0;     ///< counted up; jumps where frames of the camera were lost
+  std::int64_t deviceTime_ns = 0;    ///< the camera's own clock
+  double exposure_s = 0.0;           ///< 0: the camera does not tell
+  std::int64_t receivedReal_ns = 0;  ///< CLOCK_REALTIME of the daemon's host when the frame came from the camera driver
+
+  // CLOCK_MONOTONIC of the daemon's host.
+  std::int64_t received_ns = 0;  ///< when the frame came from the camera driver
+  std::int64_t tracked_ns = 0;   ///< when its markers were found
+  std::int64_t solved_ns = 0;    ///< when its forces were known
+  std::int64_t sent_ns = 0;      ///< when this message was handed to be sent
+
+  /// CLOCK_MONOTONIC of this host when receive() took the message; 0 in answers of Control. Less received_ns it is the
+  /// latency where Description::sameHost holds.
+  std::int64_t arrived_ns = 0;
+};
+
+/// The forces of one frame.
+struct Field {
+  Header header;
+  bool valid = false;                         ///< false: too few markers or a numeric failure; all below is 0
+  std::vector<std::array<float, 3>> force_N;  ///< on each node of Description::nodes, gel frame [N]
+  std::vector<std::uint8_t> nodeValid;        ///< one a node; 0: not valid, its force is 0
+  Vector3 resultant_N{};                      ///< sum of the forces, gel frame [N]
+  Vector3 moment_Nm{};                        ///< about the origin of the gel frame [N m]
+  Vector2 centreOfPressure_m{};               ///< of the normal forces, on the touched surface [m]
+  bool centreOfPressureValid = false;         ///< false: the normal force is too small for a centre
+  double residual_px = 0.0;                   ///< what the forces leave unexplained, root mean square [px]
+  std::uint32_t validMarkers = 0;             ///< markers that the forces were solved from
+};
+
+/// Where the markers of one frame are. In the order of Description::layers, layer after layer.
+struct Markers {
+  Header header;
+  std::vector<std::array<float, 2>> displacement_px;  ///< from the rest position in the picture, (u, v) [px]
+  std::vector<float> variance_px2;                    ///< of each of the two coordinates [px^2]
+  std::vector<std::uint8_t> valid;                    ///< one a marker; 0: not seen, its numbers are 0
+  std::uint32_t validMarkers = 0;                     ///< how many are valid
+};
+
+}  // namespace traction

@@ -1,0 +1,65 @@
+// How the daemon does: published once a second, with or without frames.
+#pragma once
+
+#include "traction/messages.h"
+
+namespace traction {
+
+enum class CameraState {
+  kUnknown,    ///< not opened yet
+  kWaiting,    ///< not there yet; being looked for
+  kStreaming,  ///< open
+  kLost,       ///< was there and is gone; being looked for
+};
+
+/// The account of every frame since the start of the daemon, in frames: received = published + inFlight + losses().
+struct Ledger {
+  std::uint64_t received = 0;  ///< handed over by the camera driver, good or bad
+  std::uint64_t published = 0;
+  std::uint64_t inFlight = 0;
+
+  std::uint64_t incomplete = 0;          ///< packets missing, aborted ...
+  std::uint64_t wrongSize = 0;           ///< payload or picture size is not what was agreed
+  std::uint64_t wrongFormat = 0;         ///< pixel format is not what was agreed
+  std::uint64_t stale = 0;               ///< an old picture handed out again
+  std::uint64_t implausible = 0;         ///< id or time jumped ahead; held back until three frames in a row agree
+  std::uint64_t evictedBeforeTrack = 0;  ///< newer frames came before tracking had time for this one
+  std::uint64_t noRestPose = 0;          ///< used to find the markers and to take the zero
+  std::uint64_t evictedBeforeSolve = 0;
+  std::uint64_t evictedBeforePublish = 0;
+  std::uint64_t discardedAtStop = 0;
+
+  std::uint64_t missing = 0;     ///< never arrived, by gaps in the camera's ids; not part of the sum
+  std::uint64_t reconnects = 0;  ///< how often the camera was lost and opened again
+
+  std::uint64_t losses() const {
+    return incomplete + wrongSize + wrongFormat + stale + implausible + evictedBeforeTrack + noRestPose +
+           evictedBeforeSolve + evictedBeforePublish + discardedAtStop;
+  }
+};
+
+struct Quantiles {
+  double p50_s = 0.0;
+  double p99_s = 0.0;
+  double max_s = 0.0;
+};
+
+struct Status {
+  Header header;
+  double uptime_s = 0.0;
+  CameraState camera = CameraState::kUnknown;
+  Ledger ledger;
+
+  // Since the status before.
+  double received_hz = 0.0;
+  double published_hz = 0.0;
+  Quantiles track;  ///< frame popped from the driver -> markers found
+  Quantiles solve;  ///< -> forces known
+  Quantiles send;   ///< -> handed to be sent
+  Quantiles total;  ///< frame popped from the driver -> handed to be sent
+
+  /// Turns of the loops of capture, track, solve, publish and control since the start: one that stands still hangs.
+  std::array<std::uint64_t, 5> turns{};
+};
+
+}  // namespace traction

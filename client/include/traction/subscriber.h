@@ -1,0 +1,57 @@
+// Receives what an instance of tractiond publishes.
+#pragma once
+
+#include "traction/description.h"
+#include "traction/error.h"
+#include "traction/status.h"
+
+#include <chrono>
+#include <memory>
+#include <variant>
+
+namespace traction {
+
+using Message = std::variant<Field, Markers, Description, Status>;
+
+/// Which of them; or-ed.
+enum Topics : unsigned { kField = 1, kMarkers = 2, kDescription = 4, kStatus = 8, kAllTopics = 15 };
+
+enum class Mode {
+  kStream,  ///< every message, in order
+  kLatest,  ///< the newest field only: what was not read in time is replaced. For controllers.
+};
+
+struct SubscriberOptions {
+  std::string instance = "default";  ///< of tractiond, on this machine
+  std::string endpoint;              ///< ZeroMQ's, "tcp://HOST:9872"; empty: found by the instance
+  Mode mode = Mode::kStream;
+  unsigned topics = kAllTopics;  ///< of kStream
+  int queue = 1000;              ///< messages that wait here for a slow reader before some are lost
+};
+
+/// Not thread-safe: one thread at a time. The daemon may start later, and again: receive() goes on.
+class TRACTION_EXPORT Subscriber {
+ public:
+  /// Does not wait for the daemon. \throws Error kBadEndpoint
+  explicit Subscriber(const SubscriberOptions& options = {});
+  ~Subscriber();
+  Subscriber(Subscriber&&) noexcept;
+  Subscriber& operator=(Subscriber&&) noexcept;
+
+  /// The next message; empty: none came within the time, or a signal handler ran. A new subscriber is sent the
+  /// description at once. \throws Error kVersion, kMalformed
+  std::optional<Message> receive(std::chrono::milliseconds timeout);
+
+  /// Messages that were sent since this subscriber joined and did not arrive, by gaps in their sequence. A restart of
+  /// the daemon is no loss; neither is what Mode::kLatest passes over.
+  std::uint64_t lost() const;
+
+  /// Where it is connected to; for messages to people.
+  const std::string& endpoint() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace traction

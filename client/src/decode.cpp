@@ -1,0 +1,285 @@
+#include "client/src/decode.h"
+
+#include "traction/v1/control.pb.h"
+#include "traction/v1/description.pb.h"
+#include "traction/v1/field.pb.h"
+#include "traction/v1/markers.pb.h"
+#include "traction/v1/status.pb.h"
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+
+namespace traction {
+
+namespace {
+
+namespace pb = traction::v1;
+
+constexpr std::uint32_t kVersion = 1;
+
+static_assert(static_cast<int>(kZeroUnverified) == pb::FLAG_ZERO_UNVERIFIED);
+static_assert(static_cast<int>(kFewMarkers) == pb::FLAG_FEW_MARKERS);
+static_assert(static_cast<int>(kDiscontinuity) == pb::FLAG_DISCONTINUITY);
+static_assert(static_cast<int>(kReacquiring) == pb::FLAG_REACQUIRING);
+
+void require(bool condition, const char* what) {
+  if (!condition) throw Error(ErrorCode::kMalformed, what);
+}
+
+template <typename Parsed>
+Parsed parse(std::string_view bytes) {
+  Parsed message;
+  require(message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())),
+          "what arrived is no message of tractiond");
+  return message;
+}
+
+Id idOf(const std::string& bytes) {
+  Id id{};
+  require(bytes.empty() || bytes.size() == id.size(), "an id has not 16 bytes");
+  std::copy(bytes.begin(), bytes.end(), id.begin());
+  return id;
+}
+
+std::vector<std::uint8_t> maskOf(const std::string& bytes) {
+  return {bytes.begin(), bytes.end()};
+}
+
+/// x y z x y z ... -> vectors of kSize.
+template <std::size_t kSize>
+std::vector<std::array<float, kSize>> vectorsOf(const google::protobuf::RepeatedField<float>& numbers) {
+  require(numbers.size() % kSize == 0, "a vector is incomplete");
+  std::vector<std::array<float, kSize>> vectors(static_cast<std::size_t>(numbers.size()) / kSize);
+  if (!vectors.empty()) std::memcpy(vectors.data(), numbers.data(), vectors.size() * sizeof vectors[0]);
+  return vectors;
+}
+
+Vector2 vectorOf(const pb::Vector2& vector) {
+  return {vector.x(), vector.y()};
+}
+
+Vector3 vectorOf(const pb::Vector3& vector) {
+  return {vector.x(), vector.y(), vector.z()};
+}
+
+Header headerOf(const pb::Header& from) {
+  Header header;
+  header.sequence = from.sequence();
+  header.sensor = from.sensor();
+  header.boot = idOf(from.boot());
+  header.calibration = idOf(from.calibration());
+  header.zero = idOf(from.zero());
+  header.flags = from.flags();
+  header.cameraFrameId = from.camera_frame_id();
+  header.frameNumber = from.frame_number();
+  header.deviceTime_ns = from.device_time_ns();
+  header.exposure_s = from.exposure_s();
+  header.receivedReal_ns = from.received_real_ns();
+  header.received_ns = from.received_ns();
+  header.tracked_ns = from.tracked_ns();
+  header.solved_ns = from.solved_ns();
+  header.sent_ns = from.sent_ns();
+  return header;
+}
+
+Zero zeroOf(const pb::Zero& from) {
+  Zero zero;
+  zero.id = idOf(from.id());
+  zero.time_ns = from.time_ns();
+  zero.requested = from.requested();
+  zero.restPosition_px = vectorsOf<2>(from.rest_position_px());
+  zero.markerPresent = maskOf(from.marker_present());
+  require(zero.markerPresent.size() == zero.restPosition_px.size(), "the rest pose's mask has another size");
+  return zero;
+}
+
+bool isThisHost(const std::string& host) {
+  std::string text;
+  std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), text);
+  text.erase(std::remove(text.begin(), text.end(), '-'), text.end());
+  std::string told;
+  for (const unsigned char byte : host) {
+    told += "0123456789abcdef"[byte >> 4];
+    told += "0123456789abcdef"[byte & 15];
+  }
+  return !text.empty() && text == told;
+}
+
+Camera cameraOf(const pb::Camera& from) {
+  Camera camera;
+  camera.vendor = from.vendor();
+  camera.model = from.model();
+  camera.serial = from.serial();
+  camera.pixelFormat = from.pixel_format();
+  camera.width_px = from.width_px();
+  camera.height_px = from.height_px();
+  camera.focal_px = from.focal_px();
+  camera.principal_px = vectorOf(from.principal_px());
+  camera.k1 = from.k1();
+  camera.k2 = from.k2();
+  camera.position_m = vectorOf(from.position_m());
+  camera.rotation_rad = vectorOf(from.rotation_rad());
+  camera.gelIndex = from.gel_index();
+  camera.windowIndex = from.window_index();
+  camera.windowThickness_m = from.window_thickness_m();
+  return camera;
+}
+
+Description descriptionOf(const pb::Description& from) {
+  Description description;
+  description.header = headerOf(from.header());
+  description.softwareVersion = from.software_version();
+  description.sameHost = isThisHost(from.host());
+  description.topics.assign(from.topics().begin(), from.topics().end());
+  description.gel = {from.gel().youngs_modulus_pa(), from.gel().poisson_ratio(), vectorOf(from.gel().size_m())};
+  for (const pb::MarkerLayer& layer : from.layers()) {
+    const Colour colour = layer.colour() == pb::COLOUR_BLUE  ? Colour::kBlue
+                          : layer.colour() == pb::COLOUR_RED ? Colour::kRed
+                                                             : Colour::kUnknown;
+    const Grid grid{layer.columns(), layer.rows(), layer.pitch_m(), vectorOf(layer.centre_m())};
+    description.layers.push_back({colour, grid, layer.depth_m(), layer.diameter_m()});
+  }
+  const pb::NodeGrid& nodes = from.nodes();
+  description.nodes = {nodes.columns(), nodes.rows(), nodes.pitch_m(), vectorOf(nodes.centre_m())};
+  description.camera = cameraOf(from.camera());
+  description.solver = {from.solver().mechanics(), from.solver().regularisation(), from.solver().strength()};
+  description.calibration = {idOf(from.calibration().id()), from.calibration().time_ns()};
+  if (from.has_zero()) description.zero = zeroOf(from.zero());
+  return description;
+}
+
+Quantiles quantilesOf(const pb::Quantiles& from) {
+  return {from.p50_s(), from.p99_s(), from.max_s()};
+}
+
+Status statusOf(const pb::Status& from) {
+  Status status;
+  status.header = headerOf(from.header());
+  status.uptime_s = from.uptime_s();
+  switch (from.camera()) {
+  case pb::CAMERA_STATE_WAITING:
+    status.camera = CameraState::kWaiting;
+    break;
+  case pb::CAMERA_STATE_STREAMING:
+    status.camera = CameraState::kStreaming;
+    break;
+  case pb::CAMERA_STATE_LOST:
+    status.camera = CameraState::kLost;
+    break;
+  default:
+    status.camera = CameraState::kUnknown;
+  }
+  const pb::Ledger& account = from.ledger();
+  Ledger& ledger = status.ledger;
+  ledger.received = account.received();
+  ledger.published = account.published();
+  ledger.inFlight = account.in_flight();
+  ledger.incomplete = account.incomplete();
+  ledger.wrongSize = account.wrong_size();
+  ledger.wrongFormat = account.wrong_format();
+  ledger.stale = account.stale();
+  ledger.implausible = account.implausible();
+  ledger.evictedBeforeTrack = account.evicted_before_track();
+  ledger.noRestPose = account.no_rest_pose();
+  ledger.evictedBeforeSolve = account.evicted_before_solve();
+  ledger.evictedBeforePublish = account.evicted_before_publish();
+  ledger.discardedAtStop = account.discarded_at_stop();
+  ledger.missing = account.missing();
+  ledger.reconnects = account.reconnects();
+  status.received_hz = from.rates().received_hz();
+  status.published_hz = from.rates().published_hz();
+  status.track = quantilesOf(from.latencies().track());
+  status.solve = quantilesOf(from.latencies().solve());
+  status.send = quantilesOf(from.latencies().send());
+  status.total = quantilesOf(from.latencies().total());
+  const pb::Turns& turns = from.turns();
+  status.turns = {turns.capture(), turns.track(), turns.solve(), turns.publish(), turns.control()};
+  return status;
+}
+
+/// A reply that answers `expected`.
+pb::Reply replyOf(std::string_view bytes, pb::Reply::ReplyCase expected) {
+  auto reply = parse<pb::Reply>(bytes);
+  if (reply.version() != kVersion) {
+    throw Error(ErrorCode::kVersion, "the daemon speaks version " + std::to_string(reply.version()) +
+                                         " of the protocol, this library " + std::to_string(kVersion));
+  }
+  if (!reply.error().empty()) throw Error(ErrorCode::kRefused, reply.error());
+  require(reply.reply_case() == expected, "the reply does not answer the request");
+  return reply;
+}
+
+}  // namespace
+
+Field decodeField(std::string_view bytes) {
+  const auto from = parse<pb::Field>(bytes);
+  Field field;
+  field.header = headerOf(from.header());
+  field.valid = from.valid();
+  field.force_N = vectorsOf<3>(from.force_n());
+  field.nodeValid = maskOf(from.node_valid());
+  require(field.nodeValid.size() == field.force_N.size(), "the field's mask has another size");
+  field.resultant_N = vectorOf(from.resultant_n());
+  field.moment_Nm = vectorOf(from.moment_nm());
+  field.centreOfPressure_m = vectorOf(from.centre_of_pressure_m());
+  field.centreOfPressureValid = from.centre_of_pressure_valid();
+  field.residual_px = from.residual_px();
+  field.validMarkers = from.valid_markers();
+  return field;
+}
+
+Markers decodeMarkers(std::string_view bytes) {
+  const auto from = parse<pb::Markers>(bytes);
+  Markers markers;
+  markers.header = headerOf(from.header());
+  markers.displacement_px = vectorsOf<2>(from.displacement_px());
+  markers.variance_px2.assign(from.variance_px2().begin(), from.variance_px2().end());
+  markers.valid = maskOf(from.marker_valid());
+  require(markers.valid.size() == markers.displacement_px.size() &&
+              markers.variance_px2.size() == markers.displacement_px.size(),
+          "the markers' arrays have different sizes");
+  markers.validMarkers = from.valid_markers();
+  return markers;
+}
+
+Description decodeDescription(std::string_view bytes) {
+  return descriptionOf(parse<pb::Description>(bytes));
+}
+
+Status decodeStatus(std::string_view bytes) {
+  return statusOf(parse<pb::Status>(bytes));
+}
+
+std::string encodeRequest(Request request) {
+  pb::Request message;
+  message.set_version(kVersion);
+  switch (request) {
+  case Request::kStatus:
+    message.mutable_status();
+    break;
+  case Request::kDescription:
+    message.mutable_description();
+    break;
+  case Request::kZero:
+    message.mutable_zero();
+    break;
+  }
+  return message.SerializeAsString();
+}
+
+Status decodeStatusReply(std::string_view bytes) {
+  return statusOf(replyOf(bytes, pb::Reply::kStatus).status());
+}
+
+Description decodeDescriptionReply(std::string_view bytes) {
+  return descriptionOf(replyOf(bytes, pb::Reply::kDescription).description());
+}
+
+ZeroResult decodeZeroReply(std::string_view bytes) {
+  const pb::Reply reply = replyOf(bytes, pb::Reply::kZero);
+  const pb::ZeroReply& from = reply.zero();
+  return {zeroOf(from.zero()), from.markers_present(), from.markers_expected(), from.noise_levels()};
+}
+
+}  // namespace traction

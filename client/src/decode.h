@@ -1,0 +1,26 @@
+// Bytes of proto/traction/v1 -> messages. The only file of the client that sees Protobuf.
+#pragma once
+
+#include "traction/control.h"
+#include "traction/subscriber.h"
+
+#include <string>
+#include <string_view>
+
+namespace traction {
+
+// All throw Error kMalformed.
+Field decodeField(std::string_view bytes);
+Markers decodeMarkers(std::string_view bytes);
+Description decodeDescription(std::string_view bytes);
+Status decodeStatus(std::string_view bytes);
+
+enum class Request { kStatus, kDescription, kZero };
+std::string encodeRequest(Request request);
+
+// What the reply to a request holds. They throw Error kMalformed, kVersion, kRefused.
+Status decodeStatusReply(std::string_view bytes);
+Description decodeDescriptionReply(std::string_view bytes);
+ZeroResult decodeZeroReply(std::string_view bytes);
+
+}  // namespace traction

@@ -1,0 +1,21 @@
+#include "client/src/locate.h"
+
+#include "traction/error.h"
+
+namespace traction {
+
+std::vector<Endpoints> locate(const std::string& instance) {
+  if (!isValidName(instance)) {
+    throw Error(ErrorCode::kBadEndpoint, "'" + instance + "' is not an instance's name: 1 to 24 of A-Z a-z 0-9 _ -");
+  }
+  std::vector<Endpoints> possible;
+  for (const auto& directory : runtimeDirectories(instance)) {
+    std::error_code ignored;
+    if (std::filesystem::is_socket(directory / "stream", ignored)) return {ipcEndpoints(directory)};
+    possible.push_back(ipcEndpoints(directory));
+  }
+  if (instance == kDefaultInstance) return {tcpEndpoints()};
+  return possible;
+}
+
+}  // namespace traction
