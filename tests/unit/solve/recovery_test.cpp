@@ -1,0 +1,115 @@
+// Continuous loads, off the node grid and integrated apart from it, through the mechanics and back through the solver.
+// The same mechanics both ways: this tests the inverse, not the truth of the model.
+#include "daemon/solve/solver.h"
+#include "sensor/elastic/loads.h"
+#include "tests/unit/solve/sensors.h"
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include <random>
+#include <string>
+
+namespace tractiond::solve {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using sensor::elastic::Model;
+using sensor::elastic::PatchQuadrature;
+
+constexpr double kForce = 4.0;  // [N]
+
+struct Load {
+  std::string name;
+  PatchQuadrature patch;
+};
+
+Load pointLoad(const Vector2d& at, const Vector3d& force) {
+  return {"point", {Vector3d(at.x(), at.y(), 0.0), force}};
+}
+
+/// In the middle, off the centre and in a corner of the marker field; pressing, shearing and both; and a twist.
+std::vector<Load> loads() {
+  std::vector<Load> result;
+  for (const Vector2d& at : {Vector2d(0.7e-3, 0.4e-3), Vector2d(20e-3, -15e-3), Vector2d(-28e-3, 25e-3)}) {
+    for (const Vector3d& force :
+         {Vector3d(0.0, 0.0, kForce), Vector3d(kForce, 0.0, 0.0), Vector3d(0.0, -0.5 * kForce, 0.866 * kForce)}) {
+      result.push_back(pointLoad(at, force));
+      result.push_back({"Hertz", sensor::elastic::hertz(at, 2.5e-3, force)});
+    }
+    result.push_back({"disc", sensor::elastic::disc(at, 5e-3, Vector3d(0.0, 0.0, kForce))});
+    result.push_back({"twist", sensor::elastic::twist(at, 6e-3, 5e-3)});
+  }
+  return result;
+}
+
+Eigen::MatrixXd image(const sensor::Sensor& sensor, Model model, const sensor::Points& sources) {
+  if (model == Model::kHalfSpace) return halfSpaceImage(sensor, sources);
+  const sensor::Points markers = sensor::markerPositions(sensor.layers);
+  const sensor::Projection projection(sensor.camera, sensor.gel.size.z());
+  const Eigen::MatrixXd displacement = sensor::elastic::blockDisplacement(sensor.gel, markers, sources);
+  Eigen::MatrixXd result(2 * markers.cols(), displacement.cols());
+  for (Eigen::Index m = 0; m < markers.cols(); ++m) {
+    result.middleRows<2>(2 * m) = projection.jacobian(markers.col(m)) * displacement.middleRows<3>(3 * m);
+  }
+  return result;
+}
+
+class Recovery : public testing::TestWithParam<Model> {};
+
+INSTANTIATE_TEST_SUITE_P(Models, Recovery, testing::Values(Model::kBlock, Model::kHalfSpace),
+                         [](const auto& model) { return model.param == Model::kBlock ? "Block" : "HalfSpace"; });
+
+TEST_P(Recovery, LoadsComeBackWithinOnePercent) {
+  const sensor::Sensor sensor;
+  const SolveOptions options;
+  const Inverse inverse = computeInverse(sensor::elastic::influenceMatrix(sensor, GetParam()), options).value();
+  Solver solver(inverse, sensor.nodes, options);
+  TractionField field;
+  field.resize(sensor.markerCount(), sensor.nodes.count());
+
+  const std::vector<Load> all = loads();
+  Eigen::Index count = 0;
+  for (const Load& load : all) count += load.patch.points.cols();
+  sensor::Points sources(3, count);
+  count = 0;
+  for (const Load& load : all) {
+    sources.middleCols(count, load.patch.points.cols()) = load.patch.points;
+    count += load.patch.points.cols();
+  }
+  const Eigen::MatrixXd pixels = image(sensor, GetParam(), sources);
+
+  std::mt19937 random(1);
+  count = 0;
+  for (const Load& load : all) {
+    const PatchQuadrature& patch = load.patch;
+    Vector3d resultant = Vector3d::Zero(), moment = Vector3d::Zero(), centre = Vector3d::Zero();
+    for (Eigen::Index i = 0; i < patch.points.cols(); ++i) {
+      resultant += patch.forces.col(i);
+      moment += Vector3d(patch.points.col(i)).cross(Vector3d(patch.forces.col(i)));
+      centre += patch.points.col(i) / static_cast<double>(patch.points.cols());
+    }
+    MarkerField markers = fieldOf(pixels.middleCols(3 * count, patch.forces.size()) *
+                                  VectorXd::Map(patch.forces.data(), patch.forces.size()));
+    count += patch.points.cols();
+    std::uniform_int_distribution<int> anyMarker(0, sensor.markerCount() - 1);
+    for (const int missing : {0, 115}) {
+      SCOPED_TRACE(load.name + " at " + std::to_string(1e3 * centre.x()) + " " + std::to_string(1e3 * centre.y()) +
+                   " mm, markers missing: " + std::to_string(missing));
+      while (markers.validCount > sensor.markerCount() - missing) loseMarker(markers, anyMarker(random));
+      solver.solve(markers, field);
+      ASSERT_TRUE(field.valid);
+      EXPECT_LT((Vector3d::Map(field.resultant_N.data()) - resultant).norm(), 0.01 * kForce);
+      EXPECT_LT((Vector3d::Map(field.moment_Nm.data()) - moment).norm(), 5e-4 + 0.025 * moment.norm());
+      EXPECT_LT(field.residual_px, 0.01);
+      EXPECT_EQ(field.centreOfPressureValid, resultant.z() > 1.0);
+      if (!field.centreOfPressureValid) continue;
+      EXPECT_LT((Vector2d::Map(field.centreOfPressure_m.data()) - centre.head<2>()).norm(), 0.5e-3);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tractiond::solve
