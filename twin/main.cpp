@@ -1,0 +1,101 @@
+// traction-twin: draws a scenario's frames ahead, serves them through the camera, writes what was true in each.
+#include "twin/film.h"
+#include "twin/options.h"
+#include "twin/truth_writer.h"
+
+#include <sysexits.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+
+namespace {
+
+using namespace twin;
+using Clock = std::chrono::steady_clock;
+
+std::atomic<bool> isStopping = false;
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+/// A picture on its way, and what is true in it.
+struct Shot {
+  Picture picture;
+  Truth truth;
+};
+
+tl::expected<std::unique_ptr<Film>, Failure> openFilm(const Options& options, const Scenario& scenario) {
+  if (options.images.empty()) return std::make_unique<GelFilm>(scenario, options.seed, options.cache);
+  const sensor::Camera& camera = scenario.sensor.camera;
+  const std::size_t samples = isBayer(scenario.format) ? 1 : 3;
+  return RawFilm::open(options.images,
+                       samples * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+}
+
+tl::expected<void, Failure> run(const Options& options) {
+  const auto path = findScenario(options.scenario);
+  if (!path) return tl::unexpected(path.error());
+  auto scenario = loadScenario(path->string());
+  if (!scenario) {
+    const sensor::FileError& error = scenario.error();
+    return tl::unexpected(Failure{error.unreadable ? EX_NOINPUT : EX_CONFIG, error.where + ": " + error.what});
+  }
+  scenario->format = options.format.value_or(scenario->format);
+  scenario->rate_hz = options.rate_hz.value_or(scenario->rate_hz);
+
+  const sensor::Camera& size = scenario->sensor.camera;
+  auto truth = TruthWriter::open(options.truth);
+  if (!truth) return tl::unexpected(truth.error());
+  auto film = openFilm(options, *scenario);
+  if (!film) return tl::unexpected(film.error());
+  auto camera = GvCamera::open(
+      {options.address, size.width, size.height, scenario->format, scenario->rate_hz, options.lostRatio});
+  if (!camera) return tl::unexpected(camera.error());
+
+  std::uint64_t next = 0;
+  double time_s = 0.0;
+  const auto shoot = [&](Shot& shot) {
+    Picture& picture = shot.picture;
+    picture.format = (*camera)->format();
+    picture.pixels.resize((isBayer(picture.format) ? 1U : 3U) * static_cast<std::size_t>(size.width * size.height));
+    picture.number = next++;
+    picture.time_s = time_s;
+    time_s += (*camera)->framePeriod_s();
+    (*film)->draw(picture, shot.truth);
+    (*camera)->queue(picture);
+  };
+  std::array<Shot, 3> shots;  // one is being sent, one is ready, one is being drawn
+  for (Shot& shot : shots) shoot(shot);
+
+  std::printf("ready %s %dx%d %s %g Hz %s\n", options.address.c_str(), size.width, size.height,
+              kFormatNames[static_cast<std::size_t>(scenario->format)], scenario->rate_hz, (*camera)->id().c_str());
+  std::fflush(stdout);
+  const auto end =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.seconds));
+  while (!isStopping && (options.seconds == 0.0 || Clock::now() < end)) {
+    const Picture* picture = (*camera)->takeBack(std::chrono::milliseconds(50));
+    if (!picture) continue;
+    Shot& shot = *std::find_if(shots.begin(), shots.end(), [&](const Shot& s) { return &s.picture == picture; });
+    if (picture->stamp) (*truth)->write(shot.truth, *picture->stamp);
+    shoot(shot);
+  }
+  return {};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  struct sigaction action {};
+  action.sa_handler = [](int) { isStopping = true; };
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+
+  const auto options = parseCommandLine(argc, argv);
+  if (!options && options.error().exitCode == EX_OK) {
+    std::fputs(options.error().message.c_str(), stdout);
+    return EX_OK;
+  }
+  const auto done = options ? run(*options) : tl::expected<void, Failure>(tl::unexpected(options.error()));
+  if (done) return EX_OK;
+  std::fprintf(stderr, "traction-twin: %s\n", done.error().message.c_str());
+  return done.error().exitCode;
+}

@@ -1,0 +1,83 @@
+#include "twin/options.h"
+
+#include <CLI/CLI.hpp>
+#include <sysexits.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace twin {
+
+namespace {
+
+/// Beside the program, in the build as after the installation.
+std::filesystem::path scenarioDirectory() {
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  return program.parent_path().parent_path() / "share" / "tractiond" / "scenarios";
+}
+
+std::string shippedNames() {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(scenarioDirectory(), error)) {
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem());
+  }
+  std::sort(names.begin(), names.end());
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+}  // namespace
+
+tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* argv) {
+  Options options;
+  std::string format;
+  CLI::App app("A gel and a GigE Vision camera that do not exist: serves a scenario's pictures.", "traction-twin");
+  app.footer([] { return "Shipped scenarios: " + shippedNames(); });
+  app.add_option("SCENARIO", options.scenario, "TOML file, or name of a shipped scenario")->required();
+  app.add_option("--address", options.address, "Local IPv4 address to serve on; the port is 3956")
+      ->capture_default_str();
+  app.add_option("--format", format, "Pixel format, in place of the scenario's")
+      ->check(CLI::IsMember(std::vector<std::string>(kFormatNames.begin(), kFormatNames.end())));
+  app.add_option("--rate", options.rate_hz, "Frames per second, in place of the scenario's")
+      ->check(CLI::Range(1., 1000.));
+  app.add_option("--seed", options.seed, "Of the noise")->capture_default_str();
+  app.add_option("--truth", options.truth.file, "File for what is true in each frame, JSON lines");
+  app.add_option("--truth-endpoint", options.truth.endpoint, "ZeroMQ endpoint to publish the same on, topic truth/");
+  app.add_flag("--truth-markers", options.truth.markers, "With the displacement of every marker [px]");
+  app.add_option("--lost-ratio", options.lostRatio, "Share of the stream's packets to lose")->check(CLI::Range(0., 1.));
+  app.add_option("--seconds", options.seconds, "End after this time (0: on SIGINT or SIGTERM)")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--cache", options.cache, "Directory in which to keep the gel's mechanics from start to start");
+  app.add_option("--images", options.images,
+                 "File of raw pictures of the scenario's size and format, to serve in a loop in place of drawing");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    std::ostringstream out;
+    const bool isHelp = error.get_exit_code() == 0;
+    if (isHelp) {
+      app.exit(error, out, out);
+      return tl::unexpected(Failure{EX_OK, out.str()});
+    }
+    return tl::unexpected(Failure{EX_USAGE, std::string(error.what()) + "; --help shows the options"});
+  }
+  if (!format.empty()) {
+    options.format =
+        static_cast<Format>(std::find(kFormatNames.begin(), kFormatNames.end(), format) - kFormatNames.begin());
+  }
+  return options;
+}
+
+tl::expected<std::filesystem::path, Failure> findScenario(const std::string& scenario) {
+  const bool isName =
+      std::all_of(scenario.begin(), scenario.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
+  if (!isName) return scenario;
+  std::filesystem::path shipped = scenarioDirectory() / (scenario + ".toml");
+  if (std::filesystem::exists(shipped)) return shipped;
+  return tl::unexpected(Failure{EX_NOINPUT, "no scenario is called '" + scenario + "'; shipped are " + shippedNames()});
+}
+
+}  // namespace twin
