@@ -1,0 +1,177 @@
+#include "twin/film.h"
+#include "twin/truth_writer.h"
+
+#include <gtest/gtest.h>
+#include <sysexits.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+namespace {
+
+using namespace twin;
+
+std::filesystem::path cacheDirectory() {
+  return std::filesystem::path(testing::TempDir()) / ("twin-film-" + std::to_string(getpid()));
+}
+
+Scenario shipped(const std::string& name) {
+  const auto scenario = loadScenario(std::string(TRACTION_SCENARIOS) + "/" + name + ".toml");
+  EXPECT_TRUE(scenario.has_value()) << scenario.error().where << ": " << scenario.error().what;
+  return scenario.value_or(Scenario{});
+}
+
+Picture picture(double time_s, std::uint64_t number = 0) {
+  Picture made;
+  made.time_s = time_s;
+  made.number = number;
+  return made;
+}
+
+std::vector<std::string> shippedNames() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(TRACTION_SCENARIOS))
+    names.push_back(entry.path().stem());
+  return names;
+}
+
+TEST(Scenarios, AllAreReadableAndStartWithFourSecondsOfRest) {
+  const std::vector<std::string> names = shippedNames();
+  EXPECT_GE(names.size(), 8U);
+  for (const std::string& name : names) {
+    const Scenario scenario = shipped(name);
+    for (const Contact& contact : scenario.contacts) {
+      EXPECT_FALSE(contact.at(0.0).isLoaded()) << name;
+      EXPECT_FALSE(contact.at(4.0).isLoaded()) << name;
+      const bool isForGood = scenario.period_s > 1000;
+      EXPECT_EQ(contact.at(scenario.period_s - 1e-3).isLoaded(), isForGood) << name;
+    }
+  }
+}
+
+TEST(Film, PressIsFourHundredGramForceAndPushesMarkersApart) {
+  GelFilm film(shipped("press"), 0, {});
+  Truth truth;
+  Picture frame = picture(10.0);
+  film.draw(frame, truth);
+  EXPECT_NEAR(truth.resultant.force.z(), 0.4 * 9.80665, 1e-9);
+  ASSERT_EQ(truth.contacts.size(), 1U);
+  // Blue marker of column 16, row 11 is right of the contact and near it: it goes right, by a pixel or two.
+  EXPECT_GT(truth.displacement_px(0, 11 * 24 + 13), 0.5);
+  EXPECT_LT(truth.displacement_px(0, 11 * 24 + 10), -0.5);
+  // Above the contact (a higher row) is up, which is a smaller v.
+  EXPECT_LT(truth.displacement_px(1, 13 * 24 + 12), -0.5);
+  film.draw(frame = picture(2.0), truth);
+  EXPECT_EQ(truth.displacement_px.norm(), 0.0);
+  film.draw(frame = picture(42.0), truth);  // the second round
+  EXPECT_EQ(truth.displacement_px.norm(), 0.0);
+}
+
+TEST(Film, AnglePointsThirtyDegreesFromTheNormal) {
+  const ContactState state = shipped("angle").contacts[0].at(10.0);
+  EXPECT_NEAR(state.force.norm(), 0.4 * 9.80665, 1e-5);
+  EXPECT_NEAR(std::atan2(state.force.x(), state.force.z()), M_PI / 6, 1e-6);
+}
+
+TEST(Film, LargeDisplacementIsAsLargeAndFastAsItsNameSays) {
+  const Scenario scenario = shipped("large_displacement");
+  GelModel model(scenario.sensor, scenario.contacts);
+  const sensor::Projection project(scenario.sensor.camera, scenario.sensor.gel.size.z());
+  const sensor::Points rest = sensor::markerPositions(scenario.sensor.layers);
+  double farthest = 0.0, fastest = 0.0;
+  Eigen::Matrix2Xd before(2, rest.cols()), now(2, rest.cols());
+  for (int frame = 0; frame < scenario.period_s * 60; ++frame) {
+    const ContactState states[] = {scenario.contacts[0].at(frame / 60.0)};
+    const sensor::Points& u = model.displacement(states);
+    for (Eigen::Index i = 0; i < rest.cols(); ++i) now.col(i) = project(rest.col(i) + u.col(i));
+    if (frame > 0) fastest = std::max(fastest, (now - before).colwise().norm().maxCoeff());
+    farthest = std::max(farthest, u.topRows<2>().colwise().norm().maxCoeff());
+    before = now;
+  }
+  EXPECT_NEAR(farthest, 1.5 * 3e-3, 0.1e-3);
+  EXPECT_GT(fastest, 6.0);
+  EXPECT_LE(fastest, 7.0);
+}
+
+TEST(Film, MissingMarkersAreNotDrawnButTold) {
+  Scenario scenario = shipped("missing_markers");
+  scenario.optics.readNoise = 0.0;
+  GelFilm film(scenario, 0, {});
+  Truth truth;
+  Picture frame = picture(1.0);
+  film.draw(frame, truth);
+  EXPECT_EQ(truth.missing.size(), 58U);
+  const sensor::Projection project(scenario.sensor.camera, scenario.sensor.gel.size.z());
+  const sensor::Points rest = sensor::markerPositions(scenario.sensor.layers);
+  for (int marker = 0; marker < rest.cols(); ++marker) {
+    const bool isMissing = std::find(truth.missing.begin(), truth.missing.end(), marker) != truth.missing.end();
+    const Eigen::Vector2d pixel = project(rest.col(marker)).array().round();
+    const auto sample = static_cast<std::size_t>((pixel.y() * 640 + pixel.x()) * 3 + (marker < 576 ? 2 : 0));
+    EXPECT_EQ(frame.pixels[sample] < 60, isMissing) << marker;
+  }
+}
+
+TEST(Film, SameSeedSameFrameSameNoise) {
+  const Scenario scenario = shipped("idle");
+  GelFilm film(scenario, 7, {}), other(scenario, 8, {});
+  Truth truth;
+  Picture a = picture(0.0, 3), b = picture(0.0, 3), c = picture(0.0, 4), d = picture(0.0, 3);
+  film.draw(a, truth);
+  film.draw(b, truth);
+  film.draw(c, truth);
+  other.draw(d, truth);
+  EXPECT_EQ(a.pixels, b.pixels);
+  EXPECT_NE(a.pixels, c.pixels);
+  EXPECT_NE(a.pixels, d.pixels);
+}
+
+TEST(Film, RawPicturesComeInALoop) {
+  const auto directory = cacheDirectory();
+  std::filesystem::create_directories(directory);
+  std::ofstream(directory / "two.raw", std::ios::binary) << "aaaabbbb";
+  const auto film = RawFilm::open(directory / "two.raw", 4);
+  ASSERT_TRUE(film.has_value());
+  for (const std::uint64_t number : {0U, 1U, 2U, 3U}) {
+    Picture frame = picture(0.0, number);
+    frame.pixels.resize(4);
+    Truth truth;
+    (*film)->draw(frame, truth);
+    EXPECT_EQ(frame.pixels, std::vector<std::uint8_t>(4, number % 2 == 0 ? 'a' : 'b'));
+    EXPECT_EQ(truth.image, number % 2);
+    EXPECT_EQ(toJson(truth, {9, 8, 7}, true), R"({"camera_frame_id":9,"device_ns":8,"monotonic_ns":7,"scenario_s":0,)"
+                                              R"("image":)" +
+                                                  std::to_string(number % 2) + "}");
+  }
+  EXPECT_EQ(RawFilm::open(directory / "two.raw", 3).error().exitCode, EX_DATAERR);
+  EXPECT_EQ(RawFilm::open(directory / "none.raw", 3).error().exitCode, EX_NOINPUT);
+  std::filesystem::remove_all(directory);
+}
+
+TEST(Truth, RecordIsJsonWithAllThatIsKnown) {
+  const Contact contact{Contact::Shape::kDisc, 4e-3, {0}, {}};
+  Truth truth;
+  truth.time_s = 1.5;
+  truth.contacts.push_back({&contact, {{1e-3, -2e-3}, {0.5, 0, 2}, 3e-3}});
+  truth.resultant.add(truth.contacts[0].state);
+  truth.missing = {3, 7};
+  truth.displacement_px.resize(2, 2);
+  truth.displacement_px << 1, 3, 2, -4;
+  EXPECT_EQ(toJson(truth, {65535, 2, 3}, true),
+            R"({"camera_frame_id":65535,"device_ns":2,"monotonic_ns":3,"scenario_s":1.5,"force_N":[0.5,0,2],)"
+            R"("moment_Nm":[-0.004,-0.002,0.004],"contacts":[{"shape":"disc","position_m":[0.001,-0.002],)"
+            R"("radius_m":0.004,"force_N":[0.5,0,2],"torque_Nm":0.003}],"missing":[3,7],)"
+            R"("displacement_px":[1.0000,2.0000,3.0000,-4.0000]})");
+}
+
+TEST(Truth, FilesThatCannotBeWrittenAreNamed) {
+  TruthOptions options;
+  options.file = "/nonexistent/truth";
+  EXPECT_EQ(TruthWriter::open(options).error().exitCode, EX_CANTCREAT);
+  options = {};
+  options.endpoint = "nonsense";
+  EXPECT_EQ(TruthWriter::open(options).error().exitCode, EX_USAGE);
+}
+
+}  // namespace
