@@ -109,10 +109,14 @@ class Json {
 
 const char* toString(CameraState state) {
   switch (state) {
-  case CameraState::kWaiting: return "waiting";
-  case CameraState::kStreaming: return "streaming";
-  case CameraState::kLost: return "lost";
-  case CameraState::kUnknown: break;
+  case CameraState::kWaiting:
+    return "waiting";
+  case CameraState::kStreaming:
+    return "streaming";
+  case CameraState::kLost:
+    return "lost";
+  case CameraState::kUnknown:
+    break;
   }
   return "unknown";
 }

@@ -1,0 +1,93 @@
+#include "client/cli/commands.h"
+
+#include "client/cli/json.h"
+
+#include <cstdio>
+
+namespace traction::cli {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+using Count = unsigned long long;
+
+const char* sentence(CameraState state) {
+  switch (state) {
+  case CameraState::kWaiting:
+    return "waiting for its camera";
+  case CameraState::kStreaming:
+    return "camera open";
+  case CameraState::kLost:
+    return "camera lost, being looked for";
+  case CameraState::kUnknown:
+    break;
+  }
+  return "camera not opened yet";
+}
+
+void printLine(const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  std::fputc('\n', stdout);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+void echo(const SubscriberOptions& options, unsigned topics, long count) {
+  Subscriber subscriber(options);  // to all topics: the status tells a daemon without a camera from none
+  bool isThere = false;
+  while (count != 0) {
+    const auto message = subscriber.receive(5s);
+    if (!message && !isThere) throw Error(ErrorCode::kNoAnswer, "nothing arrives from " + subscriber.endpoint());
+    isThere = true;
+    if (!message || (1U << message->index() & topics) == 0) continue;
+    printLine(toJson(*message));
+    if (count > 0) --count;
+  }
+}
+
+void status(const ControlOptions& options, bool json) {
+  const Status status = Control(options).status();
+  if (json) return printLine(toJson(status));
+  const Ledger& ledger = status.ledger;
+  const auto ms = [](double seconds) { return seconds * 1e3; };
+  std::printf("%s: %s, up %.0f s, boot %s\n", status.header.sensor.c_str(), sentence(status.camera), status.uptime_s,
+              toHex(status.header.boot).c_str());
+  std::printf("rate      %.1f frames/s received, %.1f published\n", status.received_hz, status.published_hz);
+  std::printf("latency   %.2f ms p50, %.2f p99, %.2f max (p50: track %.2f, solve %.2f, send %.2f)\n",
+              ms(status.total.p50_s), ms(status.total.p99_s), ms(status.total.max_s), ms(status.track.p50_s),
+              ms(status.solve.p50_s), ms(status.send.p50_s));
+  std::printf("frames    %llu received = %llu published + %llu in flight + %llu lost\n", Count{ledger.received},
+              Count{ledger.published}, Count{ledger.inFlight}, Count{ledger.losses()});
+  const std::pair<const char*, std::uint64_t> losses[] = {
+      {"incomplete", ledger.incomplete},
+      {"of a wrong size", ledger.wrongSize},
+      {"of a wrong format", ledger.wrongFormat},
+      {"stale", ledger.stale},
+      {"implausible", ledger.implausible},
+      {"evicted before tracking", ledger.evictedBeforeTrack},
+      {"without a rest pose", ledger.noRestPose},
+      {"evicted before solving", ledger.evictedBeforeSolve},
+      {"evicted before publishing", ledger.evictedBeforePublish},
+      {"discarded at the stop", ledger.discardedAtStop},
+  };
+  for (const auto& [cause, frames] : losses) {
+    if (frames != 0) std::printf("          %llu %s\n", Count{frames}, cause);
+  }
+  std::printf("camera    %llu frames never arrived, %llu reconnects\n", Count{ledger.missing},
+              Count{ledger.reconnects});
+}
+
+void describe(const ControlOptions& options) {
+  printLine(toJson(Control(options).description()));
+}
+
+void zero(const ControlOptions& options, bool json) {
+  const ZeroResult result = Control(options).zero();
+  if (json) return printLine(toJson(result));
+  std::printf("zero taken: %u of %u markers, pixel noise %.1f grey levels, id %s\n", result.markersPresent,
+              result.markersExpected, result.noise_levels, toHex(result.zero.id).c_str());
+}
+
+}  // namespace traction::cli

@@ -1,0 +1,23 @@
+// What tractionctl does. All throw traction::Error.
+#pragma once
+
+#include "traction/control.h"
+#include "traction/subscriber.h"
+
+#include <limits>
+
+namespace traction::cli {
+
+constexpr double kForever = std::numeric_limits<double>::infinity();
+
+/// The live view; one line a second where standard output is no terminal.
+void watch(const SubscriberOptions& options, double seconds);
+
+/// Messages as JSON lines: `count` (negative: without end) of the chosen topics.
+void echo(const SubscriberOptions& options, unsigned topics, long count);
+
+void status(const ControlOptions& options, bool json);
+void describe(const ControlOptions& options);
+void zero(const ControlOptions& options, bool json);
+
+}  // namespace traction::cli

@@ -1,0 +1,90 @@
+// tractionctl: what a person wants of a running tractiond.
+
+#include "client/cli/commands.h"
+
+#include <CLI/CLI.hpp>
+#include <sysexits.h>
+
+#include <iostream>
+
+namespace {
+
+using namespace traction;
+
+int exitCodeOf(ErrorCode code) {
+  switch (code) {
+  case ErrorCode::kBadEndpoint:
+    return EX_USAGE;
+  case ErrorCode::kNoAnswer:
+    return EX_UNAVAILABLE;
+  case ErrorCode::kVersion:
+  case ErrorCode::kMalformed:
+    return EX_PROTOCOL;
+  case ErrorCode::kRefused:
+    return EX_TEMPFAIL;
+  }
+  return EX_SOFTWARE;
+}
+
+int fail(int exitCode, const std::string& what) {
+  std::cerr << "tractionctl: " << what << '\n';
+  return exitCode;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  SubscriberOptions subscription;
+  ControlOptions control;
+  std::string instance = subscription.instance;
+  double seconds = cli::kForever;
+  long count = -1;
+  bool json = false;
+  unsigned topics = kField;
+
+  CLI::App app("Watches and commands a running tractiond.");
+  app.set_version_flag("--version", "tractionctl " TRACTION_VERSION);
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.add_option("--instance", instance, "of tractiond on this machine")->capture_default_str();
+  app.add_option("--connect", subscription.endpoint, "ZeroMQ endpoint of the stream, instead of the instance's");
+  app.add_option("--control", control.endpoint, "ZeroMQ endpoint for requests, instead of the instance's");
+
+  auto* watch = app.add_subcommand("watch", "Shows the forces live; one line a second where there is no terminal");
+  watch->add_option("--seconds", seconds, "to run; without: until q or Ctrl-C")->check(CLI::NonNegativeNumber);
+  auto* echo = app.add_subcommand("echo", "Prints messages as JSON, one a line");
+  const std::map<std::string, unsigned> names = {{"field", kField},
+                                                 {"markers", kMarkers},
+                                                 {"description", kDescription},
+                                                 {"status", kStatus},
+                                                 {"all", kAllTopics}};
+  echo->add_option("--topic", topics, "field (default), markers, description, status or all")
+      ->transform(CLI::Transformer(names))
+      ->type_name("TOPIC");
+  echo->add_option("--count", count, "of messages; without: until Ctrl-C")->check(CLI::NonNegativeNumber);
+  auto* status = app.add_subcommand("status", "Tells how the daemon does, and where every frame went");
+  status->add_flag("--json", json, "as JSON");
+  auto* describe = app.add_subcommand("describe", "Prints the sensor's description as JSON");
+  auto* zero = app.add_subcommand("zero", "Takes what the camera sees now as the unloaded gel");
+  zero->add_flag("--json", json, "as JSON");
+
+  try {
+    app.parse(argc, argv);
+    subscription.instance = control.instance = instance;
+    if (watch->parsed()) cli::watch(subscription, seconds);
+    if (echo->parsed()) cli::echo(subscription, topics, count);
+    if (status->parsed()) cli::status(control, json);
+    if (describe->parsed()) cli::describe(control);
+    if (zero->parsed()) cli::zero(control, json);
+    return EX_OK;
+  } catch (const CLI::Success& done) {
+    return app.exit(done);
+  } catch (const CLI::ParseError& error) {
+    return fail(EX_USAGE, std::string(error.what()) + "; see tractionctl --help");
+  } catch (const Error& error) {
+    const bool isAbsent = error.code() == ErrorCode::kNoAnswer;
+    return fail(exitCodeOf(error.code()), std::string(error.what()) + (isAbsent ? "; is tractiond running?" : ""));
+  } catch (const std::exception& error) {
+    return fail(EX_SOFTWARE, error.what());
+  }
+}

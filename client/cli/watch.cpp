@@ -1,0 +1,116 @@
+// One thread receives, so that drawing does not make messages look late; the other draws.
+
+#include "client/cli/commands.h"
+#include "client/cli/picture.h"
+#include "client/cli/terminal.h"
+
+#include <atomic>
+#include <cstdio>
+#include <mutex>
+#include <thread>
+
+namespace traction::cli {
+
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;  // CLOCK_MONOTONIC, as are the messages' times
+
+constexpr auto kPicture = 40ms;  ///< from one to the next
+constexpr auto kPatience = 5s;   ///< for the first message
+
+std::int64_t nanoseconds(Clock::time_point time) {
+  return std::chrono::nanoseconds(time.time_since_epoch()).count();
+}
+
+/// Receives in a thread of its own for as long as it lives.
+class Receiver {
+ public:
+  explicit Receiver(const SubscriberOptions& options)
+      : subscriber_(options)
+      , thread_([this] { run(); }) {}
+  ~Receiver() {
+    stop_ = true;
+    thread_.join();
+  }
+
+  /// What is known now. Throws what receiving has thrown.
+  Scene scene() {
+    const std::lock_guard lock(mutex_);
+    if (failure_) std::rethrow_exception(failure_);
+    return scene_;
+  }
+
+  const std::string& endpoint() const { return subscriber_.endpoint(); }
+
+ private:
+  void run() try {
+    while (!stop_) {
+      auto message = subscriber_.receive(100ms);
+      if (!message) continue;
+      const std::lock_guard lock(mutex_);
+      scene_.add(*std::move(message));
+      scene_.lost = subscriber_.lost();
+    }
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    failure_ = std::current_exception();
+  }
+
+  Subscriber subscriber_;
+  std::mutex mutex_;  ///< guards the two below
+  Scene scene_;
+  std::exception_ptr failure_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+void expectSomething(const Receiver& receiver, const Scene& scene, Clock::duration elapsed) {
+  if (scene.lastArrival_ns != 0 || elapsed < kPatience) return;
+  throw Error(ErrorCode::kNoAnswer, "nothing arrives from " + receiver.endpoint());
+}
+
+template <typename Step>
+Scene loop(Receiver& receiver, double seconds, Clock::duration step, Step&& show) {
+  const Clock::time_point start = Clock::now();
+  for (Clock::time_point next = start;; next += step) {
+    const Clock::time_point now = Clock::now();
+    const Scene scene = receiver.scene();
+    expectSomething(receiver, scene, now - start);
+    const bool isOver = std::chrono::duration<double>(now - start).count() >= seconds;
+    if (stopRequested() || !show(scene, now, std::max(next + step - now, Clock::duration(0))) || isOver) return scene;
+  }
+}
+
+}  // namespace
+
+void watch(const SubscriberOptions& options, double seconds) {
+  SubscriberOptions wanted = options;
+  wanted.topics = kField | kDescription | kStatus;
+  const bool isLive = isTerminal();
+  rememberSignals();
+  Receiver receiver(wanted);
+  Scene last;
+  if (isLive) {
+    const Terminal terminal;
+    Scale scale;
+    last = loop(receiver, seconds, kPicture, [&](const Scene& scene, Clock::time_point now, Clock::duration left) {
+      const auto [width, height] = terminal.size();
+      terminal.show(draw(scene, width, height, scale, nanoseconds(now), receiver.endpoint()));
+      return terminal.waitForKey(std::chrono::ceil<std::chrono::milliseconds>(left)) != 'q';
+    });
+  } else {
+    last = loop(receiver, seconds, 1s, [&](const Scene& scene, Clock::time_point now, Clock::duration left) {
+      if (scene.lastArrival_ns != 0) std::printf("%s\n", summary(scene, nanoseconds(now)).c_str());
+      std::fflush(stdout);
+      for (const auto end = now + left; Clock::now() < end && !stopRequested();) std::this_thread::sleep_for(20ms);
+      return true;
+    });
+  }
+  if (isLive && last.lastArrival_ns != 0) {
+    std::printf("%llu fields received, %llu messages lost on the way\n", static_cast<unsigned long long>(last.fields),
+                static_cast<unsigned long long>(last.lost));
+  }
+}
+
+}  // namespace traction::cli
