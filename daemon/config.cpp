@@ -188,7 +188,7 @@ std::vector<Key> keysOf(Config& config) {
                  {{"off", PacketSocket::kOff}, {"auto", PacketSocket::kAuto}, {"on", PacketSocket::kOn}})},
       {"camera", "buffers", "frames", "For the driver to fill; up to 7 are on their way to the tracker.",
           &camera.buffers, {9, 1000}},
-      {"camera", "silence_timeout_ms", "ms", "Without a frame for longer the camera counts as lost; 0: only if it says so.",
+      {"camera", "silence_timeout_ms", "ms", "Without a frame for longer the camera is lost; 0: only if it says so.",
           &camera.silenceTimeout_ms, {0, 3'600'000}},
       {"camera", "fake_interface", "", "The test camera inside the driver may be opened.",
           &camera.fakeInterface},

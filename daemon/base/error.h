@@ -9,9 +9,9 @@ namespace tractiond {
 
 struct Error {
   int exitCode = EX_SOFTWARE;  ///< of sysexits.h
-  std::string what;            ///< "camera.packet_size_bytes = 70000 is above the largest value 65500"
-  std::string where;           ///< "tractiond.toml:12"; may be empty
-  std::string remedy;          ///< "set it to 0 to use the interface's MTU"; may be empty
+  std::string what = {};       ///< "camera.packet_size_bytes = 70000 is above the largest value 65500"
+  std::string where = {};      ///< "tractiond.toml:12"; may be empty
+  std::string remedy = {};     ///< "set it to 0 to use the interface's MTU"; may be empty
 
   /// One line: "where: what; remedy".
   std::string message() const {

@@ -17,6 +17,8 @@ constexpr std::size_t kLargestAskers = 64;  ///< of one zero
 }  // namespace
 
 struct ControlServer::Impl {
+  ~Impl() { removeFiles(endpoints); }
+
   /// A request of any number of parts; the first three are kept. False: there is none.
   bool receive() {
     parts = 0;

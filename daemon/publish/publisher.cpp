@@ -64,7 +64,11 @@ struct Publisher::Impl {
     lastStatus_ns = started_ns;
   }
 
-  ~Impl() { delete offered.load(); }
+  ~Impl() {
+    delete offered.load();
+    removeFiles(streamEndpoints);
+    removeFiles(latestEndpoints);
+  }
 
   /// XPUB and PUB never wait: a full pipe loses the message.
   static void put(zmq::socket_t& socket, zmq::message_t& message, int flags) {

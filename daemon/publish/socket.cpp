@@ -14,6 +14,13 @@ namespace tractiond::publish {
 
 namespace {
 
+constexpr std::string_view kIpc = "ipc://";
+
+/// ipc://@NAME has no file.
+bool hasFile(std::string_view endpoint) {
+  return endpoint.starts_with(kIpc) && !endpoint.starts_with("ipc://@");
+}
+
 /// ZeroMQ would remove whatever is at the path, also a socket in use.
 std::optional<Error> checkPath(const std::string& endpoint, const std::filesystem::path& path) {
   namespace fs = std::filesystem;
@@ -100,24 +107,30 @@ void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage
 }
 
 tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const std::vector<std::string>& endpoints) {
-  constexpr std::string_view kIpc = "ipc://";
   std::vector<std::string> bound;
   for (const std::string& endpoint : endpoints) {
     std::optional<Error> error;
     if (endpoint.starts_with("tcp://")) error = checkPort(endpoint);
-    // ipc://@NAME has no file.
-    if (endpoint.starts_with(kIpc) && !endpoint.starts_with("ipc://@")) {
-      error = checkPath(endpoint, endpoint.substr(kIpc.size()));
-    }
-    if (error) return tl::unexpected(*std::move(error));
+    if (hasFile(endpoint)) error = checkPath(endpoint, endpoint.substr(kIpc.size()));
     try {
-      socket.bind(endpoint);
+      if (!error) socket.bind(endpoint);
     } catch (const zmq::error_t& thrown) {
-      return tl::unexpected(explain(endpoint, thrown.num()));
+      error = explain(endpoint, thrown.num());
+    }
+    if (error) {
+      removeFiles(bound);
+      return tl::unexpected(*std::move(error));
     }
     bound.push_back(socket.get(zmq::sockopt::last_endpoint));
   }
   return bound;
+}
+
+void removeFiles(const std::vector<std::string>& bound) {
+  std::error_code ignored;
+  for (const std::string& endpoint : bound) {
+    if (hasFile(endpoint)) std::filesystem::remove(endpoint.substr(kIpc.size()), ignored);
+  }
 }
 
 int connectionOf(zmq::message_t& message) {

@@ -19,6 +19,9 @@ void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage
 /// returns them as bound. A socket file that nobody listens on any more is replaced.
 tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const std::vector<std::string>& endpoints);
 
+/// Removes the files of ipc endpoints, which ZeroMQ 4.3 leaves behind. For those who have bound them.
+void removeFiles(const std::vector<std::string>& bound);
+
 /// Ends the connection over which `message` came, if it is still one to these endpoints.
 void cutOff(zmq::message_t& message, const std::vector<std::string>& bound);
 

@@ -1,0 +1,255 @@
+#include "daemon/instrument.h"
+
+#include "daemon/base/clock.h"
+#include "daemon/solve/inverse_cache.h"
+#include "daemon/track/rest_pose_file.h"
+#include "sensor/gel_file.h"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+namespace tractiond {
+namespace {
+
+/// A zero that was asked for fails when no frame comes for this long.
+constexpr std::int64_t kNoFrames_ns = 5'000'000'000;
+
+/// The wire's and GenICam's name.
+const char* nameOf(PixelFormat format) {
+  switch (format) {
+  case PixelFormat::kRgb8:
+    return "RGB8";
+  case PixelFormat::kBgr8:
+    return "BGR8";
+  case PixelFormat::kBayerRG8:
+    return "BayerRG8";
+  case PixelFormat::kBayerGR8:
+    return "BayerGR8";
+  case PixelFormat::kBayerGB8:
+    return "BayerGB8";
+  case PixelFormat::kBayerBG8:
+    return "BayerBG8";
+  }
+  return "";
+}
+
+/// One line in ten per cent.
+sensor::elastic::Progress progressLines() {
+  return [last = -1](double done) mutable {
+    const int tenth = static_cast<int>(done * 10);
+    if (tenth == last) return;
+    last = tenth;
+    spdlog::info("a gel not seen before: computing its inverse, {} %", 10 * tenth);
+  };
+}
+
+}  // namespace
+
+tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile) {
+  sensor::Sensor sensor;
+  if (!gelFile.empty()) {
+    auto loaded = sensor::loadGel(gelFile);
+    if (!loaded) {
+      const sensor::FileError& error = loaded.error();
+      return tl::unexpected(Error{.exitCode = error.unreadable ? EX_NOINPUT : EX_CONFIG,
+                                  .what = error.what,
+                                  .where = error.where,
+                                  .remedy = error.unreadable ? "sensor.gel_file names it" : ""});
+    }
+    sensor = *std::move(loaded);
+  }
+  if (auto sound = track::trackable(sensor); !sound) return tl::unexpected(sound.error());
+  return sensor;
+}
+
+Instrument::Instrument(const Config& config, OwnDirectory state, OwnDirectory runtime)
+    : config_(config)
+    , state_(std::move(state))
+    , runtime_(std::move(runtime)) {}
+
+Instrument::~Instrument() = default;
+
+tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& config, const Places& places) {
+  auto sensor = loadSensor(config.sensor.gelFile);
+  if (!sensor) return tl::unexpected(sensor.error());
+  auto state = OwnDirectory::claim(places.state, "state directory");
+  if (!state) return tl::unexpected(state.error());
+  auto runtime = OwnDirectory::claim(places.runtime, "runtime directory");
+  if (!runtime) return tl::unexpected(runtime.error());
+  std::unique_ptr<Instrument> instrument(
+      new Instrument(completed(config, places), *std::move(state), *std::move(runtime)));
+  instrument->sensor_ = *std::move(sensor);
+  instrument->stateDirectory_ = places.state;
+  if (auto built = instrument->build(); !built) return tl::unexpected(built.error());
+  return instrument;
+}
+
+tl::expected<void, Error> Instrument::build() {
+  const Config& config = config_;
+  description_.identity = {config.sensor.name, publish::randomId(), solve::inverseId(sensor_, config.solve)};
+  description_.softwareVersion = TRACTIOND_VERSION;
+  description_.host = publish::hostId();
+  description_.sensor = sensor_;
+  description_.mechanics = config.solve.model == sensor::elastic::Model::kBlock ? "block" : "half-space";
+  description_.regularisation = "tikhonov";
+  description_.strength = config.solve.regularisation;
+
+  auto publisher = publish::Publisher::open(config.publish, description_, ledger_, [this] { return vitals(); });
+  if (!publisher) return tl::unexpected(publisher.error());
+  publisher_ = *std::move(publisher);
+  auto server = publish::ControlServer::open(config.controlEndpoints,
+                                             {.status = [this] { return publisher_->lastStatus(); },
+                                              .description = [this] { return publisher_->lastDescription(); },
+                                              .zero = [this] { beginZero(); }});
+  if (!server) return tl::unexpected(server.error());
+  controlServer_ = *std::move(server);
+
+  auto inverse = solve::loadOrCompute(sensor_, config.solve, stateDirectory_, progressLines(),
+                                      [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
+  if (!inverse) return tl::unexpected(inverse.error());
+  inverse_ = *std::move(inverse);
+  description_.calibrated_ns = inverse_.computed_ns;
+  publisher_->describe(description_);
+  tracker_ = std::make_unique<track::Tracker>(sensor_, config.track);
+  solver_ = std::make_unique<solve::Solver>(inverse_, sensor_.nodes, config.solve);
+
+  auto camera = CameraSource::open(config.camera, ledger_, [this](const auto& info) { return welcome(info); });
+  if (!camera) return tl::unexpected(camera.error());
+  camera_ = *std::move(camera);
+
+  pipeline_ = std::make_unique<Pipeline>(
+      Stages{
+          .source = *camera_,
+          .track = [this](const Frame& frame,
+                          MarkerField& markers) { return tracker_->track(frame, markers) == track::Outcome::kTracked; },
+          .solve = [this](const MarkerField& markers, TractionField& field) { solver_->solve(markers, field); },
+          .publish = [this](const TractionField& field) { publisher_->publish(field); },
+          .waitToPublish = [this](int fd, auto timeout) { publisher_->wait(fd, timeout); },
+          .control = [this](auto timeout) { control(timeout); },
+      },
+      PipelineOptions{.markers = sensor_.markerCount(), .nodes = sensor_.nodes.count()}, ledger_, turns_);
+  return {};
+}
+
+tl::expected<void, Error> Instrument::welcome(const capture::CameraInfo& info) {
+  const sensor::Camera& expected = sensor_.camera;
+  if (info.width != expected.width || info.height != expected.height) {
+    return tl::unexpected(Error{.exitCode = EX_CONFIG,
+                                .what = fmt::format("the camera's picture is {} x {} pixels, the gel's is {} x {}",
+                                                    info.width, info.height, expected.width, expected.height),
+                                .remedy = "set camera.width_px and camera.height_px, or describe the gel's camera"});
+  }
+  // A start that forgot the zero would call what presses now nothing.
+  auto pose = track::loadRestPose(track::restPosePath(stateDirectory_), sensor_, info.format);
+  if (!pose) return tl::unexpected(pose.error());
+  restored_ = *std::move(pose);
+  if (restored_) tracker_->restore(*restored_);
+  if (restored_) {
+    spdlog::info("the zero is the one kept in {}", stateDirectory_.string());
+  } else {
+    spdlog::info("no zero is kept: the first {} still frames are taken for it", config_.track.zeroFrames);
+  }
+  return {};
+}
+
+void Instrument::start() {
+  pipeline_->start();
+  const auto list = [](const std::vector<std::string>& endpoints) {
+    return fmt::format("{}", fmt::join(endpoints, " "));
+  };
+  spdlog::info("running: sensor {}, stream {}, latest {}, control {}", config_.sensor.name,
+               list(publisher_->streamEndpoints()), list(publisher_->latestEndpoints()),
+               list(controlServer_->endpoints()));
+}
+
+ServiceHooks Instrument::hooks() {
+  return {turns_, [this] { return pipeline_->ended(); }, [this] { return statusLine(); }};
+}
+
+tl::expected<void, Error> Instrument::stop() {
+  camera_->stop();
+  pipeline_->stop();
+  spdlog::info("stopped: {} frames received, {} published, {} lost", ledger_.received.get(), ledger_.published.get(),
+               ledger_.losses());
+  if (pipeline_->ended()) return tl::unexpected(camera_->error());
+  if (!balanced(ledger_)) {
+    return tl::unexpected(
+        Error{.exitCode = EX_SOFTWARE,
+              .what = fmt::format("the ledger does not balance: {} frames received, {} published, {} lost",
+                                  ledger_.received.get(), ledger_.published.get(), ledger_.losses()),
+              .remedy = "this is a bug: please report it"});
+  }
+  return {};
+}
+
+void Instrument::control(std::chrono::milliseconds timeout) {
+  controlServer_->serve(timeout);
+  if (const capture::CameraInfo* info = camera_->info(); info != nullptr && !cameraDescribed_) {
+    cameraDescribed_ = true;
+    description_.cameraVendor = info->name.vendor;
+    description_.cameraModel = info->name.model;
+    description_.cameraSerial = info->name.serial;
+    description_.pixelFormat = nameOf(info->format);
+    description_.zero = restored_;
+    publisher_->describe(description_);
+  }
+  if (tracker_->takeRestPose(finished_)) keepZero();
+  if (controlServer_->zeroPending()) watchZero();
+}
+
+void Instrument::beginZero() {
+  receivedAtLook_ = ledger_.received.get();
+  lastFrame_ns_ = monotonicNow();
+  tracker_->requestZero();
+}
+
+void Instrument::keepZero() {
+  description_.zero = finished_;
+  publisher_->describe(description_);
+  const auto saved =
+      track::saveRestPose(track::restPosePath(stateDirectory_), finished_, sensor_, camera_->info()->format);
+  if (!saved) spdlog::error("the zero is in force but not kept: {}", saved.error().message());
+  spdlog::info("zero taken, {}", finished_.requested ? "as requested" : "by itself at the first start");
+  if (!finished_.requested) return;  // whoever asked meanwhile waits for the one he asked for
+  if (saved) return controlServer_->answerZero(finished_);
+  controlServer_->answerZero(tl::unexpected("the zero is in force but not kept: " + saved.error().message()));
+}
+
+void Instrument::watchZero() {
+  const track::ZeroState state = tracker_->zeroState();
+  if (state == track::ZeroState::kMoving || state == track::ZeroState::kTooFew) {
+    return controlServer_->answerZero(tl::unexpected<std::string>(track::describe(state)));
+  }
+  const std::int64_t now = monotonicNow();
+  if (std::exchange(receivedAtLook_, ledger_.received.get()) != receivedAtLook_) lastFrame_ns_ = now;
+  if (now - lastFrame_ns_ > kNoFrames_ns) {
+    controlServer_->answerZero(tl::unexpected<std::string>("no frames come from the camera"));
+  }
+}
+
+publish::Vitals Instrument::vitals() const {
+  return {.camera = camera_ ? camera_->state() : publish::CameraState::kUnknown,
+          .turns = {turns_.capture.get(), turns_.track.get(), turns_.solve.get(), turns_.publish.get(),
+                    turns_.control.get()}};
+}
+
+std::string Instrument::statusLine() const {
+  const char* camera = "";
+  switch (camera_->state()) {
+  case publish::CameraState::kUnknown:
+  case publish::CameraState::kWaiting:
+    camera = "waiting for a camera";
+    break;
+  case publish::CameraState::kStreaming:
+    camera = "streaming";
+    break;
+  case publish::CameraState::kLost:
+    camera = "camera lost, looking for it";
+    break;
+  }
+  return fmt::format("{}; {} frames received, {} published, {} lost", camera, ledger_.received.get(),
+                     ledger_.published.get(), ledger_.losses());
+}
+
+}  // namespace tractiond

@@ -1,0 +1,74 @@
+// Everything one instance runs, made in order from a configuration.
+#pragma once
+
+#include "daemon/camera_source.h"
+#include "daemon/config.h"
+#include "daemon/instance.h"
+#include "daemon/pipeline.h"
+#include "daemon/publish/control.h"
+#include "daemon/publish/publisher.h"
+#include "daemon/service.h"
+#include "daemon/solve/solver.h"
+#include "daemon/track/tracker.h"
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace tractiond {
+
+/// The gel file's sensor, the paper's where the name is empty. Fails also for one that cannot be tracked.
+tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile);
+
+/// Thread-bound, but for what the pipeline's threads do within.
+class Instrument {
+ public:
+  /// First what fails fast: the gel, the directories, the sockets; then the inverse (seconds, once per gel) and the
+  /// camera. Nothing is left behind on an error.
+  static tl::expected<std::unique_ptr<Instrument>, Error> make(const Config& config, const Places& places);
+  ~Instrument();
+
+  void start();
+  ServiceHooks hooks();
+
+  /// Stops the pipeline and closes the account. Fails with what made the pipeline end by itself, or with EX_SOFTWARE
+  /// when the ledger does not balance.
+  tl::expected<void, Error> stop();
+
+ private:
+  Instrument(const Config& config, OwnDirectory state, OwnDirectory runtime);
+  tl::expected<void, Error> build();
+  tl::expected<void, Error> welcome(const capture::CameraInfo& info);
+  void control(std::chrono::milliseconds timeout);
+  void beginZero();
+  void keepZero();
+  void watchZero();
+  publish::Vitals vitals() const;
+  std::string statusLine() const;
+
+  // In the order of their making, which is the reverse of their unmaking.
+  Config config_;
+  OwnDirectory state_, runtime_;
+  std::filesystem::path stateDirectory_;
+  sensor::Sensor sensor_;
+  Ledger ledger_;
+  Turns turns_;
+  publish::Description description_;  // after the start the control thread's
+  std::optional<RestPose> restored_;  // written before the camera's info() is there, read after
+  solve::Inverse inverse_;
+  std::unique_ptr<track::Tracker> tracker_;
+  std::unique_ptr<solve::Solver> solver_;
+  std::unique_ptr<publish::Publisher> publisher_;
+  std::unique_ptr<publish::ControlServer> controlServer_;
+  std::unique_ptr<CameraSource> camera_;
+  std::unique_ptr<Pipeline> pipeline_;
+
+  // The control thread's own.
+  RestPose finished_;
+  bool cameraDescribed_ = false;
+  std::uint64_t receivedAtLook_ = 0;  // when a zero was last looked for
+  std::int64_t lastFrame_ns_ = 0;
+};
+
+}  // namespace tractiond

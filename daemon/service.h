@@ -1,0 +1,36 @@
+// The daemon as a service: signals, and what systemd wants to know.
+#pragma once
+
+#include "daemon/records/turns.h"
+
+#include <array>
+#include <functional>
+#include <string>
+
+namespace tractiond {
+
+/// SIGTERM and SIGINT are from now on only received by run(). Before the first thread starts: threads inherit it.
+void blockSignals();
+
+/// Has every stage made a turn since it was asked last?
+class StageWatch {
+ public:
+  explicit StageWatch(const Turns& turns);
+  bool allAdvanced();
+
+ private:
+  std::array<const Counter*, 5> stages_;
+  std::array<std::uint64_t, 5> seen_{};
+};
+
+struct ServiceHooks {
+  const Turns& turns;                       ///< of the running pipeline; all five stages
+  std::function<bool()> ended;              ///< the pipeline has come to its end by itself
+  std::function<std::string()> statusLine;  ///< for `systemctl status`
+};
+
+/// Tells systemd that the service is ready, feeds its watchdog while every stage advances, and returns on SIGTERM or
+/// SIGINT or when the pipeline has ended. Without systemd it only waits.
+void run(const ServiceHooks& hooks);
+
+}  // namespace tractiond
