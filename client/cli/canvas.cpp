@@ -37,6 +37,10 @@ void select(std::string& out, const char* what, Colour24 colour, Depth depth) {
 
 }  // namespace
 
+bool isLight(Colour24 colour) {
+  return colour.red + colour.green > 330;
+}
+
 Colour24 mix(Colour24 from, Colour24 to, double share) {
   const auto between = [&](std::uint8_t a, std::uint8_t b) {
     return static_cast<std::uint8_t>(std::lround(a + (b - a) * std::clamp(share, 0.0, 1.0)));
@@ -54,10 +58,15 @@ Canvas::Cell* Canvas::at(int column, int row) {
   return &cells_[static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(column)];
 }
 
-int Canvas::text(int column, int row, std::string_view utf8, const Style& style) {
+int Canvas::text(int column, int row, std::string_view utf8, const Style& style, Paper paper) {
   while (!utf8.empty()) {
     const std::size_t length = std::min(lengthOf(utf8[0]), utf8.size());
-    if (Cell* cell = at(column, row)) *cell = {std::string(utf8.substr(0, length)), style};
+    if (Cell* cell = at(column, row)) {
+      const Colour24 below = cell->style.paper;
+      *cell = {std::string(utf8.substr(0, length)), style};
+      if (paper == Paper::kKept) cell->style.paper = below;
+      if (paper == Paper::kKept && isLight(below)) cell->style.ink = mix(style.ink, {}, 0.8);
+    }
     utf8.remove_prefix(length);
     ++column;
   }
@@ -138,14 +147,14 @@ void Dots::line(double x0, double y0, double x1, double y1) {
   }
 }
 
-void Dots::paint(Canvas& canvas, int column, int row, const Style& style) const {
+void Dots::paint(Canvas& canvas, int column, int row, const Style& style, Canvas::Paper paper) const {
   for (int y = 0; y < rows_; ++y) {
     for (int x = 0; x < columns_; ++x) {
       const auto pattern = patterns_[static_cast<std::size_t>(y * columns_ + x)];
       // U+2800 + pattern
       const std::string glyph = {'\xe2', static_cast<char>(0xa0 | (pattern >> 6)),
                                  static_cast<char>(0x80 | (pattern & 63))};
-      if (pattern != 0) canvas.text(column + x, row + y, glyph, style);
+      if (pattern != 0) canvas.text(column + x, row + y, glyph, style, paper);
     }
   }
 }

@@ -16,6 +16,8 @@ struct Colour24 {
   bool operator==(const Colour24& other) const = default;
 };
 
+bool isLight(Colour24 colour);
+
 /// share = 0: from, 1: to.
 Colour24 mix(Colour24 from, Colour24 to, double share);
 
@@ -36,8 +38,13 @@ class Canvas {
   int width() const { return width_; }
   int height() const { return height_; }
 
+  enum class Paper {
+    kOfStyle,
+    kKept,  ///< what is there shows through; the ink is darkened where that is light
+  };
+
   /// UTF-8; returns the column behind it.
-  int text(int column, int row, std::string_view utf8, const Style& style = {});
+  int text(int column, int row, std::string_view utf8, const Style& style = {}, Paper paper = Paper::kOfStyle);
   void fill(int column, int row, int width, int height, const Style& style);
   void frame(int column, int row, int width, int height, const Style& style);
 
@@ -67,7 +74,8 @@ class Dots {
   int height() const { return 4 * rows_; }
   void set(int x, int y);  ///< y down
   void line(double x0, double y0, double x1, double y1);
-  void paint(Canvas& canvas, int column, int row, const Style& style) const;
+  void paint(Canvas& canvas, int column, int row, const Style& style,
+             Canvas::Paper paper = Canvas::Paper::kOfStyle) const;
 
  private:
   int columns_;

@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
   double seconds = cli::kForever;
   long count = -1;
   bool json = false;
-  unsigned topics = kField;
+  std::string topic = "field";
 
   CLI::App app("Watches and commands a running tractiond.");
   app.set_version_flag("--version", "tractionctl " TRACTION_VERSION);
@@ -58,9 +58,7 @@ int main(int argc, char** argv) {
                                                  {"description", kDescription},
                                                  {"status", kStatus},
                                                  {"all", kAllTopics}};
-  echo->add_option("--topic", topics, "field (default), markers, description, status or all")
-      ->transform(CLI::Transformer(names))
-      ->type_name("TOPIC");
+  echo->add_option("--topic", topic, "of the messages")->check(CLI::IsMember(&names))->capture_default_str();
   echo->add_option("--count", count, "of messages; without: until Ctrl-C")->check(CLI::NonNegativeNumber);
   auto* status = app.add_subcommand("status", "Tells how the daemon does, and where every frame went");
   status->add_flag("--json", json, "as JSON");
@@ -72,7 +70,7 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     subscription.instance = control.instance = instance;
     if (watch->parsed()) cli::watch(subscription, seconds);
-    if (echo->parsed()) cli::echo(subscription, topics, count);
+    if (echo->parsed()) cli::echo(subscription, names.at(topic), count);
     if (status->parsed()) cli::status(control, json);
     if (describe->parsed()) cli::describe(control);
     if (zero->parsed()) cli::zero(control, json);

@@ -16,7 +16,9 @@ namespace {
 
 constexpr double kGramForce_N = 9.80665e-3;
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr double kSmallestScale_N = 0.01;  ///< below it there is noise
+constexpr double kSmallestScale_N = 0.02;  ///< below it there is noise
+constexpr double kSmallestForce_N = 0.05;  ///< with a direction worth telling
+constexpr double kFaint = 0.05;            ///< of the scale; smaller shear is drawn as a dot
 constexpr int kPanelWidth = 34;
 
 constexpr Colour24 kPaper{14, 16, 24};
@@ -24,10 +26,10 @@ constexpr Colour24 kBar{36, 41, 58};
 const Style kPlain;
 const Style kDim{{120, 126, 142}, kPaper, false};
 const Style kBright{{255, 255, 255}, kPaper, true};
-const Style kGood{{120, 220, 140}, kPaper, false};
 const Style kWarning{{255, 196, 84}, kPaper, true};
 const Style kLine{{70, 76, 96}, kPaper, false};
 const Style kAccent{{110, 190, 255}, kPaper, false};
+const Style kShear{{90, 255, 240}, kPaper, true};
 
 [[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...) {
   std::array<char, 160> text;
@@ -36,6 +38,15 @@ const Style kAccent{{110, 190, 255}, kPaper, false};
   std::vsnprintf(text.data(), text.size(), pattern, arguments);
   va_end(arguments);
   return text.data();
+}
+
+/// 1, 2 or 5 times a power of ten.
+double roundUp(double value) {
+  const double decade = std::pow(10.0, std::floor(std::log10(value)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * decade >= value * (1.0 - 1e-9)) return factor * decade;
+  }
+  return 10.0 * decade;
 }
 
 /// -1: the strongest pull, 1: the strongest press.
@@ -55,7 +66,7 @@ Colour24 shade(double share) {
 const char* arrow(double x, double y, double share) {
   constexpr std::array<const char*, 8> kLight = {"→", "↗", "↑", "↖", "←", "↙", "↓", "↘"};
   constexpr std::array<const char*, 8> kHeavy = {"⇒", "⇗", "⇑", "⇖", "⇐", "⇙", "⇓", "⇘"};
-  if (share < 0.05) return "·";
+  if (share < kFaint) return "·";
   const auto octant = static_cast<std::size_t>(std::lround(std::atan2(y, x) * 4.0 / std::numbers::pi) + 8) % 8;
   return share < 0.4 ? kLight[octant] : kHeavy[octant];
 }
@@ -86,6 +97,34 @@ std::vector<Vector3> gather(const Field& field, int fromColumns, int fromRows, i
   return cells;
 }
 
+/// From (x, y) by (dx, dy), in dots, y down.
+void drawArrow(Dots& dots, double x, double y, double dx, double dy) {
+  constexpr double kHalfAngle = 0.55;
+  const double head = std::clamp(0.45 * std::hypot(dx, dy), 2.0, 4.0);
+  const double direction = std::atan2(dy, dx);
+  const double tipX = x + dx, tipY = y + dy;
+  dots.line(x, y, tipX, tipY);
+  if (std::hypot(dx, dy) < 2.0) return;
+  for (const double back : {direction + kHalfAngle, direction - kHalfAngle}) {
+    dots.line(tipX, tipY, tipX - head * std::cos(back), tipY - head * std::sin(back));
+  }
+}
+
+/// What a reader of the field should know, most important first.
+std::vector<std::string> warnings(const Scene& scene, std::int64_t now_ns) {
+  std::vector<std::string> texts;
+  const double silence_s = static_cast<double>(now_ns - scene.lastArrival_ns) * 1e-9;
+  if (scene.lastArrival_ns != 0 && silence_s > 2.5) texts.push_back(format("nothing heard for %.0f s", silence_s));
+  if (scene.status && scene.status->camera == CameraState::kLost) texts.push_back("camera lost");
+  if (!scene.field) return texts;
+  const std::uint32_t flags = scene.field->header.flags;
+  if (flags & kZeroUnverified) texts.push_back("zero not verified");
+  if (flags & kFewMarkers) texts.push_back("too few markers");
+  if (flags & kReacquiring) texts.push_back("markers labelled anew");
+  if (flags & kDiscontinuity) texts.push_back("frames were lost before this one");
+  return texts;
+}
+
 /// How the field is laid out in the room there is.
 struct Layout {
   int columns, rows;  ///< cells
@@ -104,10 +143,26 @@ Layout layoutFor(int nodeColumns, int nodeRows, int width, int height) {
   return {cells(nodeColumns), cells(nodeRows), block};
 }
 
+int columnsOf(std::string_view utf8) {
+  return static_cast<int>(std::count_if(utf8.begin(), utf8.end(), [](char c) { return (c & 0xc0) != 0x80; }));
+}
+
+/// Broken into lines where there is no room, around `row`.
 void centred(Canvas& canvas, int column, int row, int width, std::string_view text, const Style& style) {
-  const auto characters =
-      static_cast<int>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; }));
-  canvas.text(column + std::max(0, (width - characters) / 2), row, text, style);
+  std::vector<std::string> lines;
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find(' '));
+    if (lines.empty() || columnsOf(lines.back()) + 1 + columnsOf(word) > width) {
+      lines.emplace_back(word);
+    } else {
+      lines.back().append(" ").append(word);
+    }
+    text.remove_prefix(std::min(word.size() + 1, text.size()));
+  }
+  row -= static_cast<int>(lines.size()) / 2;
+  for (const std::string& line : lines) {
+    canvas.text(column + std::max(0, (width - columnsOf(line)) / 2), row++, line, style);
+  }
 }
 
 /// Why there is no field to show; empty: there is one.
@@ -134,6 +189,18 @@ Vector2 shareOf(const Vector2& point_m, const Grid& nodes) {
           ((point_m[1] - nodes.centre_m[1]) / nodes.pitch_m + nodes.rows / 2.0) / nodes.rows};
 }
 
+/// Where the force acts, and its tangential part as a long arrow: half the field's width for all of the force.
+void drawResultant(Canvas& canvas, const Field& field, const Grid& nodes, const Layout& layout, int left, int top) {
+  const Vector2 centre = shareOf(field.centreOfPressure_m, nodes);
+  if (!field.centreOfPressureValid || std::abs(centre[0] - 0.5) >= 0.5 || std::abs(centre[1] - 0.5) >= 0.5) return;
+  Dots dots(layout.width() - 2, layout.height() - 2);
+  const double x = centre[0] * dots.width(), y = (1.0 - centre[1]) * dots.height();
+  const double reach = dots.width() / 2.0 / length(field.resultant_N);
+  drawArrow(dots, x, y, field.resultant_N[0] * reach, -field.resultant_N[1] * reach);
+  dots.paint(canvas, left, top, kShear, Canvas::Paper::kKept);
+  canvas.text(left + static_cast<int>(x / 2.0), top + static_cast<int>(y / 4.0), "✛", kShear, Canvas::Paper::kKept);
+}
+
 /// The shades and arrows; returns the force that is drawn brightest.
 double drawCells(Canvas& canvas, const Scene& scene, const Layout& layout, int left, int top, Scale& scale,
                  std::int64_t now_ns) {
@@ -148,21 +215,24 @@ double drawCells(Canvas& canvas, const Scene& scene, const Layout& layout, int l
       const Vector3& force = cells[static_cast<std::size_t>(r * layout.columns + c)];
       const double tangential = std::hypot(force[0], force[1]) / full_N;
       const Colour24 paper = shade(force[2] / full_N);
-      const bool light = paper.red + paper.green > 330;
-      const Colour24 contrast = light ? Colour24{10, 10, 10} : Colour24{255, 255, 255};
+      const Colour24 contrast = isLight(paper) ? Colour24{10, 10, 10} : Colour24{255, 255, 255};
       const Style style{mix(paper, contrast, 0.22 + 1.3 * tangential), paper, tangential > 0.2};
       const int x = left + 2 * layout.block * c;
       const int y = top + layout.block * (layout.rows - 1 - r);
       canvas.fill(x, y, 2 * layout.block, layout.block, style);
-      canvas.text(x + layout.block - 1, y + layout.block / 2, arrow(force[0], force[1], tangential), style);
+      if (layout.block < 3 || tangential < kFaint) {
+        canvas.text(x + layout.block - 1, y + layout.block / 2, arrow(force[0], force[1], tangential), style);
+      } else {
+        Dots dots(2 * layout.block, layout.block);
+        const double middle = (dots.width() - 1) / 2.0;
+        const double reach = middle * (0.5 + 0.5 * std::min(tangential, 1.0)) / std::hypot(force[0], force[1]);
+        const double dx = force[0] * reach, dy = -force[1] * reach;
+        drawArrow(dots, middle - dx, middle - dy, 2.0 * dx, 2.0 * dy);
+        dots.paint(canvas, x, y, style);
+      }
     }
   }
-  const Vector2 centre = shareOf(scene.field->centreOfPressure_m, nodes);
-  if (scene.field->centreOfPressureValid && centre[0] > 0.0 && centre[0] < 1.0 && centre[1] > 0.0 && centre[1] < 1.0) {
-    const int x = left + static_cast<int>(centre[0] * (layout.width() - 2));
-    const int y = top + static_cast<int>((1.0 - centre[1]) * (layout.height() - 2));
-    canvas.text(x, y, "✛", {{90, 255, 240}, shade(0.0), true});
-  }
+  drawResultant(canvas, *scene.field, nodes, layout, left, top);
   return full_N;
 }
 
@@ -174,6 +244,11 @@ double drawField(Canvas& canvas, const Scene& scene, const Layout& layout, int c
   canvas.text(column, row + 2, "y", kDim);
   const int bottom = row + layout.height() - 1;
   canvas.text(column + layout.width() - 5, bottom, " x → ", kDim);
+  int next = column + 2;
+  for (const std::string& text : warnings(scene, now_ns)) {
+    if (next + columnsOf(text) + 5 > column + layout.width()) break;
+    next = canvas.text(next, row, " ! " + text + " ", kWarning);
+  }
   const int left = column + 1, top = row + 1;
   canvas.fill(left, top, layout.width() - 2, layout.height() - 2, {kPlain.ink, shade(0.0)});
 
@@ -195,44 +270,34 @@ double drawField(Canvas& canvas, const Scene& scene, const Layout& layout, int c
 
 /// The tangential part of the resultant as an arrow in a circle, its length of the whole force.
 void drawDial(Canvas& canvas, int column, int row, const Vector3& resultant_N) {
-  constexpr int kColumns = 10, kRows = 5;
-  Dots circle(kColumns, kRows), needle(kColumns, kRows);
-  const double centre = (circle.width() - 1) / 2.0;
-  const double radius = centre;
-  for (int i = 0; i < 60; ++i) {
-    const double angle = i * 6.0 / kDegrees;
-    circle.set(static_cast<int>(std::lround(centre + radius * std::cos(angle))),
-               static_cast<int>(std::lround(centre - radius * std::sin(angle))));
+  Dots circle(10, 5), needle(10, 5);
+  const double radius = (circle.width() - 1) / 2.0;
+  for (int degrees = 0; degrees < 360; degrees += 6) {
+    circle.set(static_cast<int>(std::lround(radius + radius * std::cos(degrees / kDegrees))),
+               static_cast<int>(std::lround(radius + radius * std::sin(degrees / kDegrees))));
   }
   circle.paint(canvas, column, row, kLine);
   const double total = length(resultant_N);
-  if (total < kSmallestScale_N) return;
-  const double x = resultant_N[0] / total * (radius - 1.0), y = -resultant_N[1] / total * (radius - 1.0);
-  const double tip = std::hypot(x, y);
-  needle.line(centre, centre, centre + x, centre + y);
-  if (tip > 2.0) {
-    for (const double side : {2.6, -2.6}) {
-      const double angle = std::atan2(y, x) + side;
-      needle.line(centre + x, centre + y, centre + x + 3.0 * std::cos(angle), centre + y + 3.0 * std::sin(angle));
-    }
-  } else {
-    for (const double d : {0.0, 1.0}) needle.line(centre - 0.5, centre - 0.5 + d, centre + 0.5, centre - 0.5 + d);
-  }
-  needle.paint(canvas, column, row, kAccent);
+  if (total < kSmallestForce_N) return;
+  const double reach = (radius - 1.0) / total;
+  drawArrow(needle, radius, radius, resultant_N[0] * reach, -resultant_N[1] * reach);
+  needle.paint(canvas, column, row, kShear);
 }
 
-void drawHistory(Canvas& canvas, const std::deque<double>& history, int column, int row, int width, int height) {
+/// Returns the force at the top.
+double drawHistory(Canvas& canvas, const std::deque<double>& history, int column, int row, int width, int height) {
   Dots dots(width, height);
-  const double top = history.empty() ? 0.0 : *std::max_element(history.begin(), history.end());
-  const double full = std::max(top, 5.0 * kSmallestScale_N);
   const auto count = std::min(history.size(), static_cast<std::size_t>(dots.width()));
+  const auto first = history.end() - static_cast<std::ptrdiff_t>(count);
+  const double full = roundUp(count == 0 ? 0.0 : std::max(*std::max_element(first, history.end()), 0.1));
   for (std::size_t i = 0; i < count; ++i) {
-    const double value = history[history.size() - count + i] / full;
-    const int x = dots.width() - static_cast<int>(count) + static_cast<int>(i);
-    const int y = static_cast<int>(std::lround((1.0 - value) * (dots.height() - 1)));
+    const int x = dots.width() - static_cast<int>(count - i);
+    const int y =
+        static_cast<int>(std::lround((1.0 - first[static_cast<std::ptrdiff_t>(i)] / full) * (dots.height() - 1)));
     for (int below = y; below < dots.height(); ++below) dots.set(x, below);
   }
   dots.paint(canvas, column, row, kAccent);
+  return full;
 }
 
 std::string duration(double seconds) {
@@ -241,93 +306,115 @@ std::string duration(double seconds) {
   return seconds < 172'800.0 ? format("%.0f h", seconds / 3600.0) : format("%.0f days", seconds / 86'400.0);
 }
 
-std::string zeroText(const Scene& scene) {
-  if (!scene.description || !scene.description->zero) return "none yet";
+std::string zeroAge(const Scene& scene) {
+  if (!scene.description || !scene.description->zero) return "none";
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
-  const double age_s = static_cast<double>(now.tv_sec) - static_cast<double>(scene.description->zero->time_ns) * 1e-9;
-  return duration(std::max(age_s, 0.0)) + " old" + (scene.description->zero->requested ? "" : ", taken at first start");
-}
-
-std::vector<std::string> warnings(const Scene& scene, std::int64_t now_ns) {
-  std::vector<std::string> texts;
-  const double silence_s = static_cast<double>(now_ns - scene.lastArrival_ns) * 1e-9;
-  if (scene.lastArrival_ns != 0 && silence_s > 2.5) texts.push_back(format("nothing heard for %.0f s", silence_s));
-  if (scene.status && scene.status->camera == CameraState::kLost) texts.push_back("camera lost");
-  if (!scene.field) return texts;
-  const std::uint32_t flags = scene.field->header.flags;
-  if (flags & kZeroUnverified) texts.push_back("zero not verified: tractionctl zero");
-  if (flags & kFewMarkers) texts.push_back("too few markers");
-  if (flags & kReacquiring) texts.push_back("markers labelled anew");
-  if (flags & kDiscontinuity) texts.push_back("frames were lost before this one");
-  return texts;
+  return duration(
+      std::max(0.0, static_cast<double>(now.tv_sec) - static_cast<double>(scene.description->zero->time_ns) * 1e-9));
 }
 
 /// The numbers, most important first; what does not fit is left out.
-void drawPanel(Canvas& canvas, const Scene& scene, int column, int row, int bottom, int width, std::int64_t now_ns) {
+class Panel {
+ public:
+  Panel(Canvas& canvas, int column, int row, int width, int bottom)
+      : canvas_(canvas)
+      , column_(column)
+      , row_(row)
+      , width_(width)
+      , bottom_(bottom) {}
+
+  int left() const { return bottom_ - row_; }
+  void skip() { ++row_; }
+
+  void heading(const char* text) {
+    if (left() > 0) canvas_.text(column_, row_++, text, kAccent);
+  }
+  /// name   number unit
+  void line(const char* name, const std::string& number, const std::string& unit, const Style& style = kPlain) {
+    if (left() <= 0) return;
+    constexpr int kNumberEnd = 17;
+    canvas_.text(column_, row_, name, kDim);
+    const int start = column_ + std::max(9, kNumberEnd - static_cast<int>(number.size()));
+    canvas_.text(canvas_.text(start, row_, number, style) + 1, row_, unit, kDim);
+    ++row_;
+  }
+
+  /// Shear and history side by side, a caption above: 6 rows.
+  void pictures(const Vector3& resultant_N, const std::deque<double>& history) {
+    constexpr int kHistory = 13;
+    canvas_.text(column_, row_, "shear", kDim);
+    drawDial(canvas_, column_, row_ + 1, resultant_N);
+    const double full_N =
+        drawHistory(canvas_, history, column_ + kHistory, row_ + 1, std::clamp(width_ - kHistory - 1, 0, 40), 5);
+    canvas_.text(column_ + kHistory, row_, format("total, up to %g N", full_N), kDim);
+    row_ += 6;
+  }
+
+ private:
+  Canvas& canvas_;
+  int column_, row_, width_, bottom_;
+};
+
+void drawPanel(Panel panel, const Scene& scene, std::int64_t now_ns) {
   const Field none;
   const Field& field = scene.field ? *scene.field : none;
-  const bool valid = scene.field && field.valid;
-  const auto line = [&](const char* name, const std::string& value, const char* unit, const Style& style) {
-    if (row >= bottom) return;
-    canvas.text(column, row, name, kDim);
-    canvas.text(canvas.text(column + 9, row, value, valid || style == kPlain ? style : kDim) + 1, row, unit, kDim);
-    ++row;
-  };
-  const auto heading = [&](const char* text) {
-    if (row < bottom) canvas.text(column, row++, text, kAccent);
-  };
+  const bool isKnown = scene.field && field.valid;
+  const Style& strong = isKnown ? kBright : kDim;
+  const auto known = [&](const std::string& number) { return isKnown ? number : "-"; };
   const Vector3& force = field.resultant_N;
   const double total = length(force), tangential = std::hypot(force[0], force[1]);
-  heading("FORCE ON THE GEL");
-  line("x", format("%+8.3f", force[0]), "N  to the right", kBright);
-  line("y", format("%+8.3f", force[1]), "N  up", kBright);
-  line("z", format("%+8.3f", force[2]), "N  into the gel", kBright);
-  line("total", format("%8.3f", total), format("N  %.0f gf", total / kGramForce_N).c_str(), kBright);
-  if (total > 5.0 * kSmallestScale_N) {
-    line("slant", format("%8.1f", std::atan2(tangential, force[2]) * kDegrees),
-         format("°  towards %.0f°", std::fmod(std::atan2(force[1], force[0]) * kDegrees + 360.0, 360.0)).c_str(),
-         kBright);
+  panel.heading("FORCE ON THE GEL");
+  panel.line("x", known(format("%+.3f", force[0])), "N  to the right", strong);
+  panel.line("y", known(format("%+.3f", force[1])), "N  up", strong);
+  panel.line("z", known(format("%+.3f", force[2])), "N  into the gel", strong);
+  panel.line("total", known(format("%.3f", total)), isKnown ? format("N  %.0f gf", total / kGramForce_N) : "N", strong);
+  if (isKnown && total > kSmallestForce_N) {
+    panel.line("slant", format("%.1f", std::atan2(tangential, force[2]) * kDegrees),
+               format("°  towards %.0f°", std::fmod(std::atan2(force[1], force[0]) * kDegrees + 360.0, 360.0)), strong);
   } else {
-    line("slant", "       –", "", kDim);
+    panel.line("slant", "-", "");
   }
-  line("torsion", format("%+8.2f", field.moment_Nm[2] * 1e3), "mN m about z", kPlain);
-  line("centre",
-       field.centreOfPressureValid
-           ? format("%+5.1f %+5.1f", field.centreOfPressure_m[0] * 1e3, field.centreOfPressure_m[1] * 1e3)
-           : "–",
-       field.centreOfPressureValid ? "mm (x, y)" : "", kPlain);
+  panel.line("torsion", known(format("%+.2f", field.moment_Nm[2] * 1e3)), "mN m about z");
+  if (isKnown && field.centreOfPressureValid) {
+    panel.line("centre", format("%+.1f %+.1f", field.centreOfPressure_m[0] * 1e3, field.centreOfPressure_m[1] * 1e3),
+               "mm (x, y)");
+  } else {
+    panel.line("centre", "-", "");
+  }
 
-  constexpr int kNumbers = 7, kDial = 5;
-  if (bottom - row >= kNumbers + kDial + 1) {
-    ++row;
-    drawDial(canvas, column, row, valid ? force : Vector3{});
-    drawHistory(canvas, scene.history(), column + 12, row, std::max(0, width - 13), kDial);
-    row += kDial;
+  constexpr int kNumbers = 6, kPictures = 6;
+  if (panel.left() >= kNumbers + kPictures + 2) {
+    panel.skip();
+    panel.pictures(isKnown ? force : Vector3{}, scene.history());
   }
-  if (bottom - row > kNumbers) ++row;
-  const auto latency = scene.latency(now_ns);
-  line("rate", format("%8.1f", scene.rate_hz(now_ns)), "fields/s", kPlain);
-  line("latency", latency ? format("%8.2f", latency->p50_ms) : "       –",
-       latency ? format("ms, p99 %.2f", latency->p99_ms).c_str() : "another host's clock", kPlain);
-  const std::uint64_t inDaemon = scene.status ? scene.status->ledger.losses() - scene.status->ledger.noRestPose : 0;
-  const std::uint64_t missing = scene.status ? scene.status->ledger.missing : 0;
-  line("lost", format("%llu", static_cast<unsigned long long>(scene.lost + inDaemon + missing)),
-       format("(camera %llu daemon %llu here %llu)", static_cast<unsigned long long>(missing),
-              static_cast<unsigned long long>(inDaemon), static_cast<unsigned long long>(scene.lost))
-           .c_str(),
-       scene.lost + inDaemon + missing ? kWarning : kPlain);
+  if (panel.left() > kNumbers) panel.skip();
+
+  panel.line("rate", format("%.1f", scene.rate_hz(now_ns)), "fields/s");
+  if (const auto latency = scene.latency(now_ns)) {
+    panel.line("latency", format("%.2f", latency->p50_ms), format("ms, p99 %.2f", latency->p99_ms));
+  } else {
+    panel.line("latency", "-", scene.description && !scene.description->sameHost ? "another host's clock" : "");
+  }
+  const Ledger ledger = scene.status ? scene.status->ledger : Ledger{};
+  const std::uint64_t inDaemon = ledger.losses() - ledger.noRestPose;
+  const auto count = [](std::uint64_t number) { return format("%llu", static_cast<unsigned long long>(number)); };
+  const auto lost = [&](const char* name, std::uint64_t number, const char* where) {
+    panel.line(name, count(number), where, number != 0 ? kWarning : kPlain);
+  };
+  lost("lost", ledger.missing + inDaemon + scene.lost, "frames");
+  if (ledger.missing != 0) lost("", ledger.missing, "before they came here");
+  if (inDaemon != 0) lost("", inDaemon, "in tractiond");
+  if (scene.lost != 0) lost("", scene.lost, "messages on the way");
   std::size_t expected = 0;
   if (scene.description) {
-    for (const MarkerLayer& layer : scene.description->layers)
+    for (const MarkerLayer& layer : scene.description->layers) {
       expected += std::size_t{layer.grid.columns} * layer.grid.rows;
+    }
   }
-  line("markers", format("%u of %zu", field.validMarkers, expected), "", kPlain);
-  line("residual", format("%8.3f", field.residual_px), "px", kPlain);
-  line("zero", zeroText(scene), "", kPlain);
-  for (const std::string& text : warnings(scene, now_ns)) {
-    if (row < bottom) canvas.text(column, row++, "! " + text, kWarning);
-  }
+  panel.line("markers", count(field.validMarkers), "of " + count(expected));
+  panel.line("residual", format("%.3f", field.residual_px), "px");
+  panel.line("zero", zeroAge(scene), scene.description && scene.description->zero ? "old" : "");
 }
 
 void drawBar(Canvas& canvas, const Scene& scene, std::string_view endpoint) {
@@ -358,27 +445,18 @@ void drawLegend(Canvas& canvas, int row, double full_N, const Layout& layout, in
   column = canvas.text(column, row, " press", kDim);
   if (full_N > 0.0) {
     const char* of = layout.columns == nodeColumns ? "node" : "cell";
-    column = canvas.text(column, row, format(" (full: %g N a %s)", full_N, of), kDim);
+    column = canvas.text(column, row, format(" %g N/%s", full_N, of), kDim);
   }
   column = canvas.text(column, row, "   → ⇒ shear", kDim);
-  canvas.text(column, row, "   ✛ centre of pressure", kDim);
+  canvas.text(column, row, "   ✛ resultant", kDim);
 }
 
 }  // namespace
 
 double Scale::update(double strongest_N, std::int64_t now_ns) {
-  const double wanted = std::max(strongest_N, kSmallestScale_N);
-  const double decade = std::pow(10.0, std::floor(std::log10(wanted * 1.0000001)));
-  double step = 10.0 * decade;
-  for (const double factor : {5.0, 2.0, 1.0}) {
-    if (factor * decade >= wanted * 0.9999999) step = factor * decade;
-  }
-  if (step >= scale_N_) {
-    scale_N_ = step;
-    needed_ns_ = now_ns;
-  } else if (now_ns - needed_ns_ > 2'000'000'000) {
-    scale_N_ = step;
-  }
+  const double wanted_N = roundUp(std::max(strongest_N, kSmallestScale_N));
+  if (wanted_N >= scale_N_) needed_ns_ = now_ns;
+  if (wanted_N > scale_N_ || now_ns - needed_ns_ > 2'000'000'000) scale_N_ = wanted_N;
   return scale_N_;
 }
 
@@ -400,9 +478,9 @@ Canvas draw(const Scene& scene, int width, int height, Scale& scale, std::int64_
   const double full_N = drawField(canvas, scene, layout, 0, kTop, scale, now_ns);
   if (isBeside) {
     const int column = layout.width() + 2;
-    drawPanel(canvas, scene, column, kTop, bottom, width - column, now_ns);
+    drawPanel(Panel(canvas, column, kTop, width - column, bottom), scene, now_ns);
   } else {
-    drawPanel(canvas, scene, 1, kTop + layout.height(), bottom, width - 2, now_ns);
+    drawPanel(Panel(canvas, 1, kTop + layout.height(), width - 2, bottom), scene, now_ns);
   }
   if (bottom < height) drawLegend(canvas, bottom, full_N, layout, nodeColumns);
   return canvas;
