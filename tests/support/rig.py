@@ -132,7 +132,7 @@ class Rig(contextlib.ExitStack):
         (base / "run").mkdir(parents=True, exist_ok=True)
         state = pathlib.Path(state or base / "state")
         state.mkdir(parents=True, exist_ok=True)
-        for cached in cache_directory().glob("inverse-*"):
+        for cached in cache_directory().glob("*.inverse"):
             with contextlib.suppress(FileExistsError):
                 os.link(cached, state / cached.name)
         file = base / "tractiond.toml"
@@ -143,7 +143,7 @@ class Rig(contextlib.ExitStack):
         process.state = state
         if ready:
             process.wait_for("running", 60)
-            for made in state.glob("inverse-*"):
+            for made in state.glob("*.inverse"):
                 with contextlib.suppress(FileExistsError):
                     os.link(made, cache_directory() / made.name)
         return process
