@@ -77,6 +77,8 @@ Header headerOf(const pb::Header& from) {
   header.exposure_s = from.exposure_s();
   header.receivedReal_ns = from.received_real_ns();
   header.received_ns = from.received_ns();
+  header.captured_ns = from.captured_ns();
+  header.capturedError_ns = from.captured_error_ns();
   header.tracked_ns = from.tracked_ns();
   header.solved_ns = from.solved_ns();
   header.sent_ns = from.sent_ns();

@@ -62,6 +62,7 @@ struct Publisher::Impl {
     guard(latest, options.highWaterMark, kLargestSubscription);
     latest.set(zmq::sockopt::conflate, true);
     lastStatus_ns = started_ns;
+    lastStatus.reserve(4096);  // its numbers grow
   }
 
   ~Impl() {

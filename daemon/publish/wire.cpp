@@ -79,6 +79,8 @@ void set(const Heading& heading, pb::Header& header) {
   header.set_exposure_s(frame.exposure_s);
   header.set_received_real_ns(frame.times.receivedReal_ns);
   header.set_received_ns(frame.times.received_ns);
+  header.set_captured_ns(frame.times.captured_ns);
+  header.set_captured_error_ns(frame.times.capturedError_ns);
   header.set_tracked_ns(frame.times.tracked_ns);
   header.set_solved_ns(frame.times.solved_ns);
   header.set_sent_ns(heading.sent_ns);

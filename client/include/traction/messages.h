@@ -40,10 +40,12 @@ struct Header {
   std::int64_t receivedReal_ns = 0;  ///< CLOCK_REALTIME of the daemon's host when the frame came from the camera driver
 
   // CLOCK_MONOTONIC of the daemon's host.
-  std::int64_t received_ns = 0;  ///< when the frame came from the camera driver
-  std::int64_t tracked_ns = 0;   ///< when its markers were found
-  std::int64_t solved_ns = 0;    ///< when its forces were known
-  std::int64_t sent_ns = 0;      ///< when this message was handed to be sent
+  std::int64_t captured_ns = 0;       ///< when the camera says it was captured, by the running mapping; 0: not known
+  std::int64_t capturedError_ns = 0;  ///< half width of that mapping, beside the shortest delay to the host
+  std::int64_t received_ns = 0;       ///< when the frame came from the camera driver
+  std::int64_t tracked_ns = 0;        ///< when its markers were found
+  std::int64_t solved_ns = 0;         ///< when its forces were known
+  std::int64_t sent_ns = 0;           ///< when this message was handed to be sent
 
   /// CLOCK_MONOTONIC of this host when receive() took the message; 0 in answers of Control. Less received_ns it is the
   /// latency where Description::sameHost holds.

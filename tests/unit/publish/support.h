@@ -28,6 +28,8 @@ inline FrameInfo frameInfo(std::uint64_t number) {
   info.times.device_ns = 777'000'000 + static_cast<std::int64_t>(number);
   info.times.received_ns = 1'000'000'000;
   info.times.receivedReal_ns = 1'700'000'000'000'000'001;
+  info.times.captured_ns = 990'000'000;
+  info.times.capturedError_ns = 12'345;
   info.times.tracked_ns = 1'000'200'000;
   info.times.solved_ns = 1'000'350'000;
   return info;
