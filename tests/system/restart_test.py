@@ -18,6 +18,8 @@ class Restart(unittest.TestCase):
             # The camera stays with the killed client until its heartbeat runs out; the daemon waits for it.
             second = bench.daemon(state=first.state)
             after = bench.subscribe(second).collect(20)
+            self.assertEqual(second.stop(), 0, second.output())
+            self.assertEqual(twin.stop(), 0, twin.output())
             truth = rig.read_truth(twin)
             self.assertEqual(before[-1].header.zero, after[-1].header.zero)
             self.assertNotEqual(before[-1].header.boot, after[-1].header.boot)
@@ -26,7 +28,6 @@ class Restart(unittest.TestCase):
                 self.assertGreater(true[2], 3.8)
                 self.assertLess(abs(field.resultant_N.z - true[2]), 0.4)
                 self.assertTrue(field.header.flags & 1, "nothing has shown yet that the zero still holds")
-            self.assertEqual(second.stop(), 0, second.output())
 
 
 if __name__ == "__main__":

@@ -1,0 +1,200 @@
+"""What tools/bench prints: each figure, measured now on this machine, beside its target."""
+
+import json
+import os
+import pathlib
+import re
+import statistics
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+import rig
+
+TICKS = os.sysconf("SC_CLK_TCK")
+
+
+def row(figure, measured, target=None, limit=None, value=None, at_least=False):
+    """`value` is held against `limit`; a figure without one is only printed."""
+    verdict = ""
+    if limit is not None:
+        verdict = "ok" if (value >= limit if at_least else value <= limit) else "MISSED"
+    print(f"{figure:66s} {measured:>26s}   {target or '':12s} {verdict}", flush=True)
+
+
+def run(*command):
+    return subprocess.run([str(word) for word in command], capture_output=True, text=True, check=True).stdout
+
+
+def json_lines(path):
+    with open(path) as lines:
+        return [json.loads(line) for line in lines if line.endswith("\n")]
+
+
+def cpu_seconds(pid):
+    words = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(words[11]) + int(words[12])) / TICKS
+
+
+def peak_memory_mb(pid):
+    return int(re.search(r"VmHWM:\s+(\d+)", pathlib.Path(f"/proc/{pid}/status").read_text())[1]) / 1024
+
+
+def steady(fields, truth):
+    """The first 100 frames of the longest constant load, half a second after it was reached."""
+    loaded = [field for field in fields if any(truth[field["camera_frame_id"]]["force_N"])]
+    peak = max(np.linalg.norm(truth[field["camera_frame_id"]]["force_N"]) for field in loaded)
+    held = [field for field in loaded
+            if np.linalg.norm(truth[field["camera_frame_id"]]["force_N"]) > peak * (1 - 1e-6)]
+    return held[30:130]
+
+
+def live(scenario, seconds):
+    """Twin, daemon and subscriber as processes: (fields, truth, daemon, its share of a core, its peak memory [MB])."""
+    with rig.Rig() as bench:
+        twin = bench.twin(scenario, ready=False)
+        daemon = bench.daemon()
+        subscriber = bench.subscribe(daemon)
+        subscriber.collect(1)
+        output = bench.folder / "fields.jsonl"
+        with open(output, "w") as file:
+            echo = subprocess.Popen([rig.BIN / "tractionctl", "echo", "--connect", daemon.endpoint["stream"],
+                                     "--topic", "field"], stdout=file)
+        subscriber.socket.close(0)  # only the measured subscriber stays
+        time.sleep(1.0)
+        cpu, since = cpu_seconds(daemon.child.pid), time.monotonic()
+        time.sleep(seconds)
+        cpu = (cpu_seconds(daemon.child.pid) - cpu) / (time.monotonic() - since)
+        memory = peak_memory_mb(daemon.child.pid)
+        echo.terminate()
+        echo.wait()
+        daemon.stop()
+        twin.stop()
+        return json_lines(output), rig.read_truth(twin), daemon, cpu, memory
+
+
+def sixty_frames_per_second(seconds):
+    fields, truth, daemon, cpu, memory = live("press", seconds)
+    numbers = [field["frame_number"] for field in fields]
+    lost = numbers[-1] - numbers[0] + 1 - len(numbers)
+    ledger = re.search(r"(\d+) frames received, (\d+) published, (\d+) lost", daemon.output())
+    received, published, counted = map(int, ledger.groups())
+    row(f"{len(numbers)} frames at 60 frames/s: lost", str(lost), "0", 0, lost)
+    row("frames unaccounted for", str(received - published - counted), "0", 0, abs(received - published - counted))
+    latency = sorted((field["arrived_ns"] - field["received_ns"]) * 1e-6 for field in fields)
+    p50, p99 = latency[len(latency) // 2], latency[len(latency) * 99 // 100]
+    row("frame popped -> message received in another process, p50", f"{p50:.3f} ms", "<= 1 ms", 1, p50)
+    row("                                                     p99", f"{p99:.3f} ms", "<= 2 ms", 2, p99)
+    row("peak resident memory of the daemon", f"{memory:.0f} MB", "<= 150 MB", 150, memory)
+    row("processor time of the daemon at 60 frames/s", f"{100 * cpu:.1f} % of a core", "<= 15 %", 0.15, cpu)
+    resultant("400 gf press", fields, truth)
+
+
+def resultant(name, fields, truth):
+    held = steady(fields, truth)
+    measured = np.mean([field["resultant_N"] for field in held], axis=0)
+    true = np.array(truth[held[0]["camera_frame_id"]]["force_N"])
+    off = abs(np.linalg.norm(measured) / np.linalg.norm(true) - 1)
+    angle = np.degrees(np.arccos(min(1, measured @ true / np.linalg.norm(measured) / np.linalg.norm(true))))
+    row(f"{name}, mean of {len(held)} frames: magnitude", f"{100 * off:.2f} % off", "<= 2 %", 0.02, off)
+    row("    direction", f"{angle:.2f} deg off", "<= 1 deg", 1, angle)
+
+
+def angle():
+    fields, truth, *_ = live("angle", 10)
+    resultant("400 gf at 30 deg", fields, truth)
+
+
+def stages():
+    def medians(program, pattern):
+        report = json.loads(run(rig.BIN / program, "--benchmark_format=json", "--benchmark_repetitions=9",
+                                f"--benchmark_filter={pattern}", "--benchmark_min_time=0.2"))
+        return {entry["run_name"]: entry["real_time"] for entry in report["benchmarks"]
+                if entry.get("aggregate_name") == "median"}
+
+    for name, value in medians("track_bench", "rgb8").items():
+        row(f"tracking one frame, one thread, median ({name})", f"{value:.3f} ms", "<= 0.20 ms", 0.2, value)
+    for name, value in medians("solve_bench", "solve(InCache|Flushed)/0/").items():
+        flushed = "Flushed" in name
+        row(f"solving one frame, one thread, median{', cache flushed between frames' if flushed else ''}",
+            f"{value:.3f} ms", None if flushed else "<= 0.20 ms", None if flushed else 0.2, value)
+
+
+def throughput():
+    result = json.loads(run(rig.BIN / "throughput", rig.cache_directory()))
+    row("highest rate, 256 pictures in memory, one subscriber", f"{result['rate_hz']:.0f} frames/s",
+        ">= 1500", 1500, result["rate_hz"], at_least=True)
+    row(f"    of {result['frames']} frames lost", str(result["lost"]), "0", 0, result["lost"])
+
+
+def starts():
+    with rig.Rig() as bench:
+        state = bench.folder / "cold"
+        state.mkdir()
+        begin = time.monotonic()
+        daemon = bench.start(rig.BIN / "tractiond", "--state", state, "--runtime", bench.folder / "run")
+        daemon.wait_for("100 %", 120)
+        seconds, memory = time.monotonic() - begin, peak_memory_mb(daemon.child.pid)
+        row("a new block's influence matrix and inverse: time", f"{seconds:.1f} s", "<= 10 s", 10, seconds)
+        row("    memory", f"{memory:.0f} MB", "<= 1000 MB", 1000, memory)
+        daemon.stop()
+
+        twin = bench.twin("idle")
+        first = bench.daemon()
+        bench.subscribe(first).collect(1)
+        first.stop()
+        times = []
+        for _ in range(3):
+            time.sleep(0.5)
+            begin = time.monotonic_ns()
+            again = bench.daemon(ready=False)
+            field = bench.subscribe(again).collect(1)[0]
+            times.append((field.header.sent_ns - begin) * 1e-9)
+            again.stop()
+        twin.stop()
+        row("start to first field with a warm cache", f"{statistics.median(times):.2f} s", "<= 1.5 s", 1.5,
+            statistics.median(times))
+
+
+def mechanics():
+    text = run(rig.BIN / "block_test", "--gtest_filter=*eference*")
+    worst = max(map(float, re.findall(r"largest error ([\d.]+) %", text)))
+    row("marker displacement of the block against the reference, largest", f"{worst:.4f} % of the peak", "<= 0.1 %",
+        0.1, worst)
+
+
+def centres():
+    text = run(rig.BIN / "track_test", "--gtest_filter=Centre.*")
+    for name, rms, systematic in re.findall(r"^(RGB8|BayerRG8) +rms ([\d.]+) px, systematic ([\d.]+) px", text, re.M):
+        judged = name == "RGB8"
+        row(f"marker centre, {name}: RMS", f"{rms} px", "<= 0.025 px" if judged else None,
+            0.025 if judged else None, float(rms))
+        row("    systematic", f"{systematic} px", "<= 0.005 px" if judged else None, 0.005 if judged else None,
+            float(systematic))
+
+
+def large_displacement():
+    sys.path.insert(0, str(rig.SOURCE / "tests/system"))
+    from tracking_test import follow
+    result = follow("large_displacement", 600)
+    row(f"large displacement, up to {result['largest_px']:.1f} px: markers swapped", str(result["swapped"]), "0", 0,
+        result["swapped"])
+    row("    markers valid", f"{100 * result['valid']:.2f} %")
+
+
+def main():
+    seconds = 10 if "--quick" in sys.argv[1:] else 60
+    starts()
+    sixty_frames_per_second(seconds)
+    angle()
+    stages()
+    throughput()
+    mechanics()
+    centres()
+    large_displacement()
+
+
+if __name__ == "__main__":
+    main()
