@@ -14,7 +14,7 @@ namespace tractiond {
 /// What the command line says; empty: by the instance's name.
 struct Places {
   std::string instance = "default";
-  std::filesystem::path config, state, runtime;
+  std::filesystem::path config = {}, state = {}, runtime = {};
 };
 
 /// Fills in what is not given: the configuration /etc/tractiond/NAME.toml if there is one; for the directories

@@ -33,6 +33,7 @@ Next MemorySource::next(Frame& frame, std::chrono::milliseconds timeout) {
   }
   const std::vector<std::uint8_t>& picture = pictures_.data[count_ % pictures_.data.size()];
   ++count_;
+  if (options_.ledger) options_.ledger->received.add();
   frame = Frame{};
   frame.info.cameraFrameId = count_;
   frame.info.frameNumber = count_;

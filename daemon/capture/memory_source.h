@@ -3,6 +3,7 @@
 
 #include "daemon/base/clock.h"
 #include "daemon/capture/frame_source.h"
+#include "daemon/records/ledger.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -25,6 +26,7 @@ class MemorySource : public FrameSource {
   struct Options {
     std::uint64_t loops = 1;     ///< 0: for ever
     std::int64_t period_ns = 0;  ///< 0: as fast as they are asked for; it then never times out
+    Ledger* ledger = nullptr;    ///< counts what is handed out as received
     std::function<std::int64_t()> now = monotonicNow;
     std::function<void(std::int64_t until_ns)> sleepUntil = sleepUntilMonotonic;
   };

@@ -1,0 +1,123 @@
+#include "daemon/instance.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+namespace tractiond {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// An empty directory of the test's own.
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "instance-XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  ~Folder() { fs::remove_all(path_); }
+  fs::path operator/(const char* name) const { return path_ / name; }
+
+ private:
+  fs::path path_;
+};
+
+TEST(Instance, TakesTheDirectoriesThatSystemdMade) {
+  setenv("STATE_DIRECTORY", "/var/lib/tractiond/left", 1);
+  setenv("RUNTIME_DIRECTORY", "/run/tractiond/left", 1);
+  const auto places = located({.instance = "left"});
+  unsetenv("STATE_DIRECTORY");
+  unsetenv("RUNTIME_DIRECTORY");
+  ASSERT_TRUE(places);
+  EXPECT_EQ(places->state, "/var/lib/tractiond/left");
+  EXPECT_EQ(places->runtime, "/run/tractiond/left");
+}
+
+TEST(Instance, LetsTheCommandLineChoose) {
+  const auto places = located({.instance = "left", .config = "c", .state = "/s", .runtime = "/r"});
+  ASSERT_TRUE(places);
+  EXPECT_EQ(places->config, "c");
+  EXPECT_EQ(places->state, "/s");
+  EXPECT_EQ(places->runtime, "/r");
+}
+
+TEST(Instance, WithoutBothEndsInItsName) {
+  const auto places = located({.instance = "left"});
+  ASSERT_TRUE(places);
+  EXPECT_EQ(places->state.filename(), "left");
+  EXPECT_EQ(places->runtime.filename(), "left");
+}
+
+TEST(Instance, RefusesAnImpossibleName) {
+  for (const char* name : {"", "a/b", "..", "with space", "1234567890123456789012345"}) {
+    const auto places = located({.instance = name});
+    ASSERT_FALSE(places) << name;
+    EXPECT_EQ(places.error().exitCode, EX_USAGE);
+  }
+}
+
+TEST(Instance, HasEndpointsOfItsOwnAndTheDefaultOneTcpAsWell) {
+  const Config left = completed({}, {.instance = "left", .runtime = "/r"});
+  EXPECT_EQ(left.publish.stream, std::vector<std::string>{"ipc:///r/stream"});
+  EXPECT_EQ(left.controlEndpoints, std::vector<std::string>{"ipc:///r/control"});
+  EXPECT_EQ(left.sensor.name, "left");
+  const Config standard = completed({}, {.runtime = "/r"});
+  EXPECT_EQ(standard.publish.latest, (std::vector<std::string>{"ipc:///r/latest", "tcp://127.0.0.1:9873"}));
+  Config given;
+  given.publish.stream = {"tcp://*:1"};
+  given.sensor.name = "gel";
+  given = completed(given, {.runtime = "/r"});
+  EXPECT_EQ(given.publish.stream, std::vector<std::string>{"tcp://*:1"});
+  EXPECT_EQ(given.sensor.name, "gel");
+}
+
+TEST(OwnDirectory, IsMadeAndGoesWhenItIsEmpty) {
+  const Folder folder;
+  {
+    const auto own = OwnDirectory::claim(folder / "deep/run", "runtime directory");
+    ASSERT_TRUE(own);
+    EXPECT_TRUE(fs::is_directory(folder / "deep/run"));
+  }
+  EXPECT_FALSE(fs::exists(folder / "deep/run"));
+}
+
+TEST(OwnDirectory, StaysWithWhatIsInIt) {
+  const Folder folder;
+  {
+    const auto own = OwnDirectory::claim(folder / "state", "state directory");
+    ASSERT_TRUE(own);
+    fs::create_directory(folder / "state/kept");
+  }
+  EXPECT_TRUE(fs::exists(folder / "state/kept"));
+}
+
+TEST(OwnDirectory, IsNobodyElses) {
+  const Folder folder;
+  const auto first = OwnDirectory::claim(folder / "state", "state directory");
+  ASSERT_TRUE(first);
+  const auto second = OwnDirectory::claim(folder / "state", "state directory");
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().exitCode, EX_TEMPFAIL);
+  EXPECT_NE(second.error().message().find("state directory"), std::string::npos);
+  EXPECT_TRUE(fs::exists(folder / "state")) << "it is the first one's";
+}
+
+TEST(OwnDirectory, ThatCannotBeMadeIsAnError) {
+  const Folder folder;
+  const auto file = folder / "file";
+  {
+    std::FILE* made = std::fopen(file.c_str(), "w");
+    std::fclose(made);
+  }
+  for (const auto& path : {file, file / "below"}) {
+    const auto own = OwnDirectory::claim(path, "state directory");
+    ASSERT_FALSE(own);
+    EXPECT_EQ(own.error().exitCode, EX_CANTCREAT);
+  }
+}
+
+}  // namespace
+}  // namespace tractiond

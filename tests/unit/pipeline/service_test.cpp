@@ -1,0 +1,133 @@
+#include "daemon/service.h"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <thread>
+
+namespace tractiond {
+namespace {
+
+/// What systemd would see.
+class NotifySocket {
+ public:
+  NotifySocket()
+      : path_(std::filesystem::temp_directory_path() / ("notify-" + std::to_string(getpid()))) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path_.native().copy(address.sun_path, sizeof address.sun_path - 1);
+    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    setenv("NOTIFY_SOCKET", path_.c_str(), 1);
+    setenv("WATCHDOG_USEC", "40000", 1);
+    setenv("WATCHDOG_PID", std::to_string(getpid()).c_str(), 1);
+  }
+  ~NotifySocket() {
+    unsetenv("NOTIFY_SOCKET");
+    unsetenv("WATCHDOG_USEC");
+    unsetenv("WATCHDOG_PID");
+    close(socket_);
+    std::filesystem::remove(path_);
+  }
+
+  /// Waits for the next message.
+  std::string next() {
+    std::array<char, 4096> text{};
+    const auto size = recv(socket_, text.data(), text.size(), 0);
+    return {text.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0))};
+  }
+  void skipTo(const std::string& wanted) {
+    while (next() != wanted) {
+    }
+  }
+
+ private:
+  std::filesystem::path path_;
+  int socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+};
+
+/// Turns that advance on every look, but for a stage that hangs.
+struct Fixture {
+  void look() {
+    for (Counter* stage : {&turns.capture, &turns.track, &turns.solve, &turns.publish, &turns.control}) {
+      if (stage != hung.load()) stage->add();
+    }
+  }
+  ServiceHooks hooks() {
+    return {turns, [this] { return look(), ended.load(); }, [] { return std::string("well"); }};
+  }
+
+  Turns turns;
+  std::atomic<const Counter*> hung{nullptr};
+  std::atomic<bool> ended{false};
+};
+
+TEST(StageWatch, WantsATurnOfEveryStage) {
+  Turns turns;
+  StageWatch watch(turns);
+  EXPECT_FALSE(watch.allAdvanced());
+  const auto stages = {&turns.capture, &turns.track, &turns.solve, &turns.publish};
+  for (Counter* stage : stages) stage->add();
+  EXPECT_FALSE(watch.allAdvanced()) << "control stands still";
+  turns.control.add();
+  EXPECT_TRUE(watch.allAdvanced());
+  EXPECT_FALSE(watch.allAdvanced()) << "nothing since";
+}
+
+TEST(Service, TellsReadyFeedsTheWatchdogAndTellsStopping) {
+  NotifySocket systemd;
+  Fixture fixture;
+  std::thread service([&] {
+    blockSignals();
+    run(fixture.hooks());
+  });
+  EXPECT_EQ(systemd.next(), "READY=1\nSTATUS=well");
+  systemd.skipTo("WATCHDOG=1");
+  systemd.skipTo("WATCHDOG=1");
+  fixture.ended = true;
+  systemd.skipTo("STOPPING=1");
+  service.join();
+}
+
+TEST(Service, LetsTheWatchdogStarveWhenAStageHangs) {
+  NotifySocket systemd;
+  Fixture fixture;
+  std::thread service([&] { run(fixture.hooks()); });
+  systemd.skipTo("WATCHDOG=1");
+  fixture.hung = &fixture.turns.solve;
+  // What was on its way when it hung, and then never again: status lines go on.
+  int statuses = 0, fed = 0;
+  while (statuses < 20) {
+    const std::string message = systemd.next();
+    if (message == "STATUS=well") ++statuses;
+    if (message != "WATCHDOG=1") continue;
+    ++fed;
+    EXPECT_LE(statuses, 2);
+  }
+  EXPECT_LE(fed, 2);
+  fixture.hung = nullptr;
+  systemd.skipTo("WATCHDOG=1");
+  fixture.ended = true;
+  service.join();
+}
+
+TEST(Service, ReturnsOnSigterm) {
+  Fixture fixture;
+  std::atomic<pid_t> thread{0};
+  std::thread service([&] {
+    blockSignals();
+    thread = gettid();
+    run(fixture.hooks());
+  });
+  while (thread == 0) std::this_thread::yield();
+  tgkill(getpid(), thread, SIGTERM);
+  service.join();
+}
+
+}  // namespace
+}  // namespace tractiond
