@@ -23,10 +23,11 @@ MarkerTemplate roughTemplate(const Plane& plane, double radius_px) {
   return templateFor(plane, radius_px, kTypicalBlur_px);
 }
 
-MarkerTemplate fittingTemplate(const Plane& plane, double radius_px, std::span<const Guess> places) {
+MarkerTemplate fittingTemplate(const Plane& plane, double radius_px, const CrossTalk& crossTalk,
+                               std::span<const Guess> places) {
   std::vector<Centre> centres(places.size());
   const auto misfit = [&](double blur) {
-    fitCentres(plane, templateFor(plane, radius_px, blur), {}, places, centres);
+    fitCentres(plane, templateFor(plane, radius_px, blur), crossTalk, places, centres);
     double sum = 0.0;
     int found = 0;
     for (const Centre& centre : centres) {
@@ -60,7 +61,9 @@ MarkerTemplate fittingTemplate(const Plane& plane, double radius_px, std::span<c
   return templateFor(plane, radius_px, 0.5 * (low + high));
 }
 
-float crossTalkInto(const Plane& other, const MarkerTemplate& marker, std::span<const Centre> centres) {
+float crossTalkInto(const Plane& own, const Plane& other, const MarkerTemplate& marker, std::span<const Guess> places) {
+  std::vector<Centre> centres(places.size());
+  fitCentres(own, marker, {}, places, centres);
   std::vector<float> shares;
   for (const Centre& centre : centres) {
     if (centre.found) shares.push_back(amplitudeAt(other, marker, centre.u, centre.v) / centre.amplitude);

@@ -57,12 +57,21 @@ TRACTION_INLINE void loadUnmixed(const Plane& plane, const CrossTalk& crossTalk,
     for (int chunk = 0; chunk < shape.chunks; ++chunk, out += kLanes) {
       for (int i = 0; i < kLanes; ++i) {
         const std::uint8_t* p = row + (chunk * kLanes + i) * kStep;
-        const int other = p[plane.other[0]] + p[plane.other[1]] + p[plane.other[2]] + p[plane.other[3]];
+        int other = 4 * p[plane.other[0]];
+        if constexpr (kStep == 2) other = p[plane.other[0]] + p[plane.other[1]] + p[plane.other[2]] + p[plane.other[3]];
         out[i] = gain * (static_cast<float>(*p) - share * static_cast<float>(other));
       }
     }
     for (int i = 0; i < kLanes; ++i) out[i - kLanes] *= mask[i];
   }
+}
+
+/// Variance of an unmixed sample relative to a plain one's.
+template <int kStep>
+TRACTION_INLINE float unmixedNoise(const CrossTalk& crossTalk) {
+  const float gain = 1.0F / (1.0F - crossTalk.own * crossTalk.other);
+  const float others = kStep == 2 ? 0.25F : 1.0F;  // the mean of four samples
+  return gain * gain * (1.0F + others * crossTalk.other * crossTalk.other);
 }
 
 struct Sums {
@@ -146,6 +155,7 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
       const float rest = sum.square - sum.one * sum.one / used - sum.p0 * sum.p0 - sum.p1 * sum.p1 - sum.p2 * sum.p2;
       centre.misfit = (rest > 0.0F ? rest : 0.0F) / (used - 4.0F);
       centre.variance = phase.variance * plane.scale * plane.scale / (amplitude * amplitude);
+      if (guess.mixed) centre.variance *= unmixedNoise<kStep>(crossTalk);
       centre.found = true;
       break;
     }

@@ -19,8 +19,8 @@ constexpr float kRunnerUp = 0.25F;  // of the spacing, by which the next spot mu
 constexpr float kSeedReach = 0.35F;
 constexpr int kSeeds = 4;
 constexpr float kOutsideCost = 2.0F;  // a spot that would be no marker; a marker without a spot costs 1
-constexpr float kMoveCost = 0.05F;    // per marker, for a picture that moved by one spacing
-constexpr float kLayerCost = 1.0F;    // per marker, for layers that are one spacing apart
+constexpr float kMoveCost = 0.005F;   // per marker, for a picture that moved by one spacing
+constexpr float kLayerCost = 0.1F;    // per marker, for layers that are one spacing apart
 constexpr float kMargin_px = 6.0F;    // a marker nearer to the border need not be seen
 
 }  // namespace

@@ -86,20 +86,27 @@ bool Trust::anyContradiction(std::span<const Vector> displacement, std::span<con
 int Trust::dropOutliers(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
   const float limit2 = limit2_ * (kOutlier * kOutlier) / (kContradiction * kContradiction);
   int dropped = 0;
-  const auto between = [&](int node, int step) {  // 0: nothing to compare with, 1: agrees, 2: does not
-    if (!valid[node - step] || !valid[node + step]) return 0;
-    const Vector middle = 0.5F * (displacement[node - step] + displacement[node + step]);
-    return (displacement[node] - middle).squared() > limit2 ? 2 : 1;
+  enum class Verdict { kUnknown, kAgrees, kDiffers, kDiffersFromBoth };
+  const auto between = [&](int node, int step) {
+    if (!valid[node - step] || !valid[node + step]) return Verdict::kUnknown;
+    const Vector before = displacement[node - step], after = displacement[node + step];
+    if ((displacement[node] - 0.5F * (before + after)).squared() <= limit2) return Verdict::kAgrees;
+    const bool both =
+        (displacement[node] - before).squared() > limit2 && (displacement[node] - after).squared() > limit2;
+    return both ? Verdict::kDiffersFromBoth : Verdict::kDiffers;
   };
   for (int row = 0; row < lattice_.rows; ++row) {
     for (int column = 0; column < lattice_.columns; ++column) {
       const int node = lattice_.at(column, row);
       if (!valid[node]) continue;
       const bool inRow = column > 0 && column + 1 < lattice_.columns, inColumn = row > 0 && row + 1 < lattice_.rows;
-      const int across = inRow ? between(node, 1) : 0;
-      if (across == 1) continue;
-      const int along = inColumn ? between(node, lattice_.columns) : 0;
-      if (across + along < 2 || along == 1) continue;
+      const Verdict across = inRow ? between(node, 1) : Verdict::kUnknown;
+      if (across == Verdict::kAgrees) continue;
+      const Verdict along = inColumn ? between(node, lattice_.columns) : Verdict::kUnknown;
+      if (along == Verdict::kAgrees) continue;
+      // With one pair only the outlier may also be in the pair; then this one differs from it alone.
+      const bool twice = across != Verdict::kUnknown && along != Verdict::kUnknown;
+      if (!twice && across != Verdict::kDiffersFromBoth && along != Verdict::kDiffersFromBoth) continue;
       valid[node] = 0;
       ++dropped;
     }

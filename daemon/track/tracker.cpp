@@ -39,7 +39,7 @@ constexpr float kOverlapMotion_px = 2.0F;  // by which two colours may approach 
 constexpr double kLabelled = 0.3;          // of a layer, for an acquisition to count
 constexpr double kFollowed = 0.25;         // of the present markers, for the next frame to be followed
 constexpr double kAcquireBelow = 0.6;      // of the present markers
-constexpr int kAcquirePause = 8;           // frames between two tries
+constexpr int kAcquirePause = 4;           // frames between two tries that help little
 constexpr int kAgreeingFrames = 10;
 constexpr double kAgreement = 3.0;  // deviations
 constexpr std::size_t kAppearancePlaces = 300;
@@ -140,15 +140,8 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
   for (const Lattice& lattice : lattices) spacing_px_ = std::min(spacing_px_, spacing(nominal_, lattice));
   for (std::size_t i = 0; i < lattices.size(); ++i) {
     const sensor::MarkerLayer& layer = sensor.layers[i];
-    layers_.push_back({lattices[i],
-                       layer.colour,
-                       radius(sensor, layer),
-                       layer.depth >= deepest,
-                       {},
-                       {},
-                       {},
-                       {},
-                       Trust(lattices[i], spacing_px_)});
+    layers_.push_back(
+        {lattices[i], layer.colour, radius(sensor, layer), layer.depth >= deepest, Trust(lattices[i], spacing_px_)});
     layers_.back().spots.reserve(static_cast<std::size_t>(4 * markers_));
   }
   const auto count = static_cast<std::size_t>(markers_);
@@ -176,7 +169,11 @@ void Tracker::restore(const RestPose& pose) {
 
 Outcome Tracker::track(const Frame& frame, MarkerField& field) {
   ++frames_;
-  for (Layer& layer : layers_) layer.plane = planeOf(frame, layer.colour);
+  for (Layer& layer : layers_) {
+    const bool blue = layer.colour == sensor::Colour::kBlue;
+    layer.plane = planeOf(frame, layer.colour);
+    layer.otherPlane = planeOf(frame, blue ? sensor::Colour::kRed : sensor::Colour::kBlue);
+  }
   searches_ = kSearches;
   acquireIn_ = std::max(0, acquireIn_ - 1);
   bool relabelled = false;
@@ -209,7 +206,7 @@ bool Tracker::acquire() {
   for (std::size_t i = 0; i < layers_.size(); ++i) {
     Layer& layer = layers_[i];
     const MarkerTemplate rough = haveAppearance_ ? MarkerTemplate{} : roughTemplate(layer.plane, layer.radius_px);
-    const auto found = detector_.find(layer.plane, otherPlane(layer), haveAppearance_ ? layer.marker : rough);
+    const auto found = detector_.find(layer.plane, layer.otherPlane, haveAppearance_ ? layer.marker : rough);
     layer.spots.assign(found.begin(), found.end());
     spots[i] = layer.spots;
   }
@@ -236,6 +233,7 @@ bool Tracker::acquire() {
     fitCentres(layer.plane, layer.marker, layer.crossTalk, ofLayer(guesses_, layer), ofLayer(centres_, layer));
   for (int i = 0; i < markers_; ++i) accept(i, centres_[i], {guesses_[i].u, guesses_[i].v});
   finishFrame(true);
+  if (countValid() >= kAcquireBelow * countWanted()) acquireIn_ = 0;
   return true;
 }
 
@@ -430,27 +428,26 @@ void Tracker::guessLost() {
   }
 }
 
-const Plane& Tracker::otherPlane(const Layer& layer) const {
-  return layers_[&layer == layers_.data() ? layers_.size() - 1 : 0].plane;
-}
-
 void Tracker::learnAppearance() {
   for (Layer& layer : layers_) layer.marker = roughTemplate(layer.plane, layer.radius_px);
   markOverlaps();
-  for (Layer& layer : layers_) {
-    std::vector<Guess> places;
+  const auto places = [this](const Layer& layer) {
+    std::vector<Guess> all, some;
     for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
-      if (labelled_[i] && !mixed_[i]) places.push_back({place_[i].u, place_[i].v, 1.0F, false});
+      if (labelled_[i]) all.push_back({place_[i].u, place_[i].v, 1.0F, mixed_[i] != 0});
     }
-    std::vector<Guess> some;
-    const std::size_t stride = places.size() / kAppearancePlaces + 1;
-    for (std::size_t i = 0; i < places.size(); i += stride) some.push_back(places[i]);
-    layer.marker = fittingTemplate(layer.plane, layer.radius_px, some);
-    if (haveRest_ || layers_.size() < 2) continue;
-    std::vector<Centre> centres(places.size());
-    fitCentres(layer.plane, layer.marker, {}, places, centres);
-    Layer& other = layers_[&layer == layers_.data() ? 1 : 0];
-    layer.crossTalk.own = other.crossTalk.other = crossTalkInto(other.plane, layer.marker, centres);
+    const std::size_t stride = all.size() / kAppearancePlaces + 1;
+    for (std::size_t i = 0; i < all.size(); i += stride) some.push_back(all[i]);
+    return some;
+  };
+  if (!haveRest_ && layers_.size() == 2) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      Layer &own = layers_[i], &other = layers_[1 - i];
+      own.crossTalk.own = other.crossTalk.other = crossTalkInto(own.plane, own.otherPlane, own.marker, places(own));
+    }
+  }
+  for (Layer& layer : layers_) {
+    layer.marker = fittingTemplate(layer.plane, layer.radius_px, layer.crossTalk, places(layer));
   }
   haveAppearance_ = true;
 }
@@ -491,6 +488,8 @@ void Tracker::takeZero() {
     taking_ = true;
     takingRequested_ = false;
     taker_.start();
+    ZeroState none = ZeroState::kNone;  // a refusal stays to be read until a zero is taken
+    zeroState_.compare_exchange_strong(none, ZeroState::kTaking, std::memory_order_relaxed);
   }
   if (!taking_) return;
   const ZeroState state = taker_.add(place_, centres_, valid_);

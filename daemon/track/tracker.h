@@ -66,11 +66,11 @@ class Tracker {
     sensor::Colour colour;
     double radius_px;
     bool nearer;  ///< to the camera than the other layer: its markers hide the other's
-    MarkerTemplate marker;
-    CrossTalk crossTalk;
-    Plane plane;  ///< of this frame
-    std::vector<Spot> spots;
     Trust trust;
+    MarkerTemplate marker = {};
+    CrossTalk crossTalk = {};
+    Plane plane = {}, otherPlane = {};  ///< of this frame: its colour, the other colour
+    std::vector<Spot> spots = {};
   };
 
   // One frame.
@@ -96,7 +96,6 @@ class Tracker {
   bool wanted(int marker) const { return present_[marker] || taking_; }
   int countValid() const;
   int countWanted() const;
-  const Plane& otherPlane(const Layer& layer) const;
 
   template <typename T>
   std::span<T> ofLayer(std::vector<T>& all, const Layer& layer) {

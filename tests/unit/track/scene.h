@@ -99,7 +99,7 @@ class Scene {
 /// How a field compares with the truth.
 struct Comparison {
   int valid = 0;
-  int wrong = 0;         ///< valid, but off by more than half a pixel
+  int wrong = 0;         ///< valid, but off by more than six deviations and half a pixel
   double rms_px = 0.0;   ///< of the others, per coordinate
   double bias_px = 0.0;  ///< length of their mean error
   double ratio = 0.0;    ///< mean squared error over mean variance
@@ -114,7 +114,7 @@ inline Comparison compare(const Scene& scene, const MarkerField& field) {
     ++result.valid;
     const Eigen::Vector2d measured(field.displacement_px[2 * i], field.displacement_px[2 * i + 1]);
     const Eigen::Vector2d error = measured - (scene.now.col(i) - scene.rest.col(i));
-    if (!(error.norm() < 0.5)) {
+    if (!(error.norm() < std::max(0.5, 6.0 * std::sqrt(2.0 * field.variance_px2[i])))) {
       ++result.wrong;
       continue;
     }

@@ -1,6 +1,9 @@
+#include "tests/support/allocations.h"
 #include "tests/unit/track/scene.h"
 
 #include <gtest/gtest.h>
+
+#include <thread>
 
 namespace tractiond::track {
 namespace {
@@ -8,11 +11,126 @@ namespace {
 TEST(Tracker, FirstStartTakesAZeroByItself) {
   Scene scene;
   Tracking tracking(scene);
+  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kNone);
   EXPECT_EQ(tracking(scene.shoot()), Outcome::kNoRestPose);
+  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaking);
   ASSERT_TRUE(tracking.start(scene));
   EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
   EXPECT_EQ(tracking.field.validCount, scene.markers());
   EXPECT_EQ(tracking.field.flags, kZeroUnverified);
+}
+
+TEST(Tracker, PassesOnWhatItKnowsOfTheFrame) {
+  Scene scene;
+  Tracking tracking(scene);
+  ASSERT_TRUE(tracking.start(scene));
+  Frame frame = scene.shoot();
+  frame.info.exposure_s = 0.004;
+  frame.info.times.device_ns = 17;
+  tracking(frame);
+  EXPECT_EQ(tracking.field.info.cameraFrameId, frame.info.cameraFrameId);
+  EXPECT_EQ(tracking.field.info.exposure_s, 0.004);
+  EXPECT_EQ(tracking.field.info.times.device_ns, 17);
+}
+
+TEST(Tracker, AllocatesNothingAfterItsFirstPicture) {
+  for (const auto format : {twin::Format::kRgb8, twin::Format::kBayerGB8}) {
+    Scene scene({}, format);
+    scene.remove(0.05, 1);
+    Tracking tracking(scene);
+    tracking(scene.shoot());  // learns what markers look like
+    const std::uint64_t before = support::allocations();
+    ASSERT_TRUE(tracking.start(scene));
+    Bump bump;
+    for (int i = 0; i < 60; ++i) {
+      bump.peak_px = {0.5 * (i % 50), 0.1 * i};
+      scene.displace(std::cref(bump));
+      const Frame& frame = scene.shoot(i % 20 == 7);
+      if (i % 10 > 6) scene.smear(200.0 + i, 240.0, 60.0, 0);
+      if (i % 30 == 25) scene.smear(320.0, 240.0, 250.0, 0);
+      if (i == 30) tracking.tracker.requestZero();
+      tracking(frame);
+    }
+    scene.displace(std::cref(bump));
+    for (int i = 0; i < 10; ++i) tracking(scene.shoot());
+    tracking.tracker.requestZero();
+    for (int i = 0; i < 35; ++i) tracking(scene.shoot());
+    EXPECT_EQ(support::allocations(), before);
+    EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
+  }
+}
+
+TEST(Tracker, SaysTheSameOfTheSamePictures) {
+  Scene one, other;
+  Tracking first(one), second(other);
+  Bump bump;
+  for (int i = 0; i < 60; ++i) {
+    bump.peak_px = {i < 35 ? 0.0 : 1.0 * (i - 35), 0.0};
+    one.displace(bump);
+    other.displace(bump);
+    first(one.shoot());
+    second(other.shoot());
+    ASSERT_EQ(first.field.displacement_px, second.field.displacement_px);
+    ASSERT_EQ(first.field.variance_px2, second.field.variance_px2);
+    ASSERT_EQ(first.field.valid, second.field.valid);
+  }
+}
+
+TEST(Tracker, RowsMayBePadded) {
+  Scene scene;
+  Tracking tracking(scene);
+  std::vector<std::uint8_t> padded(static_cast<std::size_t>(480 * 2048), 255);
+  for (int i = 0; i < 32; ++i) {
+    Frame frame = scene.shoot();
+    for (int v = 0; v < 480; ++v) std::copy_n(frame.data + v * frame.stride, 1920, padded.begin() + v * 2048);
+    frame.data = padded.data();
+    frame.stride = 2048;
+    frame.size = padded.size();
+    tracking(frame);
+  }
+  EXPECT_EQ(tracking.field.validCount, scene.markers());
+}
+
+TEST(Tracker, LargerMarkersAndPicturesAreTracked) {
+  sensor::Sensor sensor;
+  sensor.camera.width = 1280;
+  sensor.camera.height = 960;
+  sensor.camera.focal_px = 1920.0;
+  sensor.camera.principal_px = {639.5, 479.5};
+  for (const auto format : {twin::Format::kRgb8, twin::Format::kBayerBG8}) {
+    Scene scene({}, format, sensor);
+    scene.remove(0.1, 2);
+    Tracking tracking(scene);
+    ASSERT_TRUE(tracking.start(scene));
+    Bump bump;
+    bump.centre = {640, 480};
+    bump.width_px = 90.0;
+    for (int i = 1; i <= 8; ++i) {
+      bump.peak_px = {7.0 * i, 0.0};
+      scene.displace(bump, 0.9);
+      tracking(scene.shoot());
+      const Comparison comparison = compare(scene, tracking.field);
+      EXPECT_EQ(comparison.wrong, 0);
+      EXPECT_GE(comparison.valid, 0.88 * scene.markers());
+      EXPECT_LT(comparison.rms_px, 0.025);
+    }
+  }
+}
+
+TEST(Tracker, AZeroMayBeRequestedAndTakenByAnotherThread) {
+  Scene scene;
+  Tracking tracking(scene);
+  ASSERT_TRUE(tracking.start(scene));
+  std::atomic<bool> done{false};
+  RestPose pose;
+  std::thread control([&] {
+    tracking.tracker.requestZero();
+    while (!tracking.tracker.takeRestPose(pose) || !pose.requested) std::this_thread::yield();
+    done = true;
+  });
+  for (int i = 0; i < 100000 && !done; ++i) tracking(scene.shoot());
+  control.join();
+  EXPECT_EQ(pose.amplitude.size(), static_cast<std::size_t>(scene.markers()));
 }
 
 }  // namespace

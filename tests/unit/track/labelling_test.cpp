@@ -1,0 +1,146 @@
+// The first picture: what is known is the grid, not where it is.
+#include "tests/unit/track/scene.h"
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+namespace tractiond::track {
+namespace {
+
+struct Move {
+  const char* name;
+  double u, v, degrees, scale;
+};
+
+void PrintTo(const Move& move, std::ostream* out) {
+  *out << move.name;
+}
+
+class FirstPicture : public testing::TestWithParam<Move> {};
+
+/// All labels of the rest pose are right, and all markers that are there have one.
+void expectRightLabels(Scene& scene, double share) {
+  Tracking tracking(scene);
+  ASSERT_TRUE(tracking.start(scene));
+  RestPose pose;
+  ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+  int there = 0, found = 0;
+  for (int i = 0; i < scene.markers(); ++i) {
+    const Eigen::Vector2d truth = scene.now.col(i);
+    there += truth.allFinite() && truth.x() > 8 && truth.y() > 8 && truth.x() < 631 && truth.y() < 471;
+    if (!pose.present[i]) continue;
+    ++found;
+    ASSERT_TRUE(truth.allFinite()) << i;
+    const Eigen::Vector2d place(pose.position_px[2 * i], pose.position_px[2 * i + 1]);
+    ASSERT_LT((place - truth).norm(), 0.2) << i;
+  }
+  EXPECT_GE(found, share * there);
+}
+
+TEST_P(FirstPicture, IsLabelledRightWithATenthOfTheMarkersMissing) {
+  const Move move = GetParam();
+  for (const auto format : {twin::Format::kRgb8, twin::Format::kBayerGR8}) {
+    Scene scene({}, format);
+    scene.remove(0.1, 7);
+    const Eigen::Rotation2D<double> turn(move.degrees * 3.14159265358979 / 180.0);
+    const Eigen::Vector2d middle(319.5, 239.5);
+    for (Eigen::Index i = 0; i < scene.now.cols(); ++i) {
+      scene.now.col(i) = middle + move.scale * (turn * (scene.rest.col(i) - middle)) + Eigen::Vector2d(move.u, move.v);
+    }
+    expectRightLabels(scene, 0.99);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Moves, FirstPicture,
+                         testing::Values(Move{"none", 0, 0, 0, 1}, Move{"right", 12, 0, 0, 1}, Move{"down", 0, 7, 0, 1},
+                                         Move{"leftAndUp", -14, -6, 0, 1}, Move{"farRight", 40, 3, 0, 1},
+                                         Move{"farDown", 2, 25, 0, 1}, Move{"turned", 3, -2, 3, 1},
+                                         Move{"turnedBack", -5, 2, -4, 1}, Move{"larger", 2, 2, 0, 1.03},
+                                         Move{"smaller", -8, 5, 0, 0.95}, Move{"all", 11, -4, 2.5, 0.96}),
+                         [](const auto& move) { return std::string(move.param.name); });
+
+TEST(Labelling, DustAndStrongUnevenLightDoNotConfuse) {
+  twin::Optics optics;
+  optics.lightSlope = {0.3, 0.2};
+  Scene scene(optics);
+  scene.remove(0.1, 11);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> u(10, 630), v(10, 470), size(0.8, 5.0);
+  Tracking tracking(scene);
+  std::vector<std::array<double, 3>> dust;
+  for (int i = 0; i < 40; ++i) dust.push_back({u(random), v(random), size(random)});
+  for (int i = 0; i < 40 && !(tracking.field.validCount > 0); ++i) {
+    const Frame& frame = scene.shoot();
+    for (std::size_t k = 0; k < dust.size(); ++k) scene.smear(dust[k][0], dust[k][1], dust[k][2], k % 2 ? 200 : 0);
+    tracking(frame);
+  }
+  RestPose pose;
+  ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+  int found = 0;
+  for (int i = 0; i < scene.markers(); ++i) {
+    if (!pose.present[i]) continue;
+    ++found;
+    const bool dusty = std::any_of(dust.begin(), dust.end(), [&](const auto& speck) {
+      return std::hypot(speck[0] - pose.position_px[2 * i], speck[1] - pose.position_px[2 * i + 1]) < speck[2] + 6.0;
+    });
+    const Eigen::Vector2d truth = scene.now.col(i);
+    if (dusty && !truth.allFinite()) continue;
+    ASSERT_TRUE(truth.allFinite());
+    const double error = (Eigen::Vector2d(pose.position_px[2 * i], pose.position_px[2 * i + 1]) - truth).norm();
+    EXPECT_LT(error, dusty ? 3.0 : 0.05) << i;
+  }
+  EXPECT_GE(found, 0.9 * 0.9 * scene.markers());
+}
+
+TEST(Labelling, SeveralPatternsOfMissingMarkersAreLabelledRight) {
+  for (unsigned seed = 20; seed < 30; ++seed) {
+    Scene scene;
+    scene.remove(0.1, seed);
+    expectRightLabels(scene, 0.99);
+  }
+}
+
+TEST(Labelling, AnEmptyOrForeignPictureIsRefused) {
+  Scene scene;
+  scene.now.setConstant(std::numeric_limits<double>::quiet_NaN());
+  Tracking tracking(scene);
+  EXPECT_FALSE(tracking.start(scene, 20));
+
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> u(0, 640), v(0, 480);
+  for (Eigen::Index i = 0; i < scene.now.cols(); ++i) scene.now.col(i) = Eigen::Vector2d(u(random), v(random));
+  EXPECT_FALSE(tracking.start(scene, 20));
+}
+
+TEST(Labelling, OneLayerIsEnough) {
+  sensor::Sensor sensor;
+  sensor.layers.pop_back();
+  Scene scene({}, twin::Format::kRgb8, sensor);
+  scene.remove(0.1, 3);
+  for (Eigen::Index i = 0; i < scene.now.cols(); ++i) scene.now.col(i) += Eigen::Vector2d(9.0, -5.0);
+  expectRightLabels(scene, 0.99);
+}
+
+TEST(Trackable, RefusesWhatCannotBeTracked) {
+  EXPECT_TRUE(trackable({}));
+  sensor::Sensor sensor;
+  sensor.layers[1].colour = sensor.layers[0].colour;
+  EXPECT_FALSE(trackable(sensor));
+  sensor = {};
+  sensor.layers[0].diameter = 2.9e-3;
+  EXPECT_FALSE(trackable(sensor));
+  sensor = {};
+  sensor.layers[1].diameter = 0.1e-3;
+  EXPECT_FALSE(trackable(sensor));
+  sensor = {};
+  sensor.layers[1].rows = 3;
+  EXPECT_FALSE(trackable(sensor));
+  sensor = {};
+  sensor.layers.clear();
+  const auto refused = trackable(sensor);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().exitCode, EX_CONFIG);
+}
+
+}  // namespace
+}  // namespace tractiond::track

@@ -1,0 +1,46 @@
+#include "daemon/track/mailbox.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+#include <vector>
+
+namespace tractiond::track {
+namespace {
+
+TEST(Mailbox, HoldsTheNewestOnce) {
+  Mailbox<int> box;
+  int value = 0;
+  EXPECT_FALSE(box.take(value));
+  EXPECT_TRUE(box.put(1));
+  EXPECT_TRUE(box.put(2));
+  EXPECT_TRUE(box.take(value));
+  EXPECT_EQ(value, 2);
+  EXPECT_FALSE(box.take(value));
+}
+
+TEST(Mailbox, NothingIsTornBetweenThreads) {
+  constexpr int kLast = 20000;
+  Mailbox<std::vector<int>> box(std::vector<int>(64));
+  std::thread putter([&box] {
+    std::vector<int> value(64);
+    for (int i = 1; i <= kLast; ++i) {
+      std::fill(value.begin(), value.end(), i);
+      while (!box.put(value)) {
+        if (i < kLast) break;  // only the last must arrive
+      }
+    }
+  });
+  std::vector<int> value(64);
+  int newest = 0;
+  while (newest < kLast) {
+    if (!box.take(value)) continue;
+    for (const int element : value) ASSERT_EQ(element, value[0]);
+    ASSERT_GT(value[0], newest);
+    newest = value[0];
+  }
+  putter.join();
+}
+
+}  // namespace
+}  // namespace tractiond::track

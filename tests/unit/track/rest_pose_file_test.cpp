@@ -1,0 +1,158 @@
+#include "daemon/track/rest_pose.h"
+#include "daemon/track/rest_pose_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+
+namespace tractiond::track {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RestPoseFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    char name[] = "/tmp/rest_pose_test_XXXXXX";
+    ASSERT_NE(mkdtemp(name), nullptr);
+    directory_ = name;
+    path_ = restPosePath(directory_ / "state");
+  }
+  void TearDown() override { fs::remove_all(directory_); }
+
+  RestPose pose() const {
+    RestPose pose;
+    const auto count = static_cast<std::size_t>(sensor_.markerCount());
+    for (std::size_t i = 0; i < count; ++i) {
+      pose.position_px.push_back(static_cast<float>(i));
+      pose.position_px.push_back(0.5F * static_cast<float>(i));
+      pose.amplitude.push_back(100.0F + static_cast<float>(i % 7));
+      pose.present.push_back(i % 10 != 0);
+    }
+    pose.noise = 2.1F;
+    pose.crossTalk = {0.2F, 0.1F};
+    pose.taken_ns = 1234567890123456789;
+    pose.requested = true;
+    pose.id = idOf(pose);
+    return pose;
+  }
+
+  std::string contents() const {
+    std::ifstream file(path_, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  void write(const std::string& bytes) const { std::ofstream(path_, std::ios::binary) << bytes; }
+
+  auto load() const { return loadRestPose(path_, sensor_, PixelFormat::kRgb8); }
+
+  sensor::Sensor sensor_;
+  fs::path directory_, path_;
+};
+
+TEST_F(RestPoseFile, NoFileIsNoPose) {
+  const auto loaded = load();
+  ASSERT_TRUE(loaded);
+  EXPECT_FALSE(loaded->has_value());
+}
+
+TEST_F(RestPoseFile, ComesBackAsItWasSaved) {
+  const RestPose saved = pose();
+  ASSERT_TRUE(saveRestPose(path_, saved, sensor_, PixelFormat::kBgr8));
+  const auto loaded = load();  // RGB8 and BGR8 are one family
+  ASSERT_TRUE(loaded) << loaded.error().message();
+  ASSERT_TRUE(loaded->has_value());
+  EXPECT_EQ((*loaded)->position_px, saved.position_px);
+  EXPECT_EQ((*loaded)->amplitude, saved.amplitude);
+  EXPECT_EQ((*loaded)->present, saved.present);
+  EXPECT_EQ((*loaded)->noise, saved.noise);
+  EXPECT_EQ((*loaded)->crossTalk, saved.crossTalk);
+  EXPECT_EQ((*loaded)->taken_ns, saved.taken_ns);
+  EXPECT_EQ((*loaded)->requested, saved.requested);
+  EXPECT_EQ((*loaded)->id, saved.id);
+}
+
+TEST_F(RestPoseFile, ANewOneReplacesTheOldAndLeavesNothingBeside) {
+  RestPose first = pose();
+  ASSERT_TRUE(saveRestPose(path_, first, sensor_, PixelFormat::kRgb8));
+  first.noise = 3.0F;
+  first.id = idOf(first);
+  ASSERT_TRUE(saveRestPose(path_, first, sensor_, PixelFormat::kRgb8));
+  const auto loaded = load();
+  ASSERT_TRUE(loaded && loaded->has_value());
+  EXPECT_EQ((*loaded)->noise, 3.0F);
+  EXPECT_EQ(std::distance(fs::directory_iterator(path_.parent_path()), fs::directory_iterator()), 1);
+}
+
+TEST_F(RestPoseFile, EveryTruncationIsNoticed) {
+  ASSERT_TRUE(saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8));
+  const std::string whole = contents();
+  for (std::size_t size = 0; size < whole.size(); size += size < 200 ? 1 : 499) {
+    write(whole.substr(0, size));
+    const auto loaded = load();
+    ASSERT_FALSE(loaded) << size;
+    EXPECT_EQ(loaded.error().exitCode, EX_DATAERR);
+  }
+  write(whole + 'x');
+  EXPECT_FALSE(load());
+}
+
+TEST_F(RestPoseFile, EveryFlippedBitIsNoticed) {
+  ASSERT_TRUE(saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8));
+  const std::string whole = contents();
+  for (std::size_t at = 0; at < whole.size(); at += at < 200 ? 1 : 97) {
+    std::string spoilt = whole;
+    spoilt[at] = static_cast<char>(spoilt[at] ^ (1 << (at % 8)));
+    write(spoilt);
+    const auto loaded = load();
+    ASSERT_FALSE(loaded) << at;
+    EXPECT_FALSE(loaded.error().what.empty());
+    EXPECT_EQ(loaded.error().where, path_.string());
+  }
+}
+
+TEST_F(RestPoseFile, AnotherSensorsOrPicturesIsForeign) {
+  ASSERT_TRUE(saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8));
+  sensor::Sensor other = sensor_;
+  other.layers[0].columns = 12;
+  other.layers[0].rows = 48;  // as many markers
+  EXPECT_FALSE(loadRestPose(path_, other, PixelFormat::kRgb8));
+  other = sensor_;
+  other.camera.width = 1280;
+  EXPECT_FALSE(loadRestPose(path_, other, PixelFormat::kRgb8));
+  EXPECT_FALSE(loadRestPose(path_, sensor_, PixelFormat::kBayerRG8));
+  EXPECT_TRUE(loadRestPose(path_, sensor_, PixelFormat::kRgb8));
+}
+
+TEST_F(RestPoseFile, NumbersThatMakeNoSenseAreNotBelieved) {
+  RestPose wrong = pose();
+  wrong.position_px[17] = std::numeric_limits<float>::quiet_NaN();
+  wrong.id = idOf(wrong);
+  ASSERT_TRUE(saveRestPose(path_, wrong, sensor_, PixelFormat::kRgb8));
+  EXPECT_FALSE(load());
+}
+
+TEST_F(RestPoseFile, WhatCannotBeWrittenIsSaid) {
+  fs::create_directories(directory_);
+  std::ofstream(directory_ / "state") << "a file where the directory should be";
+  const auto saved = saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8);
+  ASSERT_FALSE(saved);
+  EXPECT_EQ(saved.error().exitCode, EX_CANTCREAT);
+}
+
+TEST_F(RestPoseFile, IdsDifferWhereAnythingDiffers) {
+  const RestPose one = pose();
+  RestPose other = one;
+  other.requested = false;
+  EXPECT_NE(idOf(other), one.id);
+  other = one;
+  other.position_px[100] += 0.001F;
+  EXPECT_NE(idOf(other), one.id);
+  other = one;
+  other.taken_ns += 1;
+  EXPECT_NE(idOf(other), one.id);
+}
+
+}  // namespace
+}  // namespace tractiond::track

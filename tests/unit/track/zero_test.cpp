@@ -1,0 +1,220 @@
+#include "daemon/track/rest_pose.h"
+#include "tests/unit/track/scene.h"
+
+#include <gtest/gtest.h>
+
+namespace tractiond::track {
+namespace {
+
+constexpr int kZeroFrames = 30;
+
+void shoot(Scene& scene, Tracking& tracking, int frames) {
+  for (int i = 0; i < frames; ++i) tracking(scene.shoot());
+}
+
+Bump press(double peak_px) {
+  Bump bump;
+  bump.peak_px = {peak_px, 0.0};
+  return bump;
+}
+
+TEST(Zero, AFirstStartsIsUnverifiedAndARequestedOneIsVerified) {
+  Scene scene;
+  Tracking tracking(scene);
+  ASSERT_TRUE(tracking.start(scene));
+  RestPose first;
+  ASSERT_TRUE(tracking.tracker.takeRestPose(first));
+  EXPECT_FALSE(first.requested);
+  EXPECT_EQ(first.id, idOf(first));
+  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
+  shoot(scene, tracking, 20);
+  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);  // it agrees with itself only
+
+  tracking.tracker.requestZero();
+  shoot(scene, tracking, kZeroFrames);
+  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
+  shoot(scene, tracking, 1);
+  EXPECT_FALSE(tracking.field.flags & kZeroUnverified);
+  RestPose second;
+  ASSERT_TRUE(tracking.tracker.takeRestPose(second));
+  EXPECT_FALSE(tracking.tracker.takeRestPose(second));
+  EXPECT_TRUE(second.requested);
+  EXPECT_NE(second.id, first.id);
+  EXPECT_EQ(tracking.field.zero, second.id);
+  EXPECT_NEAR(second.noise, 2.0, 0.1);
+  EXPECT_NEAR(second.crossTalk[0], 0.2, 0.02);
+  EXPECT_NEAR(second.crossTalk[1], 0.2, 0.02);
+}
+
+TEST(Zero, TheOldStaysInForceUntilTheNewIsComplete) {
+  Scene scene;
+  Tracking tracking(scene);
+  ASSERT_TRUE(tracking.start(scene));
+  scene.displace(press(4.0));
+  shoot(scene, tracking, 1);
+  const Id old = tracking.field.zero;
+  tracking.tracker.requestZero();
+  for (int i = 0; i < kZeroFrames; ++i) {
+    shoot(scene, tracking, 1);
+    EXPECT_EQ(tracking.field.zero, old);
+    EXPECT_EQ(compare(scene, tracking.field).wrong, 0);
+  }
+  shoot(scene, tracking, 1);
+  EXPECT_NE(tracking.field.zero, old);
+  double largest = 0.0;
+  for (const float displacement : tracking.field.displacement_px)
+    largest = std::max(largest, std::abs(double{displacement}));
+  EXPECT_LT(largest, 0.2);
+}
+
+TEST(Zero, IsRefusedWhileMarkersMove) {
+  struct Case {
+    const char* name;
+    Scene::Field (*field)(int frame);
+  };
+  const Case cases[] = {{"pressed slowly", [](int frame) -> Scene::Field { return press(0.05 * frame); }},
+                        {"let go", [](int frame) -> Scene::Field { return press(frame < 15 ? 1.0 : 0.0); }},
+                        {"trembling finger", [](int frame) -> Scene::Field { return press(frame % 2 ? 0.6 : 0.0); }},
+                        {"camera shaken", [](int frame) -> Scene::Field {
+                           return [frame](const Eigen::Vector2d&) {
+                             return Eigen::Vector2d(0.2 * std::sin(0.7 * frame), 0.0);
+                           };
+                         }}};
+  for (const Case& c : cases) {
+    Scene scene;
+    Tracking tracking(scene);
+    ASSERT_TRUE(tracking.start(scene));
+    RestPose pose;
+    ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+    tracking.tracker.requestZero();
+    for (int i = 0; i < kZeroFrames; ++i) {
+      scene.displace(c.field(i));
+      shoot(scene, tracking, 1);
+    }
+    EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kMoving) << c.name;
+    EXPECT_FALSE(tracking.tracker.takeRestPose(pose)) << c.name;
+    EXPECT_EQ(tracking.field.zero, pose.id) << c.name;
+    EXPECT_TRUE(tracking.field.flags & kZeroUnverified) << c.name;
+  }
+}
+
+TEST(Zero, AFaintVibrationOfThePictureIsAveraged) {
+  Scene scene;
+  Tracking tracking(scene);
+  ASSERT_TRUE(tracking.start(scene));
+  tracking.tracker.requestZero();
+  for (int i = 0; i < kZeroFrames; ++i) {
+    scene.displace([i](const Eigen::Vector2d&) { return Eigen::Vector2d(0.02 * std::sin(1.3 * i), 0.0); });
+    shoot(scene, tracking, 1);
+  }
+  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
+  RestPose pose;
+  ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+  EXPECT_NEAR(pose.noise, 2.0, 0.1);  // vibration is no noise of a pixel
+}
+
+TEST(Zero, IsRefusedWhereTooFewMarkersAreSeen) {
+  Scene scene;
+  Tracking tracking(scene);
+  ASSERT_TRUE(tracking.start(scene));
+  tracking.tracker.requestZero();
+  const Frame& frame = scene.shoot();
+  scene.smear(320.0, 240.0, 230.0, 0);
+  tracking(frame);
+  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTooFew);
+  EXPECT_TRUE(tracking.field.flags & kFewMarkers);
+}
+
+TEST(Zero, AFirstStartWaitsForAStillGel) {
+  Scene scene;
+  Tracking tracking(scene);
+  for (int i = 0; i < 45; ++i) {
+    scene.displace(press(0.1 * i));
+    EXPECT_EQ(tracking(scene.shoot()), Outcome::kNoRestPose);
+  }
+  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kMoving);
+  EXPECT_TRUE(tracking.start(scene, 2 * kZeroFrames + 1));
+}
+
+TEST(Zero, MarkersThatWereMissingAreTakenInAtTheNext) {
+  Scene scene;
+  const Eigen::Matrix2Xd all = scene.rest;
+  scene.remove(0.1, 9);
+  Tracking tracking(scene);
+  ASSERT_TRUE(tracking.start(scene));
+  EXPECT_LT(tracking.field.validCount, scene.markers());
+  scene.rest = scene.now = all;
+  shoot(scene, tracking, 5);
+  EXPECT_LT(tracking.field.validCount, scene.markers());
+  tracking.tracker.requestZero();
+  shoot(scene, tracking, kZeroFrames + 1);
+  EXPECT_EQ(tracking.field.validCount, scene.markers());
+  EXPECT_LT(compare(scene, tracking.field).rms_px, 0.025);
+}
+
+RestPose restPose(Scene& scene, bool requested) {
+  Tracking tracking(scene);
+  EXPECT_TRUE(tracking.start(scene));
+  if (requested) {
+    tracking.tracker.requestZero();
+    shoot(scene, tracking, kZeroFrames);
+  }
+  RestPose pose;
+  EXPECT_TRUE(tracking.tracker.takeRestPose(pose));
+  return pose;
+}
+
+TEST(RestoredZero, IsVerifiedByTheUnloadedPicture) {
+  Scene scene;
+  const RestPose pose = restPose(scene, true);
+  Tracking tracking(scene);
+  tracking.tracker.restore(pose);
+  EXPECT_EQ(tracking(scene.shoot()), Outcome::kTracked);
+  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
+  shoot(scene, tracking, 15);
+  EXPECT_FALSE(tracking.field.flags & kZeroUnverified);
+  // Once seen it stays: a load does not make the zero doubtful.
+  scene.displace(press(3.0));
+  shoot(scene, tracking, 3);
+  EXPECT_FALSE(tracking.field.flags & kZeroUnverified);
+}
+
+TEST(RestoredZero, StaysUnverifiedUnderLoadUntilItIsLetGo) {
+  Scene scene;
+  const RestPose pose = restPose(scene, true);
+  scene.displace(press(2.0));
+  Tracking tracking(scene);
+  tracking.tracker.restore(pose);
+  shoot(scene, tracking, 40);
+  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
+  EXPECT_EQ(compare(scene, tracking.field).wrong, 0);
+  scene.now = scene.rest;
+  shoot(scene, tracking, 15);
+  EXPECT_FALSE(tracking.field.flags & kZeroUnverified);
+}
+
+TEST(RestoredZero, ThatNobodyRequestedStaysUnverified) {
+  Scene scene;
+  const RestPose pose = restPose(scene, false);
+  Tracking tracking(scene);
+  tracking.tracker.restore(pose);
+  shoot(scene, tracking, 40);
+  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
+}
+
+TEST(RestoredZero, ThePictureMayHaveMovedByMoreThanHalfASpacing) {
+  // The camera was nudged while the daemon was down: nothing is swapped, and the zero is not taken for verified.
+  Scene scene;
+  const RestPose pose = restPose(scene, true);
+  scene.displace([](const Eigen::Vector2d&) { return Eigen::Vector2d(12.0, -4.0); });
+  Tracking tracking(scene);
+  tracking.tracker.restore(pose);
+  shoot(scene, tracking, 20);
+  const Comparison comparison = compare(scene, tracking.field);
+  EXPECT_EQ(comparison.wrong, 0);
+  EXPECT_GE(comparison.valid, scene.markers() - 30);
+  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
+}
+
+}  // namespace
+}  // namespace tractiond::track
