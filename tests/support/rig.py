@@ -205,20 +205,12 @@ def vector(message):
     return np.array([message.x, message.y, message.z])
 
 
-def udp_port_of(process):
-    """The UDP port on which the daemon waits for picture packets: of its sockets, the one with the largest buffer."""
-    inodes = set()
-    for link in pathlib.Path(f"/proc/{process.child.pid}/fd").iterdir():
-        with contextlib.suppress(OSError):
-            found = re.match(r"socket:\[(\d+)\]", os.readlink(link))
-            if found:
-                inodes.add(found[1])
-    ports = []
-    for line in pathlib.Path(f"/proc/{process.child.pid}/net/udp").read_text().splitlines()[1:]:
-        words = line.split()
-        if words[9] in inodes:
-            ports.append(int(words[1].split(":")[1], 16))
-    return ports
+def stream_port(process):
+    """The UDP port on which the daemon waits for pictures: of its sockets, the one with the largest receive buffer."""
+    text = subprocess.run(["ss", "-Huanpme"], capture_output=True, text=True, check=True).stdout.replace("\n\t", " ")
+    found = [(int(re.search(r"skmem:\(r\d+,rb(\d+)", line)[1]), int(line.split()[3].rsplit(":", 1)[1]))
+             for line in text.splitlines() if f"pid={process.child.pid}," in line]
+    return max(found)[1]
 
 
 class Forger:

@@ -37,28 +37,25 @@ def block():
 
 class Truth(unittest.TestCase):
     def test_half_space_obeys_navier(self):
-        p, h = np.array([0.004, -0.003, 0.006]), 3e-5 * np.eye(3)
+        p, h, step = np.array([0.004, -0.003, 0.006]), 3e-5, 3e-5 * np.eye(3)
         for nu in (0.0, 0.3, 0.49):
-            def u(at):
-                return independent.influence(at, nu)
-
-            def divergence(at):
-                return sum(u(at + h[i])[i] - u(at - h[i])[i] for i in range(3)) / 6e-5
-
-            laplacian = sum(u(p + step) + u(p - step) - 2 * u(p) for step in h) / 9e-10
-            gradient = np.array([divergence(p + step) - divergence(p - step) for step in h]) / 6e-5
+            u = functools.partial(independent.influence, nu=nu)
+            second = np.array([[u(p + a + b) - u(p + a - b) - u(p - a + b) + u(p - a - b) for b in step]
+                               for a in step]) / (4 * h**2)  # by a, by b, component, force
+            laplacian, gradient = np.einsum("aacf->cf", second), np.einsum("abbf->af", second)
             self.assertLess(abs((1 - 2 * nu) * laplacian + gradient).max(), 1e-3 * abs(laplacian).max())
 
     def test_markers_are_drawn_where_they_are_projected(self):
+        window = np.arange(-independent.REACH_PX, independent.REACH_PX + 1)
         for camera in (STRAIGHT, ASKEW):
             pixels = camera.project(independent.markers())
             for layer, channel in ((0, 2), (1, 0)):
                 signal = independent.picture(camera, pixels, (layer,))[..., channel] - independent.BACKGROUND
                 for u, v in pixels[layer]:
-                    columns, rows = (round(x) + np.arange(-independent.REACH_PX, independent.REACH_PX + 1) for x in (u, v))
+                    columns, rows = round(u) + window, round(v) + window
                     part = signal[np.ix_(rows, columns)]
-                    self.assertLess(abs(part.sum(0) @ (columns - u)), 0.01 * part.sum())
-                    self.assertLess(abs(part.sum(1) @ (rows - v)), 0.01 * part.sum())
+                    centre = np.array([part.sum(0) @ columns, part.sum(1) @ rows]) / part.sum()
+                    self.assertLess(abs(centre - (u, v)).max(), 0.01)
 
 
 class Independent(unittest.TestCase):
@@ -90,46 +87,54 @@ class Independent(unittest.TestCase):
         return {name: [[message for message in messages if plan[image[message.header.camera_frame_id]] == (name, 1)]
                        for messages in published] for name in loads}
 
-    def check_markers(self, camera, load, markers):
+    def check_markers(self, camera, load, markers, tolerance_px):
         """Each marker by its own number: u to the right, v down."""
         self.assertTrue(all(set(message.marker_valid) == {1} for message in markers))
         found = np.mean([message.displacement_px for message in markers], axis=0).reshape(2, -1, 2)
         rest = independent.markers()
         true = camera.project(rest + load.displacement) - camera.project(rest)
-        print(np.sqrt(((found-true)**2).mean()), abs(found-true).max(), np.sqrt((true**2).mean()), abs(true).max(), np.sqrt((found**2).mean()))
+        self.assertLess(abs(found - true).max(), tolerance_px)
+        if load.force[0] > 0:
+            self.assertGreater(found[..., 0].mean(), 0)
+        if load.force[1] > 0:
+            self.assertLess(found[..., 1].mean(), 0)
 
-    def check_forces(self, load, fields, tolerance, centre_tolerance_m):
+    def check_forces(self, load, fields, tolerance_N, tolerance_Nm, tolerance_m):
         self.assertTrue(all(field.valid for field in fields))
+        true_moment = np.cross((*load.place, 0), load.force) + (0, 0, load.torque)
         force = np.mean([rig.vector(field.resultant_N) for field in fields], axis=0)
         moment = np.mean([rig.vector(field.moment_Nm) for field in fields], axis=0)
-        true_moment = np.cross((*load.place, 0), load.force) + (0, 0, load.torque)
-        print(force, load.force, moment, true_moment)
-        if load.force[2]:
-            centre = [(field.centre_of_pressure_m.x, field.centre_of_pressure_m.y) for field in fields]
-            print(np.mean(centre, axis=0), load.place)
+        self.assertLess(abs(force - load.force).max(), tolerance_N, f"{force} for {load.force}")
+        self.assertLess(abs(moment - true_moment).max(), tolerance_Nm, f"{moment} for {true_moment}")
+        if load.force[2] > 0:
+            centre = np.mean([(field.centre_of_pressure_m.x, field.centre_of_pressure_m.y) for field in fields], axis=0)
+            self.assertLess(np.linalg.norm(centre - load.place), tolerance_m, f"{centre} for {load.place}")
 
-    def check(self, loads, camera, pixel_format, model, *tolerances):
-        print(camera is STRAIGHT, pixel_format, model)
+    def check(self, loads, camera, pixel_format, model, tolerance_px, *tolerances):
         for name, (fields, markers) in self.measure(loads, camera, pixel_format, model).items():
             with self.subTest(name):
                 self.assertGreaterEqual(min(len(fields), len(markers)), HOLD // 2)
-                self.check_markers(camera, loads[name], markers)
+                self.check_markers(camera, loads[name], markers, tolerance_px)
                 self.check_forces(loads[name], fields, *tolerances)
 
+    # Forces of 1.5 to 4 N; moments of 0.005 to 0.05 N m.
+
     def test_half_space_rgb8(self):
-        self.check(half_space(), STRAIGHT, "RGB8", "half-space", 0.03, 0.001)
+        self.check(half_space(), STRAIGHT, "RGB8", "half-space", 0.04, 0.08, 0.0015, 0.001)
 
-    def test_half_space_bayer_camera_askew_behind_a_window(self):
-        self.check(half_space(), ASKEW, "BayerGR8", "half-space", 0.03, 0.001)
+    def test_half_space_camera_askew_behind_lens_and_window(self):
+        self.check(half_space(), ASKEW, "RGB8", "half-space", 0.04, 0.08, 0.0015, 0.001)
 
-    def test_half_space_rgb_camera_askew_behind_a_window(self):
-        self.check(half_space(), ASKEW, "RGB8", "half-space", 0.03, 0.001)
+    def test_half_space_bayer(self):
+        self.check(half_space(), STRAIGHT, "BayerGR8", "half-space", 0.2, 0.12, 0.003, 0.001)
 
     def test_block_by_finite_elements(self):
-        self.check(block(), STRAIGHT, "RGB8", "block", 0.03, 0.001)
+        self.check(block(), STRAIGHT, "RGB8", "block", 0.04, 0.08, 0.0015, 0.001)
 
-    def test_half_space_read_by_the_block(self):
-        self.check(half_space(), STRAIGHT, "RGB8", "block", 0.5, 0.006)
+    def test_half_space_read_as_block(self):
+        """Not the same body: other magnitudes (and no lean, which reads as a moment of a shear), the same signs."""
+        loads = {name: load for name, load in half_space().items() if name in ("press", "torsion")}
+        self.check(loads, STRAIGHT, "RGB8", "block", 0.04, 1.5, 0.015, 0.005)
 
 
 if __name__ == "__main__":

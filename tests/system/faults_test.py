@@ -1,0 +1,118 @@
+"""What a network and its inhabitants do to a stream: counted, never published, and the stream goes on."""
+
+import os
+import time
+import unittest
+
+import numpy as np
+
+import rig
+
+WIDTH, HEIGHT = 640, 480
+PACKET = 9000 - 36  # bytes of picture in a packet of the default size
+
+
+class Faults(unittest.TestCase):
+    def setUp(self):
+        self.bench = self.enterContext(rig.Rig())
+        self.published = []
+
+    def begin(self, *options):
+        self.twin = self.bench.twin("idle", *options, ready=False)
+        self.daemon = self.bench.daemon()
+        self.subscriber = self.bench.subscribe(self.daemon)
+        self.stream(30)
+
+    def stream(self, count):
+        self.published += self.subscriber.collect(count)
+
+    def forger(self):
+        forger = rig.Forger("127.0.0.1", rig.stream_port(self.daemon))
+        self.addCleanup(forger.close)
+        return forger
+
+    def ledger(self):
+        return self.subscriber.collect(1, "status")[0].ledger
+
+    def end(self):
+        """Every published frame is one that the camera sent, newer than the one before, and reads what it shows."""
+        self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
+        self.assertEqual(self.twin.stop(), 0, self.twin.output())
+        truth = rig.read_truth(self.twin)
+        numbers = [field.header.frame_number for field in self.published]
+        self.assertEqual(numbers, sorted(set(numbers)))
+        times = [field.header.device_time_ns for field in self.published]
+        self.assertEqual(times, sorted(set(times)))
+        for field in self.published:
+            record = truth.get(field.header.camera_frame_id)
+            self.assertIsNotNone(record, "a frame was published that the camera never sent")
+            self.assertEqual(record["device_ns"], field.header.device_time_ns)
+            self.assertLess(np.linalg.norm(rig.vector(field.resultant_N)), 0.6)
+
+    def test_the_frame_counter_wraps(self):
+        self.begin()
+        self.stream(400)
+        ids = [field.header.camera_frame_id for field in self.published]
+        self.assertGreater(max(ids), 65000)
+        self.assertLess(ids[-1], 1000)
+        numbers = [field.header.frame_number for field in self.published]
+        self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))))
+        self.assertEqual(self.ledger().missing, 0)
+        self.end()
+
+    def test_lost_packets(self):
+        self.begin("--lost-ratio", "0.002")
+        self.stream(200)
+        ledger = self.ledger()
+        self.assertGreater(ledger.incomplete, 10)
+        self.end()
+
+    def test_forged_packets_that_make_a_driver_hand_out_old_pictures(self):
+        self.begin()
+        forger = self.forger()
+        for size in (1, 8, 16, 36, 44, 1000, PACKET):
+            forger.raw(bytes(size))
+            self.stream(15)
+        self.end()
+
+    def test_one_forged_future_frame(self):
+        self.begin()
+        forger = self.forger()
+        forged = []
+        while self.ledger().implausible == 0:  # a forged packet may be lost like any other
+            self.assertLess(len(forged), 5)
+            forged.append((self.published[-1].header.camera_frame_id + 3000) % 65535)
+            forger.frame(forged[-1], os.urandom(3 * WIDTH * HEIGHT), WIDTH, HEIGHT, time.time_ns(), chunk=PACKET)
+            self.stream(60)
+        self.stream(60)
+        self.assertFalse({field.header.camera_frame_id for field in self.published} & set(forged))
+        self.end()
+
+    def test_a_forged_frame_of_another_size(self):
+        self.begin()
+        before = self.ledger()
+        forged = (self.published[-1].header.camera_frame_id + 3000) % 65535
+        self.forger().frame(forged, os.urandom(3 * 320 * 240), 320, 240, time.time_ns(), chunk=PACKET)
+        self.stream(60)
+        after = self.ledger()
+        self.assertGreater(after.wrong_size + after.incomplete, before.wrong_size + before.incomplete)
+        self.assertNotIn(forged, [field.header.camera_frame_id for field in self.published])
+        self.end()
+
+    def test_the_camera_dies_and_returns(self):
+        self.begin()
+        self.twin.kill()
+        first = rig.read_truth(self.twin)
+        old = self.published
+        self.assertTrue(all(field.header.camera_frame_id in first for field in old[:-3]))
+        self.published = []
+        self.twin = self.bench.twin("idle")
+        self.stream(60)
+        self.assertTrue(self.published[0].header.flags & 4, "the first frame after a gap says so")
+        self.assertGreater(self.published[0].header.frame_number, old[-1].header.frame_number)
+        self.assertGreaterEqual(self.ledger().reconnects, 1)
+        self.end()
+
+
+if __name__ == "__main__":
+    unittest.main()
