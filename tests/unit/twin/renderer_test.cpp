@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -40,25 +41,31 @@ std::vector<std::uint8_t> draw(Renderer& renderer, const Eigen::Matrix2Xd& marke
   return picture;
 }
 
-/// The picture by brute force: the visible colour at points 1/40 px apart, then the blur of each point by the Gaussian
+/// The picture by brute force: the visible colour at points 1/32 px apart, then the blur of each point by the Gaussian
 /// and the pixel's square.
 double slowLevel(const sensor::Sensor& sensor, const Optics& optics, const Eigen::Matrix2Xd& centres, int u, int v,
                  Channel channel) {
-  constexpr double kStep = 1.0 / 40;
+  constexpr double kStep = 1.0 / 32;
+  const double blueRadius = radius(sensor, 0), redRadius = radius(sensor, 1);
   const auto pixelKernel = [&](double t) {
     const double scale = optics.blur_px * std::sqrt(2.0);
     return 0.5 * (std::erf((t + 0.5) / scale) - std::erf((t - 0.5) / scale));
   };
-  const int steps = static_cast<int>(6 / kStep);
+  constexpr int kSteps = static_cast<int>(6 / kStep);
+  std::array<double, 2 * kSteps + 1> kernel;
+  for (int i = -kSteps; i <= kSteps; ++i) kernel[static_cast<std::size_t>(i + kSteps)] = kStep * pixelKernel(i * kStep);
   double sum = 0.0;
-  for (int j = -steps; j <= steps; ++j) {
-    for (int i = -steps; i <= steps; ++i) {
-      const Eigen::Vector2d point(u + i * kStep, v + j * kStep);
-      const bool red = (point - centres.col(1)).norm() < radius(sensor, 1);
-      const bool blue = !red && (point - centres.col(0)).norm() < radius(sensor, 0);
-      if (!red && !blue) continue;
+  for (int j = -kSteps; j <= kSteps; ++j) {
+    for (int i = -kSteps; i <= kSteps; ++i) {
+      const double x = u + i * kStep, y = v + j * kStep;
+      const auto isInside = [&](Eigen::Index marker, double r) {
+        const double dx = x - centres(0, marker), dy = y - centres(1, marker);
+        return dx * dx + dy * dy < r * r;
+      };
+      const bool red = isInside(1, redRadius);
+      if (!red && !isInside(0, blueRadius)) continue;
       const double weight = channel == (red ? kRed : kBlue) ? 1.0 : optics.crossTalk;
-      sum += weight * pixelKernel(i * kStep) * pixelKernel(j * kStep) * kStep * kStep;
+      sum += weight * kernel[static_cast<std::size_t>(i + kSteps)] * kernel[static_cast<std::size_t>(j + kSteps)];
     }
   }
   return optics.background + optics.contrast * sum;
