@@ -2,6 +2,8 @@
 
 #include "traction/error.h"
 
+#include <unistd.h>
+
 namespace traction {
 
 std::vector<Endpoints> locate(const std::string& instance) {
@@ -11,7 +13,10 @@ std::vector<Endpoints> locate(const std::string& instance) {
   std::vector<Endpoints> possible;
   for (const auto& directory : runtimeDirectories(instance)) {
     std::error_code ignored;
-    if (std::filesystem::is_socket(directory / "stream", ignored)) return {ipcEndpoints(directory)};
+    const auto stream = directory / "stream";
+    // A service's sockets are for its group only.
+    const bool open = std::filesystem::is_socket(stream, ignored) && access(stream.c_str(), W_OK) == 0;
+    if (open) return {ipcEndpoints(directory)};
     possible.push_back(ipcEndpoints(directory));
   }
   if (instance == kDefaultInstance) return {tcpEndpoints()};
