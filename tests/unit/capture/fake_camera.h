@@ -1,0 +1,69 @@
+// Aravis's GigE Vision camera that does not exist, and what an intruder may send in its name.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+struct _ArvGvFakeCamera;
+
+namespace tractiond::test {
+
+/// A camera in this process. Every picture begins with its own number, as 8 bytes.
+class FakeCamera {
+ public:
+  struct Options {
+    std::string address = "127.0.0.1";
+    std::string serial = "GV01";
+    int width = 64, height = 48;
+    std::uint32_t format = 0x02180014;  ///< RGB8
+    double rate_Hz = 100;
+  };
+  explicit FakeCamera(const Options& options);
+  FakeCamera()
+      : FakeCamera(Options{}) {}
+  ~FakeCamera();
+
+  void write(std::uint32_t address, std::uint32_t value);
+  std::uint32_t read(std::uint32_t address) const;
+  void losePackets(double share);
+
+ private:
+  struct Painter;
+  std::unique_ptr<Painter> painter_;
+  _ArvGvFakeCamera* camera_;
+};
+
+/// The same in a process of its own, which can be killed.
+class CameraProcess {
+ public:
+  CameraProcess();
+  ~CameraProcess();
+  void kill();        ///< SIGKILL, and waits for the end
+  static int main();  ///< what `program --fake-camera` runs
+
+ private:
+  pid_t child_;
+};
+
+/// Reads a register of the camera at 127.0.0.1 as any client may. Fails the test if it does not answer.
+std::uint32_t readRegister(std::uint32_t address);
+
+/// Sends datagrams to where the camera was told to stream to.
+class Intruder {
+ public:
+  explicit Intruder(const FakeCamera& camera);
+  ~Intruder();
+  void send(const std::vector<std::uint8_t>& datagram) const;
+  /// A whole picture, as GigE Vision 1.x sends it.
+  void sendPicture(std::uint16_t id, std::uint64_t device_ns, int width, int height, std::uint32_t format,
+                   const std::vector<std::uint8_t>& data, int packetSize_bytes) const;
+
+ private:
+  int socket_;
+};
+
+}  // namespace tractiond::test

@@ -1,0 +1,31 @@
+#include "tests/unit/capture/own_network.h"
+
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <string_view>
+#include <vector>
+
+namespace tractiond::test {
+
+void enterOwnNetwork(int argc, char** argv) {
+  constexpr const char* kInside = "TRACTION_OWN_NETWORK";
+  for (int i = 1; i < argc; ++i)
+    if (std::string_view(argv[i]).starts_with("--gtest_list_tests")) return;
+  if (std::getenv(kInside) != nullptr) return;
+  setenv(kInside, "1", 1);
+  static std::array<char, 4096> self{};
+  if (readlink("/proc/self/exe", self.data(), self.size() - 1) < 0) std::exit(EXIT_FAILURE);
+  static char program[] = "unshare", flags[] = "-rn", shell[] = "sh", command[] = "-c";
+  static char script[] = "ip link set lo up && ip address add 127.0.0.2/8 dev lo && exec \"$0\" \"$@\"";
+  std::vector<char*> arguments{program, flags, shell, command, script, self.data()};
+  arguments.insert(arguments.end(), argv + 1, argv + argc);
+  arguments.push_back(nullptr);
+  execvp("unshare", arguments.data());
+  std::perror("unshare");
+  std::exit(EXIT_FAILURE);
+}
+
+}  // namespace tractiond::test
