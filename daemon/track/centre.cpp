@@ -15,7 +15,8 @@ namespace {
 #define TRACTION_INLINE inline __attribute__((always_inline))
 
 constexpr int kMaxSteps = 6;
-constexpr int kSums = 16;  // lanes that are summed apart
+constexpr std::size_t kAhead = 8;  // windows prefetched
+constexpr int kSums = 16;          // lanes that are summed apart
 constexpr int kLanes = MarkerTemplate::kLanes;
 constexpr int kPhases = MarkerTemplate::kPhases;
 
@@ -164,15 +165,38 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
   centre.v = plane.v0 + plane.scale * y;
 }
 
+/// The rows of a window that will soon be read: the machine does not foresee them.
+template <int kStep>
+TRACTION_INLINE void prefetch(const Plane& plane, int half, const Guess& guess) {
+  const float inverseScale = 1.0F / plane.scale;
+  const float x = (guess.u - plane.u0) * inverseScale, y = (guess.v - plane.v0) * inverseScale;
+  const auto low = static_cast<float>(half);
+  if (!(x >= low && y >= low && x < static_cast<float>(plane.width - half) &&
+        y < static_cast<float>(plane.height - half)))
+    return;
+  const int left = static_cast<int>(x) - half + 1, top = static_cast<int>(y) - half + 1;
+  const std::uint8_t* row = plane.first + top * plane.stride + left * kStep;
+  for (int i = 0; i < 2 * half; ++i, row += plane.stride) {
+    __builtin_prefetch(row);
+    __builtin_prefetch(row + 2 * half * kStep - 1);
+  }
+}
+
 template <int kStep>
 TRACTION_INLINE void fitAll(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
                             const Guess* guesses, Centre* centres, std::size_t count) {
   switch (marker.half()) {
   case 3:
-    for (std::size_t i = 0; i < count; ++i) fitOne<kStep, 3>(plane, marker, crossTalk, guesses[i], centres[i]);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i + kAhead < count) prefetch<kStep>(plane, 3, guesses[i + kAhead]);
+      fitOne<kStep, 3>(plane, marker, crossTalk, guesses[i], centres[i]);
+    }
     break;
   case 4:
-    for (std::size_t i = 0; i < count; ++i) fitOne<kStep, 4>(plane, marker, crossTalk, guesses[i], centres[i]);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i + kAhead < count) prefetch<kStep>(plane, 4, guesses[i + kAhead]);
+      fitOne<kStep, 4>(plane, marker, crossTalk, guesses[i], centres[i]);
+    }
     break;
   default:
     for (std::size_t i = 0; i < count; ++i) fitOne<kStep, 0>(plane, marker, crossTalk, guesses[i], centres[i]);
