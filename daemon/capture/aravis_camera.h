@@ -49,6 +49,9 @@ class AravisCamera : public FrameSource {
   /// Of the first opening: the camera comes back with the same picture, or not at all.
   const CameraInfo& info() const { return info_; }
 
+  /// It was there and is gone; it is being opened anew. For the status.
+  bool lost() const { return session_ == nullptr; }
+
  private:
   struct Session;
   struct Keeper;
