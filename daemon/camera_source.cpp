@@ -52,8 +52,8 @@ tl::expected<void, Error> CameraSource::tryOpen() {
   auto camera = capture::AravisCamera::open(options_, ledger_, stop_.get_token(),
                                             [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
   if (!camera) return tl::unexpected(camera.error());
-  describe((*camera)->info());
   if (auto welcomed = welcome_((*camera)->info()); !welcomed) return welcomed;
+  describe((*camera)->info());
   camera_ = *std::move(camera);
   // release: partner is the acquire in info().
   info_.store(&camera_->info(), std::memory_order_release);

@@ -156,7 +156,7 @@ std::vector<Key> keysOf(Config& config) {
   return {
       {"sensor", "name", "", "Of the sensor, in topics and messages; empty: the name of the instance.",
           &config.sensor.name, {}, name},
-      {"sensor", "gel_file", "", "What the sensor is made of, see config/gels; empty: the gel of the paper.",
+      {"sensor", "gel_file", "", "What the sensor is made of, see gels/paper.toml beside this file; empty: as there.",
           &config.sensor.gelFile},
 
       {"camera", "id", "", "Device id, Vendor-Serial, IP or MAC address; empty: the first camera found.",

@@ -1,6 +1,7 @@
 #include "daemon/config_toml.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -74,7 +75,11 @@ tl::expected<Config, Error> parseConfig(std::istream& text, const std::string& n
 tl::expected<Config, Error> loadConfig(const std::string& path) {
   auto root = TomlTable::load(path);
   if (!root) return tl::unexpected(asError(root.error()));
-  return read(*root);
+  auto config = read(*root);
+  if (config && !config->sensor.gelFile.empty()) {
+    config->sensor.gelFile = std::filesystem::path(path).parent_path() / config->sensor.gelFile;
+  }
+  return config;
 }
 
 }  // namespace tractiond

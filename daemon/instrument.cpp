@@ -145,11 +145,6 @@ tl::expected<void, Error> Instrument::welcome(const capture::CameraInfo& info) {
   if (!pose) return tl::unexpected(pose.error());
   restored_ = *std::move(pose);
   if (restored_) tracker_->restore(*restored_);
-  if (restored_) {
-    spdlog::info("the zero is the one kept in {}", stateDirectory_.string());
-  } else {
-    spdlog::info("no zero is kept: the first {} still frames are taken for it", config_.track.zeroFrames);
-  }
   return {};
 }
 
@@ -187,6 +182,11 @@ void Instrument::control(std::chrono::milliseconds timeout) {
   controlServer_->serve(timeout);
   if (const capture::CameraInfo* info = camera_->info(); info != nullptr && !cameraDescribed_) {
     cameraDescribed_ = true;
+    if (restored_) {
+      spdlog::info("the zero is the one kept in {}", stateDirectory_.string());
+    } else {
+      spdlog::info("no zero is kept: the first {} still frames are taken for it", config_.track.zeroFrames);
+    }
     description_.cameraVendor = info->name.vendor;
     description_.cameraModel = info->name.model;
     description_.cameraSerial = info->name.serial;

@@ -2,6 +2,7 @@
 #include "daemon/config_toml.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -154,6 +155,18 @@ TEST(Config, RefusesNumbersThatAreNone) {
   EXPECT_NE(errorOf("[camera]\nexposure_us = inf\n"), "");
   EXPECT_NE(errorOf("[camera]\nbuffers = 10.5\n"), "");
   EXPECT_NE(errorOf("[camera.features]\nGain = [1]\n"), "");
+}
+
+TEST(Config, FindsTheGelFileBesideItself) {
+  const auto folder = std::filesystem::temp_directory_path() / ("config-" + std::to_string(getpid()));
+  std::filesystem::create_directory(folder);
+  std::ofstream(folder / "one.toml") << "[sensor]\ngel_file = \"gels/soft.toml\"\n";
+  std::ofstream(folder / "other.toml") << "[sensor]\ngel_file = \"/gels/soft.toml\"\n";
+  const auto one = loadConfig(folder / "one.toml"), other = loadConfig(folder / "other.toml");
+  std::filesystem::remove_all(folder);
+  ASSERT_TRUE(one && other);
+  EXPECT_EQ(one->sensor.gelFile, folder / "gels/soft.toml");
+  EXPECT_EQ(other->sensor.gelFile, "/gels/soft.toml");
 }
 
 TEST(Config, ThatCannotBeReadIsNoInput) {

@@ -1,0 +1,48 @@
+#include "daemon/arguments.h"
+
+#include <CLI/CLI.hpp>
+
+#include <iostream>
+
+namespace tractiond {
+namespace {
+
+constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
+   0  stopped as asked
+  64  the command line is wrong
+  65  a file in the state directory is damaged or belongs to another sensor
+  66  a file cannot be read
+  69  no camera, or an address is in use
+  70  a bug: the account of the frames does not balance
+  71  the operating system refuses something
+  73  a directory or file cannot be created
+  75  the camera or a directory is in use by somebody else
+  77  no permission
+  78  the configuration is wrong)";
+
+}  // namespace
+
+tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
+  Arguments arguments;
+  Places& places = arguments.places;
+  CLI::App app("Surface traction fields from a camera that looks into a gel.", "tractiond");
+  app.add_option("--instance", places.instance, "name of one of several daemons on a machine")->capture_default_str();
+  app.add_option("--config", places.config, "configuration file; default /etc/tractiond/INSTANCE.toml if it is there");
+  app.add_option("--state", places.state, "directory of the zero and of what is computed once");
+  app.add_option("--runtime", places.runtime, "directory of the sockets");
+  app.add_flag("--check-config", arguments.checkConfig, "check the configuration and the gel file, and exit");
+  app.add_flag("--print-config", arguments.printConfig, "print the configuration with every key, and exit");
+  app.add_flag("--cameras", arguments.listCameras, "list the cameras in sight, and exit");
+  app.set_version_flag("--version", std::string("tractiond " TRACTIOND_VERSION));
+  app.footer(kExitCodes);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& stop) {
+    if (stop.get_exit_code() == 0) return tl::unexpected(app.exit(stop));  // help, version
+    std::cerr << "tractiond: " << stop.what() << "; see tractiond --help\n";
+    return tl::unexpected(EX_USAGE);
+  }
+  return arguments;
+}
+
+}  // namespace tractiond

@@ -1,0 +1,18 @@
+// The command line.
+#pragma once
+
+#include "daemon/instance.h"
+
+#include <tl/expected.hpp>
+
+namespace tractiond {
+
+struct Arguments {
+  Places places;
+  bool checkConfig = false, printConfig = false, listCameras = false;
+};
+
+/// Or an exit code: 0 when help or the version was asked for and printed, EX_USAGE for an error that was printed.
+tl::expected<Arguments, int> parseArguments(int argc, char** argv);
+
+}  // namespace tractiond
