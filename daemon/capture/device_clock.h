@@ -9,7 +9,7 @@ namespace tractiond::capture {
 
 /// Thread-bound. Allocates nothing.
 ///
-/// host = device + offset + drift (device - origin) + delay, delay >= 0: the line below all points (device, host).
+/// host - device = offset + drift (host - origin) + delay, delay >= 0: the line below all points.
 /// What one-way stamps cannot show is the shortest delay itself (exposure, read-out and transport of the luckiest
 /// frame): the mapped time is late by it.
 class DeviceClock {
@@ -37,12 +37,13 @@ class DeviceClock {
 
  private:
   struct Point {
-    double device_ns = 0, delay_ns = 0;  ///< from the origin; host - device, from the origin's
+    double host_ns = 0, lead_ns = 0;  ///< both from the origin; lead: host - device
   };
   static constexpr std::size_t kWindows = 16;
 
   void fit();
-  double excess(const Point& point) const { return point.delay_ns - offset_ns_ - drift_ * point.device_ns; }
+  double line(double host_ns) const { return offset_ns_ + drift_ * host_ns; }
+  double delay(const Point& point) const { return point.lead_ns - line(point.host_ns); }
 
   Options options_;
   std::array<Point, kWindows> lowest_{};  ///< of the closed windows, a ring

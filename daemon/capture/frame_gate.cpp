@@ -58,9 +58,9 @@ void FrameGate::extend(Track& track, const Arrival& arrival) const {
 
 std::uint64_t FrameGate::largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const {
   const std::int64_t period = std::max(period_ns, options_.shortestPeriod_ns);
-  const std::int64_t periods = std::max<std::int64_t>(elapsed_ns, 0) / period;
-  const bool roundUp = elapsed_ns - periods * period > period / 2;
-  return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(periods) + (roundUp ? 1 : 0));
+  const std::int64_t most =
+      elapsed_ns > INT64_MAX - options_.stampJitter_ns ? INT64_MAX : elapsed_ns + options_.stampJitter_ns;
+  return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(most / period));
 }
 
 bool FrameGate::follows(const Track& track, const Arrival& arrival) const {
@@ -142,8 +142,8 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     candidate_ = begin(arrival);
 
   if (reopened_ || candidate_->length >= kAgreeing) {
-    // The ids may still be those of the same count: after a pause of the host, or of the cable. Twice the time: the
-    // host's stamps jitter.
+    // The ids may still be those of the same count: after a pause of the host, or of the cable. Twice the time: frames
+    // reach the host less evenly than the camera takes them.
     const std::int64_t step = advance(current_->id, arrival.id);
     const std::int64_t period = current_->period_ns > 0 ? current_->period_ns : candidate_->period_ns;
     const std::int64_t twice = 2 * (arrival.host_ns - current_->host_ns);

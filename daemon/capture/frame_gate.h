@@ -52,6 +52,8 @@ class FrameGate {
     std::int64_t ahead_ns = 50'000'000;
     /// One that falls behind by more has stepped as well, or the host slept. Above any delay of a working host.
     std::int64_t behind_ns = 1'000'000'000;
+    /// How late a camera that stamps by its own operating system may stamp a frame: ids may outrun the time by that.
+    std::int64_t stampJitter_ns = 8'000'000;
     /// No camera is faster: bounds a gap of ids while the frame period is not known yet.
     std::int64_t shortestPeriod_ns = 100'000;
   };
@@ -94,9 +96,8 @@ class FrameGate {
   bool reopened_ = false;
   std::uint64_t frameNumber_ = 0;
   std::bitset<32768> arrived_;  ///< [d]: something with the id d after the last new frame arrived, and was not used
-  std::uint64_t arrivedUnnamed_ =
-      0;  ///< incomplete buffers without an id of their own: the packet that names it was lost
-  std::array<Seen, 256> history_{};  ///< the last whole pictures; more than a driver has buffers
+  std::uint64_t arrivedUnnamed_ = 0;  ///< incomplete buffers that kept an older id: the packet with theirs was lost
+  std::array<Seen, 256> history_{};   ///< the last whole pictures; more than a driver has buffers
   std::size_t historyCount_ = 0;
 };
 

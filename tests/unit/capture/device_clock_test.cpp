@@ -1,0 +1,114 @@
+#include "daemon/capture/device_clock.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <random>
+
+namespace tractiond::capture {
+namespace {
+
+constexpr std::int64_t kPeriod_ns = 16'666'667;
+constexpr std::int64_t kShortestDelay_ns = 300'000;
+
+/// A camera whose clock runs at its own rate, and frames that are delayed at random but never hastened.
+class Rig {
+ public:
+  explicit Rig(double drift, double meanDelay_ns = 200'000)
+      : drift_(drift)
+      , delay_(1.0 / meanDelay_ns) {}
+
+  DeviceClock::Moment frame(DeviceClock& clock) {
+    taken_ns_ += kPeriod_ns;
+    const std::int64_t host_ns = taken_ns_ + kShortestDelay_ns + static_cast<std::int64_t>(delay_(random_));
+    return clock.add(device(), host_ns);
+  }
+  std::int64_t device() const {
+    return step_ns_ + static_cast<std::int64_t>(static_cast<double>(taken_ns_) * (1.0 - drift_));
+  }
+  std::int64_t taken() const { return taken_ns_; }  ///< when the last frame was taken, on the host's clock
+  void step(std::int64_t step_ns) { step_ns_ += step_ns; }
+
+ private:
+  double drift_;
+  std::mt19937 random_{1};
+  std::exponential_distribution<double> delay_;
+  std::int64_t taken_ns_ = 5'000'000'000;
+  std::int64_t step_ns_ = 123'456'789'000'000;
+};
+
+TEST(DeviceClock, FindsDriftAndOffset) {
+  for (const double drift : {0.0, 40e-6, -90e-6, 400e-6}) {
+    DeviceClock clock;
+    Rig rig(drift);
+    DeviceClock::Moment moment;
+    for (int i = 0; i < 60 * 60; ++i) moment = rig.frame(clock);
+    EXPECT_NEAR(clock.drift(), drift, 2e-6);
+    // Late by the shortest delay, which cannot be seen, and within its own error of that.
+    EXPECT_LE(std::abs(moment.captured_ns - rig.taken() - kShortestDelay_ns), moment.error_ns) << drift;
+    EXPECT_LT(moment.error_ns, 50'000);
+  }
+}
+
+TEST(DeviceClock, ItsErrorHoldsFromTheFirstFrameOn) {
+  for (const double drift : {0.0, 100e-6, -100e-6}) {
+    DeviceClock clock;
+    Rig rig(drift, 1'000);
+    for (int i = 0; i < 60 * 40; ++i) {
+      const DeviceClock::Moment moment = rig.frame(clock);
+      const std::int64_t off_ns = moment.captured_ns - rig.taken() - kShortestDelay_ns;
+      ASSERT_LE(std::abs(off_ns), moment.error_ns + 5'000) << drift << ", frame " << i;
+    }
+  }
+}
+
+TEST(DeviceClock, NeverGoesBackNorAheadOfTheArrival) {
+  std::mt19937 random(3);
+  DeviceClock clock;
+  std::int64_t device_ns = 0, host_ns = 1'000'000'000, last_ns = INT64_MIN;
+  for (int i = 0; i < 20'000; ++i) {
+    // Whatever the camera's clock does.
+    if (random() % 50 == 0) device_ns += static_cast<std::int64_t>(random() % 2'000'000'000) - 1'000'000'000;
+    if (random() % 500 == 0) clock.restart();
+    device_ns += kPeriod_ns;
+    host_ns += static_cast<std::int64_t>(random() % 30'000'000);
+    const DeviceClock::Moment moment = clock.add(device_ns, host_ns);
+    ASSERT_GE(moment.captured_ns, last_ns);
+    ASSERT_LE(moment.captured_ns, host_ns);
+    ASSERT_GT(moment.error_ns, 0);
+    last_ns = moment.captured_ns;
+  }
+}
+
+TEST(DeviceClock, OwnsUpToASmallStepUntilItHasForgottenIt) {
+  for (const std::int64_t step_ns : {std::int64_t{5'000'000}, std::int64_t{-5'000'000}}) {
+    DeviceClock clock;
+    Rig rig(20e-6, 20'000);
+    for (int i = 0; i < 60 * 30; ++i) rig.frame(clock);
+    rig.step(step_ns);
+    DeviceClock::Moment moment;
+    for (int i = 0; i < 60 * 2; ++i) moment = rig.frame(clock);
+    EXPECT_LE(std::abs(moment.captured_ns - rig.taken() - kShortestDelay_ns), moment.error_ns);
+    for (int i = 0; i < 60 * 30; ++i) moment = rig.frame(clock);
+    EXPECT_LE(std::abs(moment.captured_ns - rig.taken() - kShortestDelay_ns), moment.error_ns);
+    EXPECT_LT(moment.error_ns, 50'000);
+  }
+}
+
+TEST(DeviceClock, StartsAfreshAfterARestart) {
+  DeviceClock clock;
+  Rig rig(100e-6);
+  for (int i = 0; i < 60 * 30; ++i) rig.frame(clock);
+  rig.step(-3'600'000'000'000);
+  clock.restart();
+  for (int i = 0; i < 60 * 30; ++i) {
+    const DeviceClock::Moment moment = rig.frame(clock);
+    if (i > 60) {
+      ASSERT_LE(std::abs(moment.captured_ns - rig.taken() - kShortestDelay_ns), moment.error_ns);
+    }
+  }
+  EXPECT_NEAR(clock.drift(), 100e-6, 2e-6);
+}
+
+}  // namespace
+}  // namespace tractiond::capture
