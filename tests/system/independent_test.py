@@ -11,8 +11,8 @@ import rig
 
 REST, RAMP, HOLD = 45, 6, 12  # frames
 STRAIGHT = independent.Camera()
-ASKEW = independent.Camera(position_m=(0.002, -0.001, 0.178), rotation_rad=(0.012, -0.02, 0.05), k1=-0.15, k2=0.05,
-                           principal_px=(335.0, 258.0), gel_index=1.41, window_index=1.49, window_thickness_m=0.01)
+ASKEW = independent.Camera(position_mm=(2.0, -1.0, 178.0), rotation_rad=(0.012, -0.02, 0.05), k1=-0.15, k2=0.05,
+                           principal_px=(335.0, 258.0), gel_index=1.41, window_index=1.49, window_thickness_mm=10.0)
 # What is pressed where: [m], [N], [N m], and the markers' displacement [m].
 Load = collections.namedtuple("Load", "place force torque displacement")
 
@@ -26,36 +26,13 @@ def half_space():
 
 
 def block():
-    """Finite elements of others; y by mirroring gel and markers in their diagonal."""
+    """Finite elements instead of our block; a shear along y by mirroring gel and markers in their diagonal."""
     path = rig.SOURCE / "tests" / "golden" / "block_reference.csv"
     press, shear = (independent.finite_elements(path, case) for case in "AB")
     mirrored = shear.reshape(2, 24, 24, 3).swapaxes(1, 2)[..., [1, 0, 2]].reshape(shear.shape)
     return {"press": Load((0.0007, 0.0004), (0, 0, 4), 0, 4 * press),
             "shear x": Load((0.0007, 0.0004), (2, 0, 0), 0, 2 * shear),
             "shear y": Load((0.0004, 0.0007), (0, 1.5, 0), 0, 1.5 * mirrored)}
-
-
-class Truth(unittest.TestCase):
-    def test_half_space_obeys_navier(self):
-        p, h, step = np.array([0.004, -0.003, 0.006]), 3e-5, 3e-5 * np.eye(3)
-        for nu in (0.0, 0.3, 0.49):
-            u = functools.partial(independent.influence, nu=nu)
-            second = np.array([[u(p + a + b) - u(p + a - b) - u(p - a + b) + u(p - a - b) for b in step]
-                               for a in step]) / (4 * h**2)  # by a, by b, component, force
-            laplacian, gradient = np.einsum("aacf->cf", second), np.einsum("abbf->af", second)
-            self.assertLess(abs((1 - 2 * nu) * laplacian + gradient).max(), 1e-3 * abs(laplacian).max())
-
-    def test_markers_are_drawn_where_they_are_projected(self):
-        window = np.arange(-independent.REACH_PX, independent.REACH_PX + 1)
-        for camera in (STRAIGHT, ASKEW):
-            pixels = camera.project(independent.markers())
-            for layer, channel in ((0, 2), (1, 0)):
-                signal = independent.picture(camera, pixels, (layer,))[..., channel] - independent.BACKGROUND
-                for u, v in pixels[layer]:
-                    columns, rows = round(u) + window, round(v) + window
-                    part = signal[np.ix_(rows, columns)]
-                    centre = np.array([part.sum(0) @ columns, part.sum(1) @ rows]) / part.sum()
-                    self.assertLess(abs(centre - (u, v)).max(), 0.01)
 
 
 class Independent(unittest.TestCase):
@@ -69,7 +46,7 @@ class Independent(unittest.TestCase):
         @functools.cache
         def levels(name, share):
             moved = share * loads[name].displacement if share else 0
-            return independent.picture(camera, camera.project(independent.markers() + moved))
+            return independent.picture(camera, camera.project(independent.MARKERS + moved))
 
         with rig.Rig() as bench:
             pictures, gel = bench.folder / "pictures.raw", bench.folder / "gel.toml"
@@ -91,13 +68,8 @@ class Independent(unittest.TestCase):
         """Each marker by its own number: u to the right, v down."""
         self.assertTrue(all(set(message.marker_valid) == {1} for message in markers))
         found = np.mean([message.displacement_px for message in markers], axis=0).reshape(2, -1, 2)
-        rest = independent.markers()
-        true = camera.project(rest + load.displacement) - camera.project(rest)
+        true = camera.project(independent.MARKERS + load.displacement) - camera.project(independent.MARKERS)
         self.assertLess(abs(found - true).max(), tolerance_px)
-        if load.force[0] > 0:
-            self.assertGreater(found[..., 0].mean(), 0)
-        if load.force[1] > 0:
-            self.assertLess(found[..., 1].mean(), 0)
 
     def check_forces(self, load, fields, tolerance_N, tolerance_Nm, tolerance_m):
         self.assertTrue(all(field.valid for field in fields))
@@ -117,7 +89,7 @@ class Independent(unittest.TestCase):
                 self.check_markers(camera, loads[name], markers, tolerance_px)
                 self.check_forces(loads[name], fields, *tolerances)
 
-    # Forces of 1.5 to 4 N; moments of 0.005 to 0.05 N m.
+    # Forces are 1.5 to 4 N, moments 0.005 to 0.05 N m.
 
     def test_half_space_rgb8(self):
         self.check(half_space(), STRAIGHT, "RGB8", "half-space", 0.04, 0.08, 0.0015, 0.001)
@@ -126,7 +98,7 @@ class Independent(unittest.TestCase):
         self.check(half_space(), ASKEW, "RGB8", "half-space", 0.04, 0.08, 0.0015, 0.001)
 
     def test_half_space_bayer(self):
-        self.check(half_space(), STRAIGHT, "BayerGR8", "half-space", 0.2, 0.12, 0.003, 0.001)
+        self.check(half_space(), STRAIGHT, "BayerGR8", "half-space", 0.1, 0.12, 0.003, 0.001)
 
     def test_block_by_finite_elements(self):
         self.check(block(), STRAIGHT, "RGB8", "block", 0.04, 0.08, 0.0015, 0.001)
