@@ -40,9 +40,10 @@ capture::Pictures pictures(const sensor::Sensor& sensor) {
     const double force_N = 2.0 * (1.0 - std::cos(2.0 * std::numbers::pi * std::max(0, i - 64) / (kPictures - 64)));
     for (Eigen::Index m = 0; m < markers.cols(); ++m) {
       const Eigen::Vector3d point = markers.col(m);
-      markers_px.col(m) = project(point + force_N * sensor::elastic::halfSpaceDisplacement(
-                                                        point, sensor.gel.youngsModulus, sensor.gel.poissonRatio)
-                                                        .col(2));
+      markers_px.col(m) = project(
+          point +
+          force_N *
+              sensor::elastic::halfSpaceDisplacement(point, sensor.gel.youngsModulus, sensor.gel.poissonRatio).col(2));
     }
     renderer.render(markers_px, static_cast<std::uint32_t>(i), result.data[static_cast<std::size_t>(i)]);
   }
@@ -100,7 +101,9 @@ int main(int argc, char** argv) {
   solve::Solver solver(*inverse, sensor.nodes);
   // The queue absorbs the moments in which the subscriber is not running.
   publish::PublishOptions options{.stream = {endpoint}, .latest = {}, .highWaterMark = 100'000};
-  auto publisher = publish::Publisher::open(options, {.identity = {.sensor = "bench"}}, ledger, [] { return publish::Vitals{}; });
+  publish::Description description;
+  description.identity.sensor = "bench";
+  auto publisher = publish::Publisher::open(options, description, ledger, [] { return publish::Vitals{}; });
   if (!publisher) return std::cerr << publisher.error().message() << "\n", 1;
   for (int i = 0; i < 10; ++i) (*publisher)->wait(-1, std::chrono::milliseconds(100));  // the subscriber joins
 
