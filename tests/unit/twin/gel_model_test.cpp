@@ -35,7 +35,11 @@ double peak(const Points& displacement) {
 }
 
 TEST(GelModel, DisplacementIsThatOfDirectComputationAlsoBetweenTheInterpolationNodes) {
-  const sensor::Sensor sensor;
+  sensor::Sensor sensor;
+  for (sensor::MarkerLayer& layer : sensor.layers) {
+    layer.columns = layer.rows = 9;
+    layer.pitch = 8e-3;
+  }
   const Points markers = sensor::markerPositions(sensor.layers);
   Contact slider{
       Contact::Shape::kHertz, 2.5e-3, {0, 1}, {{{-14e-3, -6e-3}, {0, 0, 0}, 0}, {{15e-3, 8e-3}, {0, 0, 0}, 0}}};
@@ -70,7 +74,7 @@ TEST(GelModel, DisplacementIsThatOfDirectComputationAlsoBetweenTheInterpolationN
 
 TEST(GelModel, ContactsAddUpAndNothingMovesWithoutThem) {
   sensor::Sensor sensor;
-  for (sensor::MarkerLayer& layer : sensor.layers) layer.columns = layer.rows = 4;
+  for (sensor::MarkerLayer& layer : sensor.layers) layer.columns = layer.rows = 2;
   Contact contact{Contact::Shape::kHertz, 3e-3, {0}, {{{2e-3, 1e-3}, {0, 0, 0}, 0}}};
   twin::GelModel model(sensor, {contact, contact});
   const ContactState idle{{2e-3, 1e-3}, {0, 0, 0}, 0}, pressed{{2e-3, 1e-3}, {0.1, 0, 1}, 1e-3};
