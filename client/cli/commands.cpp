@@ -35,13 +35,14 @@ void printLine(const std::string& text) {
 }  // namespace
 
 void echo(const SubscriberOptions& options, unsigned topics, long count) {
-  Subscriber subscriber(options);  // to all topics: the status tells a daemon without a camera from none
-  bool isThere = false;
-  while (count != 0) {
-    const auto message = subscriber.receive(5s);
-    if (!message && !isThere) throw Error(ErrorCode::kNoAnswer, "nothing arrives from " + subscriber.endpoint());
-    isThere = true;
-    if (!message || (1U << message->index() & topics) == 0) continue;
+  SubscriberOptions wanted = options;
+  wanted.topics = topics;
+  Subscriber subscriber(wanted);
+  for (bool isThere = false; count != 0;) {
+    const auto message = subscriber.receive(3s);
+    isThere = isThere || message || subscriber.isConnected();
+    if (!isThere) throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + subscriber.endpoint());
+    if (!message) continue;
     printLine(toJson(*message));
     if (count > 0) --count;
   }

@@ -11,6 +11,13 @@ namespace {
 
 using namespace traction;
 
+constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
+   0  done
+  64  the command line is wrong
+  69  no tractiond is there
+  75  tractiond could not do it
+  76  tractiond speaks another version of the protocol)";
+
 int exitCodeOf(ErrorCode code) {
   switch (code) {
   case ErrorCode::kBadEndpoint:
@@ -42,10 +49,11 @@ int main(int argc, char** argv) {
   bool json = false;
   std::string topic = "field";
 
-  CLI::App app("Watches and commands a running tractiond.");
+  CLI::App app("Watches and commands a running tractiond.", "tractionctl");
   app.set_version_flag("--version", "tractionctl " TRACTION_VERSION);
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);  // asked for below: a wrong word is named first
   app.fallthrough();
+  app.footer(kExitCodes);
   app.add_option("--instance", instance, "of tractiond on this machine")->capture_default_str();
   app.add_option("--connect", subscription.endpoint, "ZeroMQ endpoint of the stream, instead of the instance's");
   app.add_option("--control", control.endpoint, "ZeroMQ endpoint for requests, instead of the instance's");
@@ -68,6 +76,7 @@ int main(int argc, char** argv) {
 
   try {
     app.parse(argc, argv);
+    if (app.get_subcommands().empty()) return fail(EX_USAGE, "a command is needed; see tractionctl --help");
     subscription.instance = control.instance = instance;
     if (watch->parsed()) cli::watch(subscription, seconds);
     if (echo->parsed()) cli::echo(subscription, names.at(topic), count);

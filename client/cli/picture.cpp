@@ -169,7 +169,7 @@ void centred(Canvas& canvas, int column, int row, int width, std::string_view te
 std::string obstacle(const Scene& scene) {
   if (scene.field && scene.field->valid) return "";
   if (scene.field) return "too few markers are seen";
-  if (!scene.status) return "waiting for the first message";
+  if (!scene.status) return scene.connected ? "tractiond is starting" : "looking for tractiond";
   switch (scene.status->camera) {
   case CameraState::kWaiting:
     return "tractiond waits for a camera";

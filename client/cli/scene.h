@@ -18,6 +18,7 @@ class Scene {
   std::uint64_t fields = 0;  ///< received
   std::uint64_t lost = 0;    ///< on the way, as the subscriber says
   std::int64_t lastArrival_ns = 0;
+  bool connected = false;  ///< somebody publishes, perhaps without having anything to say yet
 
   /// Of the fields of the last two seconds [1/s].
   double rate_hz(std::int64_t now_ns) const;

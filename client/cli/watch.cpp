@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;  // CLOCK_MONOTONIC, as are the messages' times
 
 constexpr auto kPicture = 40ms;  ///< from one to the next
-constexpr auto kPatience = 5s;   ///< for the first message
+constexpr auto kPatience = 3s;   ///< for the connection
 
 std::int64_t nanoseconds(Clock::time_point time) {
   return std::chrono::nanoseconds(time.time_since_epoch()).count();
@@ -47,9 +47,9 @@ class Receiver {
   void run() try {
     while (!stop_) {
       auto message = subscriber_.receive(100ms);
-      if (!message) continue;
       const std::lock_guard lock(mutex_);
-      scene_.add(*std::move(message));
+      scene_.connected = subscriber_.isConnected();
+      if (message) scene_.add(*std::move(message));
       scene_.lost = subscriber_.lost();
     }
   } catch (...) {
@@ -65,9 +65,9 @@ class Receiver {
   std::thread thread_;
 };
 
-void expectSomething(const Receiver& receiver, const Scene& scene, Clock::duration elapsed) {
-  if (scene.lastArrival_ns != 0 || elapsed < kPatience) return;
-  throw Error(ErrorCode::kNoAnswer, "nothing arrives from " + receiver.endpoint());
+void expectSomebody(const Receiver& receiver, const Scene& scene, Clock::duration elapsed) {
+  if (scene.lastArrival_ns != 0 || scene.connected || elapsed < kPatience) return;
+  throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + receiver.endpoint());
 }
 
 template <typename Step>
@@ -76,7 +76,7 @@ Scene loop(Receiver& receiver, double seconds, Clock::duration step, Step&& show
   for (Clock::time_point next = start;; next += step) {
     const Clock::time_point now = Clock::now();
     const Scene scene = receiver.scene();
-    expectSomething(receiver, scene, now - start);
+    expectSomebody(receiver, scene, now - start);
     const bool isOver = std::chrono::duration<double>(now - start).count() >= seconds;
     if (stopRequested() || !show(scene, now, std::max(next + step - now, Clock::duration(0))) || isOver) return scene;
   }
@@ -101,7 +101,7 @@ void watch(const SubscriberOptions& options, double seconds) {
     });
   } else {
     last = loop(receiver, seconds, 1s, [&](const Scene& scene, Clock::time_point now, Clock::duration left) {
-      if (scene.lastArrival_ns != 0) std::printf("%s\n", summary(scene, nanoseconds(now)).c_str());
+      if (scene.connected) std::printf("%s\n", summary(scene, nanoseconds(now)).c_str());
       std::fflush(stdout);
       for (const auto end = now + left; Clock::now() < end && !stopRequested();) std::this_thread::sleep_for(20ms);
       return true;

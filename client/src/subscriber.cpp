@@ -5,6 +5,7 @@
 
 #include <zmq.hpp>
 
+#include <cstring>
 #include <ctime>
 #include <map>
 
@@ -14,6 +15,8 @@ namespace {
 
 /// All versions: a daemon of another one is noticed, not waited for.
 constexpr std::string_view kAllVersions = "traction/";
+
+constexpr const char* kMonitor = "inproc://monitor";
 
 std::int64_t monotonicNow() {
   timespec now{};
@@ -60,6 +63,8 @@ struct Subscriber::Impl {
     socket.set(zmq::sockopt::heartbeat_ivl, 5000);
     socket.set(zmq::sockopt::heartbeat_timeout, 15000);
     if (latest) socket.set(zmq::sockopt::conflate, true);
+    zmq_socket_monitor(socket.handle(), kMonitor, ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_DISCONNECTED);
+    monitor.connect(kMonitor);
     for (const std::string& each : endpoints) {
       try {
         socket.connect(each);
@@ -68,6 +73,22 @@ struct Subscriber::Impl {
       }
     }
     socket.set(zmq::sockopt::subscribe, latest ? std::string_view() : kAllVersions);
+  }
+
+  ~Impl() { zmq_socket_monitor(socket.handle(), nullptr, 0); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  bool isConnected() {
+    zmq::message_t event, address;
+    while (zmq_msg_recv(event.handle(), monitor.handle(), ZMQ_DONTWAIT) >= 0) {
+      // 16 bits of event and 32 of value, then the address.
+      std::uint16_t what = 0;
+      std::memcpy(&what, event.data(), sizeof what);
+      connections += what == ZMQ_EVENT_HANDSHAKE_SUCCEEDED ? 1 : -1;
+      zmq_msg_recv(address.handle(), monitor.handle(), ZMQ_DONTWAIT);
+    }
+    return connections > 0;
   }
 
   /// The parts of the next message: [topic][payload][time], or [payload]. False: none.
@@ -125,6 +146,8 @@ struct Subscriber::Impl {
   std::size_t count = 0;
   zmq::context_t context{1};
   zmq::socket_t socket{context, zmq::socket_type::sub};
+  zmq::socket_t monitor{context, zmq::socket_type::pair};
+  int connections = 0;
 };
 
 Subscriber::Subscriber(const SubscriberOptions& options)
@@ -145,6 +168,10 @@ std::optional<Message> Subscriber::receive(std::chrono::milliseconds timeout) {
 
 std::uint64_t Subscriber::lost() const {
   return impl_->lost;
+}
+
+bool Subscriber::isConnected() const {
+  return impl_->isConnected();
 }
 
 const std::string& Subscriber::endpoint() const {

@@ -46,7 +46,10 @@ class TRACTION_EXPORT Subscriber {
   /// the daemon is no loss; neither is what Mode::kLatest passes over.
   std::uint64_t lost() const;
 
-  /// Where it is connected to; for messages to people.
+  /// Somebody publishes at the endpoint, whether or not there is anything to say yet.
+  bool isConnected() const;
+
+  /// Where it connects to; for messages to people.
   const std::string& endpoint() const;
 
  private:

@@ -73,6 +73,19 @@ inline Description description() {
   return description;
 }
 
+/// Of two markers, one of them not seen.
+inline RestPose restPose() {
+  RestPose pose;
+  pose.position_px = {1.0F, 2.0F, 3.0F, 4.0F};
+  pose.amplitude = {90.0F, 80.0F};
+  pose.present = {1, 0};
+  pose.noise = 2.5F;
+  pose.taken_ns = 1'650'000'000'000'000'000;
+  pose.requested = true;
+  pose.id = idOf(50);
+  return pose;
+}
+
 /// Time stands still unless a test moves it.
 struct TestClock {
   static inline std::atomic<std::int64_t> now_ns{5'000'000'000};

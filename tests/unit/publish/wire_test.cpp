@@ -200,18 +200,6 @@ TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
   EXPECT_EQ(message.turns().control(), 5U);
 }
 
-RestPose restPose() {
-  RestPose pose;
-  pose.position_px = {1.0F, 2.0F, 3.0F, 4.0F};
-  pose.amplitude = {90.0F, 80.0F};
-  pose.present = {1, 0};
-  pose.noise = 2.5F;
-  pose.taken_ns = 1'650'000'000'000'000'000;
-  pose.requested = true;
-  pose.id = idOf(50);
-  return pose;
-}
-
 TEST(Wire, DescriptionArrivesNumberByNumber) {
   Description described = description();
   described.zero = restPose();

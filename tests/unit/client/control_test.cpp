@@ -1,0 +1,117 @@
+// The client library's requests against the daemon's control server, and against forgeries.
+
+#include "daemon/publish/control.h"
+#include "tests/unit/publish/support.h"
+#include "traction/control.h"
+#include "traction/v1/control.pb.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+namespace traction {
+namespace {
+
+using namespace std::chrono_literals;
+
+class ControlTest : public testing::Test {
+ protected:
+  ControlTest() {
+    v1::Status status;
+    status.set_uptime_s(12.0);
+    status.set_camera(v1::CAMERA_STATE_WAITING);
+    v1::Description description;
+    description.set_software_version("0.1.0");
+    auto opened = tractiond::publish::ControlServer::open(
+        {"tcp://127.0.0.1:*"}, {.status = [bytes = status.SerializeAsString()] { return bytes; },
+                                .description = [bytes = description.SerializeAsString()] { return bytes; },
+                                .zero = [this] { server_->answerZero(zero_); }});
+    if (!opened) throw std::runtime_error(opened.error().message());
+    server_ = *std::move(opened);
+    thread_ = std::thread([this] {
+      while (!stop_) server_->serve(10ms);
+    });
+  }
+  ~ControlTest() override {
+    stop_ = true;
+    thread_.join();
+  }
+
+  Control control() { return Control({.endpoint = server_->endpoints().at(0)}); }
+
+  tl::expected<tractiond::RestPose, std::string> zero_;
+  std::unique_ptr<tractiond::publish::ControlServer> server_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+TEST_F(ControlTest, StatusAndDescriptionAreTheDaemons) {
+  EXPECT_EQ(control().status().uptime_s, 12.0);
+  EXPECT_EQ(control().status().camera, CameraState::kWaiting);
+  EXPECT_EQ(control().description().softwareVersion, "0.1.0");
+}
+
+TEST_F(ControlTest, ZeroTellsWhatWasTaken) {
+  zero_ = tractiond::publish::restPose();
+  const ZeroResult result = control().zero();
+  EXPECT_EQ(result.zero.id, tractiond::publish::idOf(50));
+  EXPECT_EQ(result.markersPresent, 1U);
+  EXPECT_EQ(result.markersExpected, 2U);
+  EXPECT_EQ(result.noise_levels, 2.5);
+}
+
+TEST_F(ControlTest, RefusalIsTheDaemonsSentence) {
+  zero_ = tl::make_unexpected(std::string("only 12 of 1152 markers were found"));
+  try {
+    control().zero();
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kRefused);
+    EXPECT_STREQ(error.what(), "only 12 of 1152 markers were found");
+  }
+}
+
+ErrorCode failureOf(const ControlOptions& options) {
+  try {
+    Control(options).status();
+  } catch (const Error& error) {
+    return error.code();
+  }
+  throw std::runtime_error("no error");
+}
+
+TEST(Control, NobodyIsTold) {
+  EXPECT_EQ(failureOf({.endpoint = "ipc:///nowhere/control"}), ErrorCode::kNoAnswer);
+  zmq::context_t context;
+  zmq::socket_t silent(context, zmq::socket_type::rep);
+  silent.bind("tcp://127.0.0.1:*");
+  EXPECT_EQ(failureOf({.endpoint = silent.get(zmq::sockopt::last_endpoint), .timeout = 50ms}), ErrorCode::kNoAnswer);
+  EXPECT_EQ(failureOf({.endpoint = "nonsense"}), ErrorCode::kBadEndpoint);
+}
+
+ErrorCode failureOnReply(const std::string& reply) {
+  zmq::context_t context;
+  zmq::socket_t socket(context, zmq::socket_type::rep);
+  socket.bind("tcp://127.0.0.1:*");
+  std::thread server([&] {
+    zmq::message_t request;
+    if (socket.recv(request)) socket.send(zmq::buffer(reply), zmq::send_flags::none);
+  });
+  const ErrorCode code = failureOf({.endpoint = socket.get(zmq::sockopt::last_endpoint), .timeout = 10s});
+  server.join();
+  return code;
+}
+
+TEST(Control, ForgedRepliesAreTold) {
+  v1::Reply reply;
+  reply.set_version(2);
+  reply.mutable_status();
+  EXPECT_EQ(failureOnReply(reply.SerializeAsString()), ErrorCode::kVersion);
+  reply.set_version(1);
+  reply.mutable_description();
+  EXPECT_EQ(failureOnReply(reply.SerializeAsString()), ErrorCode::kMalformed);
+  EXPECT_EQ(failureOnReply("\xff\xff\xff"), ErrorCode::kMalformed);
+}
+
+}  // namespace
+}  // namespace traction

@@ -1,0 +1,145 @@
+#include "client/cli/json.h"
+#include "client/cli/picture.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace traction::cli {
+namespace {
+
+constexpr int kColumns = 24;
+constexpr int kRows = 24;
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+
+std::vector<std::string> linesOf(const Canvas& canvas) {
+  std::vector<std::string> lines;
+  std::string text = canvas.plain();
+  for (std::size_t end; (end = text.find('\n')) != std::string::npos; text.erase(0, end + 1)) {
+    lines.push_back(text.substr(0, end));
+  }
+  return lines;
+}
+
+int characters(const std::string& utf8) {
+  return static_cast<int>(std::count_if(utf8.begin(), utf8.end(), [](char c) { return (c & 0xc0) != 0x80; }));
+}
+
+/// Columns before the first of these.
+int columnOf(const std::string& line, const std::string& glyph) {
+  const std::size_t at = line.find(glyph);
+  return at == std::string::npos ? -1 : characters(line.substr(0, at));
+}
+
+Field fieldOf(int column, int row, std::array<float, 3> force) {
+  Field field;
+  field.valid = true;
+  field.force_N.assign(std::size_t{kColumns} * kRows, {0.0F, 0.0F, 0.0F});
+  field.nodeValid.assign(field.force_N.size(), 1);
+  field.force_N[static_cast<std::size_t>(row * kColumns + column)] = force;
+  field.resultant_N = {force[0], force[1], force[2]};
+  return field;
+}
+
+Scene sceneOf(const Field& field, bool sameHost = true) {
+  Description description;
+  description.sameHost = sameHost;
+  description.nodes = {kColumns, kRows, 3e-3, {}};
+  Scene scene;
+  Field arrived = field;
+  arrived.header.arrived_ns = kSecond_ns;
+  scene.add(description);
+  scene.add(arrived);
+  return scene;
+}
+
+std::vector<std::string> drawn(const Scene& scene, int width, int height) {
+  Scale scale;
+  return linesOf(draw(scene, width, height, scale, kSecond_ns, "ipc:///run/tractiond/default/stream"));
+}
+
+TEST(Picture, ArrowPointsAlongTheForceAtItsNode) {
+  struct Case {
+    int column, row;
+    std::array<float, 3> force;
+    const char* arrow;
+  };
+  for (const Case& c : {Case{0, 0, {1.0F, 0.0F, 0.0F}, "⇒"}, Case{23, 0, {0.0F, 1.0F, 0.0F}, "⇑"},
+                        Case{0, 23, {-1.0F, 0.0F, 0.0F}, "⇐"}, Case{23, 23, {0.0F, -1.0F, 0.0F}, "⇓"},
+                        Case{5, 17, {0.7F, 0.7F, 0.0F}, "⇗"}, Case{6, 3, {-0.7F, -0.7F, 0.0F}, "⇙"}}) {
+    const auto lines = drawn(sceneOf(fieldOf(c.column, c.row, c.force)), 100, 30);
+    // The bar and the frame's top stand above the highest row, the frame's left side before the first column.
+    EXPECT_EQ(columnOf(lines.at(static_cast<std::size_t>(2 + 23 - c.row)), c.arrow), 1 + 2 * c.column) << c.arrow;
+  }
+}
+
+TEST(Picture, EverySizeIsFilledAndNothingStandsOutside) {
+  const Scene scene = sceneOf(fieldOf(3, 4, {0.1F, 0.2F, 3.0F}));
+  for (const auto& [width, height] :
+       {std::pair{20, 8}, {40, 12}, {44, 40}, {80, 24}, {100, 30}, {250, 80}, {1, 1}, {0, 0}}) {
+    const auto lines = drawn(scene, width, height);
+    EXPECT_EQ(lines.size(), static_cast<std::size_t>(height));
+    for (const std::string& line : lines) EXPECT_EQ(characters(line), width);
+  }
+}
+
+TEST(Picture, StandardTerminalShowsTheForceAndTheWarnings) {
+  Field field = fieldOf(3, 4, {0.1F, 0.2F, 3.0F});
+  field.header.flags = kZeroUnverified;
+  std::string all;
+  for (const std::string& line : drawn(sceneOf(field), 80, 24)) all += line + '\n';
+  for (const char* text : {"+0.100 N", "+0.200 N", "+3.000 N", "zero not verified", "latency", "lost", "fields/s"}) {
+    EXPECT_NE(all.find(text), std::string::npos) << text << '\n' << all;
+  }
+}
+
+TEST(Picture, InvalidFieldShowsNoNumbers) {
+  Field field = fieldOf(3, 4, {0.1F, 0.2F, 3.0F});
+  field.valid = false;
+  std::string all;
+  for (const std::string& line : drawn(sceneOf(field), 80, 24)) all += line + '\n';
+  EXPECT_EQ(all.find("+3.000"), std::string::npos) << all;
+  EXPECT_NE(all.find("too few markers are seen"), std::string::npos) << all;
+}
+
+TEST(Scale, RisesAtOnceAndFallsLate) {
+  Scale scale;
+  EXPECT_DOUBLE_EQ(scale.update(0.0, 0), 0.02);
+  EXPECT_DOUBLE_EQ(scale.update(0.13, 0), 0.2);
+  EXPECT_DOUBLE_EQ(scale.update(0.2, 0), 0.2);
+  EXPECT_DOUBLE_EQ(scale.update(0.03, kSecond_ns), 0.2);
+  EXPECT_DOUBLE_EQ(scale.update(0.03, 3 * kSecond_ns), 0.05);
+}
+
+TEST(Scene, RateAndLatencyAreOfTheLastTwoSeconds) {
+  Scene scene = sceneOf(fieldOf(0, 0, {}));
+  for (int i = 1; i <= 300; ++i) {
+    Field field;
+    field.header.arrived_ns = kSecond_ns + i * kSecond_ns / 100;
+    field.header.received_ns = field.header.arrived_ns - (i > 280 ? 5'000'000 : 1'000'000);
+    scene.add(field);
+  }
+  const std::int64_t now = 4 * kSecond_ns;
+  EXPECT_NEAR(scene.rate_hz(now), 100.0, 0.01);
+  ASSERT_TRUE(scene.latency(now));
+  EXPECT_DOUBLE_EQ(scene.latency(now)->p50_ms, 1.0);
+  EXPECT_DOUBLE_EQ(scene.latency(now)->p99_ms, 5.0);
+  EXPECT_LT(scene.rate_hz(now + kSecond_ns), 60.0);
+  EXPECT_EQ(scene.rate_hz(now + 3 * kSecond_ns), 0.0);
+}
+
+TEST(Scene, AnotherHostsClockGivesNoLatency) {
+  EXPECT_FALSE(sceneOf(fieldOf(0, 0, {}), false).latency(kSecond_ns));
+}
+
+TEST(Json, TextIsEscapedAndNumbersAreExact) {
+  Description description;
+  description.camera.vendor = "a\"b\\c\n";
+  description.gel.poissonRatio = 0.1;
+  const std::string json = toJson(description);
+  EXPECT_NE(json.find(R"("vendor":"a\"b\\c\u000a")"), std::string::npos);
+  EXPECT_NE(json.find(R"("poisson_ratio":0.1,)"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace traction::cli

@@ -1,0 +1,321 @@
+// The client library against the daemon's publisher, and against forgeries.
+
+#include "tests/unit/publish/support.h"
+#include "traction/subscriber.h"
+#include "traction/v1/field.pb.h"
+
+#include <gtest/gtest.h>
+
+namespace traction {
+namespace {
+
+using namespace std::chrono_literals;
+using tractiond::publish::Description;
+using tractiond::publish::idOf;
+using tractiond::publish::TestClock;
+
+constexpr int kMarkerCount = 1152;
+constexpr int kNodeCount = 576;
+
+SubscriberOptions at(const std::string& endpoint, unsigned topics = kAllTopics, Mode mode = Mode::kStream) {
+  SubscriberOptions options;
+  options.endpoint = endpoint;
+  options.topics = topics;
+  options.mode = mode;
+  return options;
+}
+
+class SubscriberTest : public testing::Test {
+ protected:
+  SubscriberTest() { open(tractiond::publish::description()); }
+
+  void open(const Description& description, const std::string& stream = "tcp://127.0.0.1:*") {
+    publisher_.reset();
+    auto opened = tractiond::publish::Publisher::open(tractiond::publish::options({stream}), description, ledger_, {});
+    if (!opened) throw std::runtime_error(opened.error().message());
+    publisher_ = *std::move(opened);
+    stream_ = publisher_->streamEndpoints().at(0);
+    latest_ = publisher_->latestEndpoints().at(0);
+  }
+
+  /// Publishes until a message of this kind arrives.
+  template <typename Kind>
+  Kind await(Subscriber& subscriber) {
+    for (int i = 0; i < 1000; ++i) {
+      TestClock::advance(50ms);
+      publisher_->wait(-1, 0ms);
+      publisher_->publish(field_);
+      while (auto message = subscriber.receive(5ms)) {
+        if (auto* kind = std::get_if<Kind>(&*message)) return std::move(*kind);
+      }
+    }
+    throw std::runtime_error("nothing arrived");
+  }
+
+  tractiond::TractionField field_ = tractiond::publish::traction(kMarkerCount, kNodeCount, 70'000);
+  tractiond::Ledger ledger_;
+  std::unique_ptr<tractiond::publish::Publisher> publisher_;
+  std::string stream_, latest_;
+};
+
+void expectHeader(const Header& header) {
+  EXPECT_GT(header.sequence, 0U);
+  EXPECT_EQ(header.sensor, "gel-1");
+  EXPECT_EQ(header.boot, idOf(10));
+  EXPECT_EQ(header.calibration, idOf(20));
+  EXPECT_EQ(header.zero, idOf(100));
+  EXPECT_EQ(header.cameraFrameId, 70'000 % 65535 + 1U);
+  EXPECT_EQ(header.frameNumber, 70'000U);
+  EXPECT_EQ(header.deviceTime_ns, 777'070'000);
+  EXPECT_EQ(header.exposure_s, 0.004);
+  EXPECT_EQ(header.receivedReal_ns, 1'700'000'000'000'000'001);
+  EXPECT_EQ(header.captured_ns, 990'000'000);
+  EXPECT_EQ(header.capturedError_ns, 12'345);
+  EXPECT_EQ(header.received_ns, 1'000'000'000);
+  EXPECT_EQ(header.tracked_ns, 1'000'200'000);
+  EXPECT_EQ(header.solved_ns, 1'000'350'000);
+  EXPECT_GT(header.sent_ns, 0);
+  EXPECT_GT(header.arrived_ns, 0);
+}
+
+TEST_F(SubscriberTest, FieldArrivesNumberByNumber) {
+  Subscriber subscriber(at(stream_));
+  const Field field = await<Field>(subscriber);
+  expectHeader(field.header);
+  EXPECT_EQ(field.header.flags, kZeroUnverified);
+  EXPECT_TRUE(field.valid);
+  ASSERT_EQ(field.force_N.size(), std::size_t{kNodeCount});
+  EXPECT_EQ(field.force_N[1], (std::array{3.125F, 4.125F, 5.125F}));
+  EXPECT_EQ(field.nodeValid, std::vector<std::uint8_t>(kNodeCount, 1));
+  EXPECT_EQ(field.resultant_N, (Vector3{1.0, 2.0, 3.0}));
+  EXPECT_EQ(field.moment_Nm, (Vector3{4.0, 5.0, 6.0}));
+  EXPECT_EQ(field.centreOfPressure_m, (Vector2{7.0, 8.0}));
+  EXPECT_TRUE(field.centreOfPressureValid);
+  EXPECT_EQ(field.residual_px, 9.0);
+  EXPECT_EQ(field.validMarkers, kMarkerCount - 1U);
+}
+
+TEST_F(SubscriberTest, MarkersArriveNumberByNumber) {
+  Subscriber subscriber(at(stream_));
+  const Markers markers = await<Markers>(subscriber);
+  expectHeader(markers.header);
+  EXPECT_EQ(markers.header.flags, std::uint32_t{kZeroUnverified | kReacquiring});
+  ASSERT_EQ(markers.displacement_px.size(), std::size_t{kMarkerCount});
+  EXPECT_EQ(markers.displacement_px[1], (std::array{2.5F, 3.5F}));
+  EXPECT_EQ(markers.variance_px2[2], 2.25F);
+  EXPECT_EQ(markers.valid[0], 1);
+  EXPECT_EQ(markers.valid[kMarkerCount - 1], 0);
+  EXPECT_EQ(markers.validMarkers, kMarkerCount - 1U);
+}
+
+TEST_F(SubscriberTest, DescriptionArrivesFirstAndNumberByNumber) {
+  Description told = tractiond::publish::description();
+  told.host = tractiond::publish::hostId();
+  told.zero = tractiond::publish::restPose();
+  open(told);
+  Subscriber subscriber(at(stream_));
+  std::optional<Message> first;
+  while (!first) {
+    TestClock::advance(50ms);
+    publisher_->wait(-1, 5ms);
+    first = subscriber.receive(5ms);
+  }
+  ASSERT_TRUE(std::holds_alternative<traction::Description>(*first));
+  const auto& description = std::get<traction::Description>(*first);
+  EXPECT_EQ(description.header.sensor, "gel-1");
+  EXPECT_EQ(description.softwareVersion, "0.1.0");
+  EXPECT_TRUE(description.sameHost);
+  EXPECT_EQ(description.topics.size(), 4U);
+  EXPECT_EQ(description.gel.youngsModulus_Pa, 0.18e6);
+  EXPECT_EQ(description.gel.poissonRatio, 0.49);
+  EXPECT_EQ(description.gel.size_m, (Vector3{0.1, 0.1, 0.04}));
+  ASSERT_EQ(description.layers.size(), 2U);
+  EXPECT_EQ(description.layers[0].colour, Colour::kBlue);
+  EXPECT_EQ(description.layers[1].colour, Colour::kRed);
+  EXPECT_EQ(description.layers[1].depth_m, 8e-3);
+  EXPECT_EQ(description.layers[1].diameter_m, 0.6e-3);
+  EXPECT_EQ(description.layers[1].grid.centre_m, (Vector2{1.5e-3, 1.5e-3}));
+  EXPECT_EQ(description.nodes.columns, 24U);
+  EXPECT_EQ(description.nodes.rows, 24U);
+  EXPECT_DOUBLE_EQ(description.nodes.position_m(0, 0)[0], -34.5e-3);
+  EXPECT_DOUBLE_EQ(description.nodes.position_m(0, 23)[1], 34.5e-3);
+  EXPECT_EQ(description.camera.vendor, "Acme");
+  EXPECT_EQ(description.camera.pixelFormat, "RGB8");
+  EXPECT_EQ(description.camera.width_px, 640U);
+  EXPECT_EQ(description.camera.principal_px, (Vector2{319.5, 239.5}));
+  EXPECT_EQ(description.camera.position_m[2], 157e-3);
+  EXPECT_EQ(description.solver.mechanics, "block");
+  EXPECT_EQ(description.solver.strength, 1e-3);
+  EXPECT_EQ(description.calibration.id, idOf(20));
+  EXPECT_EQ(description.calibration.time_ns, told.calibrated_ns);
+  ASSERT_TRUE(description.zero);
+  EXPECT_EQ(description.zero->id, idOf(50));
+  EXPECT_TRUE(description.zero->requested);
+  EXPECT_EQ(description.zero->restPosition_px[1], (std::array{3.0F, 4.0F}));
+  EXPECT_EQ(description.zero->markerPresent, (std::vector<std::uint8_t>{1, 0}));
+}
+
+TEST_F(SubscriberTest, StatusArrivesWithTheLedger) {
+  ledger_.received.add(100);
+  ledger_.published.add(90);
+  ledger_.stale.add(7);
+  ledger_.missing.add(5);
+  Subscriber subscriber(at(stream_, kStatus));
+  const Status status = await<Status>(subscriber);
+  EXPECT_EQ(status.camera, CameraState::kUnknown);
+  EXPECT_EQ(status.ledger.received, 100U);
+  EXPECT_EQ(status.ledger.published, 90U);
+  EXPECT_EQ(status.ledger.stale, 7U);
+  EXPECT_EQ(status.ledger.losses(), 7U);
+  EXPECT_EQ(status.ledger.inFlight, 3U);
+  EXPECT_EQ(status.ledger.missing, 5U);
+  EXPECT_DOUBLE_EQ(status.track.p50_s, 200e-6);
+  EXPECT_GT(status.published_hz, 0.0);
+}
+
+TEST_F(SubscriberTest, OtherTopicsAreLeftOut) {
+  Subscriber subscriber(at(stream_, kMarkers));
+  await<Markers>(subscriber);
+  for (int i = 0; i < 3; ++i) publisher_->publish(field_);
+  for (int i = 0; i < 3; ++i) {
+    const auto message = subscriber.receive(10s);
+    ASSERT_TRUE(message);
+    EXPECT_TRUE(std::holds_alternative<Markers>(*message));
+  }
+}
+
+TEST_F(SubscriberTest, LatestGivesFields) {
+  Subscriber subscriber(at(latest_, kAllTopics, Mode::kLatest));
+  expectHeader(await<Field>(subscriber).header);
+  EXPECT_EQ(subscriber.lost(), 0U);
+}
+
+TEST_F(SubscriberTest, NothingComesAfterTheTimeout) {
+  Subscriber subscriber(at(stream_, kField));
+  EXPECT_FALSE(subscriber.receive(1ms));
+}
+
+TEST_F(SubscriberTest, ConnectionIsTold) {
+  Subscriber alone(at("ipc://@traction-nobody-is-here"));
+  EXPECT_FALSE(alone.isConnected());
+  Subscriber subscriber(at(stream_));
+  while (!subscriber.isConnected()) subscriber.receive(10ms);
+}
+
+TEST_F(SubscriberTest, RestartOfTheDaemonIsNoLoss) {
+  Subscriber subscriber(at(stream_, kField));
+  for (int i = 0; i < 3; ++i) await<Field>(subscriber);
+  Description again = tractiond::publish::description();
+  again.identity.boot = idOf(90);
+  open(again, stream_);
+  EXPECT_EQ(await<Field>(subscriber).header.boot, idOf(90));
+  EXPECT_EQ(subscriber.lost(), 0U);
+}
+
+TEST(Subscriber, BadEndpointsAndNamesAreRefused) {
+  for (const std::string endpoint : {"nonsense", "tcp://", "http://localhost"}) {
+    EXPECT_THROW(Subscriber{at(endpoint)}, Error) << endpoint;
+  }
+  SubscriberOptions options;
+  options.instance = "../etc";
+  try {
+    const Subscriber subscriber(options);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kBadEndpoint);
+  }
+}
+
+/// Publishes whatever it is told to.
+class Forger {
+ public:
+  Forger() {
+    socket_.set(zmq::sockopt::linger, 0);
+    socket_.bind("tcp://127.0.0.1:*");
+    subscriber_ = std::make_unique<Subscriber>(at(socket_.get(zmq::sockopt::last_endpoint)));
+    zmq::message_t subscription;
+    [[maybe_unused]] const auto received = socket_.recv(subscription);
+  }
+
+  void send(const std::vector<std::string>& parts) {
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      socket_.send(zmq::buffer(parts[i]), i + 1 < parts.size() ? zmq::send_flags::sndmore : zmq::send_flags::none);
+    }
+  }
+  void field(std::uint64_t sequence, char boot = 'b') {
+    v1::Field field;
+    field.mutable_header()->set_sequence(sequence);
+    field.mutable_header()->set_boot(std::string(16, boot));
+    send({"traction/v1/gel/field/", field.SerializeAsString(), "0.0"});
+  }
+  std::optional<ErrorCode> failure() {
+    try {
+      subscriber_->receive(10s);
+      return std::nullopt;
+    } catch (const Error& error) {
+      return error.code();
+    }
+  }
+  Subscriber& subscriber() { return *subscriber_; }
+
+ private:
+  zmq::context_t context_;
+  zmq::socket_t socket_{context_, zmq::socket_type::xpub};
+  std::unique_ptr<Subscriber> subscriber_;
+};
+
+TEST(Subscriber, GapsOfTheSequenceAreLosses) {
+  Forger forger;
+  const auto lostAfter = [&](std::uint64_t sequence, char boot = 'b') {
+    forger.field(sequence, boot);
+    EXPECT_TRUE(forger.subscriber().receive(10s));
+    return forger.subscriber().lost();
+  };
+  EXPECT_EQ(lostAfter(7), 0U);  // joined late
+  EXPECT_EQ(lostAfter(8), 0U);
+  EXPECT_EQ(lostAfter(10), 1U);
+  EXPECT_EQ(lostAfter(20), 10U);
+  EXPECT_EQ(lostAfter(3, 'c'), 10U);  // a new start of the daemon
+  EXPECT_EQ(lostAfter(5, 'c'), 11U);
+}
+
+TEST(Subscriber, OtherVersionIsTold) {
+  Forger forger;
+  forger.send({"traction/v2/gel/field/", "", "0.0"});
+  EXPECT_EQ(forger.failure(), ErrorCode::kVersion);
+}
+
+TEST(Subscriber, MalformedMessagesAreToldAndTheNextIsRead) {
+  Forger forger;
+  v1::Field field;
+  field.mutable_header()->set_boot("short");
+  const std::string badId = field.SerializeAsString();
+  field.Clear();
+  field.add_force_n(1.0F);
+  const std::string incompleteVector = field.SerializeAsString();
+  field.add_force_n(1.0F);
+  field.add_force_n(1.0F);
+  const std::string noMask = field.SerializeAsString();
+  const std::vector<std::string> bad = {"\xff\xff\xff\xff", badId, incompleteVector, noMask};
+  for (const std::string& payload : bad) {
+    forger.send({"traction/v1/gel/field/", payload, "0.0"});
+    EXPECT_EQ(forger.failure(), ErrorCode::kMalformed);
+  }
+  forger.send({"traction/v1/gel/field/"});
+  EXPECT_EQ(forger.failure(), ErrorCode::kMalformed);
+  forger.send({"traction/v1/gel/field/", "", "0.0", "more", "and more"});
+  EXPECT_EQ(forger.failure(), std::nullopt);
+}
+
+TEST(Subscriber, TopicsOfALaterDaemonArePassedOver) {
+  Forger forger;
+  for (const std::string topic :
+       {"traction/v1/gel/contacts/", "traction/v1/gel", "traction/v1//", "traction/v1/gel/field"}) {
+    forger.send({topic, "\xff", "0.0"});
+  }
+  forger.field(1);
+  EXPECT_TRUE(std::holds_alternative<Field>(forger.subscriber().receive(10s).value()));
+}
+
+}  // namespace
+}  // namespace traction

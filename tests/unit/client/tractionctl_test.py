@@ -1,0 +1,181 @@
+"""tractionctl as a program: what it prints, how it ends, and that it leaves the terminal as it was."""
+
+import json
+import os
+import pathlib
+import pty
+import re
+import select
+import signal
+import subprocess
+import termios
+import time
+import unittest
+
+import zmq
+from publisher import Publisher
+from traction.v1 import messages
+
+PROGRAM = str(pathlib.Path(os.environ["TRACTION_BUILD"], "bin", "tractionctl"))
+USAGE, UNAVAILABLE, TEMPORARY, PROTOCOL = 64, 69, 75, 76
+
+
+def ctl(*words, seconds=60):
+    done = subprocess.run([PROGRAM, *words], capture_output=True, text=True, timeout=seconds,
+                          env={**os.environ, "XDG_RUNTIME_DIR": "/nowhere"})
+    return done.returncode, done.stdout, done.stderr
+
+
+def answer(request):
+    reply = messages.Reply(version=1)
+    kind = request.WhichOneof("request")
+    if kind == "status":
+        reply.status.header.sensor = "gel"
+        reply.status.camera = messages.CAMERA_STATE_STREAMING
+        reply.status.ledger.received = 10
+        reply.status.ledger.published = 7
+        reply.status.ledger.stale = 3
+    elif kind == "description":
+        reply.description.software_version = "0.1.0"
+    else:
+        reply.zero.zero.id = bytes(range(16))
+        reply.zero.markers_present = 1150
+        reply.zero.markers_expected = 1152
+    return reply
+
+
+class Tractionctl(unittest.TestCase):
+    def publisher(self, reply=answer):
+        publisher = Publisher(reply)
+        self.addCleanup(publisher.close)
+        return ["--connect", publisher.endpoint(publisher.stream), "--control", publisher.endpoint(publisher.control)]
+
+    def start(self, *words, **options):
+        child = subprocess.Popen([PROGRAM, *words], **{"stderr": subprocess.PIPE, "text": True, **options})
+        self.addCleanup(child.wait)
+        self.addCleanup(child.kill)
+        return child
+
+    def fails(self, code, pattern, *words):
+        """One line on standard error, nothing else."""
+        returned, out, err = ctl(*words)
+        self.assertEqual((returned, out), (code, ""), err)
+        self.assertRegex(err, rf"\Atractionctl: .*{pattern}.*\n\Z")
+
+    def test_echo_prints_json_lines(self):
+        code, out, err = ctl("echo", "--count", "3", *self.publisher())
+        self.assertEqual((code, err), (0, ""))
+        fields = [json.loads(line) for line in out.splitlines()]
+        self.assertEqual(len(fields), 3)
+        first = fields[0]
+        self.assertEqual(first["topic"], "field")
+        self.assertEqual(first["resultant_N"], [1.5, -2.5, 3.5])
+        self.assertEqual(first["boot"], bytes(range(16)).hex())
+        self.assertEqual(len(first["force_N"]), 576)
+        self.assertTrue(first["valid"])
+        self.assertEqual([field["sequence"] - first["sequence"] for field in fields], [0, 1, 2])
+
+    def test_status_tells_where_frames_went(self):
+        endpoints = self.publisher()
+        code, out, _ = ctl("status", *endpoints)
+        self.assertEqual(code, 0)
+        self.assertIn("10 received = 7 published + 0 in flight + 3 lost", out)
+        self.assertIn("3 stale", out)
+        self.assertEqual(json.loads(ctl("status", "--json", *endpoints)[1])["ledger"]["stale"], 3)
+
+    def test_zero_tells_what_was_taken(self):
+        code, out, _ = ctl("zero", *self.publisher())
+        self.assertEqual(code, 0)
+        self.assertRegex(out, r"zero taken: 1150 of 1152 markers")
+
+    def test_describe_is_json(self):
+        self.assertEqual(json.loads(ctl("describe", *self.publisher())[1])["software_version"], "0.1.0")
+
+    def test_refusal_is_the_daemons_sentence(self):
+        def refuse(_):
+            return messages.Reply(version=1, error="only 12 of 1152 markers were found")
+        self.fails(TEMPORARY, "only 12 of 1152 markers were found", "zero", *self.publisher(refuse))
+
+    def test_absent_daemon_is_unavailable(self):
+        for command in ("status", "zero", "describe"):
+            self.fails(UNAVAILABLE, r"is tractiond running\?", command, "--instance", "absent")
+        for command in ("watch", "echo"):
+            self.fails(UNAVAILABLE, r"is tractiond running\?", command, "--connect", "ipc://@traction-nobody")
+
+    def test_other_version_is_a_protocol_error(self):
+        self.fails(PROTOCOL, "version 2", "status", *self.publisher(lambda _: messages.Reply(version=2)))
+        for command in ("watch", "echo"):
+            with zmq.Context() as context, context.socket(zmq.XPUB) as socket:
+                socket.linger = 0
+                socket.bind("tcp://127.0.0.1:*")
+                child = self.start(command, "--connect", Publisher.endpoint(socket))
+                self.assertTrue(socket.poll(60_000))  # it has subscribed
+                socket.send_multipart([b"traction/v2/gel/field/", b"", b"0.0"])
+                _, err = child.communicate(timeout=60)
+            self.assertEqual(child.returncode, PROTOCOL)
+            self.assertRegex(err, r"\Atractionctl: .*traction/v2.*\n\Z")
+
+    def test_wrong_words_are_a_usage_error(self):
+        self.fails(USAGE, "a command is needed")
+        self.fails(USAGE, "nonsense", "nonsense")
+        self.fails(USAGE, "--topic", "echo", "--topic", "nonsense")
+        self.fails(USAGE, "seconds", "watch", "--seconds", "-1")
+        self.fails(USAGE, "instance", "watch", "--instance", "../etc")
+        self.fails(USAGE, "nonsense", "watch", "--connect", "nonsense")
+
+    def test_watch_without_a_terminal_prints_a_line_a_second(self):
+        code, out, err = ctl("watch", "--seconds", "2", *self.publisher())
+        self.assertEqual((code, err), (0, ""))
+        self.assertNotIn("\x1b", out)
+        lines = [line for line in out.splitlines() if "force" in line]
+        self.assertTrue(1 <= len(lines) <= 3, out)
+        self.assertIn("force +1.500 -2.500 +3.500 N", lines[-1])
+
+    def in_terminal(self, endings, *words):
+        """Runs in a pseudo terminal, ends it by `endings(child, terminal)`; (exit code, output, settings kept)."""
+        leader, terminal = pty.openpty()
+        self.addCleanup(os.close, leader)
+        self.addCleanup(os.close, terminal)
+        termios.tcsetwinsize(terminal, (30, 100))
+        before = termios.tcgetattr(terminal)
+        child = self.start(*words, stdin=terminal, stdout=terminal, stderr=terminal, start_new_session=True,
+                           env={**os.environ, "LC_ALL": "C.UTF-8", "TERM": "xterm-256color"})
+        output = b""
+        deadline = time.monotonic() + 60
+        ended = False
+        while time.monotonic() < deadline:
+            if select.select([leader], [], [], 0.05)[0]:
+                output += os.read(leader, 65536)
+            elif child.poll() is not None:
+                break
+            if not ended and b"+3.500" in output:
+                ended = True
+                endings(child, leader)
+        return child.wait(timeout=10), output.decode(errors="replace"), termios.tcgetattr(terminal) == before
+
+    def test_watch_restores_the_terminal(self):
+        endpoints = self.publisher()
+        endings = {
+            "Ctrl-C": lambda child, _: child.send_signal(signal.SIGINT),
+            "terminated": lambda child, _: child.send_signal(signal.SIGTERM),
+            "q": lambda _, leader: os.write(leader, b"q"),
+        }
+        for name, ending in endings.items():
+            with self.subTest(name):
+                code, out, kept = self.in_terminal(ending, "watch", *endpoints)
+                self.assertEqual(code, 0)
+                self.assertTrue(kept)
+                self.assertIn("\x1b[?1049h", out)
+                left = out[out.rindex("\x1b[?1049l"):]
+                self.assertRegex(left, r"\d+ fields received, 0 messages lost")
+                self.assertGreater(out.rindex("\x1b[?25h"), out.rindex("\x1b[?25l"))
+
+    def test_watch_draws_the_field(self):
+        _, out, _ = self.in_terminal(lambda child, _: child.send_signal(signal.SIGINT), "watch", *self.publisher())
+        text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", out)
+        for word in ("FORCE ON THE GEL", "+1.500", "-2.500", "into the gel", "q quits"):
+            self.assertIn(word, text)
+
+
+if __name__ == "__main__":
+    unittest.main()
