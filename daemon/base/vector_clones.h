@@ -2,21 +2,14 @@
 //
 // Put before a function's definition: the compiler makes a version for each level of x86-64, and the loader picks one
 // at the program's start. Write the loop with vector types or so plainly that the compiler vectorises it; what the
-// function calls is only part of a version if it is inlined. Elsewhere, and under sanitizers (whose run time is not up
-// yet when the loader picks), there is one version for the build's own target.
+// function calls is only part of a version if it is inlined. There is one version alone, for the build's own target,
+// elsewhere, under clang 14 (whose versions no other file reaches) and under sanitizers (whose run time is not up yet
+// when the loader picks).
 #pragma once
 
-#if defined(__has_feature)
-#define TRACTION_HAS_FEATURE(x) __has_feature(x)
-#else
-#define TRACTION_HAS_FEATURE(x) 0
-#endif
-
-#if !defined(__x86_64__) || !defined(__gnu_linux__) || defined(__SANITIZE_ADDRESS__) ||                                \
-    defined(__SANITIZE_THREAD__) || TRACTION_HAS_FEATURE(address_sanitizer) || TRACTION_HAS_FEATURE(thread_sanitizer)
-#define TRACTION_VECTOR_CLONES
-#elif defined(__clang__)  // clang 14 knows features, not levels
-#define TRACTION_VECTOR_CLONES __attribute__((target_clones("default", "avx2", "avx512f")))
-#else
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) &&          \
+    !defined(__SANITIZE_THREAD__)
 #define TRACTION_VECTOR_CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#else
+#define TRACTION_VECTOR_CLONES
 #endif

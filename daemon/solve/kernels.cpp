@@ -9,28 +9,49 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <new>
 
 namespace tractiond::solve {
 namespace {
 
 using Line = float __attribute__((vector_size(64)));
-using Doubles = double __attribute__((vector_size(64), aligned(8), may_alias));  // eight, anywhere
+using Doubles = double __attribute__((vector_size(64)));
 constexpr int kDoubles = 8;
 constexpr int kRows = 8;
 
 #define TRACTION_INLINE __attribute__((always_inline)) inline
-#define TRACTION_INLINE_LAMBDA __attribute__((always_inline))
 
 TRACTION_INLINE const Line* lines(const float* data) {
   return reinterpret_cast<const Line*>(data);
 }
 
+// Doubles lie anywhere. By reference, because how vectors are passed depends on the version of the function.
+TRACTION_INLINE void load(const double* from, Doubles& vector) {
+  std::memcpy(&vector, from, sizeof vector);
+}
+
+TRACTION_INLINE void store(const Doubles& vector, double* to) {
+  std::memcpy(to, &vector, sizeof vector);
+}
+
+TRACTION_INLINE void add(const Line& part, double* sums) {
+  Doubles low, high;
+  load(sums, low);
+  load(sums + kDoubles, high);
+  low += __builtin_convertvector(__builtin_shufflevector(part, part, 0, 1, 2, 3, 4, 5, 6, 7), Doubles);
+  high += __builtin_convertvector(__builtin_shufflevector(part, part, 8, 9, 10, 11, 12, 13, 14, 15), Doubles);
+  store(low, sums);
+  store(high, sums + kDoubles);
+}
+
 TRACTION_INLINE double dot(const double* a, const double* b, int size) {
-  Doubles sums = {};
+  Doubles sums = {}, left, right;
   int i = 0;
   for (; i + kDoubles <= size; i += kDoubles) {
-    sums += *reinterpret_cast<const Doubles*>(a + i) * *reinterpret_cast<const Doubles*>(b + i);
+    load(a + i, left);
+    load(b + i, right);
+    sums += left * right;
   }
   double sum = ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]));
   for (; i < size; ++i) sum += a[i] * b[i];
@@ -63,12 +84,6 @@ TRACTION_VECTOR_CLONES
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum) {
   const int count = static_cast<int>(rows.size());
   const int lineCount = matrix.stride() / kLineFloats;
-  Doubles* const sums = reinterpret_cast<Doubles*>(sum);
-  const auto add = [sums](int line, Line part) TRACTION_INLINE_LAMBDA {
-    sums[2 * line] += __builtin_convertvector(__builtin_shufflevector(part, part, 0, 1, 2, 3, 4, 5, 6, 7), Doubles);
-    sums[2 * line + 1] +=
-        __builtin_convertvector(__builtin_shufflevector(part, part, 8, 9, 10, 11, 12, 13, 14, 15), Doubles);
-  };
   int k = 0;
   for (; k + kRows <= count; k += kRows) {
     const Line* row[kRows];
@@ -86,12 +101,12 @@ void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const
       odd += c[5] * row[5][j];
       even += c[6] * row[6][j];
       odd += c[7] * row[7][j];
-      add(j, even + odd);
+      add(even + odd, sum + kLineFloats * j);
     }
   }
   for (; k < count; ++k) {
     const Line* const row = lines(matrix.row(rows[k]));
-    for (int j = 0; j < lineCount; ++j) add(j, coefficients[k] * row[j]);
+    for (int j = 0; j < lineCount; ++j) add(coefficients[k] * row[j], sum + kLineFloats * j);
   }
 }
 
@@ -122,8 +137,11 @@ void solveLowerTransposed(std::span<const double> lower, int size, double* vecto
     const double* const row = lower.data() + static_cast<std::ptrdiff_t>(i) * (i + 1) / 2;
     const double x = vector[i] *= row[i];
     int j = 0;
-    for (; j + kDoubles <= i; j += kDoubles) {
-      *reinterpret_cast<Doubles*>(vector + j) -= x * *reinterpret_cast<const Doubles*>(row + j);
+    for (Doubles rest, part; j + kDoubles <= i; j += kDoubles) {
+      load(vector + j, rest);
+      load(row + j, part);
+      rest -= x * part;
+      store(rest, vector + j);
     }
     for (; j < i; ++j) vector[j] -= x * row[j];
   }
