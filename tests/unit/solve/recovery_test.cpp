@@ -21,29 +21,47 @@ using sensor::elastic::PatchQuadrature;
 
 constexpr double kForce = 4.0;  // [N]
 
-struct Load {
-  std::string name;
-  PatchQuadrature patch;
-};
+/// The loads and all points at which they act, each once.
+class Loads {
+ public:
+  struct Load {
+    std::string name;
+    PatchQuadrature patch;
+    Eigen::Index firstSource = 0;  ///< of as many as the patch has points
+  };
 
-Load pointLoad(const Vector2d& at, const Vector3d& force) {
-  return {"point", {Vector3d(at.x(), at.y(), 0.0), force}};
-}
-
-/// In the middle, off the centre and in a corner of the marker field; pressing, shearing and both; and a twist.
-std::vector<Load> loads() {
-  std::vector<Load> result;
-  for (const Vector2d& at : {Vector2d(0.7e-3, 0.4e-3), Vector2d(20e-3, -15e-3), Vector2d(-28e-3, 25e-3)}) {
-    for (const Vector3d& force :
-         {Vector3d(0.0, 0.0, kForce), Vector3d(kForce, 0.0, 0.0), Vector3d(0.0, -0.5 * kForce, 0.866 * kForce)}) {
-      result.push_back(pointLoad(at, force));
-      result.push_back({"Hertz", sensor::elastic::hertz(at, 2.5e-3, force)});
+  /// In the middle, off the centre and in a corner of the marker field; pressing, shearing and both; and a twist.
+  Loads() {
+    for (const Vector2d& at : {Vector2d(0.7e-3, 0.4e-3), Vector2d(20e-3, -15e-3), Vector2d(-28e-3, 25e-3)}) {
+      const std::string place = " at " + std::to_string(1e3 * at.x()) + " " + std::to_string(1e3 * at.y()) + " mm";
+      for (const Vector3d& force :
+           {Vector3d(0.0, 0.0, kForce), Vector3d(kForce, 0.0, 0.0), Vector3d(0.0, -0.5 * kForce, 0.866 * kForce)}) {
+        add("point" + place, {Vector3d(at.x(), at.y(), 0.0), force});
+        add("Hertz" + place, sensor::elastic::hertz(at, 2.5e-3, force));
+      }
+      add("disc" + place, sensor::elastic::disc(at, 5e-3, Vector3d(0.0, 0.0, kForce)));
+      add("twist" + place, sensor::elastic::twist(at, 5e-3, 5e-3));
     }
-    result.push_back({"disc", sensor::elastic::disc(at, 5e-3, Vector3d(0.0, 0.0, kForce))});
-    result.push_back({"twist", sensor::elastic::twist(at, 6e-3, 5e-3)});
   }
-  return result;
-}
+
+  const std::vector<Load>& all() const { return all_; }
+  const sensor::Points& sources() const { return sources_; }
+
+ private:
+  void add(const std::string& name, const PatchQuadrature& patch) {
+    for (const Load& load : all_) {
+      if (load.patch.points.cols() != patch.points.cols() || load.patch.points != patch.points) continue;
+      all_.push_back({name, patch, load.firstSource});
+      return;
+    }
+    all_.push_back({name, patch, sources_.cols()});
+    sources_.conservativeResize(3, sources_.cols() + patch.points.cols());
+    sources_.rightCols(patch.points.cols()) = patch.points;
+  }
+
+  std::vector<Load> all_;
+  sensor::Points sources_;
+};
 
 Eigen::MatrixXd image(const sensor::Sensor& sensor, Model model, const sensor::Points& sources) {
   if (model == Model::kHalfSpace) return halfSpaceImage(sensor, sources);
@@ -70,20 +88,12 @@ TEST_P(Recovery, LoadsComeBackWithinOnePercent) {
   TractionField field;
   field.resize(sensor.markerCount(), sensor.nodes.count());
 
-  const std::vector<Load> all = loads();
-  Eigen::Index count = 0;
-  for (const Load& load : all) count += load.patch.points.cols();
-  sensor::Points sources(3, count);
-  count = 0;
-  for (const Load& load : all) {
-    sources.middleCols(count, load.patch.points.cols()) = load.patch.points;
-    count += load.patch.points.cols();
-  }
-  const Eigen::MatrixXd pixels = image(sensor, GetParam(), sources);
+  const Loads loads;
+  const Eigen::MatrixXd pixels = image(sensor, GetParam(), loads.sources());
 
   std::mt19937 random(1);
-  count = 0;
-  for (const Load& load : all) {
+  std::uniform_int_distribution<int> anyMarker(0, sensor.markerCount() - 1);
+  for (const Loads::Load& load : loads.all()) {
     const PatchQuadrature& patch = load.patch;
     Vector3d resultant = Vector3d::Zero(), moment = Vector3d::Zero(), centre = Vector3d::Zero();
     for (Eigen::Index i = 0; i < patch.points.cols(); ++i) {
@@ -91,13 +101,10 @@ TEST_P(Recovery, LoadsComeBackWithinOnePercent) {
       moment += Vector3d(patch.points.col(i)).cross(Vector3d(patch.forces.col(i)));
       centre += patch.points.col(i) / static_cast<double>(patch.points.cols());
     }
-    MarkerField markers = fieldOf(pixels.middleCols(3 * count, patch.forces.size()) *
+    MarkerField markers = fieldOf(pixels.middleCols(3 * load.firstSource, patch.forces.size()) *
                                   VectorXd::Map(patch.forces.data(), patch.forces.size()));
-    count += patch.points.cols();
-    std::uniform_int_distribution<int> anyMarker(0, sensor.markerCount() - 1);
     for (const int missing : {0, 115}) {
-      SCOPED_TRACE(load.name + " at " + std::to_string(1e3 * centre.x()) + " " + std::to_string(1e3 * centre.y()) +
-                   " mm, markers missing: " + std::to_string(missing));
+      SCOPED_TRACE(load.name + ", markers missing: " + std::to_string(missing));
       while (markers.validCount > sensor.markerCount() - missing) loseMarker(markers, anyMarker(random));
       solver.solve(markers, field);
       ASSERT_TRUE(field.valid);
