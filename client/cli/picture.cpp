@@ -1,6 +1,6 @@
-// The field's nodes become cells of the page, two columns wide so that they are about square. Where there is less room
-// than nodes, cells sum the nodes (or parts of nodes) below them: forces add up. Where there is more, a node takes a
-// block of cells. A cell's shade is the normal force, its arrow the direction of the tangential one.
+// The field is drawn on cells of the page, two columns wide so that they are about square, as many as there is room
+// for. A cell shows the force of the nodes below it, whole or in part, for the area of one node: its shade is the
+// normal force, its arrow the direction of the tangential one.
 
 #include "client/cli/picture.h"
 
@@ -16,9 +16,9 @@ namespace {
 
 constexpr double kGramForce_N = 9.80665e-3;
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr double kSmallestScale_N = 0.02;  ///< below it there is noise
-constexpr double kSmallestForce_N = 0.05;  ///< with a direction worth telling
-constexpr double kFaint = 0.05;            ///< of the scale; smaller shear is drawn as a dot
+constexpr double kSmallestForce_N = 0.1;  ///< of a resultant with a direction worth telling
+constexpr double kSmallestStrain = 0.1;   ///< pressure on a node, of Young's modulus, below which noise would be drawn
+constexpr double kFaint = 0.08;           ///< of the scale; smaller shear is drawn as a dot
 constexpr int kPanelWidth = 34;
 
 constexpr Colour24 kPaper{14, 16, 24};
@@ -71,27 +71,29 @@ const char* arrow(double x, double y, double share) {
   return share < 0.4 ? kLight[octant] : kHeavy[octant];
 }
 
-/// Forces summed into columns x rows cells; the first row is the lowest (smallest y).
-std::vector<Vector3> gather(const Field& field, int fromColumns, int fromRows, int columns, int rows) {
-  std::vector<Vector3> cells(static_cast<std::size_t>(columns * rows));
-  const auto overlap = [](int cell, int cells_, int node, int nodes) {
-    const double size = static_cast<double>(nodes) / cells_;
-    return std::max(0.0, std::min((cell + 1) * size, node + 1.0) - std::max(cell * size, static_cast<double>(node)));
-  };
-  for (int row = 0; row < fromRows; ++row) {
-    for (int column = 0; column < fromColumns; ++column) {
-      const auto& force = field.force_N[static_cast<std::size_t>(row * fromColumns + column)];
-      const int r0 = row * rows / fromRows, r1 = std::min(rows - 1, ((row + 1) * rows - 1) / fromRows);
-      const int c0 = column * columns / fromColumns;
-      const int c1 = std::min(columns - 1, ((column + 1) * columns - 1) / fromColumns);
-      for (int r = r0; r <= r1; ++r) {
-        for (int c = c0; c <= c1; ++c) {
-          const double share = overlap(r, rows, row, fromRows) * overlap(c, columns, column, fromColumns);
-          for (std::size_t i = 0; i < 3; ++i) {
-            cells[static_cast<std::size_t>(r * columns + c)][i] += share * static_cast<double>(force[i]);
-          }
+/// How much of [node, node + 1] of `nodes` lies in the cell of `cells` that divide the same length, in nodes.
+double overlap(int cell, int cells, int node, int nodes) {
+  const double size = static_cast<double>(nodes) / cells;
+  return std::max(0.0, std::min((cell + 1) * size, node + 1.0) - std::max(cell * size, static_cast<double>(node)));
+}
+
+/// The field on columns x rows cells [N per area of a node]; the first row is the lowest (smallest y).
+std::vector<Vector3> resample(const Field& field, int fromColumns, int fromRows, int columns, int rows) {
+  std::vector<Vector3> cells;
+  const double nodesPerCell = static_cast<double>(fromColumns) * fromRows / columns / rows;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      Vector3 sum{};
+      const int lastRow = std::min(fromRows - 1, (row + 1) * fromRows / rows);
+      const int lastColumn = std::min(fromColumns - 1, (column + 1) * fromColumns / columns);
+      for (int r = row * fromRows / rows; r <= lastRow; ++r) {
+        for (int c = column * fromColumns / columns; c <= lastColumn; ++c) {
+          const double share = overlap(row, rows, r, fromRows) * overlap(column, columns, c, fromColumns);
+          const auto& force = field.force_N[static_cast<std::size_t>(r * fromColumns + c)];
+          for (std::size_t i = 0; i < 3; ++i) sum[i] += share * static_cast<double>(force[i]) / nodesPerCell;
         }
       }
+      cells.push_back(sum);
     }
   }
   return cells;
@@ -125,22 +127,18 @@ std::vector<std::string> warnings(const Scene& scene, std::int64_t now_ns) {
   return texts;
 }
 
-/// How the field is laid out in the room there is.
+/// The cells of the field, and the room they take with their frame.
 struct Layout {
-  int columns, rows;  ///< cells
-  int block;          ///< a cell is 2 * block characters wide and block high
-  int width() const { return 2 * block * columns + 2; }
-  int height() const { return block * rows + 2; }
+  int columns, rows;
+  int width() const { return 2 * columns + 2; }
+  int height() const { return rows + 2; }
 };
 
 Layout layoutFor(int nodeColumns, int nodeRows, int width, int height) {
-  const int wide = std::max((width - 2) / 2, 1);
-  const int high = std::max(height - 2, 1);
-  const int block = std::max(1, std::min(wide / nodeColumns, high / nodeRows));
-  // One measure for both directions keeps the picture in proportion.
-  const double shrink = std::min({1.0, static_cast<double>(wide) / nodeColumns, static_cast<double>(high) / nodeRows});
-  const auto cells = [&](int nodes) { return std::max(1, static_cast<int>(nodes * shrink)); };
-  return {cells(nodeColumns), cells(nodeRows), block};
+  double scale = std::min((width - 2) / 2.0 / nodeColumns, (height - 2.0) / nodeRows);
+  if (scale > 1.0) scale = std::floor(2.0 * scale) / 2.0;  // a cell or two a node: a regular picture
+  const auto cells = [&](int nodes) { return std::max(1, static_cast<int>(nodes * scale + 1e-9)); };
+  return {cells(nodeColumns), cells(nodeRows)};
 }
 
 int columnsOf(std::string_view utf8) {
@@ -205,31 +203,21 @@ void drawResultant(Canvas& canvas, const Field& field, const Grid& nodes, const 
 double drawCells(Canvas& canvas, const Scene& scene, const Layout& layout, int left, int top, Scale& scale,
                  std::int64_t now_ns) {
   const Grid& nodes = scene.description->nodes;
-  const auto cells =
-      gather(*scene.field, static_cast<int>(nodes.columns), static_cast<int>(nodes.rows), layout.columns, layout.rows);
-  double strongest = 0.0;
-  for (const Vector3& force : cells) strongest = std::max(strongest, length(force));
-  const double full_N = scale.update(strongest, now_ns);
+  const auto cells = resample(*scene.field, static_cast<int>(nodes.columns), static_cast<int>(nodes.rows),
+                              layout.columns, layout.rows);
+  double strongest_N = 0.0;
+  for (const Vector3& force : cells) strongest_N = std::max(strongest_N, length(force));
+  const double smallest_N = kSmallestStrain * scene.description->gel.youngsModulus_Pa * nodes.pitch_m * nodes.pitch_m;
+  const double full_N = scale.update(strongest_N, std::max(smallest_N, 1e-6), now_ns);
   for (int r = 0; r < layout.rows; ++r) {
     for (int c = 0; c < layout.columns; ++c) {
       const Vector3& force = cells[static_cast<std::size_t>(r * layout.columns + c)];
       const double tangential = std::hypot(force[0], force[1]) / full_N;
       const Colour24 paper = shade(force[2] / full_N);
       const Colour24 contrast = isLight(paper) ? Colour24{10, 10, 10} : Colour24{255, 255, 255};
-      const Style style{mix(paper, contrast, 0.22 + 1.3 * tangential), paper, tangential > 0.2};
-      const int x = left + 2 * layout.block * c;
-      const int y = top + layout.block * (layout.rows - 1 - r);
-      canvas.fill(x, y, 2 * layout.block, layout.block, style);
-      if (layout.block < 3 || tangential < kFaint) {
-        canvas.text(x + layout.block - 1, y + layout.block / 2, arrow(force[0], force[1], tangential), style);
-      } else {
-        Dots dots(2 * layout.block, layout.block);
-        const double middle = (dots.width() - 1) / 2.0;
-        const double reach = middle * (0.5 + 0.5 * std::min(tangential, 1.0)) / std::hypot(force[0], force[1]);
-        const double dx = force[0] * reach, dy = -force[1] * reach;
-        drawArrow(dots, middle - dx, middle - dy, 2.0 * dx, 2.0 * dy);
-        dots.paint(canvas, x, y, style);
-      }
+      const Style style{mix(paper, contrast, 0.2 + 1.3 * tangential), paper, tangential > 0.2};
+      const int y = top + layout.rows - 1 - r;
+      canvas.text(canvas.text(left + 2 * c, y, arrow(force[0], force[1], tangential), style), y, " ", style);
     }
   }
   drawResultant(canvas, *scene.field, nodes, layout, left, top);
@@ -289,7 +277,7 @@ double drawHistory(Canvas& canvas, const std::deque<double>& history, int column
   Dots dots(width, height);
   const auto count = std::min(history.size(), static_cast<std::size_t>(dots.width()));
   const auto first = history.end() - static_cast<std::ptrdiff_t>(count);
-  const double full = roundUp(count == 0 ? 0.0 : std::max(*std::max_element(first, history.end()), 0.1));
+  const double full = roundUp(count == 0 ? 0.1 : std::max(*std::max_element(first, history.end()), 0.1));
   for (std::size_t i = 0; i < count; ++i) {
     const int x = dots.width() - static_cast<int>(count - i);
     const int y =
@@ -436,25 +424,22 @@ void drawBar(Canvas& canvas, const Scene& scene, std::string_view endpoint) {
   }
 }
 
-void drawLegend(Canvas& canvas, int row, double full_N, const Layout& layout, int nodeColumns) {
+void drawLegend(Canvas& canvas, int row, double full_N) {
   constexpr int kSteps = 15;
   int column = canvas.text(1, row, "pull ", kDim);
   for (int i = -kSteps / 3; i <= kSteps; ++i) {
     column = canvas.text(column, row, " ", {kPlain.ink, shade(static_cast<double>(i) / kSteps)});
   }
   column = canvas.text(column, row, " press", kDim);
-  if (full_N > 0.0) {
-    const char* of = layout.columns == nodeColumns ? "node" : "cell";
-    column = canvas.text(column, row, format(" %g N/%s", full_N, of), kDim);
-  }
+  if (full_N > 0.0) column = canvas.text(column, row, format(" %g N/node", full_N), kDim);
   column = canvas.text(column, row, "   → ⇒ shear", kDim);
   canvas.text(column, row, "   ✛ resultant", kDim);
 }
 
 }  // namespace
 
-double Scale::update(double strongest_N, std::int64_t now_ns) {
-  const double wanted_N = roundUp(std::max(strongest_N, kSmallestScale_N));
+double Scale::update(double strongest_N, double smallest_N, std::int64_t now_ns) {
+  const double wanted_N = roundUp(std::max(strongest_N, smallest_N));
   if (wanted_N >= scale_N_) needed_ns_ = now_ns;
   if (wanted_N > scale_N_ || now_ns - needed_ns_ > 2'000'000'000) scale_N_ = wanted_N;
   return scale_N_;
@@ -482,7 +467,7 @@ Canvas draw(const Scene& scene, int width, int height, Scale& scale, std::int64_
   } else {
     drawPanel(Panel(canvas, 1, kTop + layout.height(), width - 2, bottom), scene, now_ns);
   }
-  if (bottom < height) drawLegend(canvas, bottom, full_N, layout, nodeColumns);
+  if (bottom < height) drawLegend(canvas, bottom, full_N);
   return canvas;
 }
 

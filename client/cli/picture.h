@@ -11,7 +11,8 @@ namespace traction::cli {
 class Scale {
  public:
   /// \param strongest_N that is to be drawn now
-  double update(double strongest_N, std::int64_t now_ns);
+  /// \param smallest_N below which there is noise
+  double update(double strongest_N, double smallest_N, std::int64_t now_ns);
 
  private:
   double scale_N_ = 0.0;

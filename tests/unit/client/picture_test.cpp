@@ -104,11 +104,11 @@ TEST(Picture, InvalidFieldShowsNoNumbers) {
 
 TEST(Scale, RisesAtOnceAndFallsLate) {
   Scale scale;
-  EXPECT_DOUBLE_EQ(scale.update(0.0, 0), 0.02);
-  EXPECT_DOUBLE_EQ(scale.update(0.13, 0), 0.2);
-  EXPECT_DOUBLE_EQ(scale.update(0.2, 0), 0.2);
-  EXPECT_DOUBLE_EQ(scale.update(0.03, kSecond_ns), 0.2);
-  EXPECT_DOUBLE_EQ(scale.update(0.03, 3 * kSecond_ns), 0.05);
+  EXPECT_DOUBLE_EQ(scale.update(0.0, 0.015, 0), 0.02);
+  EXPECT_DOUBLE_EQ(scale.update(0.13, 0.015, 0), 0.2);
+  EXPECT_DOUBLE_EQ(scale.update(0.2, 0.015, 0), 0.2);
+  EXPECT_DOUBLE_EQ(scale.update(0.03, 0.015, kSecond_ns), 0.2);
+  EXPECT_DOUBLE_EQ(scale.update(0.03, 0.015, 3 * kSecond_ns), 0.05);
 }
 
 TEST(Scene, RateAndLatencyAreOfTheLastTwoSeconds) {
