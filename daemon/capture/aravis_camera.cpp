@@ -27,7 +27,7 @@ using std::chrono::milliseconds;
 constexpr std::int64_t kRetry_ns = 1'000'000'000;
 
 tl::unexpected<Error> failed(int exitCode, std::string what, GError* reason = nullptr) {
-  Error error{exitCode, std::move(what), "camera", reason == nullptr ? "" : reason->message};
+  Error error{exitCode, std::move(what), "", reason == nullptr ? "" : reason->message};
   g_clear_error(&reason);
   return tl::unexpected(std::move(error));
 }
@@ -228,9 +228,9 @@ std::unique_ptr<AravisCamera::Session> AravisCamera::Keeper::reopen(std::unique_
     if (!opened)
       problem = opened.error().message();
     else if ((*opened)->info.name.vendor != name.vendor || (*opened)->info.name.serial != name.serial)
-      problem = "camera: another one answers, " + (*opened)->info.name.id;
+      problem = "another camera answers, " + (*opened)->info.name.id;
     else if ((*opened)->shape != shape)
-      problem = "camera: " + name.id + " came back with another picture";
+      problem = "camera " + name.id + " came back with another picture";
     else
       return std::move(*opened);
     if (problem != told) tell(problem);
@@ -383,6 +383,7 @@ bool AravisCamera::adopt(milliseconds timeout) {
   ledger_.reconnects.add();
   gate_.restart();
   lastArrival_ns_ = monotonicNow();
+  if (say_) say_("camera " + info_.name.id + " is back");
   return true;
 }
 

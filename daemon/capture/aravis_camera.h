@@ -31,13 +31,14 @@ namespace tractiond::capture {
 /// Thread-bound, but for info().
 class AravisCamera : public FrameSource {
  public:
-  /// Told what keeps the camera away, once per reason. Called by open(), next() and the camera-keeper: thread-safe.
+  /// Told that the camera is lost, what keeps it away (once per reason), and that it is back. Called by open(), next()
+  /// and the camera-keeper: thread-safe.
   using Say = std::function<void(const std::string& line)>;
 
   /// Waits for the camera if the options say so. Exit codes of the errors: EX_UNAVAILABLE (no such camera, or it does
   /// not answer), EX_TEMPFAIL (another client holds it; one that died loses it within 4 s, and that long is waited),
   /// EX_CONFIG (it refuses a setting, or lacks it), EX_NOPERM (a packet socket is not allowed), EX_OK (`stop` was
-  /// asked). The options and the ledger must outlive the camera.
+  /// asked). The ledger must outlive the camera.
   static tl::expected<std::unique_ptr<AravisCamera>, Error> open(const CameraOptions& options, Ledger& ledger,
                                                                  const std::stop_token& stop = {}, Say say = {});
   /// Every frame must have been recycled. Takes half a second at most, whatever the camera does.
@@ -61,7 +62,7 @@ class AravisCamera : public FrameSource {
   void giveUp(const std::stop_source& stop = std::stop_source());
   bool adopt(std::chrono::milliseconds timeout);
 
-  const CameraOptions& options_;
+  CameraOptions options_;
   Ledger& ledger_;
   Say say_;
   CameraInfo info_;

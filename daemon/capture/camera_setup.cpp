@@ -106,7 +106,7 @@ const KnownFormat* knownFormat(ArvPixelFormat code) {
 }
 
 tl::unexpected<Error> failed(int exitCode, std::string what, std::string remedy = {}) {
-  return tl::unexpected(Error{exitCode, std::move(what), "camera", std::move(remedy)});
+  return tl::unexpected(Error{exitCode, std::move(what), "", std::move(remedy)});
 }
 
 // ---------------------------------------------------------------- finding

@@ -9,12 +9,12 @@ namespace tractiond::capture {
 
 enum class Next {
   kFrame,     ///< `frame` holds a new, whole picture
-  kRejected,  ///< something arrived and was not usable; it is counted by cause in the source's counters
+  kRejected,  ///< something arrived and was not usable; it is counted by cause in the ledger
   kTimeout,   ///< nothing arrived in time
   kEnd,       ///< there will be no more frames (a recording's end)
 };
 
-/// Thread-bound: one thread calls next() and recycle(); the counters may be read from any thread.
+/// Thread-bound: one thread calls next() and recycle().
 class FrameSource {
  public:
   virtual ~FrameSource() = default;

@@ -336,6 +336,25 @@ TEST_F(AravisCameraTest, NegotiatesAndProvesThePacketSize) {
   EXPECT_THAT(camera_->info().warnings, IsEmpty());
 }
 
+TEST_F(AravisCameraTest, FallsBackToPacketsThatArrive) {
+  // A switch on the way that carries less than the interface does.
+  ASSERT_EQ(std::system("tc qdisc add dev lo root tbf rate 10gbit burst 4000 latency 50ms"), 0);
+  fake();
+  ASSERT_NO_FATAL_FAILURE(open());
+  EXPECT_EQ(camera_->info().packetSize_bytes, 1500);
+  EXPECT_TRUE(camera_->info().packetSizeVerified);
+  stream(3);
+  EXPECT_EQ(ledger_.losses(), 0U);
+  EXPECT_EQ(std::system("tc qdisc delete dev lo root"), 0);
+}
+
+TEST_F(AravisCameraTest, TellsWhenItUsesAPacketSocket) {
+  fake();
+  options_.packetSocket = PacketSocket::kAuto;
+  ASSERT_NO_FATAL_FAILURE(open());
+  EXPECT_TRUE(camera_->info().packetSocket) << "root of this namespace may";
+}
+
 TEST_F(AravisCameraTest, RefusesPacketsAboveTheMtu) {
   fake();
   ASSERT_EQ(std::system("ip link set lo mtu 1500"), 0);
@@ -481,6 +500,22 @@ TEST_F(AravisCameraTest, ComesBackWithItsSettingsAfterTheCameraDied) {
   lastNumber_ = one.info.frameNumber;
   stream(50);
   EXPECT_EQ(ledger_.losses(), 0U);
+}
+
+TEST_F(AravisCameraTest, TakesControlAgainWhereItWasTakenAway) {
+  constexpr std::uint32_t kControlPrivilege = 0x0a00;
+  fake();
+  options_.silenceTimeout_ms = 0;  // the pictures still come
+  ASSERT_NO_FATAL_FAILURE(open());
+  ASSERT_NO_FATAL_FAILURE(stream(10));
+  fake_->write(kControlPrivilege, 0);
+  const std::int64_t until_ns = monotonicNow() + 20'000'000'000;
+  Frame one;
+  while (ledger_.reconnects.get() == 0 && monotonicNow() < until_ns)
+    if (camera_->next(one, milliseconds(50)) == Next::kFrame) camera_->recycle(one);
+  EXPECT_EQ(ledger_.reconnects.get(), 1U);
+  EXPECT_NE(fake_->read(kControlPrivilege), 0U);
+  stream(10);
 }
 
 TEST_F(AravisCameraTest, MayEndWhileTheCameraIsAway) {
