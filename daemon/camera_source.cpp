@@ -72,7 +72,8 @@ capture::Next CameraSource::next(Frame& frame, std::chrono::milliseconds timeout
     poll(nullptr, 0, static_cast<int>(timeout.count()));
     return capture::Next::kTimeout;
   }
-  if (auto opened = tryOpen(); !opened && opened.error().exitCode != EX_UNAVAILABLE) {
+  const auto opened = tryOpen();
+  if (!opened && opened.error().exitCode != EX_UNAVAILABLE && !stop_.stop_requested()) {
     error_ = opened.error();
     return capture::Next::kEnd;
   }

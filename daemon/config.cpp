@@ -7,13 +7,10 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <utility>
 
 namespace tractiond {
 namespace {
-
-constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
 template <typename Enum>
 Choice choice(Enum& value, std::vector<std::pair<std::string, Enum>> meanings) {
@@ -120,9 +117,7 @@ std::string limits(const Key& key, const std::string& standard) {
     text += ";";
     for (std::size_t i = 0; i < choice->words.size(); ++i) text += (i ? ", " : " ") + quoted(choice->words[i]);
   } else if (key.range.least < key.range.most) {
-    const std::string least = std::isinf(key.range.least) ? "" : number(key.range.least);
-    text += std::isinf(key.range.most) ? (least.empty() ? "" : "; at least " + least)
-                                       : "; " + least + " to " + number(key.range.most);
+    text += "; " + number(key.range.least) + " to " + number(key.range.most);
     if (!key.unit.empty()) text += " " + std::string(key.unit);
   }
   return text;
