@@ -21,9 +21,9 @@ namespace tractiond::publish {
 struct PublishOptions {
   std::vector<std::string> stream;  ///< ZeroMQ endpoints; port * takes a free one; ipc directories exist
   std::vector<std::string> latest;
-  /// Messages that wait for one slow subscriber before it loses some: half a second of fields and markers at 60
-  /// frames/s, under 1 MB.
-  int highWaterMark = 64;
+  /// Messages that wait for one slow subscriber before it loses some: two seconds of fields and markers at 60 frames/s,
+  /// 85 ms at 1,500; they hold 3 MB.
+  int highWaterMark = 256;
   std::chrono::milliseconds statusInterval{1000};
   /// New subscribers get the description at once, but all of them together not more often than this.
   std::chrono::milliseconds descriptionInterval{100};
