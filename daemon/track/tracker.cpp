@@ -25,8 +25,10 @@ namespace {
 
 // A marker's amplitude relative to rest. The lower bound of a step is laxer than that of belief: steps from afar.
 constexpr float kCatch = 0.25F, kDim = 0.5F, kBright = 1.6F;
-constexpr float kMisfit = 0.2F;  // rms, of the amplitude, beyond the noise: strained discs reach 0.13
-constexpr float kNoiseDeviations = 3.0F;
+// What the template may leave unexplained, rms as a share of the amplitude and beyond the noise: what this gel's
+// markers typically leave at rest, and then these. A disc strained by s leaves 0.22 s.
+constexpr float kOddShape = 0.05F, kOddPerStrain = 0.25F, kMostStrain = 0.45F, kMostTypicalShape = 0.15F;
+constexpr float kNoiseDeviations = 2.0F;
 constexpr float kTypicalNoise = 3.0F;  // levels, until it is measured
 constexpr float kWander = 0.45F;       // of the spacing, from where a marker was expected
 constexpr float kSearchReach = 0.4F;   // of the spacing
@@ -152,6 +154,7 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
   restAmplitude_.resize(count);
   lostFor_.resize(count);
   lost_.reserve(count);
+  shares_.reserve(count);
   guesses_.resize(count);
   centres_.resize(count);
 }
@@ -231,7 +234,9 @@ bool Tracker::acquire() {
   }
   for (Layer& layer : layers_)
     fitCentres(layer.plane, layer.marker, layer.crossTalk, ofLayer(guesses_, layer), ofLayer(centres_, layer));
+  typicalShape_ = kMostTypicalShape;  // until it is known
   for (int i = 0; i < markers_; ++i) accept(i, centres_[i], {guesses_[i].u, guesses_[i].v});
+  learnShape();
   finishFrame(true);
   if (countValid() >= kAcquireBelow * countWanted()) acquireIn_ = 0;
   return true;
@@ -259,6 +264,7 @@ void Tracker::follow() {
 void Tracker::finishFrame(bool thorough) {
   recover();
   markOverlaps();
+  checkShapes();
   for (int i = 0; i < markers_; ++i) thorough = thorough || valid_[i] != wasValid_[i];
   for (Layer& layer : layers_) layer.trust.prune(displacement_, valid_, thorough);
   guessLost();
@@ -268,8 +274,7 @@ bool Tracker::accept(int marker, const Centre& centre, Vector expected) {
   if (!centre.found) return false;
   const float rest = restAmplitude_[marker], amplitude = centre.amplitude;
   if (!(amplitude >= kDim * rest && amplitude <= kBright * rest)) return false;
-  const float noise = kNoiseDeviations * noise_, shape = kMisfit * amplitude;
-  if (centre.misfit > noise * noise + shape * shape) return false;
+  if (!hasShape(centre, kMostStrain)) return false;
   const Vector place{centre.u, centre.v};
   if ((place - expected).squared() > kWander * kWander * spacing_px_ * spacing_px_) return false;
   centres_[marker] = centre;
@@ -279,6 +284,45 @@ bool Tracker::accept(int marker, const Centre& centre, Vector expected) {
   valid_[marker] = 1;
   stepped_[marker] = wasValid_[marker];
   return true;
+}
+
+bool Tracker::hasShape(const Centre& centre, float strain) const {
+  const float noise = kNoiseDeviations * noise_;
+  const float shape = (typicalShape_ + kOddShape + kOddPerStrain * strain) * centre.amplitude;
+  return centre.misfit <= noise * noise + shape * shape;
+}
+
+/// Drops what has not the shape it should have under the strain that its neighbours' displacements tell of: markers
+/// with dust at their edge, whose centres are biased.
+void Tracker::checkShapes() {
+  for (const Layer& layer : layers_) {
+    const Lattice& lattice = layer.lattice;
+    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+      if (!valid_[i] || hasShape(centres_[i], 0.0F)) continue;
+      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
+      float strain2 = 0.0F;
+      for (const auto& [x, y] : {std::pair(1, 0), std::pair(-1, 0), std::pair(0, 1), std::pair(0, -1)}) {
+        if (!lattice.has(column + x, row + y) || !valid_[lattice.at(column + x, row + y)]) continue;
+        const Vector across = displacement_[lattice.at(column + x, row + y)] - displacement_[i];
+        strain2 = std::max(strain2, across.squared() / (spacing_px_ * spacing_px_));
+      }
+      if (!hasShape(centres_[i], std::min(std::sqrt(strain2), kMostStrain))) valid_[i] = stepped_[i] = 0;
+    }
+  }
+}
+
+/// How far this gel's markers are from discs, from the present frame's.
+void Tracker::learnShape() {
+  shares_.clear();
+  for (int i = 0; i < markers_; ++i) {
+    if (!valid_[i]) continue;
+    const float excess = std::max(centres_[i].misfit - noise_ * noise_, 0.0F);
+    shares_.push_back(excess / (centres_[i].amplitude * centres_[i].amplitude));
+  }
+  if (shares_.empty()) return;
+  const auto middle = shares_.begin() + static_cast<std::ptrdiff_t>(shares_.size() / 2);
+  std::nth_element(shares_.begin(), middle, shares_.end());
+  typicalShape_ = std::min(std::sqrt(*middle), kMostTypicalShape);
 }
 
 bool Tracker::fitAt(const Layer& layer, int marker, Vector place) {
@@ -507,6 +551,15 @@ void Tracker::takeZero() {
   taker_.finish(pose_);
   for (const Layer& layer : layers_) {
     const Lattice& lattice = layer.lattice;
+    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) increment_[i] = {pose_.amplitude[i], 0.0F};
+    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
+      const auto around = expectation(lattice, column, row, increment_, pose_.present);
+      if (!around) continue;
+      // Dust on a marker, or instead of one.
+      const float share = pose_.amplitude[i] / around->value.u;
+      if (share < kDim || share > kBright) pose_.present[i] = 0;
+    }
     for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
       displacement_[i] = Vector{pose_.position_px[2 * i], pose_.position_px[2 * i + 1]} - rest_[i];
     }
@@ -524,6 +577,7 @@ void Tracker::takeZero() {
   pose_.requested = takingRequested_;
   pose_.id = idOf(pose_);
   adopt(pose_);
+  learnShape();
   verified_ = takingRequested_;
   zeroWasRequested_ = takingRequested_;
   poseWaits_ = !finished_.put(pose_);

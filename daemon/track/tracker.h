@@ -82,12 +82,15 @@ class Tracker {
   bool searchAround(const Layer& layer, int marker, Vector place);
   bool fitAt(const Layer& layer, int marker, Vector place);
   bool accept(int marker, const Centre& centre, Vector expected);
+  bool hasShape(const Centre& centre, float strain) const;
+  void checkShapes();
   void markOverlaps();
   void guessLost();
   void write(const FrameInfo& info, bool relabelled, MarkerField& field);
 
   // The start and the zero.
   void learnAppearance();
+  void learnShape();
   void assumeRest();
   void takeZero();
   void report(ZeroState state);
@@ -114,6 +117,7 @@ class Tracker {
   std::vector<float> restAmplitude_;
   std::vector<std::uint8_t> present_;
   float noise_;
+  float typicalShape_ = 0.0F;  ///< rms misfit of the markers beyond the noise, share of the amplitude
   Id zero_{};
   bool haveRest_ = false, haveAppearance_ = false;
   bool zeroWasRequested_ = false, verified_ = false;
@@ -128,6 +132,7 @@ class Tracker {
   std::vector<std::uint8_t> labelled_;
   std::vector<int> lostFor_;  ///< frames
   std::vector<int> lost_;
+  std::vector<float> shares_;
   std::vector<Guess> guesses_;
   std::vector<Centre> centres_;
   bool following_ = false;
