@@ -1,5 +1,5 @@
-// The program's own malloc, pthread_mutex_lock and zmq_* come before those of the shared libraries, also for calls
-// from other shared libraries. They count and pass on.
+// The program's own malloc, pthread_mutex_lock, zmq_* and arv_* come before those of the shared libraries, also for
+// calls from other shared libraries. They count and pass on.
 #include "tests/unit/pipeline/interposed.h"
 
 #include <dlfcn.h>
@@ -28,19 +28,19 @@ struct AtomicCounts {
 };
 
 std::atomic<bool> counting{false};
-AtomicCounts own, zeroMq;
+AtomicCounts own, libraries;
 thread_local bool marked = false;
-thread_local int insideZeroMq = 0;
+thread_local int insideLibrary = 0;
 
 void note(std::atomic<std::uint64_t> AtomicCounts::*what) {
   if (!marked || !counting.load(std::memory_order_relaxed)) return;
-  AtomicCounts& counts = insideZeroMq > 0 ? zeroMq : own;
+  AtomicCounts& counts = insideLibrary > 0 ? libraries : own;
   ++(counts.*what);
 }
 
 struct Inside {
-  Inside() { ++insideZeroMq; }
-  ~Inside() { --insideZeroMq; }
+  Inside() { ++insideLibrary; }
+  ~Inside() { --insideLibrary; }
 };
 
 template <typename Function>
@@ -59,8 +59,8 @@ void count(bool on) {
 Counts ours() {
   return own.get();
 }
-Counts ofZeroMq() {
-  return zeroMq.get();
+Counts ofLibraries() {
+  return libraries.get();
 }
 
 }  // namespace tractiond::interposed
@@ -119,6 +119,8 @@ PASS_ON(int, zmq_msg_close, (zmq_msg_t * m), (m))
 PASS_ON(int, zmq_msg_copy, (zmq_msg_t * to, zmq_msg_t* from), (to, from))
 PASS_ON(int, zmq_send, (void* s, const void* b, std::size_t l, int f), (s, b, l, f))
 PASS_ON(int, zmq_poll, (zmq_pollitem_t * i, int n, long t), (i, n, t))
+PASS_ON(void*, arv_stream_timeout_pop_buffer, (void* s, std::uint64_t t), (s, t))
+PASS_ON(void, arv_stream_push_buffer, (void* s, void* b), (s, b))
 PASS_ON(int, zmq_getsockopt, (void* s, int o, void* v, std::size_t* l), (s, o, v, l))
 }
 // NOLINTEND

@@ -14,7 +14,7 @@ struct Counts {
 void markThisThread();
 void count(bool on);
 
-Counts ours();      ///< outside ZeroMQ's functions
-Counts ofZeroMq();  ///< within them
+Counts ours();         ///< outside the functions of ZeroMQ and Aravis
+Counts ofLibraries();  ///< within them
 
 }  // namespace tractiond::interposed
