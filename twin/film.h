@@ -14,7 +14,7 @@ namespace twin {
 /// What is true in one frame.
 struct Truth {
   struct Load {
-    const Contact* contact;
+    const Contact* contact = nullptr;
     ContactState state;
   };
   double time_s = 0.0;               ///< of the scenario, since the first frame

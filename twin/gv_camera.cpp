@@ -99,6 +99,7 @@ class GvCamera::Impl {
       , period_us_(static_cast<std::uint32_t>(std::lround(1e6 / options.rate_hz))) {
     std::replace(serial_.begin(), serial_.end(), '.', '-');
     id_ = std::string(kVendor) + "-" + serial_;
+    const std::lock_guard lock(mutex_);  // Aravis's thread runs at once, though it does not call us before the end
     camera_ = ARV_GV_FAKE_CAMERA(g_object_new(ARV_TYPE_GV_FAKE_CAMERA, "interface-name", options.address.c_str(),
                                               "serial-number", serial_.c_str(), "gvsp-lost-ratio", options.lostRatio,
                                               nullptr));
@@ -186,10 +187,10 @@ class GvCamera::Impl {
 
   /// The picture that is due, which stays in the queue; null when the camera closes.
   const Picture* waitFor(Format format) {
+    std::unique_lock lock(mutex_);
     guint32 period_us = 0;
     arv_fake_camera_read_register(arv_gv_fake_camera_get_fake_camera(camera_),
                                   ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, &period_us);
-    std::unique_lock lock(mutex_);
     if (period_us > 0) period_us_ = period_us;
     if (format != format_) {
       format_ = format;
