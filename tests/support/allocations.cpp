@@ -23,6 +23,10 @@ std::uint64_t tractiond::support::allocations() {
 void* operator new(std::size_t size) {
   return counted(std::malloc(size));
 }
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  ++count;
+  return std::malloc(size);
+}
 void* operator new(std::size_t size, std::align_val_t alignment) {
   const auto multiple = static_cast<std::size_t>(alignment);
   return counted(std::aligned_alloc(multiple, (size + multiple - 1) / multiple * multiple));

@@ -11,9 +11,6 @@
 
 namespace tractiond::publish {
 
-/// How often operator new was called in this process.
-std::uint64_t allocations();
-
 inline Id idOf(std::uint8_t first) {
   Id id;
   std::iota(id.begin(), id.end(), first);

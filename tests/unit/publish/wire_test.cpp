@@ -1,4 +1,5 @@
 #include "daemon/publish/wire.h"
+#include "tests/support/allocations.h"
 #include "tests/unit/publish/support.h"
 #include "traction/v1/control.pb.h"
 #include "traction/v1/description.pb.h"
@@ -291,7 +292,7 @@ TEST(Wire, EncodingAllocatesNothingAfterTheFirst) {
   std::vector<std::uint8_t> bytes(64 * 1024);
   std::uint64_t allocated = 0;
   for (int i = 0; i < 100; ++i) {
-    const std::uint64_t before = allocations();
+    const std::uint64_t before = support::allocations();
     ++head.sequence;
     head.frame = frameInfo(static_cast<std::uint64_t>(i) << 20);
     head.zero = i % 3 == 0 ? Id{} : idOf(static_cast<std::uint8_t>(i));  // a zero comes and goes
@@ -304,7 +305,7 @@ TEST(Wire, EncodingAllocatesNothingAfterTheFirst) {
     wire.writeStatus(bytes.data());
     description.fill(head);
     description.write(bytes.data());
-    if (i > 1) allocated += allocations() - before;  // the first without and the first with a zero make room
+    if (i > 1) allocated += support::allocations() - before;  // the first without and the first with a zero make room
   }
   EXPECT_EQ(allocated, 0U);
 }
