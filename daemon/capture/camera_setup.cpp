@@ -259,14 +259,21 @@ class Setter {
   using Result = tl::expected<void, Error>;
 
   Result set(const Feature& feature);
+  Result setCommand(const Feature& feature);
+  Result setBoolean(const Feature& feature);
+  Result setEnumeration(const Feature& feature);
+  Result setInteger(const Feature& feature);
+  Result setFloat(const Feature& feature);
+  Result setText(const Feature& feature);
   Result setPixelFormat(const std::string& name);
-  Result refuse(const Feature& feature, const std::string& why, const std::string& remedy = {}) const {
+  template <class Write, class Read>
+  Result setByHelper(const char* name, double value, Write write, Read read);
+
+  static Result refuse(const Feature& feature, const std::string& why, const std::string& remedy = {}) {
     return failed(EX_CONFIG, "the camera refuses " + feature.name + " = " + written(feature) + ": " + why, remedy);
   }
   Result finish(const std::string& name, double asked, double got, const Failure& failure);
-  Result finish(const Feature& feature, const std::string& got);
-  template <class Set, class Get>
-  Result helper(const char* name, double value, Set write, Get read);
+  Result finish(const Feature& feature, const std::string& got, const Failure& failure);
 
   ArvCamera* camera_;
   ArvDevice* device_;
@@ -283,14 +290,15 @@ Setter::Result Setter::finish(const std::string& name, double asked, double got,
   return {};
 }
 
-Setter::Result Setter::finish(const Feature& feature, const std::string& got) {
+Setter::Result Setter::finish(const Feature& feature, const std::string& got, const Failure& failure) {
+  if (failure) return refuse(feature, failure.text());
   if (got != written(feature)) return refuse(feature, "it still says " + got);
   info_.settings.push_back(feature.name + " = " + got);
   return {};
 }
 
-template <class Set, class Get>
-Setter::Result Setter::helper(const char* name, double value, Set write, Get read) {
+template <class Write, class Read>
+Setter::Result Setter::setByHelper(const char* name, double value, Write write, Read read) {
   Failure failure;
   write(camera_, value, failure.into());
   const double got = failure ? 0.0 : read(camera_, failure.into());
@@ -302,76 +310,93 @@ Setter::Result Setter::set(const Feature& feature) {
   ArvGcNode* node = arv_device_get_feature(device_, name);
   if (node == nullptr || !ARV_IS_GC_FEATURE_NODE(node))
     return failed(EX_CONFIG, "the camera has no feature " + feature.name, "see what \"arv-tool-0.8 features\" lists");
-  Failure failure;
-  if (!arv_gc_feature_node_is_available(ARV_GC_FEATURE_NODE(node), failure.into()))
-    return refuse(feature, "it is not available", "the order of the features may matter");
+  constexpr const char* kOrder = "the order of the features may matter";
+  if (!arv_gc_feature_node_is_available(ARV_GC_FEATURE_NODE(node), nullptr))
+    return refuse(feature, "it is not available", kOrder);
+  if (arv_gc_feature_node_is_locked(ARV_GC_FEATURE_NODE(node), nullptr)) return refuse(feature, "it is locked", kOrder);
   if (arv_device_get_feature_access_mode(device_, name) == ARV_GC_ACCESS_MODE_RO)
     return refuse(feature, "it can only be read");
-  if (arv_gc_feature_node_is_locked(ARV_GC_FEATURE_NODE(node), failure.into()))
-    return refuse(feature, "it is locked", "the order of the features may matter");
-
-  const bool* flag = std::get_if<bool>(&feature.value);
-  const std::int64_t* integer = std::get_if<std::int64_t>(&feature.value);
-  const std::string* string = std::get_if<std::string>(&feature.value);
-  const double* real = std::get_if<double>(&feature.value);
-
-  if (ARV_IS_GC_COMMAND(node)) {
-    if (flag == nullptr || !*flag) return refuse(feature, "it is a command", "write " + feature.name + " = true");
-    arv_device_execute_command(device_, name, failure.into());
-    if (failure) return refuse(feature, failure.text());
-    info_.settings.push_back(feature.name + " executed");
-    return {};
-  }
-  if (ARV_IS_GC_BOOLEAN(node)) {
-    if (flag == nullptr) return refuse(feature, "it is true or false");
-    arv_device_set_boolean_feature_value(device_, name, *flag, failure.into());
-    if (failure) return refuse(feature, failure.text());
-    const bool got = arv_device_get_boolean_feature_value(device_, name, failure.into());
-    return failure ? refuse(feature, failure.text()) : finish(feature, got ? "true" : "false");
-  }
-  if (ARV_IS_GC_ENUMERATION(node)) {
-    guint count = 0;
-    const char** entries =
-        arv_device_dup_available_enumeration_feature_values_as_strings(device_, name, &count, failure.into());
-    const std::vector<std::string> offered = taken(entries, count);
-    if (string == nullptr || std::find(offered.begin(), offered.end(), *string) == offered.end())
-      return refuse(feature, "it is one of " + joined(offered));
-    arv_device_set_string_feature_value(device_, name, string->c_str(), failure.into());
-    if (failure) return refuse(feature, failure.text());
-    const std::string got = text(arv_device_get_string_feature_value(device_, name, failure.into()));
-    return failure ? refuse(feature, failure.text()) : finish(feature, got);
-  }
-  if (ARV_IS_GC_FLOAT(node) && !ARV_IS_GC_INTEGER(node)) {
-    if (real == nullptr && integer == nullptr) return refuse(feature, "it is a number");
-    const double value = real != nullptr ? *real : static_cast<double>(*integer);
-    double low = 0, high = 0;
-    arv_device_get_float_feature_bounds(device_, name, &low, &high, failure.into());
-    if (!failure && (value < low || value > high))
-      return refuse(feature, "it may be " + number(low) + " to " + number(high));
-    arv_device_set_float_feature_value(device_, name, value, failure.into());
-    if (failure) return refuse(feature, failure.text());
-    const double got = arv_device_get_float_feature_value(device_, name, failure.into());
-    return finish(feature.name, value, got, failure);
-  }
-  if (ARV_IS_GC_INTEGER(node)) {
-    if (integer == nullptr) return refuse(feature, "it is a whole number");
-    gint64 low = 0, high = 0;
-    arv_device_get_integer_feature_bounds(device_, name, &low, &high, failure.into());
-    if (!failure && (*integer < low || *integer > high))
-      return refuse(feature, "it may be " + std::to_string(low) + " to " + std::to_string(high));
-    arv_device_set_integer_feature_value(device_, name, *integer, failure.into());
-    if (failure) return refuse(feature, failure.text());
-    const gint64 got = arv_device_get_integer_feature_value(device_, name, failure.into());
-    return finish(feature.name, static_cast<double>(*integer), static_cast<double>(got), failure);
-  }
-  if (ARV_IS_GC_STRING(node)) {
-    if (string == nullptr) return refuse(feature, "it is a text");
-    arv_device_set_string_feature_value(device_, name, string->c_str(), failure.into());
-    if (failure) return refuse(feature, failure.text());
-    const std::string got = text(arv_device_get_string_feature_value(device_, name, failure.into()));
-    return failure ? refuse(feature, failure.text()) : finish(feature, got);
-  }
+  // The order matters: an enumeration is an integer and a text as well.
+  if (ARV_IS_GC_COMMAND(node)) return setCommand(feature);
+  if (ARV_IS_GC_BOOLEAN(node)) return setBoolean(feature);
+  if (ARV_IS_GC_ENUMERATION(node)) return setEnumeration(feature);
+  if (ARV_IS_GC_INTEGER(node)) return setInteger(feature);
+  if (ARV_IS_GC_FLOAT(node)) return setFloat(feature);
+  if (ARV_IS_GC_STRING(node)) return setText(feature);
   return refuse(feature, "a feature of this kind cannot be written");
+}
+
+Setter::Result Setter::setCommand(const Feature& feature) {
+  const bool* execute = std::get_if<bool>(&feature.value);
+  if (execute == nullptr || !*execute) return refuse(feature, "it is a command", "write " + feature.name + " = true");
+  Failure failure;
+  arv_device_execute_command(device_, feature.name.c_str(), failure.into());
+  if (failure) return refuse(feature, failure.text());
+  info_.settings.push_back(feature.name + " executed");
+  return {};
+}
+
+Setter::Result Setter::setBoolean(const Feature& feature) {
+  const bool* value = std::get_if<bool>(&feature.value);
+  if (value == nullptr) return refuse(feature, "it is true or false");
+  Failure failure;
+  arv_device_set_boolean_feature_value(device_, feature.name.c_str(), *value, failure.into());
+  if (failure) return refuse(feature, failure.text());
+  const bool got = arv_device_get_boolean_feature_value(device_, feature.name.c_str(), failure.into()) != FALSE;
+  return finish(feature, got ? "true" : "false", failure);
+}
+
+Setter::Result Setter::setEnumeration(const Feature& feature) {
+  guint count = 0;
+  const char** entries =
+      arv_device_dup_available_enumeration_feature_values_as_strings(device_, feature.name.c_str(), &count, nullptr);
+  const std::vector<std::string> offered = taken(entries, count);
+  const std::string* value = std::get_if<std::string>(&feature.value);
+  if (value == nullptr || std::find(offered.begin(), offered.end(), *value) == offered.end())
+    return refuse(feature, "it is one of " + joined(offered));
+  return setText(feature);
+}
+
+Setter::Result Setter::setInteger(const Feature& feature) {
+  const std::int64_t* value = std::get_if<std::int64_t>(&feature.value);
+  if (value == nullptr) return refuse(feature, "it is a whole number");
+  const char* name = feature.name.c_str();
+  Failure failure;
+  gint64 low = 0, high = 0;
+  arv_device_get_integer_feature_bounds(device_, name, &low, &high, failure.into());
+  if (!failure && (*value < low || *value > high))
+    return refuse(feature, "it may be " + std::to_string(low) + " to " + std::to_string(high));
+  arv_device_set_integer_feature_value(device_, name, *value, failure.into());
+  if (failure) return refuse(feature, failure.text());
+  const gint64 got = arv_device_get_integer_feature_value(device_, name, failure.into());
+  return finish(feature.name, static_cast<double>(*value), static_cast<double>(got), failure);
+}
+
+Setter::Result Setter::setFloat(const Feature& feature) {
+  const double* real = std::get_if<double>(&feature.value);
+  const std::int64_t* whole = std::get_if<std::int64_t>(&feature.value);
+  if (real == nullptr && whole == nullptr) return refuse(feature, "it is a number");
+  const double value = real != nullptr ? *real : static_cast<double>(*whole);
+  const char* name = feature.name.c_str();
+  Failure failure;
+  double low = 0, high = 0;
+  arv_device_get_float_feature_bounds(device_, name, &low, &high, failure.into());
+  if (!failure && (value < low || value > high))
+    return refuse(feature, "it may be " + number(low) + " to " + number(high));
+  arv_device_set_float_feature_value(device_, name, value, failure.into());
+  if (failure) return refuse(feature, failure.text());
+  const double got = arv_device_get_float_feature_value(device_, name, failure.into());
+  return finish(feature.name, value, got, failure);
+}
+
+Setter::Result Setter::setText(const Feature& feature) {
+  const std::string* value = std::get_if<std::string>(&feature.value);
+  if (value == nullptr) return refuse(feature, "it is a text");
+  Failure failure;
+  arv_device_set_string_feature_value(device_, feature.name.c_str(), value->c_str(), failure.into());
+  if (failure) return refuse(feature, failure.text());
+  const std::string got = text(arv_device_get_string_feature_value(device_, feature.name.c_str(), failure.into()));
+  return finish(feature, got, failure);
 }
 
 /// By its code: cameras spell the names differently (RGB8Packed).
@@ -402,11 +427,11 @@ Setter::Result Setter::apply(const CameraOptions& options) {
   if (result && options.height > 0) result = set({"Height", std::int64_t{options.height}});
   // Sets what belongs to it as well, and clears triggers: before the features.
   if (result && options.frameRate_Hz > 0)
-    result = helper("the frame rate", options.frameRate_Hz, arv_camera_set_frame_rate, arv_camera_get_frame_rate);
+    result = setByHelper("the frame rate", options.frameRate_Hz, arv_camera_set_frame_rate, arv_camera_get_frame_rate);
   if (result && options.exposure_us > 0)
-    result =
-        helper("the exposure time", options.exposure_us, arv_camera_set_exposure_time, arv_camera_get_exposure_time);
-  if (result && options.gain) result = helper("the gain", *options.gain, arv_camera_set_gain, arv_camera_get_gain);
+    result = setByHelper("the exposure time", options.exposure_us, arv_camera_set_exposure_time,
+                         arv_camera_get_exposure_time);
+  if (result && options.gain) result = setByHelper("the gain", *options.gain, arv_camera_set_gain, arv_camera_get_gain);
   for (std::size_t i = 0; result && i < options.features.size(); ++i) result = set(options.features[i]);
   return result;
 }

@@ -81,12 +81,10 @@ void FrameGate::markArrived(const Arrival& arrival) {
     ++arrivedUnnamed_;
 }
 
-bool FrameGate::seenBefore(const Arrival& arrival) {
-  const std::size_t known = std::min(historyCount_, history_.size());
-  for (std::size_t i = 0; i < known; ++i)
-    if (history_[i].id == arrival.id && history_[i].device_ns == arrival.device_ns) return true;
-  history_[historyCount_++ % history_.size()] = {arrival.id, arrival.device_ns};
-  return false;
+bool FrameGate::seenBefore(const Arrival& arrival) const {
+  const auto end = history_.begin() + static_cast<std::ptrdiff_t>(std::min(historyCount_, history_.size()));
+  return std::any_of(history_.begin(), end,
+                     [&](const Seen& seen) { return seen.id == arrival.id && seen.device_ns == arrival.device_ns; });
 }
 
 Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimeline) {
@@ -101,7 +99,7 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
   frameNumber_ += step;
   judgement.frameNumber = frameNumber_;
   judgement.newTimeline = newTimeline;
-  judgement.discontinuity = newTimeline || step > 1;
+  judgement.discontinuity = current_ && (newTimeline || step > 1);
   current_ = next;
   candidate_.reset();
   reopened_ = false;
@@ -123,13 +121,11 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     return refuse(Verdict::kWrongSize);
   if (arrival.shape.format != agreed_.format) return refuse(Verdict::kWrongFormat);
   if (arrival.id == 0 && !options_.zeroIsAnId) return refuse(Verdict::kStale);
-  if (seenBefore(arrival)) return refuse(Verdict::kStale);
 
-  if (!current_) {
-    Judgement first = accept(begin(arrival), 1, false);
-    first.newTimeline = true;
-    return first;
-  }
+  if (seenBefore(arrival)) return refuse(Verdict::kStale);
+  history_[historyCount_++ % history_.size()] = {arrival.id, arrival.device_ns};
+
+  if (!current_) return accept(begin(arrival), 1, true);
   if (!reopened_ && follows(*current_, arrival)) {
     Track next = *current_;
     extend(next, arrival);

@@ -87,7 +87,7 @@ class FrameGate {
   std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const;
   Judgement accept(const Track& next, std::uint64_t step, bool newTimeline);
   void markArrived(const Arrival& arrival);
-  bool seenBefore(const Arrival& arrival);
+  bool seenBefore(const Arrival& arrival) const;
 
   PictureShape agreed_;
   Options options_;
