@@ -5,15 +5,13 @@
 
 #include "daemon/base/clock.h"
 #include "daemon/base/hash.h"
-
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include "daemon/base/whole_file.h"
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstddef>
+#include <cstring>
+#include <span>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -32,7 +30,7 @@ constexpr std::array<char, 8> kMagic = {'t', 'r', 'a', 'c', 't', 'i', 'n', 'v'};
 
 constexpr std::size_t kKeptOthers = 3;
 constexpr const char* kExtension = ".inverse";
-constexpr const char* kUnfinished = ".unfinished";  // added to the name while the file is written
+constexpr const char* kUnfinished = ".unfinished";  // replaceWholeFile() adds it while it writes
 
 /// In the machine's byte order: the cache stays on the machine, and another order's version would not be known.
 struct Header {
@@ -49,63 +47,23 @@ struct Header {
 static_assert(sizeof(Header) == 72);  // no padding
 constexpr std::size_t kCheckedHeader = offsetof(Header, checksum);
 
-/// Calls `use` with each array's memory in the file's order, as long as it succeeds.
+/// Calls `use` with each array's memory in the file's order.
 template <typename AnInverse, typename Use>
-bool forEachArray(AnInverse& inverse, Use use) {
-  return use(std::span(inverse.singularValues)) && use(inverse.left.all()) && use(inverse.right.all()) &&
-         use(std::span(inverse.hat));
+void forEachArray(AnInverse& inverse, Use use) {
+  use(std::span(inverse.singularValues));
+  use(inverse.left.all());
+  use(inverse.right.all());
+  use(std::span(inverse.hat));
 }
 
-/// Closes its file.
-class Descriptor {
- public:
-  explicit Descriptor(int number)
-      : number_(number) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (number_ >= 0) close(number_);
-  }
-  int number() const { return number_; }
-
- private:
-  int number_;
-};
-
-std::string systemError() {
-  return std::generic_category().message(errno);
-}
-
-bool readAll(int file, void* data, std::size_t size) {
-  auto* at = static_cast<std::byte*>(data);
-  while (size > 0) {
-    const ssize_t count = read(file, at, size);
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return false;
-    at += count;
-    size -= static_cast<std::size_t>(count);
-  }
-  return true;
-}
-
-bool writeAll(int file, const void* data, std::size_t size) {
-  const auto* at = static_cast<const std::byte*>(data);
-  while (size > 0) {
-    const ssize_t count = write(file, at, size);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return false;
-    at += count;
-    size -= static_cast<std::size_t>(count);
-  }
-  return true;
-}
-
-Hasher headerHasher(const Header& header) {
+Hash128 checksum(const Header& header, std::span<const char> arrays) {
   Hasher hasher;
   hasher.bytes(&header, kCheckedHeader);
-  return hasher;
+  hasher.bytes(arrays.data(), arrays.size());
+  return hasher.digest();
 }
 
+/// Sizes the arrays as the header says.
 void resize(Inverse& inverse, const Header& header) {
   const auto coordinates = static_cast<std::size_t>(header.coordinateCount);
   inverse.singularValues.resize(static_cast<std::size_t>(header.rank));
@@ -198,14 +156,17 @@ fs::path cachePath(const fs::path& directory, const Id& id) {
 tl::expected<Inverse, std::string> loadInverse(const fs::path& path, const Id& id, int coordinateCount,
                                                int forceCount) {
   const auto reject = [&path](const std::string& reason) { return tl::unexpected(path.string() + ": " + reason); };
-  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.number() < 0) return reject(systemError());
+  const auto file = readWholeFile(path);
+  if (!file) return reject(file.error().message());
 
   Header header;
-  if (!readAll(file.number(), &header, sizeof header)) return reject("shorter than its header");
+  if (file->size() < sizeof header) return reject("shorter than its header");
+  std::memcpy(&header, file->data(), sizeof header);
   if (header.magic != kMagic) return reject("not a cached inverse");
   if (header.formatVersion != kFormatVersion) return reject("written by another version");
   if (header.id != id) return reject("of another sensor");
+  auto arrays = std::span<const char>(*file).subspan(sizeof header);
+  if (header.checksum != checksum(header, arrays)) return reject("its checksum is wrong");
   if (header.coordinateCount != coordinateCount || header.forceCount != forceCount || header.rank < 1 ||
       header.rank > std::min(coordinateCount, forceCount)) {
     return reject("of another size");
@@ -216,16 +177,13 @@ tl::expected<Inverse, std::string> loadInverse(const fs::path& path, const Id& i
   inverse.computed_ns = header.computed_ns;
   inverse.lambda = header.lambda;
   resize(inverse, header);
-  Hasher hasher = headerHasher(header);
-  const bool whole = forEachArray(inverse, [&](auto array) {
-    if (!readAll(file.number(), array.data(), array.size_bytes())) return false;
-    hasher.bytes(array.data(), array.size_bytes());
-    return true;
+  std::size_t size = 0;
+  forEachArray(inverse, [&size](auto array) { size += array.size_bytes(); });
+  if (arrays.size() != size) return reject("of another size");
+  forEachArray(inverse, [&arrays](auto array) {
+    std::memcpy(array.data(), arrays.data(), array.size_bytes());
+    arrays = arrays.subspan(array.size_bytes());
   });
-  std::byte more{};
-  if (!whole) return reject("cut short");
-  if (readAll(file.number(), &more, 1)) return reject("longer than it should be");
-  if (hasher.digest() != header.checksum) return reject("its checksum is wrong");
   return inverse;
 }
 
@@ -237,31 +195,14 @@ tl::expected<void, std::string> saveInverse(const fs::path& path, const Inverse&
   header.id = inverse.id;
   header.computed_ns = inverse.computed_ns;
   header.lambda = inverse.lambda;
-  Hasher hasher = headerHasher(header);
-  forEachArray(inverse, [&hasher](auto array) {
-    hasher.bytes(array.data(), array.size_bytes());
-    return true;
+  std::vector<char> file(sizeof header);
+  forEachArray(inverse, [&file](auto array) {
+    const char* const bytes = reinterpret_cast<const char*>(array.data());
+    file.insert(file.end(), bytes, bytes + array.size_bytes());
   });
-  header.checksum = hasher.digest();
-
-  fs::path unfinished = path;
-  unfinished += kUnfinished;
-  const auto fail = [&unfinished](const fs::path& at) {
-    std::string reason = at.string() + ": " + systemError();
-    unlink(unfinished.c_str());
-    return tl::unexpected(std::move(reason));
-  };
-  {
-    const Descriptor file(open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
-    if (file.number() < 0) return fail(unfinished);
-    const bool written = writeAll(file.number(), &header, sizeof header) && forEachArray(inverse, [&file](auto array) {
-                           return writeAll(file.number(), array.data(), array.size_bytes());
-                         });
-    if (!written || fsync(file.number()) != 0) return fail(unfinished);
-  }
-  if (rename(unfinished.c_str(), path.c_str()) != 0) return fail(path);
-  const Descriptor directory(open(path.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (directory.number() >= 0) fsync(directory.number());  // the name; without it a power cut costs the cache, no more
+  header.checksum = checksum(header, std::span<const char>(file).subspan(sizeof header));
+  std::memcpy(file.data(), &header, sizeof header);
+  if (const auto error = replaceWholeFile(path, file)) return tl::unexpected(path.string() + ": " + error.message());
   return {};
 }
 

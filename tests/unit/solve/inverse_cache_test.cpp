@@ -130,7 +130,7 @@ TEST_F(InverseCache, ASpoiltFileIsReplacedAndTheReasonTold) {
   flipped.back() = static_cast<char>(flipped.back() + 1);
   spoil("not a cached inverse", std::vector<char>(whole.size(), 'x'));
   spoil("another version", version);
-  spoil("cut short", {whole.begin(), whole.end() - 1});
+  spoil("checksum", {whole.begin(), whole.end() - 1});
   spoil("checksum", flipped);
   spoil("shorter than its header", {});
 }
