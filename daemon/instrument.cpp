@@ -63,8 +63,8 @@ tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile) {
   return sensor;
 }
 
-Instrument::Instrument(const Config& config, OwnDirectory state, OwnDirectory runtime)
-    : config_(config)
+Instrument::Instrument(Config config, OwnDirectory state, OwnDirectory runtime)
+    : config_(std::move(config))
     , state_(std::move(state))
     , runtime_(std::move(runtime)) {}
 

@@ -37,7 +37,7 @@ class Instrument {
   tl::expected<void, Error> stop();
 
  private:
-  Instrument(const Config& config, OwnDirectory state, OwnDirectory runtime);
+  Instrument(Config config, OwnDirectory state, OwnDirectory runtime);
   tl::expected<void, Error> build();
   tl::expected<void, Error> welcome(const capture::CameraInfo& info);
   void control(std::chrono::milliseconds timeout);

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cassert>
 #include <chrono>
 #include <functional>
@@ -111,8 +112,7 @@ class Link {
   }
 
  private:
-  static constexpr std::size_t roundUp(std::size_t n) { return n <= 1 ? 1 : 2 * roundUp((n + 1) / 2); }
-  using Slots = Ring<T, roundUp(kSlots)>;
+  using Slots = Ring<T, std::bit_ceil(kSlots)>;
 
   void takeBack(T* slot) {
     reclaimed_(*slot);
