@@ -109,16 +109,31 @@ struct Boundary {
 
 using PerClass = std::array<MatrixXd, kClasses>;
 
-std::array<std::vector<double>, 3> planesOf(const Gel& gel, const BlockOptions& options) {
+// The correction has the length scale of the thickness, and weak singularities where the base meets the sides. So there
+// is one small element at each side; those inside are not much longer than the thickness; and a block that is thick for
+// its width, where the singularities tell, has a small one above the base, too.
+std::array<std::vector<double>, 3> chooseBreaks(const Vector3d& size, double clearance) {
   constexpr double kGradedBelow = 8e-3;  // [m]
-  const bool isGraded = options.clearance < kGradedBelow;
+  constexpr double kEdge = 0.8;          // where the small elements begin
+  constexpr double kLongest = 1.35;      // element, in thicknesses
+  if (clearance < kGradedBelow) return {{{0.0, 0.5, 0.84, 1.0}, {0.0, 0.5, 0.84, 1.0}, {0.0, 0.2, 0.55, 1.0}}};
+  std::array<std::vector<double>, 3> breaks;
+  bool isThick = false;
+  for (int d = 0; d < 2; ++d) {
+    const int inside = std::max(1, static_cast<int>(std::ceil(kEdge * size[d] / (kLongest * size.z()))));
+    for (int i = 0; i <= inside; ++i) breaks[d].push_back(kEdge * i / inside);
+    breaks[d].push_back(1.0);
+    isThick = isThick || inside == 1;
+  }
+  breaks[2] = isThick ? std::vector{0.0, kEdge, 1.0} : std::vector{0.0, 1.0};
+  return breaks;
+}
+
+std::array<std::vector<double>, 3> planesOf(const Gel& gel, const BlockOptions& options) {
   const Vector3d size(0.5 * gel.size.x(), 0.5 * gel.size.y(), gel.size.z());
-  std::array<std::vector<double>, 3> planes;
+  std::array<std::vector<double>, 3> planes = chooseBreaks(size, options.clearance);
   for (int d = 0; d < 3; ++d) {
-    planes[d] = options.breaks[d];
-    if (planes[d].empty() && d < 2)
-      planes[d] = isGraded ? std::vector{0.0, 0.5, 0.84, 1.0} : std::vector{0.0, 0.5, 1.0};
-    if (planes[d].empty() && d == 2) planes[d] = isGraded ? std::vector{0.0, 0.2, 0.55, 1.0} : std::vector{0.0, 1.0};
+    if (!options.breaks[d].empty()) planes[d] = options.breaks[d];
     assert(planes[d].size() >= 2 && planes[d].front() == 0.0 && planes[d].back() == 1.0);
     for (double& plane : planes[d]) plane *= size[d];
   }

@@ -80,32 +80,31 @@ CondensedElement condensedElement(int degree, const Eigen::Vector3d& size, doubl
 
   const std::vector<Lattice> shell = shellNodes(degree), interior = nodes(degree, true);
   const auto inner = static_cast<Eigen::Index>(interior.size()), outer = static_cast<Eigen::Index>(shell.size());
-  CondensedElement element{degree, Eigen::MatrixXd(3 * outer, 3 * outer), Eigen::MatrixXd(3 * inner, 3 * outer)};
-  Eigen::MatrixXd inside(3 * inner, 3 * inner);
+  // Unknown a * inner + m of the interior is component a at node m.
+  CondensedElement element{degree, Eigen::MatrixXd::Zero(3 * outer, 3 * outer), Eigen::MatrixXd(3 * inner, 3 * inner),
+                           Eigen::MatrixXd(3 * inner, 3 * outer)};
   for (Eigen::Index column = 0; column < inner; ++column)
     for (Eigen::Index row = column; row < inner; ++row) {
       const Eigen::Matrix3d k = block(interior[row], interior[column]);
       for (int a = 0; a < 3; ++a)
         for (int b = 0; b < 3; ++b) {
-          inside(a * inner + row, b * inner + column) = k(a, b);
-          inside(b * inner + column, a * inner + row) = k(a, b);
+          element.factor(a * inner + row, b * inner + column) = k(a, b);
+          element.factor(b * inner + column, a * inner + row) = k(a, b);
         }
     }
   for (Eigen::Index column = 0; column < outer; ++column) {
     for (Eigen::Index row = 0; row < inner; ++row) {
       const Eigen::Matrix3d k = block(interior[row], shell[column]);
-      for (int a = 0; a < 3; ++a) element.extension.row(a * inner + row).segment<3>(3 * column) = k.row(a);
+      for (int a = 0; a < 3; ++a) element.coupling.row(a * inner + row).segment<3>(3 * column) = k.row(a);
     }
     for (Eigen::Index row = column; row < outer; ++row)
       element.stiffness.block<3, 3>(3 * row, 3 * column) = block(shell[row], shell[column]);
   }
 
-  [[maybe_unused]] const bool isDefinite = factorise(inside);
+  [[maybe_unused]] const bool isDefinite = factorise(element.factor);
   assert(isDefinite);
-  solveLower(inside, Op::kPlain, element.extension);
-  multiplyBySelf(-1.0, element.extension, Op::kTransposed, 1.0, element.stiffness);
-  solveLower(inside, Op::kTransposed, element.extension);
-  element.extension *= -1.0;
+  solveLower(element.factor, Op::kPlain, element.coupling);
+  multiplyBySelf(-1.0, element.coupling, Op::kTransposed, 1.0, element.stiffness);
   return element;
 }
 
@@ -114,20 +113,20 @@ Eigen::MatrixXd CondensedElement::interpolation(const Points& unit) const {
   const Eigen::VectorXd lobatto = gaussLobatto(degree + 1).points;
   std::array<Eigen::MatrixXd, 3> along;
   for (int d = 0; d < 3; ++d) along[d] = lagrange(lobatto, (2.0 * unit.row(d).array() - 1.0).matrix().transpose());
-  const auto values = [&](const Lattice& node) {
-    return (along[0].col(node[0]).array() * along[1].col(node[1]).array() * along[2].col(node[2]).array()).matrix();
+  const auto values = [&](const Lattice& node) -> Eigen::RowVectorXd {
+    return along[0].col(node[0]).cwiseProduct(along[1].col(node[1])).cwiseProduct(along[2].col(node[2])).transpose();
   };
   const std::vector<Lattice> shell = shellNodes(degree), interior = nodes(degree, true);
   const auto inner = static_cast<Eigen::Index>(interior.size());
-  Eigen::MatrixXd inside(inner, points);
-  for (Eigen::Index m = 0; m < inner; ++m) inside.row(m) = values(interior[m]).transpose();
-  Eigen::MatrixXd result(extension.cols(), 3 * points);
-  for (int c = 0; c < 3; ++c) {
-    auto columns = result.middleCols(c * points, points);
-    multiply(1.0, extension.middleRows(c * inner, inner), Op::kTransposed, inside, Op::kPlain, 0.0, columns);
-    for (std::size_t n = 0; n < shell.size(); ++n)
-      columns.row(3 * static_cast<Eigen::Index>(n) + c) += values(shell[n]).transpose();
-  }
+  Eigen::MatrixXd inside = Eigen::MatrixXd::Zero(3 * inner, 3 * points);
+  for (Eigen::Index m = 0; m < inner; ++m)
+    for (int c = 0; c < 3; ++c) inside.row(c * inner + m).segment(c * points, points) = values(interior[m]);
+  solveLower(factor, Op::kPlain, inside);
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(coupling.cols(), 3 * points);
+  for (std::size_t n = 0; n < shell.size(); ++n)
+    for (int c = 0; c < 3; ++c)
+      result.row(3 * static_cast<Eigen::Index>(n) + c).segment(c * points, points) = values(shell[n]);
+  multiply(-1.0, coupling, Op::kTransposed, inside, Op::kPlain, 1.0, result);
   return result;
 }
 

@@ -19,7 +19,8 @@ std::vector<Lattice> shellNodes(int degree);
 struct CondensedElement {
   int degree = 0;
   Eigen::MatrixXd stiffness;  ///< lower triangle [N/m]
-  Eigen::MatrixXd extension;  ///< row c * interior nodes + m: component c at interior node m, by the shell's unknowns
+  Eigen::MatrixXd factor;     ///< lower Cholesky factor of the interior's stiffness
+  Eigen::MatrixXd coupling;   ///< factor^-1 times the stiffness between interior (rows) and shell
 
   /// Displacement at points given in [0, 1]^3 of the element: column c * points + t belongs to component c at point t,
   /// rows are the shell's unknowns.

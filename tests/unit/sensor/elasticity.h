@@ -6,63 +6,75 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <vector>
 
 namespace sensor::elastic {
 
 /// Displacement at a point [m/N]; column j under the unit force along axis j.
 using Field = std::function<Eigen::Matrix3d(const Eigen::Vector3d&)>;
 
-/// Largest |kappa lap(u) + grad(div u)| over the three forces, in parts of the sum of the terms' own sizes (second
-/// derivatives at distance `step`, fourth order).
-inline double navierResidual(const Field& field, const Eigen::Vector3d& x, double step, double poissonRatio) {
-  using Eigen::Matrix3d, Eigen::Vector3d;
-  constexpr std::array kFirst = {1.0 / 12, -8.0 / 12, 0.0, 8.0 / 12, -1.0 / 12};
-  constexpr std::array kSecond = {-1.0 / 12, 16.0 / 12, -30.0 / 12, 16.0 / 12, -1.0 / 12};
-  const auto shifted = [&](int a, int i, int b, int k) -> Matrix3d {
-    return field(x + step * (i * Vector3d::Unit(a) + k * Vector3d::Unit(b)));
-  };
-  std::array<std::array<Matrix3d, 3>, 3> second;
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b <= a; ++b) {
-      Matrix3d sum = Matrix3d::Zero();
-      for (int i = -2; i <= 2; ++i) {
-        if (a == b) sum += kSecond[i + 2] * shifted(a, i, a, 0);
-        for (int k = -2; k <= 2 && a != b; ++k)
-          if (i != 0 && k != 0) sum += kFirst[i + 2] * kFirst[k + 2] * shifted(a, i, b, k);
-      }
-      second[a][b] = second[b][a] = sum / (step * step);
-    }
+/// Runs `check` on a field that is dear to set up but answers many points at once: the first run only learns which
+/// points it asks for, in which order; the second gets the answers.
+template <typename Check>
+auto checkAtOnce(const std::function<std::vector<Eigen::Matrix3d>(const Eigen::Matrix3Xd&)>& evaluate,
+                 const Check& check) {
+  std::vector<Eigen::Vector3d> asked;
+  check(Field([&](const Eigen::Vector3d& x) -> Eigen::Matrix3d {
+    asked.push_back(x);
+    return Eigen::Matrix3d::Identity();
+  }));
+  Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(asked.size()));
+  for (std::size_t i = 0; i < asked.size(); ++i) points.col(static_cast<Eigen::Index>(i)) = asked[i];
+  const std::vector<Eigen::Matrix3d> answers = evaluate(points);
+  std::size_t next = 0;
+  return check(Field([&](const Eigen::Vector3d&) -> Eigen::Matrix3d { return answers[next++]; }));
+}
+
+/// Largest |kappa lap(u) + grad(div u)| over the three forces, in parts of the largest term. Laplacian by differences
+/// at distance `step`; `gradientOfDivergence`: column j under the unit force along axis j.
+inline double navierResidual(const Field& field, const Eigen::Vector3d& x, double step, double poissonRatio,
+                             const Eigen::Matrix3d& gradientOfDivergence) {
   const double kappa = 1.0 - 2.0 * poissonRatio;
-  double worst = 0.0;
-  for (int force = 0; force < 3; ++force) {
-    Vector3d residual = Vector3d::Zero();
-    double size = 0.0;
-    for (int i = 0; i < 3; ++i)
-      for (int a = 0; a < 3; ++a) {
-        const double laplacian = second[a][a](i, force), divergence = second[i][a](a, force);
-        residual[i] += kappa * laplacian + divergence;
-        size = std::max({size, kappa * std::abs(laplacian), std::abs(divergence)});
-      }
-    worst = std::max(worst, residual.norm() / size);
+  Eigen::Matrix3d laplacian = Eigen::Matrix3d::Zero();
+  double size = gradientOfDivergence.colwise().norm().maxCoeff();
+  for (int a = 0; a < 3; ++a) {
+    const Eigen::Vector3d d = step * Eigen::Vector3d::Unit(a);
+    const Eigen::Matrix3d second =
+        (16.0 * (field(x + d) + field(x - d)) - (field(x + 2 * d) + field(x - 2 * d)) - 30.0 * field(x)) /
+        (12.0 * step * step);
+    laplacian += second;
+    size = std::max(size, kappa * second.colwise().norm().maxCoeff());
   }
-  return worst;
+  return (kappa * laplacian + gradientOfDivergence).colwise().norm().maxCoeff() / size;
+}
+
+/// Gradients [axis](component, force) by fourth-order differences.
+inline std::array<Eigen::Matrix3d, 3> gradient(const Field& field, const Eigen::Vector3d& x, double step) {
+  std::array<Eigen::Matrix3d, 3> result;
+  for (int a = 0; a < 3; ++a) {
+    const Eigen::Vector3d d = step * Eigen::Vector3d::Unit(a);
+    result[a] = (8.0 * (field(x + d) - field(x - d)) - (field(x + 2 * d) - field(x - 2 * d))) / (12.0 * step);
+  }
+  return result;
+}
+
+/// One for each force.
+inline Eigen::RowVector3d divergence(const Field& field, const Eigen::Vector3d& x, double step) {
+  const auto g = gradient(field, x, step);
+  return g[0].row(0) + g[1].row(1) + g[2].row(2);
 }
 
 /// Stress tensors under the three unit forces by Hooke's law.
 inline std::array<Eigen::Matrix3d, 3> stressByDifferences(const Field& field, const Eigen::Vector3d& x, double step,
                                                           double youngsModulus, double poissonRatio) {
-  using Eigen::Matrix3d, Eigen::Vector3d;
-  std::array<Matrix3d, 3> gradient;  // [axis](component, force)
-  for (int a = 0; a < 3; ++a) {
-    const Vector3d d = step * Vector3d::Unit(a);
-    gradient[a] = (8.0 * (field(x + d) - field(x - d)) - (field(x + 2 * d) - field(x - 2 * d))) / (12.0 * step);
-  }
+  using Eigen::Matrix3d;
+  const std::array<Matrix3d, 3> slopes = gradient(field, x, step);
   const double shear = youngsModulus / (2.0 * (1.0 + poissonRatio));
   const double lame = 2.0 * shear * poissonRatio / (1.0 - 2.0 * poissonRatio);
   std::array<Matrix3d, 3> stress;
   for (int force = 0; force < 3; ++force) {
     Matrix3d slope;
-    for (int a = 0; a < 3; ++a) slope.col(a) = gradient[a].col(force);
+    for (int a = 0; a < 3; ++a) slope.col(a) = slopes[a].col(force);
     stress[force] = shear * (slope + slope.transpose()) + lame * slope.trace() * Matrix3d::Identity();
   }
   return stress;

@@ -1,0 +1,346 @@
+// The block's field is checked from outside: against the equations it must satisfy, against independent solutions
+// (finite elements, the infinite layer, the half-space) and against itself on finer meshes.
+#include "sensor/elastic/block.h"
+#include "sensor/elastic/half_space.h"
+#include "sensor/elastic/loads.h"
+#include "sensor/elastic/quadrature.h"
+#include "tests/unit/sensor/elasticity.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
+namespace sensor::elastic {
+namespace {
+
+using Eigen::Index, Eigen::Matrix3d, Eigen::MatrixXd, Eigen::Vector3d;
+
+Gel block(double width_mm, double thickness_mm, double poissonRatio) {
+  Gel gel;
+  gel.size = Vector3d(width_mm, width_mm, thickness_mm) * 1e-3;
+  gel.poissonRatio = poissonRatio;
+  return gel;
+}
+
+Points points(const std::vector<Vector3d>& list_mm) {
+  Points result(3, static_cast<Index>(list_mm.size()));
+  for (std::size_t i = 0; i < list_mm.size(); ++i) result.col(static_cast<Index>(i)) = list_mm[i] * 1e-3;
+  return result;
+}
+
+// A grid of (2 n + 1)^2 points in each of the depths.
+Points grid(double reach_mm, int n, const std::vector<double>& depths_mm) {
+  std::vector<Vector3d> list;
+  for (const double depth : depths_mm)
+    for (int j = -n; j <= n; ++j)
+      for (int i = -n; i <= n; ++i) list.emplace_back(reach_mm * i / n, reach_mm * j / n, depth);
+  return points(list);
+}
+
+Matrix3d at(const MatrixXd& u, Index target, Index source = 0) {
+  return u.block<3, 3>(3 * target, 3 * source);
+}
+
+// The correction of one source, for checkAtOnce.
+auto correction(const Gel& gel, const Vector3d& source_mm, const BlockOptions& options) {
+  return [=](const Eigen::Matrix3Xd& targets) {
+    const MatrixXd w = BlockCorrection(gel, targets, options).matrix(points({source_mm}));
+    std::vector<Matrix3d> answers;
+    for (Index t = 0; t < targets.cols(); ++t) answers.push_back(at(w, t));
+    return answers;
+  };
+}
+
+// The elements know the divergence, and with it the pressure, as a polynomial through (degree - 1)^3 Gauss points;
+// elsewhere the divergence of their displacement times lambda is noise as nu approaches 1/2. So stress is compared
+// there.
+constexpr int kGaussPoints = 7;
+const Rule kGauss = gauss(kGaussPoints);
+
+// A cell of the mesh or of its mirror images, along one axis.
+struct Span {
+  double low, length;
+
+  double gaussPoint(Index i) const { return low + 0.5 * length * (1.0 + kGauss.points[i]); }
+  double weight(Index i) const { return 0.5 * length * kGauss.weights[i]; }
+};
+
+// The mesh of these checks, in a block of 100 x 100 x 40 mm: equal elements, coarser than the default's.
+BlockOptions mesh() {
+  BlockOptions options;
+  options.degree = kGaussPoints + 1;
+  options.breaks = {std::vector{0.0, 0.5, 1.0}, {0.0, 0.5, 1.0}, {0.0, 1.0}};
+  return options;
+}
+constexpr Span kAcross[] = {{-50e-3, 25e-3}, {-25e-3, 25e-3}, {0.0, 25e-3}, {25e-3, 25e-3}};
+constexpr Span kDeep = {0.0, 40e-3};
+
+// Largest distance of two fields over the targets, in parts of the second one's largest displacement; the worst force.
+double worstError(const MatrixXd& u, const MatrixXd& exact) {
+  double worst = 0.0;
+  for (Index column = 0; column < u.cols(); ++column) {
+    const auto norms = [&](const MatrixXd& m) { return m.col(column).reshaped(3, m.rows() / 3).colwise().norm(); };
+    worst = std::max(worst, norms(u - exact).maxCoeff() / norms(exact).maxCoeff());
+  }
+  return worst;
+}
+
+const std::vector<double> kPoissonRatios = {0.3, 0.45, 0.49, 0.4999};
+
+TEST(Block, CorrectionSatisfiesNaviersEquation) {
+  const MatrixXd slopes = lagrangeDerivative(kGauss.points, kGauss.points);
+  const std::array<std::array<Span, 3>, 3> cells = {
+      {{kAcross[2], kAcross[2], kDeep}, {kAcross[1], kAcross[2], kDeep}, {kAcross[2], kAcross[3], kDeep}}};
+  const std::array<Index, 3> centre = {3, 2, 4};
+  for (const double poisson : kPoissonRatios) {
+    const auto residual = [&](const Field& w) {
+      double worst = 0.0;
+      for (const auto& cell : cells) {
+        Vector3d x;
+        for (int d = 0; d < 3; ++d) x[d] = cell[d].gaussPoint(centre[d]);
+        Matrix3d gradientOfDivergence = Matrix3d::Zero();
+        for (int d = 0; d < 3; ++d)
+          for (Index i = 0; i < kGaussPoints; ++i) {
+            Vector3d along = x;
+            along[d] = cell[d].gaussPoint(i);
+            gradientOfDivergence.row(d) += 2.0 / cell[d].length * slopes(centre[d], i) * divergence(w, along, 0.1e-3);
+          }
+        worst = std::max(worst, navierResidual(w, x, 0.3e-3, poisson, gradientOfDivergence));
+      }
+      return worst;
+    };
+    const double worst = checkAtOnce(correction(block(100, 40, poisson), {4.5, -7.5, 0}, mesh()), residual);
+    std::printf("nu %.4f: Navier residual of the correction %.1e\n", poisson, worst);
+    EXPECT_LT(worst, 3e-2) << poisson;
+  }
+}
+
+TEST(Block, EveryPlaneCarriesTheForce) {
+  const Vector3d source_mm(4.5, -7.5, 0);
+  for (const auto& [poisson, depth] : {std::pair{0.3, kDeep.gaussPoint(1)}, {0.4999, kDeep.gaussPoint(5)}}) {
+    const Gel gel = block(100, 40, poisson);
+    // Force of the part above on the part below; column: unit force.
+    Matrix3d force = checkAtOnce(correction(gel, source_mm, mesh()), [&](const Field& w) {
+      Matrix3d sum = Matrix3d::Zero();
+      for (const Span& alongX : kAcross)
+        for (const Span& alongY : kAcross)
+          for (Index i = 0; i < kGaussPoints; ++i)
+            for (Index j = 0; j < kGaussPoints; ++j) {
+              const Vector3d x(alongX.gaussPoint(i), alongY.gaussPoint(j), depth);
+              const auto stress = stressByDifferences(w, x, 0.1e-3, gel.youngsModulus, poisson);
+              for (int axis = 0; axis < 3; ++axis)
+                sum.col(axis) -= alongX.weight(i) * alongY.weight(j) * stress[axis].col(2);
+            }
+      return sum;
+    });
+    // The half-space's part has a peak below the source: many small cells.
+    constexpr int kCells = 40;
+    constexpr double kLength = 100e-3 / kCells;
+    for (int cell = 0; cell < kCells * kCells; ++cell) {
+      const Span alongX{-50e-3 + kLength * (cell % kCells), kLength},
+          alongY{-50e-3 + kLength * (cell / kCells), kLength};
+      for (Index i = 0; i < kGaussPoints; ++i)
+        for (Index j = 0; j < kGaussPoints; ++j) {
+          const Vector3d x(alongX.gaussPoint(i), alongY.gaussPoint(j), depth);
+          const auto stress = halfSpaceStress(x - source_mm * 1e-3, poisson);
+          for (int axis = 0; axis < 3; ++axis)
+            force.col(axis) -= alongX.weight(i) * alongY.weight(j) * stress[axis].col(2);
+        }
+    }
+    const double error = (force - Matrix3d::Identity()).cwiseAbs().maxCoeff();
+    std::printf("nu %.4f: force through z = %.1f mm wrong by %.1e\n", poisson, depth * 1e3, error);
+    EXPECT_LT(error, 2e-3);
+  }
+}
+
+TEST(Block, BaseDoesNotMove) {
+  for (const double poisson : {0.3, 0.4999}) {
+    const Gel gel = block(100, 40, poisson);
+    const MatrixXd u = blockDisplacement(gel, grid(49, 9, {40.0}), points({{31.5, -7.5, 0}}));
+    const double below = halfSpaceDisplacement({0, 0, 40e-3}, gel.youngsModulus, poisson)(2, 2);
+    EXPECT_LT(u.cwiseAbs().maxCoeff(), 1e-4 * below);
+  }
+}
+
+// Traction on the sides x = 50 mm and y = 50 mm, extrapolated from the Gauss points of the elements there. The stress
+// of a bonded block is singular at the edge of its base, so this mesh keeps that to small elements of its own.
+TEST(Block, SidesCarryNothing) {
+  const Vector3d source_mm(31.5, -7.5, 0);
+  BlockOptions graded = mesh();
+  graded.breaks.fill({0.0, 0.8, 1.0});
+  constexpr Span kBeside = {40e-3, 10e-3}, kAlong[] = {{-40e-3, 40e-3}, {0.0, 40e-3}}, kAbove = {0.0, 32e-3};
+  const Eigen::RowVectorXd toSide = lagrange(kGauss.points, Eigen::VectorXd::Ones(1));
+  for (const double poisson : {0.3, 0.4999}) {
+    const Gel gel = block(100, 40, poisson);
+    const double ratio = checkAtOnce(correction(gel, source_mm, graded), [&](const Field& w) {
+      double left = 0.0, without = 0.0;
+      for (int axis = 0; axis < 2; ++axis)
+        for (const double depth : {kAbove.gaussPoint(1), kAbove.gaussPoint(4)})
+          for (const Span& along : kAlong) {
+            Vector3d x;
+            x[1 - axis] = along.gaussPoint(2);
+            x[2] = depth;
+            x[axis] = 50e-3;
+            const auto halfSpace = halfSpaceStress(x - source_mm * 1e-3, poisson);
+            std::array<Vector3d, 3> traction;
+            for (int j = 0; j < 3; ++j) traction[j] = halfSpace[j].col(axis);
+            for (const Vector3d& t : traction) without += t.squaredNorm();
+            for (Index i = 0; i < kGaussPoints; ++i) {
+              x[axis] = kBeside.gaussPoint(i);
+              const auto stress = stressByDifferences(w, x, 0.1e-3, gel.youngsModulus, poisson);
+              for (int j = 0; j < 3; ++j) traction[j] += toSide[i] * stress[j].col(axis);
+            }
+            for (const Vector3d& t : traction) left += t.squaredNorm();
+          }
+      return std::sqrt(left / without);
+    });
+    std::printf("nu %.4f: the sides carry %.1e of the half-space's traction\n", poisson, ratio);
+    EXPECT_LT(ratio, 4e-2);
+  }
+}
+
+// u_ij(x; s) = u_ji(s; x) (Betti), the only relation that joins two different loads.
+TEST(Block, IsReciprocalOnTheTop) {
+  const Points places = points({{3, -4.5, 0}, {-21, 15, 0}, {30, 24, 0}});
+  const Gel gel = block(100, 40, 0.49);
+  const MatrixXd w = BlockCorrection(gel, places).matrix(places);
+  EXPECT_LT((w - w.transpose()).cwiseAbs().maxCoeff(), 1e-3 * w.cwiseAbs().maxCoeff());
+}
+
+TEST(Block, TurnsWithItsAxes) {
+  Gel gel = block(100, 30, 0.45), turned = gel;
+  gel.size.x() = 70e-3;
+  turned.size.y() = 70e-3;
+  Matrix3d turn;  // by a right angle
+  turn << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  const Points targets = points({{3, 4, 6}, {-20, 11, 8}, {30, -40, 25}}), source = points({{6, -13, 0}});
+  const MatrixXd u = blockDisplacement(gel, targets, source);
+  const MatrixXd v = blockDisplacement(turned, turn * targets, turn * source);
+  for (Index t = 0; t < targets.cols(); ++t)
+    EXPECT_LT((at(v, t) - turn * at(u, t) * turn.transpose()).norm(), 1e-9 * at(u, t).norm());
+}
+
+TEST(Block, SumsForcesAsItsMatrixDoes) {
+  const Gel gel = block(100, 40, 0.49);
+  const Points sources = points({{3, 4, 0}, {-3, 4, 0}, {7, -11, 0}, {0, -2, 0}});
+  const Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Random(3, 4);
+  const BlockCorrection correction(gel, points({{3, 4, 6}, {3, -4, 6}, {0, 0, 8}, {-20, 11, 8}}));
+  const Eigen::VectorXd expected = correction.matrix(sources) * forces.reshaped();
+  EXPECT_LT((correction.displacement(sources, forces).reshaped() - expected).norm(), 1e-12 * expected.norm());
+}
+
+TEST(Block, AgreesWithFiniteElements) {
+  std::ifstream file(TRACTION_GOLDEN_DIR "/block_reference.csv");
+  ASSERT_TRUE(file);
+  std::string line;
+  std::getline(file, line);
+  std::vector<Vector3d> places_mm;
+  std::vector<Vector3d> reference[2];  // [mm]
+  while (std::getline(file, line)) {
+    std::istringstream row(line);
+    std::string name, layer, number;
+    std::getline(row, name, ',');
+    std::getline(row, layer, ',');
+    double value[6];
+    for (double& v : value) std::getline(row, number, ','), v = std::stod(number);
+    if (name == "A") places_mm.emplace_back(value[0], value[1], value[2]);
+    reference[name == "A" ? 0 : 1].emplace_back(value[3], value[4], value[5]);
+  }
+  ASSERT_EQ(places_mm.size(), 1152U);
+  Gel gel = block(100, 40, 0.49);
+  gel.youngsModulus = 0.018e6;
+  const Points targets = points(places_mm);
+  const BlockCorrection correction(gel, targets);
+  for (const int load : {0, 1}) {
+    const Vector3d force = load == 0 ? Vector3d::UnitZ() : Vector3d::UnitX();
+    const PatchQuadrature patch = hertz({0.7e-3, 0.4e-3}, 2.5e-3, force);
+    const Points w = correction.displacement(patch.points, patch.forces);
+    double error = 0.0, peak = 0.0;
+    for (Index t = 0; t < targets.cols(); ++t) {
+      Vector3d u = w.col(t);
+      for (Index p = 0; p < patch.points.cols(); ++p)
+        u += halfSpaceDisplacement(targets.col(t) - patch.points.col(p), gel.youngsModulus, gel.poissonRatio) *
+             patch.forces.col(p);
+      error = std::max(error, (u * 1e3 - reference[load][t]).norm());
+      peak = std::max(peak, reference[load][t].norm());
+    }
+    std::printf("case %c: largest error %.4f %% of the peak\n", "AB"[load], 100.0 * error / peak);
+    EXPECT_LT(error, 1e-3 * peak);
+  }
+}
+
+// Displacement [um/N] in an infinite layer bonded at its base, E = 0.18 MPa, nu = 0.49, by Hankel transforms.
+struct LayerCase {
+  double thickness_mm;
+  Vector3d target_mm;
+  Matrix3d displacement_um;
+};
+
+TEST(Block, WideBlockIsTheInfiniteLayer) {
+  const auto rows = [](std::initializer_list<double> v) {
+    return Matrix3d(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(v.begin()));
+  };
+  const std::vector<LayerCase> cases = {
+      {40, {3, 0, 6}, rows({204.86, 0, 78.48, 0, 165.80, 0, 77.92, 0, 295.19})},
+      {40, {4.5, -6, 6}, rows({136.31, -39.85, 40.60, -39.85, 159.56, -54.13, 38.64, -51.52, 132.26})},
+      {40, {3, 0, 8}, rows({142.28, 0, 50.89, 0, 123.37, 0, 49.62, 0, 229.19})},
+      {40, {4.5, -6, 8}, rows({109.45, -26.80, 36.50, -26.80, 125.08, -48.67, 34.15, -45.53, 124.33})},
+      {15, {3, 0, 6}, rows({151.59, 0, 81.46, 0, 112.55, 0, 66.47, 0, 183.82})},
+      {15, {4.5, -6, 6}, rows({87.44, -39.58, 43.68, -39.58, 110.52, -58.24, 24.66, -32.88, 41.70})},
+  };
+  for (const auto& [width_mm, thickness_mm] : {std::pair{400.0, 40.0}, {200.0, 15.0}}) {
+    std::vector<Vector3d> targets_mm;
+    for (const LayerCase& layer : cases)
+      if (layer.thickness_mm == thickness_mm) targets_mm.push_back(layer.target_mm);
+    const MatrixXd u =
+        1e6 * blockDisplacement(block(width_mm, thickness_mm, 0.49), points(targets_mm), points({{0, 0, 0}}));
+    Index target = 0;
+    for (const LayerCase& layer : cases) {
+      if (layer.thickness_mm != thickness_mm) continue;
+      const Matrix3d& exact = layer.displacement_um;
+      const double error = (at(u, target++) - exact).cwiseAbs().maxCoeff() / exact.maxCoeff();
+      std::printf("%3.0f mm wide, %2.0f mm thick: %.4f %% off the layer\n", width_mm, thickness_mm, 100 * error);
+      EXPECT_LT(error, 1e-3) << layer.target_mm.transpose();
+    }
+  }
+}
+
+TEST(Block, LargeBlockIsTheHalfSpaceLessAShift) {
+  const Points targets = grid(12, 2, {6.0, 8.0});
+  const Points source = points({{0, 0, 0}});
+  MatrixXd gap[2];
+  double peak = 0.0;
+  for (const int i : {0, 1}) {
+    const Gel gel = block(8e3 * (i + 1), 4e3 * (i + 1), 0.49);
+    gap[i] = BlockCorrection(gel, targets).matrix(source);
+    peak = halfSpaceDisplacement({0, 0, 6e-3}, gel.youngsModulus, gel.poissonRatio).maxCoeff();
+  }
+  EXPECT_LT(gap[0].cwiseAbs().maxCoeff(), 3e-3 * peak);
+  EXPECT_LT((gap[0] - 2.0 * gap[1]).cwiseAbs().maxCoeff(), 1e-2 * gap[0].cwiseAbs().maxCoeff());
+}
+
+TEST(Block, IsConvergedForEveryGel) {
+  struct Case {
+    double thickness_mm, poissonRatio;
+  };
+  std::printf("%10s %8s %10s\n", "thickness", "nu", "error [%]");
+  for (const Case c : {Case{8, 0.3}, {8, 0.4999}, {15, 0.49}, {25, 0.49}, {40, 0.3}, {40, 0.4999}, {60, 0.4999}}) {
+    const Gel gel = block(100, c.thickness_mm, c.poissonRatio);
+    const Points targets = grid(36, 6, {std::min(6.0, 0.5 * c.thickness_mm), std::min(8.0, 0.75 * c.thickness_mm)});
+    const Points sources = points({{1.5, 1.5, 0}, {34.5, 1.5, 0}, {34.5, 34.5, 0}, {22.5, -16.5, 0}});
+    const bool isThin = c.thickness_mm < 20.0;
+    BlockOptions fine;
+    fine.degree = isThin ? 8 : 6;
+    fine.breaks.fill(isThin ? std::vector{0.0, 0.2, 0.4, 0.6, 0.8, 1.0} : std::vector{0.0, 0.5, 0.85, 1.0});
+    fine.breaks[2] = isThin ? std::vector{0.0, 1.0} : std::vector{0.0, 0.4, 0.85, 1.0};
+    const double error =
+        worstError(blockDisplacement(gel, targets, sources), blockDisplacement(gel, targets, sources, fine));
+    std::printf("%7.0f mm %8.4f %10.4f\n", c.thickness_mm, c.poissonRatio, 100.0 * error);
+    EXPECT_LT(error, 6e-4);
+  }
+}
+
+}  // namespace
+}  // namespace sensor::elastic
