@@ -36,7 +36,7 @@ class AravisCamera : public FrameSource {
   using Say = std::function<void(const std::string& line)>;
 
   /// Waits for the camera if the options say so. Exit codes of the errors: EX_UNAVAILABLE (no such camera, or it does
-  /// not answer), EX_TEMPFAIL (another client holds it; one that died loses it within 4 s, and that long is waited),
+  /// not answer), EX_TEMPFAIL (another client holds it; one that died loses it within some seconds, 8 s are waited),
   /// EX_CONFIG (it refuses a setting, or lacks it), EX_NOPERM (a packet socket is not allowed), EX_OK (`stop` was
   /// asked). The ledger must outlive the camera.
   static tl::expected<std::unique_ptr<AravisCamera>, Error> open(const CameraOptions& options, Ledger& ledger,

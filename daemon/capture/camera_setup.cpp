@@ -218,7 +218,8 @@ CameraName nameOf(ArvCamera* camera) {
 
 tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const std::stop_token& stop,
                                                   const Say& say) {
-  constexpr std::int64_t kPatience_ns = 4'000'000'000;
+  // A camera forgets a client that died 3 s after its last heartbeat, and one try may take Aravis 2.5 s.
+  constexpr std::int64_t kPatience_ns = 8'000'000'000;
   const std::int64_t until_ns = monotonicNow() + kPatience_ns;
   auto camera = find(options);
   if (!camera) return camera;

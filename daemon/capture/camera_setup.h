@@ -29,7 +29,7 @@ using Ref = std::unique_ptr<T, Unref>;
 using Say = std::function<void(const std::string& line)>;
 
 /// EX_UNAVAILABLE: it is not there, or does not answer. EX_TEMPFAIL: another client holds it, and did not leave within
-/// 4 s, longer than a camera keeps to a client that died (3 s by default).
+/// 8 s, longer than a camera keeps to a client that died (3 s by default).
 tl::expected<Ref<_ArvCamera>, Error> connectCamera(const CameraOptions& options, const std::stop_token& stop,
                                                    const Say& say);
 
