@@ -142,7 +142,10 @@ tl::expected<void, Error> Instrument::welcome(const capture::CameraInfo& info) {
   }
   // A start that forgot the zero would call what presses now nothing.
   auto pose = track::loadRestPose(track::restPosePath(stateDirectory_), sensor_, info.format);
-  if (!pose) return tl::unexpected(pose.error());
+  if (!pose) {
+    pose.error().remedy = "with nothing touching the gel, delete it and start again: a new zero is then taken";
+    return tl::unexpected(pose.error());
+  }
   restored_ = *std::move(pose);
   if (restored_) tracker_->restore(*restored_);
   return {};
