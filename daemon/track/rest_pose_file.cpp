@@ -76,8 +76,9 @@ Id restPoseOwner(const sensor::Sensor& sensor, PixelFormat format) {
 tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem::path& path,
                                                           const sensor::Sensor& sensor, PixelFormat format) {
   const auto refuse = [&path](int exitCode, const std::string& reason) {
-    return tl::make_unexpected(Error{exitCode, "the rest pose " + reason, path.string(),
-                                     "leave the gel untouched and take a new zero (tractionctl zero)"});
+    return tl::make_unexpected(
+        Error{exitCode, "the rest pose " + reason, path.string(),
+              "delete it; then, with the gel untouched, start and take a zero (tractionctl zero)"});
   };
   const auto bytes = readWholeFile(path);
   if (!bytes) {
