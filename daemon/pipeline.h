@@ -68,10 +68,12 @@ class Pipeline {
   PipelineOptions options_;
   Ledger& ledger_;
   Turns& turns_;
-  // At most 5 wait before the tracker and 2 before the others, which are faster: on overload a frame's age is bounded.
-  Link<Frame, 7> frames_;
-  Link<MarkerField, 4> markers_;
-  Link<TractionField, 4> fields_;
+  // One slot for each side and five that wait: rides out a stage's stall of 80 ms at 60 frames/s, and bounds the age of
+  // a frame when a stage is too slow for good.
+  static constexpr std::size_t kSlots = 7;
+  Link<Frame, kSlots> frames_;
+  Link<MarkerField, kSlots> markers_;
+  Link<TractionField, kSlots> fields_;
   std::atomic<bool> stopping_{false};
   std::atomic<bool> ended_{false};
   std::thread captureThread_, trackThread_, solveThread_, publishThread_, controlThread_;
