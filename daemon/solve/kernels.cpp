@@ -83,7 +83,7 @@ void RowMatrix::Free::operator()(float* data) const {
 TRACTION_VECTOR_CLONES
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum) {
   const int count = static_cast<int>(rows.size());
-  const int lineCount = matrix.stride() / kLineFloats;
+  const std::ptrdiff_t lineCount = matrix.stride() / kLineFloats;
   int k = 0;
   for (; k + kRows <= count; k += kRows) {
     const Line* row[kRows];
@@ -92,7 +92,7 @@ void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const
       row[i] = lines(matrix.row(rows[k + i]));
       c[i] = coefficients[k + i];
     }
-    for (int j = 0; j < lineCount; ++j) {
+    for (std::ptrdiff_t j = 0; j < lineCount; ++j) {
       // Two chains, so that the additions of one line do not all wait for each other.
       Line even = c[0] * row[0][j], odd = c[1] * row[1][j];
       even += c[2] * row[2][j];
@@ -106,17 +106,17 @@ void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const
   }
   for (; k < count; ++k) {
     const Line* const row = lines(matrix.row(rows[k]));
-    for (int j = 0; j < lineCount; ++j) add(coefficients[k] * row[j], sum + kLineFloats * j);
+    for (std::ptrdiff_t j = 0; j < lineCount; ++j) add(coefficients[k] * row[j], sum + kLineFloats * j);
   }
 }
 
 TRACTION_VECTOR_CLONES
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const float* vector, double* products) {
-  const int lineCount = matrix.stride() / kLineFloats;
+  const std::ptrdiff_t lineCount = matrix.stride() / kLineFloats;
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const Line* const row = lines(matrix.row(rows[k]));
     Line sums = {};
-    for (int j = 0; j < lineCount; ++j) sums += row[j] * lines(vector)[j];
+    for (std::ptrdiff_t j = 0; j < lineCount; ++j) sums += row[j] * lines(vector)[j];
     double sum = 0.0;
     for (int i = 0; i < kLineFloats; ++i) sum += static_cast<double>(sums[i]);
     products[k] = sum;

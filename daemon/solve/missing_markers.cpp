@@ -25,7 +25,7 @@ bool MissingMarkers::update(std::span<const std::uint8_t> valid) {
   waiting_.clear();
   for (std::size_t i = kept; i < coordinates_.size(); i += 2) {
     const int marker = coordinates_[i] / 2;
-    listed_[marker] = valid[marker] == 0;
+    listed_[marker] = valid[marker] == 0 ? 1 : 0;
     if (listed_[marker] != 0) waiting_.push_back(marker);
   }
   for (std::size_t marker = 0; marker < valid.size(); ++marker) {
