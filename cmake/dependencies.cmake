@@ -13,15 +13,6 @@ pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(openblas REQUIRED IMPORTED_TARGET openblas)
 pkg_check_modules(systemd REQUIRED IMPORTED_TARGET libsystemd)
 
-# Two modules of OpenCV; Debian's libopencv-dev, which carries its CMake package, would bring all fifty.
-find_path(opencv_include opencv2/imgproc.hpp PATH_SUFFIXES opencv4 REQUIRED)
-foreach(module core imgproc)
-  find_library(opencv_${module}_library opencv_${module} REQUIRED)
-  add_library(opencv_${module} UNKNOWN IMPORTED)
-  set_target_properties(opencv_${module} PROPERTIES IMPORTED_LOCATION ${opencv_${module}_library}
-                                                    INTERFACE_INCLUDE_DIRECTORIES ${opencv_include})
-endforeach()
-
 find_library(lapacke_library lapacke REQUIRED)
 add_library(lapacke UNKNOWN IMPORTED)
 set_target_properties(lapacke PROPERTIES IMPORTED_LOCATION ${lapacke_library})
