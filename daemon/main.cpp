@@ -34,7 +34,7 @@ int checkConfig(const Config& config) {
 }
 
 int serve(const Config& config, const Places& places) {
-  blockSignals();  // before any thread
+  catchStopSignals();
   auto logger = spdlog::stderr_logger_mt("tractiond");
   logger->set_pattern("tractiond: %v");
   logger->set_level(spdlog::level::from_str(config.logLevel));

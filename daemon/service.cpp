@@ -1,40 +1,52 @@
 #include "daemon/service.h"
 
+#include "daemon/base/event.h"
+
 #include <systemd/sd-daemon.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <ctime>
 
 namespace tractiond {
 namespace {
 
-using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
 /// Between two looks at the pipeline when there is no watchdog; also how often the status line changes.
 constexpr milliseconds kLook{1000};
 
-sigset_t stopSignals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  return signals;
+constexpr std::array kStopSignals = {SIGTERM, SIGINT};
+
+Event& stopRequest() {
+  static Event event;
+  return event;
 }
 
-bool stopRequested(microseconds wait) {
-  const sigset_t signals = stopSignals();
-  const timespec time{wait.count() / 1'000'000, wait.count() % 1'000'000 * 1000};
-  return sigtimedwait(&signals, nullptr, &time) > 0;
+void onStopSignal(int) {
+  const int before = errno;
+  stopRequest().signal();
+  errno = before;
+}
+
+void maskStopSignals(int how) {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : kStopSignals) sigaddset(&signals, signal);
+  pthread_sigmask(how, &signals, nullptr);
 }
 
 }  // namespace
 
-void blockSignals() {
-  const sigset_t signals = stopSignals();
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+void catchStopSignals() {
+  stopRequest().clear();  // made here, not in the handler
+  struct sigaction action {};
+  action.sa_handler = onStopSignal;
+  action.sa_flags = SA_RESTART;
+  for (const int signal : kStopSignals) sigaction(signal, &action, nullptr);
+  maskStopSignals(SIG_BLOCK);
 }
 
 StageWatch::StageWatch(const Turns& turns)
@@ -57,10 +69,11 @@ void run(const ServiceHooks& hooks) {
   std::uint64_t deadline_us = 0;
   const bool watched = sd_watchdog_enabled(0, &deadline_us) > 0;
   // Asked four times within the watchdog's patience: a stage may take half of it for one turn.
-  const microseconds look = watched ? std::min<microseconds>(kLook, microseconds(deadline_us / 4)) : kLook;
+  const milliseconds look = watched ? std::min(kLook, milliseconds(deadline_us / 4000)) : kLook;
   StageWatch watch(hooks.turns);
   sd_notify(0, ("READY=1\nSTATUS=" + hooks.statusLine()).c_str());
-  while (!stopRequested(look) && !hooks.ended()) {
+  maskStopSignals(SIG_UNBLOCK);
+  while (!stopRequest().wait(look) && !hooks.ended()) {
     sd_notify(0, ("STATUS=" + hooks.statusLine()).c_str());
     if (watch.allAdvanced()) sd_notify(0, "WATCHDOG=1");
   }

@@ -9,8 +9,10 @@
 
 namespace tractiond {
 
-/// SIGTERM and SIGINT are from now on only received by run(). Before the first thread starts: threads inherit it.
-void blockSignals();
+/// SIGTERM and SIGINT from now on only let run() return. To be called by the thread that calls run(), before the first
+/// thread of ours starts: they inherit that it does not disturb them. (OpenBLAS's threads, which are there before
+/// main(), may take the signal as well.)
+void catchStopSignals();
 
 /// Has every stage made a turn since it was asked last?
 class StageWatch {

@@ -12,7 +12,7 @@
 
 namespace tractiond {
 
-/// An eventfd. Any thread signals; a signal given before wait() is not lost. Thread-safe.
+/// An eventfd. Any thread, also a signal handler, signals; what is signalled before wait() is not lost. Thread-safe.
 class Event {
  public:
   /// Throws std::system_error when the process has no file descriptor left.
@@ -29,10 +29,12 @@ class Event {
     [[maybe_unused]] const auto written = write(fd_, &one, sizeof one);
   }
 
-  /// Returns when signalled, after `timeout`, or earlier for no reason (a signal handler ran).
-  void wait(std::chrono::milliseconds timeout) noexcept {
+  /// Returns when signalled (true), after `timeout`, or earlier for no reason (a signal handler ran).
+  bool wait(std::chrono::milliseconds timeout) noexcept {
     pollfd item{fd_, POLLIN, 0};
-    if (poll(&item, 1, static_cast<int>(timeout.count())) > 0) clear();
+    const bool signalled = poll(&item, 1, static_cast<int>(timeout.count())) > 0;
+    if (signalled) clear();
+    return signalled;
   }
 
   /// Forgets the signals given so far: for those who poll fd() themselves.

@@ -82,10 +82,7 @@ TEST(StageWatch, WantsATurnOfEveryStage) {
 TEST(Service, TellsReadyFeedsTheWatchdogAndTellsStopping) {
   NotifySocket systemd;
   Fixture fixture;
-  std::thread service([&] {
-    blockSignals();
-    run(fixture.hooks());
-  });
+  std::thread service([&] { run(fixture.hooks()); });
   EXPECT_EQ(systemd.next(), "READY=1\nSTATUS=well");
   systemd.skipTo("WATCHDOG=1");
   systemd.skipTo("WATCHDOG=1");
@@ -116,17 +113,25 @@ TEST(Service, LetsTheWatchdogStarveWhenAStageHangs) {
   service.join();
 }
 
-TEST(Service, ReturnsOnSigterm) {
-  Fixture fixture;
-  std::atomic<pid_t> thread{0};
-  std::thread service([&] {
-    blockSignals();
-    thread = gettid();
-    run(fixture.hooks());
-  });
-  while (thread == 0) std::this_thread::yield();
-  tgkill(getpid(), thread, SIGTERM);
-  service.join();
+TEST(Service, ReturnsOnASignalWhicheverThreadTakesIt) {
+  for (const int signal : {SIGTERM, SIGINT}) {
+    Fixture fixture;
+    NotifySocket systemd;
+    pid_t thread = 0;
+    std::thread service([&] {
+      catchStopSignals();
+      thread = gettid();
+      run(fixture.hooks());
+    });
+    systemd.skipTo("WATCHDOG=1");
+    if (signal == SIGTERM) {
+      kill(getpid(), signal);  // this thread has not blocked it: as threads that were there before main()
+    } else {
+      tgkill(getpid(), thread, signal);
+    }
+    systemd.skipTo("STOPPING=1");
+    service.join();
+  }
 }
 
 }  // namespace

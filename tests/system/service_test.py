@@ -1,0 +1,46 @@
+"""What systemd sees of the daemon: ready, watchdog, stopping; and that nothing is left in its runtime directory."""
+
+import os
+import socket
+import unittest
+
+import rig
+
+
+class Service(unittest.TestCase):
+    def setUp(self):
+        self.bench = self.enterContext(rig.Rig())
+        self.systemd = self.enterContext(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM))
+        self.systemd.settimeout(60 * rig.PATIENCE)
+        path = str(self.bench.folder / "notify")
+        self.systemd.bind(path)
+        self.env = {"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "2000000"}
+
+    def wait_for(self, wanted):
+        lines = []
+        while wanted not in lines:
+            lines = self.systemd.recv(4096).decode().splitlines()
+        return lines
+
+    def check(self, daemon):
+        self.assertTrue(any(line.startswith("STATUS=") for line in self.wait_for("READY=1")))
+        self.wait_for("WATCHDOG=1")
+        self.wait_for("WATCHDOG=1")
+        self.assertEqual(daemon.stop(), 0, daemon.output())
+        self.wait_for("STOPPING=1")
+        self.assertEqual(os.listdir(self.bench.folder / "default" / "run"), [])
+
+    def test_with_a_camera(self):
+        self.bench.twin("idle")
+        daemon = self.bench.daemon(env=self.env)
+        self.bench.subscribe(daemon).collect(10)
+        self.check(daemon)
+
+    def test_while_it_waits_for_a_camera(self):
+        daemon = self.bench.daemon(env=self.env)
+        daemon.wait_for("waiting for a camera")
+        self.check(daemon)
+
+
+if __name__ == "__main__":
+    unittest.main()
