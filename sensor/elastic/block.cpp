@@ -306,22 +306,21 @@ class ClassSolver {
   }
 
   Front assemble(const CellRange& range) {
-    Front front;
+    std::vector<Front> parts;
     if (range.isCell()) {
       const Element& element = elements_.at.at(range.first);
       const std::vector<int> free = splitUnknowns(element).free;
-      front = {{},
-               part(elements_.stiffnesses[element.shape], free, free),
-               element.interpolation(free, Eigen::all),
-               element.firstColumn};
-      for (const int i : free) front.unknowns.push_back(element.unknowns[i]);
+      parts.push_back({{},
+                       part(elements_.stiffnesses[element.shape], free, free),
+                       element.interpolation(free, Eigen::all),
+                       element.firstColumn});
+      for (const int i : free) parts.back().unknowns.push_back(element.unknowns[i]);
     } else {
       const auto [a, b] = range.halves();
-      Front first = assemble(a);
-      front = solver_.merge(std::move(first), assemble(b));
+      parts.push_back(assemble(a));
+      parts.push_back(assemble(b));
     }
-    return solver_.eliminate(std::move(front),
-                             [&](int unknown) { return range.owns(mesh_, mesh_.place(unknown / 3)); });
+    return solver_.eliminate(parts, [&](int unknown) { return range.owns(mesh_, mesh_.place(unknown / 3)); });
   }
 
   unsigned parity_;

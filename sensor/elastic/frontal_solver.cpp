@@ -4,89 +4,72 @@
 
 #include <algorithm>
 #include <cassert>
-#include <utility>
 
 namespace sensor::elastic {
-namespace {
 
-Eigen::Index count(const std::vector<int>& list) {
-  return static_cast<Eigen::Index>(list.size());
-}
+using Eigen::Index, Eigen::MatrixXd;
 
-// Adds the lower triangle of a symmetric matrix whose rows become rows `to` of the sum.
-void addSymmetric(const Eigen::MatrixXd& part, const std::vector<int>& to, Eigen::MatrixXd& sum) {
-  for (Eigen::Index j = 0; j < part.cols(); ++j)
-    for (Eigen::Index i = j; i < part.rows(); ++i) sum(std::max(to[i], to[j]), std::min(to[i], to[j])) += part(i, j);
-}
-
-}  // namespace
-
-Front FrontalSolver::merge(Front a, Front b) {
-  assert(b.firstColumn == a.firstColumn + a.right.cols());
-  Front sum{a.unknowns, {}, {}, a.firstColumn};
-  std::vector<int> toA(a.unknowns.size()), toB(b.unknowns.size());
-  for (std::size_t i = 0; i < a.unknowns.size(); ++i) local_[a.unknowns[i]] = toA[i] = static_cast<int>(i);
-  for (std::size_t i = 0; i < b.unknowns.size(); ++i) {
-    int& row = local_[b.unknowns[i]];
-    if (row < 0) {
-      row = static_cast<int>(sum.unknowns.size());
-      sum.unknowns.push_back(b.unknowns[i]);
+Front FrontalSolver::eliminate(const std::vector<Front>& parts, const std::function<bool(int)>& isDone) {
+  Factor factor;
+  Front rest;
+  factor.firstColumn = rest.firstColumn = parts.front().firstColumn;
+  Index columns = 0;
+  for (const Front& part : parts) {
+    assert(part.firstColumn == factor.firstColumn + columns);
+    columns += part.right.cols();
+    for (const int unknown : part.unknowns) {
+      if (local_[unknown] >= 0) continue;
+      local_[unknown] = 0;
+      (isDone(unknown) ? factor.eliminated : rest.unknowns).push_back(unknown);
     }
-    toB[i] = row;
   }
-  for (const int unknown : sum.unknowns) local_[unknown] = -1;
+  factor.remaining = rest.unknowns;
+  const auto done = static_cast<Index>(factor.eliminated.size()), left = static_cast<Index>(rest.unknowns.size());
+  int row = 0;
+  for (const int unknown : factor.eliminated) local_[unknown] = row++;
+  for (const int unknown : rest.unknowns) local_[unknown] = row++;
 
-  sum.matrix.setZero(count(sum.unknowns), count(sum.unknowns));
-  sum.right.setZero(count(sum.unknowns), a.right.cols() + b.right.cols());
-  addSymmetric(a.matrix, toA, sum.matrix);
-  addSymmetric(b.matrix, toB, sum.matrix);
-  sum.right.topLeftCorner(a.right.rows(), a.right.cols()) = a.right;
-  sum.right.rightCols(b.right.cols())(toB, Eigen::all) = b.right;
-  return sum;
-}
+  factor.lower.setZero(done + left, done);
+  factor.right.setZero(done, columns);
+  rest.matrix.setZero(left, left);
+  rest.right.setZero(left, columns);
+  for (const Front& part : parts) {
+    std::vector<Index> to(part.unknowns.size());
+    for (std::size_t i = 0; i < to.size(); ++i) to[i] = local_[part.unknowns[i]];
+    for (Index j = 0; j < part.matrix.cols(); ++j)
+      for (Index i = j; i < part.matrix.rows(); ++i) {
+        const Index r = std::max(to[i], to[j]), c = std::min(to[i], to[j]);
+        (c < done ? factor.lower(r, c) : rest.matrix(r - done, c - done)) += part.matrix(i, j);
+      }
+    const Index shift = part.firstColumn - factor.firstColumn;
+    for (Index j = 0; j < part.right.cols(); ++j)
+      for (Index i = 0; i < part.right.rows(); ++i)
+        (to[i] < done ? factor.right(to[i], shift + j) : rest.right(to[i] - done, shift + j)) += part.right(i, j);
+  }
+  for (const int unknown : factor.eliminated) local_[unknown] = -1;
+  for (const int unknown : rest.unknowns) local_[unknown] = -1;
 
-Front FrontalSolver::eliminate(Front front, const std::function<bool(int)>& isDone) {
-  // Order the unknowns to be eliminated first.
-  std::vector<int> order(front.unknowns.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
-  const auto middle =
-      std::stable_partition(order.begin(), order.end(), [&](int row) { return isDone(front.unknowns[row]); });
-  const Eigen::Index done = middle - order.begin(), left = order.end() - middle;
-  std::vector<int> to(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) to[order[i]] = static_cast<int>(i);
-
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(done + left, done + left);
-  addSymmetric(front.matrix, to, matrix);
-  front.matrix.resize(0, 0);
-  Factor factor{{}, {}, {}, {}, front.right(std::vector(order.begin(), middle), Eigen::all), front.firstColumn};
-  Front rest{{}, {}, front.right(std::vector(middle, order.end()), Eigen::all), front.firstColumn};
-  for (auto row = order.begin(); row != order.end(); ++row)
-    (row < middle ? factor.eliminated : factor.remaining).push_back(front.unknowns[*row]);
-  rest.unknowns = factor.remaining;
-
-  [[maybe_unused]] const bool isDefinite = factorise(matrix.topLeftCorner(done, done));
+  auto diagonal = factor.lower.topRows(done), below = factor.lower.bottomRows(left);
+  [[maybe_unused]] const bool isDefinite = factorise(diagonal);
   assert(isDefinite);
-  const auto diagonal = matrix.topLeftCorner(done, done);
-  solveLowerRight(diagonal, Op::kTransposed, matrix.bottomLeftCorner(left, done));
-  multiplyBySelf(-1.0, matrix.bottomLeftCorner(left, done), Op::kPlain, 1.0, matrix.bottomRightCorner(left, left));
+  solveLowerRight(diagonal, Op::kTransposed, below);
+  multiplyBySelf(-1.0, below, Op::kPlain, 1.0, rest.matrix);
   solveLower(diagonal, Op::kPlain, factor.right);
-  multiply(-1.0, matrix.bottomLeftCorner(left, done), Op::kPlain, factor.right, Op::kPlain, 1.0, rest.right);
-  factor.diagonal = diagonal;
-  factor.below = matrix.bottomLeftCorner(left, done);
-  rest.matrix = matrix.bottomRightCorner(left, left);
+  multiply(-1.0, below, Op::kPlain, factor.right, Op::kPlain, 1.0, rest.right);
   factors_.push_back(std::move(factor));
   return rest;
 }
 
-Eigen::MatrixXd FrontalSolver::solve(Eigen::Index columns) {
-  Eigen::MatrixXd solution = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(local_.size()), columns);
+MatrixXd FrontalSolver::solve(Index columns) {
+  MatrixXd solution = MatrixXd::Zero(static_cast<Index>(local_.size()), columns);
   for (; !factors_.empty(); factors_.pop_back()) {
     const Factor& factor = factors_.back();
-    const Eigen::MatrixXd known = solution(factor.remaining, Eigen::all);
-    Eigen::MatrixXd x = Eigen::MatrixXd::Zero(count(factor.eliminated), columns);
+    const auto done = static_cast<Index>(factor.eliminated.size()), left = static_cast<Index>(factor.remaining.size());
+    const MatrixXd known = solution(factor.remaining, Eigen::all);
+    MatrixXd x = MatrixXd::Zero(done, columns);
     x.middleCols(factor.firstColumn, factor.right.cols()) = factor.right;
-    multiply(-1.0, factor.below, Op::kTransposed, known, Op::kPlain, 1.0, x);
-    solveLower(factor.diagonal, Op::kTransposed, x);
+    multiply(-1.0, factor.lower.bottomRows(left), Op::kTransposed, known, Op::kPlain, 1.0, x);
+    solveLower(factor.lower.topRows(done), Op::kTransposed, x);
     solution(factor.eliminated, Eigen::all) = x;
   }
   return solution;

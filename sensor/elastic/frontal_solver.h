@@ -9,7 +9,7 @@
 
 namespace sensor::elastic {
 
-/// The equations of a subdomain: matrix x = right. `right` holds the columns firstColumn.. of the whole right-hand side
+/// The equations of a subdomain, matrix x = right. `right` holds the columns firstColumn.. of the whole right-hand side
 /// that are not zero here.
 struct Front {
   std::vector<int> unknowns;  ///< global numbers, in the order of the rows
@@ -24,11 +24,9 @@ class FrontalSolver {
   explicit FrontalSolver(int unknownCount)
       : local_(unknownCount, -1) {}
 
-  /// The sum of two fronts; b's columns follow a's without a gap.
-  Front merge(Front a, Front b);
-
-  /// Expresses the unknowns for which `isDone` by the remaining ones, keeps their rows for solve().
-  Front eliminate(Front front, const std::function<bool(int)>& isDone);
+  /// Adds the parts (columns of each follow those of the one before without a gap), expresses the unknowns for which
+  /// `isDone` by the remaining ones and returns the equations of these.
+  Front eliminate(const std::vector<Front>& parts, const std::function<bool(int)>& isDone);
 
   /// Solution of all eliminated unknowns: unknownCount x columns; the others are zero. Consumes the factors.
   Eigen::MatrixXd solve(Eigen::Index columns);
@@ -36,13 +34,12 @@ class FrontalSolver {
  private:
   struct Factor {
     std::vector<int> eliminated, remaining;
-    Eigen::MatrixXd diagonal;  // lower Cholesky factor of the eliminated unknowns
-    Eigen::MatrixXd below;     // remaining x eliminated
-    Eigen::MatrixXd right;     // forward-solved
-    Eigen::Index firstColumn;
+    Eigen::MatrixXd lower;  // columns of the Cholesky factor: eliminated above remaining rows
+    Eigen::MatrixXd right;  // of the eliminated, forward-solved
+    Eigen::Index firstColumn = 0;
   };
   std::vector<Factor> factors_;
-  std::vector<int> local_;  // scratch: row of an unknown in the front at hand, -1 if absent
+  std::vector<int> local_;  // scratch: row of an unknown in the sum at hand, else -1
 };
 
 }  // namespace sensor::elastic

@@ -321,22 +321,24 @@ TEST(Block, LargeBlockIsTheHalfSpaceLessAShift) {
   EXPECT_LT((gap[0] - 2.0 * gap[1]).cwiseAbs().maxCoeff(), 1e-2 * gap[0].cwiseAbs().maxCoeff());
 }
 
+// Against meshes with two to eight times as many elements, smaller ones above all at the edge of the base.
 TEST(Block, IsConvergedForEveryGel) {
   struct Case {
     double thickness_mm, poissonRatio;
   };
+  BlockOptions thin, thick;
+  thin.degree = 7;
+  thin.breaks = {
+      std::vector{0.0, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0}, {0.0, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0}, {0.0, 0.85, 1.0}};
+  thick.degree = 6;
+  thick.breaks = {std::vector{0.0, 0.4, 0.8, 0.95, 1.0}, {0.0, 0.4, 0.8, 0.95, 1.0}, {0.0, 0.4, 0.85, 1.0}};
   std::printf("%10s %8s %10s\n", "thickness", "nu", "error [%]");
-  for (const Case c : {Case{8, 0.3}, {8, 0.4999}, {15, 0.49}, {25, 0.49}, {40, 0.3}, {40, 0.4999}, {60, 0.4999}}) {
+  for (const Case c : {Case{8, 0.4999}, {15, 0.3}, {25, 0.49}, {40, 0.3}, {40, 0.4999}, {60, 0.49}}) {
     const Gel gel = block(100, c.thickness_mm, c.poissonRatio);
     const Points targets = grid(36, 6, {std::min(6.0, 0.5 * c.thickness_mm), std::min(8.0, 0.75 * c.thickness_mm)});
     const Points sources = points({{1.5, 1.5, 0}, {34.5, 1.5, 0}, {34.5, 34.5, 0}, {22.5, -16.5, 0}});
-    const bool isThin = c.thickness_mm < 20.0;
-    BlockOptions fine;
-    fine.degree = isThin ? 8 : 6;
-    fine.breaks.fill(isThin ? std::vector{0.0, 0.2, 0.4, 0.6, 0.8, 1.0} : std::vector{0.0, 0.5, 0.85, 1.0});
-    fine.breaks[2] = isThin ? std::vector{0.0, 1.0} : std::vector{0.0, 0.4, 0.85, 1.0};
-    const double error =
-        worstError(blockDisplacement(gel, targets, sources), blockDisplacement(gel, targets, sources, fine));
+    const double error = worstError(blockDisplacement(gel, targets, sources),
+                                    blockDisplacement(gel, targets, sources, c.thickness_mm < 20 ? thin : thick));
     std::printf("%7.0f mm %8.4f %10.4f\n", c.thickness_mm, c.poissonRatio, 100.0 * error);
     EXPECT_LT(error, 6e-4);
   }

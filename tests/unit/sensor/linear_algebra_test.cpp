@@ -62,15 +62,15 @@ TEST(FrontalSolver, AgreesWithTheAssembledMatrix) {
       for (int j = 0; j <= kStep; ++j) matrix(front.unknowns[i], front.unknowns[j]) += front.matrix(i, j);
     }
     front.matrix.triangularView<Eigen::StrictlyUpper>().setConstant(1e9);  // must not be read
-    return solver.eliminate(std::move(front), [&](int u) {
+    return solver.eliminate({front}, [&](int u) {
       return (u > part * kStep || part == 0) && (u < (part + 1) * kStep || part == kParts - 1);
     });
   };
-  Front first = leaf(0);
-  first = solver.eliminate(solver.merge(std::move(first), leaf(1)), [](int u) { return u < 2 * kStep; });
-  Front second = leaf(2);
-  second = solver.eliminate(solver.merge(std::move(second), leaf(3)), [](int u) { return u > 2 * kStep; });
-  solver.eliminate(solver.merge(std::move(first), std::move(second)), [](int) { return true; });
+  const Front first = leaf(0), second = leaf(1);
+  const Front half = solver.eliminate({first, second}, [](int u) { return u < 2 * kStep; });
+  const Front third = leaf(2), fourth = leaf(3);
+  const Front otherHalf = solver.eliminate({third, fourth}, [](int u) { return u > 2 * kStep; });
+  solver.eliminate({half, otherHalf}, [](int) { return true; });
   const MatrixXd x = solver.solve(kParts * kColumns);
   EXPECT_LT((matrix * x - right).norm(), 1e-10);
 }
