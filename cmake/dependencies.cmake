@@ -12,7 +12,3 @@ pkg_check_modules(tomlplusplus REQUIRED IMPORTED_TARGET tomlplusplus)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(openblas REQUIRED IMPORTED_TARGET openblas)
 pkg_check_modules(systemd REQUIRED IMPORTED_TARGET libsystemd)
-
-find_library(lapacke_library lapacke REQUIRED)
-add_library(lapacke UNKNOWN IMPORTED)
-set_target_properties(lapacke PROPERTIES IMPORTED_LOCATION ${lapacke_library})
