@@ -34,6 +34,13 @@ const char* nameOf(PixelFormat format) {
   return "";
 }
 
+/// Frames that made the zero were put to use: they are not among the lost.
+std::string account(const Ledger& ledger) {
+  const std::uint64_t zero = ledger.noRestPose.get();
+  return fmt::format("{} frames received, {} published, {} for the zero, {} lost", ledger.received.get(),
+                     ledger.published.get(), zero, ledger.losses() - zero);
+}
+
 /// One line in ten per cent.
 sensor::elastic::Progress progressLines() {
   return [last = -1](double done) mutable {
@@ -168,15 +175,12 @@ ServiceHooks Instrument::hooks() {
 tl::expected<void, Error> Instrument::stop() {
   camera_->stop();
   pipeline_->stop();
-  spdlog::info("stopped: {} frames received, {} published, {} lost", ledger_.received.get(), ledger_.published.get(),
-               ledger_.losses());
+  spdlog::info("stopped: {}", account(ledger_));
   if (pipeline_->ended()) return tl::unexpected(camera_->error());
   if (!balanced(ledger_)) {
-    return tl::unexpected(
-        Error{.exitCode = EX_SOFTWARE,
-              .what = fmt::format("the ledger does not balance: {} frames received, {} published, {} lost",
-                                  ledger_.received.get(), ledger_.published.get(), ledger_.losses()),
-              .remedy = "this is a bug: please report it"});
+    return tl::unexpected(Error{.exitCode = EX_SOFTWARE,
+                                .what = "the ledger does not balance: " + account(ledger_),
+                                .remedy = "this is a bug: please report it"});
   }
   return {};
 }
@@ -251,8 +255,7 @@ std::string Instrument::statusLine() const {
     camera = "camera lost, looking for it";
     break;
   }
-  return fmt::format("{}; {} frames received, {} published, {} lost", camera, ledger_.received.get(),
-                     ledger_.published.get(), ledger_.losses());
+  return fmt::format("{}; {}", camera, account(ledger_));
 }
 
 }  // namespace tractiond

@@ -126,7 +126,10 @@ tl::expected<Inverse, Error> loadOrCompute(const sensor::Sensor& sensor, const S
   const fs::path path = cachePath(stateDirectory, id);
   auto cached = loadInverse(path, id, 2 * sensor.markerCount(), 3 * sensor.nodes.count());
   if (cached) return std::move(*cached);
-  say("computing the inverse: " + cached.error());
+  // A gel seen for the first time is no remark; a cache that is there and cannot be used is one.
+  if (std::error_code none; fs::exists(path, none) || !fs::is_directory(stateDirectory, none)) {
+    say("computing the inverse: " + cached.error());
+  }
 
   constexpr double kInfluenceShare = 0.7;  // of the time
   const auto part = [&progress](double start, double share) -> sensor::elastic::Progress {
