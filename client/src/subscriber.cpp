@@ -59,9 +59,12 @@ struct Subscriber::Impl {
     endpoint = endpoints.back();
     socket.set(zmq::sockopt::linger, 0);
     socket.set(zmq::sockopt::rcvhwm, options.queue);
-    // A daemon's host that disappears without a word is noticed, and connected to again.
-    socket.set(zmq::sockopt::heartbeat_ivl, 5000);
-    socket.set(zmq::sockopt::heartbeat_timeout, 15000);
+    // A daemon's host that disappears without a word is noticed, and connected to again. Not by ZeroMQ's heartbeats:
+    // one that falls due after the connection's end makes 4.3.4 abort the process where the queue is full.
+    socket.set(zmq::sockopt::tcp_keepalive, 1);
+    socket.set(zmq::sockopt::tcp_keepalive_idle, 10);
+    socket.set(zmq::sockopt::tcp_keepalive_intvl, 5);
+    socket.set(zmq::sockopt::tcp_keepalive_cnt, 3);
     if (latest) socket.set(zmq::sockopt::conflate, true);
     zmq_socket_monitor(socket.handle(), kMonitor, ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_DISCONNECTED);
     monitor.connect(kMonitor);

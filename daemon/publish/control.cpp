@@ -1,5 +1,6 @@
 #include "daemon/publish/control.h"
 
+#include "daemon/base/clock.h"
 #include "daemon/publish/socket.h"
 #include "daemon/publish/wire.h"
 
@@ -12,6 +13,7 @@ namespace {
 constexpr std::int64_t kLargestRequest = 64 * 1024;
 constexpr int kWaitingReplies = 16;  ///< per peer; who does not read loses the rest
 constexpr int kRequestsPerTurn = 64;
+constexpr int kRequestsPerSecond = 1000;    ///< of one connection
 constexpr std::size_t kLargestAskers = 64;  ///< of one zero
 
 }  // namespace
@@ -41,6 +43,7 @@ struct ControlServer::Impl {
   }
 
   void answer() {
+    peers.count(request[0], endpoints);
     // [peer][empty][request]; a peer that does not speak REQ's envelope would not understand a reply either.
     if (parts != 3 || request[1].size() != 0) return;
     const std::string peer = request[0].to_string();
@@ -63,6 +66,8 @@ struct ControlServer::Impl {
   std::array<zmq::message_t, 3> request;
   std::size_t parts = 0;
   std::vector<std::string> zeroAskers;
+  PeerLimit peers{kRequestsPerSecond};
+  std::int64_t counted_ns = 0;
   zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
   zmq::socket_t socket{context, zmq::socket_type::router};
   std::vector<std::string> endpoints;
@@ -78,7 +83,6 @@ tl::expected<std::unique_ptr<ControlServer>, Error> ControlServer::open(const st
   auto impl = std::make_unique<Impl>();
   impl->handlers = std::move(handlers);
   guard(impl->socket, kWaitingReplies, kLargestRequest);
-  impl->socket.set(zmq::sockopt::rcvhwm, kWaitingReplies);
   auto bound = bind(impl->socket, endpoints);
   if (!bound) return tl::unexpected(bound.error());
   impl->endpoints = *std::move(bound);
@@ -90,6 +94,10 @@ tl::expected<std::unique_ptr<ControlServer>, Error> ControlServer::open(const st
 void ControlServer::serve(std::chrono::milliseconds timeout) {
   zmq_pollitem_t item{impl_->socket.handle(), 0, ZMQ_POLLIN, 0};
   zmq_poll(&item, 1, timeout.count());
+  if (const std::int64_t now = monotonicNow(); now - impl_->counted_ns > 1'000'000'000) {
+    impl_->peers.reset();
+    impl_->counted_ns = now;
+  }
   for (int i = 0; i < kRequestsPerTurn && impl_->receive(); ++i) impl_->answer();
 }
 

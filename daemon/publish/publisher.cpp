@@ -58,7 +58,6 @@ struct Publisher::Impl {
     guard(stream, options.highWaterMark, kLargestSubscription);
     stream.set(zmq::sockopt::xpub_verbose, true);
     stream.set(zmq::sockopt::rcvbuf, kReceiveBuffer);
-    stream.set(zmq::sockopt::rcvhwm, kSubscriptionsPerPeer);
     guard(latest, options.highWaterMark, kLargestSubscription);
     latest.set(zmq::sockopt::conflate, true);
     lastStatus_ns = started_ns;
@@ -121,7 +120,7 @@ struct Publisher::Impl {
     status.send = toSend.take();
     status.total = total.take();
     lastStatus_ns = heading.sent_ns;
-    subscriptions.fill(0);
+    subscribers.reset();
 
     zmq::message_t message(wire.fill(ledger, status, heading));
     wire.writeStatus(message.data<std::uint8_t>());
@@ -148,11 +147,7 @@ struct Publisher::Impl {
       const std::string_view text = message.to_string_view();
       if (!text.starts_with('\1')) continue;
       if (std::string_view(topics[kDescription]).starts_with(text.substr(1))) descriptionDue = true;
-      const auto peer = static_cast<std::size_t>(connectionOf(message));
-      if (peer < subscriptions.size() && ++subscriptions[peer] > kSubscriptionsPerPeer) {
-        subscriptions[peer] = 0;
-        cutOff(message, streamEndpoints);
-      }
+      subscribers.count(message, streamEndpoints);
     }
   }
 
@@ -183,7 +178,7 @@ struct Publisher::Impl {
   bool descriptionDue = false;
   std::int64_t lastDescription_ns = 0;
 
-  std::array<std::uint8_t, 4096> subscriptions{};  ///< since the last status, by file descriptor
+  PeerLimit subscribers{kSubscriptionsPerPeer};  ///< between two statuses
 
   const std::int64_t started_ns;
   std::int64_t lastStatus_ns = 0;

@@ -101,9 +101,14 @@ void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage
   socket.set(zmq::sockopt::maxmsgsize, largestMessage);
   // A peer that connects and says nothing holds a file descriptor for this long.
   socket.set(zmq::sockopt::handshake_ivl, 500);
-  // A peer whose cable was pulled is noticed.
-  socket.set(zmq::sockopt::heartbeat_ivl, 5000);
-  socket.set(zmq::sockopt::heartbeat_timeout, 15000);
+  // A peer whose cable was pulled is noticed, by TCP: where input has been stopped by a high-water mark, a heartbeat
+  // after the connection's end makes ZeroMQ 4.3.4 abort the whole process. So there are no heartbeats, and no such
+  // mark.
+  socket.set(zmq::sockopt::rcvhwm, 0);
+  socket.set(zmq::sockopt::tcp_keepalive, 1);
+  socket.set(zmq::sockopt::tcp_keepalive_idle, 10);
+  socket.set(zmq::sockopt::tcp_keepalive_intvl, 5);
+  socket.set(zmq::sockopt::tcp_keepalive_cnt, 3);
 }
 
 tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const std::vector<std::string>& endpoints) {
@@ -133,12 +138,12 @@ void removeFiles(const std::vector<std::string>& bound) {
   }
 }
 
-int connectionOf(zmq::message_t& message) {
-  return zmq_msg_get(message.handle(), ZMQ_SRCFD);
-}
-
-void cutOff(zmq::message_t& message, const std::vector<std::string>& bound) {
-  const int fd = connectionOf(message);
+void PeerLimit::count(zmq::message_t& message, const std::vector<std::string>& bound) {
+  const int fd = zmq_msg_get(message.handle(), ZMQ_SRCFD);
+  if (fd < 0 || static_cast<std::size_t>(fd) >= counts_.size()) return;
+  auto& count = counts_[static_cast<std::size_t>(fd)];
+  if (++count <= limit_) return;
+  count = 0;
   // The peer may have gone and the number be another connection's; not one of the camera's, at least.
   const std::string end = localEnd(fd);
   const auto isOurs = [&](const std::string& endpoint) { return endpoint.ends_with(end); };

@@ -6,6 +6,8 @@
 #include <tl/expected.hpp>
 #include <zmq.hpp>
 
+#include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -22,10 +24,20 @@ tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const 
 /// Removes the files of ipc endpoints, which ZeroMQ 4.3 leaves behind. For those who have bound them.
 void removeFiles(const std::vector<std::string>& bound);
 
-/// Ends the connection over which `message` came, if it is still one to these endpoints.
-void cutOff(zmq::message_t& message, const std::vector<std::string>& bound);
+/// Cuts off peers that send too much.
+class PeerLimit {
+ public:
+  /// \param messages of one connection between two resets
+  explicit PeerLimit(int messages)
+      : limit_(messages) {}
 
-/// The connection over which `message` came: its file descriptor; -1: unknown.
-int connectionOf(zmq::message_t& message);
+  /// Counts a message that came over a socket bound to these endpoints; one too many ends its connection.
+  void count(zmq::message_t& message, const std::vector<std::string>& bound);
+  void reset() { counts_.fill(0); }
+
+ private:
+  int limit_;
+  std::array<std::uint16_t, 4096> counts_{};  ///< by file descriptor
+};
 
 }  // namespace tractiond::publish

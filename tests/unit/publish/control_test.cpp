@@ -1,4 +1,5 @@
 #include "daemon/publish/control.h"
+#include "tests/unit/publish/raw_peer.h"
 #include "tests/unit/publish/support.h"
 #include "traction/v1/control.pb.h"
 
@@ -136,6 +137,28 @@ TEST_F(ControlTest, HostileEnvelopesDoNotStopTheServer) {
     }
     if (i % 10 == 0) server_->serve(0ms);
   }
+  EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
+}
+
+// With a high-water mark on what comes in, this aborts the process within ZeroMQ 4.3.4.
+TEST_F(ControlTest, PingBehindAFloodAndAResetDoNoHarm) {
+  for (int i = 0; i < 20; ++i) {
+    RawPeer peer(server_->endpoints().at(0), "DEALER");
+    std::string flood;
+    for (int k = 0; k < 100; ++k) flood += RawPeer::message("x");
+    peer.send(flood + RawPeer::command(std::string("\4PING\0\0", 7)) + RawPeer::message("x"));
+    const RawPeer sent(server_->endpoints().at(0), "DEALER");  // its handshake comes after what was sent
+    peer.reset();
+    const RawPeer gone(server_->endpoints().at(0), "DEALER");
+    EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
+  }
+}
+
+TEST_F(ControlTest, FloodOfRequestsCutsThePeerOff) {
+  RawPeer peer(server_->endpoints().at(0), "DEALER");
+  for (int i = 0; i < 3000; ++i) peer.send(RawPeer::message("x"));
+  for (int i = 0; i < 100; ++i) server_->serve(10ms);
+  EXPECT_TRUE(peer.isCutOff());
   EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
 }
 

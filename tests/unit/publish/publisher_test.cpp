@@ -1,5 +1,6 @@
 #include "daemon/publish/publisher.h"
 #include "proto/traction/v1/endpoints.h"
+#include "tests/unit/publish/raw_peer.h"
 #include "tests/unit/publish/support.h"
 #include "traction/v1/description.pb.h"
 #include "traction/v1/field.pb.h"
@@ -332,6 +333,23 @@ TEST_P(HostilePeer, FloodOfSubscriptionsCutsItOffAndNobodyElse) {
   expectCutOff(hostile);
   publisher_->publish(field_);
   EXPECT_EQ(other->receive().topic, kRoot + "field/");
+}
+
+// With a high-water mark on what comes in, this aborts the process within ZeroMQ 4.3.4.
+TEST_F(PublisherTest, PingBehindAFloodAndAResetDoNoHarm) {
+  open();
+  const auto other = join(kRoot + "field/");
+  for (int i = 0; i < 20; ++i) {
+    RawPeer peer(stream_, "SUB");
+    std::string flood;
+    for (int k = 0; k < 100; ++k) flood += RawPeer::message("\1a");
+    peer.send(flood + RawPeer::command(std::string("\4PING\0\0", 7)) + RawPeer::message("\1a"));
+    const RawPeer sent(stream_, "SUB");  // its handshake comes after what was sent
+    peer.reset();
+    const RawPeer gone(stream_, "SUB");
+    publisher_->publish(field_);
+    EXPECT_EQ(other->receive().topic, kRoot + "field/");
+  }
 }
 
 }  // namespace
