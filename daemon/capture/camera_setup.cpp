@@ -160,17 +160,12 @@ tl::expected<Ref<ArvCamera>, Error> find(const CameraOptions& options) {
   return camera;
 }
 
-/// Aravis opens a camera that another client controls as if nothing were amiss.
+/// Aravis opens a camera that another client controls as if nothing were amiss. Who holds it is not read while waiting:
+/// some cameras take that register's reading, by anybody, for their holder's heartbeat (Aravis's fake does).
 bool takeControl(ArvGvDevice* device, std::int64_t until_ns, const std::stop_token& stop) {
-  constexpr std::uint64_t kControlPrivilege = 0x0a00;  // GigE Vision: 0 when nobody holds the camera
-  while (!arv_gv_device_is_controller(device)) {
-    std::uint32_t holder = 1;
-    if (arv_device_read_register(ARV_DEVICE(device), kControlPrivilege, &holder, nullptr) && holder == 0)
-      arv_gv_device_take_control(device, nullptr);
-    else if (stop.stop_requested() || monotonicNow() > until_ns)
-      return false;
-    else
-      pauseUntil(monotonicNow() + 200'000'000, stop);
+  while (!arv_gv_device_is_controller(device) && !arv_gv_device_take_control(device, nullptr)) {
+    if (stop.stop_requested() || monotonicNow() > until_ns) return false;
+    pauseUntil(monotonicNow() + 200'000'000, stop);
   }
   return true;
 }
