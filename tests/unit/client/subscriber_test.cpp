@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 namespace traction {
 namespace {
 
@@ -203,13 +205,19 @@ TEST_F(SubscriberTest, ConnectionIsTold) {
 }
 
 TEST_F(SubscriberTest, RestartOfTheDaemonIsNoLoss) {
+  std::string pattern = testing::TempDir() + "traction-XXXXXX";
+  const std::string folder = mkdtemp(pattern.data());
+  Description description = tractiond::publish::description();
+  open(description, "ipc://" + folder + "/stream");
   Subscriber subscriber(at(stream_, kField));
   for (int i = 0; i < 3; ++i) await<Field>(subscriber);
-  Description again = tractiond::publish::description();
-  again.identity.boot = idOf(90);
-  open(again, stream_);
-  EXPECT_EQ(await<Field>(subscriber).header.boot, idOf(90));
+  description.identity.boot = idOf(90);
+  open(description, stream_);
+  while (await<Field>(subscriber).header.boot != idOf(90)) {
+  }
   EXPECT_EQ(subscriber.lost(), 0U);
+  publisher_.reset();
+  std::filesystem::remove_all(folder);
 }
 
 TEST(Subscriber, BadEndpointsAndNamesAreRefused) {
