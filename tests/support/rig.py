@@ -242,6 +242,6 @@ class Forger:
         parts = [picture[i:i + chunk] for i in range(0, len(picture), chunk)]
         for number, part in enumerate(parts, 1):
             self.packet(self.PAYLOAD, frame_id, number, part)
-            if number % 16 == 0:
-                time.sleep(0.0005)  # let the receiver breathe: a burst would overflow its buffer
+            if number % 8 == 0:
+                time.sleep(0.001)  # let the receiver breathe: a burst would overflow its buffer
         self.packet(self.TRAILER, frame_id, len(parts) + 1, (1).to_bytes(4, "big") + height.to_bytes(4, "big"))
