@@ -27,7 +27,7 @@ class Json {
         return *this;
       }
     }
-    std::array<char, 32> digits;
+    std::array<char, 32> digits{};
     text_.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr);
     return *this;
   }

@@ -40,7 +40,7 @@ int fail(int exitCode, const std::string& what) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   SubscriberOptions subscription;
   ControlOptions control;
   std::string instance = subscription.instance;
@@ -91,7 +91,7 @@ int main(int argc, char** argv) {
   } catch (const Error& error) {
     const bool isAbsent = error.code() == ErrorCode::kNoAnswer;
     return fail(exitCodeOf(error.code()), std::string(error.what()) + (isAbsent ? "; is tractiond running?" : ""));
-  } catch (const std::exception& error) {
-    return fail(EX_SOFTWARE, error.what());
   }
+} catch (const std::exception& error) {
+  return fail(EX_SOFTWARE, error.what());
 }

@@ -75,7 +75,7 @@ Scene loop(Receiver& receiver, double seconds, Clock::duration step, Step&& show
   const Clock::time_point start = Clock::now();
   for (Clock::time_point next = start;; next += step) {
     const Clock::time_point now = Clock::now();
-    const Scene scene = receiver.scene();
+    Scene scene = receiver.scene();
     expectSomebody(receiver, scene, now - start);
     const bool isOver = std::chrono::duration<double>(now - start).count() >= seconds;
     if (stopRequested() || !show(scene, now, std::max(next + step - now, Clock::duration(0))) || isOver) return scene;

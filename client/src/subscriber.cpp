@@ -83,7 +83,8 @@ struct Subscriber::Impl {
   Impl& operator=(const Impl&) = delete;
 
   bool isConnected() {
-    zmq::message_t event, address;
+    zmq::message_t event;
+    zmq::message_t address;
     while (zmq_msg_recv(event.handle(), monitor.handle(), ZMQ_DONTWAIT) >= 0) {
       // 16 bits of event and 32 of value, then the address.
       std::uint16_t what = 0;

@@ -10,7 +10,7 @@ namespace tractiond::publish {
 
 namespace {
 
-constexpr std::int64_t kLargestRequest = 64 * 1024;
+constexpr std::int64_t kLargestRequest = 65'536;
 constexpr int kWaitingReplies = 16;  ///< per peer; who does not read loses the rest
 constexpr int kRequestsPerTurn = 64;
 constexpr int kRequestsPerSecond = 1000;    ///< of one connection
@@ -45,7 +45,7 @@ struct ControlServer::Impl {
   void answer() {
     peers.count(request[0], endpoints);
     // [peer][empty][request]; a peer that does not speak REQ's envelope would not understand a reply either.
-    if (parts != 3 || request[1].size() != 0) return;
+    if (parts != 3 || !request[1].empty()) return;
     const std::string peer = request[0].to_string();
     const auto asked = decodeRequest(request[2].to_string_view());
     if (!asked) return reply(peer, encodeErrorReply(asked.error()));

@@ -4,6 +4,7 @@
 #include "daemon/publish/status.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace tractiond::publish {
 
@@ -19,7 +20,7 @@ class Durations {
     if (end == values_.begin()) return {};
     const auto last = end - values_.begin() - 1;
     const auto at = [&](double share) {
-      const auto nth = values_.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(last) + 0.5);
+      const auto nth = values_.begin() + std::lround(share * static_cast<double>(last));
       std::nth_element(values_.begin(), nth, end);
       return static_cast<double>(*nth) * 1e-9;
     };

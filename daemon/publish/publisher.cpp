@@ -151,7 +151,7 @@ struct Publisher::Impl {
     }
   }
 
-  bool due(std::int64_t now, std::int64_t last_ns, std::chrono::milliseconds interval) const {
+  static bool due(std::int64_t now, std::int64_t last_ns, std::chrono::milliseconds interval) {
     return now - last_ns >= std::chrono::nanoseconds(interval).count();
   }
 
@@ -235,7 +235,7 @@ void Publisher::publish(const TractionField& field) {
   zmq::message_t forLatest;
   forLatest.copy(forStream);
   self.send(kField, forStream, times.receivedReal_ns);
-  self.put(self.latest, forLatest, 0);
+  Impl::put(self.latest, forLatest, 0);
 
   Heading ofMarkers = self.headingOf(kMarkers);
   ofMarkers.flags = field.markers.flags;
