@@ -333,12 +333,12 @@ TEST(Block, IsConvergedForEveryGel) {
   thick.degree = 6;
   thick.breaks = {std::vector{0.0, 0.4, 0.8, 0.95, 1.0}, {0.0, 0.4, 0.8, 0.95, 1.0}, {0.0, 0.4, 0.85, 1.0}};
   std::printf("%10s %8s %10s\n", "thickness", "nu", "error [%]");
-  for (const Case c : {Case{8, 0.4999}, {20, 0.49}, {40, 0.3}, {40, 0.4999}, {60, 0.49}}) {
+  for (const Case c : {Case{8, 0.4999}, {15, 0.3}, {25, 0.49}, {40, 0.3}, {40, 0.4999}, {60, 0.49}}) {
     const Gel gel = block(100, c.thickness_mm, c.poissonRatio);
     const Points targets = grid(36, 6, {std::min(6.0, 0.5 * c.thickness_mm), std::min(8.0, 0.75 * c.thickness_mm)});
     const Points sources = points({{1.5, 1.5, 0}, {34.5, 1.5, 0}, {34.5, 34.5, 0}, {22.5, -16.5, 0}});
     const double error = worstError(blockDisplacement(gel, targets, sources),
-                                    blockDisplacement(gel, targets, sources, c.thickness_mm < 20.0 ? thin : thick));
+                                    blockDisplacement(gel, targets, sources, c.thickness_mm < 20 ? thin : thick));
     std::printf("%7.0f mm %8.4f %10.4f\n", c.thickness_mm, c.poissonRatio, 100.0 * error);
     EXPECT_LT(error, 6e-4);
   }
