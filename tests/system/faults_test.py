@@ -76,15 +76,17 @@ class Faults(unittest.TestCase):
         self.end()
 
     def test_one_forged_future_frame(self):
-        self.begin()
+        self.begin("--rate", "10")  # the forged picture must fit between two true ones: a driver drops one of two that mix
         forger = self.forger()
         forged = []
         while self.ledger().implausible == 0:  # a forged packet may be lost like any other
             self.assertLess(len(forged), 20)
+            picture = os.urandom(3 * WIDTH * HEIGHT)
+            self.stream(1)
             forged.append((self.published[-1].header.camera_frame_id + 3000) % 65535)
-            forger.frame(forged[-1], os.urandom(3 * WIDTH * HEIGHT), WIDTH, HEIGHT, time.time_ns(), chunk=PACKET)
-            self.stream(60)
-        self.stream(60)
+            forger.frame(forged[-1], picture, WIDTH, HEIGHT, time.time_ns(), chunk=PACKET)
+            self.stream(10)
+        self.stream(20)
         self.assertFalse({field.header.camera_frame_id for field in self.published} & set(forged))
         self.end()
 
