@@ -9,6 +9,7 @@ import os
 import pathlib
 import re
 import select
+import shutil
 import signal
 import socket
 import subprocess
@@ -102,6 +103,14 @@ def cache_directory():
     return path
 
 
+def copy_into(folder, file):
+    """The copy is there whole or not at all; the folders may be on different file systems."""
+    if not (folder / file.name).exists():
+        part = folder / f".{file.name}.{os.getpid()}"
+        shutil.copyfile(file, part)
+        part.rename(folder / file.name)
+
+
 class Rig(contextlib.ExitStack):
     """One test's folder and processes; all of them end with it."""
 
@@ -133,8 +142,7 @@ class Rig(contextlib.ExitStack):
         state = pathlib.Path(state or base / "state")
         state.mkdir(parents=True, exist_ok=True)
         for cached in cache_directory().glob("*.inverse"):
-            with contextlib.suppress(FileExistsError):
-                os.link(cached, state / cached.name)
+            copy_into(state, cached)
         file = base / "tractiond.toml"
         file.write_text(config if camera is None else f'[camera]\nid = "{camera}"\n' + config)
         process = self.start(BIN / "tractiond", "--instance", instance, "--config", file, "--state", state,
@@ -144,8 +152,7 @@ class Rig(contextlib.ExitStack):
         if ready:
             process.wait_for("running", 60)
             for made in state.glob("*.inverse"):
-                with contextlib.suppress(FileExistsError):
-                    os.link(made, cache_directory() / made.name)
+                copy_into(cache_directory(), made)
         return process
 
     def subscribe(self, daemon, topic=""):

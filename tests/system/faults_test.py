@@ -76,7 +76,7 @@ class Faults(unittest.TestCase):
         self.end()
 
     def test_one_forged_future_frame(self):
-        self.begin("--rate", "10")  # the forged picture must fit between two true ones: a driver drops one of two that mix
+        self.begin("--rate", "10")  # the forged picture must fit between two true ones, or the driver drops one of them
         forger = self.forger()
         forged = []
         while self.ledger().implausible == 0:  # a forged packet may be lost like any other
