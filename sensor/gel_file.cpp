@@ -102,6 +102,20 @@ void readCamera(TomlTable& table, Camera& camera) {
   table.read("window_thickness_mm", camera.windowThickness, {0.0, 1000, kMillimetres});
 }
 
+void readUncertainty(TomlTable& table, Uncertainty& uncertainty) {
+  table.read("youngs_modulus_relative", uncertainty.youngsModulus, {0.0, 1.0});
+  table.read("model_relative", uncertainty.model, {0.0, 1.0});
+  table.read("focal_relative", uncertainty.focal, {0.0, 1.0});
+  table.read("position_mm", std::span(uncertainty.position.data(), 3), {0.0, 1000, kMillimetres});
+  table.read("rotation_rad", std::span(uncertainty.rotation.data(), 3), {0.0, 1.0});
+}
+
+void readPictureMotion(TomlTable& table, PictureMotion& motion) {
+  table.read("shift_px", motion.shift_px, {0.0, 100.0});
+  table.read("scale", motion.scale, {0.0, 0.1});
+  table.read("roll_rad", motion.roll, {0.0, 0.1});
+}
+
 std::string number(double value) {
   std::array<char, 40> buffer{};
   std::snprintf(buffer.data(), buffer.size(), "%.15g", value);
@@ -136,6 +150,8 @@ Sensor readGel(TomlTable& root) {
   auto camera = root.table("camera");
   if (camera) readCamera(*camera, sensor.camera);
   check(sensor.camera, sensor.gel, root, "camera", camera ? &*camera : nullptr);
+  if (auto table = root.table("uncertainty")) readUncertainty(*table, sensor.uncertainty);
+  if (auto table = root.table("picture_motion")) readPictureMotion(*table, sensor.pictureMotion);
   return sensor;
 }
 
@@ -187,6 +203,14 @@ std::string gelText(const Sensor& sensor) {
           line("rotation_rad", list(camera.rotation)) + line("gel_index", number(camera.gelIndex)) +
           line("window_index", number(camera.windowIndex)) +
           line("window_thickness_mm", number(camera.windowThickness * kMillimetres));
+  const Uncertainty& uncertainty = sensor.uncertainty;
+  text += "\n[uncertainty]\n" + line("youngs_modulus_relative", number(uncertainty.youngsModulus)) +
+          line("model_relative", number(uncertainty.model)) + line("focal_relative", number(uncertainty.focal)) +
+          line("position_mm", list(uncertainty.position, kMillimetres)) +
+          line("rotation_rad", list(uncertainty.rotation));
+  const PictureMotion& motion = sensor.pictureMotion;
+  text += "\n[picture_motion]\n" + line("shift_px", number(motion.shift_px)) + line("scale", number(motion.scale)) +
+          line("roll_rad", number(motion.roll));
   return text;
 }
 

@@ -6,12 +6,31 @@
 
 namespace sensor {
 
+/// How well the sensor's numbers are known: standard deviations. The systematic part of a force's uncertainty.
+struct Uncertainty {
+  double youngsModulus = 0.02;                                   ///< relative
+  double model = 0.005;                                          ///< of the influence matrix, relative
+  double focal = 0.002;                                          ///< of the focal length, relative
+  Eigen::Vector3d position = Eigen::Vector3d::Constant(0.3e-3);  ///< of the camera, gel frame [m]
+  Eigen::Vector3d rotation = Eigen::Vector3d::Constant(2e-3);    ///< of the camera, its own frame [rad]
+};
+
+/// How far the whole picture strays from frame to frame against that of the zero, by vibration and heat: standard
+/// deviations. Scale and roll are about the principal point.
+struct PictureMotion {
+  double shift_px = 0.02;  ///< in u and in v [px]
+  double scale = 1e-4;     ///< relative
+  double roll = 1e-4;      ///< [rad]
+};
+
 /// The paper's sensor by default.
 struct Sensor {
   Gel gel;
   std::vector<MarkerLayer> layers = paperLayers();
   NodeGrid nodes;
   Camera camera;
+  Uncertainty uncertainty;
+  PictureMotion pictureMotion;
 
   int markerCount() const;
 };
