@@ -11,6 +11,13 @@ namespace twin {
 
 namespace {
 
+constexpr double kTurn = 6.283185307179586;
+
+template <typename Event>
+bool isNow(const Event& event, double phase_s) {
+  return phase_s >= event.from_s && phase_s < event.to_s;
+}
+
 void project(const sensor::Projection& projection, const sensor::Points& points, Eigen::Matrix2Xd& pixels) {
   for (Eigen::Index i = 0; i < points.cols(); ++i) pixels.col(i) = projection(points.col(i));
 }
@@ -29,34 +36,64 @@ GelFilm::GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesy
   markers_px_ = rest_px_;
 }
 
-void GelFilm::draw(Picture& picture, Truth& truth) {
-  const double phase_s = std::fmod(picture.time_s, scenario_.period_s);
-  truth = Truth{picture.time_s, std::nullopt, {}, {}, {}, {}};
+const Eigen::Matrix2Xd& GelFilm::markersAt(double phase_s) {
   std::vector<ContactState> states;
-  for (const Contact& contact : scenario_.contacts) {
-    states.push_back(contact.at(phase_s));
-    if (!states.back().isLoaded()) continue;
-    truth.contacts.push_back({&contact, states.back()});
-    truth.resultant.add(states.back());
-  }
+  for (const Contact& contact : scenario_.contacts) states.push_back(contact.at(phase_s));
   if (states != states_) {
     states_ = states;
     project(project_, rest_ + model_.displacement(states), markers_px_);
   }
-  truth.displacement_px = markers_px_ - rest_px_;
+  return markers_px_;
+}
 
-  drawn_px_ = markers_px_;
+void GelFilm::draw(Picture& picture, Truth& truth) {
+  const double phase_s = std::fmod(picture.time_s, scenario_.period_s);
+  truth = Truth{};
+  truth.time_s = picture.time_s;
+  for (const Contact& contact : scenario_.contacts) {
+    const ContactState state = contact.at(phase_s);
+    if (!state.isLoaded()) continue;
+    truth.contacts.push_back({&contact, state});
+    truth.resultant.add(state);
+  }
   for (const Absence& absence : scenario_.absences) {
-    if (phase_s < absence.from_s || phase_s >= absence.to_s) continue;
-    for (const int marker : absence.markers) {
-      drawn_px_.col(marker).setConstant(std::numeric_limits<double>::quiet_NaN());
-      truth.missing.push_back(marker);
+    if (isNow(absence, phase_s)) {
+      truth.missing.insert(truth.missing.end(), absence.markers.begin(), absence.markers.end());
     }
   }
-  const auto renderer =
-      renderers_.try_emplace(picture.format, scenario_.sensor, scenario_.optics, picture.format).first;
-  picture.pixels.resize(renderer->second.pictureSize());
-  renderer->second.render(drawn_px_, seed_ + static_cast<std::uint32_t>(picture.number), picture.pixels);
+
+  Optics optics = scenario_.optics;
+  for (const Defocus& defocus : scenario_.defocuses) {
+    if (isNow(defocus, phase_s)) optics.blur_px = defocus.blur_px;
+  }
+  Renderer& renderer =
+      renderers_.try_emplace(std::pair(picture.format, optics.blur_px), scenario_.sensor, optics, picture.format)
+          .first->second;
+  const double brightness = 1.0 + optics.drift * std::sin(kTurn * picture.time_s / optics.driftPeriod);
+  const auto drawAt = [&](double moment_s, std::vector<std::uint8_t>& pixels) {
+    drawn_px_ = markersAt(moment_s);
+    for (const int marker : truth.missing) drawn_px_.col(marker).setConstant(std::numeric_limits<double>::quiet_NaN());
+    pixels.resize(renderer.pictureSize());
+    renderer.render(drawn_px_, seed_ + static_cast<std::uint32_t>(picture.number), pixels, brightness);
+  };
+  drawAt(phase_s, picture.pixels);
+  truth.displacement_px = markers_px_ - rest_px_;
+
+  const auto height = static_cast<std::ptrdiff_t>(scenario_.sensor.camera.height);
+  const std::ptrdiff_t stride = static_cast<std::ptrdiff_t>(picture.pixels.size()) / height;
+  for (const Tear& tear : scenario_.tears) {
+    if (!isNow(tear, phase_s)) continue;
+    truth.torn = true;
+    if (tear.lag_s > 0.0) {
+      drawAt(std::max(phase_s - tear.lag_s, 0.0), older_);
+      std::copy(older_.begin() + tear.row * stride, older_.end(), picture.pixels.begin() + tear.row * stride);
+    }
+    const std::ptrdiff_t shift = tear.shift_px * (stride / scenario_.sensor.camera.width);
+    for (std::ptrdiff_t row = tear.row; row < height; ++row) {
+      const auto first = picture.pixels.begin() + row * stride;
+      std::rotate(first, first + (stride - shift) % stride, first + stride);
+    }
+  }
 }
 
 tl::expected<std::unique_ptr<RawFilm>, Failure> RawFilm::open(const std::filesystem::path& file,

@@ -22,6 +22,7 @@ struct Truth {
   Resultant resultant;
   std::vector<Load> contacts;        ///< those that carry a load
   std::vector<int> missing;          ///< markers that are not drawn
+  bool torn = false;                 ///< part of the picture is not of this moment, or not in its place
   Eigen::Matrix2Xd displacement_px;  ///< of all markers, drawn or not
 };
 
@@ -44,6 +45,9 @@ class GelFilm : public Film {
   void draw(Picture& picture, Truth& truth) override;
 
  private:
+  /// The pixels of all markers at a moment of the period.
+  const Eigen::Matrix2Xd& markersAt(double phase_s);
+
   Scenario scenario_;
   std::uint32_t seed_;
   GelModel model_;
@@ -51,7 +55,8 @@ class GelFilm : public Film {
   sensor::Points rest_;
   Eigen::Matrix2Xd rest_px_, markers_px_, drawn_px_;
   std::vector<ContactState> states_;
-  std::map<Format, Renderer> renderers_;
+  std::vector<std::uint8_t> older_;                          ///< a whole picture of which part is shown
+  std::map<std::pair<Format, double>, Renderer> renderers_;  ///< by format and blur
 };
 
 /// Raw pictures from a file, one after another, again and again: pictures of the scenario's size and format.

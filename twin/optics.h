@@ -3,7 +3,22 @@
 
 #include <Eigen/Core>
 
+#include <vector>
+
 namespace twin {
+
+/// The LED's image on a surface, added to all channels: strength exp(-r^2 / (2 radius^2)).
+struct Highlight {
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  double radius_px = 10.0;
+  double strength = 300.0;  ///< [levels]; above 255 its middle is white
+};
+
+/// Dust on the lens's side of the gel: opaque, dark, at a fixed place of the picture; blurred like the markers.
+struct Speck {
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  double radius_px = 2.0;
+};
 
 /// A level is one step of the 8-bit picture. Defaults: the picture the project's accuracy figures are given for.
 struct Optics {
@@ -17,6 +32,11 @@ struct Optics {
   // to 1 across the picture, right and down.
   Eigen::Vector2d lightSlope = Eigen::Vector2d::Zero();
   double lightFalloff = 0.0;
+  // The LED's brightness, of all light: 1 + drift sin(2 pi t / driftPeriod).
+  double drift = 0.0;
+  double driftPeriod = 60.0;  ///< [s]
+  std::vector<Highlight> highlights;
+  std::vector<Speck> dust;
 };
 
 /// 8 bits per sample; named as in the GenICam pixel format naming convention.

@@ -17,7 +17,6 @@ namespace twin {
 
 namespace {
 
-constexpr int kUnits = 64;         // of a level
 constexpr int kPhases = 16;        // of a pixel
 constexpr int kBrightest = 24000;  // units; the rest of 16 bits is for noise
 constexpr int kLoudest = 8000;     // units
@@ -83,11 +82,17 @@ Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format fo
   background_.reserve(pictureSize());
   for (int v = 0; v < height_; ++v) {
     for (std::size_t i = 0; i < columns_; ++i) {
-      const double light = lightDown_[v] + lightAcross_[isBayer(format) ? i : i / 3];
-      background_.push_back(limited(static_cast<int>(std::lround(optics.background * kUnits * light))));
+      const std::size_t u = isBayer(format) ? i : i / 3;
+      double level = optics.background * (lightDown_[v] + lightAcross_[u]);
+      for (const Highlight& highlight : optics.highlights) {
+        const Eigen::Vector2d from = Eigen::Vector2d(static_cast<double>(u), v) - highlight.centre_px;
+        level += highlight.strength * std::exp(-0.5 * from.squaredNorm() / (highlight.radius_px * highlight.radius_px));
+      }
+      background_.push_back(limited(static_cast<int>(std::lround(level * kUnits))));
     }
   }
   light_.resize(background_.size());
+  prepareDust(optics.dust);
 
   const sensor::Projection project(sensor.camera, sensor.gel.size.z());
   int firstMarker = 0;
@@ -143,14 +148,42 @@ Renderer::Layer Renderer::makeLayer(const sensor::MarkerLayer& layer, int firstM
   return made;
 }
 
-void Renderer::render(const Eigen::Matrix2Xd& markers_px, std::uint32_t seed, std::span<std::uint8_t> picture) {
+void Renderer::prepareDust(const std::vector<Speck>& dust) {
+  const std::size_t perPixel = isBayer(format_) ? 1 : 3;
+  for (const Speck& speck : dust) {
+    const int reach = static_cast<int>(std::ceil(speck.radius_px + blur_.reach()));
+    const int half = std::min(reach, (kLargestPatch - 1) / 2), size = 2 * half + 1;
+    const int left = static_cast<int>(std::lround(speck.centre_px.x())) - half;
+    const int top = static_cast<int>(std::lround(speck.centre_px.y())) - half;
+    std::vector<float> cover(static_cast<std::size_t>(size * size));
+    blur_.add(discStrips(speck.radius_px), left - speck.centre_px.x(), top - speck.centre_px.y(), size, 1.0, cover);
+    for (int i = 0; i < size * size; ++i) {
+      const int u = left + i % size, v = top + i / size;
+      if (cover[i] <= 0.0F || u < 0 || u >= width_ || v < 0 || v >= height_) continue;
+      const std::size_t first = static_cast<std::size_t>(v) * columns_ + static_cast<std::size_t>(u) * perPixel;
+      for (std::size_t k = 0; k < perPixel; ++k) shades_.push_back({first + k, 1.0F - std::min(cover[i], 1.0F)});
+    }
+  }
+}
+
+void Renderer::render(const Eigen::Matrix2Xd& markers_px, std::uint32_t seed, std::span<std::uint8_t> picture,
+                      double brightness) {
   assert(picture.size() == pictureSize() && markers_px.cols() == static_cast<Eigen::Index>(nextInCell_.size()));
   std::copy(background_.begin(), background_.end(), light_.begin());
   for (const Layer& layer : layers_) {
     for (int i = 0; i < layer.count; ++i) drawMarker(layer, markers_px.col(layer.firstMarker + i));
   }
   hideBehindNearer(markers_px);
+  dim(brightness);
   addNoise(seed, picture);
+}
+
+void Renderer::dim(double brightness) {
+  if (brightness != 1.0) {
+    const auto share = static_cast<float>(brightness);
+    for (std::int16_t& light : light_) light = rounded(std::min(share * light, static_cast<float>(kBrightest)));
+  }
+  for (const Shade& shade : shades_) light_[shade.sample] = rounded(shade.clear * light_[shade.sample]);
 }
 
 void Renderer::drawMarker(const Layer& layer, const Eigen::Vector2d& centre) {

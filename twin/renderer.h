@@ -1,9 +1,10 @@
 // Draws the picture of the markers: what an ideal camera with these optics would send.
 //
-// level(u, v, channel) = light(u, v) [background + sum over the markers of contrast weight(channel) cover(u, v)] +
-// noise, rounded and cut to 0 ... 255. cover is the share of the visible part of the marker's disc in the pixel, after
-// the blur; weight is 1 in the marker's own channel and crossTalk in the others. A marker of a deeper layer, which is
-// nearer to the camera, hides what is behind it.
+// level(u, v, channel) = brightness clear(u, v) {light(u, v) [background + sum over the markers of contrast
+// weight(channel) cover(u, v)] + highlights(u, v)} + noise, rounded and cut to 0 ... 255. cover is the share of the
+// visible part of the marker's disc in the pixel, after the blur; weight is 1 in the marker's own channel and crossTalk
+// in the others. A marker of a deeper layer, which is nearer to the camera, hides what is behind it. clear is 1 without
+// dust.
 #pragma once
 
 #include "sensor/sensor.h"
@@ -25,8 +26,14 @@ class Renderer {
   std::size_t pictureSize() const { return columns_ * static_cast<std::size_t>(height_); }  ///< bytes
 
   /// Markers in the order of sensor::markerPositions, 2 x count [px]; one that is not finite is not drawn. The same
-  /// seed gives the same noise. `picture` has pictureSize() bytes, rows without padding. Allocates nothing.
-  void render(const Eigen::Matrix2Xd& markers_px, std::uint32_t seed, std::span<std::uint8_t> picture);
+  /// seed gives the same noise. `picture` has pictureSize() bytes, rows without padding. `brightness`: of the LED now,
+  /// relative to the optics'. Allocates nothing.
+  void render(const Eigen::Matrix2Xd& markers_px, std::uint32_t seed, std::span<std::uint8_t> picture,
+              double brightness = 1.0);
+
+  /// The last picture before the noise, in 1 / kUnits of a level.
+  static constexpr int kUnits = 64;
+  std::span<const std::int16_t> light() const { return light_; }
 
  private:
   struct Layer {
@@ -43,7 +50,14 @@ class Renderer {
   void hide(const Layer& layer, const Eigen::Vector2d& centre, double nearerRadius, const Eigen::Vector2d& nearer);
   void add(const Layer& layer, int left, int top, int row, const float* brightness);
   void sortIntoCells(const Eigen::Matrix2Xd& markers_px);
+  void prepareDust(const std::vector<Speck>& dust);
+  void dim(double brightness);
   void addNoise(std::uint32_t seed, std::span<std::uint8_t> picture);
+
+  struct Shade {
+    std::size_t sample;
+    float clear;  ///< share of the light that passes
+  };
 
   Format format_;
   int width_, height_;
@@ -57,6 +71,7 @@ class Renderer {
   std::vector<std::int16_t> light_;             ///< the picture in the making
   std::vector<std::int16_t> noise_;
   std::vector<float> patch_;
+  std::vector<Shade> shades_;  ///< of all dust
 
   // Markers by square cells of the picture, to find those that overlap.
   double cell_px_;

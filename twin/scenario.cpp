@@ -38,6 +38,48 @@ void readOptics(TomlTable& table, Optics& optics) {
   table.read("shot_noise_levels", optics.shotNoise, {0, 10});
   table.read("light_slope", std::span(optics.lightSlope.data(), 2), {-0.3, 0.3});
   table.read("light_falloff", optics.lightFalloff, {0, 0.8});
+  table.read("light_drift", optics.drift, {0, 0.9});
+  table.read("light_drift_period_s", optics.driftPeriod, {0.1, 1e6});
+  for (TomlTable& entry : table.tables("highlights")) {
+    Highlight highlight;
+    entry.read("centre_px", std::span(highlight.centre_px.data(), 2), {-1e4, 1e4});
+    entry.read("radius_px", highlight.radius_px, {1, 1000});
+    entry.read("strength_levels", highlight.strength, {0, 1000});
+    optics.highlights.push_back(highlight);
+  }
+  for (TomlTable& entry : table.tables("dust_specks")) {
+    Speck speck;
+    entry.read("centre_px", std::span(speck.centre_px.data(), 2), {-1e4, 1e4});
+    entry.read("radius_px", speck.radius_px, {0.2, 10});
+    optics.dust.push_back(speck);
+  }
+}
+
+/// When within the period something is so; always by default.
+template <typename Event>
+void readWhile(TomlTable& table, Event& event) {
+  event.from_s = 0.0;
+  event.to_s = 1e9;
+  table.read("from_s", event.from_s, {0, 1e6});
+  table.read("to_s", event.to_s, {0, 1e6});
+  if (event.to_s <= event.from_s) table.fail("to_s", "must be after from_s");
+}
+
+Defocus readDefocus(TomlTable& table, const Optics& optics) {
+  Defocus defocus{optics.blur_px, 0.0, 0.0};
+  table.read("blur_px", defocus.blur_px, {0, 5});
+  readWhile(table, defocus);
+  return defocus;
+}
+
+Tear readTear(TomlTable& table, const sensor::Camera& camera) {
+  Tear tear{};
+  tear.row = camera.height / 2;
+  table.read("row", tear.row, {0, camera.height - 1.0});
+  table.read("lag_s", tear.lag_s, {0, 1e6});
+  table.read("shift_px", tear.shift_px, {1.0 - camera.width, camera.width - 1.0});
+  readWhile(table, tear);
+  return tear;
 }
 
 /// A quantity at each key time; a single value holds for all.
@@ -83,10 +125,8 @@ Contact readContact(TomlTable& table, const sensor::Gel& gel) {
 }
 
 Absence readAbsence(TomlTable& table, int markerCount) {
-  Absence absence{{}, 0.0, 1e9};
-  table.read("from_s", absence.from_s, {0, 1e6});
-  table.read("to_s", absence.to_s, {0, 1e6});
-  if (absence.to_s <= absence.from_s) table.fail("to_s", "must be after from_s");
+  Absence absence{};
+  readWhile(table, absence);
   if (table.has("markers") == table.has("fraction")) table.fail("markers", "or fraction must be given, and not both");
   std::vector<double> markers;
   table.read("markers", markers, {0.0, markerCount - 1.0});
@@ -120,6 +160,12 @@ tl::expected<Scenario, FileError> read(tl::expected<TomlTable, FileError> root) 
   }
   for (TomlTable& table : root->tables("missing")) {
     scenario.absences.push_back(readAbsence(table, scenario.sensor.markerCount()));
+  }
+  for (TomlTable& table : root->tables("defocus")) {
+    scenario.defocuses.push_back(readDefocus(table, scenario.optics));
+  }
+  for (TomlTable& table : root->tables("tears")) {
+    scenario.tears.push_back(readTear(table, scenario.sensor.camera));
   }
   root->read("period_s", scenario.period_s, {0.1, 1e6});
   if (auto done = root->finish(); !done) return tl::unexpected(done.error());

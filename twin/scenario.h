@@ -42,6 +42,20 @@ struct Absence {
   double from_s, to_s;
 };
 
+/// The lens out of focus for a while.
+struct Defocus {
+  double blur_px;
+  double from_s, to_s;
+};
+
+/// Pictures that do not hang together: the rows from `row` down are of an earlier moment, or moved aside.
+struct Tear {
+  int row = 240;
+  double lag_s = 0.0;  ///< by how much they are older
+  int shift_px = 0;    ///< to the right; what leaves the picture comes in on the left
+  double from_s, to_s;
+};
+
 struct Scenario {
   sensor::Sensor sensor;
   Format format = Format::kRgb8;
@@ -50,6 +64,8 @@ struct Scenario {
   double period_s = 1.0;  ///< then all begins again
   std::vector<Contact> contacts;
   std::vector<Absence> absences;
+  std::vector<Defocus> defocuses;
+  std::vector<Tear> tears;
 };
 
 /// Force and moment about the origin (gel frame) of all contacts at one moment.

@@ -215,6 +215,32 @@ TEST(Renderer, LightFallsOffAsDescribed) {
   EXPECT_NEAR(picture[240 * 640 + 320], 100, 0.6);
 }
 
+TEST(Renderer, HighlightsAreAddedAndDustDarkensAsDescribed) {
+  sensor::Sensor sensor;
+  sensor.layers.clear();
+  Optics optics = quiet();
+  optics.background = 50.0;
+  optics.highlights = {{{100.0, 200.0}, 10.0, 300.0}};
+  optics.dust = {{{300.0, 50.0}, 4.0}};
+  for (const auto format : {Format::kRgb8, Format::kBayerRG8}) {
+    Renderer renderer(sensor, optics, format);
+    std::vector<std::uint8_t> picture(renderer.pictureSize());
+    const auto at = [&](std::size_t u, std::size_t v) {
+      return int{picture[(v * 640 + u) * (format == Format::kRgb8 ? 3 : 1)]};
+    };
+    for (const double brightness : {1.0, 0.8}) {
+      renderer.render(Eigen::Matrix2Xd(2, 0), 0, picture, brightness);
+      EXPECT_EQ(at(100, 200), 255);
+      EXPECT_NEAR(at(120, 200), brightness * (50 + 300 * std::exp(-2.0)), 1);
+      EXPECT_NEAR(at(100, 185), brightness * (50 + 300 * std::exp(-1.125)), 1);
+      EXPECT_NEAR(at(400, 300), brightness * 50, 1);
+      EXPECT_EQ(at(300, 50), 0);
+      EXPECT_NEAR(at(304, 50), brightness * 25, 3);
+      EXPECT_NEAR(at(308, 50), brightness * 50, 1);
+    }
+  }
+}
+
 TEST(Renderer, BrightMarkersSaturateAndMissingOnesAreNotDrawn) {
   const sensor::Sensor pair = pairOfMarkers();
   Optics optics = quiet();

@@ -75,6 +75,48 @@ TEST(Scenario, AbsencesAreListedOrDrawn) {
   EXPECT_EQ(scenario.absences[1].from_s, 2.0);
 }
 
+TEST(Scenario, BlemishesAreRead) {
+  const Scenario scenario = parsed(R"(
+[optics]
+light_drift = 0.2
+light_drift_period_s = 8
+[[optics.highlights]]
+centre_px = [100, 200]
+strength_levels = 250
+[[optics.highlights]]
+radius_px = 30
+[[optics.dust_specks]]
+centre_px = [3, 4]
+radius_px = 1.5
+[[defocus]]
+blur_px = 1.2
+from_s = 2
+[[tears]]
+row = 99
+lag_s = 0.05
+from_s = 1
+to_s = 1.01
+[[tears]]
+shift_px = -3
+)");
+  EXPECT_EQ(scenario.optics.drift, 0.2);
+  EXPECT_EQ(scenario.optics.driftPeriod, 8.0);
+  ASSERT_EQ(scenario.optics.highlights.size(), 2U);
+  EXPECT_EQ(scenario.optics.highlights[0].centre_px, Eigen::Vector2d(100, 200));
+  EXPECT_EQ(scenario.optics.highlights[0].strength, 250.0);
+  EXPECT_EQ(scenario.optics.highlights[1].radius_px, 30.0);
+  ASSERT_EQ(scenario.optics.dust.size(), 1U);
+  EXPECT_EQ(scenario.optics.dust[0].radius_px, 1.5);
+  ASSERT_EQ(scenario.defocuses.size(), 1U);
+  EXPECT_EQ(scenario.defocuses[0].blur_px, 1.2);
+  ASSERT_EQ(scenario.tears.size(), 2U);
+  EXPECT_EQ(scenario.tears[0].row, 99);
+  EXPECT_EQ(scenario.tears[0].lag_s, 0.05);
+  EXPECT_EQ(scenario.tears[0].to_s, 1.01);
+  EXPECT_EQ(scenario.tears[1].row, 240);
+  EXPECT_EQ(scenario.tears[1].shift_px, -3);
+}
+
 TEST(Scenario, MistakesAreNamedWithFileAndLine) {
   const struct {
     const char *text, *where, *what;
@@ -90,6 +132,7 @@ TEST(Scenario, MistakesAreNamedWithFileAndLine) {
       {"[[contacts]]\nradius_mm = -1\n", "scenario.toml:3", "contacts[0].radius_mm = -1 must be between"},
       {"[[missing]]\nfrom_s = 1\n", "scenario.toml:2", "missing[0].markers or fraction must be given"},
       {"[[missing]]\nmarkers = [1152]\n", "scenario.toml:3", "missing[0].markers = 1152 must be between 0 and 1151"},
+      {"[[tears]]\nrow = 480\n", "scenario.toml:3", "tears[0].row = 480 must be between 0 and 479"},
       {"[gel]\npoisson_ratio = 0.6\n", "scenario.toml:3", "gel.poisson_ratio must be below 0.5"},
       {"contacts = 3\n", "scenario.toml:2", "contacts must be a list of tables"},
   };
