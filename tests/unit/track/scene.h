@@ -60,9 +60,12 @@ class Scene {
     }
   }
 
-  /// The picture of `now`, with its own noise.
-  const Frame& shoot(bool discontinuity = false) {
-    renderer_.render(now, ++shots_, picture_);
+  /// Other light, another lens, from now on.
+  void change(const twin::Optics& optics) { renderer_ = twin::Renderer(sensor, optics, format_); }
+
+  /// The picture of `now`, with its own noise. `brightness`: of the LED, relative.
+  const Frame& shoot(bool discontinuity = false, double brightness = 1.0) {
+    renderer_.render(now, ++shots_, picture_, brightness);
     frame_.info.cameraFrameId = frame_.info.frameNumber = shots_;
     frame_.info.discontinuity = discontinuity;
     frame_.data = picture_.data();
@@ -73,6 +76,9 @@ class Scene {
     frame_.format = static_cast<PixelFormat>(format_);
     return frame_;
   }
+
+  /// The last picture before its noise, as twin::Renderer::light() says.
+  std::span<const std::int16_t> light() const { return renderer_.light(); }
 
   /// A disc of brightness over what was shot last, in all colours.
   void smear(double u, double v, double radius_px, std::uint8_t level) {
