@@ -13,6 +13,9 @@ struct Uncertainty {
   double focal = 0.002;                                          ///< of the focal length, relative
   Eigen::Vector3d position = Eigen::Vector3d::Constant(0.3e-3);  ///< of the camera, gel frame [m]
   Eigen::Vector3d rotation = Eigen::Vector3d::Constant(2e-3);    ///< of the camera, its own frame [rad]
+  /// Correlation of the errors of focal length and position.z: near 1 where only their quotient, the picture's scale,
+  /// has been measured.
+  double focalDistance = 0.0;
 };
 
 /// How far the whole picture strays from frame to frame against that of the zero, by vibration and heat: standard

@@ -1,0 +1,45 @@
+// One weight on the gel: where it stands and what it weighs in newtons of the elasticity assumed.
+#pragma once
+
+#include "daemon/calibrate/picture_motion.h"
+#include "sensor/elastic/block.h"
+
+#include <optional>
+
+namespace tractiond::calibrate {
+
+/// What a contact does to the markers, measured; Young's modulus is the gel's.
+struct ContactReading {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();       ///< [N]
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< [N^2], by the scatter of the residual
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();       ///< of its centre, gel frame [m]
+  double radius = 0.0;                                   ///< of a Hertz contact that is as broad [m]
+  double residual_px = 0.0;                              ///< root mean square over the valid coordinates
+  double expected_px = 0.0;                              ///< that, if noise alone remained
+};
+
+/// Fits one round contact in the block: no regularisation, so that its force carries no bias.
+///   minimise over place, radius, force f, picture motion m
+///     sum over markers |d - J (U(place, radius) f) - M m|^2 / variance + sum (m / its deviation)^2
+/// Gauss-Newton over place and radius, the rest is linear. Reentrant; immutable after construction.
+class ContactFit {
+ public:
+  /// Seconds of work with the BLAS's threads. The camera's pose need not be the sensor's in later calls.
+  explicit ContactFit(const sensor::Sensor& sensor, const sensor::elastic::Progress& progress = {});
+
+  /// variance_px2: of each marker's coordinates; nothing where no single contact of 0.5 to 15 mm explains anything.
+  std::optional<ContactReading> operator()(const sensor::Camera& camera, const sensor::PictureMotion& motion,
+                                           const Displacements& displacements,
+                                           std::span<const float> variance_px2) const;
+
+ private:
+  /// 2 M x 3 [px/N]: unit forces along x, y, z on a contact of shape (x, y, radius); roughly: the block's correction as
+  /// that of a point.
+  Eigen::MatrixXd unitFields(const sensor::Projection& projection, const Eigen::Vector3d& shape, bool roughly) const;
+
+  sensor::Sensor sensor_;
+  sensor::Points markers_;
+  sensor::elastic::BlockCorrection correction_;
+};
+
+}  // namespace tractiond::calibrate

@@ -1,0 +1,118 @@
+#include "daemon/calibrate/picture_motion.h"
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace tractiond::calibrate {
+
+namespace {
+
+constexpr int kFewest = 10;             // markers that make a motion
+constexpr int kNeighbours = 6;          // of the 3 x 3 that must be valid
+constexpr double kSixSigma = 6.0;       // the largest of a thousand medians stays below 4.5
+constexpr double kMedianOfNine = 0.41;  // deviation of a median of nine, of one value's
+
+using Row = Eigen::Vector4d;
+
+/// d(u) and d(v) / d(motion) at a place counted from the principal point.
+Row alongU(const Eigen::Vector2d& place) {
+  return {1.0, 0.0, place.x(), -place.y()};
+}
+Row alongV(const Eigen::Vector2d& place) {
+  return {0.0, 1.0, place.y(), place.x()};
+}
+
+float medianOf(std::array<float, 9>& values, int count) {
+  const auto half = values.begin() + count / 2;
+  std::nth_element(values.begin(), half, values.begin() + count);
+  return *half;
+}
+
+}  // namespace
+
+PictureMotionFit::PictureMotionFit(const sensor::Sensor& sensor) {
+  const sensor::Points markers = sensor::markerPositions(sensor.layers);
+  const sensor::Projection project(sensor.camera, sensor.gel.size.z());
+  place_.resize(2, markers.cols());
+  for (Eigen::Index i = 0; i < markers.cols(); ++i) {
+    place_.col(i) = project(markers.col(i)) - sensor.camera.principal_px;
+  }
+}
+
+Eigen::Vector2d PictureMotionFit::at(int marker, const Eigen::Vector4d& motion) const {
+  return {alongU(place_.col(marker)).dot(motion), alongV(place_.col(marker)).dot(motion)};
+}
+
+std::optional<PictureMotion> PictureMotionFit::operator()(const Displacements& displacements) const {
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  double square = 0.0;
+  int markers = 0;
+  for (Eigen::Index i = 0; i < place_.cols(); ++i) {
+    if (!displacements.valid[i]) continue;
+    const Row u = alongU(place_.col(i)), v = alongV(place_.col(i));
+    const double du = displacements.value_px[2 * i], dv = displacements.value_px[2 * i + 1];
+    normal += u * u.transpose() + v * v.transpose();
+    right += u * du + v * dv;
+    square += du * du + dv * dv;
+    ++markers;
+  }
+  if (markers < kFewest) return std::nullopt;
+  const Eigen::LDLT<Eigen::Matrix4d> factor(normal);
+  PictureMotion motion;
+  motion.value = factor.solve(right);
+  const double remains = std::max(square - motion.value.dot(right), 0.0);
+  motion.rms_px = std::sqrt(remains / (2 * markers));
+  motion.covariance = factor.solve(Eigen::Matrix4d::Identity()) * (remains / (2 * markers - 4));
+  return motion;
+}
+
+Bulge largestBulge(const sensor::Sensor& sensor, const Displacements& displacements, double allowance_px) {
+  Bulge bulge;
+  std::vector<double> squares;  // of what single markers differ by from their neighbourhood
+  Eigen::Index first = 0;
+  for (const sensor::MarkerLayer& layer : sensor.layers) {
+    for (int row = 1; row + 1 < layer.rows; ++row) {
+      for (int column = 1; column + 1 < layer.columns; ++column) {
+        std::array<float, 9> u{}, v{};
+        int count = 0;
+        for (int y = row - 1; y <= row + 1; ++y) {
+          for (int x = column - 1; x <= column + 1; ++x) {
+            const Eigen::Index i = first + y * layer.columns + x;
+            if (!displacements.valid[i]) continue;
+            u[count] = displacements.value_px[2 * i];
+            v[count] = displacements.value_px[2 * i + 1];
+            ++count;
+          }
+        }
+        if (count < kNeighbours) continue;
+        const Eigen::Vector2d middle(medianOf(u, count), medianOf(v, count));
+        const Eigen::Index own = first + row * layer.columns + column;
+        if (displacements.valid[own]) {
+          const Eigen::Vector2d value(displacements.value_px[2 * own], displacements.value_px[2 * own + 1]);
+          squares.push_back((value - middle).squaredNorm());
+        }
+        if (const double size = middle.norm(); size > bulge.size_px) {
+          bulge.size_px = size;
+          bulge.place = layer.position(column, row).head<2>();
+        }
+      }
+    }
+    first += layer.count();
+  }
+  double deviation = 0.0;
+  if (!squares.empty()) {
+    const auto half = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+    std::nth_element(squares.begin(), half, squares.end());
+    deviation = std::sqrt(*half / (2.0 * std::numbers::ln2));  // of a coordinate; half of all lengths are below
+  }
+  bulge.limit_px = kSixSigma * kMedianOfNine * deviation + allowance_px;
+  return bulge;
+}
+
+}  // namespace tractiond::calibrate

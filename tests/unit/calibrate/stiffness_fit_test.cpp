@@ -1,0 +1,75 @@
+#include "daemon/calibrate/stiffness_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace tractiond::calibrate {
+namespace {
+
+constexpr double kGramForce = 9.80665e-3;
+constexpr double kAssumed = 0.18e6, kTrue = 0.2e6;
+
+WeighedForce weighed(double known_gf, double placed_gf, double deviation_N = 0.005) {
+  return {known_gf * kGramForce, placed_gf * kGramForce * kAssumed / kTrue, deviation_N};
+}
+
+TEST(StiffnessFit, ScalesReadingsToWeights) {
+  const Stiffness found = fitStiffness({weighed(100, 100), weighed(200, 200), weighed(500, 500)}, kAssumed);
+  EXPECT_NEAR(found.youngsModulus, kTrue, 1e-9 * kTrue);
+  EXPECT_NEAR(found.linearity, 0.0, 1e-9);
+  EXPECT_EQ(found.contradiction, "");
+  EXPECT_EQ(found.ofEach.size(), 3U);
+}
+
+TEST(StiffnessFit, DeviationIsTrue) {
+  std::mt19937 generator(3);
+  std::normal_distribution<double> normal;
+  double square = 0.0;
+  constexpr int kTrials = 500;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    std::vector<WeighedForce> weights = {weighed(100, 100), weighed(200, 200), weighed(500, 500)};
+    for (WeighedForce& one : weights) {
+      one.read_N *= 1.0 + std::hypot(1e-3, 2e-3) * normal(generator);
+      one.read_N += one.deviation_N * normal(generator);
+    }
+    const Stiffness found = fitStiffness(weights, kAssumed);
+    const double off = (found.youngsModulus / kTrue - 1.0) / found.deviation;
+    square += off * off;
+  }
+  EXPECT_GT(std::sqrt(square / kTrials), 0.6);  // weights that happen to disagree widen it
+  EXPECT_LT(std::sqrt(square / kTrials), 1.1);
+}
+
+TEST(StiffnessFit, OrderOfTheWeightsDoesNotMatter) {
+  const Stiffness found = fitStiffness({weighed(500, 500), weighed(100, 100), weighed(200, 200)}, kAssumed);
+  EXPECT_NEAR(found.youngsModulus, kTrue, 1e-9 * kTrue);
+}
+
+TEST(StiffnessFit, NoticesSwappedWeights) {
+  const Stiffness found = fitStiffness({weighed(100, 200), weighed(200, 100), weighed(500, 500)}, kAssumed);
+  EXPECT_EQ(found.contradiction,
+            "the weights were in the wrong order: 100 gf reads as 200 gf, 200 gf reads as 100 gf, 500 gf reads as "
+            "500 gf");
+}
+
+TEST(StiffnessFit, NoticesAWrongWeight) {
+  const Stiffness found = fitStiffness({weighed(100, 100), weighed(200, 260), weighed(500, 500)}, kAssumed);
+  EXPECT_TRUE(found.contradiction.starts_with("the weights contradict each other:")) << found.contradiction;
+}
+
+TEST(StiffnessFit, NoticesAWeightThatDoesNotPress) {
+  const Stiffness found = fitStiffness({weighed(100, 0)}, kAssumed);
+  EXPECT_TRUE(found.contradiction.starts_with("100 gf does not press")) << found.contradiction;
+}
+
+TEST(StiffnessFit, TellsHowLinearTheGelIs) {
+  const Stiffness found = fitStiffness({weighed(100, 101), weighed(500, 495)}, kAssumed);
+  EXPECT_GT(found.linearity, 0.005);
+  EXPECT_LT(found.linearity, 0.02);
+  EXPECT_EQ(found.contradiction, "");
+}
+
+}  // namespace
+}  // namespace tractiond::calibrate
