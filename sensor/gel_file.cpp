@@ -108,12 +108,32 @@ void readUncertainty(TomlTable& table, Uncertainty& uncertainty) {
   table.read("focal_relative", uncertainty.focal, {0.0, 1.0});
   table.read("position_mm", std::span(uncertainty.position.data(), 3), {0.0, 1000, kMillimetres});
   table.read("rotation_rad", std::span(uncertainty.rotation.data(), 3), {0.0, 1.0});
+  table.read("focal_distance_correlation", uncertainty.focalDistance, {-1.0, 1.0});
 }
 
 void readPictureMotion(TomlTable& table, PictureMotion& motion) {
   table.read("shift_px", motion.shift_px, {0.0, 100.0});
   table.read("scale", motion.scale, {0.0, 0.1});
   table.read("roll_rad", motion.roll, {0.0, 0.1});
+}
+
+Calibration readCalibration(TomlTable& table) {
+  Calibration calibration;
+  for (const std::string_view key : {"camera", "date", "hash"}) {
+    if (!table.has(key)) table.fail(key, "is missing: without it the file is no calibrated one");
+  }
+  table.read("camera", calibration.camera);
+  table.read("date", calibration.date);
+  table.read("geometry", calibration.geometry);
+  table.read("residual_px", calibration.residual_px, {0.0, 1e3});
+  table.read("noise", calibration.noise);
+  table.read("noise_px", calibration.noise_px, {0.0, 1e3});
+  table.read("stiffness", calibration.stiffness);
+  table.read("weights_n", calibration.weights, {0.0, 1e6});
+  table.read("readings_n", calibration.readings, {0.0, 1e6});
+  table.read("linearity", calibration.linearity, {0.0, 1e3});
+  table.read("hash", calibration.hash);
+  return calibration;
 }
 
 std::string number(double value) {
@@ -125,8 +145,17 @@ std::string number(double value) {
 template <typename Vector>
 std::string list(const Vector& values, double perUnit = 1.0) {
   std::string text = "[";
-  for (Eigen::Index i = 0; i < values.size(); ++i) text += (i > 0 ? ", " : "") + number(values[i] * perUnit);
+  for (const double value : values) text += (text.size() > 1 ? ", " : "") + number(value * perUnit);
   return text + "]";
+}
+
+/// What cannot stand in a TOML string becomes an underscore.
+std::string quoted(const std::string& text) {
+  std::string safe = text;
+  for (char& c : safe) {
+    if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '_';
+  }
+  return '"' + safe + '"';
 }
 
 }  // namespace
@@ -152,6 +181,7 @@ Sensor readGel(TomlTable& root) {
   check(sensor.camera, sensor.gel, root, "camera", camera ? &*camera : nullptr);
   if (auto table = root.table("uncertainty")) readUncertainty(*table, sensor.uncertainty);
   if (auto table = root.table("picture_motion")) readPictureMotion(*table, sensor.pictureMotion);
+  if (auto table = root.table("calibration")) sensor.calibration = readCalibration(*table);
   return sensor;
 }
 
@@ -161,7 +191,11 @@ tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root) {
   if (!root) return tl::unexpected(root.error());
   int version = 0;
   if (!root->has("format")) root->fail("format", "is missing: a gel file starts with format = 1");
-  root->read("format", version, {kVersion, kVersion});
+  root->read("format", version, {1, 1e6});
+  if (version > kVersion) {
+    root->fail("format", "= " + std::to_string(version) + " is newer than this program, which knows format = " +
+                             std::to_string(kVersion) + ": update it");
+  }
   const Sensor sensor = readGel(*root);
   if (auto done = root->finish(); !done) return tl::unexpected(done.error());
   return sensor;
@@ -207,10 +241,19 @@ std::string gelText(const Sensor& sensor) {
   text += "\n[uncertainty]\n" + line("youngs_modulus_relative", number(uncertainty.youngsModulus)) +
           line("model_relative", number(uncertainty.model)) + line("focal_relative", number(uncertainty.focal)) +
           line("position_mm", list(uncertainty.position, kMillimetres)) +
-          line("rotation_rad", list(uncertainty.rotation));
+          line("rotation_rad", list(uncertainty.rotation)) +
+          line("focal_distance_correlation", number(uncertainty.focalDistance));
   const PictureMotion& motion = sensor.pictureMotion;
   text += "\n[picture_motion]\n" + line("shift_px", number(motion.shift_px)) + line("scale", number(motion.scale)) +
           line("roll_rad", number(motion.roll));
+  if (const auto& made = sensor.calibration) {
+    text += "\n[calibration]\n" + line("camera", quoted(made->camera)) + line("date", quoted(made->date)) +
+            line("geometry", quoted(made->geometry)) + line("residual_px", number(made->residual_px)) +
+            line("noise", quoted(made->noise)) + line("noise_px", number(made->noise_px)) +
+            line("stiffness", quoted(made->stiffness)) + line("weights_n", list(made->weights)) +
+            line("readings_n", list(made->readings)) + line("linearity", number(made->linearity)) +
+            line("hash", quoted(made->hash));
+  }
   return text;
 }
 

@@ -4,6 +4,9 @@
 #include "sensor/gel.h"
 #include "sensor/projection.h"
 
+#include <optional>
+#include <string>
+
 namespace sensor {
 
 /// How well the sensor's numbers are known: standard deviations. The systematic part of a force's uncertainty.
@@ -26,6 +29,21 @@ struct PictureMotion {
   double roll = 1e-4;      ///< [rad]
 };
 
+/// How the numbers were measured. Dates are UTC, "2026-11-20T08:15:30Z"; empty: never.
+struct Calibration {
+  std::string camera;            ///< "VENDOR-SERIAL" of the one it was made with
+  std::string date;              ///< of the file
+  std::string geometry;          ///< when the camera's pose and distortion were measured
+  double residual_px = 0.0;      ///< root mean square of what they leave
+  std::string noise;             ///< when the picture's motion was measured
+  double noise_px = 0.0;         ///< deviation of a marker's coordinate in a frame
+  std::string stiffness;         ///< when Young's modulus was measured
+  std::vector<double> weights;   ///< that it was measured with [N]
+  std::vector<double> readings;  ///< what they read with it [N]
+  double linearity = 0.0;        ///< their largest deviation from proportion, relative
+  std::string hash;              ///< of all that the file says besides: 32 hexadecimal digits
+};
+
 /// The paper's sensor by default.
 struct Sensor {
   Gel gel;
@@ -34,6 +52,7 @@ struct Sensor {
   Camera camera;
   Uncertainty uncertainty;
   PictureMotion pictureMotion;
+  std::optional<Calibration> calibration;  ///< none: the numbers are as they were designed or guessed
 
   int markerCount() const;
 };

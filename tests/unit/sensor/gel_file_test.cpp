@@ -116,7 +116,9 @@ TEST(GelFile, ImpossibleSensorsAreRejectedWhereTheyAreWritten) {
       {"youngs_modulus_pa = 180000", "youngs_modulus_pa = nan", "gel.youngs_modulus_pa = nan must be"},
       {"columns = 24", "columns = 24.5", "layers[0].columns must be a whole number"},
       {"colour = \"blue\"", "colour = \"green\"", "layers[0].colour must be \"blue\" or \"red\""},
-      {"format = 1 ", "format = 2 ", "format = 2 must be 1"},
+      {"format = 1 ", "format = 2 ", "format = 2 is newer than this program"},
+      {"format = 1 ", "format = 0 ", "format = 0 must be"},
+      {"[uncertainty]", "[calibration]\ncamera = \"a\"\ndate = \"b\"\n[uncertainty]", "calibration.hash is missing"},
       {"format = 1 ", "# ", "format is missing"},
   };
   for (const auto& [from, to, what] : cases) {
@@ -124,6 +126,36 @@ TEST(GelFile, ImpossibleSensorsAreRejectedWhereTheyAreWritten) {
     EXPECT_EQ(error.what.substr(0, what.size()), what);
     EXPECT_EQ(error.where.substr(0, 9), "gel.toml:");
   }
+}
+
+TEST(GelFile, CalibrationGoesThereAndBack) {
+  Sensor sensor;
+  sensor.gel.youngsModulus = 0.2e6 / 3.0;
+  sensor.camera.position = {1.0 / 3e3, -1e-3 / 7, 0.157 * 1.001};
+  sensor.camera.rotation = {0.01 / 3, 1e-5 / 7, -0.002};
+  sensor.uncertainty.position = {0.1e-3 / 3, 0.7e-3 / 9, 1e-4};
+  sensor.uncertainty.focalDistance = 0.99 / 1.1;
+  sensor.calibration = {.camera = "A \"camera\"-12",
+                        .date = "2026-11-20T08:15:30Z",
+                        .geometry = "2026-11-20T08:00:00Z",
+                        .residual_px = 0.01 / 3,
+                        .noise = "",
+                        .noise_px = 0.0,
+                        .stiffness = "2026-11-20T08:10:00Z",
+                        .weights = {0.980665, 1.0 / 3},
+                        .readings = {0.99, 1.0 / 7},
+                        .linearity = 0.01,
+                        .hash = "0123456789abcdef0123456789abcdef"};
+  const std::string text = sensor::gelText(sensor);
+  const auto back = parseGel(text, "gel.toml");
+  ASSERT_TRUE(back) << back.error().what;
+  ASSERT_TRUE(back->calibration);
+  EXPECT_EQ(back->calibration->camera, "A _camera_-12");
+  EXPECT_EQ(back->calibration->weights.size(), 2U);
+  EXPECT_EQ(back->calibration->hash, sensor.calibration->hash);
+  EXPECT_NEAR(back->uncertainty.focalDistance, 0.9, 1e-12);
+  // What is read writes the same text again, so that a hash of it can be checked.
+  EXPECT_EQ(sensor::gelText(*back), text);
 }
 
 TEST(GelFile, DefaultsThatDoNotFitAreSaid) {
