@@ -1,0 +1,319 @@
+// The chain from camera picture to forces, one frame after another in one thread, on displacements from elsewhere:
+// each frame is projected and drawn as the twin draws it, and tracked and solved as the daemon does. Or, without
+// pictures, the displacements are given to the solver with noise of a known size.
+//
+// Reads from JOB: displacement.f64 (frames x markers x 3, m); and, where they are there, missing.u8 (frames x markers),
+// picture.f64 (frames x 5: how the picture strays: shift along u, v [px], scale - 1, roll [rad], brightness) and
+// options. Writes each figure of a frame to JOB/NAME.f64 (frames x columns), and "columns" with a line for each.
+#include "daemon/base/clock.h"
+#include "daemon/config_toml.h"
+#include "daemon/solve/inverse_cache.h"
+#include "daemon/solve/solver.h"
+#include "daemon/track/tracker.h"
+#include "sensor/gel_file.h"
+#include "twin/renderer.h"
+
+#include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <random>
+#include <ranges>
+
+using namespace tractiond;
+
+namespace {
+
+struct Options {
+  std::filesystem::path job, state;
+  std::string gel;      // what the daemon believes; empty: the paper's
+  std::string twinGel;  // what the camera sees; empty: the same
+  std::string config;   // [track] and [solve]
+  twin::Optics optics;
+  double given_px = -1.0;  // no pictures: displacements with this noise
+  double extra_px = 0.0;   // noise added to what the tracker says
+  int zeroEvery = 0;       // frames after which a new zero is taken; 0: one zero for all
+  double largestStep_px = 1.5;
+  unsigned seed = 1;
+};
+
+[[noreturn]] void fail(const std::string& what) {
+  std::cerr << "evaluation_chain: " << what << "\n";
+  std::exit(EX_DATAERR);
+}
+
+template <typename T>
+T expect(tl::expected<T, Error> result) {
+  if (!result) fail(result.error().message());
+  return *std::move(result);
+}
+
+template <typename T>
+std::vector<T> readAll(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+  if (error) return {};
+  std::vector<T> values(bytes / sizeof(T));
+  std::ifstream stream(path, std::ios::binary);
+  stream.read(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(values.size() * sizeof(T)));
+  if (!stream) fail(path.string() + " cannot be read");
+  return values;
+}
+
+/// How the whole picture strays from where the rest pose was taken.
+struct Stray {
+  double u_px = 0.0, v_px = 0.0, scale = 0.0, roll = 0.0, brightness = 1.0;
+};
+
+/// Columns of numbers, a file for each name, a row a frame.
+class Columns {
+ public:
+  explicit Columns(std::filesystem::path folder)
+      : folder_(std::move(folder)) {}
+
+  template <std::ranges::range Values>
+  void add(const std::string& name, const Values& values) {
+    auto& file = files_[name];
+    if (!file.is_open()) {
+      file.open(folder_ / (name + ".f64"), std::ios::binary);
+      std::ofstream(folder_ / "columns", std::ios::app) << name << " " << std::size(values) << "\n";
+    }
+    for (const auto value : values) {
+      const double number = static_cast<double>(value);
+      file.write(reinterpret_cast<const char*>(&number), sizeof number);
+    }
+  }
+  void add(const std::string& name, double value) { add(name, std::array{value}); }
+
+ private:
+  std::filesystem::path folder_;
+  std::map<std::string, std::ofstream> files_;
+};
+
+/// All that is published of a frame. New figures: a line each.
+void write(const TractionField& field, Columns& out) {
+  out.add("valid", field.valid);
+  out.add("flags", field.flags);
+  out.add("resultant_N", field.resultant_N);
+  out.add("moment_Nm", field.moment_Nm);
+  out.add("centre_m", field.centreOfPressure_m);
+  out.add("centre_valid", field.centreOfPressureValid);
+  out.add("residual_px", field.residual_px);
+  out.add("force_N", field.force_N);
+  out.add("marker_px", field.markers.displacement_px);
+  out.add("marker_variance_px2", field.markers.variance_px2);
+  out.add("marker_valid", field.markers.valid);
+}
+
+/// The camera: pictures of markers at given places.
+class Eye {
+ public:
+  Eye(const sensor::Sensor& sensor, const Options& options)
+      : sensor_(sensor)
+      , options_(options)
+      , project_(sensor.camera, sensor.gel.size.z())
+      , markers_(sensor::markerPositions(sensor.layers))
+      , places_(2, markers_.cols()) {}
+
+  /// Where markers displaced by `displacement` [m, 3 x M] appear, in a picture that strays.
+  const Eigen::Matrix2Xd& look(Eigen::Ref<const sensor::Points> displacement, const Stray& stray) {
+    const Eigen::Vector2d centre = sensor_.camera.principal_px;
+    const Eigen::Matrix2d turn = (1.0 + stray.scale) * Eigen::Rotation2D<double>(stray.roll).toRotationMatrix();
+    for (Eigen::Index m = 0; m < markers_.cols(); ++m) {
+      const Eigen::Vector2d place = project_(markers_.col(m) + displacement.col(m));
+      places_.col(m) = centre + turn * (place - centre) + Eigen::Vector2d(stray.u_px, stray.v_px);
+    }
+    return places_;
+  }
+
+  Frame shoot(const Eigen::Matrix2Xd& places, double brightness) {
+    auto renderer = renderers_.find(brightness);
+    if (renderer == renderers_.end()) {
+      twin::Optics optics = options_.optics;
+      optics.contrast *= brightness;
+      optics.background *= brightness;
+      renderer = renderers_.try_emplace(brightness, sensor_, optics, twin::Format::kRgb8).first;
+    }
+    picture_.resize(renderer->second.pictureSize());
+    ++shots_;
+    renderer->second.render(places, options_.seed * 1'000'003U + shots_, picture_);
+    Frame frame;
+    frame.info.cameraFrameId = frame.info.frameNumber = shots_;
+    frame.data = picture_.data();
+    frame.size = picture_.size();
+    frame.width = sensor_.camera.width;
+    frame.height = sensor_.camera.height;
+    frame.stride = 3 * frame.width;
+    return frame;
+  }
+
+  sensor::Points rest() const { return sensor::Points::Zero(3, markers_.cols()); }
+
+ private:
+  const sensor::Sensor& sensor_;
+  const Options& options_;
+  sensor::Projection project_;
+  sensor::Points markers_;
+  Eigen::Matrix2Xd places_;
+  std::map<double, twin::Renderer> renderers_;
+  std::vector<std::uint8_t> picture_;
+  std::uint32_t shots_ = 0;
+};
+
+/// The job's frames.
+struct Job {
+  Job(const Options& options, int markerCount)
+      : markers(markerCount)
+      , displacement(readAll<double>(options.job / "displacement.f64"))
+      , missing(readAll<std::uint8_t>(options.job / "missing.u8"))
+      , stray(readAll<Stray>(options.job / "picture.f64")) {
+    const std::size_t count = static_cast<std::size_t>(markerCount);
+    frames = displacement.size() / (3 * count);
+    if (frames == 0 || displacement.size() != 3 * count * frames) fail("displacement.f64 is not frames x markers x 3");
+    if (!missing.empty() && missing.size() != count * frames) fail("missing.u8 is not frames x markers");
+    if (!stray.empty() && stray.size() != frames) fail("picture.f64 is not frames x 5");
+  }
+
+  Eigen::Map<const sensor::Points> at(std::size_t frame) const {
+    return {displacement.data() + frame * 3 * static_cast<std::size_t>(markers), 3, markers};
+  }
+  Stray strayAt(std::size_t frame) const { return stray.empty() ? Stray{} : stray[frame]; }
+  bool isMissing(std::size_t frame, Eigen::Index marker) const {
+    return !missing.empty() && missing[frame * static_cast<std::size_t>(markers) + static_cast<std::size_t>(marker)];
+  }
+
+  int markers;
+  std::size_t frames = 0;
+  std::vector<double> displacement;
+  std::vector<std::uint8_t> missing;
+  std::vector<Stray> stray;
+};
+
+/// A tracker that has its zero, from unloaded frames.
+std::unique_ptr<track::Tracker> trackerAtRest(const sensor::Sensor& sensor, const track::TrackOptions& options,
+                                              Eye& eye, MarkerField& field) {
+  auto tracker = std::make_unique<track::Tracker>(sensor, options);
+  const Eigen::Matrix2Xd rest = eye.look(eye.rest(), {});
+  tracker->requestZero();
+  for (int i = 0; i < 3 * options.zeroFrames + 30; ++i) {
+    tracker->track(eye.shoot(rest, 1.0), field);
+    RestPose pose;
+    if (tracker->takeRestPose(pose)) return tracker;
+  }
+  fail("the tracker takes no zero");
+}
+
+void addNoise(double sigma_px, std::mt19937_64& generator, MarkerField& field) {
+  std::normal_distribution<double> noise(0.0, sigma_px);
+  for (std::size_t m = 0; m < field.valid.size(); ++m) {
+    if (!field.valid[m]) continue;
+    for (std::size_t c = 0; c < 2; ++c) field.displacement_px[2 * m + c] += static_cast<float>(noise(generator));
+    field.variance_px2[m] += static_cast<float>(sigma_px * sigma_px);
+  }
+}
+
+void run(const Options& options) {
+  const auto load = [](const std::string& file) {
+    sensor::Sensor sensor;
+    if (file.empty()) return sensor;
+    auto loaded = sensor::loadGel(file);
+    if (!loaded) fail(loaded.error().where + ": " + loaded.error().what);
+    return *std::move(loaded);
+  };
+  const sensor::Sensor sensor = load(options.gel);
+  const sensor::Sensor seen = options.twinGel.empty() ? sensor : load(options.twinGel);
+  const Config config = options.config.empty() ? Config{} : expect(loadConfig(options.config));
+  const Job job(options, seen.markerCount());
+
+  const solve::Inverse inverse = expect(solve::loadOrCompute(sensor, config.solve, options.state));
+  solve::Solver solver(inverse, sensor.nodes, config.solve);
+  Eye eye(seen, options);
+  const Eigen::Matrix2Xd rest = eye.look(eye.rest(), {});
+  Eigen::Matrix2Xd last = rest;
+  std::mt19937_64 generator(options.seed);
+  std::unique_ptr<track::Tracker> tracker;
+  MarkerField markers;
+  TractionField field;
+  markers.resize(sensor.markerCount());
+  field.resize(sensor.markerCount(), sensor.nodes.count());
+
+  std::filesystem::remove(options.job / "columns");
+  Columns out(options.job);
+  for (std::size_t frame = 0; frame < job.frames; ++frame) {
+    const Stray stray = job.strayAt(frame);
+    Eigen::Matrix2Xd places = eye.look(job.at(frame), stray);
+    const Eigen::Matrix2Xd here = places;
+    for (Eigen::Index m = 0; m < places.cols(); ++m) {
+      if (job.isMissing(frame, m)) places.col(m).setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+    std::int64_t begin_ns = monotonicNow();
+    if (options.given_px >= 0.0) {
+      for (Eigen::Index m = 0; m < places.cols(); ++m) {
+        const std::size_t index = static_cast<std::size_t>(m);
+        const bool there = !job.isMissing(frame, m);
+        markers.valid[index] = there;
+        markers.variance_px2[index] = 0.0F;
+        for (int c = 0; c < 2; ++c) {
+          markers.displacement_px[2 * index + static_cast<std::size_t>(c)] =
+              there ? static_cast<float>(here(c, m) - rest(c, m)) : 0.0F;
+        }
+      }
+      markers.validCount = static_cast<int>(std::count(markers.valid.begin(), markers.valid.end(), 1));
+      markers.info.frameNumber = frame;
+      addNoise(options.given_px, generator, markers);
+    } else {
+      if (!tracker || (options.zeroEvery > 0 && frame % static_cast<std::size_t>(options.zeroEvery) == 0)) {
+        tracker = trackerAtRest(sensor, config.track, eye, markers);
+        last = rest;
+      }
+      // A load is not put on in one frame: the way there is shown, and not judged.
+      const double way = (here - last).colwise().norm().maxCoeff();
+      const int steps = static_cast<int>(std::ceil(way / options.largestStep_px));
+      for (int i = 1; i < steps; ++i) {
+        const Eigen::Matrix2Xd between = last + (here - last) * i / steps;
+        tracker->track(eye.shoot(between, stray.brightness), markers);
+      }
+      const Frame picture = eye.shoot(places, stray.brightness);
+      last = here;
+      begin_ns = monotonicNow();
+      tracker->track(picture, markers);
+    }
+    const std::int64_t tracked_ns = monotonicNow();
+    if (options.extra_px > 0.0) addNoise(options.extra_px, generator, markers);
+    const std::int64_t solving_ns = monotonicNow();
+    solver.solve(markers, field);
+    const std::int64_t solved_ns = monotonicNow();
+    write(field, out);
+    out.add("track_ms", 1e-6 * static_cast<double>(tracked_ns - begin_ns));
+    out.add("solve_ms", 1e-6 * static_cast<double>(solved_ns - solving_ns));
+    const Eigen::Matrix2Xd moved = here - rest;
+    out.add("true_px", std::span(moved.data(), static_cast<std::size_t>(moved.size())));
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Displacements of markers through the whole chain.", "evaluation_chain");
+  app.add_option("job", options.job, "folder of the frames and the results")->required();
+  app.add_option("--state", options.state, "where inverses are kept")->required();
+  app.add_option("--gel", options.gel, "gel file; default the paper's");
+  app.add_option("--twin-gel", options.twinGel, "gel file of what the camera sees; default the same");
+  app.add_option("--config", options.config, "configuration, of which [track] and [solve] count");
+  app.add_option("--contrast", options.optics.contrast, "levels")->capture_default_str();
+  app.add_option("--blur", options.optics.blur_px, "px")->capture_default_str();
+  app.add_option("--cross-talk", options.optics.crossTalk)->capture_default_str();
+  app.add_option("--noise", options.optics.readNoise, "levels")->capture_default_str();
+  app.add_option("--given", options.given_px, "no pictures: displacements with this noise [px]");
+  app.add_option("--extra", options.extra_px, "noise added to the tracker's displacements [px]");
+  app.add_option("--zero-every", options.zeroEvery, "frames after which a new zero is taken");
+  app.add_option("--seed", options.seed)->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  run(options);
+}
