@@ -24,16 +24,6 @@ BRICK = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2
 FACE = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)]
 
 
-def graded(start, stop, first, count):
-    """`count` intervals from start to stop, the first about `first` long, growing by a constant ratio."""
-    low, high = 0.5, 10.0
-    for _ in range(80):
-        ratio = (low + high) / 2
-        low, high = (ratio, high) if first * sum(ratio**n for n in range(count)) < stop - start else (low, ratio)
-    steps = ratio**np.arange(count)
-    return start + (stop - start) * np.concatenate([[0], np.cumsum(steps)]) / steps.sum()
-
-
 def serendipity(a, b):
     """Shape functions of the quadratic face's eight nodes at (a, b) in [-1, 1]: 8 x ..."""
     corners = [(1 + s * a) * (1 + t * b) * (s * a + t * b - 1) / 4 for s, t in [(-1, -1), (1, -1), (1, 1), (-1, 1)]]
@@ -94,14 +84,19 @@ class Mesh:
         return lines
 
 
+# Fine at the touched surface and where the bonded base meets the free sides; markers are at nodes.
+BELOW_MARKERS = {15: [10, 12, 13.5, 14.5], 25: [11, 15, 19, 22, 24], 40: [11, 15, 20, 25, 30, 34, 37, 39]}
+
+
 def fine(thickness):
-    across = np.concatenate([np.arange(0, 36.1, 1.5), graded(36, 50, 1.8, 4)[1:]])
-    return Mesh(across, across, np.concatenate([[0, 2, 4, 6, 8], graded(8, thickness, 2.2, 3 if thickness < 20 else 7)[1:]]))
+    across = np.concatenate([np.arange(0, 36.1, 1.5), [38.5, 41.5, 44.5, 47.5, 49, 50]])
+    return Mesh(across, across, [0, 1, 2, 3, 4.5, 6, 8, *BELOW_MARKERS[thickness], thickness])
 
 
 def coarse(thickness):
-    across = np.concatenate([np.arange(0, 36.1, 3), graded(36, 50, 3.6, 3)[1:]])
-    return Mesh(across, across, np.concatenate([[0, 3, 6, 8], graded(8, thickness, 3.5, 2 if thickness < 20 else 5)[1:]]))
+    """About twice as coarse. The blue markers are not at its nodes."""
+    across = np.concatenate([np.arange(0, 36.1, 3), [41.5, 47.5, 50]])
+    return Mesh(across, across, [0, 2, 4, 6, 8, *BELOW_MARKERS[thickness][1::2], thickness])
 
 
 def fold(points):

@@ -99,15 +99,34 @@ class Columns {
 void write(const TractionField& field, Columns& out) {
   out.add("valid", field.valid);
   out.add("flags", field.flags);
+  out.add("method", static_cast<double>(field.method));
   out.add("resultant_N", field.resultant_N);
   out.add("moment_Nm", field.moment_Nm);
+  out.add("noise_covariance", field.noise);
+  out.add("systematic_covariance", field.systematic);
   out.add("centre_m", field.centreOfPressure_m);
   out.add("centre_valid", field.centreOfPressureValid);
   out.add("residual_px", field.residual_px);
+  out.add("strength", field.strength);
+  out.add("picture_motion", field.pictureMotion);
   out.add("force_N", field.force_N);
+  out.add("deviation_N", field.deviation_N);
   out.add("marker_px", field.markers.displacement_px);
   out.add("marker_variance_px2", field.markers.variance_px2);
   out.add("marker_valid", field.markers.valid);
+  out.add("contact_count", field.contactCount);
+  std::array<double, kMaxContacts * 12> contacts{};
+  auto number = contacts.begin();
+  for (int i = 0; i < field.contactCount; ++i) {
+    const Contact& contact = field.contacts[static_cast<std::size_t>(i)];
+    number = std::ranges::copy(contact.position_m, number).out;
+    number = std::ranges::copy(contact.positionDeviation_m, number).out;
+    number = std::ranges::copy(contact.force_N, number).out;
+    number = std::ranges::copy(contact.forceDeviation_N, number).out;
+    *number++ = contact.area_m2;
+    *number++ = contact.areaDeviation_m2;
+  }
+  out.add("contacts", contacts);  // of each: position 2, deviation 2, force 3, deviation 3, area, deviation
 }
 
 /// The camera: pictures of markers at given places.

@@ -1,0 +1,93 @@
+"""Runs evaluation_chain on displacements and reads what it found."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+
+import numpy as np
+
+BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
+GF = 9.80665e-3  # newtons in a gram force
+YOUNG = 0.18e6   # Pa, of the true displacements
+
+GEL = """format = 1
+[gel]
+youngs_modulus_pa = {young}
+poisson_ratio = {poisson}
+thickness_mm = {thickness}
+[[layers]]
+colour = "blue"
+depth_mm = 6
+[[layers]]
+colour = "red"
+depth_mm = {red_depth}
+centre_mm = [1.5, 1.5]
+[camera]
+position_mm = {position}
+rotation_rad = {rotation}
+"""
+
+
+def gel_text(thickness=40, poisson=0.49, young=YOUNG, red_depth=8, position=(0, 0, 157), rotation=(0, 0, 0)):
+    return GEL.format(young=young, poisson=poisson, thickness=thickness, red_depth=red_depth,
+                      position=list(map(float, position)), rotation=list(map(float, rotation)))
+
+
+class Found(dict):
+    """Arrays by name, a row a frame."""
+
+    __getattr__ = dict.__getitem__
+
+    @property
+    def contacts_found(self):
+        """For each frame a C x 12 array: position 2, deviation 2, force 3, deviation 3, area, deviation."""
+        table = self["contacts"].reshape(len(self["contacts"]), -1, 12)
+        return [table[frame, : int(count)] for frame, count in enumerate(self["contact_count"][:, 0])]
+
+
+def state_directory():
+    """Inverses and rendered figures that are costly; a pure function of the sensor, so it may be shared and deleted."""
+    path = BUILD / "evaluation-state"
+    path.mkdir(exist_ok=True)
+    return path
+
+
+def run(displacement, gel=None, twin_gel=None, solve="", missing=None, stray=None, **options):
+    """displacement: frames x markers x 3 [m]. `gel`, `twin_gel`: texts of gel files, what the daemon believes and what
+    the camera sees. `solve`: lines of the configuration's [solve]. `missing`: frames x markers, 1 where not drawn.
+    `stray`: frames x 5, shift u, v [px], scale - 1, roll [rad], brightness. Others: the program's options."""
+    with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
+        job = pathlib.Path(name)
+        np.ascontiguousarray(displacement, float).tofile(job / "displacement.f64")
+        command = [BUILD / "bin/evaluation_chain", job, "--state", state_directory()]
+        if missing is not None:
+            np.asarray(missing).astype(np.uint8).tofile(job / "missing.u8")
+        if stray is not None:
+            np.ascontiguousarray(stray, float).tofile(job / "picture.f64")
+        for key, text in (("gel", gel), ("twin-gel", twin_gel), ("config", solve and f"[solve]\n{solve}\n")):
+            if text:
+                (job / key).write_text(text)
+                command += [f"--{key}", job / key]
+        for key, value in options.items():
+            command += ["--" + key.replace("_", "-"), str(value)]
+        result = subprocess.run(list(map(str, command)), capture_output=True, text=True,
+                                env={**os.environ, "OPENBLAS_NUM_THREADS": "2"})
+        if result.returncode:
+            raise RuntimeError(f"{' '.join(map(str, command))}: {result.stderr}")
+        found = Found()
+        for line in (job / "columns").read_text().splitlines():
+            column, width = line.split()
+            found[column] = np.fromfile(job / f"{column}.f64").reshape(len(displacement), int(width))
+        return found
+
+
+def mechanics(gel, forces):
+    """Displacements by the project's own block [m], loads x 1152 x 3. `forces`: rows of load, x, y, force."""
+    with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
+        job = pathlib.Path(name)
+        np.ascontiguousarray(forces, float).tofile(job / "forces.f64")
+        (job / "gel").write_text(gel)
+        subprocess.run([BUILD / "bin/evaluation_mechanics", job, job / "gel"], check=True)
+        return np.fromfile(job / "displacement.f64").reshape(-1, 1152, 3)

@@ -1,0 +1,47 @@
+"""What tools/evaluate runs: prints each figure beside its target; without --quick writes docs/accuracy.md as well."""
+
+import argparse
+import sys
+import time
+
+import experiments
+import report
+
+ORDER = ["mechanics", "magnitude", "direction", "point_load", "flat_disc", "bias", "models", "two_contacts", "detection",
+         "coverage", "missing", "picture_motion", "large_strain", "centres", "timing"]
+
+# Figures that must reach their targets for the test to pass; the others are printed. One name a figure, as in
+# experiments.py. Times are never judged here.
+MUST_REACH = ["mechanics", "direction", "centre", "centre, systematic"]
+
+HEAD = """# Accuracy
+
+What tractiond measures when the truth is known: marker displacements from CalculiX, an independent finite-element program,
+drawn into camera pictures with the default optics (contrast 100, blur 0.8 px, cross-talk 20 %, noise 2 levels), through
+the whole chain. E = 0.18 MPa, Poisson's ratio 0.49, a block of 100 x 100 x 40 mm unless something else is said; 1 gf = 9.80665 mN.
+The paper is Kamiyama et al. 2005. This page is written by
+
+    tools/evaluate
+
+and the truth in `tests/evaluation/data` by `tools/evaluate --truth`. Errors are root mean squares over trials.
+"""
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--quick", action="store_true", help="fewer trials, no page")
+    parser.add_argument("--only", nargs="*", choices=ORDER, default=ORDER)
+    arguments = parser.parse_args()
+    page = report.Report(write=not arguments.quick and arguments.only == ORDER)
+    for name in arguments.only:
+        begin = time.monotonic()
+        getattr(experiments, name)(page, arguments.quick)
+        print(f"({time.monotonic() - begin:.0f} s)", flush=True)
+    page.finish(HEAD)
+    if page.missed:
+        print("\nMissed:", "; ".join(page.missed))
+    return int(arguments.quick and any(name in MUST_REACH for name in page.missed))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
