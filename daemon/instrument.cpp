@@ -12,7 +12,10 @@
 namespace tractiond {
 namespace {
 
-/// A zero that was asked for fails when no frame comes for this long.
+/// While somebody waits for a step of a calibration, every frame is looked at.
+constexpr std::chrono::milliseconds kCalibratingTurn{3};
+
+/// A zero or a step of a calibration that was asked for fails when no frame comes for this long.
 constexpr std::int64_t kNoFrames_ns = 5'000'000'000;
 
 /// The wire's and GenICam's name.
@@ -65,6 +68,7 @@ tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile) {
                                   .remedy = error.unreadable ? "sensor.gel_file names it" : ""});
     }
     sensor = *std::move(loaded);
+    if (auto same = calibrate::verifyCalibration(sensor, gelFile); !same) return tl::unexpected(same.error());
   }
   if (auto sound = track::trackable(sensor); !sound) return tl::unexpected(sound.error());
   return sensor;
@@ -108,7 +112,8 @@ tl::expected<void, Error> Instrument::build() {
   auto server = publish::ControlServer::open(config.controlEndpoints,
                                              {.status = [this] { return publisher_->lastStatus(); },
                                               .description = [this] { return publisher_->lastDescription(); },
-                                              .zero = [this] { beginZero(); }});
+                                              .zero = [this] { beginZero(); },
+                                              .calibrate = [this](const auto& step) { calibrate(step); }});
   if (!server) return tl::unexpected(server.error());
   controlServer_ = *std::move(server);
 
@@ -120,6 +125,14 @@ tl::expected<void, Error> Instrument::build() {
   publisher_->describe(description_);
   tracker_ = std::make_unique<track::Tracker>(sensor_, config.track);
   solver_ = std::make_unique<solve::Solver>(inverse_, sensor_.nodes, config.solve);
+  MarkerField blank;
+  blank.resize(sensor_.markerCount());
+  newestMarkers_.put(blank);
+  newestMarkers_.take(markers_);
+  driftWatch_ = std::make_unique<calibrate::DriftWatch>(sensor_);
+  calibration_ = std::make_unique<calibrate::Calibration>(
+      sensor_, calibrate::CalibrationOptions{.zeroFrames = config.track.zeroFrames,
+                                             .progress = [this](double) { turns_.control.add(); }});
 
   auto camera = CameraSource::open(config.camera, ledger_, [this](const auto& info) { return welcome(info); });
   if (!camera) return tl::unexpected(camera.error());
@@ -128,8 +141,12 @@ tl::expected<void, Error> Instrument::build() {
   pipeline_ = std::make_unique<Pipeline>(
       Stages{
           .source = *camera_,
-          .track = [this](const Frame& frame,
-                          MarkerField& markers) { return tracker_->track(frame, markers) == track::Outcome::kTracked; },
+          .track =
+              [this](const Frame& frame, MarkerField& markers) {
+                if (tracker_->track(frame, markers) != track::Outcome::kTracked) return false;
+                newestMarkers_.put(markers);  // while control takes one, this one is not seen there
+                return true;
+              },
           .solve = [this](const MarkerField& markers, TractionField& field) { solver_->solve(markers, field); },
           .publish = [this](const TractionField& field) { publisher_->publish(field); },
           .waitToPublish = [this](int fd, auto timeout) { publisher_->wait(fd, timeout); },
@@ -146,6 +163,14 @@ tl::expected<void, Error> Instrument::welcome(const capture::CameraInfo& info) {
                                 .what = fmt::format("the camera's picture is {} x {} pixels, the gel's is {} x {}",
                                                     info.width, info.height, expected.width, expected.height),
                                 .remedy = "set camera.width_px and camera.height_px, or describe the gel's camera"});
+  }
+  const std::string id = calibrate::cameraId(info.name.vendor, info.name.serial);
+  if (sensor_.calibration && sensor_.calibration->camera != id) {
+    return tl::unexpected(Error{
+        .exitCode = EX_CONFIG,
+        .what = fmt::format("the gel file was calibrated with camera {}, this is {}", sensor_.calibration->camera, id),
+        .where = config_.sensor.gelFile,
+        .remedy = "calibrate with this camera, starting from a gel file without [calibration]"});
   }
   // A start that forgot the zero would call what presses now nothing.
   auto pose = track::loadRestPose(track::restPosePath(stateDirectory_), sensor_, info.format);
@@ -186,7 +211,7 @@ tl::expected<void, Error> Instrument::stop() {
 }
 
 void Instrument::control(std::chrono::milliseconds timeout) {
-  controlServer_->serve(timeout);
+  controlServer_->serve(calibration_->running() ? std::min(timeout, kCalibratingTurn) : timeout);
   if (const capture::CameraInfo* info = camera_->info(); info != nullptr && !cameraDescribed_) {
     cameraDescribed_ = true;
     if (restored_) {
@@ -202,6 +227,7 @@ void Instrument::control(std::chrono::milliseconds timeout) {
     publisher_->describe(description_);
   }
   if (tracker_->takeRestPose(finished_)) keepZero();
+  watchMarkers();
   if (controlServer_->zeroPending()) watchZero();
 }
 
@@ -212,14 +238,20 @@ void Instrument::beginZero() {
 }
 
 void Instrument::keepZero() {
+  if (calibration_->running()) {
+    calibration_->drop();
+    controlServer_->answerCalibration(tl::unexpected<std::string>("a new zero was taken meanwhile"));
+  }
   description_.zero = finished_;
   publisher_->describe(description_);
   const auto saved =
       track::saveRestPose(track::restPosePath(stateDirectory_), finished_, sensor_, camera_->info()->format);
   if (!saved) spdlog::error("the zero is in force but not kept: {}", saved.error().message());
   spdlog::info("zero taken, {}", finished_.requested ? "as requested" : "by itself at the first start");
+  const std::string touch = calibrate::touchIn(sensor_, finished_);
+  if (!touch.empty()) spdlog::warn("warning: this may be no zero: {}", touch);
   if (!finished_.requested) return;  // whoever asked meanwhile waits for the one he asked for
-  if (saved) return controlServer_->answerZero(finished_);
+  if (saved) return controlServer_->answerZero(finished_, touch);
   controlServer_->answerZero(tl::unexpected("the zero is in force but not kept: " + saved.error().message()));
 }
 
@@ -228,17 +260,51 @@ void Instrument::watchZero() {
   if (state == track::ZeroState::kMoving || state == track::ZeroState::kTooFew) {
     return controlServer_->answerZero(tl::unexpected<std::string>(track::describe(state)));
   }
+  if (noFrames()) controlServer_->answerZero(tl::unexpected<std::string>("no frames come from the camera"));
+}
+
+bool Instrument::noFrames() {
   const std::int64_t now = monotonicNow();
   if (std::exchange(receivedAtLook_, ledger_.received.get()) != receivedAtLook_) lastFrame_ns_ = now;
-  if (now - lastFrame_ns_ > kNoFrames_ns) {
-    controlServer_->answerZero(tl::unexpected<std::string>("no frames come from the camera"));
+  return now - lastFrame_ns_ > kNoFrames_ns;
+}
+
+void Instrument::watchMarkers() {
+  if (newestMarkers_.take(markers_)) {
+    driftWatch_->add(markers_);
+    newestDrift_.put(driftWatch_->drift());
+    if (driftWatch_->takeWarning()) {
+      const RestDrift& drift = driftWatch_->drift();
+      spdlog::warn("warning: the untouched picture has drifted from the zero by ({:.3f}, {:.3f}) px, scale {:.1e}, "
+                   "roll {:.1e} rad; take a new zero with nothing touching the gel: tractionctl zero",
+                   drift.shiftU_px, drift.shiftV_px, drift.scale, drift.roll);
+    }
+    if (const auto result = calibration_->add(markers_)) controlServer_->answerCalibration(*result);
+  }
+  if (calibration_->running() && noFrames()) {
+    calibration_->drop();
+    controlServer_->answerCalibration(tl::unexpected<std::string>("no frames come from the camera"));
   }
 }
 
-publish::Vitals Instrument::vitals() const {
+void Instrument::calibrate(const CalibrationStep& step) {
+  receivedAtLook_ = ledger_.received.get();
+  lastFrame_ns_ = monotonicNow();
+  const RestPose* zero = description_.zero ? &*description_.zero : nullptr;
+  const std::string camera =
+      cameraDescribed_ ? calibrate::cameraId(description_.cameraVendor, description_.cameraSerial) : "";
+  if (const auto result = calibration_->begin(step, zero, camera, stateDirectory_)) {
+    if (*result && !(*result)->path.empty()) spdlog::info("calibrated gel file written: {}", (*result)->path);
+    controlServer_->answerCalibration(*result);
+  }
+}
+
+publish::Vitals Instrument::vitals() {
+  newestDrift_.take(drift_);
   return {.camera = camera_ ? camera_->state() : publish::CameraState::kUnknown,
           .turns = {turns_.capture.get(), turns_.track.get(), turns_.solve.get(), turns_.publish.get(),
-                    turns_.control.get()}};
+                    turns_.control.get()},
+          .drift = drift_};
 }
 
 std::string Instrument::statusLine() const {

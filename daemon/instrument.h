@@ -1,6 +1,8 @@
 // Everything one instance runs, made in order from a configuration.
 #pragma once
 
+#include "daemon/calibrate/calibration.h"
+#include "daemon/calibrate/drift_watch.h"
 #include "daemon/camera_source.h"
 #include "daemon/config.h"
 #include "daemon/instance.h"
@@ -44,7 +46,10 @@ class Instrument {
   void beginZero();
   void keepZero();
   void watchZero();
-  publish::Vitals vitals() const;
+  void watchMarkers();
+  void calibrate(const CalibrationStep& step);
+  bool noFrames();
+  publish::Vitals vitals();
   std::string statusLine() const;
 
   // In the order of their making, which is the reverse of their unmaking.
@@ -59,6 +64,8 @@ class Instrument {
   solve::Inverse inverse_;
   std::unique_ptr<track::Tracker> tracker_;
   std::unique_ptr<solve::Solver> solver_;
+  track::Mailbox<MarkerField> newestMarkers_;  // from the tracking thread to control
+  track::Mailbox<RestDrift> newestDrift_;      // from control to the publishing thread
   std::unique_ptr<publish::Publisher> publisher_;
   std::unique_ptr<publish::ControlServer> controlServer_;
   std::unique_ptr<CameraSource> camera_;
@@ -66,9 +73,14 @@ class Instrument {
 
   // The control thread's own.
   RestPose finished_;
+  MarkerField markers_;
+  std::unique_ptr<calibrate::DriftWatch> driftWatch_;
+  std::unique_ptr<calibrate::Calibration> calibration_;
   bool cameraDescribed_ = false;
   std::uint64_t receivedAtLook_ = 0;  // when a zero was last looked for
   std::int64_t lastFrame_ns_ = 0;
+
+  RestDrift drift_;  // the publishing thread's own
 };
 
 }  // namespace tractiond

@@ -78,6 +78,11 @@ void status(const ControlOptions& options, bool json) {
   }
   std::printf("camera    %llu frames never arrived, %llu reconnects\n", Count{ledger.missing},
               Count{ledger.reconnects});
+  if (const auto& drift = status.restDrift) {
+    std::printf("zero      drifted by (%+.3f, %+.3f) px, scale %+.1e, roll %+.1e rad, markers %.3f px; untouched "
+                "%.0f s ago\n",
+                drift->shiftU_px, drift->shiftV_px, drift->scale, drift->roll, drift->rms_px, drift->age_s);
+  }
 }
 
 void describe(const ControlOptions& options) {
@@ -89,6 +94,7 @@ void zero(const ControlOptions& options, bool json) {
   if (json) return printLine(toJson(result));
   std::printf("zero taken: %u of %u markers, pixel noise %.1f grey levels, id %s\n", result.markersPresent,
               result.markersExpected, result.noise_levels, toHex(result.zero.id).c_str());
+  if (!result.remark.empty()) std::printf("but: %s\n", result.remark.c_str());
 }
 
 }  // namespace traction::cli

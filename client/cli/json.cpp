@@ -283,6 +283,18 @@ void put(Json& json, const Status& status) {
   constexpr std::array<const char*, 5> kLoops = {"capture", "track", "solve", "publish", "control"};
   for (std::size_t i = 0; i < kLoops.size(); ++i) json.key(kLoops[i]).number(status.turns[i]);
   json.close('}');
+  json.key("rest_drift");
+  if (const auto& drift = status.restDrift) {
+    json.open('{');
+    json.key("shift_u_px").number(drift->shiftU_px);
+    json.key("shift_v_px").number(drift->shiftV_px);
+    json.key("scale").number(drift->scale);
+    json.key("roll_rad").number(drift->roll);
+    json.key("rms_px").number(drift->rms_px);
+    json.key("age_s").number(drift->age_s).close('}');
+  } else {
+    json.null();
+  }
 }
 
 template <typename Any>
@@ -324,6 +336,25 @@ std::string toJson(const ZeroResult& result) {
   json.key("markers_present").number(result.markersPresent);
   json.key("markers_expected").number(result.markersExpected);
   json.key("noise_levels").number(result.noise_levels);
+  json.key("remark").string(result.remark);
+  return json.close('}').take();
+}
+
+std::string toJson(const std::string& step, const CalibrationReport& report) {
+  Json json;
+  json.open('{');
+  json.key("step").string(step);
+  json.key("figures").open('{');
+  for (const CalibrationReport::Figure& figure : report.figures) {
+    json.key(figure.name.c_str()).open('{');
+    json.key("value").number(figure.value);
+    json.key("deviation").number(figure.deviation).close('}');
+  }
+  json.close('}');
+  json.key("remarks").open('[');
+  for (const std::string& remark : report.remarks) json.string(remark);
+  json.close(']');
+  json.key("path").string(report.path);
   return json.close('}').take();
 }
 

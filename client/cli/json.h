@@ -10,6 +10,7 @@ std::string toJson(const Message& message);
 std::string toJson(const Status& status);
 std::string toJson(const Description& description);
 std::string toJson(const ZeroResult& result);
+std::string toJson(const std::string& step, const CalibrationReport& report);
 
 /// 32 lower-case digits; empty where there is no id.
 std::string toHex(const Id& id);

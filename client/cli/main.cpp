@@ -1,10 +1,12 @@
 // tractionctl: what a person wants of a running tractiond.
 
+#include "client/cli/calibrate.h"
 #include "client/cli/commands.h"
 
 #include <CLI/CLI.hpp>
 #include <sysexits.h>
 
+#include <algorithm>
 #include <iostream>
 
 namespace {
@@ -73,6 +75,20 @@ int main(int argc, char** argv) try {
   auto* describe = app.add_subcommand("describe", "Prints the sensor's description as JSON");
   auto* zero = app.add_subcommand("zero", "Takes what the camera sees now as the unloaded gel");
   zero->add_flag("--json", json, "as JSON");
+  cli::CalibrateOptions calibration;
+  std::string weights;
+  auto* calibrate = app.add_subcommand(
+      "calibrate", "Measures the camera's place, the noise and the gel's stiffness, and writes a gel file");
+  calibrate->add_option("steps", calibration.steps, "of geometry, noise, weights, finish; without: all, in this order")
+      ->check(CLI::IsMember({"geometry", "noise", "weights", "finish"}));
+  calibrate->add_option("--weights", weights, "to be put on one after another: 100gf,200gf,500gf");
+  calibrate->add_option("--seconds", calibration.seconds, "to look for the noise, and to wait for each weight")
+      ->check(CLI::PositiveNumber);
+  calibrate->add_option("--name", calibration.name, "of the gel: the file's name begins with it");
+  calibrate->add_flag("--keep-zero", calibration.keepZero, "geometry from the zero in force, instead of a new one");
+  calibrate->add_flag("--anyway", calibration.anyway, "also if something seems to touch the gel");
+  calibrate->add_flag("--yes", calibration.yes, "do not wait for Enter");
+  calibrate->add_flag("--json", calibration.json, "one line of JSON a step");
 
   try {
     app.parse(argc, argv);
@@ -83,6 +99,15 @@ int main(int argc, char** argv) try {
     if (status->parsed()) cli::status(control, json);
     if (describe->parsed()) cli::describe(control);
     if (zero->parsed()) cli::zero(control, json);
+    if (calibrate->parsed()) {
+      const auto& steps = calibration.steps;
+      if (const auto parsed = cli::parseWeights(weights)) {
+        calibration.weights_N = *parsed;
+      } else if (!weights.empty() || steps.empty() || std::ranges::find(steps, "weights") != steps.end()) {
+        return fail(EX_USAGE, "--weights is to be a list such as 100gf,200gf,500gf; see tractionctl --help");
+      }
+      cli::calibrate(control, calibration);
+    }
     return EX_OK;
   } catch (const CLI::Success& done) {
     return app.exit(done);

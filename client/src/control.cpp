@@ -5,6 +5,7 @@
 
 #include <zmq.hpp>
 
+#include <algorithm>
 #include <filesystem>
 
 namespace traction {
@@ -21,7 +22,7 @@ void expectSocket(const std::string& endpoint) {
   }
 }
 
-std::string ask(const ControlOptions& options, Request request, std::chrono::milliseconds timeout) {
+std::string ask(const ControlOptions& options, const std::string& request, std::chrono::milliseconds timeout) {
   expectSocket(options.endpoint);
   zmq::context_t context(1);
   zmq::socket_t socket(context, zmq::socket_type::req);
@@ -31,7 +32,7 @@ std::string ask(const ControlOptions& options, Request request, std::chrono::mil
   } catch (const zmq::error_t& error) {
     throw Error(ErrorCode::kBadEndpoint, "cannot connect to '" + options.endpoint + "': " + error.what());
   }
-  socket.send(zmq::buffer(encodeRequest(request)), zmq::send_flags::none);
+  socket.send(zmq::buffer(request), zmq::send_flags::none);
   zmq_pollitem_t item{socket.handle(), 0, ZMQ_POLLIN, 0};
   zmq::message_t reply;
   if (zmq_poll(&item, 1, timeout.count()) <= 0 || zmq_msg_recv(reply.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) {
@@ -48,15 +49,24 @@ Control::Control(const ControlOptions& options)
 }
 
 Status Control::status() const {
-  return decodeStatusReply(ask(options_, Request::kStatus, options_.timeout));
+  return decodeStatusReply(ask(options_, encodeRequest(Request::kStatus), options_.timeout));
 }
 
 Description Control::description() const {
-  return decodeDescriptionReply(ask(options_, Request::kDescription, options_.timeout));
+  return decodeDescriptionReply(ask(options_, encodeRequest(Request::kDescription), options_.timeout));
 }
 
 ZeroResult Control::zero() const {
-  return decodeZeroReply(ask(options_, Request::kZero, options_.zeroTimeout));
+  return decodeZeroReply(ask(options_, encodeRequest(Request::kZero), options_.zeroTimeout));
+}
+
+CalibrationReport Control::calibrate(const CalibrationStep& step) const {
+  constexpr double kPatience_s = 60.0;  // the daemon's for a weight, where none is said
+  const bool looks = step.kind == CalibrationStep::Kind::kWeight || step.kind == CalibrationStep::Kind::kNoise;
+  const std::chrono::duration<double> time(looks ? std::max(step.seconds, kPatience_s) : 0.0);
+  return decodeCalibrationReply(
+      ask(options_, encodeCalibration(step),
+          options_.workTimeout + std::chrono::duration_cast<std::chrono::milliseconds>(time)));
 }
 
 }  // namespace traction

@@ -196,6 +196,11 @@ Status statusOf(const pb::Status& from) {
   status.send = quantilesOf(from.latencies().send());
   status.total = quantilesOf(from.latencies().total());
   const pb::Turns& turns = from.turns();
+  if (from.has_rest_drift()) {
+    const pb::RestDrift& drift = from.rest_drift();
+    status.restDrift = RestDrift{drift.shift_u_px(), drift.shift_v_px(), drift.scale(),
+                                 drift.roll_rad(),   drift.rms_px(),     drift.age_s()};
+  }
   status.turns = {turns.capture(), turns.track(), turns.solve(), turns.publish(), turns.control()};
   return status;
 }
@@ -270,6 +275,33 @@ std::string encodeRequest(Request request) {
   return message.SerializeAsString();
 }
 
+std::string encodeCalibration(const CalibrationStep& step) {
+  pb::Request message;
+  message.set_version(kVersion);
+  pb::CalibrateRequest& request = *message.mutable_calibrate();
+  switch (step.kind) {
+  case CalibrationStep::Kind::kGeometry:
+    request.mutable_geometry()->set_anyway(step.anyway);
+    break;
+  case CalibrationStep::Kind::kNoise:
+    request.mutable_noise()->set_duration_s(step.seconds);
+    request.mutable_noise()->set_anyway(step.anyway);
+    break;
+  case CalibrationStep::Kind::kWeight:
+    request.mutable_weight()->set_weight_n(step.weight_N);
+    request.mutable_weight()->set_patience_s(step.seconds);
+    request.mutable_weight()->set_first(step.first);
+    break;
+  case CalibrationStep::Kind::kStiffness:
+    request.mutable_stiffness();
+    break;
+  case CalibrationStep::Kind::kFinish:
+    request.mutable_finish()->set_name(step.name);
+    break;
+  }
+  return message.SerializeAsString();
+}
+
 Status decodeStatusReply(std::string_view bytes) {
   return statusOf(replyOf(bytes, pb::Reply::kStatus).status());
 }
@@ -281,7 +313,19 @@ Description decodeDescriptionReply(std::string_view bytes) {
 ZeroResult decodeZeroReply(std::string_view bytes) {
   const pb::Reply reply = replyOf(bytes, pb::Reply::kZero);
   const pb::ZeroReply& from = reply.zero();
-  return {zeroOf(from.zero()), from.markers_present(), from.markers_expected(), from.noise_levels()};
+  return {zeroOf(from.zero()), from.markers_present(), from.markers_expected(), from.noise_levels(), from.remark()};
+}
+
+CalibrationReport decodeCalibrationReply(std::string_view bytes) {
+  const pb::Reply reply = replyOf(bytes, pb::Reply::kCalibrate);
+  const pb::CalibrateReply& from = reply.calibrate();
+  CalibrationReport report;
+  for (const pb::Figure& figure : from.figures()) {
+    report.figures.push_back({figure.name(), figure.value(), figure.deviation()});
+  }
+  report.remarks.assign(from.remarks().begin(), from.remarks().end());
+  report.path = from.path();
+  return report;
 }
 
 }  // namespace traction

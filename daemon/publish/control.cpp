@@ -5,6 +5,7 @@
 #include "daemon/publish/wire.h"
 
 #include <array>
+#include <optional>
 
 namespace tractiond::publish {
 
@@ -47,13 +48,18 @@ struct ControlServer::Impl {
     // [peer][empty][request]; a peer that does not speak REQ's envelope would not understand a reply either.
     if (parts != 3 || !request[1].empty()) return;
     const std::string peer = request[0].to_string();
-    const auto asked = decodeRequest(request[2].to_string_view());
+    CalibrationStep step;
+    const auto asked = decodeRequest(request[2].to_string_view(), step);
     if (!asked) return reply(peer, encodeErrorReply(asked.error()));
     switch (*asked) {
     case Request::kStatus:
       return reply(peer, encodeReply(*asked, handlers.status()));
     case Request::kDescription:
       return reply(peer, encodeReply(*asked, handlers.description()));
+    case Request::kCalibrate:
+      if (calibrator) reply(*calibrator, encodeErrorReply("another step of the calibration was asked for"));
+      calibrator = peer;
+      return handlers.calibrate(step);
     case Request::kZero:
       break;
     }
@@ -66,6 +72,7 @@ struct ControlServer::Impl {
   std::array<zmq::message_t, 3> request;
   std::size_t parts = 0;
   std::vector<std::string> zeroAskers;
+  std::optional<std::string> calibrator;  ///< waits for the step that runs
   PeerLimit peers{kRequestsPerSecond};
   std::int64_t counted_ns = 0;
   zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
@@ -101,9 +108,14 @@ void ControlServer::serve(std::chrono::milliseconds timeout) {
   for (int i = 0; i < kRequestsPerTurn && impl_->receive(); ++i) impl_->answer();
 }
 
-void ControlServer::answerZero(const tl::expected<RestPose, std::string>& result) {
-  const std::string bytes = result ? encodeZeroReply(*result) : encodeErrorReply(result.error());
+void ControlServer::answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark) {
+  const std::string bytes = result ? encodeZeroReply(*result, remark) : encodeErrorReply(result.error());
   for (const std::string& peer : std::exchange(impl_->zeroAskers, {})) impl_->reply(peer, bytes);
+}
+
+void ControlServer::answerCalibration(const tl::expected<CalibrationReport, std::string>& result) {
+  const auto peer = std::exchange(impl_->calibrator, std::nullopt);
+  if (peer) impl_->reply(*peer, result ? encodeCalibrationReply(*result) : encodeErrorReply(result.error()));
 }
 
 bool ControlServer::zeroPending() const {

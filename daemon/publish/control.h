@@ -1,7 +1,8 @@
-// Answers requests: status, description, zero.
+// Answers requests: status, description, zero, calibration.
 #pragma once
 
 #include "daemon/base/error.h"
+#include "daemon/records/calibration.h"
 #include "daemon/records/marker_field.h"
 
 #include <tl/expected.hpp>
@@ -21,6 +22,8 @@ struct ControlHandlers {
   /// Begin to take a zero. What came of it is told with answerZero(), at once or later; further askers meanwhile are
   /// not passed on and share the answer.
   std::function<void()> zero;
+  /// Begin a step. What came of it is told with answerCalibration(), at once or later.
+  std::function<void(const CalibrationStep&)> calibrate;
 };
 
 /// Thread-bound. A request that is malformed, too large (64 KiB) or unknown is answered with an error or dropped.
@@ -35,7 +38,10 @@ class ControlServer {
   void serve(std::chrono::milliseconds timeout);
 
   /// The rest pose, or a sentence why there is none, for all who asked.
-  void answerZero(const tl::expected<RestPose, std::string>& result);
+  void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark = "");
+
+  /// What came of the last step, for whoever asked for it.
+  void answerCalibration(const tl::expected<CalibrationReport, std::string>& result);
 
   /// Somebody waits for answerZero().
   bool zeroPending() const;

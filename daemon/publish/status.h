@@ -1,6 +1,8 @@
 // The once-a-second account of how the daemon does.
 #pragma once
 
+#include "daemon/records/rest_drift.h"
+
 #include <array>
 #include <cstdint>
 
@@ -17,6 +19,7 @@ enum class CameraState : std::uint8_t {
 struct Vitals {
   CameraState camera = CameraState::kUnknown;
   std::array<std::uint64_t, 5> turns{};  ///< of the loops of capture, track, solve, publish, control
+  RestDrift drift = {};
 };
 
 struct Quantiles {

@@ -2,6 +2,7 @@
 
 #include "daemon/publish/wire.h"
 
+#include "proto/traction/v1/endpoints.h"
 #include "traction/v1/control.pb.h"
 #include "traction/v1/description.pb.h"
 #include "traction/v1/field.pb.h"
@@ -270,6 +271,17 @@ std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading
   turns.set_solve(status.vitals.turns[2]);
   turns.set_publish(status.vitals.turns[3]);
   turns.set_control(status.vitals.turns[4]);
+  if (const RestDrift& drift = status.vitals.drift; drift.seen_ns != 0) {
+    pb::RestDrift& to = *message.mutable_rest_drift();
+    to.set_shift_u_px(drift.shiftU_px);
+    to.set_shift_v_px(drift.shiftV_px);
+    to.set_scale(drift.scale);
+    to.set_roll_rad(drift.roll);
+    to.set_rms_px(drift.rms_px);
+    to.set_age_s(std::max(seconds(heading.sent_ns - drift.seen_ns), 0.0));
+  } else {
+    message.clear_rest_drift();
+  }
   return message.ByteSizeLong();
 }
 
@@ -283,7 +295,44 @@ void Wire::writeStatus(std::uint8_t* bytes) const {
   put(messages_->status, bytes);
 }
 
-tl::expected<Request, std::string> decodeRequest(std::string_view bytes) {
+namespace {
+
+tl::expected<Request, std::string> decodeStep(const pb::CalibrateRequest& request, CalibrationStep& step) {
+  using Kind = CalibrationStep::Kind;
+  step = {};
+  switch (request.step_case()) {
+  case pb::CalibrateRequest::kGeometry:
+    step.kind = Kind::kGeometry;
+    step.anyway = request.geometry().anyway();
+    return Request::kCalibrate;
+  case pb::CalibrateRequest::kNoise:
+    step.kind = Kind::kNoise;
+    step.seconds = request.noise().duration_s();
+    step.anyway = request.noise().anyway();
+    return Request::kCalibrate;
+  case pb::CalibrateRequest::kWeight:
+    step.kind = Kind::kWeight;
+    step.weight_N = request.weight().weight_n();
+    step.seconds = request.weight().patience_s();
+    step.first = request.weight().first();
+    return Request::kCalibrate;
+  case pb::CalibrateRequest::kStiffness:
+    step.kind = Kind::kStiffness;
+    return Request::kCalibrate;
+  case pb::CalibrateRequest::kFinish:
+    step.kind = Kind::kFinish;
+    step.name = request.finish().name();
+    if (step.name.empty() || traction::isValidName(step.name)) return Request::kCalibrate;
+    return tl::unexpected<std::string>("that is no name for a gel: 1 to 24 of A-Z, a-z, 0-9, _ and - are");
+  case pb::CalibrateRequest::STEP_NOT_SET:
+    break;
+  }
+  return tl::unexpected<std::string>("this step of a calibration is unknown to this version of tractiond");
+}
+
+}  // namespace
+
+tl::expected<Request, std::string> decodeRequest(std::string_view bytes, CalibrationStep& step) {
   pb::Request request;
   if (!request.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
     return tl::unexpected<std::string>("this is not a traction.v1.Request");
@@ -299,6 +348,8 @@ tl::expected<Request, std::string> decodeRequest(std::string_view bytes) {
     return Request::kDescription;
   case pb::Request::kZero:
     return Request::kZero;
+  case pb::Request::kCalibrate:
+    return decodeStep(request.calibrate(), step);
   case pb::Request::REQUEST_NOT_SET:
     break;
   }
@@ -316,12 +367,27 @@ std::string encodeReply(Request request, std::string_view message) {
   return finish(reply);
 }
 
-std::string encodeZeroReply(const RestPose& zero) {
+std::string encodeZeroReply(const RestPose& zero, std::string_view remark) {
   pb::Reply reply;
   set(zero, *reply.mutable_zero()->mutable_zero());
   reply.mutable_zero()->set_markers_present(static_cast<std::uint32_t>(std::ranges::count(zero.present, 1)));
   reply.mutable_zero()->set_markers_expected(static_cast<std::uint32_t>(zero.present.size()));
   reply.mutable_zero()->set_noise_levels(zero.noise);
+  reply.mutable_zero()->set_remark(std::string(remark));
+  return finish(reply);
+}
+
+std::string encodeCalibrationReply(const CalibrationReport& report) {
+  pb::Reply reply;
+  pb::CalibrateReply& told = *reply.mutable_calibrate();
+  for (const CalibrationReport::Figure& from : report.figures) {
+    pb::Figure& to = *told.add_figures();
+    to.set_name(from.name);
+    to.set_value(from.value);
+    to.set_deviation(from.deviation);
+  }
+  for (const std::string& remark : report.remarks) told.add_remarks(remark);
+  told.set_path(report.path);
   return finish(reply);
 }
 

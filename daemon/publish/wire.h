@@ -3,6 +3,7 @@
 
 #include "daemon/publish/description.h"
 #include "daemon/publish/status.h"
+#include "daemon/records/calibration.h"
 #include "daemon/records/ledger.h"
 #include "daemon/records/traction_field.h"
 
@@ -66,14 +67,16 @@ class Wire {
 
 // --- control
 
-enum class Request { kStatus, kDescription, kZero };
+enum class Request { kStatus, kDescription, kZero, kCalibrate };
 
-/// From anybody: never trusted. The error is a sentence for the asker.
-tl::expected<Request, std::string> decodeRequest(std::string_view bytes);
+/// From anybody: never trusted. The error is a sentence for the asker. \param step is filled for kCalibrate.
+tl::expected<Request, std::string> decodeRequest(std::string_view bytes, CalibrationStep& step);
 
 /// `message` is a Status or Description as it was sent, answering `request`.
 std::string encodeReply(Request request, std::string_view message);
-std::string encodeZeroReply(const RestPose& zero);
+/// `remark`: why it may be no zero; empty where nothing speaks against it.
+std::string encodeZeroReply(const RestPose& zero, std::string_view remark);
+std::string encodeCalibrationReply(const CalibrationReport& report);
 std::string encodeErrorReply(std::string_view error);
 
 }  // namespace tractiond::publish

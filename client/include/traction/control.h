@@ -6,6 +6,8 @@
 #include "traction/status.h"
 
 #include <chrono>
+#include <string>
+#include <vector>
 
 namespace traction {
 
@@ -14,6 +16,7 @@ struct ControlOptions {
   std::string endpoint;                           ///< ZeroMQ's, "tcp://HOST:9874"; empty: found by the instance
   std::chrono::milliseconds timeout{3000};        ///< for an answer
   std::chrono::milliseconds zeroTimeout{15'000};  ///< taking a zero needs frames of the camera
+  std::chrono::milliseconds workTimeout{60'000};  ///< for a step of a calibration, beside the time it is to look
 };
 
 /// What came of zero().
@@ -22,6 +25,35 @@ struct ZeroResult {
   std::uint32_t markersPresent = 0;   ///< found in the picture
   std::uint32_t markersExpected = 0;  ///< of the gel
   double noise_levels = 0.0;          ///< standard deviation of a pixel between the rest frames [grey levels]
+  std::string remark;                 ///< why it may be no zero; empty where nothing speaks against it
+};
+
+/// One step of a calibration: docs/calibration.md.
+struct CalibrationStep {
+  enum class Kind {
+    kGeometry,   ///< pose and distortion from the zero in force
+    kNoise,      ///< of markers and picture while nothing touches
+    kWeight,     ///< waits until a known weight has been put on and has come to rest
+    kStiffness,  ///< Young's modulus from the weights read so far; refused if they contradict each other
+    kFinish,     ///< writes the gel file
+  };
+  Kind kind = Kind::kGeometry;
+  double seconds = 0.0;   ///< noise: to look; weight: to wait for it; 0: as long as the daemon thinks right
+  double weight_N = 0.0;  ///< weight
+  bool first = false;     ///< weight: forget those before
+  bool anyway = false;    ///< geometry, noise: also if something seems to touch
+  std::string name;       ///< finish: the file's name begins with it
+};
+
+struct CalibrationReport {
+  struct Figure {
+    std::string name;  ///< with its unit: "focal_px"
+    double value = 0.0;
+    double deviation = 0.0;  ///< standard; 0: none is known
+  };
+  std::vector<Figure> figures;
+  std::vector<std::string> remarks;  ///< for people
+  std::string path;                  ///< of the gel file that was written, on the daemon's host
 };
 
 /// Thread-safe: every request has a connection of its own.
@@ -35,6 +67,8 @@ class TRACTION_EXPORT Control {
   Description description() const;  ///< the last one published
   /// Takes what the camera sees now as the unloaded gel, and waits for it.
   ZeroResult zero() const;
+  /// Carries a step out and waits for it.
+  CalibrationReport calibrate(const CalibrationStep& step) const;
 
   /// Where it asks; for messages to people.
   const std::string& endpoint() const { return options_.endpoint; }

@@ -3,6 +3,8 @@
 
 #include "traction/messages.h"
 
+#include <optional>
+
 namespace traction {
 
 enum class CameraState {
@@ -44,6 +46,16 @@ struct Quantiles {
   double max_s = 0.0;
 };
 
+/// How far the untouched picture has come from the zero; scale and roll about the principal point.
+struct RestDrift {
+  double shiftU_px = 0.0;  ///< right
+  double shiftV_px = 0.0;  ///< down
+  double scale = 0.0;      ///< relative
+  double roll = 0.0;       ///< [rad], u towards v
+  double rms_px = 0.0;     ///< of the markers' coordinates besides that
+  double age_s = 0.0;      ///< since the last frame in which nothing touched
+};
+
 struct Status {
   Header header;
   double uptime_s = 0.0;
@@ -60,6 +72,8 @@ struct Status {
 
   /// Turns of the loops of capture, track, solve, publish and control since the start: one that stands still hangs.
   std::array<std::uint64_t, 5> turns{};
+
+  std::optional<RestDrift> restDrift;  ///< none: nothing has been seen untouched since the zero or the start
 };
 
 }  // namespace traction

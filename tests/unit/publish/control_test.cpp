@@ -23,7 +23,8 @@ class ControlTest : public testing::Test {
     auto opened = ControlServer::open({"tcp://127.0.0.1:*"},
                                       {.status = [bytes = status.SerializeAsString()] { return bytes; },
                                        .description = [bytes = description.SerializeAsString()] { return bytes; },
-                                       .zero = [this] { ++zeros_; }});
+                                       .zero = [this] { ++zeros_; },
+                                       .calibrate = [this](const CalibrationStep& step) { steps_.push_back(step); }});
     if (!opened) throw std::runtime_error(opened.error().message());
     server_ = *std::move(opened);
   }
@@ -68,6 +69,7 @@ class ControlTest : public testing::Test {
 
   zmq::context_t context_;
   int zeros_ = 0;
+  std::vector<CalibrationStep> steps_;
   std::unique_ptr<ControlServer> server_;
 };
 
@@ -105,6 +107,24 @@ TEST_F(ControlTest, FailedZeroSaysWhy) {
   while (!server_->zeroPending()) server_->serve(10ms);
   server_->answerZero(tl::make_unexpected(std::string("only 12 of 1152 markers were found")));
   EXPECT_EQ(await(socket).error(), "only 12 of 1152 markers were found");
+}
+
+TEST_F(ControlTest, StepOfACalibrationIsAnsweredWhenItIsDone) {
+  const std::string noise =
+      request([](pb::Request& r) { r.mutable_calibrate()->mutable_noise()->set_duration_s(3.0); });
+  auto socket = connect(zmq::socket_type::req);
+  socket.send(zmq::buffer(noise), zmq::send_flags::none);
+  while (steps_.empty()) server_->serve(10ms);
+  EXPECT_EQ(steps_[0].seconds, 3.0);
+  // Another request ends the step that runs.
+  auto other = connect(zmq::socket_type::req);
+  other.send(zmq::buffer(request([](pb::Request& r) { r.mutable_calibrate()->mutable_geometry(); })),
+             zmq::send_flags::none);
+  EXPECT_EQ(await(socket).error(), "another step of the calibration was asked for");
+  EXPECT_EQ(steps_.size(), 2U);
+  server_->answerCalibration(CalibrationReport{.figures = {{"k1", -0.1, 0.01}}, .remarks = {}, .path = ""});
+  EXPECT_EQ(await(other).calibrate().figures(0).name(), "k1");
+  server_->answerCalibration(CalibrationReport{});  // nobody waits any more
 }
 
 TEST_F(ControlTest, UnknownAndMalformedRequestsGetAnError) {

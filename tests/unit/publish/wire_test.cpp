@@ -314,16 +314,73 @@ TEST(Wire, RequestsAreTold) {
   pb::Request request;
   request.set_version(1);
   request.mutable_status();
-  EXPECT_EQ(decodeRequest(request.SerializeAsString()).value(), Request::kStatus);
+  CalibrationStep step;
+  const auto decoded = [&] { return decodeRequest(request.SerializeAsString(), step); };
+  EXPECT_EQ(decoded().value(), Request::kStatus);
   request.mutable_description();
-  EXPECT_EQ(decodeRequest(request.SerializeAsString()).value(), Request::kDescription);
+  EXPECT_EQ(decoded().value(), Request::kDescription);
   request.mutable_zero();
-  EXPECT_EQ(decodeRequest(request.SerializeAsString()).value(), Request::kZero);
+  EXPECT_EQ(decoded().value(), Request::kZero);
   request.clear_request();
-  EXPECT_FALSE(decodeRequest(request.SerializeAsString()));
+  EXPECT_FALSE(decoded());
   request.mutable_zero();
   request.set_version(2);
-  EXPECT_FALSE(decodeRequest(request.SerializeAsString()));
+  EXPECT_FALSE(decoded());
+}
+
+TEST(Wire, StepsOfACalibrationAreTold) {
+  using Kind = CalibrationStep::Kind;
+  pb::Request request;
+  request.set_version(1);
+  CalibrationStep step;
+  const auto decoded = [&] { return decodeRequest(request.SerializeAsString(), step); };
+  request.mutable_calibrate()->mutable_geometry()->set_anyway(true);
+  EXPECT_EQ(decoded().value(), Request::kCalibrate);
+  EXPECT_EQ(step.kind, Kind::kGeometry);
+  EXPECT_TRUE(step.anyway);
+  request.mutable_calibrate()->mutable_noise()->set_duration_s(7.0);
+  EXPECT_EQ(decoded().value(), Request::kCalibrate);
+  EXPECT_EQ(step.kind, Kind::kNoise);
+  EXPECT_EQ(step.seconds, 7.0);
+  EXPECT_FALSE(step.anyway);
+  request.mutable_calibrate()->mutable_weight()->set_weight_n(0.5);
+  request.mutable_calibrate()->mutable_weight()->set_first(true);
+  EXPECT_EQ(decoded().value(), Request::kCalibrate);
+  EXPECT_EQ(step.kind, Kind::kWeight);
+  EXPECT_EQ(step.weight_N, 0.5);
+  EXPECT_TRUE(step.first);
+  request.mutable_calibrate()->mutable_stiffness();
+  EXPECT_EQ(decoded().value(), Request::kCalibrate);
+  EXPECT_EQ(step.kind, Kind::kStiffness);
+  request.mutable_calibrate()->mutable_finish()->set_name("left");
+  EXPECT_EQ(decoded().value(), Request::kCalibrate);
+  EXPECT_EQ(step.kind, Kind::kFinish);
+  EXPECT_EQ(step.name, "left");
+  request.mutable_calibrate()->mutable_finish()->set_name("../left");
+  EXPECT_FALSE(decoded());
+  request.mutable_calibrate()->clear_step();
+  EXPECT_FALSE(decoded());
+}
+
+TEST(Wire, DriftIsToldWhereItIsKnown) {
+  Wire wire(description().identity);
+  Status status;
+  pb::Status told;
+  ASSERT_TRUE(told.ParseFromString(statusBytes(wire, Ledger{}, status, heading())));
+  EXPECT_FALSE(told.has_rest_drift());
+  status.vitals.drift = {.seen_ns = heading().sent_ns - 2'000'000'000,
+                         .shiftU_px = 0.1,
+                         .shiftV_px = -0.2,
+                         .scale = 1e-4,
+                         .roll = 2e-4,
+                         .rms_px = 0.003};
+  ASSERT_TRUE(told.ParseFromString(statusBytes(wire, Ledger{}, status, heading())));
+  EXPECT_EQ(told.rest_drift().shift_u_px(), 0.1);
+  EXPECT_EQ(told.rest_drift().shift_v_px(), -0.2);
+  EXPECT_EQ(told.rest_drift().scale(), 1e-4);
+  EXPECT_EQ(told.rest_drift().roll_rad(), 2e-4);
+  EXPECT_EQ(told.rest_drift().rms_px(), 0.003);
+  EXPECT_NEAR(told.rest_drift().age_s(), 2.0, 1e-9);
 }
 
 TEST(Wire, RandomBytesAreNoRequestAndNoHarm) {
@@ -331,7 +388,8 @@ TEST(Wire, RandomBytesAreNoRequestAndNoHarm) {
   for (int i = 0; i < 20'000; ++i) {
     std::string bytes(random() % 200, '\0');
     for (char& byte : bytes) byte = static_cast<char>(random());
-    const auto request = decodeRequest(bytes);
+    CalibrationStep step;
+    const auto request = decodeRequest(bytes, step);
     EXPECT_TRUE(request || !request.error().empty());
   }
 }
@@ -345,11 +403,20 @@ TEST(Wire, RepliesHoldWhatWasSent) {
   EXPECT_TRUE(reply.error().empty());
   EXPECT_EQ(reply.status().SerializeAsString(), status);
 
-  ASSERT_TRUE(reply.ParseFromString(encodeZeroReply(restPose())));
+  ASSERT_TRUE(reply.ParseFromString(encodeZeroReply(restPose(), "touched")));
   EXPECT_EQ(reply.zero().zero().id(), text(idOf(50)));
   EXPECT_EQ(reply.zero().markers_present(), 1U);
   EXPECT_EQ(reply.zero().markers_expected(), 2U);
   EXPECT_EQ(reply.zero().noise_levels(), 2.5);
+  EXPECT_EQ(reply.zero().remark(), "touched");
+
+  const CalibrationReport report{.figures = {{"focal_px", 960.0, 2.0}}, .remarks = {"one"}, .path = "/gel.toml"};
+  ASSERT_TRUE(reply.ParseFromString(encodeCalibrationReply(report)));
+  EXPECT_EQ(reply.calibrate().figures(0).name(), "focal_px");
+  EXPECT_EQ(reply.calibrate().figures(0).value(), 960.0);
+  EXPECT_EQ(reply.calibrate().figures(0).deviation(), 2.0);
+  EXPECT_EQ(reply.calibrate().remarks(0), "one");
+  EXPECT_EQ(reply.calibrate().path(), "/gel.toml");
 
   ASSERT_TRUE(reply.ParseFromString(encodeErrorReply("no frames")));
   EXPECT_EQ(reply.error(), "no frames");

@@ -1,0 +1,370 @@
+#include "daemon/calibrate/calibration.h"
+
+#include "daemon/base/clock.h"
+#include "daemon/base/hash.h"
+#include "daemon/base/whole_file.h"
+#include "sensor/gel_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <ctime>
+
+namespace tractiond::calibrate {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Kind = CalibrationStep::Kind;
+
+constexpr double kGramForce = 9.80665e-3;  // [N]
+constexpr double kLongest_s = 3600.0;      // of a step
+constexpr double kFarFromTheFile = 3.0;    // deviations of the focal length that are worth a remark
+constexpr double kBadResidual_px = 0.3;
+constexpr double kCreeping = 0.005;    // growth of a load's displacement between the halves of its reading
+constexpr double kResidualOver = 2.0;  // of what noise explains: the contact is not one round one
+
+[[gnu::format(printf, 1, 2)]] std::string print(const char* format, ...) {
+  std::array<char, 400> text{};
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text.data(), text.size(), format, arguments);
+  va_end(arguments);
+  return text.data();
+}
+
+std::string utc(const char* format) {
+  const std::time_t now = static_cast<std::time_t>(realNow() / 1'000'000'000);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  std::array<char, 40> text{};
+  std::strftime(text.data(), text.size(), format, &parts);
+  return text.data();
+}
+
+std::string date() {
+  return utc("%Y-%m-%dT%H:%M:%SZ");
+}
+
+std::string touching(const Bulge& bulge) {
+  return print("something seems to touch the gel near (%.0f, %.0f) mm: the markers there are displaced by %.2f px",
+               1e3 * bulge.place.x(), 1e3 * bulge.place.y(), bulge.size_px);
+}
+
+tl::unexpected<std::string> refused(const std::string& sentence) {
+  return tl::unexpected(sentence);
+}
+
+}  // namespace
+
+/// A weight that is waited for: still, and not the one before; then its mean.
+struct Calibration::Weighing {
+  explicit Weighing(std::size_t markers)
+      : deformation(2 * markers)
+      , reference(2 * markers)
+      , sums{std::vector<double>(2 * markers), std::vector<double>(2 * markers)}
+      , counts{std::vector<int>(markers), std::vector<int>(markers)}
+      , variance(markers) {}
+
+  std::vector<float> deformation;  ///< this frame's, without the picture's motion
+  std::vector<float> reference;    ///< of the frame since which nothing moved
+  bool haveReference = false;
+  std::int64_t stillSince_ns = 0;
+  int frames = 0;                           ///< in the sums
+  std::array<std::vector<double>, 2> sums;  ///< of the reading's first and second half
+  std::array<std::vector<int>, 2> counts;
+  std::vector<double> variance;
+  bool sawNothing = false;
+};
+
+Calibration::Calibration(const sensor::Sensor& inForce, const CalibrationOptions& options)
+    : inForce_(inForce)
+    , options_(options)
+    , candidate_(inForce) {}
+
+Calibration::~Calibration() = default;
+
+sensor::Calibration& Calibration::made() {
+  measured_ = true;
+  if (!candidate_.calibration) candidate_.calibration.emplace();
+  return *candidate_.calibration;
+}
+
+std::optional<Result> Calibration::begin(const CalibrationStep& step, const RestPose* zero, const std::string& camera,
+                                         const fs::path& directory) {
+  running_.reset();
+  if (step.kind == Kind::kStiffness) return stiffness();
+  if (step.kind == Kind::kFinish) return finish(step.name, camera, directory);
+  if (zero == nullptr) return refused("there is no zero yet: take one with nothing touching the gel");
+  if (step.kind == Kind::kGeometry) return geometry(*zero, step.anyway);
+  if (step.kind == Kind::kWeight) {
+    if (!(step.weight_N > 0.0) || !std::isfinite(step.weight_N)) return refused("a weight must press: it is above 0");
+    if (step.first) weights_.clear();
+    weighing_ = std::make_unique<Weighing>(zero->present.size());
+  } else {
+    noise_ = std::make_unique<RestNoiseMeter>(candidate_, options_.noise);
+  }
+  running_ = step;
+  if (!(step.seconds > 0.0)) running_->seconds = step.kind == Kind::kNoise ? options_.noise_s : options_.patience_s;
+  running_->seconds = std::min(running_->seconds, kLongest_s);
+  begun_ns_ = 0;
+  return std::nullopt;
+}
+
+std::optional<Result> Calibration::add(const MarkerField& field) {
+  if (!running_) return std::nullopt;
+  if (begun_ns_ == 0) begun_ns_ = field.info.times.received_ns;
+  if ((field.flags & kFewMarkers) != 0) return std::nullopt;
+  auto result = running_->kind == Kind::kNoise ? noise(field) : weigh(field);
+  if (result) running_.reset();
+  return result;
+}
+
+Result Calibration::geometry(const RestPose& zero, bool anyway) {
+  sensor::Sensor start = inForce_;
+  const Geometry found = fitGeometry(start, zero.position_px, zero.present, options_.geometry);
+  if (found.outcome == Geometry::Outcome::kFewMarkers) return refused("the zero shows too few markers for a geometry");
+  if (found.outcome == Geometry::Outcome::kDiverged) {
+    return refused("no camera explains the markers' places: is the gel file that of another gel?");
+  }
+  if (found.bulge.found() && !anyway) {
+    return refused(touching(found.bulge) + "; take it away and zero again, or calibrate anyway");
+  }
+  candidate_.camera = found.camera;
+  candidate_.uncertainty.focal = found.uncertainty.focal;
+  candidate_.uncertainty.position = found.uncertainty.position;
+  candidate_.uncertainty.rotation = found.uncertainty.rotation;
+  candidate_.uncertainty.focalDistance = found.uncertainty.focalDistance;
+  made().geometry = date();
+  made().residual_px = found.residual_px;
+
+  CalibrationReport report;
+  const sensor::Camera& camera = found.camera;
+  const sensor::Uncertainty& known = found.uncertainty;
+  report.figures = {{"residual_px", found.residual_px, 0.0},
+                    {"markers", static_cast<double>(found.markers), 0.0},
+                    {"outliers", static_cast<double>(found.outliers), 0.0},
+                    {"focal_px", camera.focal_px, camera.focal_px * known.focal},
+                    {"principal_u_px", camera.principal_px.x(), found.principalDeviation_px},
+                    {"principal_v_px", camera.principal_px.y(), found.principalDeviation_px},
+                    {"k1", camera.k1, found.k1Deviation},
+                    {"k2", camera.k2, found.k2Deviation}};
+  const std::array axes = {"x", "y", "z"};
+  for (int i = 0; i < 3; ++i) {
+    report.figures.push_back(
+        {std::string("position_") + axes[i] + "_mm", 1e3 * camera.position[i], 1e3 * known.position[i]});
+  }
+  for (int i = 0; i < 3; ++i) {
+    report.figures.push_back({std::string("rotation_") + axes[i] + "_rad", camera.rotation[i], known.rotation[i]});
+  }
+  report.figures.push_back({"focal_distance_correlation", known.focalDistance, 0.0});
+  report.remarks.push_back(
+      "focal length and distance, principal point and sideways position are known together much better than alone: "
+      "two layers that lie so close show little but the picture's scale and place");
+  const double off = std::abs(camera.focal_px / inForce_.camera.focal_px - 1.0);
+  if (off > kFarFromTheFile * inForce_.uncertainty.focal) {
+    report.remarks.push_back("the focal length is far from the file's: is uncertainty.focal_relative too small?");
+  }
+  if (found.residual_px > kBadResidual_px) {
+    report.remarks.push_back("the residual is large: the markers are not where the file has them");
+  }
+  if (found.bulge.found()) report.remarks.push_back(touching(found.bulge));
+  return report;
+}
+
+std::optional<Result> Calibration::noise(const MarkerField& field) {
+  noise_->add(field);
+  const double looked_s = 1e-9 * static_cast<double>(field.info.times.received_ns - begun_ns_);
+  if (looked_s < running_->seconds || noise_->frames() < options_.noise.fewestFrames) return std::nullopt;
+  const RestNoise found = noise_->summary();
+  if (found.bulge.found() && !running_->anyway) {
+    return refused(touching(found.bulge) + "; take it away, or zero again if nothing does");
+  }
+  candidate_.pictureMotion = found.motion;
+  made().noise = date();
+  made().noise_px = found.centre_px;
+  CalibrationReport report;
+  report.figures = {{"frames", static_cast<double>(found.frames), 0.0},
+                    {"noise_px", found.centre_px, 0.0},
+                    {"noise_over_promised", found.overPromised, 0.0},
+                    {"shift_px", found.motion.shift_px, 0.0},
+                    {"scale", found.motion.scale, 0.0},
+                    {"roll_rad", found.motion.roll, 0.0}};
+  report.remarks.push_back(
+      print("the picture's motion is that of %.0f s: heat over hours may move it farther", looked_s));
+  if (found.overPromised > 1.2 || found.overPromised < 0.8) {
+    report.remarks.push_back("the markers' noise is not what the tracker promises: zero again");
+  }
+  return report;
+}
+
+std::optional<Result> Calibration::weigh(const MarkerField& field) {
+  Weighing& w = *weighing_;
+  const std::int64_t now_ns = field.info.times.received_ns;
+  const PictureMotionFit fit(candidate_);
+  const auto motion = fit({field.displacement_px, field.valid});
+  if (!motion) return std::nullopt;
+  std::vector<float> change(w.deformation.size());
+  const auto changeFrom = [&](const std::vector<float>& from) {
+    for (std::size_t i = 0; i < change.size(); ++i) change[i] = w.deformation[i] - from[i];
+    return largestBulge(candidate_, {change, field.valid}, options_.still_px);
+  };
+  for (std::size_t i = 0; i < field.valid.size(); ++i) {
+    const Eigen::Vector2d common = fit.at(static_cast<int>(i), motion->value);
+    w.deformation[2 * i] = field.displacement_px[2 * i] - static_cast<float>(common.x());
+    w.deformation[2 * i + 1] = field.displacement_px[2 * i + 1] - static_cast<float>(common.y());
+  }
+  const Bulge load = largestBulge(candidate_, {w.deformation, field.valid}, options_.still_px);
+  if (!load.found()) lastWeight_px_.clear();
+  const bool isNew = lastWeight_px_.empty() || changeFrom(lastWeight_px_).size_px > options_.other * load.size_px;
+  const bool moved = !w.haveReference || changeFrom(w.reference).found();
+  if (moved || !load.found() || !isNew) {
+    w.reference = w.deformation;
+    w.haveReference = true;
+    w.stillSince_ns = now_ns;
+    w.frames = 0;
+    for (int half = 0; half < 2; ++half) {
+      std::ranges::fill(w.sums[half], 0.0);
+      std::ranges::fill(w.counts[half], 0);
+    }
+    std::ranges::fill(w.variance, 0.0);
+    if (1e-9 * static_cast<double>(now_ns - begun_ns_) < running_->seconds) return std::nullopt;
+    if (!load.found()) return refused("no weight was put on the gel");
+    if (!isNew) return refused("the weight was not changed");
+    return refused("the weight did not come to rest");
+  }
+  if (1e-9 * static_cast<double>(now_ns - w.stillSince_ns) < options_.settle_s) return std::nullopt;
+  const int half = w.frames < options_.weightFrames / 2 ? 0 : 1;
+  for (std::size_t i = 0; i < field.valid.size(); ++i) {
+    if (!field.valid[i]) continue;
+    w.sums[half][2 * i] += field.displacement_px[2 * i];
+    w.sums[half][2 * i + 1] += field.displacement_px[2 * i + 1];
+    ++w.counts[half][i];
+    w.variance[i] += field.variance_px2[i];
+  }
+  if (++w.frames < options_.weightFrames) return std::nullopt;
+  lastWeight_px_ = w.deformation;
+  return read();
+}
+
+Result Calibration::read() {
+  const Weighing& w = *weighing_;
+  const std::size_t markers = w.variance.size();
+  std::vector<float> mean(2 * markers), variance(markers);
+  std::vector<std::uint8_t> valid(markers);
+  double both = 0.0, first = 0.0;
+  for (std::size_t i = 0; i < markers; ++i) {
+    const int count = w.counts[0][i] + w.counts[1][i];
+    if (w.counts[0][i] == 0 || w.counts[1][i] == 0) continue;
+    valid[i] = 1;
+    // The tracker's variance is one frame's and the zero's; the zero's does not become less by averaging.
+    const double ofZero = 1.0 / options_.zeroFrames;
+    variance[i] = static_cast<float>(w.variance[i] / count / (1.0 + ofZero) * (1.0 / count + ofZero));
+    for (const std::size_t c : {2 * i, 2 * i + 1}) {
+      mean[c] = static_cast<float>((w.sums[0][c] + w.sums[1][c]) / count);
+      const double before = w.sums[0][c] / w.counts[0][i], after = w.sums[1][c] / w.counts[1][i];
+      both += before * after;
+      first += before * before;
+    }
+  }
+  if (!contactFit_) contactFit_ = std::make_unique<ContactFit>(inForce_, options_.progress);
+  const auto reading = (*contactFit_)(candidate_.camera, candidate_.pictureMotion, {mean, valid}, variance);
+  if (!reading) return refused("the markers' displacements are not those of a weight");
+  weights_.push_back({running_->weight_N, reading->force.z(), std::sqrt(reading->covariance(2, 2))});
+  const double creep = first > 0.0 ? both / first - 1.0 : 0.0;
+
+  CalibrationReport report;
+  const auto grams = [](double newtons) { return newtons / kGramForce; };
+  report.figures = {{"weight_gf", grams(running_->weight_N), 0.0},
+                    {"reading_gf", grams(reading->force.z()), grams(weights_.back().deviation_N)},
+                    {"shear_gf", grams(reading->force.head<2>().norm()), 0.0},
+                    {"x_mm", 1e3 * reading->place.x(), 0.0},
+                    {"y_mm", 1e3 * reading->place.y(), 0.0},
+                    {"radius_mm", 1e3 * reading->radius, 0.0},
+                    {"residual_px", reading->residual_px, 0.0},
+                    {"creep", creep, 0.0}};
+  if (reading->residual_px > kResidualOver * reading->expected_px) {
+    report.remarks.push_back("the weight does not stand on one round contact, or something else touches");
+  }
+  if (creep > kCreeping) report.remarks.push_back("the gel still creeps: wait longer after putting the weight on");
+  return report;
+}
+
+Result Calibration::stiffness() {
+  if (weights_.empty()) return refused("no weight has been read");
+  const Stiffness found = fitStiffness(weights_, inForce_.gel.youngsModulus, options_.stiffness);
+  if (!found.contradiction.empty()) return refused(found.contradiction);
+  candidate_.gel.youngsModulus = found.youngsModulus;
+  candidate_.uncertainty.youngsModulus = found.deviation;
+  sensor::Calibration& record = made();
+  record.stiffness = date();
+  record.linearity = found.linearity;
+  record.weights.clear();
+  record.readings.clear();
+  CalibrationReport report;
+  report.figures = {{"youngs_modulus_pa", found.youngsModulus, found.deviation * found.youngsModulus},
+                    {"linearity", found.linearity, 0.0}};
+  for (std::size_t i = 0; i < weights_.size(); ++i) {
+    record.weights.push_back(weights_[i].weight_N);
+    record.readings.push_back(weights_[i].read_N * found.youngsModulus / inForce_.gel.youngsModulus);
+    report.figures.push_back({print("youngs_modulus_by_%.4g_gf_pa", weights_[i].weight_N / kGramForce), found.ofEach[i],
+                              found.ofEach[i] * weights_[i].deviation_N / weights_[i].read_N});
+  }
+  if (weights_.size() < 2) report.remarks.push_back("one weight alone cannot be checked by another");
+  return report;
+}
+
+Result Calibration::finish(const std::string& name, const std::string& camera, const fs::path& directory) {
+  if (!measured_) return refused("nothing has been measured since the start of the daemon");
+  if (camera.empty()) return refused("no camera has been seen yet");
+  sensor::Sensor sensor = candidate_;
+  sensor::Calibration& record = *sensor.calibration;
+  record.camera = camera;
+  record.date = date();
+  record.hash = calibrationHash(sensor);
+  const std::string stem = (name.empty() ? "gel" : name) + "-" + utc("%Y%m%dT%H%M%SZ");
+  fs::path path = directory / (stem + ".toml");
+  std::error_code ignored;
+  for (int i = 2; fs::exists(path, ignored); ++i) path = directory / (stem + "-" + std::to_string(i) + ".toml");
+  const std::string text = "# Calibrated by tractiond; a changed number makes it void.\n" + sensor::gelText(sensor);
+  if (const std::error_code error = replaceWholeFile(path, text)) {
+    return refused(path.string() + " cannot be written: " + error.message());
+  }
+  CalibrationReport report;
+  report.path = path.string();
+  report.remarks.push_back("it counts once sensor.gel_file names it and tractiond is started again");
+  return report;
+}
+
+std::string calibrationHash(const sensor::Sensor& sensor) {
+  sensor::Sensor plain = sensor;
+  if (plain.calibration) plain.calibration->hash.clear();
+  const std::string text = sensor::gelText(plain);
+  return toHex(hash128(text.data(), text.size()));
+}
+
+tl::expected<void, Error> verifyCalibration(const sensor::Sensor& sensor, const std::string& path) {
+  if (!sensor.calibration || sensor.calibration->hash == calibrationHash(sensor)) return {};
+  return tl::unexpected(Error{.exitCode = EX_CONFIG,
+                              .what = "the gel file was changed after its calibration: its hash does not fit",
+                              .where = path,
+                              .remedy = "calibrate again, or delete its [calibration] to vouch for it yourself"});
+}
+
+std::string cameraId(const std::string& vendor, const std::string& serial) {
+  std::string id = vendor + "-" + serial;
+  for (char& c : id) {
+    if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '_';
+  }
+  return id;
+}
+
+std::string touchIn(const sensor::Sensor& sensor, const RestPose& zero, const GeometryOptions& options) {
+  const Geometry found = fitGeometry(sensor, zero.position_px, zero.present, options);
+  if (found.outcome != Geometry::Outcome::kConverged || !found.bulge.found()) return "";
+  return touching(found.bulge);
+}
+
+}  // namespace tractiond::calibrate

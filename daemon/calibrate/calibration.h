@@ -1,0 +1,93 @@
+// A calibration while it runs: what has been measured so far, and what is being measured.
+#pragma once
+
+#include "daemon/base/error.h"
+#include "daemon/calibrate/contact_fit.h"
+#include "daemon/calibrate/geometry_fit.h"
+#include "daemon/calibrate/rest_noise.h"
+#include "daemon/calibrate/stiffness_fit.h"
+#include "daemon/records/calibration.h"
+
+#include <tl/expected.hpp>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+namespace tractiond::calibrate {
+
+struct CalibrationOptions {
+  int zeroFrames = 30;                      ///< that the zero was averaged over: its error is in all displacements
+  double noise_s = 5.0;                     ///< of rest frames, where the request does not say
+  double patience_s = 60;                   ///< for a weight, where the request does not say
+  double settle_s = 1.5;                    ///< that a weight must have stood still: most of a gel's creep is over
+  int weightFrames = 60;                    ///< averaged then
+  double still_px = 0.02;                   ///< smooth displacement that is no motion
+  double other = 0.15;                      ///< share by which a load must change to be another weight
+  sensor::elastic::Progress progress = {};  ///< of the mechanics, computed when the first weight is read
+  GeometryOptions geometry = {};
+  RestNoiseOptions noise = {};
+  StiffnessOptions stiffness = {};
+};
+
+using Result = tl::expected<CalibrationReport, std::string>;  ///< the error is a sentence for people
+
+/// Steps may be repeated and come in any order; each replaces its part of the sensor in force, and what was not
+/// measured stays as it is. The sensor in force itself does not change: the file counts from the next start.
+/// Thread-bound.
+class Calibration {
+ public:
+  /// The sensor in force outlives this.
+  explicit Calibration(const sensor::Sensor& inForce, const CalibrationOptions& options = {});
+  ~Calibration();
+
+  /// Carries a step out, or begins it (nothing): then its frames are to be given to add(). A step that runs is
+  /// dropped. \param zero in force; \param camera id; \param directory for the file.
+  std::optional<Result> begin(const CalibrationStep& step, const RestPose* zero, const std::string& camera,
+                              const std::filesystem::path& directory);
+
+  bool running() const { return running_.has_value(); }
+  void drop() { running_.reset(); }
+
+  /// A frame for the step that runs; what came of it, once it is over. May take a second of work, at the first weight
+  /// several.
+  std::optional<Result> add(const MarkerField& field);
+
+ private:
+  struct Weighing;
+
+  Result geometry(const RestPose& zero, bool anyway);
+  std::optional<Result> noise(const MarkerField& field);
+  std::optional<Result> weigh(const MarkerField& field);
+  Result read();
+  Result stiffness();
+  Result finish(const std::string& name, const std::string& camera, const std::filesystem::path& directory);
+  sensor::Calibration& made();
+
+  const sensor::Sensor& inForce_;
+  CalibrationOptions options_;
+  sensor::Sensor candidate_;  ///< in force, with what has been measured
+  bool measured_ = false;
+  std::vector<WeighedForce> weights_;
+  std::unique_ptr<ContactFit> contactFit_;
+  std::vector<float> lastWeight_px_;  ///< displacements under the weight read last; empty: none, or it was taken off
+
+  std::optional<CalibrationStep> running_;
+  std::int64_t begun_ns_ = 0;
+  std::unique_ptr<RestNoiseMeter> noise_;
+  std::unique_ptr<Weighing> weighing_;
+};
+
+/// Of all that the file says but the hash itself: 32 hexadecimal digits.
+std::string calibrationHash(const sensor::Sensor& sensor);
+
+/// A calibrated sensor must be as it was written; one that is not calibrated always is.
+tl::expected<void, Error> verifyCalibration(const sensor::Sensor& sensor, const std::string& path);
+
+/// What a gel file calls a camera; as `tractiond --cameras` does, but for characters that TOML would have to escape.
+std::string cameraId(const std::string& vendor, const std::string& serial);
+
+/// What seems to touch the gel in this zero: empty, or a sentence for people.
+std::string touchIn(const sensor::Sensor& sensor, const RestPose& zero, const GeometryOptions& options = {});
+
+}  // namespace tractiond::calibrate
