@@ -9,14 +9,17 @@
 
 namespace tractiond {
 
-using Id = std::array<std::uint8_t, 16>;   ///< a 128-bit hash; all zero: none
+using Id = std::array<std::uint8_t, 16>;  ///< a 128-bit hash; all zero: none
 
 /// Reasons for a reader to be careful; bits, as on the wire.
 enum Flags : std::uint32_t {
-  kZeroUnverified = 1u << 0,   ///< nobody has confirmed, and no unloaded picture has shown, that the zero is a zero
-  kFewMarkers = 1u << 1,       ///< fewer than track.min_valid_fraction of the markers are valid: the field is not valid
-  kDiscontinuity = 1u << 2,    ///< frames were lost or the clocks jumped before this frame
-  kReacquiring = 1u << 3,      ///< markers were labelled anew in this frame
+  kZeroUnverified = 1u << 0,  ///< nobody has confirmed, and no unloaded picture has shown, that the zero is a zero
+  kFewMarkers = 1u << 1,      ///< fewer than track.min_valid_fraction of the markers are valid: the field is not valid
+  kDiscontinuity = 1u << 2,   ///< frames were lost or the clocks jumped before this frame
+  kReacquiring = 1u << 3,     ///< markers were labelled anew in this frame
+  kTorn = 1u << 4,            ///< the picture does not hang together: rows of another moment, or moved aside
+  kUnexplained = 1u << 5,     ///< the picture shows displacements that no forces on the surface can make
+  kOutOfRange = 1u << 6,      ///< the forces are beyond the range for which the uncertainty is known
 };
 
 /// The rest pose: where each marker of the unloaded gel is in the picture, and how it looks there.
@@ -26,6 +29,8 @@ struct RestPose {
   std::vector<float> amplitude;       ///< M, grey levels of the marker above its surroundings
   std::vector<std::uint8_t> present;  ///< M, 1: seen in the rest frames
   float noise = 0.0F;                 ///< standard deviation of a pixel between rest frames, grey levels
+  float shotNoise = 0.0F;             ///< by how much its variance grows with each grey level of light
+  float light = 0.0F;                 ///< mean light at the markers' rims, where `noise` is stated, grey levels
   std::array<float, 2> crossTalk{};   ///< share of red seen in the blue channel, of blue in the red channel
   std::int64_t taken_ns = 0;          ///< CLOCK_REALTIME of the last rest frame
   bool requested = false;             ///< taken because a person asked for it; false: by itself at the first start
@@ -35,12 +40,12 @@ struct RestPose {
 /// Displacements of all markers in one frame. Sized once, reused.
 struct MarkerField {
   FrameInfo info;
-  std::vector<float> displacement_px; ///< 2 M, (u, v): right and down in the picture, from the rest pose
-  std::vector<float> variance_px2;    ///< M, of each coordinate
-  std::vector<std::uint8_t> valid;    ///< M, 0 or 1; where 0 the two above mean nothing (and are 0)
+  std::vector<float> displacement_px;  ///< 2 M, (u, v): right and down in the picture, from the rest pose
+  std::vector<float> variance_px2;     ///< M, of each coordinate
+  std::vector<std::uint8_t> valid;     ///< M, 0 or 1; where 0 the two above mean nothing (and are 0)
   std::uint32_t flags = 0;
   int validCount = 0;
-  Id zero{};                          ///< the rest pose it rests on
+  Id zero{};  ///< the rest pose it rests on
 
   void resize(int markers);
 };

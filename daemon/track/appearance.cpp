@@ -27,12 +27,14 @@ MarkerTemplate fittingTemplate(const Plane& plane, double radius_px, const Cross
                                std::span<const Guess> places) {
   std::vector<Centre> centres(places.size());
   const auto misfit = [&](double blur) {
-    fitCentres(plane, templateFor(plane, radius_px, blur), crossTalk, places, centres);
+    const MarkerTemplate marker = templateFor(plane, radius_px, blur);
+    const double perSample = 1.0 / marker.used();
+    fitCentres(plane, marker, crossTalk, places, centres);
     double sum = 0.0;
     int found = 0;
     for (const Centre& centre : centres) {
       if (!centre.found) continue;
-      sum += centre.misfit;
+      sum += centre.misfit + perSample * centre.blurred * centre.blurred;
       ++found;
     }
     // A template that finds fewer does not get away with it.

@@ -1,5 +1,5 @@
-// Per marker: copy its window of one colour's samples into a small array of floats, take five sums (I, I^2 and the
-// products with the three rows of weights of the nearest 1/8 sample), solve the three by three triangle, step. Nearly
+// Per marker: copy its window of one colour's samples into a small array of floats, take eight sums (I, I^2 and the
+// products with the six rows of weights of the nearest 1/8 sample), solve the triangles, step. Nearly
 // always the first step settles, since the guess is good to some hundredths of a pixel. The loops are written over
 // lanes, so that each version of the function fills its own machine's vectors.
 #include "daemon/track/centre.h"
@@ -76,7 +76,7 @@ TRACTION_INLINE float unmixedNoise(const CrossTalk& crossTalk) {
 }
 
 struct Sums {
-  float one, square, p0, p1, p2;
+  float one, square, p0, p1, p2, p3, p4, p5;
 };
 
 TRACTION_INLINE float total(float* lane) {
@@ -88,9 +88,9 @@ TRACTION_INLINE float total(float* lane) {
 template <typename S>
 TRACTION_INLINE Sums sums(S shape, const float* window, const float* weights) {
   const int samples = 2 * shape.half * shape.chunks * kLanes;
-  alignas(64) float one[kSums], square[kSums], p0[kSums], p1[kSums], p2[kSums];
+  alignas(64) float one[kSums], square[kSums], p0[kSums], p1[kSums], p2[kSums], p3[kSums], p4[kSums], p5[kSums];
   for (int i = 0; i < kSums; ++i) {
-    float o = 0.0F, s = 0.0F, a = 0.0F, b = 0.0F, c = 0.0F;
+    float o = 0.0F, s = 0.0F, a = 0.0F, b = 0.0F, c = 0.0F, d = 0.0F, e = 0.0F, f = 0.0F;
     for (int k = 0; k < samples; k += kSums) {
       const float x = window[k + i];
       o += x;
@@ -98,14 +98,20 @@ TRACTION_INLINE Sums sums(S shape, const float* window, const float* weights) {
       a += x * weights[k + i];
       b += x * weights[samples + k + i];
       c += x * weights[2 * samples + k + i];
+      d += x * weights[3 * samples + k + i];
+      e += x * weights[4 * samples + k + i];
+      f += x * weights[5 * samples + k + i];
     }
     one[i] = o;
     square[i] = s;
     p0[i] = a;
     p1[i] = b;
     p2[i] = c;
+    p3[i] = d;
+    p4[i] = e;
+    p5[i] = f;
   }
-  return {total(one), total(square), total(p0), total(p1), total(p2)};
+  return {total(one), total(square), total(p0), total(p1), total(p2), total(p3), total(p4), total(p5)};
 }
 
 template <int kStep, int kHalf>
@@ -121,6 +127,7 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
   const float highX = static_cast<float>(plane.width - shape.chunks * kLanes + shape.half - 3);
   const float highY = static_cast<float>(plane.height - shape.half - 3);
 
+  const float slopeU = plane.scale * guess.slopeU, slopeV = plane.scale * guess.slopeV;  // per sample
   float x = (guess.u - plane.u0) * inverseScale, y = (guess.v - plane.v0) * inverseScale;
   centre = {};
   alignas(64) float
@@ -137,11 +144,14 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
     const int index = down % kPhases * kPhases + across % kPhases;
     const Sums sum = sums(shape, window, marker.weights(index));
     const MarkerTemplate::Phase& phase = marker.phase(index);
-    const float amplitude = phase.solve[0] * sum.p0 + phase.solve[1] * sum.p1 + phase.solve[2] * sum.p2;
+    const auto& solve = phase.solve;
+    const auto& lean = phase.lean;
+    const float amplitude =
+        solve[0] * sum.p0 + solve[1] * sum.p1 + solve[2] * sum.p2 - lean[0] * slopeU - lean[1] * slopeV;
     centre.amplitude = amplitude;
     if (!(amplitude >= guess.minAmplitude)) break;
-    float du = (phase.solve[3] * sum.p1 + phase.solve[4] * sum.p2) / amplitude;
-    float dv = phase.solve[5] * sum.p2 / amplitude;
+    float du = (solve[3] * sum.p1 + solve[4] * sum.p2 - lean[2] * slopeU - lean[3] * slopeV) / amplitude;
+    float dv = (solve[5] * sum.p2 - lean[4] * slopeU - lean[5] * slopeV) / amplitude;
     const float size =
         (du < 0.0F ? -du : du) > (dv < 0.0F ? -dv : dv) ? (du < 0.0F ? -du : du) : (dv < 0.0F ? -dv : dv);
     const bool done = size <= settled;
@@ -153,10 +163,19 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
     y = static_cast<float>(down) / kPhases + dv;
     if (done) {
       const float used = static_cast<float>(marker.used());
-      const float rest = sum.square - sum.one * sum.one / used - sum.p0 * sum.p0 - sum.p1 * sum.p1 - sum.p2 * sum.p2;
-      centre.misfit = (rest > 0.0F ? rest : 0.0F) / (used - 4.0F);
-      centre.variance = phase.variance * plane.scale * plane.scale / (amplitude * amplitude);
-      if (guess.mixed) centre.variance *= unmixedNoise<kStep>(crossTalk);
+      const float mean = sum.one / used;
+      const float rest = sum.square - sum.one * mean - sum.p0 * sum.p0 - sum.p1 * sum.p1 - sum.p2 * sum.p2 -
+                         sum.p3 * sum.p3 - sum.p4 * sum.p4 - sum.p5 * sum.p5;
+      const float noise = guess.mixed ? unmixedNoise<kStep>(crossTalk) : 1.0F;
+      centre.misfit = (rest > 0.0F ? rest : 0.0F) / ((used - 7.0F) * noise);
+      const float perVariance = noise * plane.scale * plane.scale / (amplitude * amplitude);
+      centre.variance = phase.variance * perVariance;
+      centre.blurred = sum.p3;
+      centre.slopeShare = phase.slopeShare * perVariance;
+      centre.slopeU = (phase.solveSlope[0] * sum.p4 + phase.solveSlope[1] * sum.p5) * inverseScale;
+      centre.slopeV = phase.solveSlope[2] * sum.p5 * inverseScale;
+      centre.slopeVariance = phase.slopeVariance * noise * inverseScale * inverseScale;
+      centre.level = mean + (0.5F - phase.cover) * amplitude;
       centre.found = true;
       break;
     }

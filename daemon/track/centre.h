@@ -10,18 +10,24 @@ namespace tractiond::track {
 
 /// Where to look.
 struct Guess {
-  float u = 0.0F, v = 0.0F;   ///< px
-  float minAmplitude = 0.0F;  ///< levels; below, there is no marker here
-  bool mixed = false;         ///< a marker of the other colour is near: take its cross-talk out
+  float u = 0.0F, v = 0.0F;            ///< px
+  float minAmplitude = 0.0F;           ///< levels; below, there is no marker here
+  bool mixed = false;                  ///< a marker of the other colour is near: take its cross-talk out
+  float slopeU = 0.0F, slopeV = 0.0F;  ///< of the surroundings' brightness [levels / px]
 };
 
 /// What is there.
 struct Centre {
   float u = 0.0F, v = 0.0F;  ///< px; where not found, where the search ended
   float amplitude = 0.0F;    ///< levels above the surroundings
-  float misfit = 0.0F;       ///< mean square of what the template does not explain [levels^2]
-  float variance = 0.0F;     ///< of u and of v for unit noise [px^2 / level^2]
-  bool found = false;        ///< the steps settled, amplitude >= minAmplitude, window within the picture
+  float misfit = 0.0F;       ///< mean square of what the template does not explain, as of plain samples [levels^2]
+  float blurred = 0.0F;      ///< root of the sum of squares that more or less blur would explain [levels]
+  float variance = 0.0F;     ///< of u and of v for unit noise [px^2 / level^2], the guessed slope being right
+  float slopeU = 0.0F, slopeV = 0.0F;  ///< of the surroundings, as this window shows it [levels / px]
+  float slopeVariance = 0.0F;          ///< of the two for unit noise [1 / px^2]
+  float slopeShare = 0.0F;             ///< added to the variance if the guessed slope was as uncertain as this window's
+  float level = 0.0F;                  ///< brightness half-way up the marker's rim, where its place is seen [levels]
+  bool found = false;                  ///< the steps settled, amplitude >= minAmplitude, window within the picture
 };
 
 /// Shares of colours seen in the wrong channel.

@@ -11,6 +11,7 @@ namespace tractiond::track {
 namespace {
 
 constexpr double kProfileStep = 0.02;  // samples; cubic interpolation is then exact to 1e-6
+constexpr double kCurveStep = 0.1;     // for second differences
 constexpr int kStrips = 48;
 
 double normal(double t) {
@@ -44,8 +45,8 @@ MarkerTemplate::MarkerTemplate(double radius, double blur)
   const double reach = 1.5 * half_ + 1.0;
   for (double r = 0.0; r < reach; r += kProfileStep) profile_.push_back(blurredDisc(r, radius_, blur));
 
-  weights_.resize(static_cast<std::size_t>(kPhases * kPhases * 3 * samples() / 16));
-  Eigen::MatrixXd basis(used(), 4);
+  weights_.resize(static_cast<std::size_t>(kPhases * kPhases * kRows * samples() / 16));
+  Eigen::MatrixXd basis(used(), 1 + kRows);
   for (int index = 0; index < kPhases * kPhases; ++index) {
     const double u = static_cast<double>(index % kPhases) / kPhases, v = static_cast<double>(index / kPhases) / kPhases;
     for (int i = 0; i < used(); ++i) {
@@ -53,14 +54,20 @@ MarkerTemplate::MarkerTemplate(double radius, double blur)
       const double r = std::hypot(x, y);
       const double slope = (at(r + kProfileStep) - at(std::abs(r - kProfileStep))) / (2.0 * kProfileStep);
       const double share = r > 1e-9 ? -slope / r : 0.0;
-      basis.row(i) << 1.0, at(r), share * x, share * y;
+      const double curve =
+          (at(r + kCurveStep) - 2.0 * at(r) + at(std::abs(r - kCurveStep))) / (kCurveStep * kCurveStep);
+      basis.row(i) << 1.0, at(r), share * x, share * y, r > 1e-9 ? curve - share : 2.0 * curve, x, y;
     }
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(basis);
-    const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(used(), 4);
-    const Eigen::Matrix3d inverse = qr.matrixQR().block<3, 3>(1, 1).triangularView<Eigen::Upper>().solve(
-        Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
-    float* rows = weights_.front().lane + index * 3 * samples();
-    for (int k = 0; k < 3; ++k) {
+    const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(used(), 1 + kRows);
+    const auto& r = qr.matrixQR();
+    const Eigen::Matrix3d inverse =
+        r.block<3, 3>(1, 1).triangularView<Eigen::Upper>().solve(Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
+    const Eigen::Matrix2d slopes =
+        r.block<2, 2>(5, 5).triangularView<Eigen::Upper>().solve(Eigen::Matrix2d(Eigen::Matrix2d::Identity()));
+    const Eigen::Matrix<double, 3, 2> lean = inverse * r.block<3, 2>(1, 5);
+    float* rows = weights_.front().lane + index * kRows * samples();
+    for (int k = 0; k < kRows; ++k) {
       for (int i = 0; i < used(); ++i) {
         rows[k * samples() + i / width * chunks_ * kLanes + i % width] = static_cast<float>(q(i, k + 1));
       }
@@ -70,7 +77,13 @@ MarkerTemplate::MarkerTemplate(double radius, double blur)
     for (int row = 0; row < 3; ++row) {
       for (int column = row; column < 3; ++column) phase.solve[next++] = static_cast<float>(inverse(row, column));
     }
+    phase.solveSlope = {static_cast<float>(slopes(0, 0)), static_cast<float>(slopes(0, 1)),
+                        static_cast<float>(slopes(1, 1))};
+    for (int k = 0; k < 6; ++k) phase.lean[k] = static_cast<float>(lean(k / 2, k % 2));
     phase.variance = static_cast<float>(0.5 * inverse.bottomRows<2>().squaredNorm());
+    phase.slopeVariance = static_cast<float>(0.5 * slopes.squaredNorm());
+    phase.slopeShare = static_cast<float>(0.5 * (lean.bottomRows<2>() * slopes).squaredNorm());
+    phase.cover = static_cast<float>(basis.col(1).mean());
     phases_.push_back(phase);
   }
 }

@@ -1,10 +1,12 @@
 // What a marker looks like, and the weights that read its place from the samples around it.
 //
 // A marker is a disc blurred by a Gaussian, T(r). Near the place c its window of n samples is
-//   I = b + a T(|x - c|) + a d . grad_c T,
-// linear in b, a, a d_u, a d_v. For every 1/8 sample of c the functions T, dT/du, dT/dv are made orthonormal to each
-// other and to the constant: three rows of n weights. Amplitude a, offset d and residual follow from their dot products
-// with the window. That is least squares; for white noise it reaches the Cramer-Rao bound (docs/mathematics.md, 3).
+//   I = b + s . (x - c) + a T(|x - c|) + a d . grad_c T + e laplacian(T),
+// linear in b, the slope s, a, a d, and e, which stands for more or less blur. For every 1/8 sample of c the functions
+// T, dT/du, dT/dv, laplacian, x, y are made orthonormal to each other and to the constant, in this order: six rows of n
+// weights. Amplitude a, offset d, slope and residual follow from their dot products with the window; e is of no
+// interest but keeps a lens out of focus from being taken for a slope or an odd shape. That is least squares; for white
+// noise and a known slope it reaches the Cramer-Rao bound (docs/mathematics.md, 3).
 #pragma once
 
 #include <array>
@@ -19,11 +21,18 @@ class MarkerTemplate {
   static constexpr int kLanes = 8;     ///< a row of the window is padded with zeros to a multiple of this
   static constexpr int kMaxHalf = 12;  ///< of the widest window
   static constexpr int kMaxSamples = 2 * kMaxHalf * 3 * kLanes;
+  static constexpr int kRows = 6;  ///< of weights
 
-  /// From dot products (p0, p1, p2) to a = s0 p0 + s1 p1 + s2 p2, a d_u = s3 p1 + s4 p2, a d_v = s5 p2.
+  /// From dot products p0 ... p5 to the slope of the surroundings, s_u = t0 p4 + t1 p5, s_v = t2 p5, and to
+  /// (a, a d_u, a d_v) = S (p0, p1, p2) - L (s_u, s_v), S = [s0 s1 s2; 0 s3 s4; 0 0 s5], L = [l0 l1; l2 l3; l4 l5].
   struct Phase {
-    std::array<float, 6> solve;
-    float variance;  ///< of d_u and of d_v (their mean) for unit noise and a = 1
+    std::array<float, 6> solve;       ///< S
+    std::array<float, 3> solveSlope;  ///< t
+    std::array<float, 6> lean;        ///< L
+    float variance;       ///< of d_u and of d_v (their mean) for unit noise and a = 1, if the slope is known
+    float slopeVariance;  ///< of s_u and of s_v (their mean) for unit noise
+    float slopeShare;     ///< what is added to `variance` if the slope is the window's own
+    float cover;          ///< mean of T over the window
   };
 
   MarkerTemplate() = default;
@@ -41,7 +50,7 @@ class MarkerTemplate {
   int used() const { return 4 * half_ * half_; }                  ///< without
   const float* mask() const { return mask_.data(); }              ///< of a row's last chunk: 1 used, 0 padding
   const Phase& phase(int index) const { return phases_[index]; }  ///< index = down * kPhases + across
-  const float* weights(int index) const { return weights_.front().lane + index * 3 * samples(); }
+  const float* weights(int index) const { return weights_.front().lane + index * kRows * samples(); }
 
   /// T at distance r; 0 beyond the window.
   double at(double r) const;

@@ -15,7 +15,7 @@ namespace tractiond::track {
 namespace {
 
 constexpr std::array<char, 8> kMagic = {'t', 'r', 'a', 'c', 'r', 'e', 's', 't'};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 
 struct Header {
   std::array<char, 8> magic = kMagic;
@@ -24,11 +24,11 @@ struct Header {
   Id owner{};
   Id id{};
   std::int64_t taken_ns = 0;
-  float noise = 0.0F;
+  float noise = 0.0F, shotNoise = 0.0F, light = 0.0F;
   std::array<float, 2> crossTalk{};
   std::uint32_t requested = 0;
 };
-static_assert(sizeof(Header) == 72);  // no padding
+static_assert(sizeof(Header) == 80);  // no padding
 
 template <typename T>
 void append(std::vector<char>& bytes, const T* data, std::size_t count) {
@@ -45,7 +45,8 @@ bool sane(const RestPose& pose) {
   return std::all_of(pose.position_px.begin(), pose.position_px.end(), finite) &&
          std::all_of(pose.amplitude.begin(), pose.amplitude.end(), finite) &&
          std::all_of(pose.present.begin(), pose.present.end(), [](std::uint8_t present) { return present <= 1; }) &&
-         std::isfinite(pose.noise) && pose.noise > 0.0F;
+         finite(pose.noise) && pose.noise > 0.0F && finite(pose.light) && finite(pose.shotNoise) &&
+         pose.shotNoise >= 0.0F;
 }
 
 }  // namespace
@@ -119,6 +120,8 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
   read(pose.amplitude);
   read(pose.present);
   pose.noise = header.noise;
+  pose.shotNoise = header.shotNoise;
+  pose.light = header.light;
   pose.crossTalk = header.crossTalk;
   pose.taken_ns = header.taken_ns;
   pose.requested = header.requested != 0;
@@ -135,6 +138,8 @@ tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const 
   header.id = pose.id;
   header.taken_ns = pose.taken_ns;
   header.noise = pose.noise;
+  header.shotNoise = pose.shotNoise;
+  header.light = pose.light;
   header.crossTalk = pose.crossTalk;
   header.requested = pose.requested ? 1 : 0;
 

@@ -25,16 +25,24 @@ namespace {
 
 // A marker's amplitude relative to rest. The lower bound of a step is laxer than that of belief: steps from afar.
 constexpr float kCatch = 0.25F, kDim = 0.5F, kBright = 1.6F;
-// What the template may leave unexplained, rms as a share of the amplitude and beyond the noise: what this gel's
-// markers typically leave at rest, and then these. A disc strained by s leaves 0.22 s.
-constexpr float kOddShape = 0.05F, kOddPerStrain = 0.25F, kMostStrain = 0.45F, kMostTypicalShape = 0.15F;
-constexpr float kNoiseDeviations = 2.0F;
+// What the template may leave unexplained of something that is to be taken for a marker at all: rms as a share of the
+// amplitude, beyond twice the noise and what this gel's markers typically leave at rest.
+constexpr float kOddShape = 0.16F, kNoiseDeviations = 2.0F, kMostTypicalShape = 0.15F;
+constexpr double kTypical = 0.75;  // of the markers leave less
+// A disc strained by s leaves 0.22 s. Where x times the noise's variance is left beyond that, the squared error of the
+// centre is 1 + 6 x times what noise alone would make it (measured with dust of 0.4 to 3 px at all places). It is
+// heeded where the noise alone would hardly leave as much, and a marker with too much of it is not believed.
+constexpr float kOddPerStrain = 0.25F, kMostStrain = 0.45F;
+constexpr float kErrorPerExcess = 6.0F, kHeeded = 3.0F, kMostExcess = 2.0F;
+constexpr float kLeastNoise2 = 0.25F;  // of that at rest, however dark it is
 constexpr float kTypicalNoise = 3.0F;  // levels, until it is measured
 constexpr float kWander = 0.45F;       // of the spacing, from where a marker was expected
 constexpr float kSearchReach = 0.4F;   // of the spacing
 constexpr float kSearchReach_px = 8.0F;
-constexpr int kSearches = 64;  // wide ones per frame
-constexpr int kPatience = 8;   // frames of wide search for a marker; then only every sixteenth
+constexpr float kSlopeDeviations = 3.5F;  // of the seen slope of the surroundings from the known one
+constexpr int kMemory = 8;                // frames over which means forget: they are as good as those of twice as many
+constexpr int kSearches = 64;             // wide ones per frame
+constexpr int kPatience = 8;              // frames of wide search for a marker; then only every sixteenth
 constexpr int kSweeps = 40;
 constexpr float kBlurredRim_px = 1.2F;     // beyond a disc's radius
 constexpr float kOverlapMotion_px = 2.0F;  // by which two colours may approach each other from frame to frame
@@ -93,6 +101,11 @@ RestPose emptyPose(int markers) {
   return pose;
 }
 
+/// Of the newest frame in a mean over the last ones, of which it is the n-th.
+float weightOf(int n) {
+  return 1.0F / static_cast<float>(std::min(n, kMemory));
+}
+
 }  // namespace
 
 tl::expected<void, Error> trackable(const sensor::Sensor& sensor) {
@@ -132,6 +145,7 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
     , labeller_(latticesOf(sensor), sensor.camera.width, sensor.camera.height, 4 * markers_)
     , grid_(sensor.camera.width, sensor.camera.height, 16.0F, markers_)
     , taker_(markers_, options.zeroFrames, options.minValidFraction)
+    , pixelNoise_(markers_)
     , pose_(emptyPose(markers_))
     , finished_(emptyPose(markers_)) {
   assert(trackable(sensor));
@@ -148,13 +162,17 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
   }
   const auto count = static_cast<std::size_t>(markers_);
   rest_ = place_ = previous_ = labelPlace_ = nominal_;
-  for (auto* vectors : {&velocity_, &displacement_, &increment_}) vectors->resize(count);
-  for (auto* flags : {&valid_, &wasValid_, &stepped_, &mixed_, &attempts_, &labelled_}) flags->resize(count);
+  for (auto* vectors : {&velocity_, &displacement_, &increment_, &slope_}) vectors->resize(count);
+  for (auto* flags : {&valid_, &wasValid_, &stepped_, &mixed_, &attempts_, &labelled_, &slopeFrames_}) {
+    flags->resize(count);
+  }
   present_.assign(count, 1);
   restAmplitude_.resize(count);
   lostFor_.resize(count);
   lost_.reserve(count);
   shares_.reserve(count);
+  variance_.resize(count);
+  excess_.resize(count);
   guesses_.resize(count);
   centres_.resize(count);
 }
@@ -230,12 +248,18 @@ bool Tracker::acquire() {
   std::fill(stepped_.begin(), stepped_.end(), std::uint8_t{0});
   for (int i = 0; i < markers_; ++i) {
     const bool seek = labelled_[i] && wanted(i);
-    guesses_[i] = seek ? Guess{place_[i].u, place_[i].v, kCatch * restAmplitude_[i], mixed_[i] != 0} : Guess{-1.0F};
+    slopeFrames_[i] = 0;
+    slope_[i] = {};
+    guesses_[i] = seek ? guessAt(i, place_[i]) : Guess{-1.0F};
   }
-  for (Layer& layer : layers_)
-    fitCentres(layer.plane, layer.marker, layer.crossTalk, ofLayer(guesses_, layer), ofLayer(centres_, layer));
   typicalShape_ = kMostTypicalShape;  // until it is known
-  for (int i = 0; i < markers_; ++i) accept(i, centres_[i], {guesses_[i].u, guesses_[i].v});
+  for (Layer& layer : layers_) {
+    fitCentres(layer.plane, layer.marker, layer.crossTalk, ofLayer(guesses_, layer), ofLayer(centres_, layer));
+    for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
+      heedSlope(layer, i, centres_[i]);
+      accept(i, centres_[i], {guesses_[i].u, guesses_[i].v});
+    }
+  }
   learnShape();
   finishFrame(true);
   if (countValid() >= kAcquireBelow * countWanted()) acquireIn_ = 0;
@@ -246,14 +270,14 @@ void Tracker::follow() {
   previous_ = place_;
   wasValid_ = valid_;
   for (int i = 0; i < markers_; ++i) {
-    const Vector place = place_[i] + velocity_[i];
-    guesses_[i] = wanted(i) ? Guess{place.u, place.v, kCatch * restAmplitude_[i], mixed_[i] != 0} : Guess{-1.0F};
+    guesses_[i] = wanted(i) ? guessAt(i, place_[i] + velocity_[i]) : Guess{-1.0F};
   }
   std::fill(valid_.begin(), valid_.end(), std::uint8_t{0});
   std::fill(stepped_.begin(), stepped_.end(), std::uint8_t{0});
   for (Layer& layer : layers_) {
     fitCentres(layer.plane, layer.marker, layer.crossTalk, ofLayer(guesses_, layer), ofLayer(centres_, layer));
     for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
+      heedSlope(layer, i, centres_[i]);
       if (accept(i, centres_[i], {guesses_[i].u, guesses_[i].v})) continue;
       if (wanted(i) && velocity_[i].squared() > 1.0F) fitAt(layer, i, previous_[i]);  // it may have stopped
     }
@@ -264,17 +288,50 @@ void Tracker::follow() {
 void Tracker::finishFrame(bool thorough) {
   recover();
   markOverlaps();
-  checkShapes();
+  weigh();
   for (int i = 0; i < markers_; ++i) thorough = thorough || valid_[i] != wasValid_[i];
   for (Layer& layer : layers_) layer.trust.prune(displacement_, valid_, thorough);
+  learnSlopes();
   guessLost();
+}
+
+Guess Tracker::guessAt(int marker, Vector place) const {
+  return {place.u, place.v, kCatch * restAmplitude_[marker], mixed_[marker] != 0, slope_[marker].u, slope_[marker].v};
+}
+
+/// A reflection beside the marker pulls its centre. The slope of the surroundings is known from the frames before;
+/// where this window shows another, it counts alone, at the price of precision.
+void Tracker::heedSlope(const Layer& layer, int marker, Centre& centre) {
+  if (!centre.found) return;
+  const Vector seen{centre.slopeU, centre.slopeV};
+  const float frames = slopeFrames_[marker];
+  const float limit2 = kSlopeDeviations * kSlopeDeviations * noise_ * noise_ * centre.slopeVariance;
+  if (frames < 1.0F || (seen - slope_[marker]).squared() > limit2 * (1.0F + 1.0F / frames)) {
+    slope_[marker] = seen;
+    slopeFrames_[marker] = 0;
+    const Guess guess = guessAt(marker, {centre.u, centre.v});
+    fitCentres(layer.plane, layer.marker, layer.crossTalk, {&guess, 1}, {&centre, 1});
+  }
+  centre.slopeShare /= std::max<float>(slopeFrames_[marker], 1.0F);
+}
+
+void Tracker::learnSlopes() {
+  for (int i = 0; i < markers_; ++i) {
+    if (!valid_[i]) {
+      slopeFrames_[i] = 0;
+      continue;
+    }
+    const Vector seen{centres_[i].slopeU, centres_[i].slopeV};
+    slopeFrames_[i] = std::min<std::uint8_t>(slopeFrames_[i] + 1, 2 * kMemory - 1);
+    slope_[i] = slope_[i] + weightOf(slopeFrames_[i]) * (seen - slope_[i]);
+  }
 }
 
 bool Tracker::accept(int marker, const Centre& centre, Vector expected) {
   if (!centre.found) return false;
   const float rest = restAmplitude_[marker], amplitude = centre.amplitude;
   if (!(amplitude >= kDim * rest && amplitude <= kBright * rest)) return false;
-  if (!hasShape(centre, kMostStrain)) return false;
+  if (!isMarker(centre)) return false;
   const Vector place{centre.u, centre.v};
   if ((place - expected).squared() > kWander * kWander * spacing_px_ * spacing_px_) return false;
   centres_[marker] = centre;
@@ -286,27 +343,55 @@ bool Tracker::accept(int marker, const Centre& centre, Vector expected) {
   return true;
 }
 
-bool Tracker::hasShape(const Centre& centre, float strain) const {
+bool Tracker::isMarker(const Centre& centre) const {
   const float noise = kNoiseDeviations * noise_;
-  const float shape = (typicalShape_ + kOddShape + kOddPerStrain * strain) * centre.amplitude;
+  const float shape = (typicalShape_ + kOddShape) * centre.amplitude;
   return centre.misfit <= noise * noise + shape * shape;
 }
 
-/// Drops what has not the shape it should have under the strain that its neighbours' displacements tell of: markers
-/// with dust at their edge, whose centres are biased.
-void Tracker::checkShapes() {
+/// From the neighbours' displacements.
+float Tracker::strainAt(const Lattice& lattice, int column, int row) const {
+  const Vector own = displacement_[lattice.at(column, row)];
+  float square = 0.0F;
+  for (const auto& [x, y] : {std::pair(1, 0), std::pair(-1, 0), std::pair(0, 1), std::pair(0, -1)}) {
+    if (!lattice.has(column + x, row + y) || !valid_[lattice.at(column + x, row + y)]) continue;
+    square = std::max(square, (displacement_[lattice.at(column + x, row + y)] - own).squared());
+  }
+  return std::min(std::sqrt(square) / spacing_px_, kMostStrain);
+}
+
+/// The variances. A marker that has not the shape that it should have under its strain (dust at its edge, the fringe of
+/// a reflection, white pixels) is pulled aside: it counts for less or, where it is odder than that, is dropped.
+void Tracker::weigh() {
+  const float perZeroFrame = 1.0F / static_cast<float>(options_.zeroFrames);
   for (const Layer& layer : layers_) {
     const Lattice& lattice = layer.lattice;
+    const float heeded = kHeeded * std::sqrt(2.0F / static_cast<float>(layer.marker.used() - 7));
     for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
-      if (!valid_[i] || hasShape(centres_[i], 0.0F)) continue;
-      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
-      float strain2 = 0.0F;
-      for (const auto& [x, y] : {std::pair(1, 0), std::pair(-1, 0), std::pair(0, 1), std::pair(0, -1)}) {
-        if (!lattice.has(column + x, row + y) || !valid_[lattice.at(column + x, row + y)]) continue;
-        const Vector across = displacement_[lattice.at(column + x, row + y)] - displacement_[i];
-        strain2 = std::max(strain2, across.squared() / (spacing_px_ * spacing_px_));
+      if (!valid_[i]) continue;
+      const Centre& centre = centres_[i];
+      const float noise2 =
+          std::max(noise_ * noise_ + shotNoise_ * (centre.level - light_), kLeastNoise2 * noise_ * noise_);
+      float shape = typicalShape_ * centre.amplitude;
+      float excess = (centre.misfit - shape * shape) / noise2 - 1.0F;
+      if (excess > heeded) {
+        const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
+        shape += kOddPerStrain * strainAt(lattice, column, row) * centre.amplitude;
+        excess = std::max((centre.misfit - shape * shape) / noise2 - 1.0F, 0.0F);
       }
-      if (!hasShape(centres_[i], std::min(std::sqrt(strain2), kMostStrain))) valid_[i] = stepped_[i] = 0;
+      // Of this frame alone where it is plain to see, else of the frames together.
+      excess_[i] += weightOf(slopeFrames_[i] + 1) * (excess - excess_[i]);
+      if (excess < heeded)
+        excess = excess_[i] * std::sqrt(static_cast<float>(slopeFrames_[i] + 1)) > heeded ? excess_[i] : 0.0F;
+      if (excess > kMostExcess) {
+        valid_[i] = stepped_[i] = 0;
+        continue;
+      }
+      const float doubt = 1.0F + kErrorPerExcess * excess;
+      // The rest place's own error comes in with its share of the frames' variance at the amplitude of rest.
+      const float amplitude = centre.amplitude / std::max(restAmplitude_[i], 1.0F);
+      variance_[i] = noise2 * (centre.variance + centre.slopeShare) * doubt +
+                     noise_ * noise_ * centre.variance * perZeroFrame * amplitude * amplitude;
     }
   }
 }
@@ -320,15 +405,16 @@ void Tracker::learnShape() {
     shares_.push_back(excess / (centres_[i].amplitude * centres_[i].amplitude));
   }
   if (shares_.empty()) return;
-  const auto middle = shares_.begin() + static_cast<std::ptrdiff_t>(shares_.size() / 2);
-  std::nth_element(shares_.begin(), middle, shares_.end());
-  typicalShape_ = std::min(std::sqrt(*middle), kMostTypicalShape);
+  const auto typical = shares_.begin() + static_cast<std::ptrdiff_t>(kTypical * static_cast<double>(shares_.size()));
+  std::nth_element(shares_.begin(), typical, shares_.end());
+  typicalShape_ = std::min(std::sqrt(*typical), kMostTypicalShape);
 }
 
 bool Tracker::fitAt(const Layer& layer, int marker, Vector place) {
-  const Guess guess{place.u, place.v, kCatch * restAmplitude_[marker], mixed_[marker] != 0};
+  const Guess guess = guessAt(marker, place);
   Centre centre;
   fitCentres(layer.plane, layer.marker, layer.crossTalk, {&guess, 1}, {&centre, 1});
+  heedSlope(layer, marker, centre);
   return accept(marker, centre, place);
 }
 
@@ -388,8 +474,7 @@ bool Tracker::searchAround(const Layer& layer, int marker, Vector place) {
   const float step = reach / static_cast<float>(steps);
   for (int y = -steps; y <= steps; ++y) {
     for (int x = -steps; x <= steps; ++x) {
-      guesses[count++] = {place.u + step * static_cast<float>(x), place.v + step * static_cast<float>(y),
-                          kCatch * restAmplitude_[marker], mixed_[marker] != 0};
+      guesses[count++] = guessAt(marker, place + step * Vector{static_cast<float>(x), static_cast<float>(y)});
     }
   }
   fitCentres(layer.plane, layer.marker, layer.crossTalk, std::span(guesses).first(count),
@@ -412,7 +497,7 @@ bool Tracker::searchAround(const Layer& layer, int marker, Vector place) {
         return false;
       }
     }
-    return true;
+    return fitAt(layer, marker, found);  // now with its own slope
   }
   return false;
 }
@@ -528,14 +613,20 @@ void Tracker::takeZero() {
   if (zeroState_.compare_exchange_strong(requested, ZeroState::kTaking, std::memory_order_relaxed)) {
     taking_ = takingRequested_ = true;
     taker_.start();
+    pixelNoise_.start();
   } else if (!haveRest_ && !taking_ && following_) {
     taking_ = true;
     takingRequested_ = false;
     taker_.start();
+    pixelNoise_.start();
     ZeroState none = ZeroState::kNone;  // a refusal stays to be read until a zero is taken
     zeroState_.compare_exchange_strong(none, ZeroState::kTaking, std::memory_order_relaxed);
   }
   if (!taking_) return;
+  for (Layer& layer : layers_) {
+    pixelNoise_.add(layer.plane, layer.lattice.first, ofLayer(place_, layer), {0.5F * spacing_px_, 0.0F},
+                    ofLayer(valid_, layer));
+  }
   const ZeroState state = taker_.add(place_, centres_, valid_);
   if (state == ZeroState::kTaking) return;
   taking_ = false;
@@ -549,6 +640,7 @@ void Tracker::takeZero() {
     pose_.amplitude[i] = restAmplitude_[i];
   }
   taker_.finish(pose_);
+  pose_.shotNoise = pixelNoise_.perLevel();
   for (const Layer& layer : layers_) {
     const Lattice& lattice = layer.lattice;
     for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) increment_[i] = {pose_.amplitude[i], 0.0F};
@@ -600,6 +692,8 @@ void Tracker::adopt(const RestPose& pose) {
   restAmplitude_ = pose.amplitude;
   present_ = pose.present;
   noise_ = pose.noise;
+  shotNoise_ = pose.shotNoise;
+  light_ = pose.light;
   zero_ = pose.id;
   haveRest_ = true;
   agreeing_ = 0;
@@ -611,7 +705,6 @@ void Tracker::write(const FrameInfo& info, bool relabelled, MarkerField& field) 
   field.zero = zero_;
   field.validCount = 0;
   double square = 0.0, expected = 0.0;
-  const float noise2 = noise_ * noise_, perZeroFrame = 1.0F / static_cast<float>(options_.zeroFrames);
   for (int i = 0; i < markers_; ++i) {
     const bool valid = valid_[i] && present_[i] && haveRest_;
     field.valid[i] = valid ? 1 : 0;
@@ -619,15 +712,12 @@ void Tracker::write(const FrameInfo& info, bool relabelled, MarkerField& field) 
       field.displacement_px[2 * i] = field.displacement_px[2 * i + 1] = field.variance_px2[i] = 0.0F;
       continue;
     }
-    // The rest place's own error comes in with its share of the frames' variance at the amplitude of rest.
-    const float amplitude = centres_[i].amplitude / restAmplitude_[i];
-    const float variance = noise2 * centres_[i].variance * (1.0F + perZeroFrame * amplitude * amplitude);
     field.displacement_px[2 * i] = displacement_[i].u;
     field.displacement_px[2 * i + 1] = displacement_[i].v;
-    field.variance_px2[i] = variance;
+    field.variance_px2[i] = variance_[i];
     ++field.validCount;
     square += displacement_[i].squared();
-    expected += 2.0 * variance;
+    expected += 2.0 * variance_[i];
   }
   const bool few = field.validCount < options_.minValidFraction * markers_;
   agreeing_ = !few && square < kAgreement * kAgreement * expected ? agreeing_ + 1 : 0;

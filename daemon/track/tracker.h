@@ -8,6 +8,7 @@
 #include "daemon/track/labelling.h"
 #include "daemon/track/lattice.h"
 #include "daemon/track/mailbox.h"
+#include "daemon/track/pixel_noise.h"
 #include "daemon/track/zero.h"
 #include "sensor/sensor.h"
 
@@ -81,9 +82,13 @@ class Tracker {
   bool recoverOne(const Layer& layer, int marker, int column, int row);
   bool searchAround(const Layer& layer, int marker, Vector place);
   bool fitAt(const Layer& layer, int marker, Vector place);
+  Guess guessAt(int marker, Vector place) const;
+  void heedSlope(const Layer& layer, int marker, Centre& centre);
+  void learnSlopes();
   bool accept(int marker, const Centre& centre, Vector expected);
-  bool hasShape(const Centre& centre, float strain) const;
-  void checkShapes();
+  bool isMarker(const Centre& centre) const;
+  float strainAt(const Lattice& lattice, int column, int row) const;
+  void weigh();
   void markOverlaps();
   void guessLost();
   void write(const FrameInfo& info, bool relabelled, MarkerField& field);
@@ -117,7 +122,9 @@ class Tracker {
   std::vector<float> restAmplitude_;
   std::vector<std::uint8_t> present_;
   float noise_;
-  float typicalShape_ = 0.0F;  ///< rms misfit of the markers beyond the noise, share of the amplitude
+  float shotNoise_ = 0.0F;     ///< variance per level
+  float light_ = 0.0F;         ///< levels at which noise_ is stated
+  float typicalShape_ = 0.0F;  ///< rms misfit of most markers beyond the noise, share of the amplitude
   Id zero_{};
   bool haveRest_ = false, haveAppearance_ = false;
   bool zeroWasRequested_ = false, verified_ = false;
@@ -128,9 +135,13 @@ class Tracker {
   std::vector<Vector> displacement_, increment_;
   std::vector<std::uint8_t> valid_, wasValid_, stepped_;  ///< stepped: valid now and in the frame before
   std::vector<std::uint8_t> mixed_, attempts_;
+  std::vector<Vector> slope_;              ///< of the surroundings' brightness [levels / px]
+  std::vector<std::uint8_t> slopeFrames_;  ///< that it is the mean of; 0: of this frame alone
   std::vector<Vector> labelPlace_;
   std::vector<std::uint8_t> labelled_;
-  std::vector<int> lostFor_;  ///< frames
+  std::vector<float> excess_;    ///< of misfit, in noise variances, mean over slopeFrames_
+  std::vector<float> variance_;  ///< of this frame's place [px^2]
+  std::vector<int> lostFor_;     ///< frames
   std::vector<int> lost_;
   std::vector<float> shares_;
   std::vector<Guess> guesses_;
@@ -145,6 +156,7 @@ class Tracker {
   PointGrid grid_;
 
   ZeroTaker taker_;
+  PixelNoise pixelNoise_;
   bool taking_ = false, takingRequested_ = false;
   RestPose pose_;  ///< in the making, or waiting for the mailbox
   bool poseWaits_ = false;

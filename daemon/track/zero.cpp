@@ -81,7 +81,9 @@ ZeroState ZeroTaker::add(std::span<const Vector> place_px, std::span<const Centr
     sums.sum = sums.sum + moved;
     sums.square += moved.squared();
     sums.amplitude += centres[i].amplitude;
-    sums.variance += centres[i].variance;
+    // Half of what the slope's uncertainty adds is the same in all frames, and no spread.
+    sums.variance += centres[i].variance + 0.5F * centres[i].slopeShare;
+    sums.level += centres[i].level;
     ++sums.count;
   }
   common_ = common_ + common;
@@ -127,6 +129,8 @@ bool ZeroTaker::moved() {
 }
 
 void ZeroTaker::finish(RestPose& pose) const {
+  double light = 0.0;
+  int seen = 0;
   const Vector common = (1.0F / static_cast<float>(frames_)) * common_;
   for (std::size_t i = 0; i < sums_.size(); ++i) {
     const Sums& sums = sums_[i];
@@ -137,7 +141,10 @@ void ZeroTaker::finish(RestPose& pose) const {
     pose.position_px[2 * i] = place.u;
     pose.position_px[2 * i + 1] = place.v;
     pose.amplitude[i] = inverse * sums.amplitude;
+    light += double{inverse * sums.level};
+    ++seen;
   }
+  pose.light = static_cast<float>(light / std::max(seen, 1));
   pose.noise = std::max(noise_, kRounding);
 }
 

@@ -33,7 +33,7 @@ class ZeroTaker {
   /// One frame. kTaking until enough were seen, then kTaken or why not.
   ZeroState add(std::span<const Vector> place_px, std::span<const Centre> centres, std::span<const std::uint8_t> valid);
 
-  /// After kTaken: position, amplitude, present, noise. Positions of absent markers are left as they are.
+  /// After kTaken: position, amplitude, present, noise, light. Positions of absent markers are left as they are.
   void finish(RestPose& pose) const;
 
  private:
@@ -43,6 +43,7 @@ class ZeroTaker {
     float square = 0.0F;  ///< [px^2]
     float amplitude = 0.0F;
     float variance = 0.0F;  ///< for unit noise
+    float level = 0.0F;     ///< of light at the rim
     int count = 0;
 
     float spread2() const;  ///< sample variance of a coordinate [px^2]

@@ -176,7 +176,20 @@ Centre slowFit(const Plane& plane, const MarkerTemplate& marker, double u, doubl
   centre.amplitude = static_cast<float>(fit(1));
   centre.u = static_cast<float>(u + plane.scale * fit(2) / fit(1));
   centre.v = static_cast<float>(v + plane.scale * fit(3) / fit(1));
-  centre.misfit = static_cast<float>((samples - basis * fit).squaredNorm() / (size * size - 4));
+  // What blur and a slope of the surroundings would explain is no misfit.
+  Eigen::MatrixXd all(size * size, 7);
+  all.leftCols<4>() = basis;
+  for (int i = 0; i < size * size; ++i) {
+    const double across = left + i % size - x, down = top + i / size - y;
+    constexpr double kStep = 0.05;
+    const auto at = [&](double du, double dv) { return marker.at(std::hypot(across - du, down - dv)); };
+    const double laplacian = at(kStep, 0) + at(-kStep, 0) + at(0, kStep) + at(0, -kStep) - 4.0 * at(0, 0);
+    all.row(i).tail<3>() << laplacian / (kStep * kStep), across, down;
+  }
+  const Eigen::VectorXd full = all.householderQr().solve(samples);
+  centre.misfit = static_cast<float>((samples - all * full).squaredNorm() / (size * size - 7));
+  centre.slopeU = static_cast<float>(full(5) / plane.scale);
+  centre.slopeV = static_cast<float>(full(6) / plane.scale);
   const Eigen::MatrixXd covariance = (basis.transpose() * basis).inverse();
   centre.variance =
       static_cast<float>(plane.scale * plane.scale * 0.5 * (covariance(2, 2) + covariance(3, 3)) / (fit(1) * fit(1)));
@@ -215,6 +228,8 @@ TEST(Centre, TablesAgreeWithPlainLeastSquares) {
         EXPECT_NEAR(fast.amplitude, slow.amplitude, 0.05);
         EXPECT_NEAR(fast.misfit, slow.misfit, 0.02 * slow.misfit + 0.05);
         EXPECT_NEAR(fast.variance, slow.variance, 0.01F * slow.variance);
+        EXPECT_NEAR(fast.slopeU, slow.slopeU, 0.02);
+        EXPECT_NEAR(fast.slopeV, slow.slopeV, 0.02);
         ++compared;
       }
       EXPECT_GT(compared, 30);
