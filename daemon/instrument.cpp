@@ -124,7 +124,7 @@ tl::expected<void, Error> Instrument::build() {
   description_.calibrated_ns = inverse_.computed_ns;
   publisher_->describe(description_);
   tracker_ = std::make_unique<track::Tracker>(sensor_, config.track);
-  solver_ = std::make_unique<solve::Solver>(inverse_, sensor_.nodes, config.solve);
+  solver_ = std::make_unique<solve::Solver>(inverse_, sensor_, config.solve);
   MarkerField blank;
   blank.resize(sensor_.markerCount());
   newestMarkers_.put(blank);

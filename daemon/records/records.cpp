@@ -11,6 +11,7 @@ void MarkerField::resize(int markers) {
 void TractionField::resize(int markerCount, int nodeCount) {
   markers.resize(markerCount);
   force_N.assign(static_cast<std::size_t>(3 * nodeCount), 0.0F);
+  deviation_N.assign(static_cast<std::size_t>(3 * nodeCount), 0.0F);
 }
 
 }  // namespace tractiond

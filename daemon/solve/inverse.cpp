@@ -1,11 +1,15 @@
-// The singular values and vectors come from the eigenvectors of H'H, the smaller of the two Gram matrices: four times
-// faster than a singular value decomposition of H itself. Squaring costs precision only where it does not matter: an
-// eigenvalue is right within 1e-15 s0^2, so the smallest singular value kept, about 5e-4 s0, is right within 1e-8 of
-// itself, and the columns of U = H V S^-1 are orthonormal within 1e-9; both are below what single precision keeps.
-// Where neighbouring eigenvectors mix, the filter hardly tells them apart either.
+// The singular values and vectors come from the eigenvectors of A'A, A = W^1/2 H, the smaller of the two Gram matrices:
+// four times faster than a singular value decomposition of A itself. Squaring costs precision only where it does not
+// matter: an eigenvalue is right within 1e-15 s0^2, so the smallest singular value kept, about 5e-4 s0, is right within
+// 1e-8 of itself, and the columns of U = A V S^-1 are orthonormal within 1e-9; both are below what single precision
+// keeps. Where neighbouring eigenvectors mix, the filter hardly tells them apart either.
+//
+// What the contact step needs, H and H'H, must fit together better than single precision: H'H is that of the rounded H.
 #include "daemon/solve/inverse.h"
 
 #include "sensor/elastic/linear_algebra.h"
+
+#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cassert>
@@ -30,11 +34,34 @@ RowMatrix toRows(const Source& source) {
   return rows;
 }
 
+template <typename Matrix>
+void appendLower(const Matrix& matrix, std::size_t size, auto& packed) {
+  packed.reserve(size * (size + 1) / 2);
+  for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(size); ++i) {
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      packed.push_back(static_cast<typename std::decay_t<decltype(packed)>::value_type>(matrix(i, j)));
+    }
+  }
+}
+
+/// Of the matrix whose Gram matrix this is, by the power method; within 1e-4.
+double largestSingularValue(const MatrixXd& gram) {
+  VectorXd vector = gram.diagonal();
+  double square = 0.0;
+  for (int i = 0; i < 100; ++i) {
+    vector.normalize();
+    vector = gram.selfadjointView<Eigen::Lower>() * vector;
+    square = vector.norm();
+  }
+  return std::sqrt(square);
+}
+
 }  // namespace
 
-tl::expected<Inverse, Error> computeInverse(const MatrixXd& influence, const SolveOptions& options,
-                                            const sensor::elastic::Progress& progress) {
-  assert(options.regularisation > 0.0 && options.truncation >= 0.0);
+tl::expected<Inverse, Error> computeInverse(const MatrixXd& influence, const MotionPrior& motion,
+                                            const SolveOptions& options, const sensor::elastic::Progress& progress) {
+  assert(options.regularisation > 0.0 && options.truncation >= 0.0 && options.noise_px > 0.0);
+  assert(motion.modes.rows() == influence.rows() && motion.modes.cols() == kMotions);
   const auto report = [&](double fraction) {
     if (progress) progress(fraction);
   };
@@ -46,8 +73,23 @@ tl::expected<Inverse, Error> computeInverse(const MatrixXd& influence, const Sol
   const auto coordinates = static_cast<int>(influence.rows());
   const auto forces = static_cast<int>(influence.cols());
 
+  const Eigen::BDCSVD<MatrixXd> strayed(motion.modes * (motion.variances.cwiseSqrt() / options.noise_px).asDiagonal(),
+                                        Eigen::ComputeThinU);
+  const MatrixXd& r = strayed.matrixU();
+  const Eigen::Vector4d e2 = strayed.singularValues().array().square();
+  const Eigen::Vector4d motionGain = e2.array() / (1.0 + e2.array());
+  const Eigen::Vector4d halfWeight = 1.0 - (1.0 + e2.array()).rsqrt();
+  const auto weigh = [&](MatrixXd& matrix) { matrix -= r * halfWeight.asDiagonal() * (r.transpose() * matrix); };
+
+  Inverse inverse;
+  MatrixXd weighed = influence.cast<float>().cast<double>();
   MatrixXd vectors(forces, forces);
-  sensor::elastic::multiplyBySelf(1.0, influence, Op::kTransposed, 0.0, vectors);
+  sensor::elastic::multiplyBySelf(1.0, weighed, Op::kTransposed, 0.0, vectors);
+  appendLower(vectors, static_cast<std::size_t>(forces), inverse.gram);
+  const double largest = largestSingularValue(vectors);
+  weighed = influence;
+  weigh(weighed);
+  sensor::elastic::multiplyBySelf(1.0, weighed, Op::kTransposed, 0.0, vectors);
   report(0.1);
   VectorXd eigenvalues;  // rising
   if (!sensor::elastic::eigenvectors(vectors, eigenvalues)) {
@@ -55,8 +97,6 @@ tl::expected<Inverse, Error> computeInverse(const MatrixXd& influence, const Sol
   }
   report(0.7);
 
-  Inverse inverse;
-  const double largest = std::sqrt(eigenvalues[forces - 1]);
   inverse.lambda = options.regularisation * largest;
   const double smallest = std::max(options.truncation * inverse.lambda, kSmallest * largest);
   for (int i = forces - 1; i >= 0 && eigenvalues[i] > smallest * smallest; --i) {
@@ -68,20 +108,27 @@ tl::expected<Inverse, Error> computeInverse(const MatrixXd& influence, const Sol
   vectors.resize(0, 0);
 
   MatrixXd u(coordinates, rank);
-  sensor::elastic::multiply(1.0, influence, Op::kPlain, v, Op::kPlain, 0.0, u);
+  sensor::elastic::multiply(1.0, weighed, Op::kPlain, v, Op::kPlain, 0.0, u);
+  weighed.resize(0, 0);
   u *= s.cwiseInverse().asDiagonal();
-  inverse.left = toRows(u);
+  weigh(u);
+  MatrixXd left(coordinates, rank + kMotions);
+  left << u, r;
+  inverse.left = toRows(left);
   inverse.right = toRows(v.transpose());
+  inverse.influence = toRows(influence.transpose());
+  inverse.motion = toRows(motion.modes.transpose());
+  inverse.motionGain.assign(motionGain.begin(), motionGain.end());
+  inverse.motionVariance.assign(motion.variances.begin(), motion.variances.end());
   report(0.8);
 
-  // With Q = U G^1/2, the hat matrix is Q Q'.
-  u *= (s.array() / (s.array().square() + inverse.lambda * inverse.lambda).sqrt()).matrix().asDiagonal();
+  // With Q = [W^1/2 U, R] times the roots of the gains, the hat matrix is Q Q'.
+  left.leftCols(rank) *=
+      (s.array() / (s.array().square() + inverse.lambda * inverse.lambda).sqrt()).matrix().asDiagonal();
+  left.rightCols(kMotions) *= motionGain.cwiseSqrt().asDiagonal();
   MatrixXd hat(coordinates, coordinates);
-  sensor::elastic::multiplyBySelf(1.0, u, Op::kPlain, 0.0, hat);
-  inverse.hat.reserve(static_cast<std::size_t>(coordinates) * (static_cast<std::size_t>(coordinates) + 1) / 2);
-  for (int i = 0; i < coordinates; ++i) {
-    for (int j = 0; j <= i; ++j) inverse.hat.push_back(static_cast<float>(hat(i, j)));
-  }
+  sensor::elastic::multiplyBySelf(1.0, left, Op::kPlain, 0.0, hat);
+  appendLower(hat, static_cast<std::size_t>(coordinates), inverse.hat);
   report(1.0);
   return inverse;
 }

@@ -1,7 +1,11 @@
 // The regularised inverse of an influence matrix, factored so that a frame streams few bytes.
 //
-//   H = U S V'             the influence matrix [px/N], 2M x 3N, its r largest singular values s
-//   f = V S^-1 G U' d      with g = s^2 / (s^2 + lambda^2): the forces that minimise |d - H f|^2 + lambda^2 |f|^2
+//   d = H f + P m + noise  the displacements: forces f, and motion m of the whole picture with covariance Q
+//   W = (1 + P Q P' / n^2)^-1                  the weight of the displacements, n [px] being their noise; P Q^1/2 / n
+//                                              has the left singular vectors R and W = 1 - R D R', D = e^2 / (1 + e^2)
+//   W^1/2 H = U S V'       the influence matrix that the motion leaves, 2M x 3N, its r largest singular values s [px/N]
+//   f = V S^-1 G U' W^1/2 d  with g = s^2 / (s^2 + lambda^2): the forces that minimise
+//                            |d - H f - P m|^2 + n^2 m' Q^-1 m + lambda^2 |f|^2 over f and m
 #pragma once
 
 #include "daemon/base/error.h"
@@ -11,9 +15,13 @@
 
 #include <tl/expected.hpp>
 
+#include <array>
 #include <vector>
 
 namespace tractiond::solve {
+
+/// Shift of the picture along u and v, its scale and its roll.
+inline constexpr int kMotions = 4;
 
 /// Immutable once made; any thread may read it.
 struct Inverse {
@@ -21,15 +29,23 @@ struct Inverse {
   std::int64_t computed_ns = 0;        ///< CLOCK_REALTIME when it was computed
   double lambda = 0.0;                 ///< [px/N]
   std::vector<double> singularValues;  ///< r, falling [px/N]
-  RowMatrix left;                      ///< U, 2M x r
+  RowMatrix left;                      ///< [W^1/2 U, R], 2M x (r + 4)
   RowMatrix right;                     ///< V', r x 3N
-  std::vector<float> hat;              ///< U G U', its lower triangle row after row: 2M (2M + 1) / 2
+  std::vector<double> motionGain;      ///< D, 4
+  std::vector<double> motionVariance;  ///< the diagonal of Q [px^2, px^2, 1, rad^2]
+  std::vector<float> hat;              ///< 1 - W + W^1/2 U G U' W^1/2, lower triangle by rows: 2M (2M + 1) / 2
+  RowMatrix influence;                 ///< H', 3N x 2M [px/N]
+  std::vector<double> gram;            ///< H'H, its lower triangle row after row: 3N (3N + 1) / 2 [px^2/N^2]
+  RowMatrix motion;                    ///< P', 4 x 2M
+  /// How the wrench (force and moment) of a load is misread by one standard deviation of each number of the camera's
+  /// pose: 6 x 6 matrices, row after row, for position x, y, z, rotation x, y, z and focal length.
+  std::vector<double> poseErrors;
 
   int coordinateCount() const { return left.rows(); }  ///< 2M
   int forceCount() const { return right.columns(); }   ///< 3N
   int rank() const { return right.rows(); }
 
-  /// One element of U G U', the share of coordinate j in the fit at coordinate i.
+  /// One element of `hat`, the share of coordinate j in the fit at coordinate i.
   float hatAt(int i, int j) const {
     const auto [high, low] =
         i > j ? std::pair<std::size_t, std::size_t>(i, j) : std::pair<std::size_t, std::size_t>(j, i);
@@ -37,9 +53,16 @@ struct Inverse {
   }
 };
 
-/// `influence` is 2M x 3N [px/N]. Double precision, the BLAS's threads, about four times the matrix's memory; `id` and
-/// `computed_ns` are left to the caller. Fails if the matrix is not finite or all zero.
-tl::expected<Inverse, Error> computeInverse(const Eigen::MatrixXd& influence, const SolveOptions& options,
+/// P and the diagonal of Q.
+struct MotionPrior {
+  Eigen::MatrixXd modes;      ///< 2M x 4
+  Eigen::Vector4d variances;  ///< 0: that motion does not happen
+};
+
+/// `influence` is 2M x 3N [px/N]. Double precision, the BLAS's threads, about four times the matrix's memory; `id`,
+/// `computed_ns` and `poseErrors` are left to the caller. Fails if the matrix is not finite or all zero.
+tl::expected<Inverse, Error> computeInverse(const Eigen::MatrixXd& influence, const MotionPrior& motion,
+                                            const SolveOptions& options,
                                             const sensor::elastic::Progress& progress = {});
 
 }  // namespace tractiond::solve

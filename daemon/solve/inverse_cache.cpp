@@ -1,4 +1,4 @@
-// The file: a header with sizes and a checksum of itself and all that follows, then the inverse's four arrays as they
+// The file: a header with sizes and a checksum of itself and all that follows, then the inverse's arrays as they
 // are in memory. It is read, not mapped, so a file that is cut short while we run does us no harm, and checked before
 // any of it is used.
 #include "daemon/solve/inverse_cache.h"
@@ -6,6 +6,8 @@
 #include "daemon/base/clock.h"
 #include "daemon/base/hash.h"
 #include "daemon/base/whole_file.h"
+#include "daemon/solve/systematic.h"
+#include "sensor/elastic/influence.h"
 
 #include <algorithm>
 #include <array>
@@ -22,10 +24,10 @@ namespace {
 namespace fs = std::filesystem;
 
 /// To be raised when the influence matrix's or the inverse's numbers change for the same sensor and options.
-constexpr std::uint32_t kAlgorithmVersion = 1;
+constexpr std::uint32_t kAlgorithmVersion = 2;
 
 /// To be raised when the file's layout changes.
-constexpr std::uint32_t kFormatVersion = 1;
+constexpr std::uint32_t kFormatVersion = 2;
 constexpr std::array<char, 8> kMagic = {'t', 'r', 'a', 'c', 't', 'i', 'n', 'v'};
 
 constexpr std::size_t kKeptOthers = 3;
@@ -53,7 +55,13 @@ void forEachArray(AnInverse& inverse, Use use) {
   use(std::span(inverse.singularValues));
   use(inverse.left.all());
   use(inverse.right.all());
+  use(std::span(inverse.motionGain));
+  use(std::span(inverse.motionVariance));
   use(std::span(inverse.hat));
+  use(inverse.influence.all());
+  use(std::span(inverse.gram));
+  use(inverse.motion.all());
+  use(std::span(inverse.poseErrors));
 }
 
 Hash128 checksum(const Header& header, std::span<const char> arrays) {
@@ -66,10 +74,17 @@ Hash128 checksum(const Header& header, std::span<const char> arrays) {
 /// Sizes the arrays as the header says.
 void resize(Inverse& inverse, const Header& header) {
   const auto coordinates = static_cast<std::size_t>(header.coordinateCount);
+  const auto forces = static_cast<std::size_t>(header.forceCount);
   inverse.singularValues.resize(static_cast<std::size_t>(header.rank));
-  inverse.left = RowMatrix(header.coordinateCount, header.rank);
+  inverse.left = RowMatrix(header.coordinateCount, header.rank + kMotions);
   inverse.right = RowMatrix(header.rank, header.forceCount);
+  inverse.motionGain.resize(kMotions);
+  inverse.motionVariance.resize(kMotions);
   inverse.hat.resize(coordinates * (coordinates + 1) / 2);
+  inverse.influence = RowMatrix(header.forceCount, header.coordinateCount);
+  inverse.gram.resize(forces * (forces + 1) / 2);
+  inverse.motion = RowMatrix(kMotions, header.coordinateCount);
+  inverse.poseErrors.resize(kPoseErrors);
 }
 
 /// Deletes what an interrupted save left behind and all caches but `saved` and the newest others.
@@ -87,6 +102,11 @@ void prune(const fs::path& saved, const Remark& remark) {
   }
 }
 
+Eigen::Vector4d motionVariances(const sensor::Sensor& sensor) {
+  const sensor::PictureMotion& motion = sensor.pictureMotion;
+  return Eigen::Vector4d(motion.shift_px, motion.shift_px, motion.scale, motion.roll).cwiseAbs2();
+}
+
 }  // namespace
 
 Id inverseId(const sensor::Sensor& sensor, const SolveOptions& options) {
@@ -98,6 +118,7 @@ Id inverseId(const sensor::Sensor& sensor, const SolveOptions& options) {
   hasher.value(options.model);
   hasher.value(options.regularisation);
   hasher.value(options.truncation);
+  hasher.value(options.noise_px);
   hasher.value(sensor.gel.youngsModulus);
   hasher.value(sensor.gel.poissonRatio);
   vector(sensor.gel.size);
@@ -113,6 +134,10 @@ Id inverseId(const sensor::Sensor& sensor, const SolveOptions& options) {
   hasher.value(camera.gelIndex);
   hasher.value(camera.windowIndex);
   hasher.value(camera.windowThickness);
+  vector(sensor.uncertainty.position);
+  vector(sensor.uncertainty.rotation);
+  hasher.value(sensor.uncertainty.focal);
+  vector(motionVariances(sensor));
   return hasher.digest();
 }
 
@@ -136,9 +161,13 @@ tl::expected<Inverse, Error> loadOrCompute(const sensor::Sensor& sensor, const S
     if (!progress) return {};
     return [&progress, start, share](double fraction) { progress(start + share * fraction); };
   };
-  const Eigen::MatrixXd influence = sensor::elastic::influenceMatrix(sensor, options.model, part(0.0, kInfluenceShare));
-  auto inverse = computeInverse(influence, options, part(kInfluenceShare, 1.0 - kInfluenceShare));
+  const Eigen::MatrixXd displacement =
+      sensor::elastic::displacementMatrix(sensor, options.model, part(0.0, kInfluenceShare));
+  auto inverse = computeInverse(sensor::elastic::toImage(sensor, displacement),
+                                {sensor::elastic::pictureMotionMatrix(sensor), motionVariances(sensor)}, options,
+                                part(kInfluenceShare, 1.0 - kInfluenceShare));
   if (!inverse) return inverse;
+  inverse->poseErrors = poseErrors(sensor, displacement, *inverse);
   inverse->id = id;
   inverse->computed_ns = realNow();
 

@@ -8,6 +8,7 @@
 #include <sys/mman.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <new>
@@ -121,6 +122,57 @@ void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const floa
     for (int i = 0; i < kLineFloats; ++i) sum += static_cast<double>(sums[i]);
     products[k] = sum;
   }
+}
+
+TRACTION_VECTOR_CLONES
+void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const double* vector, double* products) {
+  const std::ptrdiff_t lineCount = matrix.stride() / kLineFloats;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const Line* const row = lines(matrix.row(rows[k]));
+    Doubles low = {}, high = {}, left, right;
+    for (std::ptrdiff_t j = 0; j < lineCount; ++j) {
+      const Line part = row[j];
+      load(vector + kLineFloats * j, left);
+      load(vector + kLineFloats * j + kDoubles, right);
+      low += left * __builtin_convertvector(__builtin_shufflevector(part, part, 0, 1, 2, 3, 4, 5, 6, 7), Doubles);
+      high +=
+          right * __builtin_convertvector(__builtin_shufflevector(part, part, 8, 9, 10, 11, 12, 13, 14, 15), Doubles);
+    }
+    low += high;
+    products[k] = ((low[0] + low[1]) + (low[2] + low[3])) + ((low[4] + low[5]) + (low[6] + low[7]));
+  }
+}
+
+TRACTION_VECTOR_CLONES
+bool factoriseLower(std::span<double> lower, int size) {
+  for (int i = 0; i < size; ++i) {
+    double* const row = lower.data() + static_cast<std::ptrdiff_t>(i) * (i + 1) / 2;
+    for (int j = 0; j < i; ++j) {
+      const double* const other = lower.data() + static_cast<std::ptrdiff_t>(j) * (j + 1) / 2;
+      row[j] = (row[j] - dot(other, row, j)) * other[j];
+    }
+    const double pivot = row[i] - dot(row, row, i);
+    if (!(pivot > 0.0)) return false;
+    row[i] = 1.0 / std::sqrt(pivot);
+  }
+  return true;
+}
+
+TRACTION_VECTOR_CLONES
+void inverseDiagonal(std::span<const double> lower, int size, double* scratch, double* squares) {
+  for (int column = 0; column < size; ++column) {
+    scratch[column] = lower[static_cast<std::size_t>(column) * (column + 1) / 2 + column];
+    for (int i = column + 1; i < size; ++i) {
+      const double* const row = lower.data() + static_cast<std::ptrdiff_t>(i) * (i + 1) / 2;
+      scratch[i] = -dot(row + column, scratch + column, i - column) * row[i];
+    }
+    squares[column] = dot(scratch + column, scratch + column, size - column);
+  }
+}
+
+TRACTION_VECTOR_CLONES
+double dotProduct(const double* a, const double* b, int size) {
+  return dot(a, b, size);
 }
 
 TRACTION_VECTOR_CLONES

@@ -44,6 +44,18 @@ void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const
 /// products[k] = matrix.row(rows[k]) . vector, of matrix.stride() floats on a line's boundary.
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const float* vector, double* products);
 
+/// The same in double precision throughout; `vector` has matrix.stride() elements.
+void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const double* vector, double* products);
+
+/// Cholesky factor in place of a packed lower triangle, as solveLower() wants it. False: not positive definite.
+bool factoriseLower(std::span<double> lower, int size);
+
+/// squares[i] = (i, i) of (L L')^-1; `scratch` holds `size` doubles.
+void inverseDiagonal(std::span<const double> lower, int size, double* scratch, double* squares);
+
+/// Scalar product.
+double dotProduct(const double* a, const double* b, int size);
+
 /// Solves L y = b in place. L is lower triangular and packed: row i starts at i (i + 1) / 2; its diagonal is stored as
 /// the reciprocal.
 void solveLower(std::span<const double> lower, int size, double* vector);

@@ -18,13 +18,26 @@ struct SolveOptions {
   /// 0.2 % of the load and leaves 10 of 28 MB for a frame to stream; at 1 it changes them by up to 0.5 %.
   double truncation = 0.5;
 
+  /// Standard deviation of a marker's centre in one frame [px], as calibrated; the frame's own scales the uncertainty.
+  double noise_px = 0.018;
+
+  /// Solve for the nodes alone that carry something, as far as the contact is small enough.
+  bool contactAware = true;
+
+  /// Force of a node that the search for contacts takes as usual [N]: small finds weak touches, large finds edges. At
+  /// these, a press of 5 gf is found with twice the margin, and a contact's support is 20 to 60 nodes.
+  double touchForce_N = 1e-3;
+  double shapeForce_N = 9e-3;
+
+  /// Force of a node that the contact step takes as usual at least [N]; it follows stronger contacts.
+  double forceScale_N = 10e-3;
+
   /// Share of the markers that may be missing; beyond, the field is not valid. If a quarter goes missing at once, that
   /// frame takes some 3 ms longer.
   double maxMissingFraction = 0.25;
 
-  /// Normal force above which there is a centre of pressure [N]. There its standard deviation is a node's pitch, 3 mm,
-  /// at 0.02 px of tracking noise.
-  double minPressForCentre_N = 0.5;
+  /// Normal force above which there is a centre of pressure [N], if it is not in the noise.
+  double minPressForCentre_N = 0.03;
 };
 
 }  // namespace tractiond::solve

@@ -1,10 +1,14 @@
-// Per frame two thin products: the displacements' amplitudes in the singular vectors, c = U'd, streaming the rows of
-// the valid coordinates; and the forces f = V S^-1 G c. Missing markers are taken out between the two.
+// Per frame: the displacements' amplitudes in the singular vectors, c = U'd, streaming the rows of the markers used,
+// with the missing ones completed. From them ContactStep sees where something touches, and solves for that. Where the
+// contact is too large for it, or does not explain the picture, all nodes are solved for: f = V S^-1 G c. Between the
+// two the result is a mean whose weights change continuously.
 //
-// The residual needs no third product. With d completed by the values that leave the missing rows none,
-//   |d - U G c|^2 = |d|^2 - |c|^2 + |(1 - G) c|^2,
-// because U's columns are orthonormal.
+// The residual of the whole face needs no product of its own. With d completed by the values that leave the missing
+// rows none,
+//   (d - H f)' W (d - H f) = |d|^2 - |D^1/2 R'd|^2 - |c|^2 + |(1 - G) c|^2.
 #include "daemon/solve/solver.h"
+
+#include "daemon/solve/systematic.h"
 
 #include <algorithm>
 #include <cassert>
@@ -14,36 +18,104 @@
 namespace tractiond::solve {
 namespace {
 
+/// A marker whose variance is so many times that of the others is taken out: the equations weigh all alike.
+constexpr double kDoubtful = 16.0;
+
+/// The contact step explains the picture if what it leaves is the noise, a tenth more, and so much of the
+/// displacements.
+constexpr double kExplained_noise = 0.1;
+constexpr double kExplained_share = 0.02;
+
+/// Beyond this, the picture shows what no forces do.
+constexpr double kUnexplained_noise = 2.0;
+constexpr double kUnexplained_share = 0.1;
+
+/// The uncertainty is known while no node carries more than this share of Young's modulus.
+constexpr double kLinearRange = 2.0;
+
+/// Below so many of its deviations, a normal force has no centre.
+constexpr double kCentre_deviations = 5.0;
+
 double square(double x) {
   return x * x;
 }
 
+std::array<double, 6> wrenchOf(const TractionField& field) {
+  std::array<double, 6> wrench{};
+  std::copy_n(field.resultant_N.begin(), 3, wrench.begin());
+  std::copy_n(field.moment_Nm.begin(), 3, wrench.begin() + 3);
+  return wrench;
+}
+
+/// What the force component `axis` at (x, y) adds to each element of the wrench.
+std::array<double, 6> wrenchRow(const std::array<double, 2>& at, int axis) {
+  switch (axis) {
+  case 0:
+    return {1.0, 0.0, 0.0, 0.0, 0.0, -at[1]};
+  case 1:
+    return {0.0, 1.0, 0.0, 0.0, 0.0, at[0]};
+  default:
+    return {0.0, 0.0, 1.0, at[1], -at[0], 0.0};
+  }
+}
+
 }  // namespace
 
-Solver::Solver(const Inverse& inverse, const sensor::NodeGrid& nodes, const SolveOptions& options)
+Solver::Solver(const Inverse& inverse, const sensor::Sensor& sensor, const SolveOptions& options)
     : inverse_(inverse)
     , options_(options)
+    , uncertainty_(sensor.uncertainty)
+    , pitch_m_(sensor.nodes.pitch)
+    , largestForce_N_(kLinearRange * sensor.gel.youngsModulus * square(sensor.nodes.pitch))
     , missing_(inverse, static_cast<int>(options.maxMissingFraction * inverse.coordinateCount() / 2))
+    , contact_(inverse, sensor.nodes, options)
+    , contacts_(sensor.nodes)
     , everyMode_(static_cast<std::size_t>(inverse.rank()))
+    , nodeNoise_(static_cast<std::size_t>(inverse.forceCount()), 0.0)
+    , nodeShrinkage_(static_cast<std::size_t>(inverse.forceCount()), 1.0)
+    , used_(static_cast<std::size_t>(inverse.coordinateCount() / 2))
+    , row_(static_cast<std::size_t>(inverse.influence.stride()))
     , amplitudes_(static_cast<std::size_t>(inverse.left.stride()))
-    , filtered_(1, inverse.rank())
+    , filtered_(1, inverse.left.columns())
     , restored_(static_cast<std::size_t>(inverse.coordinateCount()))
     , restoredFloat_(static_cast<std::size_t>(inverse.coordinateCount()))
-    , forces_(static_cast<std::size_t>(inverse.right.stride())) {
-  assert(3 * nodes.count() == inverse.forceCount());
-  for (int row = 0; row < nodes.rows; ++row) {
-    for (int column = 0; column < nodes.columns; ++column) {
-      const Eigen::Vector3d position = nodes.position(column, row);
-      nodes_.push_back({position.x(), position.y()});
-    }
-  }
+    , forces_(static_cast<std::size_t>(inverse.right.stride()))
+    , functionals_(6, std::vector<double>(ContactStep::kMostUnknowns))
+    , deviations_(3 * ContactStep::kMostNodes) {
+  const sensor::Points nodes = sensor::nodePositions(sensor.nodes);
+  for (Eigen::Index n = 0; n < nodes.cols(); ++n) nodes_.push_back({nodes(0, n), nodes(1, n)});
+  assert(3 * nodes.cols() == inverse.forceCount());
   for (const double s : inverse.singularValues) {
     gain_.push_back(square(s) / (square(s) + square(inverse.lambda)));
     inverted_.push_back(gain_.back() / s);
   }
+  gain_.insert(gain_.end(), inverse.motionGain.begin(), inverse.motionGain.end());
   std::iota(everyMode_.begin(), everyMode_.end(), 0);
   coordinates_.reserve(static_cast<std::size_t>(inverse.coordinateCount()));
   displacements_.reserve(static_cast<std::size_t>(inverse.coordinateCount()));
+
+  // Noise: V S^-1 G (V S^-1 G)'. Shrinkage, what the penalty keeps from forces of 1 N: (1 - V G V')^2.
+  const auto add = [](WrenchCovariance& sum, double factor, const std::array<double, 6>& w) {
+    for (int i = 0; i < 6; ++i) {
+      for (int j = 0; j < 6; ++j) sum[6 * i + j] += factor * w[i] * w[j];
+    }
+  };
+  for (const auto& at : nodes_) {
+    for (int axis = 0; axis < 3; ++axis) add(wholeShrinkage_, 1.0, wrenchRow(at, axis));
+  }
+  for (int k = 0; k < inverse.rank(); ++k) {
+    const float* const v = inverse.right.row(k);
+    const double kept = gain_[k] * (2.0 - gain_[k]);
+    std::array<double, 6> wrench{};
+    for (int i = 0; i < inverse.forceCount(); ++i) {
+      nodeNoise_[i] += square(inverted_[k] * v[i]);
+      nodeShrinkage_[i] -= kept * square(v[i]);
+      const auto row = wrenchRow(nodes_[i / 3], i % 3);
+      for (int j = 0; j < 6; ++j) wrench[j] += row[j] * v[i];
+    }
+    add(wholeNoise_, square(inverted_[k]), wrench);
+    add(wholeShrinkage_, -kept, wrench);
+  }
 }
 
 void Solver::solve(const MarkerField& markers, TractionField& field) noexcept {
@@ -53,66 +125,178 @@ void Solver::solve(const MarkerField& markers, TractionField& field) noexcept {
   assert(field.force_N.size() == static_cast<std::size_t>(inverse_.forceCount()));
   field.markers = markers;
   field.flags = markers.flags;
-  field.valid = false;
-  if ((markers.flags & kFewMarkers) != 0 || !missing_.update(markers.valid)) {
+  clear(field);
+  if ((markers.flags & kFewMarkers) != 0 || !take(markers)) {
     field.flags |= kFewMarkers;
     counters_.fewMarkers.add();
-  } else {
-    field.valid = fit(markers, field.residual_px) && sum(field);
-    if (!field.valid) counters_.notFinite.add();
+    return;
   }
-  if (!field.valid) {
-    std::fill(field.force_N.begin(), field.force_N.end(), 0.0F);
-    field.resultant_N = {};
-    field.moment_Nm = {};
-    field.centreOfPressure_m = {};
-    field.centreOfPressureValid = false;
-    field.residual_px = 0.0;
+  decompose();
+
+  double share = 0.0;  // of the contact step in the result
+  if (options_.contactAware) {
+    share = contact_.find(amplitudes_, noise_px_);
+    if (share > 0.0 && !contact_.solve(row_.data(), missing_.coordinates(), squares_)) share = 0.0;
+    if (share > 0.0) {
+      const auto count = static_cast<double>(coordinates_.size());
+      const double excess = contact_.squaredResidual() / count - square(noise_px_);
+      const double explained = kExplained_noise * square(noise_px_) + square(kExplained_share) * squares_ / count;
+      share *= 1.0 - std::clamp((excess / explained - 1.0), 0.0, 1.0);
+    }
+  }
+  if (share < 1.0) {
+    fitWholeFace();
+    counters_.wholeFace.add();
+  }
+  combine(share, field);
+  if (!finite(field)) {
+    clear(field);
+    field.flags = markers.flags;
+    counters_.notFinite.add();
   }
 }
 
-bool Solver::fit(const MarkerField& markers, double& residual_px) {
+void Solver::clear(TractionField& field) {
+  std::fill(field.force_N.begin(), field.force_N.end(), 0.0F);
+  std::fill(field.deviation_N.begin(), field.deviation_N.end(), 0.0F);
+  field.valid = false;
+  field.method = Method::kNone;
+  field.resultant_N = {};
+  field.moment_Nm = {};
+  field.noise = {};
+  field.systematic = {};
+  field.centreOfPressure_m = {};
+  field.centreOfPressureValid = false;
+  field.residual_px = 0.0;
+  field.strength = 0.0;
+  field.pictureMotion = {};
+  field.contactCount = 0;
+}
+
+/// Chooses the markers. False: too few.
+bool Solver::take(const MarkerField& markers) {
+  double variance = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < used_.size(); ++i) {
+    if (markers.valid[i] == 0) continue;
+    variance += markers.variance_px2[i];
+    ++count;
+  }
+  const double typical = count > 0 && variance > 0.0 ? variance / count : square(options_.noise_px);
+  const double limit = kDoubtful * std::max(typical, square(options_.noise_px));
+  variance = 0.0;
   coordinates_.clear();
   displacements_.clear();
-  double squares = 0.0;  // of the displacements, then of the residual
-  for (int marker = 0; marker < static_cast<int>(markers.valid.size()); ++marker) {
-    if (markers.valid[marker] == 0) continue;
-    for (const int coordinate : {2 * marker, 2 * marker + 1}) {
+  squares_ = 0.0;
+  std::fill(row_.begin(), row_.end(), 0.0);
+  for (std::size_t i = 0; i < used_.size(); ++i) {
+    used_[i] = markers.valid[i] != 0 && markers.variance_px2[i] <= limit ? 1 : 0;
+    if (used_[i] == 0) continue;
+    variance += markers.variance_px2[i];
+    for (const std::size_t coordinate : {2 * i, 2 * i + 1}) {
       const float displacement = markers.displacement_px[coordinate];
-      coordinates_.push_back(coordinate);
+      coordinates_.push_back(static_cast<int>(coordinate));
       displacements_.push_back(displacement);
-      squares += square(displacement);
+      row_[coordinate] = displacement;
+      squares_ += square(displacement);
     }
   }
-  std::fill(amplitudes_.begin(), amplitudes_.end(), 0.0);
-  addRows(inverse_.left, coordinates_, displacements_, amplitudes_.data());
-
-  float* const filtered = filtered_.row(0);
-  const int rank = inverse_.rank();
-  if (const auto missing = missing_.coordinates(); !missing.empty()) {
-    for (int i = 0; i < rank; ++i) filtered[i] = static_cast<float>(gain_[i] * amplitudes_[i]);
-    multiplyRows(inverse_.left, missing, filtered, restored_.data());
-    missing_.solve(restored_.data());
-    for (std::size_t i = 0; i < missing.size(); ++i) {
-      restoredFloat_[i] = static_cast<float>(restored_[i]);
-      squares += square(restored_[i]);
-    }
-    addRows(inverse_.left, missing, {restoredFloat_.data(), missing.size()}, amplitudes_.data());
-  }
-
-  for (int i = 0; i < rank; ++i) {
-    squares += square(amplitudes_[i]) * (square(1.0 - gain_[i]) - 1.0);
-    filtered[i] = static_cast<float>(inverted_[i] * amplitudes_[i]);
-  }
-  // Rounding can leave a perfect fit just below zero.
-  residual_px = std::sqrt(std::max(squares, 0.0) / static_cast<double>(coordinates_.size()));
-  std::fill(forces_.begin(), forces_.end(), 0.0);
-  addRows(inverse_.right, everyMode_, {filtered, everyMode_.size()}, forces_.data());
-  return std::isfinite(squares) && !coordinates_.empty();
+  if (coordinates_.empty() || !missing_.update(used_)) return false;
+  const double mean = variance / static_cast<double>(coordinates_.size() / 2);
+  noise_px_ = mean > 0.0 ? std::sqrt(mean) : options_.noise_px;
+  return true;
 }
 
-bool Solver::sum(TractionField& field) const {
-  for (std::size_t i = 0; i < field.force_N.size(); ++i) field.force_N[i] = static_cast<float>(forces_[i]);
+void Solver::decompose() {
+  std::fill(amplitudes_.begin(), amplitudes_.end(), 0.0);
+  addRows(inverse_.left, coordinates_, displacements_, amplitudes_.data());
+  restoredSquares_ = 0.0;
+  const auto missing = missing_.coordinates();
+  if (missing.empty()) return;
+  float* const filtered = filtered_.row(0);
+  for (std::size_t i = 0; i < gain_.size(); ++i) filtered[i] = static_cast<float>(gain_[i] * amplitudes_[i]);
+  multiplyRows(inverse_.left, missing, filtered, restored_.data());
+  missing_.solve(restored_.data());
+  for (std::size_t i = 0; i < missing.size(); ++i) {
+    restoredFloat_[i] = static_cast<float>(restored_[i]);
+    restoredSquares_ += square(restored_[i]);
+  }
+  addRows(inverse_.left, missing, {restoredFloat_.data(), missing.size()}, amplitudes_.data());
+}
+
+void Solver::fitWholeFace() {
+  float* const filtered = filtered_.row(0);
+  for (std::size_t i = 0; i < everyMode_.size(); ++i) filtered[i] = static_cast<float>(inverted_[i] * amplitudes_[i]);
+  std::fill(forces_.begin(), forces_.end(), 0.0);
+  addRows(inverse_.right, everyMode_, {filtered, everyMode_.size()}, forces_.data());
+}
+
+void Solver::combine(double share, TractionField& field) {
+  const double whole = 1.0 - share;
+  double squaredResidual = 0.0;
+  if (whole > 0.0) {
+    double squares = squares_ + restoredSquares_, forces = 0.0;
+    const std::size_t rank = everyMode_.size();
+    for (std::size_t i = 0; i < gain_.size(); ++i) {
+      squares += square(amplitudes_[i]) * (i < rank ? square(1.0 - gain_[i]) - 1.0 : -gain_[i]);
+    }
+    squaredResidual += whole * squares;
+    for (std::size_t i = 0; i < field.force_N.size(); ++i) {
+      field.force_N[i] = static_cast<float>(whole * forces_[i]);
+      forces += square(forces_[i]);
+    }
+    const double typical = forces / static_cast<double>(field.force_N.size());
+    const double noise =
+        square(noise_px_) * static_cast<double>(inverse_.coordinateCount()) / static_cast<double>(coordinates_.size());
+    for (std::size_t i = 0; i < field.noise.size(); ++i) {
+      field.noise[i] = whole * (noise * wholeNoise_[i] + typical * wholeShrinkage_[i]);
+    }
+    for (std::size_t i = 0; i < field.deviation_N.size(); ++i) {
+      field.deviation_N[i] = static_cast<float>(whole * std::sqrt(noise * nodeNoise_[i] + typical * nodeShrinkage_[i]));
+    }
+    field.strength = inverse_.lambda;
+  }
+  if (share > 0.0) {
+    const auto nodes = contact_.nodes();
+    const auto forces = contact_.forces();
+    squaredResidual += share * contact_.squaredResidual();
+    contact_.deviations(deviations_.data());
+    for (auto& functional : functionals_) std::fill(functional.begin(), functional.end(), 0.0);
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+      const std::size_t at = 3 * static_cast<std::size_t>(nodes[i / 3]) + i % 3;
+      field.force_N[at] += static_cast<float>(share * forces[i]);
+      field.deviation_N[at] += static_cast<float>(share * deviations_[i]);
+      const auto row = wrenchRow(nodes_[nodes[i / 3]], static_cast<int>(i % 3));
+      for (int j = 0; j < 6; ++j) functionals_[j][i] = row[j];
+    }
+    for (auto& functional : functionals_) contact_.prepare(functional.data());
+    // The spread of a mean is at most the mean of the spreads' squares.
+    for (int i = 0; i < 6; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        const double covariance = share * contact_.covariance(functionals_[i].data(), functionals_[j].data());
+        field.noise[6 * i + j] += covariance;
+        if (i != j) field.noise[6 * j + i] += covariance;
+      }
+    }
+    field.pictureMotion = contact_.motion();
+    if (share >= 0.5) {
+      field.strength = contact_.lambda();
+      field.contactCount = contacts_.list(contact_, field.contacts);
+    }
+    if (nodes.empty() && share == 1.0) {  // what lies below the limit is not seen
+      const auto limit = contact_.detectionLimit_N();
+      for (const int axis : {0, 1, 2}) field.noise[7 * axis] = square(0.5 * limit[axis / 2]);
+    }
+  }
+  field.method = share == 1.0  ? (contact_.nodes().empty() ? Method::kNoContact : Method::kContact)
+                 : share > 0.0 ? Method::kBlend
+                               : Method::kWholeFace;
+  field.valid = true;
+  sum(field);
+  judge(squaredResidual, field);
+}
+
+void Solver::sum(TractionField& field) const {
   std::array<double, 3> resultant{}, moment{};
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
     const auto [x, y] = nodes_[node];
@@ -126,11 +310,36 @@ bool Solver::sum(TractionField& field) const {
   }
   field.resultant_N = resultant;
   field.moment_Nm = moment;
-  field.centreOfPressureValid = resultant[2] > options_.minPressForCentre_N;
-  field.centreOfPressure_m = {};
+  field.systematic = systematicCovariance(wrenchOf(field), uncertainty_, pitch_m_, inverse_.poseErrors);
+  field.centreOfPressureValid =
+      resultant[2] > options_.minPressForCentre_N && resultant[2] > kCentre_deviations * std::sqrt(field.noise[14]);
   if (field.centreOfPressureValid) field.centreOfPressure_m = {-moment[1] / resultant[2], moment[0] / resultant[2]};
-  const auto finite = [](double x) { return std::isfinite(x); };
-  return std::all_of(resultant.begin(), resultant.end(), finite) && std::all_of(moment.begin(), moment.end(), finite);
+}
+
+void Solver::judge(double squaredResidual, TractionField& field) const {
+  const auto count = static_cast<double>(coordinates_.size());
+  // Rounding can leave a perfect fit just below zero.
+  const double square_px2 = std::max(squaredResidual, 0.0) / count;
+  field.residual_px = std::sqrt(square_px2);
+  if (square_px2 > square(kUnexplained_noise * noise_px_) + square(kUnexplained_share) * squares_ / count) {
+    field.flags |= kUnexplained;
+  }
+  for (std::size_t i = 0; i < field.force_N.size(); i += 3) {
+    const double force = square(field.force_N[i]) + square(field.force_N[i + 1]) + square(field.force_N[i + 2]);
+    if (force > square(largestForce_N_)) {
+      field.flags |= kOutOfRange;
+      break;
+    }
+  }
+}
+
+bool Solver::finite(const TractionField& field) const {
+  const auto isFinite = [](double x) { return std::isfinite(x); };
+  return std::isfinite(field.residual_px) && std::isfinite(squares_) &&
+         std::all_of(field.resultant_N.begin(), field.resultant_N.end(), isFinite) &&
+         std::all_of(field.moment_Nm.begin(), field.moment_Nm.end(), isFinite) &&
+         std::all_of(field.noise.begin(), field.noise.end(), isFinite) &&
+         std::all_of(field.systematic.begin(), field.systematic.end(), isFinite);
 }
 
 }  // namespace tractiond::solve

@@ -1,8 +1,10 @@
-// Marker displacements in, surface forces out.
+// Marker displacements in, surface forces out, and how well they are known.
 #pragma once
 
 #include "daemon/records/ledger.h"
 #include "daemon/records/traction_field.h"
+#include "daemon/solve/contact_step.h"
+#include "daemon/solve/contacts.h"
 #include "daemon/solve/missing_markers.h"
 
 namespace tractiond::solve {
@@ -10,41 +12,64 @@ namespace tractiond::solve {
 /// Thread-bound, but for the counters.
 class Solver {
  public:
-  /// `inverse` must outlive the solver; `nodes` are those it was computed for.
-  Solver(const Inverse& inverse, const sensor::NodeGrid& nodes, const SolveOptions& options = {});
+  /// `inverse` must outlive the solver; `sensor` is the one it was computed for.
+  Solver(const Inverse& inverse, const sensor::Sensor& sensor, const SolveOptions& options = {});
 
   /// Fills a field that is sized for the markers and nodes, but for its times. Where too many markers are missing
   /// (flag kFewMarkers) or a number is not finite, the field is not valid and all its numbers are 0. The residual is
   /// exact within about 1e-3 of the displacements' root mean square. Allocates nothing.
   void solve(const MarkerField& markers, TractionField& field) noexcept;
 
-  /// Fields that were not valid, by cause. Any thread may read them.
+  /// Force that is found in half of the frames when a node carries it: along the surface, and into it [N].
+  std::array<double, 2> detectionLimit_N() const { return contact_.detectionLimit_N(); }
+
+  /// Fields by what became of them. Any thread may read them.
   struct Counters {
-    Counter fewMarkers;
-    Counter notFinite;
+    Counter fewMarkers;  ///< not valid
+    Counter notFinite;   ///< not valid
+    Counter wholeFace;   ///< the contact step fell back, wholly or in part
   };
   const Counters& counters() const { return counters_; }
 
  private:
-  bool fit(const MarkerField& markers, double& residual_px);
-  bool sum(TractionField& field) const;
+  bool take(const MarkerField& markers);
+  void decompose();
+  void fitWholeFace();
+  void combine(double share, TractionField& field);
+  void sum(TractionField& field) const;
+  void judge(double squaredResidual, TractionField& field) const;
+  bool finite(const TractionField& field) const;
+  static void clear(TractionField& field);
 
   const Inverse& inverse_;
   const SolveOptions options_;
+  const sensor::Uncertainty uncertainty_;
+  const double pitch_m_, largestForce_N_;
   std::vector<std::array<double, 2>> nodes_;  // x, y [m]
   MissingMarkers missing_;
-  std::vector<double> gain_;      // r: s^2 / (s^2 + lambda^2)
+  ContactStep contact_;
+  Contacts contacts_;
+  std::vector<double> gain_;      // r + 4: s^2 / (s^2 + lambda^2), and the motion's
   std::vector<double> inverted_;  // r: gain / s [N/px]
   std::vector<int> everyMode_;    // 0 .. r-1
-  // Scratch: the valid coordinates and their displacements; the modes' amplitudes and what they become; what the
-  // missing coordinates would show; the forces.
+  // Of the fit of all nodes, at 1 px of noise and at 1 N of typical force: of the wrench, and squares for each force.
+  WrenchCovariance wholeNoise_{}, wholeShrinkage_{};
+  std::vector<double> nodeNoise_, nodeShrinkage_;
+  // Of one frame: the markers used, their noise, their coordinates and displacements, also as a row with zeros where
+  // missing; the sum of squares; the modes' amplitudes and what they become; the missing coordinates' displacements.
+  std::vector<std::uint8_t> used_;
+  double noise_px_ = 0.0;
   std::vector<int> coordinates_;
   std::vector<float> displacements_;
+  std::vector<double> row_;
+  double squares_ = 0.0, restoredSquares_ = 0.0;
   std::vector<double> amplitudes_;
   RowMatrix filtered_;
   std::vector<double> restored_;
   std::vector<float> restoredFloat_;
   std::vector<double> forces_;
+  std::vector<std::vector<double>> functionals_;
+  std::vector<double> deviations_;
   Counters counters_;
 };
 

@@ -4,7 +4,7 @@
 
 namespace sensor::elastic {
 
-Eigen::MatrixXd influenceMatrix(const Sensor& sensor, Model model, const Progress& progress) {
+Eigen::MatrixXd displacementMatrix(const Sensor& sensor, Model model, const Progress& progress) {
   const Points markers = markerPositions(sensor.layers), nodes = nodePositions(sensor.nodes);
   Eigen::MatrixXd displacement;
   if (model == Model::kBlock) {
@@ -17,11 +17,31 @@ Eigen::MatrixXd influenceMatrix(const Sensor& sensor, Model model, const Progres
             halfSpaceDisplacement(markers.col(m) - nodes.col(n), sensor.gel.youngsModulus, sensor.gel.poissonRatio);
     if (progress) progress(1.0);
   }
+  return displacement;
+}
+
+Eigen::MatrixXd toImage(const Sensor& sensor, const Eigen::MatrixXd& displacement) {
+  const Points markers = markerPositions(sensor.layers);
   const Projection projection(sensor.camera, sensor.gel.size.z());
-  Eigen::MatrixXd influence(2 * markers.cols(), 3 * nodes.cols());
+  Eigen::MatrixXd image(2 * markers.cols(), displacement.cols());
   for (Eigen::Index m = 0; m < markers.cols(); ++m)
-    influence.middleRows<2>(2 * m) = projection.jacobian(markers.col(m)) * displacement.middleRows<3>(3 * m);
-  return influence;
+    image.middleRows<2>(2 * m) = projection.jacobian(markers.col(m)) * displacement.middleRows<3>(3 * m);
+  return image;
+}
+
+Eigen::MatrixXd influenceMatrix(const Sensor& sensor, Model model, const Progress& progress) {
+  return toImage(sensor, displacementMatrix(sensor, model, progress));
+}
+
+Eigen::MatrixXd pictureMotionMatrix(const Sensor& sensor) {
+  const Points markers = markerPositions(sensor.layers);
+  const Projection projection(sensor.camera, sensor.gel.size.z());
+  Eigen::MatrixXd motion(2 * markers.cols(), 4);
+  for (Eigen::Index m = 0; m < markers.cols(); ++m) {
+    const Eigen::Vector2d r = projection(markers.col(m)) - sensor.camera.principal_px;
+    motion.middleRows<2>(2 * m) << 1.0, 0.0, r.x(), -r.y(), 0.0, 1.0, r.y(), r.x();
+  }
+  return motion;
 }
 
 }  // namespace sensor::elastic

@@ -31,8 +31,8 @@ class StateDirectory {
 };
 
 const Inverse& theInverse() {
-  static const Inverse inverse =
-      *computeInverse(sensor::elastic::influenceMatrix(kSensor, sensor::elastic::Model::kBlock), SolveOptions{});
+  static const StateDirectory directory;
+  static const Inverse inverse = *loadOrCompute(kSensor, SolveOptions{}, directory.path());
   return inverse;
 }
 
@@ -48,7 +48,7 @@ MarkerField markers(int missing) {
 }
 
 void runSolver(benchmark::State& state, bool flush) {
-  Solver solver(theInverse(), kSensor.nodes);
+  Solver solver(theInverse(), kSensor);
   const MarkerField field = markers(static_cast<int>(state.range(0)));
   TractionField forces;
   forces.resize(kSensor.markerCount(), kSensor.nodes.count());
@@ -72,6 +72,52 @@ void runSolver(benchmark::State& state, bool flush) {
       static_cast<double>(theInverse().left.all().size_bytes() + theInverse().right.all().size_bytes()) / 1e6;
 }
 
+/// A press on a node, one on many or one on all of them, and noise; 10 % of the markers missing, others in every frame.
+/// `reach` [pitches]: of the pressed nodes around the middle.
+MarkerField pressed(double reach, int missing, unsigned seed) {
+  static const Eigen::MatrixXd influence = [] {
+    Eigen::MatrixXd h(theInverse().coordinateCount(), theInverse().forceCount());
+    for (int i = 0; i < theInverse().forceCount(); ++i)
+      h.col(i) = Eigen::VectorXf::Map(theInverse().influence.row(i), h.rows()).cast<double>();
+    return h;
+  }();
+  Eigen::VectorXd forces = Eigen::VectorXd::Zero(influence.cols());
+  const sensor::Points nodes = sensor::nodePositions(kSensor.nodes);
+  for (Eigen::Index n = 0; n < nodes.cols(); ++n)
+    if (nodes.col(n).norm() <= reach * kSensor.nodes.pitch) forces[3 * n + 2] = 1.0;
+  forces *= 4.0 / forces.sum();
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0.0, 0.018);
+  Eigen::VectorXd displacement = influence * forces;
+  for (double& d : displacement) d += noise(random);
+  MarkerField field = fieldOf(displacement);
+  std::fill(field.variance_px2.begin(), field.variance_px2.end(), 0.018F * 0.018F);
+  for (int i = 0; i < missing; ++i) loseMarker(field, static_cast<int>(random() % field.valid.size()));
+  return field;
+}
+
+void solvePressed(benchmark::State& state, double reach, int missing) {
+  Solver solver(theInverse(), kSensor);
+  std::vector<MarkerField> fields;
+  for (unsigned i = 0; i < 16; ++i) fields.push_back(pressed(reach, missing, i));
+  TractionField forces;
+  forces.resize(kSensor.markerCount(), kSensor.nodes.count());
+  std::size_t frame = 0;
+  std::vector<double> durations;
+  for (auto _ : state) {
+    const auto start = std::chrono::steady_clock::now();
+    solver.solve(fields[frame++ % fields.size()], forces);
+    const std::chrono::duration<double> duration = std::chrono::steady_clock::now() - start;
+    state.SetIterationTime(duration.count());
+    durations.push_back(duration.count());
+  }
+  std::sort(durations.begin(), durations.end());
+  state.counters["p50_ms"] = 1e3 * durations[durations.size() / 2];
+  state.counters["p99_ms"] = 1e3 * durations[durations.size() * 99 / 100];
+  state.counters["contacts"] = forces.contactCount;
+  state.counters["method"] = static_cast<int>(forces.method);
+}
+
 /// The argument: missing markers, the same in every frame.
 void solveInCache(benchmark::State& state) {
   runSolver(state, false);
@@ -82,7 +128,7 @@ void solveFlushed(benchmark::State& state) {
 
 /// So many markers go missing at once and come back in the next frame; a pair of frames is timed.
 void solveChanging(benchmark::State& state) {
-  Solver solver(theInverse(), kSensor.nodes);
+  Solver solver(theInverse(), kSensor);
   const MarkerField whole = markers(0), holed = markers(static_cast<int>(state.range(0)));
   TractionField forces;
   forces.resize(kSensor.markerCount(), kSensor.nodes.count());
@@ -113,6 +159,10 @@ void prepareWarm(benchmark::State& state) {
 BENCHMARK(prepareCold)->Unit(benchmark::kSecond)->Iterations(1)->UseRealTime();
 BENCHMARK(solveInCache)->Arg(0)->Arg(115)->Arg(288)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(solveFlushed)->Arg(0)->Arg(115)->Arg(288)->UseManualTime()->Iterations(100)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(solvePressed, press, 1.8, 0)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(solvePressed, disc, 3.4, 0)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(solvePressed, pressChangingMarkers, 1.8, 115)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(solvePressed, fullFaceChangingMarkers, 100.0, 115)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(solveChanging)->Arg(1)->Arg(115)->Arg(288)->Unit(benchmark::kMillisecond);
 BENCHMARK(prepareWarm)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 

@@ -98,7 +98,7 @@ int main(int argc, char** argv) {
   Ledger ledger;
   Turns turns;
   track::Tracker tracker(sensor, {});
-  solve::Solver solver(*inverse, sensor.nodes);
+  solve::Solver solver(*inverse, sensor);
   // The queue absorbs the moments in which the subscriber is not running.
   publish::PublishOptions options{.stream = {endpoint}, .latest = {}, .highWaterMark = 100'000};
   publish::Description description;

@@ -250,7 +250,7 @@ void run(const Options& options) {
   const Job job(options, seen.markerCount());
 
   const solve::Inverse inverse = expect(solve::loadOrCompute(sensor, config.solve, options.state));
-  solve::Solver solver(inverse, sensor.nodes, config.solve);
+  solve::Solver solver(inverse, sensor, config.solve);
   Eye eye(seen, options);
   const Eigen::Matrix2Xd rest = eye.look(eye.rest(), {});
   Eigen::Matrix2Xd last = rest;

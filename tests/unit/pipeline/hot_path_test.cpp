@@ -76,11 +76,12 @@ void runCounted(WhenFull whenFull) {
   const sensor::Sensor sensor = coarseSensor();
   const capture::Pictures pictures = draw(sensor);
   auto inverse =
-      solve::computeInverse(sensor::elastic::influenceMatrix(sensor, sensor::elastic::Model::kHalfSpace), {});
+      solve::computeInverse(sensor::elastic::influenceMatrix(sensor, sensor::elastic::Model::kHalfSpace),
+                            {sensor::elastic::pictureMotionMatrix(sensor), Eigen::Vector4d::Constant(1e-4)}, {});
   ASSERT_TRUE(inverse) << inverse.error().message();
   Ledger ledger;
   track::Tracker tracker(sensor, {});
-  solve::Solver solver(*inverse, sensor.nodes);
+  solve::Solver solver(*inverse, sensor);
   publish::Description description;
   description.identity.sensor = "gel";
   description.sensor = sensor;

@@ -56,8 +56,8 @@ TEST(Solver, AllocatesNothingWhateverIsMissing) {
   const sensor::Sensor sensor = smallSensor();
   const Eigen::MatrixXd influence = halfSpaceImage(sensor, sensor::nodePositions(sensor.nodes));
   const SolveOptions options;
-  const Inverse inverse = computeInverse(influence, options).value();
-  Solver solver(inverse, sensor.nodes, options);
+  const Inverse inverse = computeInverse(influence, still(influence.rows()), options).value();
+  Solver solver(inverse, sensor, options);
   TractionField forces;
   forces.resize(sensor.markerCount(), sensor.nodes.count());
   const MarkerField whole = fieldOf(influence * Eigen::VectorXd::Ones(influence.cols()));

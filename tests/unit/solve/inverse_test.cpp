@@ -24,13 +24,14 @@ const MatrixXd kInfluence = halfSpaceImage(kSensor, sensor::nodePositions(kSenso
 TEST(Inverse, WithoutTruncationIsTikhonovs) {
   SolveOptions options;
   options.truncation = 0.0;
-  const Inverse inverse = computeInverse(kInfluence, options).value();
+  const Inverse inverse = computeInverse(kInfluence, still(kInfluence.rows()), options).value();
   const double lambda = inverse.lambda;
-  EXPECT_NEAR(lambda, 1e-3 * kInfluence.bdcSvd().singularValues()[0], 1e-12 * lambda);
+  EXPECT_NEAR(lambda, 1e-3 * kInfluence.bdcSvd().singularValues()[0], 1e-4 * lambda);
 
   const Eigen::VectorXd s = Eigen::VectorXd::Map(inverse.singularValues.data(), inverse.rank());
   const Eigen::VectorXd filter = s.array() / (s.array().square() + lambda * lambda);
-  const MatrixXd factored = dense(inverse.right).transpose() * filter.asDiagonal() * dense(inverse.left).transpose();
+  const MatrixXd factored =
+      dense(inverse.right).transpose() * filter.asDiagonal() * dense(inverse.left).leftCols(inverse.rank()).transpose();
   const MatrixXd gram = kInfluence.transpose() * kInfluence;
   const MatrixXd expected =
       (gram + lambda * lambda * MatrixXd::Identity(gram.rows(), gram.cols())).ldlt().solve(kInfluence.transpose());
@@ -40,7 +41,7 @@ TEST(Inverse, WithoutTruncationIsTikhonovs) {
 TEST(Inverse, KeepsTheSingularValuesThatCount) {
   SolveOptions options;
   options.truncation = 0.5;
-  const Inverse inverse = computeInverse(kInfluence, options).value();
+  const Inverse inverse = computeInverse(kInfluence, still(kInfluence.rows()), options).value();
   const Eigen::VectorXd s = kInfluence.bdcSvd().singularValues();
   ASSERT_LT(inverse.rank(), s.size());
   for (int i = 0; i < inverse.rank(); ++i) EXPECT_NEAR(inverse.singularValues[i], s[i], 1e-8 * s[i]);
@@ -49,18 +50,18 @@ TEST(Inverse, KeepsTheSingularValuesThatCount) {
 }
 
 TEST(Inverse, SingularVectorsAreOrthonormal) {
-  const Inverse inverse = computeInverse(kInfluence, SolveOptions{}).value();
-  const MatrixXd u = dense(inverse.left), v = dense(inverse.right);
+  const Inverse inverse = computeInverse(kInfluence, still(kInfluence.rows()), SolveOptions{}).value();
+  const MatrixXd u = dense(inverse.left).leftCols(inverse.rank()), v = dense(inverse.right);
   const MatrixXd one = MatrixXd::Identity(inverse.rank(), inverse.rank());
   EXPECT_LT((u.transpose() * u - one).cwiseAbs().maxCoeff(), 1e-6);
   EXPECT_LT((v * v.transpose() - one).cwiseAbs().maxCoeff(), 1e-6);
 }
 
 TEST(Inverse, HatMatrixMapsDisplacementsToTheirFit) {
-  const Inverse inverse = computeInverse(kInfluence, SolveOptions{}).value();
+  const Inverse inverse = computeInverse(kInfluence, still(kInfluence.rows()), SolveOptions{}).value();
   const Eigen::VectorXd s = Eigen::VectorXd::Map(inverse.singularValues.data(), inverse.rank());
   const double squared = inverse.lambda * inverse.lambda;
-  const MatrixXd u = dense(inverse.left);
+  const MatrixXd u = dense(inverse.left).leftCols(inverse.rank());
   const MatrixXd hat = u * (s.array().square() / (s.array().square() + squared)).matrix().asDiagonal() * u.transpose();
   for (const auto& [i, j] : {std::pair{0, 0}, {5, 3}, {3, 5}, {inverse.coordinateCount() - 1, 0}}) {
     EXPECT_NEAR(inverse.hatAt(i, j), hat(i, j), 1e-6);
@@ -69,17 +70,18 @@ TEST(Inverse, HatMatrixMapsDisplacementsToTheirFit) {
 
 TEST(Inverse, ProgressRisesFromNothingToAll) {
   std::vector<double> fractions;
-  ASSERT_TRUE(computeInverse(kInfluence, SolveOptions{}, [&](double fraction) { fractions.push_back(fraction); }));
+  ASSERT_TRUE(computeInverse(kInfluence, still(kInfluence.rows()), SolveOptions{},
+                             [&](double fraction) { fractions.push_back(fraction); }));
   EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
   EXPECT_EQ(fractions.front(), 0.0);
   EXPECT_EQ(fractions.back(), 1.0);
 }
 
 TEST(Inverse, RefusesMatricesWithoutOne) {
-  EXPECT_FALSE(computeInverse(MatrixXd::Zero(4, 3), SolveOptions{}));
+  EXPECT_FALSE(computeInverse(MatrixXd::Zero(4, 3), still(4), SolveOptions{}));
   MatrixXd poisoned = kInfluence;
   poisoned(3, 2) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(computeInverse(poisoned, SolveOptions{}));
+  EXPECT_FALSE(computeInverse(poisoned, still(poisoned.rows()), SolveOptions{}));
 }
 
 }  // namespace

@@ -90,8 +90,9 @@ TEST_P(Recovery, LoadsComeBackWithinOnePercent) {
   const auto pixels = everything.rightCols(3 * loads.sources().cols());
 
   const SolveOptions options;
-  const Inverse inverse = computeInverse(everything.leftCols(3 * nodes.cols()), options).value();
-  Solver solver(inverse, sensor.nodes, options);
+  const Inverse inverse =
+      computeInverse(everything.leftCols(3 * nodes.cols()), still(everything.rows()), options).value();
+  Solver solver(inverse, sensor, options);
   TractionField field;
   field.resize(sensor.markerCount(), sensor.nodes.count());
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "daemon/records/marker_field.h"
+#include "daemon/solve/inverse.h"
 #include "sensor/elastic/half_space.h"
 #include "sensor/sensor.h"
 
@@ -33,6 +34,11 @@ inline Eigen::MatrixXd halfSpaceImage(const sensor::Sensor& sensor, const sensor
     }
   }
   return image;
+}
+
+/// A picture that does not move.
+inline MotionPrior still(Eigen::Index coordinates) {
+  return {Eigen::MatrixXd::Zero(coordinates, kMotions), Eigen::Vector4d::Zero()};
 }
 
 /// All markers valid.
