@@ -111,93 +111,183 @@ def signs(mirrored, parity):
     return character, np.vstack([1 - 2 * mirrored, np.ones(mirrored.shape[1], int)])
 
 
-class Block:
-    """Marker displacements [m] under forces on the surface, for E = 0.18 MPa."""
+class Stiffness:
+    """A mesh's stiffness matrix, assembled by CalculiX."""
 
     YOUNG = 0.18
 
-    def __init__(self, mesh, poisson, markers, folder):
-        """`markers`: 3 x M [m]. Computes for minutes, once; then reads `folder`."""
-        self.mesh, self.folder = mesh, pathlib.Path(folder)
-        images, self.mirrored = fold(1e3 * np.asarray(markers))
-        self.images, self.image_of = np.unique(images.round(6), axis=1, return_inverse=True)
-        self.row_of = np.full(len(mesh.positions) + 1, -1)
-        self.row_of[mesh.surface] = np.arange(len(mesh.surface))
-        if not (self.folder / "operator.npy").exists():
-            self._compute(poisson)
-        self.operator = np.load(self.folder / "operator.npy", mmap_mode="r")  # class, marker image, 3, surface node, 3
-
-    def _compute(self, poisson):
-        material = ["*ELASTIC", f"{self.YOUNG},{poisson}"]
-        run_ccx(self.folder, "block", self.mesh.deck(material) +
+    def __init__(self, mesh, poisson, folder):
+        self.mesh, self.folder = mesh, folder
+        run_ccx(folder, "block", mesh.deck(["*ELASTIC", f"{self.YOUNG},{poisson}"]) +
                 ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"])
-        entries = np.fromfile(self.folder / "block.sti", sep=" ").reshape(-1, 3)
-        dofs = np.array([line.split(".") for line in (self.folder / "block.dof").read_text().split()], int)
-        i, j = entries[:, 0].astype(int) - 1, entries[:, 1].astype(int) - 1
-        values = entries[:, 2]
-        for name in ("sti", "mas"):
-            (self.folder / f"block.{name}").unlink()
-        count = self.images.shape[1]
-        operator = np.zeros((4, count, 3, len(self.mesh.surface), 3), np.float32)
-        nodes, shape = self.mesh.weights(self.images)
-        for index, parity in enumerate(CLASSES):
-            free = np.ones((len(self.mesh.positions) + 1, 4), bool)
-            for axis in (0, 1):
-                across = axis + 1
-                for component in [across] if parity[axis] == 1 else [c for c in (1, 2, 3) if c != across]:
-                    free[self.mesh.on_plane(axis), component] = False
-            kept = free[dofs[:, 0], dofs[:, 1]]
-            new = np.cumsum(kept) - 1
-            unknown = np.full((len(self.mesh.positions) + 1, 4), -1)
-            unknown[dofs[kept, 0], dofs[kept, 1]] = new[kept]
-            inside = kept[i] & kept[j]
-            self._solve(kept.sum(), new[i[inside]], new[j[inside]], values[inside], unknown, nodes, shape, operator[index])
-        np.save(self.folder / "operator.npy", operator)
+        entries = np.fromfile(folder / "block.sti", sep=" ").reshape(-1, 3)
+        self.dofs = np.array([line.split(".") for line in (folder / "block.dof").read_text().split()], int)
+        self.row, self.column = entries[:, 0].astype(int) - 1, entries[:, 1].astype(int) - 1
+        self.values = entries[:, 2].copy()
+        for name in ("block.sti", "block.mas"):
+            (folder / name).unlink()
 
-    def _solve(self, size, i, j, values, unknown, nodes, shape, result):
+    def solve(self, parity, columns, read):
+        """Displacement [mm] of the nodes `read` in a class, columns x nodes x 3. A column is a load: nodes and their
+        forces, K x 3 [N]."""
+        free = np.ones((len(self.mesh.positions) + 1, 4), bool)
+        for axis in (0, 1):
+            across = axis + 1
+            for component in [across] if parity[axis] == 1 else [c for c in (1, 2, 3) if c != across]:
+                free[self.mesh.on_plane(axis), component] = False
+        kept = free[self.dofs[:, 0], self.dofs[:, 1]]
+        unknown = np.full(free.shape, -1)
+        unknown[self.dofs[kept, 0], self.dofs[kept, 1]] = np.arange(kept.sum())
+        new = np.cumsum(kept) - 1
+        inside = kept[self.row] & kept[self.column]
+        i, j = new[self.row[inside]], new[self.column[inside]]
         row, column = np.maximum(i, j), np.minimum(i, j)
         order = np.lexsort((row, column))
-        np.concatenate([[0], np.cumsum(np.bincount(column, minlength=size))]).astype(np.int32).tofile(self.folder / "columns")
-        row[order].astype(np.int32).tofile(self.folder / "rows")
-        values[order].tofile(self.folder / "values")
-        ends, rows, weights = [0], [], []
-        for image in range(nodes.shape[1]):
-            for component in (1, 2, 3):
-                at = unknown[nodes[:, image], component]
-                used = (at >= 0) & (shape[:, image] != 0)
-                rows.append(at[used])
-                weights.append(shape[used, image])
-                ends.append(ends[-1] + used.sum())
-        np.array(ends, np.int32).tofile(self.folder / "right_columns")
-        np.concatenate(rows).astype(np.int32).tofile(self.folder / "right_rows")
-        np.concatenate(weights).tofile(self.folder / "right_values")
-        read = unknown[self.mesh.surface][:, 1:]
-        read[read >= 0].astype(np.int32).tofile(self.folder / "output")
-        solver = self.folder.parent / "sparse_solver"
-        if not solver.exists():
-            source = pathlib.Path(__file__).parent / "sparse_solver.cpp"
-            subprocess.run(["c++", "-std=c++20", "-O2", "-I/usr/include/eigen3", "-I/usr/include/suitesparse", source,
-                            "-lcholmod", "-o", solver], check=True)
-        subprocess.run([solver, self.folder], check=True)
-        solution = np.fromfile(self.folder / "solution").reshape(nodes.shape[1], 3, -1)
-        result[:, :, read >= 0] = solution
+        ends = np.concatenate([[0], np.cumsum(np.bincount(column, minlength=kept.sum()))])
+        at = [unknown[nodes][:, 1:] for nodes, _ in columns]
+        used = [(a >= 0) & (forces != 0) for a, (_, forces) in zip(at, columns)]
+        target = unknown[read][:, 1:]
+        self._write(columns=ends, rows=row[order], right_columns=np.cumsum([0] + [u.sum() for u in used]),
+                    right_rows=np.concatenate([a[u] for a, u in zip(at, used)]), output=target[target >= 0])
+        self.values[inside][order].tofile(self.folder / "values")
+        np.concatenate([forces[u] for u, (_, forces) in zip(used, columns)]).tofile(self.folder / "right_values")
+        subprocess.run([sparse_solver(self.folder.parent), self.folder], check=True)
+        result = np.zeros((len(columns), len(read), 3))
+        result[:, target >= 0] = np.fromfile(self.folder / "solution").reshape(len(columns), -1)
         for name in ("columns", "rows", "values", "right_columns", "right_rows", "right_values", "output", "solution"):
             (self.folder / name).unlink()
+        return result
+
+    def _write(self, **arrays):
+        for name, array in arrays.items():
+            np.asarray(array, np.int32).tofile(self.folder / name)
+
+
+def sparse_solver(folder):
+    program = folder / "sparse_solver"
+    if not program.exists():
+        subprocess.run(["c++", "-std=c++20", "-O2", "-I/usr/include/eigen3", "-I/usr/include/suitesparse",
+                        pathlib.Path(__file__).parent / "sparse_solver.cpp", "-lcholmod", "-o", program], check=True)
+    return program
+
+
+class Images:
+    """Markers (3 x M, m) as mirror images of fewer points in the quarter."""
+
+    def __init__(self, mesh, markers):
+        points, self.mirrored = fold(1e3 * np.asarray(markers))
+        self.points, self.of = np.unique(points.round(6), axis=1, return_inverse=True)
+        self.nodes, self.shape = mesh.weights(self.points)
+
+    def unfold(self, parity, moved):
+        """From the quarter's displacement in a class, points x 3, that of all markers, M x 3."""
+        character, turn = signs(self.mirrored, parity)
+        return (character * turn * moved[self.of].T).T
+
+
+def folded_load(mesh, points, forces, parity):
+    """Nodal forces of a class on the quarter's surface: numbers of all nodes + 1 rows x 3. Points 2 x P [m]."""
+    images, mirrored = fold(np.vstack([1e3 * np.asarray(points), np.zeros(np.shape(points)[1])]))
+    character, turn = signs(mirrored, parity)
+    folded = 0.25 * character * turn * np.asarray(forces)
+    nodes, shape = mesh.weights(images)
+    load = np.zeros((len(mesh.positions) + 1, 3))
+    for node, weight in zip(nodes, shape):
+        np.add.at(load, node, (weight * folded).T)
+    return load
+
+
+class Block:
+    """Marker displacements under any forces on the surface, by Maxwell and Betti's theorem from unit forces at the
+    markers. For E = 0.18 MPa."""
+
+    def __init__(self, mesh, poisson, markers, folder):
+        """`markers`: 3 x M [m]. Computes for minutes, once; then reads `folder`."""
+        self.mesh, self.images = mesh, Images(mesh, markers)
+        operator = pathlib.Path(folder) / "operator.npy"
+        if not operator.exists():
+            stiffness = Stiffness(mesh, poisson, operator.parent)
+            units = [(nodes, np.outer(shape, axis)) for nodes, shape in zip(self.images.nodes.T, self.images.shape.T)
+                     for axis in np.eye(3)]
+            np.save(operator, np.array([stiffness.solve(parity, units, mesh.surface) for parity in CLASSES], np.float32)
+                    .reshape(4, -1, 3, len(mesh.surface), 3))
+        self.operator = np.load(operator, mmap_mode="r")  # class, marker image, 3, surface node, 3
 
     def displacement(self, points, forces):
-        """M x 3 [m]. `points`: 2 x P or 3 x P [m] on the surface, `forces`: 3 x P [N]."""
-        points = np.vstack([1e3 * np.asarray(points)[:2], np.zeros(np.shape(points)[1])])
-        images, mirrored = fold(points)
-        nodes, shape = self.mesh.weights(images)
-        result = np.zeros((3, self.mirrored.shape[1]))
-        for index, parity in enumerate(CLASSES):
-            character, turn = signs(mirrored, parity)
-            folded = 0.25 * character * turn * np.asarray(forces)
-            load = np.zeros((len(self.mesh.surface), 3))
-            for node, weight in zip(nodes, shape):
-                np.add.at(load, self.row_of[node], (weight * folded).T)
+        """M x 3 [m]. `points`: 2 x P [m] on the surface, `forces`: 3 x P [N]."""
+        result = 0.0
+        for parity, operator in zip(CLASSES, self.operator):
+            load = folded_load(self.mesh, points, forces, parity)[self.mesh.surface]
             used = np.flatnonzero(load.any(1))
-            moved = np.einsum("qcnd,nd->qc", self.operator[index][:, :, used], load[used])
-            character, turn = signs(self.mirrored, parity)
-            result += character * turn * moved[self.image_of].T
-        return 1e-3 * result.T
+            result = result + self.images.unfold(parity, np.einsum("qcnd,nd->qc", operator[:, :, used], load[used]))
+        return 1e-3 * result
+
+
+def few_loads(mesh, poisson, markers, load_list, folder):
+    """The same for a few loads (points, forces), loads x M x 3 [m]: quicker than a Block."""
+    stiffness, images = Stiffness(mesh, poisson, folder), Images(mesh, markers)
+    read = np.unique(images.nodes)
+    result = 0.0
+    for parity in CLASSES:
+        columns = []
+        for points, forces in load_list:
+            load = folded_load(mesh, points, forces, parity)
+            used = np.flatnonzero(load.any(1))
+            columns.append((used, load[used]))
+        moved = np.zeros((len(load_list), len(mesh.positions) + 1, 3))
+        moved[:, read] = stiffness.solve(parity, columns, read)
+        quarter = np.einsum("kq,lkqc->lqc", images.shape, moved[:, images.nodes])
+        result = result + np.array([images.unfold(parity, one) for one in quarter])
+    return 1e-3 * result
+
+
+def around_centre(half_width=False):
+    """For large strain at the centre of a 40 mm block; with `half_width` the mirror plane x = 0 is not used."""
+    across = np.concatenate([np.arange(0, 12.1, 1.5), np.arange(15, 36.1, 3), [41.5, 47.5, 50]])
+    depth = [0, 1, 2, 3, 4.5, 6, 8, 11, 15, 20, 27, 34, 38, 40]
+    return Mesh(np.concatenate([-across[:0:-1], across]) if half_width else across, across, depth)
+
+
+def static(mesh, parity, material, steps, markers, folder, name, large=False, extra=()):
+    """Displacements [m], steps x M x 3, in CalculiX alone: loads (points 2 x P [m], forces 3 x P [N]) one after another.
+    parity[axis] 1: mirror plane; None: the mesh spans it. Loads and fields have the symmetry that is assumed."""
+    lines = mesh.deck(material)
+    for axis in (0, 1):
+        if parity[axis]:
+            lines += [f"{n},{axis + 1},{axis + 1}" for n in mesh.on_plane(axis)]
+    planes = mesh.number[:, :, np.isin(mesh.halves[2], (6, 8))]
+    lines += ["*NSET, NSET=MARKERS", *map(str, planes[planes > 0]), *extra]
+    for points, forces in steps:
+        lines += [f"*STEP{', NLGEOM, INC=1000' if large else ''}", "*STATIC, SOLVER=SPOOLES"] + (["0.25, 1.0, 1e-4"] if large else [])
+        if points is None:
+            lines += ["*TEMPERATURE", "ALL, 1.0"]
+        else:
+            images, _ = fold(np.vstack([1e3 * points, np.zeros(points.shape[1])]))
+            shares = np.array(forces) / 2 ** sum(map(bool, parity))
+            for axis in (0, 1):
+                if not parity[axis]:
+                    images[axis] = 1e3 * points[axis]
+            nodes, shape = mesh.weights(images)
+            load = np.zeros((len(mesh.positions) + 1, 3))
+            for node, weight in zip(nodes, shape):
+                np.add.at(load, node, (weight * shares).T)
+            lines += ["*CLOAD, OP=NEW"]
+            lines += [f"{n},{c + 1},{load[n, c]:.9e}" for n in np.flatnonzero(load.any(1)) for c in range(3) if load[n, c]]
+        lines += ["*NODE PRINT, NSET=MARKERS, FREQUENCY=1000", "U", "*END STEP"]
+    run_ccx(folder, name, lines)
+    images, mirrored = fold(1e3 * np.asarray(markers))
+    turn = np.vstack([1 - 2 * mirrored, np.ones(mirrored.shape[1], int)])
+    for axis in (0, 1):
+        if not parity[axis]:
+            images[axis], turn[axis] = 1e3 * markers[axis], 1
+    nodes, shape = mesh.weights(images)
+    result, moved = [], None
+    for line in (folder / f"{name}.dat").read_text().splitlines():
+        words = line.split()
+        if words[:1] == ["displacements"]:
+            moved = np.zeros((len(mesh.positions) + 1, 3))
+            result.append(moved)
+        elif len(words) == 4 and moved is not None:
+            moved[int(words[0])] = [float(word) for word in words[1:]]
+    assert len(result) == len(steps), (len(result), len(steps))
+    return np.array([1e-3 * np.einsum("km,kmc->mc", shape, moved[nodes]) * turn.T for moved in result])
