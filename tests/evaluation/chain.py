@@ -25,13 +25,15 @@ colour = "red"
 depth_mm = {red_depth}
 centre_mm = [1.5, 1.5]
 [camera]
+focal_px = {focal}
 position_mm = {position}
 rotation_rad = {rotation}
 """
 
 
-def gel_text(thickness=40, poisson=0.49, young=YOUNG, red_depth=8, position=(0, 0, 157), rotation=(0, 0, 0)):
-    return GEL.format(young=young, poisson=poisson, thickness=thickness, red_depth=red_depth,
+def gel_text(thickness=40, poisson=0.49, young=YOUNG, red_depth=8, position=(0, 0, 157), rotation=(0, 0, 0),
+             focal=960.0):
+    return GEL.format(young=young, poisson=poisson, thickness=thickness, red_depth=red_depth, focal=focal,
                       position=list(map(float, position)), rotation=list(map(float, rotation)))
 
 

@@ -7,8 +7,10 @@ import time
 import experiments
 import report
 
-ORDER = ["mechanics", "magnitude", "direction", "point_load", "flat_disc", "bias", "models", "two_contacts", "detection",
+ORDER = ["mechanics", "separation", "magnitude", "direction", "point_load", "flat_disc", "bias", "models", "two_contacts", "detection",
          "coverage", "missing", "picture_motion", "large_strain", "centres", "timing"]
+
+SLOW = {"separation"}  # takes ten new inverses: not in --quick
 
 # Figures that must reach their targets for the test to pass; the others are printed. One name a figure, as in
 # experiments.py. Times are never judged here.
@@ -34,6 +36,8 @@ def main():
     arguments = parser.parse_args()
     page = report.Report(write=not arguments.quick and arguments.only == ORDER)
     for name in arguments.only:
+        if arguments.quick and arguments.only == ORDER and name in SLOW:
+            continue
         begin = time.monotonic()
         getattr(experiments, name)(page, arguments.quick)
         print(f"({time.monotonic() - begin:.0f} s)", flush=True)

@@ -102,6 +102,52 @@ def direction(report, quick):
     report.picture("direction", draw, "Figure 7b: ten trials a step. The paper's resolution is about 5 degrees.")
 
 
+# The paper's figure 6
+
+
+def separation(report, quick):
+    try:
+        truth_of = truth.load(40, 0.49, "layers")
+    except FileNotFoundError:
+        return
+    report.section("Distance between the marker layers (the paper's figure 6)", """
+        The paper's load, the same force at each of 10 x 10 nodes, mostly normal with half of it along y; mean difference of
+        the 576 node forces from the truth, relative to that of a single layer of markers. Displacements are given with
+        noise, not drawn. The paper has no noise and its own model as the truth; its optimum is at 2 or 3 mm.""")
+    true = np.zeros((576, 3))
+    for one in truth_of.contacts[0]:
+        true[np.argmin(np.linalg.norm(loads.nodes() - one[1:3, None], axis=0))] = one[4:7]
+    field_of = truth_of.displacement[0].reshape(-1, 576, 3)
+    frames = 10 if quick else 40
+    distances = [depth - 6 for depth in truth.LAYER_DEPTHS_MM]
+    curves, lines = {}, []
+    for noise in (0.02, PAPER_NOISE_PX):
+        errors = []
+        for depth in [None, *truth.LAYER_DEPTHS_MM]:
+            text = chain.gel_text(red_depth=depth or 8)
+            if depth is None:  # the blue layer alone
+                text = text[:text.index('[[layers]]\ncolour = "red"')] + text[text.index("[camera]"):]
+            shown = [field_of[0]] if depth is None else [field_of[0], field_of[1 + truth.LAYER_DEPTHS_MM.index(depth)]]
+            found = chain.run(np.repeat(np.concatenate(shown)[None], frames, axis=0), gel=text, given=noise)
+            errors.append(abs(found.force_N.reshape(frames, 576, 3) - true).mean((0, 1)))
+        errors = np.array(errors)
+        curves[noise] = errors / errors[0]
+        lines += [(f"{noise} px, {axis}", *[f"{value:.2f}" for value in errors[1:, c] / errors[0, c]])
+                  for c, axis in enumerate(("Fx", "Fy", "Fz"))]
+        best = distances[int(np.argmin(errors[1:].sum(1)))]
+        report.row(f"best distance between the layers, {noise} px of noise", f"{best} mm", "2 - 3 mm")
+    report.table(["noise, component", *[f"{distance} mm" for distance in distances]], lines)
+
+    def draw(axes):
+        for (noise, values), style in zip(curves.items(), ("-", "--")):
+            for c, axis in enumerate(("Fx", "Fy", "Fz")):
+                axes.plot(distances, values[1:, c], style + "o", ms=3, color=f"C{c}", label=f"{axis}, {noise} px")
+        axes.set(xlabel="distance between the layers [mm]", ylabel="mean difference / of one layer")
+        axes.legend(fontsize=7)
+
+    report.picture("separation", draw, "Figure 6: error over the distance of the layers; 1 is a single layer of blue markers.")
+
+
 # Mechanics
 
 
@@ -111,7 +157,7 @@ def mechanics(report, quick):
         the same load. CalculiX's own error is estimated by a mesh twice as coarse, at the markers that are nodes of both:
         the difference, of which the finer mesh has a quarter or less.""")
     worst_of_all = 0.0
-    for poisson in (0.3, 0.45, 0.49, 0.4999):
+    for poisson in (0.49, 0.4999) if quick else (0.3, 0.45, 0.49, 0.4999):
         try:
             places = truth.load(40, poisson, "places" if poisson == 0.49 else "centre")
         except FileNotFoundError:
@@ -124,7 +170,7 @@ def mechanics(report, quick):
                    f"{100 * worst:.2f} % of the peak (meshes {100 * mesh_difference(40, poisson):.2f} %)")
     report.row("marker displacement of the block against CalculiX, largest", f"{100 * worst_of_all:.2f} % of the peak", "–",
                "<= 0.7 %", 0.007, worst_of_all, name="mechanics")
-    for thickness in (15, 25):
+    for thickness in () if quick else (15, 25):
         try:
             places = truth.load(thickness, 0.49, "places")
         except FileNotFoundError:
@@ -190,7 +236,7 @@ def models(report, quick):
         200 gf as Hertz pressures of 5 mm diameter at eight places along x, y and z; single frames. Error: length of the
         difference of the resultants, root mean square over the places.""")
     lines = []
-    for thickness in (15, 25, 40):
+    for thickness in (15, 40) if quick else (15, 25, 40):
         try:
             places = truth.load(thickness, 0.49, "places")
         except FileNotFoundError:
@@ -331,7 +377,7 @@ def detection(report, quick):
 def coverage(report, quick):
     report.section("What the stated uncertainty covers", """
         Random loads (place, radius 1.5 to 6 mm, up to 45 degrees from the normal, 5 to 400 gf), 10 frames each. For each load
-        the gel's true stiffness, the camera's true pose and the picture's motion are drawn from the standard deviations that
+        the gel's true stiffness, the camera's true pose and focal length and the picture's motion are drawn from the standard deviations that
         the gel file states; the daemon does not know them. Covered: the truth lies within 1.96 stated deviations.""")
     generator = np.random.default_rng(20053)
     random = truth.load(40, 0.49, "random")
@@ -342,6 +388,7 @@ def coverage(report, quick):
         chosen = range(group * count // groups, (group + 1) * count // groups)
         pose = [0, 0, 157] + 0.3 * generator.standard_normal(3)
         rotation = 0.002 * generator.standard_normal(3)
+        focal = 960 * (1 + 0.002 * generator.standard_normal())
         displacement, stray, true = [], [], []
         for index in chosen:
             force = np.exp(generator.uniform(np.log(5), np.log(400))) * GF
@@ -350,7 +397,7 @@ def coverage(report, quick):
             drift = generator.standard_normal(4) * [0.02, 0.02, 1e-4, 1e-4]
             stray.append(np.tile([*drift, 1.0], (frames, 1)))
             true.append(np.concatenate([force * random.forces()[index], force * random.moments()[index]]))
-        found = chain.run(np.concatenate(displacement), twin_gel=chain.gel_text(position=pose, rotation=rotation),
+        found = chain.run(np.concatenate(displacement), twin_gel=chain.gel_text(position=pose, rotation=rotation, focal=focal),
                           stray=np.concatenate(stray), zero_every=frames, seed=group + 1)
         if "noise_covariance" not in found:
             report.row("truth inside the stated 95 % interval", "no covariance", "–", "92 - 98 %", 0.98, np.inf, 0.92,
@@ -373,7 +420,7 @@ def coverage(report, quick):
 
 def missing(report, quick):
     report.section("Missing markers", "400 gf at 25 degrees under the probe; a tenth of the markers, others in each frame, not drawn.")
-    frames = 150 if quick else 400
+    frames = 600 if quick else 2000
     force = 400 * GF * np.array([np.sin(np.radians(25)), 0, np.cos(np.radians(25))])
     displacement = np.repeat(probe(force[None]), frames, axis=0)
     gone = np.random.default_rng(20054).random((frames, displacement.shape[1])) < 0.1
@@ -489,6 +536,6 @@ def timing(report, quick):
     track, solve = np.median(steady.track_ms), np.median(steady.solve_ms)
     report.row("track, median", f"{track:.3f} ms", "1.07 ms", "<= 0.20 ms", 0.2, track, name="time to track")
     report.row("solve, median", f"{solve:.3f} ms", "11.5 ms", "<= 0.30 ms", 0.3, solve, name="time to solve")
-    worst = np.quantile(face.solve_ms, 0.99)
+    worst = np.quantile(face.solve_ms[1:], 0.99)
     report.row("    p99, whole face, 10 % changing missing markers", f"{worst:.3f} ms (median {np.median(face.solve_ms):.3f})",
                "–", "<= 2 ms", 2, worst, name="time to solve, p99")

@@ -16,6 +16,8 @@ SHAPES = ["hertz", "disc"]
 
 PLACES_MM = [(0.7, 0.4), (12, -9), (-30, 0), (0, 28.5), (30, 30), (-33, -33), (20, -33), (33, 6)]
 AXES = np.eye(3)
+LAYER_DEPTHS_MM = [6, 7, 8, 9, 10, 11, 12, 14, 19]
+LAYER_FORCE_GF = [0, 2.5, 5]
 
 
 def contact(shape, x_mm, y_mm, radius_mm, force):
@@ -113,6 +115,23 @@ def load(thickness, poisson, which):
         return Set(file["contacts"], file["displacement"] * file["scale"][:, None, None])
 
 
+def layers(folder):
+    """The paper's figure 6: LAYER_FORCE_GF at each of 10 x 10 nodes, markers at many depths: blue at 6 mm, then red at
+    LAYER_DEPTHS, one layer after another."""
+    import calculix
+
+    across = np.concatenate([np.arange(0, 15.1, 1.5), np.arange(18, 36.1, 3), [41.5, 47.5, 50]])
+    mesh = calculix.Mesh(across, across, [0, 1, 2, 3, 4.5, 6, 7, 8, 9, 10, 11, 12, 14, 16.5, 19, 23, 28, 34, 38, 40])
+    blue, red = np.split(loads.markers(), 2, axis=1)
+    markers = np.hstack([blue] + [np.vstack([red[:2], np.full(576, 1e-3 * depth)]) for depth in LAYER_DEPTHS_MM])
+    x, y = np.meshgrid(3e-3 * (np.arange(10) - 4.5), 3e-3 * (np.arange(10) - 4.5))
+    points = np.stack([x.ravel(), y.ravel()])
+    force = np.array(LAYER_FORCE_GF) * 9.80665e-3
+    moved = calculix.few_loads(mesh, 0.49, markers, [(points, np.outer(force, np.ones(100)))], folder / "layers")
+    save(name(40, 0.49, "layers"), Set(np.array([[contact("hertz", px, py, 0, force) for px, py in 1e3 * points.T]]), moved))
+    print("layers", flush=True)
+
+
 def large_strain(folder):
     """Neo-Hookean, large deformations: presses along z, and a shear along x."""
     import calculix
@@ -173,7 +192,7 @@ def linear(thickness, poisson, sets, folder):
 
 
 def main(folder, wanted):
-    for part in (expansion, large_strain):
+    for part in (expansion, layers, large_strain):
         if not wanted or part.__name__ in wanted:
             part(folder)
     for (thickness, poisson), sets in catalogue().items():
