@@ -248,6 +248,12 @@ def around_centre(half_width=False):
     return Mesh(np.concatenate([-across[:0:-1], across]) if half_width else across, across, depth)
 
 
+def at_centre(thickness):
+    """For loads near the centre of a 40 mm block: fine below them, and at the base's edge."""
+    across = np.concatenate([np.arange(0, 7.6, 0.75), [9, 10.5, 12], np.arange(15, 36.1, 3), [41, 45.5, 48.5, 50]])
+    return Mesh(across, across, [0, 0.75, 1.5, 2.25, 3, 4, 5, 6, 7, 8, 10, 13, 17, 22, 27, 32, 36, 38.5, thickness])
+
+
 def static(mesh, parity, material, steps, markers, folder, name, large=False, extra=()):
     """Displacements [m], steps x M x 3, in CalculiX alone: loads (points 2 x P [m], forces 3 x P [N]) one after another.
     parity[axis] 1: mirror plane; None: the mesh spans it. Loads and fields have the symmetry that is assumed."""

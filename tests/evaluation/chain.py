@@ -56,14 +56,14 @@ def state_directory():
     return path
 
 
-def run(displacement, gel=None, twin_gel=None, solve="", missing=None, stray=None, **options):
+def run(displacement, gel=None, twin_gel=None, solve="", missing=None, stray=None, state=None, **options):
     """displacement: frames x markers x 3 [m]. `gel`, `twin_gel`: texts of gel files, what the daemon believes and what
     the camera sees. `solve`: lines of the configuration's [solve]. `missing`: frames x markers, 1 where not drawn.
-    `stray`: frames x 5, shift u, v [px], scale - 1, roll [rad], brightness. Others: the program's options."""
+    `stray`: frames x 5, shift u, v [px], scale - 1, roll [rad], brightness. `state`: where inverses are kept. Others: the program's options."""
     with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
         job = pathlib.Path(name)
         np.ascontiguousarray(displacement, float).tofile(job / "displacement.f64")
-        command = [BUILD / "bin/evaluation_chain", job, "--state", state_directory()]
+        command = [BUILD / "bin/evaluation_chain", job, "--state", state or state_directory()]
         if missing is not None:
             np.asarray(missing).astype(np.uint8).tofile(job / "missing.u8")
         if stray is not None:

@@ -38,7 +38,7 @@ def main():
     for name in arguments.only:
         if arguments.quick and arguments.only == ORDER and name in SLOW:
             continue
-        begin = time.monotonic()
+        page.experiment, begin = name, time.monotonic()
         getattr(experiments, name)(page, arguments.quick)
         print(f"({time.monotonic() - begin:.0f} s)", flush=True)
     page.finish(HEAD)

@@ -12,11 +12,12 @@ class Report:
         self.write = write  # docs/accuracy.md, with pictures
         self.text, self.rows = [], []
         self.missed = []
+        self.experiment = ""
 
     def section(self, title, text=""):
         print(f"\n{title}", flush=True)
         self._end_table()
-        self.text.append(f"\n## {title}\n")
+        self.text.append(f"\n## {title}\n\n`tools/evaluate --only {self.experiment}`\n")
         if text:
             self.text.append(" ".join(text.split()) + "\n")
 

@@ -170,7 +170,7 @@ def linear(thickness, poisson, sets, folder):
     many = sum(map(len, sets.values())) > 100
     meshes = [calculix.coarse(thickness), calculix.fine(thickness)]
     if "centre" in sets:  # loads at the centre alone
-        meshes = [calculix.coarse(thickness), calculix.around_centre()]
+        meshes = [calculix.around_centre(), calculix.at_centre(thickness)]
     worst = 0.0
     for which, contact_lists in sets.items():
         points = [quadrature(load) for load in contact_lists]
