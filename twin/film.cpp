@@ -31,7 +31,8 @@ GelFilm::GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesy
     , model_(scenario.sensor, scenario.contacts, cache, progress)
     , project_(scenario.sensor.camera, scenario.sensor.gel.size.z())
     , rest_(sensor::markerPositions(scenario.sensor.layers))
-    , rest_px_(2, rest_.cols()) {
+    , rest_px_(2, rest_.cols())
+    , creep_(scenario.creep, rest_.cols()) {
   project(project_, rest_, rest_px_);
   markers_px_ = rest_px_;
 }
@@ -39,10 +40,25 @@ GelFilm::GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesy
 const Eigen::Matrix2Xd& GelFilm::markersAt(double phase_s) {
   std::vector<ContactState> states;
   for (const Contact& contact : scenario_.contacts) states.push_back(contact.at(phase_s));
-  if (states != states_) {
-    states_ = states;
-    project(project_, rest_ + model_.displacement(states), markers_px_);
+  const double rise_K = scenario_.warmth.at(phase_s);
+  if (states == states_ && rise_K == rise_K_ && creep_.isNone()) return markers_px_;
+  states_ = states;
+  rise_K_ = rise_K;
+  sensor::Points points = rest_ + model_.displacement(states);
+  if (!creep_.isNone()) points += creep_.now();
+  if (rise_K == 0.0) {
+    project(project_, points, markers_px_);
+    return markers_px_;
   }
+  const Warmth& warmth = scenario_.warmth;
+  const Eigen::Vector3d base(0.0, 0.0, scenario_.sensor.gel.size.z());
+  points += warmth.expansion * rise_K * (rest_.colwise() - base);
+  project(project_, points, markers_px_);
+  const double scale = warmth.scale * rise_K, roll = warmth.roll * rise_K;
+  Eigen::Matrix2d motion;
+  motion << scale, -roll, roll, scale;
+  markers_px_ += motion * (markers_px_.colwise() - scenario_.sensor.camera.principal_px);
+  markers_px_.colwise() += warmth.shift_px * rise_K;
   return markers_px_;
 }
 
@@ -50,12 +66,15 @@ void GelFilm::draw(Picture& picture, Truth& truth) {
   const double phase_s = std::fmod(picture.time_s, scenario_.period_s);
   truth = Truth{};
   truth.time_s = picture.time_s;
+  truth.rise_K = scenario_.warmth.at(phase_s);
+  std::vector<ContactState> states;
   for (const Contact& contact : scenario_.contacts) {
-    const ContactState state = contact.at(phase_s);
-    if (!state.isLoaded()) continue;
-    truth.contacts.push_back({&contact, state});
-    truth.resultant.add(state);
+    states.push_back(contact.at(phase_s));
+    if (!states.back().isLoaded()) continue;
+    truth.contacts.push_back({&contact, states.back()});
+    truth.resultant.add(states.back());
   }
+  if (!creep_.isNone()) creep_.advance(picture.time_s, model_.displacement(states));
   for (const Absence& absence : scenario_.absences) {
     if (isNow(absence, phase_s)) {
       truth.missing.insert(truth.missing.end(), absence.markers.begin(), absence.markers.end());

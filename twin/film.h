@@ -22,6 +22,7 @@ struct Truth {
   Resultant resultant;
   std::vector<Load> contacts;        ///< those that carry a load
   std::vector<int> missing;          ///< markers that are not drawn
+  double rise_K = 0.0;               ///< of the temperature
   bool torn = false;                 ///< part of the picture is not of this moment, or not in its place
   Eigen::Matrix2Xd displacement_px;  ///< of all markers, drawn or not
 };
@@ -55,6 +56,8 @@ class GelFilm : public Film {
   sensor::Points rest_;
   Eigen::Matrix2Xd rest_px_, markers_px_, drawn_px_;
   std::vector<ContactState> states_;
+  Creep creep_;
+  double rise_K_ = 0.0;                                      ///< in markers_px_
   std::vector<std::uint8_t> older_;                          ///< a whole picture of which part is shown
   std::map<std::pair<Format, double>, Renderer> renderers_;  ///< by format and blur
 };

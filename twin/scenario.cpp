@@ -94,6 +94,15 @@ std::vector<double> readTrack(TomlTable& table, const char* key, std::size_t cou
   return values;
 }
 
+std::vector<double> readTimes(TomlTable& table) {
+  std::vector<double> times = {0.0};
+  table.read("time_s", times, {0, 1e6});
+  if (times.empty() || std::adjacent_find(times.begin(), times.end(), std::greater_equal<>()) != times.end()) {
+    table.fail("time_s", "must be ascending");
+  }
+  return times;
+}
+
 Contact readContact(TomlTable& table, const sensor::Gel& gel) {
   Contact contact;
   std::string shape = "hertz";
@@ -103,12 +112,7 @@ Contact readContact(TomlTable& table, const sensor::Gel& gel) {
   if (!table.has("radius_mm")) table.fail("radius_mm", "is missing");
   table.read("radius_mm", contact.radius, {0.5, 1000, kMillimetres});
 
-  contact.times = {0.0};
-  table.read("time_s", contact.times, {0, 1e6});
-  if (contact.times.empty() ||
-      std::adjacent_find(contact.times.begin(), contact.times.end(), std::greater_equal<>()) != contact.times.end()) {
-    table.fail("time_s", "must be ascending");
-  }
+  contact.times = readTimes(table);
   const std::size_t count = contact.times.size();
   const auto track = [&](const char* key, double most, double perUnit) {
     return readTrack(table, key, count, {-most, most, perUnit});
@@ -122,6 +126,25 @@ Contact readContact(TomlTable& table, const sensor::Gel& gel) {
     if (room.minCoeff() < contact.radius) table.fail("radius_mm", "and the position reach beyond the gel's surface");
   }
   return contact;
+}
+
+CreepTerm readCreep(TomlTable& table) {
+  CreepTerm term;
+  for (const char* key : {"share", "time_s"}) {
+    if (!table.has(key)) table.fail(key, "is missing");
+  }
+  table.read("share", term.share, {0, 10});
+  table.read("time_s", term.time, {1e-3, 1e6});
+  return term;
+}
+
+void readWarmth(TomlTable& table, Warmth& warmth) {
+  warmth.times = readTimes(table);
+  warmth.rise = readTrack(table, "rise_k", warmth.times.size(), {-100, 100});
+  table.read("expansion_per_k", warmth.expansion, {0, 1e-2});
+  table.read("shift_px_per_k", std::span(warmth.shift_px.data(), 2), {-100, 100});
+  table.read("scale_per_k", warmth.scale, {-0.1, 0.1});
+  table.read("roll_rad_per_k", warmth.roll, {-0.1, 0.1});
 }
 
 Absence readAbsence(TomlTable& table, int markerCount) {
@@ -158,6 +181,11 @@ tl::expected<Scenario, FileError> read(tl::expected<TomlTable, FileError> root) 
     scenario.contacts.push_back(readContact(table, scenario.sensor.gel));
     scenario.period_s = std::max(scenario.period_s, scenario.contacts.back().times.back());
   }
+  for (TomlTable& table : root->tables("creep")) scenario.creep.push_back(readCreep(table));
+  if (auto table = root->table("warmth")) {
+    readWarmth(*table, scenario.warmth);
+    scenario.period_s = std::max(scenario.period_s, scenario.warmth.times.back());
+  }
   for (TomlTable& table : root->tables("missing")) {
     scenario.absences.push_back(readAbsence(table, scenario.sensor.markerCount()));
   }
@@ -183,6 +211,15 @@ ContactState Contact::at(double time_s) const {
   const double f = (time_s - times[next - 1]) / (times[next] - times[next - 1]);
   return {a.position + f * (b.position - a.position), a.force + f * (b.force - a.force),
           a.torque + f * (b.torque - a.torque)};
+}
+
+double Warmth::at(double time_s) const {
+  const auto after = std::upper_bound(times.begin(), times.end(), time_s);
+  if (after == times.begin()) return rise.front();
+  if (after == times.end()) return rise.back();
+  const auto next = static_cast<std::size_t>(after - times.begin());
+  const double share = (time_s - times[next - 1]) / (times[next] - times[next - 1]);
+  return rise[next - 1] + share * (rise[next] - rise[next - 1]);
 }
 
 void Resultant::add(const ContactState& contact) {

@@ -3,6 +3,7 @@
 
 #include "sensor/sensor.h"
 #include "sensor/toml_table.h"
+#include "twin/creep.h"
 #include "twin/optics.h"
 
 #include <array>
@@ -56,6 +57,19 @@ struct Tear {
   double from_s, to_s;
 };
 
+/// The gel and its mount become warmer and cooler.
+struct Warmth {
+  std::vector<double> times = {0.0};  ///< [s], ascending
+  std::vector<double> rise = {0.0};   ///< of the temperature above the first zero's [K]
+  double expansion = 3e-4;            ///< of the gel: silicone's [1/K]; it grows from the centre of its base
+  Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  ///< of the picture, right and down [px/K]
+  double scale = 0.0;                                  ///< of the picture about the principal point [1/K]
+  double roll = 0.0;                                   ///< about it, u towards v [rad/K]
+
+  /// Linear between the key times, constant before and after [K].
+  double at(double time_s) const;
+};
+
 struct Scenario {
   sensor::Sensor sensor;
   Format format = Format::kRgb8;
@@ -63,6 +77,8 @@ struct Scenario {
   Optics optics;
   double period_s = 1.0;  ///< then all begins again
   std::vector<Contact> contacts;
+  std::vector<CreepTerm> creep;
+  Warmth warmth;
   std::vector<Absence> absences;
   std::vector<Defocus> defocuses;
   std::vector<Tear> tears;

@@ -50,6 +50,7 @@ std::string toJson(const Truth& truth, const Stamp& stamp, bool withMarkers) {
     text += toJson(load);
   }
   text += R"(],"missing":)" + list(truth.missing, "%.0f");
+  if (truth.rise_K != 0.0) text += R"(,"rise_K":)" + number(truth.rise_K);
   if (truth.torn) text += R"(,"torn":true)";
   if (withMarkers) text += R"(,"displacement_px":)" + list(truth.displacement_px.reshaped(), "%.4f");
   return text + "}";

@@ -23,7 +23,7 @@ struct ControlHandlers {
   /// not passed on and share the answer.
   std::function<void()> zero;
   /// Begin a step. What came of it is told with answerCalibration(), at once or later.
-  std::function<void(const CalibrationStep&)> calibrate;
+  std::function<void(const CalibrationStep&)> calibrate = {};
 };
 
 /// Thread-bound. A request that is malformed, too large (64 KiB) or unknown is answered with an error or dropped.

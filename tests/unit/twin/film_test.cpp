@@ -202,6 +202,49 @@ TEST(Film, TheLensMayLoseItsFocusForAWhile) {
   EXPECT_GT(brightest(2.5), 110);
 }
 
+TEST(Film, TheGelGrowsAndThePictureMovesWithTheTemperature) {
+  Scenario scenario = shipped("idle");
+  scenario.warmth = {.times = {0.0, 10.0},
+                     .rise = {0.0, 2.0},
+                     .expansion = 3e-4,
+                     .shift_px = {0.1, -0.2},
+                     .scale = 1e-5,
+                     .roll = 2e-5};
+  scenario.period_s = 20.0;
+  GelFilm film(scenario, 0, {});
+  Truth truth;
+  Picture frame = picture(5.0);
+  film.draw(frame, truth);
+  EXPECT_DOUBLE_EQ(truth.rise_K, 1.0);
+  // The last blue marker is at 34.5 mm in x and y: 220.8 px from the middle, right and up.
+  const Eigen::Vector2d corner = truth.displacement_px.col(575);
+  const double towards = 34e-3 * 3e-4 / 151e-3;  // the gel's surface grows towards the camera's other side
+  EXPECT_NEAR(corner.x(), 220.8 * (3e-4 - towards + 1e-5) + 0.1 + 220.8 * 2e-5, 2e-3);
+  EXPECT_NEAR(corner.y(), -220.8 * (3e-4 - towards + 1e-5) - 0.2 + 220.8 * 2e-5, 2e-3);
+  frame = picture(15.0);
+  film.draw(frame, truth);
+  EXPECT_DOUBLE_EQ(truth.rise_K, 2.0);
+  EXPECT_NEAR(truth.displacement_px(0, 575), 2.0 * corner.x(), 2e-3);
+}
+
+TEST(Film, ALoadedGelCreeps) {
+  Scenario scenario = shipped("press");
+  scenario.sensor.layers.resize(1);
+  GelFilm elastic(scenario, 0, {});
+  scenario.creep = {{.share = 0.1, .time = 2.0}};
+  GelFilm film(scenario, 0, {});
+  Truth truth, atOnce;
+  Picture frame = picture(0.0);
+  for (double time = 0.0; time < 15.0; time += 0.05) {
+    frame.time_s = time;
+    film.draw(frame, truth);
+  }
+  frame.time_s = 15.0;
+  elastic.draw(frame, atOnce);
+  EXPECT_NEAR(truth.displacement_px.norm() / atOnce.displacement_px.norm(), 1.1, 2e-3);
+  EXPECT_EQ(truth.resultant.force, atOnce.resultant.force);
+}
+
 TEST(Film, RawPicturesComeInALoop) {
   const auto directory = std::filesystem::path(testing::TempDir()) / ("twin-film-" + std::to_string(getpid()));
   std::filesystem::create_directories(directory);
