@@ -105,6 +105,9 @@ tl::expected<void, Error> Instrument::build() {
   description_.mechanics = config.solve.model == sensor::elastic::Model::kBlock ? "block" : "half-space";
   description_.regularisation = "tikhonov";
   description_.strength = config.solve.regularisation;
+  description_.contactAware = config.solve.contactAware;
+  description_.noise_px = config.solve.noise_px;
+  description_.forceScale_N = config.solve.forceScale_N;
 
   auto publisher = publish::Publisher::open(config.publish, description_, ledger_, [this] { return vitals(); });
   if (!publisher) return tl::unexpected(publisher.error());
@@ -125,6 +128,8 @@ tl::expected<void, Error> Instrument::build() {
   publisher_->describe(description_);
   tracker_ = std::make_unique<track::Tracker>(sensor_, config.track);
   solver_ = std::make_unique<solve::Solver>(inverse_, sensor_, config.solve);
+  description_.detectionLimit_N = solver_->detectionLimit_N();
+  publisher_->describe(description_);
   MarkerField blank;
   blank.resize(sensor_.markerCount());
   newestMarkers_.put(blank);

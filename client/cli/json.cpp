@@ -133,6 +133,8 @@ void put(Json& json, const char* topic, const Header& header) {
   if (header.flags & kFewMarkers) json.string("few_markers");
   if (header.flags & kDiscontinuity) json.string("discontinuity");
   if (header.flags & kReacquiring) json.string("reacquiring");
+  if (header.flags & kUnexplained) json.string("unexplained");
+  if (header.flags & kOutOfRange) json.string("out_of_range");
   json.close(']');
   json.key("camera_frame_id").number(header.cameraFrameId);
   json.key("frame_number").number(header.frameNumber);
@@ -148,6 +150,40 @@ void put(Json& json, const char* topic, const Header& header) {
   json.key("arrived_ns").number(header.arrived_ns);
 }
 
+void put(Json& json, std::string_view key, const Covariance& covariance) {
+  json.key(key).open('{');
+  json.key("noise").numbers(covariance.noise);
+  json.key("systematic").numbers(covariance.systematic);
+  json.close('}');
+}
+
+const char* nameOf(Method method) {
+  switch (method) {
+  case Method::kNone:
+    return "none";
+  case Method::kNoContact:
+    return "no_contact";
+  case Method::kContact:
+    return "contact";
+  case Method::kWholeFace:
+    return "whole_face";
+  case Method::kBlend:
+    return "blend";
+  }
+  return "none";
+}
+
+void put(Json& json, const Contact& contact) {
+  json.open('{');
+  json.key("position_m").numbers(contact.position_m);
+  json.key("position_deviation_m").numbers(contact.positionDeviation_m);
+  json.key("force_N").numbers(contact.force_N);
+  json.key("force_deviation_N").numbers(contact.forceDeviation_N);
+  json.key("area_m2").number(contact.area_m2);
+  json.key("area_deviation_m2").number(contact.areaDeviation_m2);
+  json.close('}');
+}
+
 void put(Json& json, const Field& field) {
   put(json, "field", field.header);
   json.key("valid").boolean(field.valid);
@@ -157,7 +193,21 @@ void put(Json& json, const Field& field) {
   field.centreOfPressureValid ? json.numbers(field.centreOfPressure_m) : json.null();
   json.key("residual_px").number(field.residual_px);
   json.key("valid_markers").number(field.validMarkers);
+  json.key("method").string(nameOf(field.method));
+  json.key("regularisation_px_per_N").number(field.regularisation_px_per_N);
+  put(json, "resultant_covariance_N2", field.resultantCovariance_N2);
+  put(json, "moment_covariance_N2m2", field.momentCovariance_N2m2);
+  put(json, "resultant_moment_covariance_N2m", field.resultantMomentCovariance_N2m);
+  json.key("contacts").open('[');
+  for (const Contact& contact : field.contacts) put(json, contact);
+  json.close(']');
+  json.key("picture_motion").open('{');
+  json.key("shift_px").numbers(field.pictureMotion.shift_px);
+  json.key("scale").number(field.pictureMotion.scale);
+  json.key("roll_rad").number(field.pictureMotion.roll_rad);
+  json.close('}');
   json.key("force_N").vectors(field.force_N);
+  json.key("node_deviation_N").vectors(field.nodeDeviation_N);
   json.key("node_valid").booleans(field.nodeValid);
 }
 
@@ -229,6 +279,11 @@ void put(Json& json, const Description& description) {
   json.key("mechanics").string(description.solver.mechanics);
   json.key("regularisation").string(description.solver.regularisation);
   json.key("strength").number(description.solver.strength);
+  json.key("contact_aware").boolean(description.solver.contactAware);
+  json.key("noise_px").number(description.solver.noise_px);
+  json.key("force_scale_N").number(description.solver.forceScale_N);
+  json.key("detection_limit_tangential_N").number(description.solver.detectionLimitTangential_N);
+  json.key("detection_limit_normal_N").number(description.solver.detectionLimitNormal_N);
   json.close('}');
   json.key("calibration_time_ns").number(description.calibration.time_ns);
   json.key("rest_pose");

@@ -123,6 +123,8 @@ std::vector<std::string> warnings(const Scene& scene, std::int64_t now_ns) {
   if (flags & kZeroUnverified) texts.push_back("zero not verified");
   if (flags & kFewMarkers) texts.push_back("too few markers");
   if (flags & kReacquiring) texts.push_back("markers labelled anew");
+  if (flags & kUnexplained) texts.push_back("no forces explain this picture");
+  if (flags & kOutOfRange) texts.push_back("beyond the range of known uncertainty");
   if (flags & kDiscontinuity) texts.push_back("frames were lost before this one");
   return texts;
 }
@@ -353,9 +355,15 @@ void drawPanel(Panel panel, const Scene& scene, std::int64_t now_ns) {
   const Vector3& force = field.resultant_N;
   const double total = length(force), tangential = std::hypot(force[0], force[1]);
   panel.heading("FORCE ON THE GEL");
-  panel.line("x", known(format("%+.3f", force[0])), "N  to the right", strong);
-  panel.line("y", known(format("%+.3f", force[1])), "N  up", strong);
-  panel.line("z", known(format("%+.3f", force[2])), "N  into the gel", strong);
+  const auto note = [&](int axis, const char* direction) {
+    const Covariance& covariance = field.resultantCovariance_N2;
+    const double variance = covariance.noise[4 * axis] + covariance.systematic[4 * axis];
+    return isKnown && variance > 0.0 ? format("±%.3f N  %s", 2.0 * std::sqrt(variance), direction)
+                                     : format("N  %s", direction);
+  };
+  panel.line("x", known(format("%+.3f", force[0])), note(0, "right"), strong);
+  panel.line("y", known(format("%+.3f", force[1])), note(1, "up"), strong);
+  panel.line("z", known(format("%+.3f", force[2])), note(2, "in"), strong);
   panel.line("total", known(format("%.3f", total)), isKnown ? format("N  %.0f gf", total / kGramForce_N) : "N", strong);
   if (isKnown && total > kSmallestForce_N) {
     panel.line("slant", format("%.1f", std::atan2(tangential, force[2]) * kDegrees),
@@ -369,6 +377,12 @@ void drawPanel(Panel panel, const Scene& scene, std::int64_t now_ns) {
                "mm (x, y)");
   } else {
     panel.line("centre", "-", "");
+  }
+
+  if (isKnown && field.method != Method::kNone) {
+    const bool listed = field.method == Method::kContact || field.method == Method::kNoContact;
+    panel.line("contacts", listed ? format("%zu", field.contacts.size()) : "-",
+               listed ? "" : "large or unexplained: whole face");
   }
 
   constexpr int kNumbers = 6, kPictures = 6;

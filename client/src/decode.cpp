@@ -145,7 +145,15 @@ Description descriptionOf(const pb::Description& from) {
   const pb::NodeGrid& nodes = from.nodes();
   description.nodes = {nodes.columns(), nodes.rows(), nodes.pitch_m(), vectorOf(nodes.centre_m())};
   description.camera = cameraOf(from.camera());
-  description.solver = {from.solver().mechanics(), from.solver().regularisation(), from.solver().strength()};
+  const pb::Solver& solver = from.solver();
+  description.solver = {solver.mechanics(),
+                        solver.regularisation(),
+                        solver.strength(),
+                        solver.contact_aware(),
+                        solver.noise_px(),
+                        solver.force_scale_n(),
+                        solver.detection_limit_tangential_n(),
+                        solver.detection_limit_normal_n()};
   description.calibration = {idOf(from.calibration().id()), from.calibration().time_ns()};
   if (from.has_zero()) description.zero = zeroOf(from.zero());
   return description;
@@ -205,6 +213,43 @@ Status statusOf(const pb::Status& from) {
   return status;
 }
 
+/// Zero where the daemon does not tell.
+Matrix3 matrixOf(const google::protobuf::RepeatedField<double>& from) {
+  Matrix3 matrix{};
+  require(from.empty() || from.size() == static_cast<int>(matrix.size()), "a covariance is not 3 x 3");
+  std::copy(from.begin(), from.end(), matrix.begin());
+  return matrix;
+}
+
+Covariance covarianceOf(const pb::Covariance& from) {
+  return {matrixOf(from.noise()), matrixOf(from.systematic())};
+}
+
+Contact contactOf(const pb::Contact& from) {
+  return {vectorOf(from.position_m()),
+          vectorOf(from.position_deviation_m()),
+          vectorOf(from.force_n()),
+          vectorOf(from.force_deviation_n()),
+          from.area_m2(),
+          from.area_deviation_m2()};
+}
+
+/// kNone for one of a later daemon.
+Method methodOf(pb::Method from) {
+  switch (from) {
+  case pb::METHOD_NO_CONTACT:
+    return Method::kNoContact;
+  case pb::METHOD_CONTACT:
+    return Method::kContact;
+  case pb::METHOD_WHOLE_FACE:
+    return Method::kWholeFace;
+  case pb::METHOD_BLEND:
+    return Method::kBlend;
+  default:
+    return Method::kNone;
+  }
+}
+
 /// A reply that answers `expected`.
 pb::Reply replyOf(std::string_view bytes, pb::Reply::ReplyCase expected) {
   auto reply = parse<pb::Reply>(bytes);
@@ -233,6 +278,17 @@ Field decodeField(std::string_view bytes) {
   field.centreOfPressureValid = from.centre_of_pressure_valid();
   field.residual_px = from.residual_px();
   field.validMarkers = from.valid_markers();
+  field.resultantCovariance_N2 = covarianceOf(from.resultant_covariance_n2());
+  field.momentCovariance_N2m2 = covarianceOf(from.moment_covariance_n2m2());
+  field.resultantMomentCovariance_N2m = covarianceOf(from.resultant_moment_covariance_n2m());
+  field.nodeDeviation_N = vectorsOf<3>(from.node_deviation_n());
+  require(field.nodeDeviation_N.empty() || field.nodeDeviation_N.size() == field.force_N.size(),
+          "the field's deviations have another size");
+  for (const pb::Contact& contact : from.contacts()) field.contacts.push_back(contactOf(contact));
+  field.method = methodOf(from.method());
+  field.regularisation_px_per_N = from.regularisation_px_per_n();
+  field.pictureMotion = {vectorOf(from.picture_motion().shift_px()), from.picture_motion().scale(),
+                         from.picture_motion().roll_rad()};
   return field;
 }
 

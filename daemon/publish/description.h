@@ -31,6 +31,10 @@ struct Description {
   std::string mechanics;       ///< "block" or "half-space"
   std::string regularisation;  ///< name of the rule, "tikhonov"
   double strength = 0.0;       ///< its parameter, of the largest singular value of the influence matrix [1]
+  bool contactAware = false;
+  double noise_px = 0.0;                     ///< of a marker's centre, reckoned with
+  double forceScale_N = 0.0;                 ///< least force of a node taken as usual
+  std::array<double, 2> detectionLimit_N{};  ///< of a force on a node, along the surface and into it
 
   std::int64_t calibrated_ns = 0;  ///< CLOCK_REALTIME when what identity.calibration names was made
   std::optional<RestPose> zero;    ///< empty: none yet

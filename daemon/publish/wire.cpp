@@ -125,6 +125,43 @@ void set(const sensor::Camera& from, pb::Camera& to) {
   to.set_window_thickness_m(from.windowThickness);
 }
 
+/// The block of the wrench's covariances that begins at (row, column).
+void set(const TractionField& field, int row, int column, pb::Covariance& to) {
+  to.clear_noise();
+  to.clear_systematic();
+  for (int i = row; i < row + 3; ++i) {
+    for (int j = column; j < column + 3; ++j) {
+      to.add_noise(field.noise[6 * i + j]);
+      to.add_systematic(field.systematic[6 * i + j]);
+    }
+  }
+}
+
+void set(const Contact& from, pb::Contact& to) {
+  setXy(from.position_m, *to.mutable_position_m());
+  setXy(from.positionDeviation_m, *to.mutable_position_deviation_m());
+  setXyz(from.force_N, *to.mutable_force_n());
+  setXyz(from.forceDeviation_N, *to.mutable_force_deviation_n());
+  to.set_area_m2(from.area_m2);
+  to.set_area_deviation_m2(from.areaDeviation_m2);
+}
+
+pb::Method methodOf(Method method) {
+  switch (method) {
+  case Method::kNone:
+    return pb::METHOD_NONE;
+  case Method::kNoContact:
+    return pb::METHOD_NO_CONTACT;
+  case Method::kContact:
+    return pb::METHOD_CONTACT;
+  case Method::kWholeFace:
+    return pb::METHOD_WHOLE_FACE;
+  case Method::kBlend:
+    return pb::METHOD_BLEND;
+  }
+  return pb::METHOD_NONE;
+}
+
 /// ByteSizeLong has just been called.
 void put(const google::protobuf::MessageLite& message, std::uint8_t* bytes) {
   message.SerializeWithCachedSizesToArray(bytes);
@@ -164,6 +201,11 @@ DescriptionMessage::DescriptionMessage(const Description& description, const std
   message.mutable_solver()->set_mechanics(description.mechanics);
   message.mutable_solver()->set_regularisation(description.regularisation);
   message.mutable_solver()->set_strength(description.strength);
+  message.mutable_solver()->set_contact_aware(description.contactAware);
+  message.mutable_solver()->set_noise_px(description.noise_px);
+  message.mutable_solver()->set_force_scale_n(description.forceScale_N);
+  message.mutable_solver()->set_detection_limit_tangential_n(description.detectionLimit_N[0]);
+  message.mutable_solver()->set_detection_limit_normal_n(description.detectionLimit_N[1]);
   set(description.identity.calibration, *message.mutable_calibration()->mutable_id());
   message.mutable_calibration()->set_time_ns(description.calibrated_ns);
   if (description.zero) set(*description.zero, *message.mutable_zero());
@@ -195,6 +237,7 @@ struct Wire::Messages {
 Wire::Wire(const Identity& identity)
     : messages_(std::make_unique<Messages>()) {
   set(identity, *messages_->field.mutable_header());
+  for (int i = 0; i < kMaxContacts; ++i) set(Contact{}, *messages_->field.add_contacts());  // kept when cleared
   set(identity, *messages_->markers.mutable_header());
   set(identity, *messages_->status.mutable_header());
 }
@@ -214,6 +257,19 @@ std::size_t Wire::fill(const TractionField& field, const Heading& heading) {
   message.set_centre_of_pressure_valid(field.centreOfPressureValid);
   message.set_residual_px(field.residual_px);
   message.set_valid_markers(static_cast<std::uint32_t>(field.markers.validCount));
+  set(field, 0, 0, *message.mutable_resultant_covariance_n2());
+  set(field, 3, 3, *message.mutable_moment_covariance_n2m2());
+  set(field, 0, 3, *message.mutable_resultant_moment_covariance_n2m());
+  set(field.deviation_N, *message.mutable_node_deviation_n());
+  message.clear_contacts();
+  for (int i = 0; i < field.contactCount; ++i) set(field.contacts[i], *message.add_contacts());
+  message.set_method(methodOf(field.method));
+  message.set_regularisation_px_per_n(field.strength);
+  pb::PictureMotion& motion = *message.mutable_picture_motion();
+  motion.mutable_shift_px()->set_x(field.pictureMotion[0]);
+  motion.mutable_shift_px()->set_y(field.pictureMotion[1]);
+  motion.set_scale(field.pictureMotion[2]);
+  motion.set_roll_rad(field.pictureMotion[3]);
   return message.ByteSizeLong();
 }
 

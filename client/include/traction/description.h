@@ -55,7 +55,13 @@ struct Camera {
 struct Solver {
   std::string mechanics;       ///< "block" or "half-space"
   std::string regularisation;  ///< name of the rule
-  double strength = 0.0;       ///< of the largest singular value of the influence matrix
+  double strength = 0.0;       ///< of the largest singular value of the influence matrix; for Method::kWholeFace
+  bool contactAware = false;
+  double noise_px = 0.0;      ///< of a marker's centre, that the search for contacts reckons with
+  double forceScale_N = 0.0;  ///< the least force of a node that the contact step takes as usual
+  // Force on one node that is found in half of the frames: along the surface and into it [N].
+  double detectionLimitTangential_N = 0.0;
+  double detectionLimitNormal_N = 0.0;
 };
 
 /// What the forces rest on.

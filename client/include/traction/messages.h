@@ -22,6 +22,43 @@ enum Flag : std::uint32_t {
   kFewMarkers = 2,      ///< too few markers are seen: the field is not valid
   kDiscontinuity = 4,   ///< frames were lost or the clocks jumped before this frame
   kReacquiring = 8,     ///< markers were labelled anew in this frame
+  kUnexplained = 32,    ///< the picture shows displacements that no forces on the surface can make
+  kOutOfRange = 64,     ///< the forces are beyond the range for which the uncertainty is known
+};
+
+/// 3 x 3, row after row: x, y, z by x, y, z.
+using Matrix3 = std::array<double, 9>;
+
+/// The whole is the sum of the two.
+struct Covariance {
+  Matrix3 noise{};       ///< what differs from frame to frame
+  Matrix3 systematic{};  ///< what does not: stiffness, mechanics and the camera's pose
+};
+
+/// How the forces of a field were found.
+enum class Method : std::uint8_t {
+  kNone,       ///< not valid, or not told
+  kNoContact,  ///< nothing above the detection limit (Description::solver): all forces are 0
+  kContact,    ///< for the nodes alone that carry something
+  kWholeFace,  ///< for all nodes, because the contact is large or does not explain the picture
+  kBlend,      ///< a mean of the two, on the way from one to the other
+};
+
+/// Where something touches. Deviations are standard deviations, of the noise alone.
+struct Contact {
+  Vector2 position_m{};  ///< of its normal forces (of all its forces where it does not press), gel frame
+  Vector2 positionDeviation_m{};
+  Vector3 force_N{};  ///< gel frame
+  Vector3 forceDeviation_N{};
+  double area_m2 = 0.0;  ///< of an even pressure that would be as concentrated
+  double areaDeviation_m2 = 0.0;
+};
+
+/// Of the whole picture since the zero, by vibration or heat; scale and roll about the principal point.
+struct PictureMotion {
+  Vector2 shift_px{};     ///< u, v
+  double scale = 0.0;     ///< relative
+  double roll_rad = 0.0;  ///< from u towards v
 };
 
 /// Stands at the head of every message. Of a Field or Markers: their frame; of a Description or Status: the last one.
@@ -62,8 +99,16 @@ struct Field {
   Vector3 moment_Nm{};                        ///< about the origin of the gel frame [N m]
   Vector2 centreOfPressure_m{};               ///< of the normal forces, on the touched surface [m]
   bool centreOfPressureValid = false;         ///< false: the normal force is too small for a centre
-  double residual_px = 0.0;                   ///< what the forces leave unexplained, root mean square [px]
-  std::uint32_t validMarkers = 0;             ///< markers that the forces were solved from
+  Covariance resultantCovariance_N2;
+  Covariance momentCovariance_N2m2;
+  Covariance resultantMomentCovariance_N2m;           ///< row: component of the resultant
+  std::vector<std::array<float, 3>> nodeDeviation_N;  ///< standard deviation of each force, of the noise alone [N]
+  std::vector<Contact> contacts;                      ///< strongest first; none where the method is kWholeFace
+  Method method = Method::kNone;
+  double regularisation_px_per_N = 0.0;  ///< lambda of the penalty that was used [px/N]
+  PictureMotion pictureMotion;
+  double residual_px = 0.0;        ///< what the forces leave unexplained, root mean square [px]
+  std::uint32_t validMarkers = 0;  ///< markers that the forces were solved from
 };
 
 /// Where the markers of one frame are. In the order of Description::layers, layer after layer.
