@@ -382,7 +382,7 @@ TEST_F(AravisCameraTest, WarnsOfASmallReceiveBufferWithTheRemedy) {
 // ---------------------------------------------------------------- the stream
 
 TEST_F(AravisCameraTest, LosesNoFrameWhereTheCounterWraps) {
-  fake(FakeCamera::Options{.rate_Hz = 500});
+  fake(FakeCamera::Options{.rate_Hz = 100});  // slow enough for a busy machine
   ASSERT_NO_FATAL_FAILURE(open());
   stream(1);
   EXPECT_GT(lastId_, 65'000U);

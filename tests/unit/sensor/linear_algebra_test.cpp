@@ -4,6 +4,8 @@
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace sensor::elastic {
 namespace {
 
@@ -47,6 +49,17 @@ TEST(LinearAlgebra, FactorAndSolvesInvert) {
 TEST(LinearAlgebra, IndefiniteMatrixIsReported) {
   MatrixXd a = -MatrixXd::Identity(3, 3);
   EXPECT_FALSE(factorise(a));
+}
+
+TEST(LinearAlgebra, EigenvectorsDiagonalise) {
+  const MatrixXd a = spd(12);
+  MatrixXd vectors = a;
+  vectors.triangularView<Eigen::StrictlyUpper>().setConstant(1e9);  // must not be read
+  Eigen::VectorXd values;
+  ASSERT_TRUE(eigenvectors(vectors, values));
+  EXPECT_LT((a * vectors - vectors * values.asDiagonal()).norm(), 1e-11);
+  EXPECT_LT((vectors.transpose() * vectors - MatrixXd::Identity(12, 12)).norm(), 1e-12);
+  EXPECT_TRUE(std::is_sorted(values.begin(), values.end()));
 }
 
 // Four subdomains in a row of 3 n + 1 unknowns each share their end unknowns.
