@@ -102,6 +102,7 @@ std::optional<Result> Calibration::begin(const CalibrationStep& step, const Rest
   if (step.kind == Kind::kWeight) {
     if (!(step.weight_N > 0.0) || !std::isfinite(step.weight_N)) return refused("a weight must press: it is above 0");
     if (step.first) weights_.clear();
+    if (!contactFit_) contactFit_ = std::make_unique<ContactFit>(inForce_, options_.progress);
     weighing_ = std::make_unique<Weighing>(zero->present.size());
   } else {
     noise_ = std::make_unique<RestNoiseMeter>(candidate_, options_.noise);
@@ -269,7 +270,6 @@ Result Calibration::read() {
       first += before * before;
     }
   }
-  if (!contactFit_) contactFit_ = std::make_unique<ContactFit>(inForce_, options_.progress);
   const auto reading = (*contactFit_)(candidate_.camera, candidate_.pictureMotion, {mean, valid}, variance);
   if (!reading) return refused("the markers' displacements are not those of a weight");
   weights_.push_back({running_->weight_N, reading->force.z(), std::sqrt(reading->covariance(2, 2))});

@@ -42,15 +42,15 @@ class Calibration {
   ~Calibration();
 
   /// Carries a step out, or begins it (nothing): then its frames are to be given to add(). A step that runs is
-  /// dropped. \param zero in force; \param camera id; \param directory for the file.
+  /// dropped. The first weight takes seconds of work. \param zero in force; \param camera id; \param directory for the
+  /// file.
   std::optional<Result> begin(const CalibrationStep& step, const RestPose* zero, const std::string& camera,
                               const std::filesystem::path& directory);
 
   bool running() const { return running_.has_value(); }
   void drop() { running_.reset(); }
 
-  /// A frame for the step that runs; what came of it, once it is over. May take a second of work, at the first weight
-  /// several.
+  /// A frame for the step that runs; what came of it, once it is over: then it may have taken a second of work.
   std::optional<Result> add(const MarkerField& field);
 
  private:

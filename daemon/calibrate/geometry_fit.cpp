@@ -12,11 +12,11 @@ namespace tractiond::calibrate {
 
 namespace {
 
-constexpr int kCamera = 11;     // focal, principal 2, position 3, rotation 3, k1, k2
-constexpr int kOfLayer = 4;     // depth, pitch, x, y
-constexpr int kFewest = 50;     // markers: below, the fit says nothing of the lens
-constexpr double kStep = 1e-3;  // of the scaled unknowns, for differences
-constexpr double kSettled = 1e-7;
+constexpr int kCamera = 11;        // focal, principal 2, position 3, rotation 3, k1, k2
+constexpr int kOfLayer = 4;        // depth, pitch, x, y
+constexpr int kFewest = 50;        // markers: below, the fit says nothing of the lens
+constexpr double kStep = 1e-3;     // of the scaled unknowns, for differences
+constexpr double kSettled = 1e-2;  // deviations that a step moves the unknowns by
 constexpr int kRounds = 4;
 constexpr double kScatterFloor_px = 1e-4;  // of exact data
 
@@ -154,9 +154,7 @@ Geometry fitGeometry(const sensor::Sensor& start, std::span<const float> seen_px
     x += change;
     covariance = scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(n, n)) * scale.asDiagonal();
 
-    const bool settled =
-        change.cwiseProduct(scale.cwiseInverse()).norm() < kSettled * std::sqrt(1.0 * n) || change.norm() < kSettled;
-    if (!settled) continue;
+    if (std::sqrt(change.dot(normal * change)) > kSettled) continue;
     // Markers that are not where the others say do not count; then again without them, a few times at most: where a
     // touch displaces many, they are too many to be sorted out.
     bool dropped = false;

@@ -16,7 +16,7 @@ struct GeometryOptions {
   double principal_px = 5.0;   ///< of the principal point in the file: a sensor's seat in its housing
   double outlier = 5.0;        ///< deviations: markers beyond (dust, a misplaced one) do not count
   double allowance_px = 0.02;  ///< of a lens that k1 and k2 do not describe; a touch of some 10 gf shows as much
-  int iterations = 30;
+  int iterations = 60;         ///< a touch makes them many; without one five do
 };
 
 /// What became of it.

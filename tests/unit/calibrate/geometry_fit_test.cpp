@@ -102,20 +102,22 @@ TEST(GeometryFit, LeavesOutMarkersThatAreMisplaced) {
 }
 
 TEST(GeometryFit, NoticesATouch) {
-  sensor::Sensor sensor;
-  sensor.camera = mounted();
-  sensor::Points points = sensor::markerPositions(sensor.layers);
-  const Eigen::Vector2d touch(12e-3, -9e-3);
-  for (auto point : points.colwise()) {  // a press pushes the markers aside, the farther the nearer they are
-    const Eigen::Vector2d away = point.head<2>() - touch;
-    point.head<2>() += 15e-6 * away / 5e-3 * std::exp(-away.squaredNorm() / (2 * 25e-6));
+  for (const double peak : {15e-6, 45e-6, 200e-6}) {
+    sensor::Sensor sensor;
+    sensor.camera = mounted();
+    sensor::Points points = sensor::markerPositions(sensor.layers);
+    const Eigen::Vector2d touch(12e-3, -9e-3);
+    for (auto point : points.colwise()) {  // a press pushes the markers aside, the farther the nearer they are
+      const Eigen::Vector2d away = point.head<2>() - touch;
+      point.head<2>() += peak * away / 5e-3 * std::exp(-away.squaredNorm() / (2 * 25e-6));
+    }
+    const Seen seen(projected(sensor, points), kNoise_px, 3);
+    const Geometry geometry = fitGeometry({}, seen.value_px, seen.valid);
+    ASSERT_EQ(geometry.outcome, Geometry::Outcome::kConverged);
+    EXPECT_TRUE(geometry.bulge.found());
+    EXPECT_LT((geometry.bulge.place - touch).norm(), 10e-3);
+    std::printf("bulge %.4f px, limit %.4f px\n", geometry.bulge.size_px, geometry.bulge.limit_px);
   }
-  const Seen seen(projected(sensor, points), kNoise_px, 3);
-  const Geometry geometry = fitGeometry({}, seen.value_px, seen.valid);
-  ASSERT_EQ(geometry.outcome, Geometry::Outcome::kConverged);
-  EXPECT_TRUE(geometry.bulge.found());
-  EXPECT_LT((geometry.bulge.place - touch).norm(), 10e-3);
-  std::printf("bulge %.4f px, limit %.4f px\n", geometry.bulge.size_px, geometry.bulge.limit_px);
 }
 
 TEST(GeometryFit, RefusesTooFewMarkers) {

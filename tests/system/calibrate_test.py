@@ -1,0 +1,208 @@
+"""Calibration of a sensor whose stiffness, pose and lens are not what its gel file says."""
+
+import json
+import re
+import time
+import unittest
+
+import numpy as np
+
+import independent
+import rig
+
+DONE, TEMPORARY, CONFIG = 0, 75, 78
+# twin/scenarios/calibrate.toml
+HIDDEN = {"youngs_modulus_pa": 200e3, "focal_px": 961.2, "k1": -0.08, "k2": 0.02, "position_x_mm": 1.2,
+          "position_y_mm": -0.8, "position_z_mm": 158.1, "rotation_x_rad": 0.006, "rotation_y_rad": -0.009,
+          "rotation_z_rad": 0.012}
+GEL = """format = 1
+[gel]
+youngs_modulus_pa = 200000
+[camera]
+focal_px = 961.2
+k1 = -0.08
+k2 = 0.02
+position_mm = [1.2, -0.8, 158.1]
+rotation_rad = [0.006, -0.009, 0.012]
+"""
+WEIGHTS = """format = 1
+period_s = 60
+[gel]
+youngs_modulus_pa = 200000
+[[contacts]]
+radius_mm = 4
+x_mm = 1.3
+y_mm = -2.1
+time_s    = [20, 21,       29,       29.5, 31, 32,      40,      40.5, 42, 43,       51,       51.5]
+force_z_n = [0,  0.980665, 0.980665, 0,    0,  1.96133, 1.96133, 0,    0,  4.903325, 4.903325, 0]
+"""
+
+
+class Calibrate(unittest.TestCase):
+    def setUp(self):
+        self.bench = self.enterContext(rig.Rig())
+
+    def ctl(self, daemon, *words, seconds=240):
+        return self.bench.ctl("--control", daemon.endpoint["control"], *words, seconds=seconds)
+
+    def calibrate(self, daemon, *words, seconds=240):
+        """The steps' reports by name; weights in a list."""
+        code, output = self.ctl(daemon, "calibrate", "--yes", "--json", *words, seconds=seconds)
+        self.assertEqual(code, DONE, output)
+        reports = {"weight": []}
+        for report in map(json.loads, output.splitlines()):
+            if report["step"] == "weight":
+                reports["weight"].append(report)
+            else:
+                reports[report["step"]] = report
+        return reports
+
+    def running(self, scenario, *options, config="", **twin_options):
+        twin = self.bench.twin(scenario, *options, ready=False, **twin_options)
+        daemon = self.bench.daemon(config)
+        self.bench.subscribe(daemon).collect(1, "field")
+        return twin, daemon
+
+    def scenario(self, text):
+        path = self.bench.folder / "scenario.toml"
+        path.write_text(text)
+        return path
+
+    def refused(self, code, config, *words, camera="127.0.0.1", options=()):
+        process = self.bench.daemon(config, *options, camera=camera, instance="other", ready=False)
+        self.assertEqual(process.join(240), code, process.output())
+        for word in words:
+            self.assertIn(word, process.lines[-1])
+
+    def test_everything_that_is_hidden_is_found(self):
+        twin, daemon = self.running("calibrate")
+        reports = self.calibrate(daemon, "--weights", "100gf,200gf,500gf", "--name", "left")
+        again = self.calibrate(daemon, "finish", "--name", "left")
+        self.assertEqual(daemon.stop(), 0, daemon.output())
+        self.assertEqual(twin.stop(), 0, twin.output())
+
+        figures = {**reports["geometry"]["figures"], **reports["stiffness"]["figures"]}
+        print()
+        for name, hidden in HIDDEN.items():
+            found = figures[name]
+            print(f"  {name:18} hidden {hidden:<10g} found {found['value']:.7g} +- {found['deviation']:.2g}")
+            self.assertLess(abs(found["value"] - hidden), 4 * found["deviation"] + 1e-3 * abs(hidden), name)
+        error = figures["youngs_modulus_pa"]["value"] / HIDDEN["youngs_modulus_pa"] - 1
+        print(f"  error of E {100 * error:+.3f} %, residual {figures['residual_px']['value']:.4f} px")
+        self.assertLess(abs(error), 0.01)
+        self.assertLess(figures["residual_px"]["value"], 0.006)
+        self.assertLess(figures["linearity"]["value"], 0.01)
+        noise = reports["noise"]["figures"]
+        self.assertAlmostEqual(noise["noise_over_promised"]["value"], 1, delta=0.1)
+        self.assertLess(noise["shift_px"]["value"], 0.005)
+
+        # Two files, and nothing but dates and hash between them.
+        paths = [report["finish"]["path"] for report in (reports, again)]
+        self.assertNotEqual(*paths)
+        texts = [open(path).read() for path in paths]
+        same = [re.sub('(date|hash) = ".*"', "", text) for text in texts]
+        self.assertEqual(*same)
+        self.assertIn('camera = "Traction-127-0-0-1"', texts[0])
+        self.assertRegex(texts[0], r'hash = "[0-9a-f]{32}"')
+
+        # A changed number makes the file void; a newer layout is named.
+        changed, newer = self.bench.folder / "changed.toml", self.bench.folder / "newer.toml"
+        changed.write_text(re.sub("youngs_modulus_pa = .*", "youngs_modulus_pa = 180000", texts[0], count=1))
+        newer.write_text(texts[0].replace("format = 1", "format = 2"))
+        check = ("--check-config",)
+        self.refused(CONFIG, f'[sensor]\ngel_file = "{changed}"\n', "changed after its calibration", options=check)
+        self.refused(CONFIG, f'[sensor]\ngel_file = "{newer}"\n', "newer than this program", options=check)
+
+        # Another camera is refused; with its own the daemon reads newtons.
+        config = f'[sensor]\ngel_file = "{paths[0]}"\n'
+        press = self.scenario(GEL + "[[contacts]]\nradius_mm = 3\nx_mm = -4\ny_mm = 3\ntime_s = [4, 5]\n"
+                              "force_z_n = [0, 3]\nforce_x_n = [0, 0.6]\n")
+        other = self.bench.twin("idle", address="127.0.0.2", ready=False)
+        self.refused(CONFIG, config, "Traction-127-0-0-1", "Traction-127-0-0-2", camera="127.0.0.2")
+        other.stop()
+        twin = self.bench.twin(press, ready=False)
+        daemon = self.bench.daemon(config, state=self.bench.folder / "other" / "state")
+        fields = self.bench.subscribe(daemon).collect(480)
+        force = np.mean([rig.vector(field.resultant_N) for field in fields[-60:]], axis=0)
+        print(f"  then 0.6 N, 3 N read as {force[0]:.3f} N, {force[2]:.3f} N")
+        self.assertLess(np.abs(force - (0.6, 0, 3)).max(), 0.06)
+        self.assertEqual(daemon.stop(), 0, daemon.output())
+
+    def test_weights_in_the_wrong_order_are_noticed(self):
+        _, daemon = self.running(self.scenario(WEIGHTS))
+        code, output = self.ctl(daemon, "calibrate", "weights", "--weights", "100gf,500gf,200gf", "--yes")
+        self.assertEqual(code, TEMPORARY, output)
+        self.assertIn("the weights were in the wrong order", output.splitlines()[-1])
+        code, output = self.ctl(daemon, "calibrate", "finish", "--yes")
+        self.assertEqual(code, TEMPORARY, output)
+        self.assertIn("nothing has been measured", output)
+
+    def test_a_touched_rest_pose_is_noticed(self):
+        _, daemon = self.running(self.scenario(
+            "format = 1\nperiod_s = 1000\n[[contacts]]\nradius_mm = 3\nx_mm = 12\ntime_s = [4, 5]\nforce_z_n = [0, 0.5]\n"))
+        self.bench.subscribe(daemon).collect(None, until=lambda field: field.resultant_N.z > 0.4)
+        time.sleep(1.5 * rig.PATIENCE)
+        code, output = self.ctl(daemon, "zero")
+        self.assertEqual(code, DONE, output)
+        self.assertIn("something seems to touch the gel near", output)
+        self.assertIn("this may be no zero", "\n".join(daemon.lines) if daemon.read(1.0) else daemon.output())
+        code, output = self.ctl(daemon, "calibrate", "geometry", "--keep-zero")
+        self.assertEqual(code, TEMPORARY, output)
+        self.assertIn("take it away", output)
+
+    def test_drift_is_published_and_not_mended(self):
+        _, daemon = self.running(self.scenario(
+            "format = 1\nperiod_s = 1000\n[warmth]\ntime_s = [4, 8]\nrise_k = [0, 1]\nshift_px_per_k = [0.3, -0.2]\n"
+            "roll_rad_per_k = 2e-4\n"))
+        statuses = self.bench.subscribe(daemon, "traction/v1/default/status/")
+        status = statuses.collect(None, "status", until=lambda status: status.rest_drift.shift_u_px > 0.295)[-1]
+        drift = status.rest_drift
+        print(f"\n  drift {drift.shift_u_px:.4f} {drift.shift_v_px:.4f} px, scale {drift.scale:.2e}, "
+              f"roll {drift.roll_rad:.2e}, rest {drift.rms_px:.4f} px")
+        self.assertAlmostEqual(drift.shift_v_px, -0.2, delta=0.01)
+        self.assertAlmostEqual(drift.roll_rad, 2e-4, delta=1e-5)
+        self.assertAlmostEqual(drift.scale, 3e-4 * (1 - 33 / 150), delta=1e-5)  # it also grows away from the camera
+        self.assertLess(drift.rms_px, 0.01)
+        self.assertLess(drift.age_s, 1 * rig.PATIENCE)
+        daemon.wait_for("has drifted from the zero")
+        code, output = self.ctl(daemon, "status")
+        self.assertIn("drifted by (+0.", output)
+        code, _ = self.ctl(daemon, "zero")
+        self.assertEqual(code, DONE)
+        after = statuses.collect(4, "status")[-1].rest_drift
+        self.assertLess(abs(after.shift_u_px), 0.01)
+
+    def test_geometry_from_pictures_that_none_of_our_programs_drew(self):
+        camera = independent.Camera(position_mm=(1.5, -1.0, 179.0), rotation_rad=(0.01, -0.012, 0.03), k1=-0.1,
+                                    focal_px=961.0, gel_index=1.41, window_index=1.49, window_thickness_mm=10.0)
+        nominal = independent.Camera(position_mm=(0.0, 0.0, 178.0), gel_index=1.41, window_index=1.49,
+                                     window_thickness_mm=10.0)
+        noise, pixels = np.random.default_rng(1), camera.project(independent.MARKERS)
+        levels = independent.picture(camera, pixels)
+        pictures, gel = self.bench.folder / "pictures.raw", self.bench.folder / "gel.toml"
+        gel.write_text(nominal.gel_file())
+        with open(pictures, "wb") as file:
+            for _ in range(60):
+                file.write(independent.frame(levels, "RGB8", noise))
+        _, daemon = self.running("idle", "--images", pictures, "--rate", 20,
+                                 config=f'[sensor]\ngel_file = "{gel}"\n[solve]\nmodel = "half-space"\n')
+        found = self.calibrate(daemon, "geometry")["geometry"]["figures"]
+        value = {name: figure["value"] for name, figure in found.items()}
+        fitted = independent.Camera(
+            position_mm=tuple(value[f"position_{axis}_mm"] for axis in "xyz"),
+            rotation_rad=tuple(value[f"rotation_{axis}_rad"] for axis in "xyz"), focal_px=value["focal_px"],
+            principal_px=(value["principal_u_px"], value["principal_v_px"]), k1=value["k1"], k2=value["k2"],
+            gel_index=1.41, window_index=1.49, window_thickness_mm=10.0)
+        error = np.sqrt(((fitted.project(independent.MARKERS) - pixels) ** 2).mean())
+        print(f"\n  residual {value['residual_px']:.4f} px; fitted camera off by {error:.4f} px; position "
+              f"{np.subtract(fitted.position_mm, camera.position_mm)} mm, rotation "
+              f"{np.subtract(fitted.rotation_rad, camera.rotation_rad)} rad")
+        self.assertLess(value["residual_px"], 0.006)
+        self.assertLess(error, 0.006)
+        for axis in "xyz":
+            self.assertLess(abs(value[f"position_{axis}_mm"] - camera.position_mm["xyz".index(axis)]),
+                            4 * found[f"position_{axis}_mm"]["deviation"])
+
+
+if __name__ == "__main__":
+    unittest.main()
