@@ -144,6 +144,7 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
     , detector_(sensor.camera.width, sensor.camera.height, markers_)
     , labeller_(latticesOf(sensor), sensor.camera.width, sensor.camera.height, 4 * markers_)
     , grid_(sensor.camera.width, sensor.camera.height, 16.0F, markers_)
+    , tears_(latticesOf(sensor))
     , taker_(markers_, options.zeroFrames, options.minValidFraction)
     , pixelNoise_(markers_)
     , pose_(emptyPose(markers_))
@@ -198,6 +199,8 @@ Outcome Tracker::track(const Frame& frame, MarkerField& field) {
   searches_ = kSearches;
   acquireIn_ = std::max(0, acquireIn_ - 1);
   bool relabelled = false;
+  torn_ = false;
+  if (frame.info.discontinuity || !following_) tears_.forget();
   if (frame.info.discontinuity || !following_) {
     std::fill(valid_.begin(), valid_.end(), std::uint8_t{0});
     if (frame.info.discontinuity || acquireIn_ == 0) relabelled = acquire();
@@ -289,10 +292,21 @@ void Tracker::finishFrame(bool thorough) {
   recover();
   markOverlaps();
   weigh();
+  torn_ = tears_.torn(displacement_, variance_, valid_) || torn_;
   for (int i = 0; i < markers_; ++i) thorough = thorough || valid_[i] != wasValid_[i];
   for (Layer& layer : layers_) layer.trust.prune(displacement_, valid_, thorough);
   learnSlopes();
   guessLost();
+  if (torn_) stepBack();
+}
+
+/// The next frame goes on from the last whole one.
+void Tracker::stepBack() {
+  for (int i = 0; i < markers_; ++i) {
+    if (!tears_.referenceValid()[i]) continue;
+    place_[i] = rest_[i] + tears_.reference_px()[i];
+    velocity_[i] = {};
+  }
 }
 
 Guess Tracker::guessAt(int marker, Vector place) const {
@@ -622,7 +636,7 @@ void Tracker::takeZero() {
     ZeroState none = ZeroState::kNone;  // a refusal stays to be read until a zero is taken
     zeroState_.compare_exchange_strong(none, ZeroState::kTaking, std::memory_order_relaxed);
   }
-  if (!taking_) return;
+  if (!taking_ || torn_) return;
   for (Layer& layer : layers_) {
     pixelNoise_.add(layer.plane, layer.lattice.first, ofLayer(place_, layer), {0.5F * spacing_px_, 0.0F},
                     ofLayer(valid_, layer));
@@ -697,6 +711,7 @@ void Tracker::adopt(const RestPose& pose) {
   zero_ = pose.id;
   haveRest_ = true;
   agreeing_ = 0;
+  tears_.forget();
 }
 
 void Tracker::write(const FrameInfo& info, bool relabelled, MarkerField& field) {
@@ -723,7 +738,7 @@ void Tracker::write(const FrameInfo& info, bool relabelled, MarkerField& field) 
   agreeing_ = !few && square < kAgreement * kAgreement * expected ? agreeing_ + 1 : 0;
   if (zeroWasRequested_ && agreeing_ >= kAgreeingFrames) verified_ = true;
   field.flags = (verified_ ? 0U : kZeroUnverified) | (few ? kFewMarkers : 0U) |
-                (info.discontinuity ? kDiscontinuity : 0U) | (relabelled ? kReacquiring : 0U);
+                (info.discontinuity ? kDiscontinuity : 0U) | (relabelled ? kReacquiring : 0U) | (torn_ ? kTorn : 0U);
 }
 
 }  // namespace tractiond::track

@@ -9,6 +9,7 @@
 #include "daemon/track/lattice.h"
 #include "daemon/track/mailbox.h"
 #include "daemon/track/pixel_noise.h"
+#include "daemon/track/tear_finder.h"
 #include "daemon/track/zero.h"
 #include "sensor/sensor.h"
 
@@ -91,6 +92,7 @@ class Tracker {
   void weigh();
   void markOverlaps();
   void guessLost();
+  void stepBack();
   void write(const FrameInfo& info, bool relabelled, MarkerField& field);
 
   // The start and the zero.
@@ -150,10 +152,12 @@ class Tracker {
   int acquireIn_ = 0;  ///< frames until the next try
   int searches_ = 0;   ///< wide searches left in this frame
   unsigned frames_ = 0;
+  bool torn_ = false;
 
   Detector detector_;
   Labeller labeller_;
   PointGrid grid_;
+  TearFinder tears_;
 
   ZeroTaker taker_;
   PixelNoise pixelNoise_;

@@ -4,6 +4,7 @@
 #include "daemon/track/tracker.h"
 #include "twin/renderer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -79,6 +80,22 @@ class Scene {
 
   /// The last picture before its noise, as twin::Renderer::light() says.
   std::span<const std::int16_t> light() const { return renderer_.light(); }
+
+  /// Over what was shot last: the rows from `row` on are of the moment when the markers were there.
+  void tear(int row, const Eigen::Matrix2Xd& markers_px) {
+    std::vector<std::uint8_t> other(picture_.size());
+    renderer_.render(markers_px, shots_, other);
+    const std::ptrdiff_t from = std::ptrdiff_t{row} * frame_.stride;
+    std::copy(other.begin() + from, other.end(), picture_.begin() + from);
+  }
+
+  /// Over what was shot last: the rows from `row` on are moved to the right.
+  void shift(int row, int px) {
+    const std::ptrdiff_t bytes = std::ptrdiff_t{px} * frame_.stride / frame_.width, stride = frame_.stride;
+    for (auto line = picture_.begin() + row * stride; line != picture_.end(); line += stride) {
+      std::rotate(line, line + (stride - bytes) % stride, line + stride);
+    }
+  }
 
   /// A disc of brightness over what was shot last, in all colours.
   void smear(double u, double v, double radius_px, std::uint8_t level) {
