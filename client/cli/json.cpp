@@ -133,6 +133,7 @@ void put(Json& json, const char* topic, const Header& header) {
   if (header.flags & kFewMarkers) json.string("few_markers");
   if (header.flags & kDiscontinuity) json.string("discontinuity");
   if (header.flags & kReacquiring) json.string("reacquiring");
+  if (header.flags & kTorn) json.string("torn");
   if (header.flags & kUnexplained) json.string("unexplained");
   if (header.flags & kOutOfRange) json.string("out_of_range");
   json.close(']');

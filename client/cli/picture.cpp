@@ -123,6 +123,7 @@ std::vector<std::string> warnings(const Scene& scene, std::int64_t now_ns) {
   if (flags & kZeroUnverified) texts.push_back("zero not verified");
   if (flags & kFewMarkers) texts.push_back("too few markers");
   if (flags & kReacquiring) texts.push_back("markers labelled anew");
+  if (flags & kTorn) texts.push_back("picture torn");
   if (flags & kUnexplained) texts.push_back("no forces explain this picture");
   if (flags & kOutOfRange) texts.push_back("beyond the range of known uncertainty");
   if (flags & kDiscontinuity) texts.push_back("frames were lost before this one");

@@ -22,6 +22,7 @@ static_assert(static_cast<int>(kZeroUnverified) == pb::FLAG_ZERO_UNVERIFIED);
 static_assert(static_cast<int>(kFewMarkers) == pb::FLAG_FEW_MARKERS);
 static_assert(static_cast<int>(kDiscontinuity) == pb::FLAG_DISCONTINUITY);
 static_assert(static_cast<int>(kReacquiring) == pb::FLAG_REACQUIRING);
+static_assert(static_cast<int>(kTorn) == pb::FLAG_TORN);
 
 void require(bool condition, const char* what) {
   if (!condition) throw Error(ErrorCode::kMalformed, what);

@@ -24,6 +24,7 @@ static_assert(static_cast<int>(pb::FLAG_ZERO_UNVERIFIED) == kZeroUnverified);
 static_assert(static_cast<int>(pb::FLAG_FEW_MARKERS) == kFewMarkers);
 static_assert(static_cast<int>(pb::FLAG_DISCONTINUITY) == kDiscontinuity);
 static_assert(static_cast<int>(pb::FLAG_REACQUIRING) == kReacquiring);
+static_assert(static_cast<int>(pb::FLAG_TORN) == kTorn);
 static_assert(pb::CAMERA_STATE_UNKNOWN == static_cast<int>(CameraState::kUnknown));
 static_assert(pb::CAMERA_STATE_WAITING == static_cast<int>(CameraState::kWaiting));
 static_assert(pb::CAMERA_STATE_STREAMING == static_cast<int>(CameraState::kStreaming));

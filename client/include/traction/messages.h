@@ -22,6 +22,7 @@ enum Flag : std::uint32_t {
   kFewMarkers = 2,      ///< too few markers are seen: the field is not valid
   kDiscontinuity = 4,   ///< frames were lost or the clocks jumped before this frame
   kReacquiring = 8,     ///< markers were labelled anew in this frame
+  kTorn = 16,           ///< the picture does not hang together: rows of another moment, or moved aside
   kUnexplained = 32,    ///< the picture shows displacements that no forces on the surface can make
   kOutOfRange = 64,     ///< the forces are beyond the range for which the uncertainty is known
 };
