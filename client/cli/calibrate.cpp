@@ -127,6 +127,7 @@ std::optional<std::vector<double>> parseWeights(const std::string& text) {
   const std::map<std::string, double> newtons = {
       {"gf", kGramForce}, {"g", kGramForce}, {"kgf", 1e3 * kGramForce}, {"mN", 1e-3}, {"N", 1.0}};
   std::vector<double> weights;
+  if (text.empty() || text.back() == ',') return std::nullopt;
   std::istringstream list(text);
   for (std::string one; std::getline(list, one, ',');) {
     std::istringstream parts(one);

@@ -5,11 +5,11 @@
 #include "daemon/base/whole_file.h"
 #include "sensor/gel_file.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <ctime>
 
 namespace tractiond::calibrate {
@@ -26,15 +26,6 @@ constexpr double kBadResidual_px = 0.3;
 constexpr double kCreeping = 0.005;    // growth of a load's displacement between the halves of its reading
 constexpr double kResidualOver = 2.0;  // of what noise explains: the contact is not one round one
 
-[[gnu::format(printf, 1, 2)]] std::string print(const char* format, ...) {
-  std::array<char, 400> text{};
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text.data(), text.size(), format, arguments);
-  va_end(arguments);
-  return text.data();
-}
-
 std::string utc(const char* format) {
   const std::time_t now = static_cast<std::time_t>(realNow() / 1'000'000'000);
   std::tm parts{};
@@ -49,8 +40,9 @@ std::string date() {
 }
 
 std::string touching(const Bulge& bulge) {
-  return print("something seems to touch the gel near (%.0f, %.0f) mm: the markers there are displaced by %.2f px",
-               1e3 * bulge.place.x(), 1e3 * bulge.place.y(), bulge.size_px);
+  return fmt::format(
+      "something seems to touch the gel near ({:.0f}, {:.0f}) mm: the markers there are displaced by {:.2f} px",
+      1e3 * bulge.place.x(), 1e3 * bulge.place.y(), bulge.size_px);
 }
 
 tl::unexpected<std::string> refused(const std::string& sentence) {
@@ -194,7 +186,7 @@ std::optional<Result> Calibration::noise(const MarkerField& field) {
                     {"scale", found.motion.scale, 0.0},
                     {"roll_rad", found.motion.roll, 0.0}};
   report.remarks.push_back(
-      print("the picture's motion is that of %.0f s: heat over hours may move it farther", looked_s));
+      fmt::format("the picture's motion is that of {:.0f} s: heat over hours may move it farther", looked_s));
   if (found.overPromised > 1.2 || found.overPromised < 0.8) {
     report.remarks.push_back("the markers' noise is not what the tracker promises: zero again");
   }
@@ -309,8 +301,8 @@ Result Calibration::stiffness() {
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     record.weights.push_back(weights_[i].weight_N);
     record.readings.push_back(weights_[i].read_N * found.youngsModulus / inForce_.gel.youngsModulus);
-    report.figures.push_back({print("youngs_modulus_by_%.4g_gf_pa", weights_[i].weight_N / kGramForce), found.ofEach[i],
-                              found.ofEach[i] * weights_[i].deviation_N / weights_[i].read_N});
+    report.figures.push_back({fmt::format("youngs_modulus_by_{:.4g}_gf_pa", weights_[i].weight_N / kGramForce),
+                              found.ofEach[i], found.ofEach[i] * weights_[i].deviation_N / weights_[i].read_N});
   }
   if (weights_.size() < 2) report.remarks.push_back("one weight alone cannot be checked by another");
   return report;

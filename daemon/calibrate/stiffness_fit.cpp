@@ -1,9 +1,10 @@
 #include "daemon/calibrate/stiffness_fit.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstdio>
 
 namespace tractiond::calibrate {
 
@@ -12,9 +13,7 @@ namespace {
 constexpr double kGramForce = 9.80665e-3;  // [N]
 
 std::string grams(double newtons) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g gf", newtons / kGramForce);
-  return text;
+  return fmt::format("{:.4g} gf", newtons / kGramForce);
 }
 
 struct Mean {

@@ -1,6 +1,7 @@
 """Calibration of a sensor whose stiffness, pose and lens are not what its gel file says."""
 
 import json
+import pathlib
 import re
 import time
 import unittest
@@ -16,6 +17,7 @@ HIDDEN = {"youngs_modulus_pa": 200e3, "focal_px": 961.2, "k1": -0.08, "k2": 0.02
           "position_y_mm": -0.8, "position_z_mm": 158.1, "rotation_x_rad": 0.006, "rotation_y_rad": -0.009,
           "rotation_z_rad": 0.012}
 GEL = """format = 1
+period_s = 1000
 [gel]
 youngs_modulus_pa = 200000
 [camera]
@@ -99,7 +101,7 @@ class Calibrate(unittest.TestCase):
         # Two files, and nothing but dates and hash between them.
         paths = [report["finish"]["path"] for report in (reports, again)]
         self.assertNotEqual(*paths)
-        texts = [open(path).read() for path in paths]
+        texts = [pathlib.Path(path).read_text() for path in paths]
         same = [re.sub('(date|hash) = ".*"', "", text) for text in texts]
         self.assertEqual(*same)
         self.assertIn('camera = "Traction-127-0-0-1"', texts[0])

@@ -35,8 +35,17 @@ def answer(request):
         reply.status.ledger.received = 10
         reply.status.ledger.published = 7
         reply.status.ledger.stale = 3
+        reply.status.rest_drift.shift_u_px = 0.125
     elif kind == "description":
         reply.description.software_version = "0.1.0"
+    elif kind == "calibrate":
+        step = request.calibrate.WhichOneof("step")
+        figure = reply.calibrate.figures.add(name="value_of_" + step, value=2.0, deviation=0.5)
+        if step == "weight":
+            figure.name, figure.value = "weight_N", request.calibrate.weight.weight_N
+            reply.calibrate.figures.add(name="first", value=request.calibrate.weight.first)
+        reply.calibrate.remarks.append("a remark")
+        reply.calibrate.path = "/gel.toml" if step == "finish" else ""
     else:
         reply.zero.zero.id = bytes(range(16))
         reply.zero.markers_present = 1150
@@ -81,12 +90,35 @@ class Tractionctl(unittest.TestCase):
         self.assertEqual(code, 0)
         self.assertIn("10 received = 7 published + 0 in flight + 3 lost", out)
         self.assertIn("3 stale", out)
+        self.assertIn("drifted by (+0.125, +0.000) px", out)
         self.assertEqual(json.loads(ctl("status", "--json", *endpoints)[1])["ledger"]["stale"], 3)
 
     def test_zero_tells_what_was_taken(self):
         code, out, _ = ctl("zero", *self.publisher())
         self.assertEqual(code, 0)
         self.assertRegex(out, r"zero taken: 1150 of 1152 markers")
+
+    def test_calibrate_goes_through_all_steps(self):
+        code, out, err = ctl("calibrate", "--weights", "100gf,0.2kgf, 5N", "--json", *self.publisher())
+        self.assertEqual((code, err), (0, ""))
+        reports = [json.loads(line) for line in out.splitlines()]
+        self.assertEqual([report["step"] for report in reports],
+                         ["geometry", "noise", "weight", "weight", "weight", "stiffness", "finish"])
+        weights = [report["figures"] for report in reports if report["step"] == "weight"]
+        for weight, newtons in zip(weights, (0.980665, 1.96133, 5)):
+            self.assertAlmostEqual(weight["weight_N"]["value"], newtons)
+        self.assertEqual([weight["first"]["value"] for weight in weights], [1, 0, 0])
+        self.assertEqual(reports[-1]["path"], "/gel.toml")
+
+    def test_calibrate_tells_people_what_to_do(self):
+        code, out, err = ctl("calibrate", "weights", "finish", "--weights", "250g", *self.publisher())
+        self.assertEqual((code, err), (0, ""))
+        self.assertIn("put 250 gf on the gel", out)
+        self.assertIn("2 +- 0.5", out)
+        self.assertIn("note: a remark", out)
+        self.assertIn("Written: /gel.toml", out)
+        self.assertNotIn("press Enter", out)
+        self.assertNotIn("Geometry", out)
 
     def test_describe_is_json(self):
         self.assertEqual(json.loads(ctl("describe", *self.publisher())[1])["software_version"], "0.1.0")
@@ -119,6 +151,10 @@ class Tractionctl(unittest.TestCase):
         self.fails(USAGE, "a command is needed")
         self.fails(USAGE, "nonsense", "nonsense")
         self.fails(USAGE, "--topic", "echo", "--topic", "nonsense")
+        self.fails(USAGE, "nonsense", "calibrate", "nonsense")
+        self.fails(USAGE, "--weights", "calibrate")
+        for weights in ("100", "100lb", "0gf", "-5N", "nan N", "5N,", ","):
+            self.fails(USAGE, "--weights", "calibrate", "weights", f"--weights={weights}")
         self.fails(USAGE, "seconds", "watch", "--seconds", "-1")
         self.fails(USAGE, "instance", "watch", "--instance", "../etc")
         self.fails(USAGE, "nonsense", "watch", "--connect", "nonsense")

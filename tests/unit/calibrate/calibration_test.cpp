@@ -1,0 +1,226 @@
+#include "daemon/calibrate/calibration.h"
+#include "daemon/calibrate/drift_watch.h"
+#include "sensor/gel_file.h"
+#include "tests/unit/calibrate/markers.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+namespace tractiond::calibrate {
+namespace {
+
+using Kind = CalibrationStep::Kind;
+constexpr double kNoise_px = 0.016, kRate_Hz = 60.0;
+
+/// Few markers, so that the mechanics take no time.
+sensor::Sensor coarse() {
+  sensor::Sensor sensor;
+  for (sensor::MarkerLayer& layer : sensor.layers) {
+    layer.columns = layer.rows = 12;
+    layer.pitch = 6e-3;
+  }
+  return sensor;
+}
+
+/// Frames of a gel under a press of a strength, at 60 frames/s.
+class Frames {
+ public:
+  explicit Frames(const sensor::Sensor& sensor)
+      : markers_(sensor::markerPositions(sensor.layers))
+      , motion_(sensor) {
+    field_.resize(sensor.markerCount());
+    std::fill(field_.valid.begin(), field_.valid.end(), std::uint8_t{1});
+    std::fill(field_.variance_px2.begin(), field_.variance_px2.end(), static_cast<float>(kNoise_px * kNoise_px));
+    field_.validCount = sensor.markerCount();
+    field_.info.times.received_ns = 1'000'000'000;
+    field_.zero[0] = 1;
+  }
+
+  const MarkerField& next(double press_px, const Eigen::Vector4d& motion = Eigen::Vector4d::Zero()) {
+    field_.info.times.received_ns += static_cast<std::int64_t>(1e9 / kRate_Hz);
+    for (Eigen::Index i = 0; i < markers_.cols(); ++i) {
+      const Eigen::Vector2d away = markers_.col(i).head<2>();
+      Eigen::Vector2d moved = press_px * away / 6e-3 * std::exp(-away.squaredNorm() / (2 * 64e-6));
+      moved.y() = -moved.y();
+      moved += motion_.at(static_cast<int>(i), motion);
+      for (int c = 0; c < 2; ++c) {
+        field_.displacement_px[2 * i + c] = static_cast<float>(moved[c] + kNoise_px * normal_(generator_));
+      }
+    }
+    return field_;
+  }
+
+  MarkerField& field() { return field_; }
+
+ private:
+  sensor::Points markers_;
+  PictureMotionFit motion_;
+  MarkerField field_;
+  std::mt19937 generator_{5};
+  std::normal_distribution<double> normal_;
+};
+
+class CalibrationTest : public testing::Test {
+ protected:
+  CalibrationTest() {
+    const Seen rest(projected(sensor_, sensor::markerPositions(sensor_.layers)), 0.003, 9);
+    zero_.position_px = rest.value_px;
+    zero_.present = rest.valid;
+    std::string folder = std::filesystem::temp_directory_path() / "traction-calibration-XXXXXX";
+    folder_ = mkdtemp(folder.data());
+  }
+  ~CalibrationTest() override { std::filesystem::remove_all(folder_); }
+
+  std::optional<Result> begin(const CalibrationStep& step) {
+    return calibration_.begin(step, &zero_, "Camera-1", folder_);
+  }
+
+  /// Frames of a press until the step is over or the time is.
+  std::optional<Result> press(double press_px, double seconds) {
+    for (int i = 0; i < seconds * kRate_Hz; ++i) {
+      if (auto result = calibration_.add(frames_.next(press_px))) return result;
+    }
+    return std::nullopt;
+  }
+
+  static CalibrationStep weight(double newtons, double patience_s = 60.0) {
+    CalibrationStep step;
+    step.kind = Kind::kWeight;
+    step.weight_N = newtons;
+    step.seconds = patience_s;
+    return step;
+  }
+
+  sensor::Sensor sensor_ = coarse();
+  RestPose zero_;
+  std::filesystem::path folder_;
+  Calibration calibration_{sensor_};
+  Frames frames_{sensor_};
+};
+
+TEST_F(CalibrationTest, AWeightIsReadOnceItStandsStillAndIsNotTheOneBefore) {
+  EXPECT_FALSE(begin(weight(1.0)));
+  EXPECT_TRUE(calibration_.running());
+  EXPECT_FALSE(press(0.0, 3.0));
+  for (double force = 0.0; force < 1.0; force += 0.02) EXPECT_FALSE(calibration_.add(frames_.next(force)));
+  EXPECT_FALSE(press(1.0, 1.4));  // it settles
+  const auto first = press(1.0, 2.0);
+  ASSERT_TRUE(first);
+  ASSERT_TRUE(*first) << first->error();
+  EXPECT_FALSE(calibration_.running());
+  // The same weight is not the next one; a heavier one is.
+  EXPECT_FALSE(begin(weight(2.0)));
+  EXPECT_FALSE(press(1.0, 10.0));
+  const auto second = press(2.0, 4.0);
+  ASSERT_TRUE(second);
+  EXPECT_TRUE(*second) << second->error();
+  // Nor is the same again, unless it was taken off.
+  EXPECT_FALSE(begin(weight(2.0)));
+  EXPECT_FALSE(press(2.0, 4.0));
+  EXPECT_FALSE(press(0.0, 1.0));
+  const auto third = press(2.0, 4.0);
+  ASSERT_TRUE(third);
+  EXPECT_TRUE(*third) << third->error();
+}
+
+TEST_F(CalibrationTest, PatienceEndsWithTheReason) {
+  EXPECT_FALSE(begin(weight(1.0, 3.0)));
+  const auto none = press(0.0, 5.0);
+  ASSERT_TRUE(none);
+  EXPECT_EQ(none->error(), "no weight was put on the gel");
+  EXPECT_FALSE(begin(weight(1.0, 3.0)));
+  std::optional<Result> swaying;
+  for (int i = 0; i < 300 && !swaying; ++i) swaying = calibration_.add(frames_.next(1.0 + 0.5 * std::sin(0.1 * i)));
+  ASSERT_TRUE(swaying);
+  EXPECT_EQ(swaying->error(), "the weight did not come to rest");
+}
+
+TEST_F(CalibrationTest, WhatCannotBeIsRefused) {
+  CalibrationStep step;
+  step.kind = Kind::kFinish;
+  EXPECT_EQ(begin(step)->error(), "nothing has been measured since the start of the daemon");
+  step.kind = Kind::kStiffness;
+  EXPECT_EQ(begin(step)->error(), "no weight has been read");
+  step.kind = Kind::kGeometry;
+  EXPECT_FALSE(*calibration_.begin(step, nullptr, "Camera-1", folder_));
+  EXPECT_FALSE(*begin(weight(-1.0)));
+  EXPECT_FALSE(*begin(weight(std::nan(""))));
+}
+
+TEST_F(CalibrationTest, TheFileSaysWhatWasMeasuredAndIsVerified) {
+  CalibrationStep step;
+  step.kind = Kind::kGeometry;
+  const auto geometry = begin(step);
+  ASSERT_TRUE(geometry);
+  ASSERT_TRUE(*geometry) << geometry->error();
+  step.kind = Kind::kNoise;
+  step.seconds = 1.0;
+  EXPECT_FALSE(begin(step));
+  const auto noise = press(0.0, 3.0);
+  ASSERT_TRUE(noise);
+  ASSERT_TRUE(*noise) << noise->error();
+  step.kind = Kind::kFinish;
+  step.name = "left";
+  const auto one = begin(step), two = begin(step);
+  ASSERT_TRUE(one && *one && two && *two);
+  EXPECT_NE((*one)->path, (*two)->path);
+
+  const auto written = sensor::loadGel((*one)->path);
+  ASSERT_TRUE(written) << written.error().what;
+  ASSERT_TRUE(written->calibration);
+  EXPECT_EQ(written->calibration->camera, "Camera-1");
+  EXPECT_NE(written->calibration->geometry, "");
+  EXPECT_NE(written->calibration->noise, "");
+  EXPECT_EQ(written->calibration->stiffness, "");
+  EXPECT_NEAR(written->calibration->noise_px, kNoise_px, 0.001);
+  EXPECT_NEAR(written->calibration->residual_px, 0.003, 0.0005);
+  EXPECT_DOUBLE_EQ(written->gel.youngsModulus, sensor_.gel.youngsModulus);
+  EXPECT_TRUE(verifyCalibration(*written, "gel.toml"));
+  sensor::Sensor changed = *written;
+  changed.gel.youngsModulus *= 1.01;
+  EXPECT_FALSE(verifyCalibration(changed, "gel.toml"));
+  changed.calibration.reset();
+  EXPECT_TRUE(verifyCalibration(changed, "gel.toml"));
+}
+
+TEST_F(CalibrationTest, NoiseUnderATouchIsRefused) {
+  CalibrationStep step;
+  step.kind = Kind::kNoise;
+  step.seconds = 1.0;
+  EXPECT_FALSE(begin(step));
+  const auto noise = press(0.3, 3.0);
+  ASSERT_TRUE(noise);
+  ASSERT_FALSE(*noise);
+  EXPECT_TRUE(noise->error().starts_with("something seems to touch the gel near")) << noise->error();
+}
+
+TEST(DriftWatch, FollowsTheUntouchedPictureAndNothingElse) {
+  const sensor::Sensor sensor = coarse();
+  DriftWatch watch(sensor);
+  Frames frames(sensor);
+  const Eigen::Vector4d away(0.3, -0.1, 2e-4, 1e-4);
+  for (int i = 0; i < 60; ++i) watch.add(frames.next(0.0));
+  EXPECT_NEAR(watch.drift().shiftU_px, 0.0, 0.002);
+  EXPECT_FALSE(watch.takeWarning());
+  for (int i = 0; i < 1200; ++i) watch.add(frames.next(0.0, away));
+  EXPECT_NEAR(watch.drift().shiftU_px, away[0], 0.003);
+  EXPECT_NEAR(watch.drift().shiftV_px, away[1], 0.003);
+  EXPECT_NEAR(watch.drift().scale, away[2], 1e-5);
+  EXPECT_NEAR(watch.drift().roll, away[3], 1e-5);
+  EXPECT_LT(watch.drift().rms_px, 0.005);
+  EXPECT_TRUE(watch.takeWarning());
+  EXPECT_FALSE(watch.takeWarning());  // once is enough
+  const RestDrift before = watch.drift();
+  for (int i = 0; i < 60; ++i) watch.add(frames.next(1.0));
+  EXPECT_EQ(watch.drift().seen_ns, before.seen_ns);
+  EXPECT_EQ(watch.drift().shiftU_px, before.shiftU_px);
+  // A new zero is a new beginning.
+  frames.field().zero[0] = 2;
+  watch.add(frames.next(0.0));
+  EXPECT_NEAR(watch.drift().shiftU_px, 0.0, 0.01);
+}
+
+}  // namespace
+}  // namespace tractiond::calibrate
