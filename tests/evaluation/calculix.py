@@ -286,7 +286,9 @@ def static(mesh, parity, material, steps, markers, folder, name, large=False, ex
             lines += ["*CLOAD, OP=NEW"]
             lines += [f"{n},{c + 1},{load[n, c]:.9e}" for n in np.flatnonzero(load.any(1)) for c in range(3) if load[n, c]]
         lines += ["*NODE PRINT, NSET=MARKERS, FREQUENCY=1000", "U", "*END STEP"]
-    run_ccx(folder, name, lines, may_end_early=large)
+    if not (folder / f"{name}.finished").exists():
+        run_ccx(folder, name, lines, may_end_early=large)
+        (folder / f"{name}.finished").touch()
     images, mirrored = fold(1e3 * np.asarray(markers))
     turn = np.vstack([1 - 2 * mirrored, np.ones(mirrored.shape[1], int)])
     for axis in (0, 1):

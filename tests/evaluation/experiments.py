@@ -13,6 +13,7 @@ import loads
 import truth
 from chain import GF
 
+UNEXPLAINED, OUT_OF_RANGE = 1 << 5, 1 << 6  # of the field's flags
 PAPER_NOISE_PX = 0.1  # of the paper's tracking; what the pictures have themselves is negligible beside it
 
 
@@ -214,24 +215,24 @@ def bias(report, quick):
             sets[2] = truth.Set(sets[2].contacts[:20], sets[2].displacement[:20])
         unit = np.concatenate([one.displacement for one in sets])
         forces = np.concatenate([one.forces() for one in sets])
-        worst, worst_text, over, count = 0.0, "", 0, 0
+        contacts = np.concatenate([one.contacts[:, 0] for one in sets])
+        listed = []
         for magnitude_gf in (5, 50, 400):
             displacement = np.repeat(magnitude_gf * GF * unit, frames, axis=0)
-            found = chain.run(displacement, gel=chain.gel_text(thickness), zero_every=frames)
+            found = chain.run(displacement, gel=chain.gel_text(thickness), zero_every=4 * frames)
             mean = found.resultant_N.reshape(len(unit), frames, 3).mean(1) / GF
-            off = np.linalg.norm(mean - magnitude_gf * forces, axis=1)
-            ratio = off / max(1, 0.015 * magnitude_gf)
-            over += (ratio > 1).sum()
-            count += len(ratio)
-            at = int(np.argmax(ratio))
-            if ratio[at] > worst:
-                contact = np.concatenate([one.contacts[:, 0] for one in sets])[at]
-                worst = ratio[at]
-                worst_text = (f"{off[at]:.1f} gf of {magnitude_gf} gf at ({1e3 * contact[1]:.0f}, {1e3 * contact[2]:.0f}) mm, "
-                              f"along ({forces[at][0]:.1f}, {forces[at][1]:.1f}, {forces[at][2]:.1f})")
-        report.row(f"bias of the resultant, {thickness} mm, {count} loads; worst", worst_text, "unknown", "max(1 gf, 1.5 %)", 1,
-                   worst, name=f"bias {thickness} mm")
-        report.row("    loads beyond it", f"{over} of {count}")
+            for measured, force, contact in zip(mean, magnitude_gf * forces, contacts):
+                off = np.linalg.norm(measured - force)
+                listed.append((off / max(1, 0.015 * magnitude_gf), off, magnitude_gf, contact, force, measured))
+        listed.sort(key=lambda one: -one[0])
+        worst, off, magnitude_gf, *_ = listed[0]
+        report.row(f"bias of the resultant, {thickness} mm, {len(listed)} loads; worst", f"{off:.1f} gf of {magnitude_gf} gf",
+                   "unknown", "max(1 gf, 1.5 %)", 1, worst, name=f"bias {thickness} mm")
+        report.row("    loads beyond it", f"{sum(one[0] > 1 for one in listed)} of {len(listed)}")
+        report.table(["load", "at [mm]", "force [gf]", "measured [gf]", "off [gf]"], [
+            (f"{truth.SHAPES[int(contact[0])]}, {2e3 * contact[3]:.0f} mm across", f"{1e3 * contact[1]:.0f}, {1e3 * contact[2]:.0f}",
+             ", ".join(f"{value:.0f}" for value in force), ", ".join(f"{value:.1f}" for value in measured), f"{off:.1f}")
+            for _, off, _, contact, force, measured in listed[:5]])
 
 
 def models(report, quick):
@@ -464,16 +465,20 @@ def large_strain(report, quick):
     except FileNotFoundError:
         return
     report.section("Large strain", """
-        The truth is a neo-Hookean gel with large deformations (CalculiX, NLGEOM), the inverse is linear. Hertz pressure of
-        5 mm diameter at the centre with directions that do not follow the surface; mean of 10 frames.""")
+        The truth is a neo-Hookean gel with large deformations (CalculiX, NLGEOM), the inverse is linear. Hertz pressures at the
+        centre whose directions do not follow the surface; mean of 10 frames. With 5 mm across CalculiX finds no equilibrium
+        much beyond 300 gf: the true contact of a probe grows. Flagged: share of the frames marked as out of range or
+        unexplained.""")
     frames = 10
     found = chain.run(np.repeat(large.displacement, frames, axis=0), zero_every=frames)
     mean = found.resultant_N.reshape(-1, frames, 3).mean(1) / GF
+    flagged = ((found["flags"].astype(int) & (OUT_OF_RANGE | UNEXPLAINED)) != 0).reshape(-1, frames).mean(1)
     lines = []
-    for measured, true in zip(mean, large.forces() / GF):
-        lines.append((" ".join(f"{value:.0f}" for value in true), " ".join(f"{value:.1f}" for value in measured),
-                      f"{100 * (np.linalg.norm(measured) / np.linalg.norm(true) - 1):+.1f} %"))
-    report.table(["true [gf]", "measured [gf]", "length off"], lines)
+    for measured, true, contacts, flag in zip(mean, large.forces() / GF, large.contacts, flagged):
+        lines.append((f"{2e3 * contacts[0, 3]:.0f} mm", ", ".join(f"{value:.0f}" for value in true),
+                      ", ".join(f"{value:.1f}" for value in measured),
+                      f"{100 * (np.linalg.norm(measured) / np.linalg.norm(true) - 1):+.1f} %", f"{100 * flag:.0f} %"))
+    report.table(["across", "true [gf]", "measured [gf]", "length off", "flagged"], lines)
 
 
 # Tracking, time

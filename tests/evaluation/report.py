@@ -1,18 +1,18 @@
 """What the evaluation prints, and docs/accuracy.md: each figure beside its target, each picture beside the paper's."""
 
 import pathlib
-import sys
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 PICTURES = SOURCE / "docs" / "accuracy"
 
 
 class Report:
-    def __init__(self, write=False):
-        self.write = write  # docs/accuracy.md, with pictures
+    """Of one experiment."""
+
+    def __init__(self, experiment, write=False):
+        self.experiment, self.write = experiment, write  # write: pictures, and text for the page
         self.text, self.rows = [], []
         self.missed = []
-        self.experiment = ""
 
     def section(self, title, text=""):
         print(f"\n{title}", flush=True)
@@ -64,8 +64,7 @@ class Report:
             self.text.append("\n".join(self.rows) + "\n")
             self.rows = []
 
-    def finish(self, head):
+    def finish(self):
+        """The experiment's section of the page."""
         self._end_table()
-        if self.write:
-            (SOURCE / "docs" / "accuracy.md").write_text(head + "\n".join(self.text))
-        sys.stdout.flush()
+        return "\n".join(self.text)

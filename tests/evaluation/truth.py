@@ -143,20 +143,22 @@ def large_strain(folder):
     neo_hooke = ["*HYPERELASTIC, NEO HOOKE", f"{shear_modulus / 2},{2 / bulk_modulus}"]
     fine = calculix.Block(calculix.fine(40), poisson, loads.markers(), folder / "fine_40_0.49")
     displacement, contacts = [], []
-    for label, axis, forces_gf in (("press", 2, (50, 200, 400, 750)), ("shear", 0, (50, 200, 400))):
+    cases = {"press": ("hertz", 2.5, 2, (50, 200, 400, 750)), "wide_press": ("hertz", 7.5, 2, (200, 400, 750)),
+             "shear": ("hertz", 2.5, 0, (50, 200, 400))}
+    for label, (shape, radius, axis, forces_gf) in cases.items():
         mesh = calculix.for_large_strain(40, half_width=axis == 0)
         parity = (axis != 0, 1)
-        listed = [contact("hertz", 0, 0, 2.5, force * newtons_per_gf * AXES[axis]) for force in forces_gf]
-        steps = [quadrature([c]) for c in listed]
-        unit = quadrature([contact("hertz", 0, 0, 2.5, AXES[axis])])
+        listed = [contact(shape, 0, 0, radius, force * newtons_per_gf * AXES[axis]) for force in forces_gf]
+        unit = quadrature([contact(shape, 0, 0, radius, AXES[axis])])
         linear_one = calculix.static(mesh, parity, elastic, [unit], loads.markers(), folder / "large", f"{label}_linear")[0]
-        large = calculix.static(mesh, parity, neo_hooke, steps, loads.markers(), folder / "large", label, large=True)
+        large = calculix.static(mesh, parity, neo_hooke, [quadrature([c]) for c in listed], loads.markers(), folder / "large",
+                                label, large=True)
         for c, force, moved in zip(listed, forces_gf, large):
             newtons = force * newtons_per_gf
             displacement.append(newtons * fine.displacement(*unit) + moved - newtons * linear_one)
             contacts.append(c)
-        print(f"large strain, {label}: {len(large)} of {len(steps)} loads reached", flush=True)
-    save(name(40, 0.49, "large"), Set(np.array(contacts)[:, None], np.array(displacement)))
+        print(f"large strain, {label}: {len(large)} of {len(listed)} loads reached", flush=True)
+        save(name(40, 0.49, "large"), Set(np.array(contacts)[:, None], np.array(displacement)))
 
 
 def expansion(folder):
