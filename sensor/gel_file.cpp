@@ -1,7 +1,11 @@
 #include "sensor/gel_file.h"
 
+#include "sensor/influence_file.h"
+
 #include <array>
 #include <cstdio>
+#include <filesystem>
+#include <initializer_list>
 #include <optional>
 
 namespace sensor {
@@ -11,9 +15,17 @@ namespace {
 constexpr int kVersion = 1;
 constexpr double kMillimetres = 1e3;  // per metre
 
-void readGrid(TomlTable& table, int& columns, int& rows, double& pitch, Eigen::Vector2d& centre) {
+/// What the influence file says stands only there.
+void refuse(TomlTable& table, std::initializer_list<std::string_view> keys) {
+  for (const std::string_view key : keys) {
+    if (table.has(key)) table.fail(key, "does not go with gel.influence_file, which says it");
+  }
+}
+
+void readGrid(TomlTable& table, bool body, int& columns, int& rows, double& pitch, Eigen::Vector2d& centre) {
   table.read("columns", columns, {1, 1000});
   table.read("rows", rows, {1, 1000});
+  if (body) return refuse(table, {"pitch_mm", "centre_mm"});
   table.read("pitch_mm", pitch, {0.01, 1000, kMillimetres});
   table.read("centre_mm", std::span(centre.data(), 2), {-1000, 1000, kMillimetres});
 }
@@ -64,27 +76,32 @@ void check(const Part& part, const Gel& gel, TomlTable& root, const char* name, 
   root.fail(name, "is missing, and the paper's " + std::string(found->key) + " " + found->what);
 }
 
-void readBody(TomlTable& table, Gel& gel) {
+void readMaterial(TomlTable& table, bool body, Gel& gel) {
   table.read("youngs_modulus_pa", gel.youngsModulus, {1.0, 1e12});
+  table.read("thickness_mm", gel.size.z(), {0.1, 1e4, kMillimetres});
+  if (body) return refuse(table, {"poisson_ratio", "width_mm", "height_mm"});
   table.read("poisson_ratio", gel.poissonRatio, {0.0, 1.0});
   if (gel.poissonRatio >= 0.5) table.fail("poisson_ratio", "must be below 0.5: 0.5 is incompressible");
   table.read("width_mm", gel.size.x(), {0.1, 1e4, kMillimetres});
   table.read("height_mm", gel.size.y(), {0.1, 1e4, kMillimetres});
-  table.read("thickness_mm", gel.size.z(), {0.1, 1e4, kMillimetres});
 }
 
-MarkerLayer readLayer(TomlTable& table) {
+MarkerLayer readLayer(TomlTable& table, bool body) {
   MarkerLayer layer;
   for (const std::string_view key : {"colour", "depth_mm"}) {
-    if (!table.has(key)) table.fail(key, "is missing");
+    if (!table.has(key) && !(body && key == "depth_mm")) table.fail(key, "is missing");
   }
   std::string colour = "blue";
   table.read("colour", colour);
   if (colour != "blue" && colour != "red") table.fail("colour", "must be \"blue\" or \"red\"");
   layer.colour = colour == "red" ? Colour::kRed : Colour::kBlue;
-  readGrid(table, layer.columns, layer.rows, layer.pitch, layer.centre);
-  table.read("depth_mm", layer.depth, {0.0, 1e4, kMillimetres});
+  readGrid(table, body, layer.columns, layer.rows, layer.pitch, layer.centre);
   table.read("diameter_mm", layer.diameter, {0.01, 1000, kMillimetres});
+  if (body) {
+    refuse(table, {"depth_mm"});
+  } else {
+    table.read("depth_mm", layer.depth, {0.0, 1e4, kMillimetres});
+  }
   return layer;
 }
 
@@ -160,22 +177,27 @@ std::string quoted(const std::string& text) {
 
 }  // namespace
 
-Sensor readGel(TomlTable& root) {
+namespace {
+
+/// `body`: the mechanics and the places of markers and nodes stand elsewhere.
+Sensor readSensor(TomlTable& root, bool body) {
   Sensor sensor;
-  if (auto table = root.table("gel")) readBody(*table, sensor.gel);
+  if (auto table = root.table("gel")) readMaterial(*table, body, sensor.gel);
   std::vector<TomlTable> layers = root.tables("layers");
   if (root.has("layers")) sensor.layers.clear();
   for (TomlTable& table : layers) {
-    sensor.layers.push_back(readLayer(table));
-    check(sensor.layers.back(), sensor.gel, root, "layers", &table);
+    sensor.layers.push_back(readLayer(table, body));
+    if (!body) check(sensor.layers.back(), sensor.gel, root, "layers", &table);
   }
   if (layers.empty()) {
     if (root.has("layers")) root.fail("layers", "is empty: a sensor has markers");
-    for (const MarkerLayer& layer : sensor.layers) check(layer, sensor.gel, root, "layers", nullptr);
+    if (!body) {
+      for (const MarkerLayer& layer : sensor.layers) check(layer, sensor.gel, root, "layers", nullptr);
+    }
   }
   auto nodes = root.table("nodes");
-  if (nodes) readGrid(*nodes, sensor.nodes.columns, sensor.nodes.rows, sensor.nodes.pitch, sensor.nodes.centre);
-  check(sensor.nodes, sensor.gel, root, "nodes", nodes ? &*nodes : nullptr);
+  if (nodes) readGrid(*nodes, body, sensor.nodes.columns, sensor.nodes.rows, sensor.nodes.pitch, sensor.nodes.centre);
+  if (!body) check(sensor.nodes, sensor.gel, root, "nodes", nodes ? &*nodes : nullptr);
   auto camera = root.table("camera");
   if (camera) readCamera(*camera, sensor.camera);
   check(sensor.camera, sensor.gel, root, "camera", camera ? &*camera : nullptr);
@@ -185,9 +207,8 @@ Sensor readGel(TomlTable& root) {
   return sensor;
 }
 
-namespace {
-
-tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root) {
+/// `name`: of the gel file; an influence file's counts from its directory.
+tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root, const std::string& name) {
   if (!root) return tl::unexpected(root.error());
   int version = 0;
   if (!root->has("format")) root->fail("format", "is missing: a gel file starts with format = 1");
@@ -196,36 +217,58 @@ tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root) {
     root->fail("format", "= " + std::to_string(version) + " is newer than this program, which knows format = " +
                              std::to_string(kVersion) + ": update it");
   }
-  const Sensor sensor = readGel(*root);
+  std::string influenceFile;
+  bool ownStiffness = false;
+  if (auto table = root->table("gel")) {
+    table->read("influence_file", influenceFile);
+    ownStiffness = table->has("youngs_modulus_pa");
+  }
+  Sensor sensor = readSensor(*root, !influenceFile.empty());
   if (auto done = root->finish(); !done) return tl::unexpected(done.error());
+  if (influenceFile.empty()) return sensor;
+  auto body = loadBody(std::filesystem::path(name).parent_path() / influenceFile);
+  if (!body) return tl::unexpected(body.error());
+  if (!ownStiffness) sensor.gel.youngsModulus = body->youngsModulus;
+  if (auto fits = setBody(sensor, *std::move(body)); !fits) return tl::unexpected(fits.error());
   return sensor;
 }
 
 }  // namespace
 
+Sensor readGel(TomlTable& root) {
+  return readSensor(root, false);
+}
+
 tl::expected<Sensor, FileError> parseGel(std::string_view text, const std::string& name) {
-  return read(TomlTable::parse(text, name));
+  return read(TomlTable::parse(text, name), name);
 }
 
 tl::expected<Sensor, FileError> loadGel(const std::string& path) {
-  return read(TomlTable::load(path));
+  return read(TomlTable::load(path), path);
 }
 
 std::string gelText(const Sensor& sensor) {
   const auto line = [](const std::string& key, const std::string& value) { return key + " = " + value + "\n"; };
+  const bool body = sensor.body != nullptr;
   const auto grid = [&](const auto& of) {
     return line("columns", std::to_string(of.columns)) + line("rows", std::to_string(of.rows)) +
-           line("pitch_mm", number(of.pitch * kMillimetres)) + line("centre_mm", list(of.centre, kMillimetres));
+           (body
+                ? ""
+                : line("pitch_mm", number(of.pitch * kMillimetres)) + line("centre_mm", list(of.centre, kMillimetres)));
   };
   const Gel& gel = sensor.gel;
   std::string text = line("format", std::to_string(kVersion));
-  text += "\n[gel]\n" + line("youngs_modulus_pa", number(gel.youngsModulus)) +
-          line("poisson_ratio", number(gel.poissonRatio)) + line("width_mm", number(gel.size.x() * kMillimetres)) +
-          line("height_mm", number(gel.size.y() * kMillimetres)) +
-          line("thickness_mm", number(gel.size.z() * kMillimetres));
+  text += "\n[gel]\n" + line("youngs_modulus_pa", number(gel.youngsModulus));
+  if (body) {
+    text += line("influence_file", quoted(std::filesystem::absolute(sensor.body->file)));
+  } else {
+    text += line("poisson_ratio", number(gel.poissonRatio)) + line("width_mm", number(gel.size.x() * kMillimetres)) +
+            line("height_mm", number(gel.size.y() * kMillimetres));
+  }
+  text += line("thickness_mm", number(gel.size.z() * kMillimetres));
   for (const MarkerLayer& layer : sensor.layers) {
     text += "\n[[layers]]\n" + line("colour", layer.colour == Colour::kRed ? "\"red\"" : "\"blue\"") + grid(layer) +
-            line("depth_mm", number(layer.depth * kMillimetres)) +
+            (body ? "" : line("depth_mm", number(layer.depth * kMillimetres))) +
             line("diameter_mm", number(layer.diameter * kMillimetres));
   }
   text += "\n[nodes]\n" + grid(sensor.nodes);

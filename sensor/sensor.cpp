@@ -8,4 +8,21 @@ int Sensor::markerCount() const {
   return count;
 }
 
+Points markerPositions(const Sensor& sensor) {
+  return sensor.body ? sensor.body->markers : markerPositions(sensor.layers);
+}
+
+Points nodePositions(const Sensor& sensor) {
+  return sensor.body ? sensor.body->nodes : nodePositions(sensor.nodes);
+}
+
+Points nodeNormals(const Sensor& sensor) {
+  return sensor.body ? sensor.body->normals : Points(Eigen::Vector3d::UnitZ().replicate(1, sensor.nodes.count()));
+}
+
+Eigen::VectorXd nodeAreas(const Sensor& sensor) {
+  if (sensor.body) return sensor.body->areas;
+  return Eigen::VectorXd::Constant(sensor.nodes.count(), sensor.nodes.pitch * sensor.nodes.pitch);
+}
+
 }  // namespace sensor

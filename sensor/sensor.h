@@ -4,6 +4,7 @@
 #include "sensor/gel.h"
 #include "sensor/projection.h"
 
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -44,6 +45,18 @@ struct Calibration {
   std::string hash;              ///< of all that the file says besides: 32 hexadecimal digits
 };
 
+/// Any other body than the block: its own Green's functions, from an influence file. Markers are in the order of the
+/// sensor's layers, nodes in that of its grid; neighbours in a grid are neighbours in the body.
+struct Body {
+  std::string file;            ///< where it comes from
+  double youngsModulus = 0.0;  ///< with which `influence` was computed [Pa]
+  Eigen::MatrixXd influence;   ///< 3 M x 3 N [m/N]: displacement of each marker per newton at each node
+  Points nodes;                ///< 3 x N, on the touched surface [m]
+  Points normals;              ///< 3 x N, of length 1, into the body
+  Eigen::VectorXd areas;       ///< N, of the surface that is a node's [m^2]
+  Points markers;              ///< 3 x M [m]
+};
+
 /// The paper's sensor by default.
 struct Sensor {
   Gel gel;
@@ -53,8 +66,15 @@ struct Sensor {
   Uncertainty uncertainty;
   PictureMotion pictureMotion;
   std::optional<Calibration> calibration;  ///< none: the numbers are as they were designed or guessed
+  std::shared_ptr<const Body> body;        ///< none: the block; else `gel` gives Young's modulus and thickness alone
 
   int markerCount() const;
 };
+
+/// Of the body, or of the block's layers and grid.
+Points markerPositions(const Sensor& sensor);
+Points nodePositions(const Sensor& sensor);
+Points nodeNormals(const Sensor& sensor);
+Eigen::VectorXd nodeAreas(const Sensor& sensor);
 
 }  // namespace sensor

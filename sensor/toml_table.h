@@ -20,6 +20,7 @@ struct FileError {
   std::string where;        ///< "paper.toml:12"
   std::string what;         ///< "gel.poisson_ratio = 0.5 is not below 0.5"
   bool unreadable = false;  ///< there was nothing to read: missing file, no permission
+  bool isData = false;      ///< it holds numbers that programs write, not words
 };
 
 /// Values in the file may stand in another unit than in memory: in memory = in the file / perUnit.

@@ -5,7 +5,11 @@
 namespace sensor::elastic {
 
 Eigen::MatrixXd displacementMatrix(const Sensor& sensor, Model model, const Progress& progress) {
-  const Points markers = markerPositions(sensor.layers), nodes = nodePositions(sensor.nodes);
+  if (sensor.body) {
+    if (progress) progress(1.0);
+    return sensor.body->influence * (sensor.body->youngsModulus / sensor.gel.youngsModulus);
+  }
+  const Points markers = markerPositions(sensor), nodes = nodePositions(sensor);
   Eigen::MatrixXd displacement;
   if (model == Model::kBlock) {
     displacement = blockDisplacement(sensor.gel, markers, nodes, {}, progress);
@@ -21,7 +25,7 @@ Eigen::MatrixXd displacementMatrix(const Sensor& sensor, Model model, const Prog
 }
 
 Eigen::MatrixXd toImage(const Sensor& sensor, const Eigen::MatrixXd& displacement) {
-  const Points markers = markerPositions(sensor.layers);
+  const Points markers = markerPositions(sensor);
   const Projection projection(sensor.camera, sensor.gel.size.z());
   Eigen::MatrixXd image(2 * markers.cols(), displacement.cols());
   for (Eigen::Index m = 0; m < markers.cols(); ++m)
@@ -34,7 +38,7 @@ Eigen::MatrixXd influenceMatrix(const Sensor& sensor, Model model, const Progres
 }
 
 Eigen::MatrixXd pictureMotionMatrix(const Sensor& sensor) {
-  const Points markers = markerPositions(sensor.layers);
+  const Points markers = markerPositions(sensor);
   const Projection projection(sensor.camera, sensor.gel.size.z());
   Eigen::MatrixXd motion(2 * markers.cols(), 4);
   for (Eigen::Index m = 0; m < markers.cols(); ++m) {

@@ -1,0 +1,265 @@
+// A zip archive of stored members, found by the directory at its end; each member is a .npy: a magic, a version, the
+// text of a Python dictionary (type, order, shape), and the numbers. Nothing in the file is believed: every place and
+// size is checked against what is there before it is used.
+#include "sensor/numpy_file.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string_view>
+#include <system_error>
+#include <type_traits>
+
+namespace sensor {
+
+namespace {
+
+using Bytes = std::span<const char>;
+
+constexpr std::uint32_t kLocalMember = 0x04034b50, kDirectoryMember = 0x02014b50, kDirectoryEnd = 0x06054b50;
+constexpr std::size_t kLocalSize = 30, kDirectorySize = 46, kEndSize = 22, kLongestComment = 0xffff;
+constexpr std::uint32_t kElsewhere = 0xffffffff;  // a size or place beyond 4 GiB stands in an extension
+constexpr std::uintmax_t kLargestFile = kElsewhere;
+
+/// Little endian.
+template <typename T>
+T number(Bytes bytes, std::size_t at) {
+  T value = 0;
+  for (std::size_t i = sizeof(T); i-- > 0;) {
+    value = static_cast<T>(value << 8 | static_cast<unsigned char>(bytes[at + i]));
+  }
+  return value;
+}
+
+bool holds(Bytes bytes, std::size_t at, std::size_t size) {
+  return at <= bytes.size() && size <= bytes.size() - at;
+}
+
+std::optional<std::size_t> findDirectoryEnd(Bytes bytes) {
+  if (bytes.size() < kEndSize) return std::nullopt;
+  const std::size_t last = bytes.size() - kEndSize;
+  for (std::size_t back = 0; back <= std::min(last, kLongestComment); ++back) {
+    if (number<std::uint32_t>(bytes, last - back) == kDirectoryEnd) return last - back;
+  }
+  return std::nullopt;
+}
+
+/// What follows "'key':" in a dictionary, up to `end`.
+std::optional<std::string_view> entry(std::string_view dictionary, std::string_view key, char begin, char end) {
+  std::size_t at = dictionary.find(key);
+  if (at == std::string_view::npos) return std::nullopt;
+  at = dictionary.find_first_not_of(": ", at + key.size());
+  if (at == std::string_view::npos || dictionary[at] != begin) return std::nullopt;
+  const std::size_t stop = dictionary.find(end, ++at);
+  if (stop == std::string_view::npos) return std::nullopt;
+  return dictionary.substr(at, stop - at);
+}
+
+/// "3, 4" or "3," or "".
+std::optional<std::vector<std::size_t>> parseShape(std::string_view text) {
+  std::vector<std::size_t> shape;
+  while (!text.empty()) {
+    std::size_t extent = 0;
+    const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), extent);
+    if (error != std::errc()) return std::nullopt;
+    shape.push_back(extent);
+    text.remove_prefix(static_cast<std::size_t>(rest - text.data()));
+    const std::size_t next = text.find_first_not_of(", ");
+    text.remove_prefix(std::min(next, text.size()));
+  }
+  return shape;
+}
+
+std::string indices(std::size_t at, const std::vector<std::size_t>& shape) {
+  std::string text;
+  for (auto extent = shape.rbegin(); extent != shape.rend(); ++extent) {
+    text = std::to_string(at % *extent) + (text.empty() ? "" : ", ") + text;
+    at /= *extent;
+  }
+  return '[' + text + ']';
+}
+
+/// Of the element that stands at `at` in Fortran order, its place in C order.
+std::size_t fromFortran(std::size_t at, const std::vector<std::size_t>& shape) {
+  std::size_t place = 0, stride = 1;
+  for (const std::size_t extent : shape) stride *= extent;
+  for (const std::size_t extent : shape) {
+    stride /= extent;
+    place += at % extent * stride;
+    at /= extent;
+  }
+  return place;
+}
+
+}  // namespace
+
+/// A .npy, taken apart.
+struct NumpyFile::Member {
+  std::string type;  ///< "<f8"
+  bool fortran = false;
+  std::vector<std::size_t> shape;
+  std::size_t count = 1;  ///< of elements, each of `size` bytes
+  std::size_t size = 0;
+  Bytes data;
+};
+
+NumpyFile::NumpyFile(std::string path, std::vector<char> bytes)
+    : path_(std::move(path))
+    , bytes_(std::move(bytes)) {}
+
+FileError NumpyFile::fault(const std::string& name, const std::string& what) const {
+  return {.where = path_, .what = (name.empty() ? "" : name + " ") + what, .isData = true};
+}
+
+tl::expected<NumpyFile, FileError> NumpyFile::load(const std::string& path) {
+  const auto unreadable = [&path](const std::string& what) {
+    return tl::unexpected(FileError{.where = path, .what = what, .unreadable = true});
+  };
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) return unreadable(error.message());
+  NumpyFile file(path, {});
+  if (size > kLargestFile) return tl::unexpected(file.fault("", "is larger than 4 GiB"));
+  std::ifstream stream(path, std::ios::binary);
+  file.bytes_.resize(static_cast<std::size_t>(size));
+  if (!stream.read(file.bytes_.data(), static_cast<std::streamsize>(size))) return unreadable(std::strerror(errno));
+  if (auto done = file.readDirectory(); !done) return tl::unexpected(done.error());
+  return file;
+}
+
+tl::expected<void, FileError> NumpyFile::readDirectory() {
+  const Bytes bytes(bytes_);
+  const auto bad = [this](const std::string& what) { return tl::unexpected(fault("", what)); };
+  const std::optional<std::size_t> end = findDirectoryEnd(bytes);
+  if (!end) return bad("is no NumPy archive (.npz), or is cut short");
+  const auto count = number<std::uint16_t>(bytes, *end + 10);
+  std::size_t at = number<std::uint32_t>(bytes, *end + 16);
+  for (int i = 0; i < count; ++i) {
+    if (!holds(bytes, at, kDirectorySize) || number<std::uint32_t>(bytes, at) != kDirectoryMember) {
+      return bad("is damaged: its directory is no directory");
+    }
+    const auto flags = number<std::uint16_t>(bytes, at + 8), method = number<std::uint16_t>(bytes, at + 10);
+    const auto checksum = number<std::uint32_t>(bytes, at + 16);
+    const auto size = number<std::uint32_t>(bytes, at + 24), local = number<std::uint32_t>(bytes, at + 42);
+    const std::size_t nameSize = number<std::uint16_t>(bytes, at + 28);
+    const std::size_t behind = nameSize + number<std::uint16_t>(bytes, at + 30) + number<std::uint16_t>(bytes, at + 32);
+    if (!holds(bytes, at + kDirectorySize, behind)) return bad("is damaged: its directory is cut short");
+    std::string name(bytes.data() + at + kDirectorySize, nameSize);
+    at += kDirectorySize + behind;
+    if (name.ends_with(".npy")) name.resize(name.size() - 4);
+
+    if ((flags & 1) != 0) return tl::unexpected(fault(name, "is encrypted"));
+    if (method != 0) {
+      return tl::unexpected(fault(name, "is compressed: write the file with numpy.savez, not savez_compressed"));
+    }
+    if (size == kElsewhere || local == kElsewhere) return tl::unexpected(fault(name, "is larger than 4 GiB"));
+    if (!holds(bytes, local, kLocalSize) || number<std::uint32_t>(bytes, local) != kLocalMember) {
+      return tl::unexpected(fault(name, "is not where the file's directory says: the file is damaged"));
+    }
+    const std::size_t begin =
+        local + kLocalSize + number<std::uint16_t>(bytes, local + 26) + number<std::uint16_t>(bytes, local + 28);
+    if (!holds(bytes, begin, size))
+      return tl::unexpected(fault(name, "reaches beyond the file's end: it is cut short"));
+    const Bytes content = bytes.subspan(begin, size);
+    if (crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size()) != checksum) {
+      return tl::unexpected(fault(name, "has a wrong checksum: the file is damaged"));
+    }
+    if (!members_.emplace(name, content).second) return tl::unexpected(fault(name, "is there twice"));
+  }
+  return {};
+}
+
+tl::expected<NumpyFile::Member, FileError> NumpyFile::member(const std::string& name) const {
+  const auto found = members_.find(name);
+  if (found == members_.end()) return tl::unexpected(fault(name, "is missing"));
+  const auto bad = [&](const std::string& what) { return tl::unexpected(fault(name, what)); };
+  const Bytes bytes = found->second;
+  constexpr std::string_view kMagic = "\x93NUMPY";
+  constexpr std::size_t kVersionEnd = 8;
+  if (!holds(bytes, 0, kVersionEnd + 4) || std::string_view(bytes.data(), kMagic.size()) != kMagic) {
+    return bad("is no NumPy array");
+  }
+  const int version = bytes[6];
+  if (version < 1 || version > 3) return bad("is of an unknown version of NumPy's format");
+  const std::size_t begin = kVersionEnd + (version == 1 ? 2 : 4);
+  const std::size_t size =
+      version == 1 ? number<std::uint16_t>(bytes, kVersionEnd) : number<std::uint32_t>(bytes, kVersionEnd);
+  if (!holds(bytes, begin, size)) return bad("is cut short in its header");
+
+  const std::string_view dictionary(bytes.data() + begin, size);
+  const auto type = entry(dictionary, "'descr'", '\'', '\'');
+  const auto shape = entry(dictionary, "'shape'", '(', ')');
+  if (!type) return bad("is no plain array: float64 or float32, or a string");
+  const auto extents = shape ? parseShape(*shape) : std::nullopt;
+  if (!extents) return bad("has no shape");
+  Member member{.type = std::string(*type),
+                .fortran = entry(dictionary, "'fortran_order'", 'T', 'e').has_value(),
+                .shape = *extents,
+                .data = bytes.subspan(begin + size)};
+  if (type->size() > 2) std::from_chars(type->data() + 2, type->data() + type->size(), member.size);
+  if (type->size() > 1 && (*type)[1] == 'U') member.size *= member.size < kElsewhere ? 4 : 0;  // UTF-32
+  if (member.size == 0) return bad("is of type " + member.type + ": float64 or float32, or a string, is read");
+  for (const std::size_t extent : member.shape) {
+    if (extent == 0) return bad("is empty");
+    if (member.count > member.data.size() / extent) return bad("is cut short: its shape needs more numbers");
+    member.count *= extent;
+  }
+  if (member.data.size() % member.size != 0 || member.data.size() / member.size != member.count) {
+    return bad("has a shape and a size that contradict each other");
+  }
+  return member;
+}
+
+tl::expected<NumpyArray, FileError> NumpyFile::numbers(const std::string& name) const {
+  auto found = member(name);
+  if (!found) return tl::unexpected(found.error());
+  NumpyArray array{.shape = found->shape, .values = std::vector<double>(found->count)};
+  const auto read = [&](auto example) {
+    for (std::size_t i = 0; i < found->count; ++i) {
+      decltype(example) value;
+      std::memcpy(&value, found->data.data() + i * sizeof value, sizeof value);
+      array.values[found->fortran ? fromFortran(i, array.shape) : i] = value;
+    }
+  };
+  if (found->type == "<f8") {
+    read(double{});
+  } else if (found->type == "<f4") {
+    read(float{});
+  } else {
+    return tl::unexpected(fault(name, "is of type " + found->type + ": float64 or float32, little endian, is read"));
+  }
+  for (std::size_t i = 0; i < array.values.size(); ++i) {
+    if (std::isfinite(array.values[i])) continue;
+    return tl::unexpected(
+        fault(name + indices(i, array.shape), std::isnan(array.values[i]) ? "is NaN" : "is infinite"));
+  }
+  return array;
+}
+
+tl::expected<std::string, FileError> NumpyFile::text(const std::string& name) const {
+  auto found = member(name);
+  if (!found) return tl::unexpected(found.error());
+  const auto bad = tl::unexpected(fault(name, "is no string"));
+  if (found->type.size() < 2 || found->count != 1 || (found->type[1] != 'U' && found->type[1] != 'S')) return bad;
+  const std::size_t step = found->type[1] == 'U' ? 4 : 1;
+  if (step == 4 && found->type[0] != '<') return bad;
+  std::string text;
+  for (std::size_t i = 0; i < found->data.size(); i += step) {
+    const auto code = step == 4 ? number<std::uint32_t>(found->data, i) : number<std::uint8_t>(found->data, i);
+    if (code == 0) break;
+    if (code >= 0x7f) return bad;
+    text += static_cast<char>(code);
+  }
+  return text;
+}
+
+}  // namespace sensor
