@@ -62,10 +62,16 @@ tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile) {
     auto loaded = sensor::loadGel(gelFile);
     if (!loaded) {
       const sensor::FileError& error = loaded.error();
-      return tl::unexpected(Error{.exitCode = error.unreadable ? EX_NOINPUT : EX_CONFIG,
-                                  .what = error.what,
-                                  .where = error.where,
-                                  .remedy = error.unreadable ? "sensor.gel_file names it" : ""});
+      const bool influence = error.where != gelFile;  // the gel file's own faults have a line
+      return tl::unexpected(
+          Error{.exitCode = error.unreadable ? EX_NOINPUT
+                            : error.isData   ? EX_DATAERR
+                                             : EX_CONFIG,
+                .what = error.what,
+                .where = error.where,
+                .remedy = error.isData       ? "write it again, as docs/influence-file.md says"
+                          : error.unreadable ? (influence ? "gel.influence_file names it" : "sensor.gel_file names it")
+                                             : ""});
     }
     sensor = *std::move(loaded);
     if (auto same = calibrate::verifyCalibration(sensor, gelFile); !same) return tl::unexpected(same.error());
@@ -102,7 +108,9 @@ tl::expected<void, Error> Instrument::build() {
   description_.softwareVersion = TRACTIOND_VERSION;
   description_.host = publish::hostId();
   description_.sensor = sensor_;
-  description_.mechanics = config.solve.model == sensor::elastic::Model::kBlock ? "block" : "half-space";
+  description_.mechanics = sensor_.body                                           ? "influence file"
+                           : config.solve.model == sensor::elastic::Model::kBlock ? "block"
+                                                                                  : "half-space";
   description_.regularisation = "tikhonov";
   description_.strength = config.solve.regularisation;
   description_.contactAware = config.solve.contactAware;
@@ -247,12 +255,14 @@ void Instrument::keepZero() {
     calibration_->drop();
     controlServer_->answerCalibration(tl::unexpected<std::string>("a new zero was taken meanwhile"));
   }
+  const std::string moved = description_.zero ? calibrate::movedBetween(sensor_, *description_.zero, finished_) : "";
   description_.zero = finished_;
   publisher_->describe(description_);
   const auto saved =
       track::saveRestPose(track::restPosePath(stateDirectory_), finished_, sensor_, camera_->info()->format);
   if (!saved) spdlog::error("the zero is in force but not kept: {}", saved.error().message());
-  spdlog::info("zero taken, {}", finished_.requested ? "as requested" : "by itself at the first start");
+  spdlog::info("zero taken, {}{}", finished_.requested ? "as requested" : "by itself at the first start",
+               moved.empty() ? "" : "; " + moved);
   const std::string touch = calibrate::touchIn(sensor_, finished_);
   if (!touch.empty()) spdlog::warn("warning: this may be no zero: {}", touch);
   if (!finished_.requested) return;  // whoever asked meanwhile waits for the one he asked for

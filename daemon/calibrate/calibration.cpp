@@ -87,6 +87,10 @@ sensor::Calibration& Calibration::made() {
 std::optional<Result> Calibration::begin(const CalibrationStep& step, const RestPose* zero, const std::string& camera,
                                          const fs::path& directory) {
   running_.reset();
+  if (inForce_.body && step.kind != Kind::kNoise && step.kind != Kind::kFinish) {
+    return refused("only the noise of a body with an influence file can be calibrated; its stiffness is "
+                   "gel.youngs_modulus_pa");
+  }
   if (step.kind == Kind::kStiffness) return stiffness();
   if (step.kind == Kind::kFinish) return finish(step.name, camera, directory);
   if (zero == nullptr) return refused("there is no zero yet: take one with nothing touching the gel");
@@ -333,8 +337,22 @@ Result Calibration::finish(const std::string& name, const std::string& camera, c
 std::string calibrationHash(const sensor::Sensor& sensor) {
   sensor::Sensor plain = sensor;
   if (plain.calibration) plain.calibration->hash.clear();
+  Hasher hasher;
   const std::string text = sensor::gelText(plain);
-  return toHex(hash128(text.data(), text.size()));
+  hasher.bytes(text.data(), text.size());
+  if (plain.body) {
+    const sensor::Body& body = *plain.body;
+    const auto add = [&hasher](const auto& numbers) {
+      hasher.range(std::span(numbers.data(), static_cast<std::size_t>(numbers.size())));
+    };
+    hasher.value(body.youngsModulus);
+    add(body.influence);
+    add(body.nodes);
+    add(body.normals);
+    add(body.areas);
+    add(body.markers);
+  }
+  return toHex(hasher.digest());
 }
 
 tl::expected<void, Error> verifyCalibration(const sensor::Sensor& sensor, const std::string& path) {
@@ -353,7 +371,23 @@ std::string cameraId(const std::string& vendor, const std::string& serial) {
   return id;
 }
 
+std::string movedBetween(const sensor::Sensor& sensor, const RestPose& before, const RestPose& after) {
+  std::vector<float> moved(after.position_px);
+  std::vector<std::uint8_t> both(after.present);
+  for (std::size_t i = 0; i < both.size(); ++i) {
+    both[i] = after.present[i] != 0 && before.present[i] != 0 ? 1 : 0;
+    moved[2 * i] -= before.position_px[2 * i];
+    moved[2 * i + 1] -= before.position_px[2 * i + 1];
+  }
+  const auto motion = PictureMotionFit(sensor)({moved, both});
+  if (!motion) return "";
+  return fmt::format("the picture is moved by ({:+.3f}, {:+.3f}) px, scale {:+.1e}, roll {:+.1e} rad, the markers by "
+                     "{:.3f} px besides, against the zero before",
+                     motion->value[0], motion->value[1], motion->value[2], motion->value[3], motion->rms_px);
+}
+
 std::string touchIn(const sensor::Sensor& sensor, const RestPose& zero, const GeometryOptions& options) {
+  if (sensor.body) return "";  // no flat layers, whose bulge would show it
   const Geometry found = fitGeometry(sensor, zero.position_px, zero.present, options);
   if (found.outcome != Geometry::Outcome::kConverged || !found.bulge.found()) return "";
   return touching(found.bulge);

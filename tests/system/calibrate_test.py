@@ -27,16 +27,12 @@ k2 = 0.02
 position_mm = [1.2, -0.8, 158.1]
 rotation_rad = [0.006, -0.009, 0.012]
 """
-WEIGHTS = """format = 1
-period_s = 60
-[gel]
-youngs_modulus_pa = 200000
-[[contacts]]
-radius_mm = 4
-x_mm = 1.3
-y_mm = -2.1
-time_s    = [20, 21,       29,       29.5, 31, 32,      40,      40.5, 42, 43,       51,       51.5]
-force_z_n = [0,  0.980665, 0.980665, 0,    0,  1.96133, 1.96133, 0,    0,  4.903325, 4.903325, 0]
+# What the daemon is told at first. Coarser nodes, so that an inverse takes no time; the calibration has none.
+NOMINAL = """format = 1
+[nodes]
+columns = 20
+rows = 20
+pitch_mm = 3.6
 """
 
 
@@ -59,14 +55,14 @@ class Calibrate(unittest.TestCase):
                 reports[report["step"]] = report
         return reports
 
-    def running(self, scenario, *options, config="", **twin_options):
-        twin = self.bench.twin(scenario, *options, ready=False, **twin_options)
-        daemon = self.bench.daemon(config)
-        self.bench.subscribe(daemon).collect(1, "field")
+    def running(self, scenario, *options, gel=NOMINAL):
+        twin = self.bench.twin(scenario, *options, ready=False)
+        daemon = self.bench.daemon(f'[sensor]\ngel_file = "{self.file("nominal.toml", gel)}"\n')
+        daemon.wait_for("zero taken, by itself", 60)
         return twin, daemon
 
-    def scenario(self, text):
-        path = self.bench.folder / "scenario.toml"
+    def file(self, name, text):
+        path = self.bench.folder / name
         path.write_text(text)
         return path
 
@@ -108,16 +104,15 @@ class Calibrate(unittest.TestCase):
         self.assertRegex(texts[0], r'hash = "[0-9a-f]{32}"')
 
         # A changed number makes the file void; a newer layout is named.
-        changed, newer = self.bench.folder / "changed.toml", self.bench.folder / "newer.toml"
-        changed.write_text(re.sub("youngs_modulus_pa = .*", "youngs_modulus_pa = 180000", texts[0], count=1))
-        newer.write_text(texts[0].replace("format = 1", "format = 2"))
+        changed = self.file("changed.toml", re.sub("youngs_modulus_pa = .*", "youngs_modulus_pa = 180000", texts[0], 1))
+        newer = self.file("newer.toml", texts[0].replace("format = 1", "format = 2"))
         check = ("--check-config",)
         self.refused(CONFIG, f'[sensor]\ngel_file = "{changed}"\n', "changed after its calibration", options=check)
         self.refused(CONFIG, f'[sensor]\ngel_file = "{newer}"\n', "newer than this program", options=check)
 
         # Another camera is refused; with its own the daemon reads newtons.
         config = f'[sensor]\ngel_file = "{paths[0]}"\n'
-        press = self.scenario(GEL + "[[contacts]]\nradius_mm = 3\nx_mm = -4\ny_mm = 3\ntime_s = [4, 5]\n"
+        press = self.file("press.toml", GEL + "[[contacts]]\nradius_mm = 3\nx_mm = -4\ny_mm = 3\ntime_s = [4, 5]\n"
                               "force_z_n = [0, 3]\nforce_x_n = [0, 0.6]\n")
         other = self.bench.twin("idle", address="127.0.0.2", ready=False)
         self.refused(CONFIG, config, "Traction-127-0-0-1", "Traction-127-0-0-2", camera="127.0.0.2")
@@ -131,7 +126,7 @@ class Calibrate(unittest.TestCase):
         self.assertEqual(daemon.stop(), 0, daemon.output())
 
     def test_weights_in_the_wrong_order_are_noticed(self):
-        _, daemon = self.running(self.scenario(WEIGHTS))
+        _, daemon = self.running("calibrate")
         code, output = self.ctl(daemon, "calibrate", "weights", "--weights", "100gf,500gf,200gf", "--yes")
         self.assertEqual(code, TEMPORARY, output)
         self.assertIn("the weights were in the wrong order", output.splitlines()[-1])
@@ -140,8 +135,8 @@ class Calibrate(unittest.TestCase):
         self.assertIn("nothing has been measured", output)
 
     def test_a_touched_rest_pose_is_noticed(self):
-        _, daemon = self.running(self.scenario(
-            "format = 1\nperiod_s = 1000\n[[contacts]]\nradius_mm = 3\nx_mm = 12\ntime_s = [4, 5]\nforce_z_n = [0, 0.5]\n"))
+        _, daemon = self.running(self.file("scenario.toml", "format = 1\nperiod_s = 1000\n[[contacts]]\nradius_mm = 3\n"
+                                           "x_mm = 12\ntime_s = [4, 5]\nforce_z_n = [0, 0.5]\n"))
         self.bench.subscribe(daemon).collect(None, until=lambda field: field.resultant_N.z > 0.4)
         time.sleep(1.5 * rig.PATIENCE)
         code, output = self.ctl(daemon, "zero")
@@ -153,9 +148,9 @@ class Calibrate(unittest.TestCase):
         self.assertIn("take it away", output)
 
     def test_drift_is_published_and_not_mended(self):
-        _, daemon = self.running(self.scenario(
-            "format = 1\nperiod_s = 1000\n[warmth]\ntime_s = [4, 8]\nrise_k = [0, 1]\nshift_px_per_k = [0.3, -0.2]\n"
-            "roll_rad_per_k = 2e-4\n"))
+        _, daemon = self.running(self.file(
+            "scenario.toml", "format = 1\nperiod_s = 1000\n[warmth]\ntime_s = [4, 8]\nrise_k = [0, 1]\n"
+            "shift_px_per_k = [0.3, -0.2]\nroll_rad_per_k = 2e-4\n"))
         statuses = self.bench.subscribe(daemon, "traction/v1/default/status/")
         status = statuses.collect(None, "status", until=lambda status: status.rest_drift.shift_u_px > 0.295)[-1]
         drift = status.rest_drift
@@ -171,6 +166,7 @@ class Calibrate(unittest.TestCase):
         self.assertIn("drifted by (+0.", output)
         code, _ = self.ctl(daemon, "zero")
         self.assertEqual(code, DONE)
+        daemon.wait_for(r"zero taken, as requested; the picture is moved by \(\+0\.(29|30)")
         after = statuses.collect(4, "status")[-1].rest_drift
         self.assertLess(abs(after.shift_u_px), 0.01)
 
@@ -181,13 +177,12 @@ class Calibrate(unittest.TestCase):
                                      window_thickness_mm=10.0)
         noise, pixels = np.random.default_rng(1), camera.project(independent.MARKERS)
         levels = independent.picture(camera, pixels)
-        pictures, gel = self.bench.folder / "pictures.raw", self.bench.folder / "gel.toml"
-        gel.write_text(nominal.gel_file())
+        pictures = self.bench.folder / "pictures.raw"
         with open(pictures, "wb") as file:
             for _ in range(60):
                 file.write(independent.frame(levels, "RGB8", noise))
         _, daemon = self.running("idle", "--images", pictures, "--rate", 20,
-                                 config=f'[sensor]\ngel_file = "{gel}"\n[solve]\nmodel = "half-space"\n')
+                                 gel=nominal.gel_file() + NOMINAL.partition("\n")[2])
         found = self.calibrate(daemon, "geometry")["geometry"]["figures"]
         value = {name: figure["value"] for name, figure in found.items()}
         fitted = independent.Camera(
