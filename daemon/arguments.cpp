@@ -10,7 +10,7 @@ namespace {
 constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
    0  stopped as asked
   64  the command line is wrong
-  65  a file in the state directory is damaged or belongs to another sensor
+  65  an influence file, or a file in the state directory, is damaged or belongs to another sensor
   66  a file cannot be read
   69  no camera, or an address is in use
   70  a bug: the account of the frames does not balance

@@ -29,6 +29,7 @@ constexpr std::uint32_t kLocalMember = 0x04034b50, kDirectoryMember = 0x02014b50
 constexpr std::size_t kLocalSize = 30, kDirectorySize = 46, kEndSize = 22, kLongestComment = 0xffff;
 constexpr std::uint32_t kElsewhere = 0xffffffff;  // a size or place beyond 4 GiB stands in an extension
 constexpr std::uintmax_t kLargestFile = kElsewhere;
+constexpr const char* kContradiction = "has a shape that its size contradicts";
 
 /// Little endian.
 template <typename T>
@@ -210,11 +211,11 @@ tl::expected<NumpyFile::Member, FileError> NumpyFile::member(const std::string& 
   if (member.size == 0) return bad("is of type " + member.type + ": float64 or float32, or a string, is read");
   for (const std::size_t extent : member.shape) {
     if (extent == 0) return bad("is empty");
-    if (member.count > member.data.size() / extent) return bad("is cut short: its shape needs more numbers");
+    if (member.count > member.data.size() / extent) return bad(kContradiction);
     member.count *= extent;
   }
   if (member.data.size() % member.size != 0 || member.data.size() / member.size != member.count) {
-    return bad("has a shape and a size that contradict each other");
+    return bad(kContradiction);
   }
   return member;
 }
