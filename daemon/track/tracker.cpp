@@ -56,7 +56,7 @@ constexpr std::size_t kAppearancePlaces = 300;
 
 std::vector<Vector> nominalPlaces(const sensor::Sensor& sensor) {
   const sensor::Projection project(sensor.camera, sensor.gel.size.z());
-  const sensor::Points points = sensor::markerPositions(sensor.layers);
+  const sensor::Points points = sensor::markerPositions(sensor);
   std::vector<Vector> places;
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const Eigen::Vector2f place = project(points.col(i)).cast<float>();
@@ -199,8 +199,10 @@ Outcome Tracker::track(const Frame& frame, MarkerField& field) {
   searches_ = kSearches;
   acquireIn_ = std::max(0, acquireIn_ - 1);
   bool relabelled = false;
-  torn_ = false;
-  if (frame.info.discontinuity || !following_) tears_.forget();
+  if (frame.info.discontinuity || !following_) {
+    tears_.forget();
+    torn_ = false;
+  }
   if (frame.info.discontinuity || !following_) {
     std::fill(valid_.begin(), valid_.end(), std::uint8_t{0});
     if (frame.info.discontinuity || acquireIn_ == 0) relabelled = acquire();
@@ -270,6 +272,8 @@ bool Tracker::acquire() {
 }
 
 void Tracker::follow() {
+  const bool wasTorn = torn_;
+  torn_ = false;
   previous_ = place_;
   wasValid_ = valid_;
   for (int i = 0; i < markers_; ++i) {
@@ -282,7 +286,10 @@ void Tracker::follow() {
     for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
       heedSlope(layer, i, centres_[i]);
       if (accept(i, centres_[i], {guesses_[i].u, guesses_[i].v})) continue;
-      if (wanted(i) && velocity_[i].squared() > 1.0F) fitAt(layer, i, previous_[i]);  // it may have stopped
+      if (!wanted(i)) continue;
+      if (velocity_[i].squared() > 1.0F && fitAt(layer, i, previous_[i])) continue;  // it may have stopped
+      // What the torn frame had moved aside is back where the last whole one had it.
+      if (wasTorn && wasValid_[i] && tears_.referenceValid()[i]) fitAt(layer, i, rest_[i] + tears_.reference_px()[i]);
     }
   }
   finishFrame(false);
@@ -297,16 +304,6 @@ void Tracker::finishFrame(bool thorough) {
   for (Layer& layer : layers_) layer.trust.prune(displacement_, valid_, thorough);
   learnSlopes();
   guessLost();
-  if (torn_) stepBack();
-}
-
-/// The next frame goes on from the last whole one.
-void Tracker::stepBack() {
-  for (int i = 0; i < markers_; ++i) {
-    if (!tears_.referenceValid()[i]) continue;
-    place_[i] = rest_[i] + tears_.reference_px()[i];
-    velocity_[i] = {};
-  }
 }
 
 Guess Tracker::guessAt(int marker, Vector place) const {

@@ -92,7 +92,6 @@ class Tracker {
   void weigh();
   void markOverlaps();
   void guessLost();
-  void stepBack();
   void write(const FrameInfo& info, bool relabelled, MarkerField& field);
 
   // The start and the zero.

@@ -104,11 +104,18 @@ Figures measure(const Condition& c) {
       scene.now.colwise() += part * whole;
       scene.now.rightCols(scene.sensor.layers[1].count()).colwise() += apart;
     };
-    for (int step = 0; step < 4; ++step) {  // not seen by the statistics: the markers are on their way
+    // On the way, unseen by the statistics: off the last pose and on to this one, 7 px a frame at most.
+    const Eigen::Matrix2Xd last = scene.now;
+    go(0.0);
+    const Eigen::Matrix2Xd unloaded = scene.now;
+    for (int step = 1; step <= 4; ++step) {
+      scene.now = last + 0.25 * step * (unloaded - last);
+      tracking(scene.shoot(false, brightness));
+    }
+    for (int step = 1; step <= 4; ++step) {
       go(0.25 * step);
       tracking(scene.shoot(false, brightness));
     }
-    go(1.0);
     const std::vector<double> bounds = boundsOf(scene, c.now, brightness);
     const auto markers = static_cast<std::size_t>(scene.markers());
     std::vector<Eigen::Vector2d> sum(markers, Eigen::Vector2d::Zero());
@@ -195,12 +202,15 @@ std::vector<Condition> conditions() {
   all.push_back(always("dust", dusty));
   all.push_back({"dust after the zero", plain, dusty});
   all.push_back({"dust after, Bayer", plain, dusty, twin::Format::kBayerRG8});
-  all.push_back({"red passes before blue", plain, plain, twin::Format::kRgb8, 1.0, 1.0, 4.0, 18.0});
-  all.push_back({"red before blue, Bayer", plain, plain, twin::Format::kBayerRG8, 1.0, 1.0, 4.0, 18.0});
+  all.push_back({"red passes before blue", plain, plain, twin::Format::kRgb8, 1.0, 1.0, 4.0, 8.0});
+  all.push_back({"red before blue, Bayer", plain, plain, twin::Format::kBayerRG8, 1.0, 1.0, 4.0, 8.0});
   all.push_back({"pressed hard", plain, plain, twin::Format::kRgb8, 1.0, 1.0, 25.0});
   return all;
 }
 
+// The systematic part holds what the means over eight frames carry along, about 0.003 px at a contrast of 100: it is
+// part of the variance. So it is held against 0.005 px where noise is that of the stated picture, and in parts of the
+// deviation elsewhere.
 TEST(Limit, CentresAreNearTheBoundAndVariancesAreTrue) {
   std::printf("%-32s %8s %8s %6s %9s %6s %8s %8s %7s\n", "", "rms px", "bound", "ratio", "system.", "chi2", "> 3 dev",
               "largest", "valid");
@@ -208,6 +218,12 @@ TEST(Limit, CentresAreNearTheBoundAndVariancesAreTrue) {
     const Figures f = measure(c);
     std::printf("%-32s %8.4f %8.4f %6.3f %9.4f %6.3f %7.2f%% %8.1f %6.1f%%\n", c.name, f.rms_px, f.bound_px,
                 f.rms_px / f.bound_px, f.systematic_px, f.chi2, 100.0 * f.tails, f.largest, 100.0 * f.valid);
+    EXPECT_LE(f.rms_px, 1.3 * f.bound_px) << c.name;
+    EXPECT_LE(f.systematic_px, std::max(0.005, 0.4 * f.rms_px)) << c.name;
+    EXPECT_GE(f.chi2, 0.8) << c.name;
+    EXPECT_LE(f.chi2, 1.25) << c.name;
+    EXPECT_LE(f.tails, 0.01) << c.name;
+    EXPECT_GE(f.valid, 0.75) << c.name;
   }
 }
 
