@@ -296,6 +296,15 @@ void put(Json& json, const Description& description) {
   } else {
     json.null();
   }
+  json.key("body");
+  if (description.body) {
+    json.open('{').key("node_positions_m").vectors(description.body->nodePositions_m);
+    json.key("node_normals").vectors(description.body->nodeNormals);
+    json.key("node_areas_m2").numbers(description.body->nodeAreas_m2);
+    json.key("marker_positions_m").vectors(description.body->markerPositions_m).close('}');
+  } else {
+    json.null();
+  }
 }
 
 void put(Json& json, const char* name, const Quantiles& quantiles) {

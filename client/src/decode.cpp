@@ -97,6 +97,17 @@ Zero zeroOf(const pb::Zero& from) {
   return zero;
 }
 
+Body bodyOf(const pb::Body& from) {
+  Body body;
+  body.nodePositions_m = vectorsOf<3>(from.node_positions_m());
+  body.nodeNormals = vectorsOf<3>(from.node_normals());
+  body.nodeAreas_m2.assign(from.node_areas_m2().begin(), from.node_areas_m2().end());
+  body.markerPositions_m = vectorsOf<3>(from.marker_positions_m());
+  const std::size_t nodes = body.nodePositions_m.size();
+  require(body.nodeNormals.size() == nodes && body.nodeAreas_m2.size() == nodes, "the body's nodes have other sizes");
+  return body;
+}
+
 bool isThisHost(const std::string& host) {
   std::string text;
   std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), text);
@@ -157,6 +168,7 @@ Description descriptionOf(const pb::Description& from) {
                         solver.detection_limit_normal_n()};
   description.calibration = {idOf(from.calibration().id()), from.calibration().time_ns()};
   if (from.has_zero()) description.zero = zeroOf(from.zero());
+  if (from.has_body()) description.body = bodyOf(from.body());
   return description;
 }
 

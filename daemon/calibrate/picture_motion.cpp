@@ -36,7 +36,7 @@ float medianOf(std::array<float, 9>& values, int count) {
 }  // namespace
 
 PictureMotionFit::PictureMotionFit(const sensor::Sensor& sensor) {
-  const sensor::Points markers = sensor::markerPositions(sensor.layers);
+  const sensor::Points markers = sensor::markerPositions(sensor);
   const sensor::Projection project(sensor.camera, sensor.gel.size.z());
   place_.resize(2, markers.cols());
   for (Eigen::Index i = 0; i < markers.cols(); ++i) {
@@ -75,6 +75,7 @@ std::optional<PictureMotion> PictureMotionFit::operator()(const Displacements& d
 Bulge largestBulge(const sensor::Sensor& sensor, const Displacements& displacements, double allowance_px) {
   Bulge bulge;
   std::vector<double> squares;  // of what single markers differ by from their neighbourhood
+  const sensor::Points markers = sensor::markerPositions(sensor);
   Eigen::Index first = 0;
   for (const sensor::MarkerLayer& layer : sensor.layers) {
     for (int row = 1; row + 1 < layer.rows; ++row) {
@@ -99,7 +100,7 @@ Bulge largestBulge(const sensor::Sensor& sensor, const Displacements& displaceme
         }
         if (const double size = middle.norm(); size > bulge.size_px) {
           bulge.size_px = size;
-          bulge.place = layer.position(column, row).head<2>();
+          bulge.place = markers.col(own).head<2>();
         }
       }
     }

@@ -28,7 +28,7 @@ struct Description {
   std::string cameraSerial;
   std::string pixelFormat;  ///< GenICam's name, "RGB8"
 
-  std::string mechanics;       ///< "block" or "half-space"
+  std::string mechanics;       ///< "block", "half-space" or "influence file"
   std::string regularisation;  ///< name of the rule, "tikhonov"
   double strength = 0.0;       ///< its parameter, of the largest singular value of the influence matrix [1]
   bool contactAware = false;

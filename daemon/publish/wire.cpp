@@ -46,9 +46,12 @@ void set(const std::vector<std::uint8_t>& from, std::string& to) {
   to.assign(reinterpret_cast<const char*>(from.data()), from.size());
 }
 
-void set(const std::vector<float>& from, google::protobuf::RepeatedField<float>& to) {
+/// A vector's or a matrix's numbers as they are in memory.
+template <typename Numbers>
+void set(const Numbers& from, google::protobuf::RepeatedField<float>& to) {
   to.Resize(static_cast<int>(from.size()), 0.0F);
-  std::copy(from.begin(), from.end(), to.begin());
+  std::transform(from.data(), from.data() + from.size(), to.begin(),
+                 [](auto number) { return static_cast<float>(number); });
 }
 
 template <typename Vector>
@@ -124,6 +127,13 @@ void set(const sensor::Camera& from, pb::Camera& to) {
   to.set_gel_index(from.gelIndex);
   to.set_window_index(from.windowIndex);
   to.set_window_thickness_m(from.windowThickness);
+}
+
+void set(const sensor::Body& from, pb::Body& to) {
+  set(from.nodes, *to.mutable_node_positions_m());
+  set(from.normals, *to.mutable_node_normals());
+  set(from.areas, *to.mutable_node_areas_m2());
+  set(from.markers, *to.mutable_marker_positions_m());
 }
 
 /// The block of the wrench's covariances that begins at (row, column).
@@ -210,6 +220,7 @@ DescriptionMessage::DescriptionMessage(const Description& description, const std
   set(description.identity.calibration, *message.mutable_calibration()->mutable_id());
   message.mutable_calibration()->set_time_ns(description.calibrated_ns);
   if (description.zero) set(*description.zero, *message.mutable_zero());
+  if (sensor.body) set(*sensor.body, *message.mutable_body());
 }
 
 DescriptionMessage::~DescriptionMessage() = default;

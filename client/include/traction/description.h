@@ -53,7 +53,7 @@ struct Camera {
 };
 
 struct Solver {
-  std::string mechanics;       ///< "block" or "half-space"
+  std::string mechanics;       ///< "block", "half-space" or "influence file"
   std::string regularisation;  ///< name of the rule
   double strength = 0.0;       ///< of the largest singular value of the influence matrix; for Method::kWholeFace
   bool contactAware = false;
@@ -79,6 +79,15 @@ struct Zero {
   std::vector<std::uint8_t> markerPresent;            ///< 1: seen in the rest frames
 };
 
+/// A body of any shape with its own Green's functions. `layers` and `nodes` of the description then say who is whose
+/// neighbour, and their pitches, centres and depths are means. Gel frame.
+struct Body {
+  std::vector<std::array<float, 3>> nodePositions_m;
+  std::vector<std::array<float, 3>> nodeNormals;  ///< of length 1, into the body
+  std::vector<float> nodeAreas_m2;
+  std::vector<std::array<float, 3>> markerPositions_m;  ///< at rest
+};
+
 struct Description {
   Header header;
   std::string softwareVersion;  ///< of the daemon
@@ -91,6 +100,7 @@ struct Description {
   Solver solver;
   Calibration calibration;
   std::optional<Zero> zero;  ///< empty: no rest pose yet
+  std::optional<Body> body;  ///< empty: the gel is a block, its touched surface flat
 };
 
 }  // namespace traction

@@ -110,8 +110,19 @@ TEST_F(SubscriberTest, MarkersArriveNumberByNumber) {
   EXPECT_EQ(markers.validMarkers, kMarkerCount - 1U);
 }
 
+/// Two nodes and one marker.
+std::shared_ptr<const sensor::Body> smallBody() {
+  sensor::Body body;
+  body.nodes = (sensor::Points(3, 2) << 1, 4, 2, 5, 3, 6).finished();
+  body.normals = sensor::Points(Eigen::Vector3d::UnitZ().replicate(1, 2));
+  body.areas = Eigen::Vector2d(0.25, 0.5);
+  body.markers = Eigen::Vector3d(7, 8, 9);
+  return std::make_shared<const sensor::Body>(body);
+}
+
 TEST_F(SubscriberTest, DescriptionArrivesFirstAndNumberByNumber) {
   Description told = tractiond::publish::description();
+  told.sensor.body = smallBody();
   told.host = tractiond::publish::hostId();
   told.zero = tractiond::publish::restPose();
   open(told);
@@ -146,6 +157,11 @@ TEST_F(SubscriberTest, DescriptionArrivesFirstAndNumberByNumber) {
   EXPECT_EQ(description.camera.width_px, 640U);
   EXPECT_EQ(description.camera.principal_px, (Vector2{319.5, 239.5}));
   EXPECT_EQ(description.camera.position_m[2], 157e-3);
+  ASSERT_TRUE(description.body);
+  EXPECT_EQ(description.body->nodePositions_m, (std::vector<std::array<float, 3>>{{1, 2, 3}, {4, 5, 6}}));
+  EXPECT_EQ(description.body->nodeNormals, (std::vector<std::array<float, 3>>{{0, 0, 1}, {0, 0, 1}}));
+  EXPECT_EQ(description.body->nodeAreas_m2, (std::vector<float>{0.25F, 0.5F}));
+  EXPECT_EQ(description.body->markerPositions_m, (std::vector<std::array<float, 3>>{{7, 8, 9}}));
   EXPECT_EQ(description.solver.mechanics, "block");
   EXPECT_EQ(description.solver.strength, 1e-3);
   EXPECT_EQ(description.calibration.id, idOf(20));

@@ -243,6 +243,7 @@ TEST(Wire, DescriptionArrivesNumberByNumber) {
   EXPECT_EQ(message.nodes().rows(), 24U);
   EXPECT_EQ(message.nodes().pitch_m(), 3e-3);
   EXPECT_EQ(message.nodes().centre_m().x(), 0.0);
+  EXPECT_FALSE(message.has_body());
   const pb::Camera& camera = message.camera();
   EXPECT_EQ(camera.vendor(), "Acme");
   EXPECT_EQ(camera.model(), "Eye");
