@@ -22,9 +22,12 @@ double square(double x) {
 
 }  // namespace
 
-Contacts::Contacts(const sensor::NodeGrid& nodes)
-    : nodes_(nodes)
-    , indexAt_(static_cast<std::size_t>(nodes.count()), -1) {
+Contacts::Contacts(const sensor::Sensor& sensor)
+    : grid_(sensor.nodes)
+    , positions_(sensor::nodePositions(sensor))
+    , normals_(sensor::nodeNormals(sensor))
+    , areas_(sensor::nodeAreas(sensor))
+    , indexAt_(static_cast<std::size_t>(sensor.nodes.count()), -1) {
   constexpr std::size_t kNodes = ContactStep::kMostNodes;
   for (auto* each : {&order_, &hill_, &peak_, &parent_}) each->reserve(kNodes);
   magnitude_.reserve(kNodes);
@@ -71,10 +74,10 @@ void Contacts::divide(const ContactStep& step) {
   peak_.clear();
   parent_.clear();
   for (const int i : order_) {
-    const int row = nodes[i] / nodes_.columns, column = nodes[i] % nodes_.columns;
-    for (int r = std::max(0, row - 1); r <= std::min(nodes_.rows - 1, row + 1); ++r) {
-      for (int c = std::max(0, column - 1); c <= std::min(nodes_.columns - 1, column + 1); ++c) {
-        const int neighbour = indexAt_[r * nodes_.columns + c];
+    const int row = nodes[i] / grid_.columns, column = nodes[i] % grid_.columns;
+    for (int r = std::max(0, row - 1); r <= std::min(grid_.rows - 1, row + 1); ++r) {
+      for (int c = std::max(0, column - 1); c <= std::min(grid_.columns - 1, column + 1); ++c) {
+        const int neighbour = indexAt_[r * grid_.columns + c];
         if (neighbour < 0 || neighbour == i || hill_[neighbour] < 0) continue;
         const int other = hillOf(neighbour);
         if (hill_[i] < 0) {
@@ -101,11 +104,8 @@ Contact Contacts::describe(const ContactStep& step, int hill) {
   const auto forces = step.forces();
   const auto count = static_cast<int>(nodes.size());
   Contact contact;
-  double sum = 0.0, squares = 0.0;
-  const auto position = [&](int i) {
-    const Eigen::Vector3d p = nodes_.position(nodes[i] % nodes_.columns, nodes[i] / nodes_.columns);
-    return std::array{p.x(), p.y()};
-  };
+  double sum = 0.0, squares = 0.0;  // of the forces; squares by area
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   const auto functional = [&](auto value) {
     std::fill(functional_.begin(), functional_.end(), 0.0);
     for (int i = 0; i < count; ++i) {
@@ -115,38 +115,38 @@ Contact Contacts::describe(const ContactStep& step, int hill) {
   functional([&](int i, double*) {
     for (int axis = 0; axis < 3; ++axis) contact.force_N[axis] += forces[3 * i + axis];
     sum += magnitude_[i];
-    squares += square(magnitude_[i]);
+    squares += square(magnitude_[i]) / areas_[nodes[i]];
+    normal += magnitude_[i] * normals_.col(nodes[i]);
   });
+  normal.normalize();
   for (int axis = 0; axis < 3; ++axis) {
     functional([&](int, double* f) { f[axis] = 1.0; });
     contact.forceDeviation_N[axis] = deviation(step);
   }
 
   // The centre of what presses, or, where nothing does, of all forces along their sum.
-  const double length = std::sqrt(square(contact.force_N[0]) + square(contact.force_N[1]) + square(contact.force_N[2]));
-  const bool presses = contact.force_N[2] > 5.0 * contact.forceDeviation_N[2];
-  std::array<double, 3> along = {0.0, 0.0, 1.0};
-  if (!presses && length > 0.0) {
-    for (int axis = 0; axis < 3; ++axis) along[axis] = contact.force_N[axis] / length;
-  }
-  const double total = presses ? contact.force_N[2] : length;
+  const auto force = Eigen::Vector3d::Map(contact.force_N.data());
+  const auto deviations = Eigen::Vector3d::Map(contact.forceDeviation_N.data());
+  const bool presses = normal.dot(force) > 5.0 * normal.cwiseProduct(deviations).norm();
+  const Eigen::Vector3d along = presses ? normal : force.normalized();
+  const double total = along.dot(force);
   for (int axis = 0; axis < 2; ++axis) {
     double moment = 0.0;
     functional([&](int i, double*) {
-      for (int k = 0; k < 3; ++k) moment += position(i)[axis] * along[k] * forces[3 * i + k];
+      for (int k = 0; k < 3; ++k) moment += positions_(axis, nodes[i]) * along[k] * forces[3 * i + k];
     });
     contact.position_m[axis] = moment / total;
     functional([&](int i, double* f) {
-      for (int k = 0; k < 3; ++k) f[k] = along[k] * (position(i)[axis] - contact.position_m[axis]) / total;
+      for (int k = 0; k < 3; ++k) f[k] = along[k] * (positions_(axis, nodes[i]) - contact.position_m[axis]) / total;
     });
     contact.positionDeviation_m[axis] = deviation(step);
   }
 
-  const double cell = square(nodes_.pitch);
-  contact.area_m2 = cell * square(sum) / squares;
+  contact.area_m2 = square(sum) / squares;
   functional([&](int i, double* f) {
     for (int k = 0; k < 3; ++k) {
-      f[k] = 2.0 * contact.area_m2 * (1.0 / sum - magnitude_[i] / squares) * forces[3 * i + k] / magnitude_[i];
+      f[k] = 2.0 * contact.area_m2 * (1.0 / sum - magnitude_[i] / areas_[nodes[i]] / squares) * forces[3 * i + k] /
+             magnitude_[i];
     }
   });
   contact.areaDeviation_m2 = deviation(step);

@@ -3,7 +3,7 @@
 
 #include "daemon/records/traction_field.h"
 #include "daemon/solve/contact_step.h"
-#include "sensor/gel.h"
+#include "sensor/sensor.h"
 
 #include <array>
 #include <vector>
@@ -13,7 +13,7 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class Contacts {
  public:
-  explicit Contacts(const sensor::NodeGrid& nodes);
+  explicit Contacts(const sensor::Sensor& sensor);
 
   /// Lists the contacts of what `step` solved, strongest first, at most kMaxContacts. Returns their number.
   int list(const ContactStep& step, std::array<Contact, kMaxContacts>& contacts);
@@ -25,7 +25,9 @@ class Contacts {
   double deviation(const ContactStep& step);
   int hillOf(int index);
 
-  const sensor::NodeGrid nodes_;
+  const sensor::NodeGrid grid_;  ///< who is whose neighbour
+  const sensor::Points positions_, normals_;
+  const Eigen::VectorXd areas_;
   std::vector<int> indexAt_;        ///< of every node of the grid among the step's, -1: none
   std::vector<double> magnitude_;   ///< of the step's forces
   std::vector<int> order_, hill_;   ///< of the step's nodes: strongest first; the hill each belongs to
