@@ -122,8 +122,12 @@ Id inverseId(const sensor::Sensor& sensor, const SolveOptions& options) {
   hasher.value(sensor.gel.youngsModulus);
   hasher.value(sensor.gel.poissonRatio);
   vector(sensor.gel.size);
-  vector(sensor::markerPositions(sensor.layers));
-  vector(sensor::nodePositions(sensor.nodes));
+  vector(sensor::markerPositions(sensor));
+  vector(sensor::nodePositions(sensor));
+  if (sensor.body) {
+    hasher.value(sensor.body->youngsModulus);
+    vector(sensor.body->influence);
+  }
   const sensor::Camera& camera = sensor.camera;
   hasher.value(camera.focal_px);
   vector(camera.principal_px);

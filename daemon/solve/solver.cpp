@@ -47,13 +47,13 @@ std::array<double, 6> wrenchOf(const TractionField& field) {
   return wrench;
 }
 
-/// What the force component `axis` at (x, y) adds to each element of the wrench.
-std::array<double, 6> wrenchRow(const std::array<double, 2>& at, int axis) {
+/// What the force component `axis` at a point adds to each element of the wrench.
+std::array<double, 6> wrenchRow(const std::array<double, 3>& at, int axis) {
   switch (axis) {
   case 0:
-    return {1.0, 0.0, 0.0, 0.0, 0.0, -at[1]};
+    return {1.0, 0.0, 0.0, 0.0, at[2], -at[1]};
   case 1:
-    return {0.0, 1.0, 0.0, 0.0, 0.0, at[0]};
+    return {0.0, 1.0, 0.0, -at[2], 0.0, at[0]};
   default:
     return {0.0, 0.0, 1.0, at[1], -at[0], 0.0};
   }
@@ -66,10 +66,9 @@ Solver::Solver(const Inverse& inverse, const sensor::Sensor& sensor, const Solve
     , options_(options)
     , uncertainty_(sensor.uncertainty)
     , pitch_m_(sensor.nodes.pitch)
-    , largestForce_N_(kLinearRange * sensor.gel.youngsModulus * square(sensor.nodes.pitch))
     , missing_(inverse, static_cast<int>(options.maxMissingFraction * inverse.coordinateCount() / 2))
     , contact_(inverse, sensor.nodes, options)
-    , contacts_(sensor.nodes)
+    , contacts_(sensor)
     , everyMode_(static_cast<std::size_t>(inverse.rank()))
     , nodeNoise_(static_cast<std::size_t>(inverse.forceCount()), 0.0)
     , nodeShrinkage_(static_cast<std::size_t>(inverse.forceCount()), 1.0)
@@ -82,8 +81,12 @@ Solver::Solver(const Inverse& inverse, const sensor::Sensor& sensor, const Solve
     , forces_(static_cast<std::size_t>(inverse.right.stride()))
     , functionals_(6, std::vector<double>(ContactStep::kMostUnknowns))
     , deviations_(3 * ContactStep::kMostNodes) {
-  const sensor::Points nodes = sensor::nodePositions(sensor.nodes);
-  for (Eigen::Index n = 0; n < nodes.cols(); ++n) nodes_.push_back({nodes(0, n), nodes(1, n)});
+  const sensor::Points nodes = sensor::nodePositions(sensor);
+  const Eigen::VectorXd areas = sensor::nodeAreas(sensor);
+  for (Eigen::Index n = 0; n < nodes.cols(); ++n) {
+    nodes_.push_back({nodes(0, n), nodes(1, n), nodes(2, n)});
+    largestForce_N_.push_back(kLinearRange * sensor.gel.youngsModulus * areas[n]);
+  }
   assert(3 * nodes.cols() == inverse.forceCount());
   for (const double s : inverse.singularValues) {
     gain_.push_back(square(s) / (square(s) + square(inverse.lambda)));
@@ -299,13 +302,13 @@ void Solver::combine(double share, TractionField& field) {
 void Solver::sum(TractionField& field) const {
   std::array<double, 3> resultant{}, moment{};
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
-    const auto [x, y] = nodes_[node];
+    const auto [x, y, z] = nodes_[node];
     const double fx = field.force_N[3 * node], fy = field.force_N[3 * node + 1], fz = field.force_N[3 * node + 2];
     resultant[0] += fx;
     resultant[1] += fy;
     resultant[2] += fz;
-    moment[0] += y * fz;
-    moment[1] -= x * fz;
+    moment[0] += y * fz - z * fy;
+    moment[1] += z * fx - x * fz;
     moment[2] += x * fy - y * fx;
   }
   field.resultant_N = resultant;
@@ -326,7 +329,7 @@ void Solver::judge(double squaredResidual, TractionField& field) const {
   }
   for (std::size_t i = 0; i < field.force_N.size(); i += 3) {
     const double force = square(field.force_N[i]) + square(field.force_N[i + 1]) + square(field.force_N[i + 2]);
-    if (force > square(largestForce_N_)) {
+    if (force > square(largestForce_N_[i / 3])) {
       field.flags |= kOutOfRange;
       break;
     }

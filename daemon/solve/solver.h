@@ -44,8 +44,9 @@ class Solver {
   const Inverse& inverse_;
   const SolveOptions options_;
   const sensor::Uncertainty uncertainty_;
-  const double pitch_m_, largestForce_N_;
-  std::vector<std::array<double, 2>> nodes_;  // x, y [m]
+  const double pitch_m_;
+  std::vector<std::array<double, 3>> nodes_;  // [m]
+  std::vector<double> largestForce_N_;        // of each, up to which the uncertainty is known
   MissingMarkers missing_;
   ContactStep contact_;
   Contacts contacts_;

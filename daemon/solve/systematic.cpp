@@ -24,10 +24,10 @@ sensor::Camera strayed(const sensor::Sensor& sensor, int number) {
 }
 constexpr int kPoseNumbers = kPoseErrors / 36;
 
-/// 6 x 3: the wrench of unit forces at a point of the surface.
+/// 6 x 3: the wrench of unit forces at a point.
 Eigen::Matrix<double, 6, 3> unitWrenches(const Eigen::Vector3d& at) {
   Eigen::Matrix<double, 6, 3> wrenches;
-  wrenches << Eigen::Matrix3d::Identity(), 0.0, 0.0, at.y(), 0.0, 0.0, -at.x(), -at.y(), at.x(), 0.0;
+  wrenches << Eigen::Matrix3d::Identity(), 0.0, -at.z(), at.y(), at.z(), 0.0, -at.x(), -at.y(), at.x(), 0.0;
   return wrenches;
 }
 
@@ -36,7 +36,7 @@ Eigen::Matrix<double, 6, 3> unitWrenches(const Eigen::Vector3d& at) {
 std::vector<double> poseErrors(const sensor::Sensor& sensor, const Eigen::MatrixXd& displacement,
                                const Inverse& inverse) {
   const sensor::NodeGrid& grid = sensor.nodes;
-  const sensor::Points nodes = sensor::nodePositions(grid);
+  const sensor::Points nodes = sensor::nodePositions(sensor);
   std::vector<Eigen::Index> columns;
   Eigen::MatrixXd wrenches(6, 27);
   for (const int row : {grid.rows / 4, grid.rows / 2, grid.rows * 3 / 4}) {

@@ -1,0 +1,118 @@
+// A body of another shape, by its own Green's functions.
+#include "daemon/solve/inverse_cache.h"
+#include "daemon/solve/solver.h"
+#include "sensor/influence_file.h"
+#include "tests/unit/solve/sensors.h"
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+namespace tractiond::solve {
+namespace {
+
+using sensor::elastic::displacementMatrix;
+using sensor::elastic::Model;
+
+/// The half-space under the sensor's own grids, as an influence file would say it.
+sensor::Body flatBody(const sensor::Sensor& sensor) {
+  return {.file = "flat.npz",
+          .youngsModulus = sensor.gel.youngsModulus,
+          .influence = displacementMatrix(sensor, Model::kHalfSpace),
+          .nodes = sensor::nodePositions(sensor),
+          .normals = sensor::nodeNormals(sensor),
+          .areas = sensor::nodeAreas(sensor),
+          .markers = sensor::markerPositions(sensor)};
+}
+
+sensor::Sensor withBody(sensor::Sensor sensor, sensor::Body body) {
+  EXPECT_TRUE(sensor::setBody(sensor, std::move(body)));
+  return sensor;
+}
+
+sensor::Sensor plainSensor() {
+  sensor::Sensor sensor;
+  for (sensor::MarkerLayer& layer : sensor.layers) layer.columns = layer.rows = 14;
+  sensor.nodes.columns = sensor.nodes.rows = 12;
+  return sensor;
+}
+
+Inverse inverseOf(const sensor::Sensor& sensor) {
+  SolveOptions options;
+  options.model = Model::kHalfSpace;
+  return loadOrCompute(sensor, options, "/dev/null/none").value();
+}
+
+/// Solves a noiseless press and shear on four nodes around (column, row).
+TractionField pressed(const sensor::Sensor& sensor, const Inverse& inverse) {
+  Eigen::VectorXd forces = Eigen::VectorXd::Zero(3 * sensor.nodes.count());
+  for (const int node : {62, 63, 74, 75}) forces.segment<3>(3 * node) << 0.02, -0.01, 0.1;
+  const Eigen::MatrixXd influence = influenceMatrix(sensor, Model::kHalfSpace);
+  TractionField field;
+  field.resize(sensor.markerCount(), sensor.nodes.count());
+  Solver(inverse, sensor).solve(fieldOf(influence * forces), field);
+  EXPECT_TRUE(field.valid);
+  return field;
+}
+
+TEST(Body, FlatHalfSpaceReadsAsTheModel) {
+  const sensor::Sensor plain = plainSensor(), body = withBody(plain, flatBody(plain));
+  const TractionField a = pressed(plain, inverseOf(plain)), b = pressed(body, inverseOf(body));
+  for (std::size_t i = 0; i < a.force_N.size(); ++i) EXPECT_NEAR(a.force_N[i], b.force_N[i], 1e-7);
+  for (std::size_t i = 0; i < 36; ++i) {
+    EXPECT_NEAR(a.noise[i], b.noise[i], 1e-12);
+    EXPECT_NEAR(a.systematic[i], b.systematic[i], 1e-9);
+  }
+  ASSERT_EQ(a.contactCount, 1);
+  ASSERT_EQ(b.contactCount, 1);
+  EXPECT_NEAR(a.contacts[0].position_m[0], b.contacts[0].position_m[0], 1e-9);
+  EXPECT_NEAR(a.contacts[0].area_m2, b.contacts[0].area_m2, 1e-12);
+}
+
+TEST(Body, MomentCountsWhereTheNodesAre) {
+  const sensor::Sensor plain = smallSensor();
+  sensor::Body raised = flatBody(plain);
+  raised.nodes.row(2) = 10.0 * raised.nodes.colwise().squaredNorm();
+  const sensor::Sensor sensor = withBody(plain, std::move(raised));
+  const Inverse inverse = inverseOf(sensor);
+  Eigen::VectorXd forces = Eigen::VectorXd::Zero(inverse.forceCount());
+  forces.segment<3>(30) << 0.5, 0.2, 1.0;
+  TractionField field;
+  field.resize(sensor.markerCount(), sensor.nodes.count());
+  Solver(inverse, sensor).solve(fieldOf(influenceMatrix(sensor, Model::kHalfSpace) * forces), field);
+  ASSERT_TRUE(field.valid);
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  for (int n = 0; n < sensor.nodes.count(); ++n) {
+    moment += sensor.body->nodes.col(n).cross(Eigen::Vector3f::Map(field.force_N.data() + 3 * n).cast<double>());
+  }
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(field.moment_Nm[axis], moment[axis], 1e-12);
+}
+
+TEST(Body, AreaIsThatOfItsNodes) {
+  const sensor::Sensor plain = plainSensor();
+  sensor::Body wide = flatBody(plain);
+  wide.areas *= 2.0;
+  const sensor::Sensor sensor = withBody(plain, std::move(wide));
+  const TractionField a = pressed(plain, inverseOf(plain)), b = pressed(sensor, inverseOf(sensor));
+  ASSERT_EQ(a.contactCount, 1);
+  ASSERT_EQ(b.contactCount, 1);
+  EXPECT_NEAR(b.contacts[0].area_m2, 2.0 * a.contacts[0].area_m2, 1e-3 * a.contacts[0].area_m2);
+}
+
+TEST(Body, YoungsModulusOfTheGelScalesIt) {
+  const sensor::Sensor plain = smallSensor();
+  sensor::Sensor body = withBody(plain, flatBody(plain));
+  body.gel.youngsModulus *= 2.0;
+  EXPECT_TRUE(displacementMatrix(body, Model::kBlock).isApprox(0.5 * body.body->influence, 1e-15));
+}
+
+TEST(Body, IdIsOfItsContent) {
+  const sensor::Sensor plain = smallSensor(), body = withBody(plain, flatBody(plain));
+  sensor::Body other = flatBody(plain);
+  other.influence(5, 7) *= 1.0 + 1e-15;
+  EXPECT_NE(inverseId(plain, {}), inverseId(body, {}));
+  EXPECT_NE(inverseId(body, {}), inverseId(withBody(plain, other), {}));
+  EXPECT_EQ(inverseId(body, {}), inverseId(withBody(plain, flatBody(plain)), {}));
+}
+
+}  // namespace
+}  // namespace tractiond::solve
