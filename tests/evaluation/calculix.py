@@ -3,8 +3,8 @@
 The block is bonded at z = thickness and free elsewhere. Quadratic bricks with reduced integration (C3D20R), a quarter
 of the block: its two mirror planes split every load into four classes. Class (a, b) has a = 1 where the field is its
 own mirror image in x = 0, -1 where it is the negative of it; b likewise for y = 0. CalculiX assembles the stiffness
-matrix, a sparse Cholesky factorisation (CHOLMOD) solves it for unit forces at the markers, and by the theorem of Maxwell
-and Betti the displacements of the surface are those of the markers under forces on the surface.
+matrix, a sparse Cholesky factorisation (CHOLMOD) solves it for unit forces at the markers, and by the theorem of
+Maxwell and Betti the displacements of the surface are those of the markers under forces on the surface.
 Lengths in mm, forces in N, stresses in MPa.
 """
 
@@ -18,17 +18,38 @@ CLASSES = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
 MIRRORS = [(0, 0), (1, 0), (0, 1), (1, 1)]
 
 # Nodes of a brick in ccx's order, in halves of its edges from its corner nearest to the origin.
-BRICK = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2),
-         (1, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0), (1, 0, 2), (2, 1, 2), (1, 2, 2), (0, 1, 2),
-         (0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1)]
+BRICK = [
+    (0, 0, 0),
+    (2, 0, 0),
+    (2, 2, 0),
+    (0, 2, 0),
+    (0, 0, 2),
+    (2, 0, 2),
+    (2, 2, 2),
+    (0, 2, 2),
+    (1, 0, 0),
+    (2, 1, 0),
+    (1, 2, 0),
+    (0, 1, 0),
+    (1, 0, 2),
+    (2, 1, 2),
+    (1, 2, 2),
+    (0, 1, 2),
+    (0, 0, 1),
+    (2, 0, 1),
+    (2, 2, 1),
+    (0, 2, 1),
+]
 FACE = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)]
 
 
 def serendipity(a, b):
     """Shape functions of the quadratic face's eight nodes at (a, b) in [-1, 1]: 8 x ..."""
     corners = [(1 + s * a) * (1 + t * b) * (s * a + t * b - 1) / 4 for s, t in [(-1, -1), (1, -1), (1, 1), (-1, 1)]]
-    return np.array(corners + [(1 - a * a) * (1 - b) / 2, (1 + a) * (1 - b * b) / 2,
-                               (1 - a * a) * (1 + b) / 2, (1 - a) * (1 - b * b) / 2])
+    return np.array(
+        corners
+        + [(1 - a * a) * (1 - b) / 2, (1 + a) * (1 - b * b) / 2, (1 - a * a) * (1 + b) / 2, (1 - a) * (1 - b * b) / 2]
+    )
 
 
 def run_ccx(folder, name, lines, threads=2, may_end_early=False):
@@ -66,7 +87,9 @@ class Mesh:
         assert np.allclose(z[layer], points[2])
         i = np.clip(np.searchsorted(x, points[0], side="right") - 1, 0, len(x) - 2)
         j = np.clip(np.searchsorted(y, points[1], side="right") - 1, 0, len(y) - 2)
-        shape = serendipity(2 * (points[0] - x[i]) / (x[i + 1] - x[i]) - 1, 2 * (points[1] - y[j]) / (y[j + 1] - y[j]) - 1)
+        shape = serendipity(
+            2 * (points[0] - x[i]) / (x[i + 1] - x[i]) - 1, 2 * (points[1] - y[j]) / (y[j + 1] - y[j]) - 1
+        )
         return np.array([self.number[2 * i + s, 2 * j + t, 2 * layer] for s, t in FACE]), shape
 
     def deck(self, material):
@@ -74,12 +97,20 @@ class Mesh:
         lines = ["*NODE, NSET=ALL"]
         lines += [f"{n + 1},{p[0]:.9g},{p[1]:.9g},{p[2]:.9g}" for n, p in enumerate(self.positions)]
         lines.append("*ELEMENT, TYPE=C3D20R, ELSET=GEL")
-        cells = np.stack(np.meshgrid(*[np.arange(len(axis) - 1) for axis in self.planes], indexing="ij"), -1).reshape(-1, 3)
+        cells = np.stack(np.meshgrid(*[np.arange(len(axis) - 1) for axis in self.planes], indexing="ij"), -1).reshape(
+            -1, 3
+        )
         for element, (i, j, k) in enumerate(cells, 1):
             nodes = [str(self.number[2 * i + a, 2 * j + b, 2 * k + c]) for a, b, c in BRICK]
             lines += [f"{element}," + ",".join(nodes[:10]) + ",", ",".join(nodes[10:])]
-        lines += ["*MATERIAL, NAME=RUBBER", *material, "*DENSITY", "1e-9",
-                  "*SOLID SECTION, ELSET=GEL, MATERIAL=RUBBER", "*BOUNDARY"]
+        lines += [
+            "*MATERIAL, NAME=RUBBER",
+            *material,
+            "*DENSITY",
+            "1e-9",
+            "*SOLID SECTION, ELSET=GEL, MATERIAL=RUBBER",
+            "*BOUNDARY",
+        ]
         lines += [f"{n + 1},1,3" for n in np.flatnonzero(self.base)]
         return lines
 
@@ -118,8 +149,12 @@ class Stiffness:
 
     def __init__(self, mesh, poisson, folder):
         self.mesh, self.folder = mesh, folder
-        run_ccx(folder, "block", mesh.deck(["*ELASTIC", f"{self.YOUNG},{poisson}"]) +
-                ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"])
+        run_ccx(
+            folder,
+            "block",
+            mesh.deck(["*ELASTIC", f"{self.YOUNG},{poisson}"])
+            + ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"],
+        )
         entries = np.fromfile(folder / "block.sti", sep=" ").reshape(-1, 3)
         self.dofs = np.array([line.split(".") for line in (folder / "block.dof").read_text().split()], int)
         self.row, self.column = entries[:, 0].astype(int) - 1, entries[:, 1].astype(int) - 1
@@ -147,8 +182,13 @@ class Stiffness:
         at = [unknown[nodes][:, 1:] for nodes, _ in columns]
         used = [(a >= 0) & (forces != 0) for a, (_, forces) in zip(at, columns)]
         target = unknown[read][:, 1:]
-        self._write(columns=ends, rows=row[order], right_columns=np.cumsum([0] + [u.sum() for u in used]),
-                    right_rows=np.concatenate([a[u] for a, u in zip(at, used)]), output=target[target >= 0])
+        self._write(
+            columns=ends,
+            rows=row[order],
+            right_columns=np.cumsum([0] + [u.sum() for u in used]),
+            right_rows=np.concatenate([a[u] for a, u in zip(at, used)]),
+            output=target[target >= 0],
+        )
         self.values[inside][order].tofile(self.folder / "values")
         np.concatenate([forces[u] for u, (_, forces) in zip(used, columns)]).tofile(self.folder / "right_values")
         subprocess.run([sparse_solver(self.folder.parent), self.folder], check=True)
@@ -166,8 +206,20 @@ class Stiffness:
 def sparse_solver(folder):
     program = folder / "sparse_solver"
     if not program.exists():
-        subprocess.run(["c++", "-std=c++20", "-O2", "-I/usr/include/eigen3", "-I/usr/include/suitesparse",
-                        pathlib.Path(__file__).parent / "sparse_solver.cpp", "-lcholmod", "-o", program], check=True)
+        subprocess.run(
+            [
+                "c++",
+                "-std=c++20",
+                "-O2",
+                "-I/usr/include/eigen3",
+                "-I/usr/include/suitesparse",
+                pathlib.Path(__file__).parent / "sparse_solver.cpp",
+                "-lcholmod",
+                "-o",
+                program,
+            ],
+            check=True,
+        )
     return program
 
 
@@ -207,10 +259,17 @@ class Block:
         operator = pathlib.Path(folder) / "operator.npy"
         if not operator.exists():
             stiffness = Stiffness(mesh, poisson, operator.parent)
-            units = [(nodes, np.outer(shape, axis)) for nodes, shape in zip(self.images.nodes.T, self.images.shape.T)
-                     for axis in np.eye(3)]
-            np.save(operator, np.array([stiffness.solve(parity, units, mesh.surface) for parity in CLASSES], np.float32)
-                    .reshape(4, -1, 3, len(mesh.surface), 3))
+            units = [
+                (nodes, np.outer(shape, axis))
+                for nodes, shape in zip(self.images.nodes.T, self.images.shape.T)
+                for axis in np.eye(3)
+            ]
+            np.save(
+                operator,
+                np.array([stiffness.solve(parity, units, mesh.surface) for parity in CLASSES], np.float32).reshape(
+                    4, -1, 3, len(mesh.surface), 3
+                ),
+            )
         self.operator = np.load(operator, mmap_mode="r")  # class, marker image, 3, surface node, 3
 
     def displacement(self, points, forces):
@@ -249,8 +308,11 @@ def around_centre(thickness):
 def for_large_strain(thickness, half_width):
     """Elements that bear being deformed; with `half_width` the mirror plane x = 0 is not used."""
     across = np.concatenate([np.arange(0, 36.1, 3), [41.5, 47.5, 50]])
-    return Mesh(np.concatenate([-across[:0:-1], across]) if half_width else across, across,
-                [0, 3, 6, 8, 11, 15, 20, 27, 34, 38, thickness])
+    return Mesh(
+        np.concatenate([-across[:0:-1], across]) if half_width else across,
+        across,
+        [0, 3, 6, 8, 11, 15, 20, 27, 34, 38, thickness],
+    )
 
 
 def at_centre(thickness):
@@ -260,7 +322,7 @@ def at_centre(thickness):
 
 
 def static(mesh, parity, material, steps, markers, folder, name, large=False, extra=()):
-    """Displacements [m], steps x M x 3, in CalculiX alone: loads (points 2 x P [m], forces 3 x P [N]) one after another.
+    """Displacements [m], steps x M x 3, in CalculiX alone, of loads (points 2 x P [m], forces 3 x P [N]) one by one.
     parity[axis] 1: mirror plane; 0: the mesh spans it. Loads and fields have the symmetry that is assumed. With large
     deformations it may end early: the loads that were reached."""
     lines = mesh.deck(material)
@@ -270,7 +332,9 @@ def static(mesh, parity, material, steps, markers, folder, name, large=False, ex
     planes = mesh.number[:, :, np.isin(mesh.halves[2], (6, 8))]
     lines += ["*NSET, NSET=MARKERS", *map(str, planes[planes > 0]), *extra]
     for points, forces in steps:
-        lines += [f"*STEP{', NLGEOM, INC=1000' if large else ''}", "*STATIC, SOLVER=SPOOLES"] + (["0.25, 1.0, 1e-4"] if large else [])
+        lines += [f"*STEP{', NLGEOM, INC=1000' if large else ''}", "*STATIC, SOLVER=SPOOLES"] + (
+            ["0.25, 1.0, 1e-4"] if large else []
+        )
         if points is None:
             lines += ["*TEMPERATURE", "ALL, 1.0"]
         else:
@@ -284,7 +348,9 @@ def static(mesh, parity, material, steps, markers, folder, name, large=False, ex
             for node, weight in zip(nodes, shape):
                 np.add.at(load, node, (weight * shares).T)
             lines += ["*CLOAD, OP=NEW"]
-            lines += [f"{n},{c + 1},{load[n, c]:.9e}" for n in np.flatnonzero(load.any(1)) for c in range(3) if load[n, c]]
+            lines += [
+                f"{n},{c + 1},{load[n, c]:.9e}" for n in np.flatnonzero(load.any(1)) for c in range(3) if load[n, c]
+            ]
         lines += ["*NODE PRINT, NSET=MARKERS, FREQUENCY=1000", "U", "*END STEP"]
     if not (folder / f"{name}.finished").exists():
         run_ccx(folder, name, lines, may_end_early=large)

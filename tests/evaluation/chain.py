@@ -10,7 +10,7 @@ import numpy as np
 
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 GF = 9.80665e-3  # newtons in a gram force
-YOUNG = 0.18e6   # Pa, of the true displacements
+YOUNG = 0.18e6  # Pa, of the true displacements
 
 GEL = """format = 1
 [gel]
@@ -31,10 +31,18 @@ rotation_rad = {rotation}
 """
 
 
-def gel_text(thickness=40, poisson=0.49, young=YOUNG, red_depth=8, position=(0, 0, 157), rotation=(0, 0, 0),
-             focal=960.0):
-    return GEL.format(young=young, poisson=poisson, thickness=thickness, red_depth=red_depth, focal=focal,
-                      position=list(map(float, position)), rotation=list(map(float, rotation)))
+def gel_text(
+    thickness=40, poisson=0.49, young=YOUNG, red_depth=8, position=(0, 0, 157), rotation=(0, 0, 0), focal=960.0
+):
+    return GEL.format(
+        young=young,
+        poisson=poisson,
+        thickness=thickness,
+        red_depth=red_depth,
+        focal=focal,
+        position=list(map(float, position)),
+        rotation=list(map(float, rotation)),
+    )
 
 
 class Found(dict):
@@ -59,7 +67,9 @@ def state_directory():
 def run(displacement, gel=None, twin_gel=None, solve="", missing=None, stray=None, state=None, **options):
     """displacement: frames x markers x 3 [m]. `gel`, `twin_gel`: texts of gel files, what the daemon believes and what
     the camera sees. `solve`: lines of the configuration's [solve]. `missing`: frames x markers, 1 where not drawn.
-    `stray`: frames x 5, shift u, v [px], scale - 1, roll [rad], brightness. `state`: where inverses are kept. Others: the program's options."""
+    `stray`: frames x 5, shift u, v [px], scale - 1, roll [rad], brightness. `state`: where inverses are kept.
+    Others: the program's options.
+    """
     with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
         job = pathlib.Path(name)
         np.ascontiguousarray(displacement, float).tofile(job / "displacement.f64")
@@ -74,8 +84,9 @@ def run(displacement, gel=None, twin_gel=None, solve="", missing=None, stray=Non
                 command += [f"--{key}", job / key]
         for key, value in options.items():
             command += ["--" + key.replace("_", "-"), str(value)]
-        result = subprocess.run(list(map(str, command)), capture_output=True, text=True,
-                                env={**os.environ, "OPENBLAS_NUM_THREADS": "2"})
+        result = subprocess.run(
+            list(map(str, command)), capture_output=True, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "2"}
+        )
         if result.returncode:
             raise RuntimeError(f"{' '.join(map(str, command))}: {result.stderr}")
         found = Found()

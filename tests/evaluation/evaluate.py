@@ -8,22 +8,46 @@ import chain
 import experiments
 import report
 
-ORDER = ["mechanics", "separation", "magnitude", "direction", "point_load", "flat_disc", "bias", "models", "two_contacts", "detection",
-         "coverage", "missing", "picture_motion", "large_strain", "centres", "timing"]
+ORDER = [
+    "mechanics",
+    "separation",
+    "magnitude",
+    "direction",
+    "point_load",
+    "flat_disc",
+    "bias",
+    "models",
+    "two_contacts",
+    "detection",
+    "coverage",
+    "missing",
+    "picture_motion",
+    "large_strain",
+    "centres",
+    "timing",
+]
 
 SLOW = {"separation"}  # takes ten new inverses: not in --quick
 
 # Figures that must reach their targets for the test to pass; the others are printed. One name a figure, as in
 # experiments.py. Times are never judged here.
-MUST_REACH = ["mechanics", "magnitude", "direction", "half-width", "detection", "false alarms", "centre",
-              "centre, systematic"]
+MUST_REACH = [
+    "mechanics",
+    "magnitude",
+    "direction",
+    "half-width",
+    "detection",
+    "false alarms",
+    "centre",
+    "centre, systematic",
+]
 
 HEAD = """# Accuracy
 
-What tractiond measures when the truth is known: marker displacements from CalculiX, an independent finite-element program,
-drawn into camera pictures with the default optics (contrast 100, blur 0.8 px, cross-talk 20 %, noise 2 levels), through
-the whole chain. E = 0.18 MPa, Poisson's ratio 0.49, a block of 100 x 100 x 40 mm unless something else is said; 1 gf = 9.80665 mN.
-The paper is Kamiyama et al. 2005. This page is written by
+What tractiond measures when the truth is known: marker displacements from CalculiX, an independent finite-element
+program, drawn into camera pictures with the default optics (contrast 100, blur 0.8 px, cross-talk 20 %, noise 2
+levels), through the whole chain. E = 0.18 MPa, Poisson's ratio 0.49, a block of 100 x 100 x 40 mm unless something else
+is said; 1 gf = 9.80665 mN. The paper is Kamiyama et al. 2005. This page is written by
 
     tools/evaluate
 
@@ -34,7 +58,9 @@ and the truth in `tests/evaluation/data` by `tools/evaluate --truth`. Errors are
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--quick", action="store_true", help="fewer trials, no page")
-    parser.add_argument("--only", nargs="*", choices=ORDER, default=ORDER, help="anew; the page keeps its other sections")
+    parser.add_argument(
+        "--only", nargs="*", choices=ORDER, default=ORDER, help="anew; the page keeps its other sections"
+    )
     arguments = parser.parse_args()
     sections = chain.BUILD / "evaluation-sections"
     sections.mkdir(exist_ok=True)

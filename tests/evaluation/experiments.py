@@ -41,8 +41,11 @@ def probe(forces):
 
 
 def magnitude(report, quick):
-    report.section("Magnitude (the paper's figure 7a)", """
-        A probe of 5 mm diameter presses near the centre, 0 to 750 gf in steps of 50 gf, 10 trials, single frames.""")
+    report.section(
+        "Magnitude (the paper's figure 7a)",
+        """
+        A probe of 5 mm diameter presses near the centre, 0 to 750 gf in steps of 50 gf, 10 trials, single frames.""",
+    )
     applied = np.arange(0, 751, 50)
     trials = 10
     forces = np.zeros((trials, len(applied), 3))
@@ -59,9 +62,17 @@ def magnitude(report, quick):
         drawn[label] = total[:, :, 2]
         lines.append((label, *[f"{value:.1f}" for value in step[[0, 1, 2, 4, 8, 15]]]))
         judged = label == "pictures"
-        report.row(f"magnitude error, 0 - 750 gf, {label}", f"{rms(error):.1f} gf", "30 gf", "<= 3 gf + 1 %" if judged else "",
-                   *(1, step[worst] / (3 + 0.01 * applied[worst])) if judged else (), name="magnitude")
-        report.row("    worst step", f"{step[worst]:.1f} gf at {applied[worst]} gf, mean off {error[:, worst].mean():+.1f}")
+        report.row(
+            f"magnitude error, 0 - 750 gf, {label}",
+            f"{rms(error):.1f} gf",
+            "30 gf",
+            "<= 3 gf + 1 %" if judged else "",
+            *(1, step[worst] / (3 + 0.01 * applied[worst])) if judged else (),
+            name="magnitude",
+        )
+        report.row(
+            "    worst step", f"{step[worst]:.1f} gf at {applied[worst]} gf, mean off {error[:, worst].mean():+.1f}"
+        )
     report.table(["error [gf] at", "0 gf", "50", "100", "200", "400", "750"], lines)
 
     def draw(axes):
@@ -75,8 +86,11 @@ def magnitude(report, quick):
 
 
 def direction(report, quick):
-    report.section("Direction (the paper's figure 7b)", """
-        The same probe with 400 gf, 0 to 45 degrees from the normal in steps of 5, 10 trials, single frames.""")
+    report.section(
+        "Direction (the paper's figure 7b)",
+        """
+        The same probe with 400 gf, 0 to 45 degrees from the normal in steps of 5, 10 trials, single frames.""",
+    )
     applied = np.arange(0, 46, 5)
     trials = 10
     radians = np.radians(np.tile(applied, (trials, 1)))
@@ -92,14 +106,22 @@ def direction(report, quick):
         worst = np.argmax(step)
         drawn[label] = angle_deg(total)
         judged = label == "pictures"
-        report.row(f"direction error, 0 - 45 deg at 400 gf, {label}", f"{rms(error):.2f} deg", "5 deg",
-                   "<= 0.4 deg" if judged else "", *(0.4, rms(error)) if judged else (), name="direction")
+        report.row(
+            f"direction error, 0 - 45 deg at 400 gf, {label}",
+            f"{rms(error):.2f} deg",
+            "5 deg",
+            "<= 0.4 deg" if judged else "",
+            *(0.4, rms(error)) if judged else (),
+            name="direction",
+        )
         report.row("    worst step", f"{step[worst]:.2f} deg at {applied[worst]} deg")
 
     def draw(axes):
         axes.plot([0, 45], [0, 45], "k-", lw=0.5)
         for mark, (label, values) in zip("x+", drawn.items()):
-            axes.plot(np.tile(applied, trials) + (0.3 if mark == "+" else -0.3), values.ravel(), mark, ms=4, label=label)
+            axes.plot(
+                np.tile(applied, trials) + (0.3 if mark == "+" else -0.3), values.ravel(), mark, ms=4, label=label
+            )
         axes.set(xlabel="applied angle [deg]", ylabel="measured [deg]")
         axes.legend()
 
@@ -114,10 +136,14 @@ def separation(report, quick):
         truth_of = truth.load(40, 0.49, "layers")
     except FileNotFoundError:
         return
-    report.section("Distance between the marker layers (the paper's figure 6)", """
-        The paper's load, the same force at each of 10 x 10 nodes, mostly normal with half of it along y; mean difference of
-        the 576 node forces from the truth, relative to that of a single layer of markers. Displacements are given with
-        noise, not drawn. The paper has no noise and its own model as the truth; its optimum is at 2 or 3 mm.""")
+    report.section(
+        "Distance between the marker layers (the paper's figure 6)",
+        """
+        The paper's load, the same force at each of 10 x 10 nodes, mostly normal with half of it along y; mean
+        difference of the 576 node forces from the truth, relative to that of a single layer of markers. Displacements
+        are given with noise, not drawn. The paper has no noise and its own model as the truth; its optimum is at 2 or
+        3 mm.""",
+    )
     true = np.zeros((576, 3))
     for one in truth_of.contacts[0]:
         true[np.argmin(np.linalg.norm(loads.nodes() - one[1:3, None], axis=0))] = one[4:7]
@@ -130,14 +156,16 @@ def separation(report, quick):
         for depth in [None, *truth.LAYER_DEPTHS_MM]:
             text = chain.gel_text(red_depth=depth or 8)
             if depth is None:  # the blue layer alone
-                text = text[:text.index('[[layers]]\ncolour = "red"')] + text[text.index("[camera]"):]
+                text = text[: text.index('[[layers]]\ncolour = "red"')] + text[text.index("[camera]") :]
             shown = [field_of[0]] if depth is None else [field_of[0], field_of[1 + truth.LAYER_DEPTHS_MM.index(depth)]]
             found = chain.run(np.repeat(np.concatenate(shown)[None], frames, axis=0), gel=text, given=noise)
             errors.append(abs(found.force_N.reshape(frames, 576, 3) - true).mean((0, 1)))
         errors = np.array(errors)
         curves[noise] = errors / errors[0]
-        lines += [(f"{noise} px, {axis}", *[f"{value:.2f}" for value in errors[1:, c] / errors[0, c]])
-                  for c, axis in enumerate(("Fx", "Fy", "Fz"))]
+        lines += [
+            (f"{noise} px, {axis}", *[f"{value:.2f}" for value in errors[1:, c] / errors[0, c]])
+            for c, axis in enumerate(("Fx", "Fy", "Fz"))
+        ]
         best = distances[int(np.argmin(errors[1:].sum(1)))]
         report.row(f"best distance between the layers, {noise} px of noise", f"{best} mm", "2 - 3 mm")
     report.table(["noise, component", *[f"{distance} mm" for distance in distances]], lines)
@@ -149,17 +177,22 @@ def separation(report, quick):
         axes.set(xlabel="distance between the layers [mm]", ylabel="mean difference / of one layer")
         axes.legend(fontsize=7)
 
-    report.picture("separation", draw, "Figure 6: error over the distance of the layers; 1 is a single layer of blue markers.")
+    report.picture(
+        "separation", draw, "Figure 6: error over the distance of the layers; 1 is a single layer of blue markers."
+    )
 
 
 # Mechanics
 
 
 def mechanics(report, quick):
-    report.section("The block's mechanics against CalculiX", """
-        Largest distance between the markers' displacements of the two programs in parts of the largest displacement under
-        the same load. CalculiX's own error is estimated by a mesh twice as coarse, at the markers that are nodes of both:
-        the difference, of which the finer mesh has a quarter or less.""")
+    report.section(
+        "The block's mechanics against CalculiX",
+        """
+        Largest distance between the markers' displacements of the two programs in parts of the largest displacement
+        under the same load. CalculiX's own error is estimated by a mesh twice as coarse, at the markers that are
+        nodes of both: the difference, of which the finer mesh has a quarter or less.""",
+    )
     worst_of_all = 0.0
     for poisson in (0.49, 0.4999) if quick else (0.3, 0.45, 0.49, 0.4999):
         try:
@@ -170,10 +203,19 @@ def mechanics(report, quick):
         off = np.linalg.norm(ours - places.displacement, axis=2).max(1)
         worst = (off / np.linalg.norm(places.displacement, axis=2).max(1)).max()
         worst_of_all = max(worst, worst_of_all)
-        report.row(f"block of 40 mm, Poisson's ratio {poisson}, {len(off)} loads",
-                   f"{100 * worst:.2f} % of the peak (meshes {100 * mesh_difference(40, poisson):.2f} %)")
-    report.row("marker displacement of the block against CalculiX, largest", f"{100 * worst_of_all:.2f} % of the peak", "–",
-               "<= 0.7 %", 0.007, worst_of_all, name="mechanics")
+        report.row(
+            f"block of 40 mm, Poisson's ratio {poisson}, {len(off)} loads",
+            f"{100 * worst:.2f} % of the peak (meshes {100 * mesh_difference(40, poisson):.2f} %)",
+        )
+    report.row(
+        "marker displacement of the block against CalculiX, largest",
+        f"{100 * worst_of_all:.2f} % of the peak",
+        "–",
+        "<= 0.7 %",
+        0.007,
+        worst_of_all,
+        name="mechanics",
+    )
     for thickness in () if quick else (15, 25):
         try:
             places = truth.load(thickness, 0.49, "places")
@@ -182,8 +224,10 @@ def mechanics(report, quick):
         ours = chain.mechanics(chain.gel_text(thickness), force_rows(places))
         off = np.linalg.norm(ours - places.displacement, axis=2).max(1)
         worst = (off / np.linalg.norm(places.displacement, axis=2).max(1)).max()
-        report.row(f"block of {thickness} mm, Poisson's ratio 0.49", f"{100 * worst:.2f} % of the peak "
-                   f"(meshes {100 * mesh_difference(thickness, 0.49):.2f} %)")
+        report.row(
+            f"block of {thickness} mm, Poisson's ratio 0.49",
+            f"{100 * worst:.2f} % of the peak " f"(meshes {100 * mesh_difference(thickness, 0.49):.2f} %)",
+        )
 
 
 def mesh_difference(thickness, poisson):
@@ -200,10 +244,13 @@ def force_rows(load_set):
 
 
 def bias(report, quick):
-    report.section("Bias of the resultant", """
-        Mean over frames of the resultant less the truth, its length, for Hertz pressures of 5 mm diameter at eight places
-        (near the centre, off it, near sides and in corners), along x, y and z, 5 to 400 gf; for 40 mm besides even discs
-        of 20 mm diameter and 20 random loads.""")
+    report.section(
+        "Bias of the resultant",
+        """
+        Mean over frames of the resultant less the truth, its length, for Hertz pressures of 5 mm diameter at eight
+        places (near the centre, off it, near sides and in corners), along x, y and z, 5 to 400 gf; for 40 mm besides
+        even discs of 20 mm diameter and 20 random loads.""",
+    )
     frames = 10 if quick else 25
     for thickness in (15, 40):
         try:
@@ -226,19 +273,38 @@ def bias(report, quick):
                 listed.append((off / max(1, 0.015 * magnitude_gf), off, magnitude_gf, contact, force, measured))
         listed.sort(key=lambda one: -one[0])
         worst, off, magnitude_gf, *_ = listed[0]
-        report.row(f"bias of the resultant, {thickness} mm, {len(listed)} loads; worst", f"{off:.1f} gf of {magnitude_gf} gf",
-                   "unknown", "max(1 gf, 1.5 %)", 1, worst, name=f"bias {thickness} mm")
+        report.row(
+            f"bias of the resultant, {thickness} mm, {len(listed)} loads; worst",
+            f"{off:.1f} gf of {magnitude_gf} gf",
+            "unknown",
+            "max(1 gf, 1.5 %)",
+            1,
+            worst,
+            name=f"bias {thickness} mm",
+        )
         report.row("    loads beyond it", f"{sum(one[0] > 1 for one in listed)} of {len(listed)}")
-        report.table(["load", "at [mm]", "force [gf]", "measured [gf]", "off [gf]"], [
-            (f"{truth.SHAPES[int(contact[0])]}, {2e3 * contact[3]:.0f} mm across", f"{1e3 * contact[1]:.0f}, {1e3 * contact[2]:.0f}",
-             ", ".join(f"{value:.0f}" for value in force), ", ".join(f"{value:.1f}" for value in measured), f"{off:.1f}")
-            for _, off, _, contact, force, measured in listed[:5]])
+        report.table(
+            ["load", "at [mm]", "force [gf]", "measured [gf]", "off [gf]"],
+            [
+                (
+                    f"{truth.SHAPES[int(contact[0])]}, {2e3 * contact[3]:.0f} mm across",
+                    f"{1e3 * contact[1]:.0f}, {1e3 * contact[2]:.0f}",
+                    ", ".join(f"{value:.0f}" for value in force),
+                    ", ".join(f"{value:.1f}" for value in measured),
+                    f"{off:.1f}",
+                )
+                for _, off, _, contact, force, measured in listed[:5]
+            ],
+        )
 
 
 def models(report, quick):
-    report.section("Resultant by model", """
-        200 gf as Hertz pressures of 5 mm diameter at eight places along x, y and z; single frames. Error: length of the
-        difference of the resultants, root mean square over the places.""")
+    report.section(
+        "Resultant by model",
+        """
+        200 gf as Hertz pressures of 5 mm diameter at eight places along x, y and z; single frames. Error: length of
+        the difference of the resultants, root mean square over the places.""",
+    )
     lines = []
     for thickness in (15, 40) if quick else (15, 25, 40):
         try:
@@ -249,8 +315,15 @@ def models(report, quick):
         for model in ("half-space", "block"):
             found = chain.run(200 * GF * places.displacement, gel=chain.gel_text(thickness), solve=f'model = "{model}"')
             error = np.linalg.norm(found.resultant_N / GF - forces, axis=1).reshape(-1, 3)
-            lines.append((f"{thickness} mm, {model}", f"{rms(error[:, 2]) / 2:.1f} %", f"{error[:, 2].max() / 2:.1f} %",
-                          f"{rms(error[:, :2]) / 2:.1f} %", f"{error[:, :2].max() / 2:.1f} %"))
+            lines.append(
+                (
+                    f"{thickness} mm, {model}",
+                    f"{rms(error[:, 2]) / 2:.1f} %",
+                    f"{error[:, 2].max() / 2:.1f} %",
+                    f"{rms(error[:, :2]) / 2:.1f} %",
+                    f"{error[:, :2].max() / 2:.1f} %",
+                )
+            )
     report.table(["gel, model", "press", "worst", "shear", "worst"], lines)
 
 
@@ -258,9 +331,12 @@ def models(report, quick):
 
 
 def point_load(report, quick):
-    report.section("Response to a point load (the paper's figure 8)", """
-        200 gf at a point, at nine places between two neighbouring nodes; the normal forces of the nodes in its row over
-        their distance from it, mean of 10 frames.""")
+    report.section(
+        "Response to a point load (the paper's figure 8)",
+        """
+        200 gf at a point, at nine places between two neighbouring nodes; the normal forces of the nodes in its row
+        over their distance from it, mean of 10 frames.""",
+    )
     steps = truth.load(40, 0.49, "steps")
     frames = 10
     drawn = {}
@@ -276,8 +352,14 @@ def point_load(report, quick):
         half = (above.max() - above.min()) / 2
         drawn[label] = (offset, normal / normal.max())
         judged = label == "pictures"
-        report.row(f"half-width of a point load, {label}", f"{half:.2f} mm", "4 mm", "<= 2.5 mm" if judged else "",
-                   *(2.5, half) if judged else (), name="half-width")
+        report.row(
+            f"half-width of a point load, {label}",
+            f"{half:.2f} mm",
+            "4 mm",
+            "<= 2.5 mm" if judged else "",
+            *(2.5, half) if judged else (),
+            name="half-width",
+        )
 
     def draw(axes):
         for mark, (label, (offset, normal)) in zip(".x", drawn.items()):
@@ -289,7 +371,9 @@ def point_load(report, quick):
 
 
 def flat_disc(report, quick):
-    report.section("Pressure of a flat disc", "Even pressure on a disc of radius 10 mm, 400 gf, single frames, 10 trials.")
+    report.section(
+        "Pressure of a flat disc", "Even pressure on a disc of radius 10 mm, 400 gf, single frames, 10 trials."
+    )
     disc = truth.load(40, 0.49, "disc")
     trials = 10
     found = chain.run(np.repeat(400 * GF * disc.displacement[::2], trials, axis=0), zero_every=1)
@@ -301,8 +385,15 @@ def flat_disc(report, quick):
         inside.append(place[:, radius < 7e-3] / true - 1)
         outside.append(place[:, radius > 13e-3] / true)
     off = rms(np.concatenate(inside, axis=1))
-    report.row("pressure of a flat disc, more than 3 mm within its edge, RMS", f"{100 * off:.0f} %", "–", "<= 15 %", 0.15, off,
-               name="disc")
+    report.row(
+        "pressure of a flat disc, more than 3 mm within its edge, RMS",
+        f"{100 * off:.0f} %",
+        "–",
+        "<= 15 %",
+        0.15,
+        off,
+        name="disc",
+    )
     report.row("    more than 3 mm outside", f"{100 * rms(np.concatenate(outside, axis=1)):.1f} % of it")
 
     def draw(axes):
@@ -315,14 +406,19 @@ def flat_disc(report, quick):
 
 
 def two_contacts(report, quick):
-    report.section("Two contacts told apart", """
-        Two presses of 100 gf, 3 mm across, at six places and in six directions for each distance: told apart when there are
-        two contacts, each within 1 mm and 10 %. False splits: a single press of 100 gf that is called two.""")
+    report.section(
+        "Two contacts told apart",
+        """
+        Two presses of 100 gf, 3 mm across, at six places and in six directions for each distance: told apart when
+        there are two contacts, each within 1 mm and 10 %. False splits: a single press of 100 gf that is called two.""",
+    )
     pairs = truth.load(40, 0.49, "pairs")
     trials = 10 if quick else 30
     found = chain.run(np.repeat(100 * GF * pairs.displacement, trials, axis=0), zero_every=trials)
     if "contacts" not in found:
-        report.row("two contacts of 100 gf told apart", "no list of contacts", "–", "<= 8 mm", 8, np.inf, name="two contacts")
+        report.row(
+            "two contacts of 100 gf told apart", "no list of contacts", "–", "<= 8 mm", 8, np.inf, name="two contacts"
+        )
         return
     distance = 1e3 * np.linalg.norm(pairs.contacts[:, 0, 1:3] - pairs.contacts[:, 1, 1:3], axis=1)
     good = np.zeros(len(found.contacts_found))
@@ -331,28 +427,45 @@ def two_contacts(report, quick):
         if len(listed) != 2:
             continue
         orders = [listed, listed[::-1]]
-        good[frame] = any((np.linalg.norm(order[:, :2] - true, axis=1) < 1e-3).all() and
-                          (abs(np.linalg.norm(order[:, 4:7], axis=1) / (100 * GF) - 1) < 0.1).all() for order in orders)
+        good[frame] = any(
+            (np.linalg.norm(order[:, :2] - true, axis=1) < 1e-3).all()
+            and (abs(np.linalg.norm(order[:, 4:7], axis=1) / (100 * GF) - 1) < 0.1).all()
+            for order in orders
+        )
     good = good.reshape(len(pairs.contacts), trials).mean(1)
     counts = found["contact_count"].reshape(len(pairs.contacts), trials)
     rounded = distance.round().astype(int)
     at = sorted(set(rounded))
     share = {d: good[rounded == d].mean() for d in at}
-    report.table(["distance [mm]", "told apart", "two listed"],
-                 [(str(d), f"{100 * share[d]:.0f} %", f"{100 * (counts[rounded == d] == 2).mean():.0f} %") for d in at])
+    report.table(
+        ["distance [mm]", "told apart", "two listed"],
+        [(str(d), f"{100 * share[d]:.0f} %", f"{100 * (counts[rounded == d] == 2).mean():.0f} %") for d in at],
+    )
     smallest = min([d for d in at if all(share[e] >= 0.95 for e in at if e >= d)], default=np.inf)
-    report.row("two contacts of 100 gf told apart from", f"{smallest} mm", "–", "<= 8 mm", 8, smallest, name="two contacts")
+    report.row(
+        "two contacts of 100 gf told apart from", f"{smallest} mm", "–", "<= 8 mm", 8, smallest, name="two contacts"
+    )
     places = truth.load(40, 0.49, "places")
     single = chain.run(np.repeat(100 * GF * places.displacement[2::3], 5 * trials, axis=0), zero_every=trials)
     split = (single["contact_count"] > 1).mean()
-    report.row("    false splits of a single press of 100 gf", f"{100 * split:.2f} % of {len(single.valid)}", "–", "<= 1 %",
-               0.01, split, name="false splits")
+    report.row(
+        "    false splits of a single press of 100 gf",
+        f"{100 * split:.2f} % of {len(single.valid)}",
+        "–",
+        "<= 1 %",
+        0.01,
+        split,
+        name="false splits",
+    )
 
 
 def detection(report, quick):
-    report.section("Smallest press", """
-        A press of 5 mm diameter at eight places: found, when a contact is listed; a false alarm is a contact in a frame in
-        which nothing touches.""")
+    report.section(
+        "Smallest press",
+        """
+        A press of 5 mm diameter at eight places: found, when a contact is listed; a false alarm is a contact in a
+        frame in which nothing touches.""",
+    )
     places = truth.load(40, 0.49, "places")
     unit = places.displacement[2::3]
     trials = 20 if quick else 60
@@ -360,8 +473,15 @@ def detection(report, quick):
     has_list = "contact_count" in idle
     threshold = np.quantile(idle.resultant_N[:, 2], 0.99)
     alarm = (idle["contact_count"] > 0).mean() if has_list else 0.01
-    report.row("frames with a false alarm" + ("" if has_list else " (threshold on the normal force)"), f"{100 * alarm:.2f} %",
-               "–", "<= 1 %", 0.01, alarm, name="false alarms")
+    report.row(
+        "frames with a false alarm" + ("" if has_list else " (threshold on the normal force)"),
+        f"{100 * alarm:.2f} %",
+        "–",
+        "<= 1 %",
+        0.01,
+        alarm,
+        name="false alarms",
+    )
     smallest, lines = np.inf, []
     for force in (1, 2, 3, 4, 5, 7, 10, 15, 20, 30):
         found = chain.run(np.repeat(force * GF * unit, trials, axis=0), zero_every=trials // 4)
@@ -372,17 +492,23 @@ def detection(report, quick):
         if share >= 0.999:
             break
     report.table(["press", "found"], lines)
-    report.row("smallest press found in 95 % of frames", f"{smallest} gf", "–", "<= 5 gf", 5, smallest, name="detection")
+    report.row(
+        "smallest press found in 95 % of frames", f"{smallest} gf", "–", "<= 5 gf", 5, smallest, name="detection"
+    )
 
 
 # Uncertainty
 
 
 def coverage(report, quick):
-    report.section("What the stated uncertainty covers", """
-        Random loads (place, radius 1.5 to 6 mm, up to 45 degrees from the normal, 5 to 400 gf), 10 frames each. For each load
-        the gel's true stiffness, the camera's true pose and focal length and the picture's motion are drawn from the standard deviations that
-        the gel file states; the daemon does not know them. Covered: the truth lies within 1.96 stated deviations.""")
+    report.section(
+        "What the stated uncertainty covers",
+        """
+        Random loads (place, radius 1.5 to 6 mm, up to 45 degrees from the normal, 5 to 400 gf), 10 frames each. For
+        each load the gel's true stiffness, the camera's true pose and focal length and the picture's motion are drawn
+        from the standard deviations that the gel file states; the daemon does not know them. Covered: the truth lies
+        within 1.96 stated deviations.""",
+    )
     generator = np.random.default_rng(20053)
     random = truth.load(40, 0.49, "random")
     count, frames = (40 if quick else 200), 10
@@ -401,11 +527,24 @@ def coverage(report, quick):
             drift = generator.standard_normal(4) * [0.02, 0.02, 1e-4, 1e-4]
             stray.append(np.tile([*drift, 1.0], (frames, 1)))
             true.append(np.concatenate([force * random.forces()[index], force * random.moments()[index]]))
-        found = chain.run(np.concatenate(displacement), twin_gel=chain.gel_text(position=pose, rotation=rotation, focal=focal),
-                          stray=np.concatenate(stray), zero_every=frames, seed=group + 1)
+        found = chain.run(
+            np.concatenate(displacement),
+            twin_gel=chain.gel_text(position=pose, rotation=rotation, focal=focal),
+            stray=np.concatenate(stray),
+            zero_every=frames,
+            seed=group + 1,
+        )
         if "noise_covariance" not in found:
-            report.row("truth inside the stated 95 % interval", "no covariance", "–", "92 - 98 %", 0.98, np.inf, 0.92,
-                       name="coverage")
+            report.row(
+                "truth inside the stated 95 % interval",
+                "no covariance",
+                "–",
+                "92 - 98 %",
+                0.98,
+                np.inf,
+                0.92,
+                name="coverage",
+            )
             return
         covariance = (found["noise_covariance"] + found["systematic_covariance"]).reshape(-1, 6, 6)
         deviation = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0))
@@ -415,15 +554,29 @@ def coverage(report, quick):
         errors.append(error)
     inside, deviation, error = np.concatenate(results), np.concatenate(deviations), np.concatenate(errors)
     for axis, label in enumerate(("Fx", "Fy", "Fz", "Mx", "My", "Mz")):
-        width, unit = (2 * 1.96 * np.median(deviation[:, axis]) / GF, "gf") if axis < 3 else (
-            2 * 1.96 * np.median(deviation[:, axis]) / GF * 1e3, "gf mm")
+        width, unit = (
+            (2 * 1.96 * np.median(deviation[:, axis]) / GF, "gf")
+            if axis < 3
+            else (2 * 1.96 * np.median(deviation[:, axis]) / GF * 1e3, "gf mm")
+        )
         share = inside[:, axis].mean()
-        report.row(f"truth inside the stated 95 % interval, {label}", f"{100 * share:.1f} %, median width {width:.1f} {unit}",
-                   "–", "92 - 98 %", 0.98, share, 0.92, name=f"coverage {label}")
+        report.row(
+            f"truth inside the stated 95 % interval, {label}",
+            f"{100 * share:.1f} %, median width {width:.1f} {unit}",
+            "–",
+            "92 - 98 %",
+            0.98,
+            share,
+            0.92,
+            name=f"coverage {label}",
+        )
 
 
 def missing(report, quick):
-    report.section("Missing markers", "400 gf at 25 degrees under the probe; a tenth of the markers, others in each frame, not drawn.")
+    report.section(
+        "Missing markers",
+        "400 gf at 25 degrees under the probe; a tenth of the markers, others in each frame, not drawn.",
+    )
     frames = 600 if quick else 2000
     force = 400 * GF * np.array([np.sin(np.radians(25)), 0, np.cos(np.radians(25))])
     displacement = np.repeat(probe(force[None]), frames, axis=0)
@@ -435,21 +588,38 @@ def missing(report, quick):
     report.row("deviation of the resultant (x, y, z), all markers", "{:.2f}, {:.2f}, {:.2f} gf".format(*spread[0]))
     report.row("    a tenth missing", "{:.2f}, {:.2f}, {:.2f} gf".format(*spread[1]))
     growth = np.linalg.norm(spread[1]) / np.linalg.norm(spread[0]) - 1
-    report.row("10 % of the markers missing: growth of the resultant's deviation", f"{100 * growth:+.0f} %", "–", "<= 15 %",
-               0.15, growth, name="missing markers")
+    report.row(
+        "10 % of the markers missing: growth of the resultant's deviation",
+        f"{100 * growth:+.0f} %",
+        "–",
+        "<= 15 %",
+        0.15,
+        growth,
+        name="missing markers",
+    )
 
 
 def picture_motion(report, quick):
-    report.section("Motion of the picture and heat", "The probe with 200 gf; mean of 20 frames each, less the same without motion.")
+    report.section(
+        "Motion of the picture and heat", "The probe with 200 gf; mean of 20 frames each, less the same without motion."
+    )
     frames = 20
     displacement = np.repeat(probe(np.array([[0, 0, 200 * GF]])), frames, axis=0)
-    cases = {"still": (0, 0, 0, 0, 1), "shift of 0.05 px": (0.05, 0, 0, 0, 1), "scale 1.0001": (0, 0, 1e-4, 0, 1),
-             "roll of 0.1 mrad": (0, 0, 0, 1e-4, 1)}
+    cases = {
+        "still": (0, 0, 0, 0, 1),
+        "shift of 0.05 px": (0.05, 0, 0, 0, 1),
+        "scale 1.0001": (0, 0, 1e-4, 0, 1),
+        "roll of 0.1 mrad": (0, 0, 0, 1e-4, 1),
+    }
     means = {}
     for label, stray in cases.items():
         found = chain.run(displacement, stray=np.tile(np.array(stray, float), (frames, 1)))
         means[label] = found.resultant_N.mean(0) / GF
-    lines = [(label, *[f"{value:+.1f}" for value in mean - means["still"]]) for label, mean in means.items() if label != "still"]
+    lines = [
+        (label, *[f"{value:+.1f}" for value in mean - means["still"]])
+        for label, mean in means.items()
+        if label != "still"
+    ]
     try:
         warm = truth.load(40, 0.49, "expansion").displacement
         found = chain.run(displacement + warm[0])
@@ -464,20 +634,29 @@ def large_strain(report, quick):
         large = truth.load(40, 0.49, "large")
     except FileNotFoundError:
         return
-    report.section("Large strain", """
-        The truth is a neo-Hookean gel with large deformations (CalculiX, NLGEOM), the inverse is linear. Hertz pressures at the
-        centre whose directions do not follow the surface; mean of 10 frames. With 5 mm across CalculiX finds no equilibrium
-        much beyond 300 gf: the true contact of a probe grows. Flagged: share of the frames marked as out of range or
-        unexplained.""")
+    report.section(
+        "Large strain",
+        """
+        The truth is a neo-Hookean gel with large deformations (CalculiX, NLGEOM), the inverse is linear. Hertz
+        pressures at the centre whose directions do not follow the surface; mean of 10 frames. With 5 mm across
+        CalculiX finds no equilibrium much beyond 300 gf: the true contact of a probe grows. Flagged: share of the
+        frames marked as out of range or unexplained.""",
+    )
     frames = 10
     found = chain.run(np.repeat(large.displacement, frames, axis=0), zero_every=frames)
     mean = found.resultant_N.reshape(-1, frames, 3).mean(1) / GF
     flagged = ((found["flags"].astype(int) & (OUT_OF_RANGE | UNEXPLAINED)) != 0).reshape(-1, frames).mean(1)
     lines = []
     for measured, true, contacts, flag in zip(mean, large.forces() / GF, large.contacts, flagged):
-        lines.append((f"{2e3 * contacts[0, 3]:.0f} mm", ", ".join(f"{value:.0f}" for value in true),
-                      ", ".join(f"{value:.1f}" for value in measured),
-                      f"{100 * (np.linalg.norm(measured) / np.linalg.norm(true) - 1):+.1f} %", f"{100 * flag:.0f} %"))
+        lines.append(
+            (
+                f"{2e3 * contacts[0, 3]:.0f} mm",
+                ", ".join(f"{value:.0f}" for value in true),
+                ", ".join(f"{value:.1f}" for value in measured),
+                f"{100 * (np.linalg.norm(measured) / np.linalg.norm(true) - 1):+.1f} %",
+                f"{100 * flag:.0f} %",
+            )
+        )
     report.table(["across", "true [gf]", "measured [gf]", "length off", "flagged"], lines)
 
 
@@ -494,19 +673,26 @@ def marker_level(sigma_noise, radius_px=1.92, blur_px=0.8, contrast=100.0):
         at = (np.arange(size * fine) + 0.5) / fine - size / 2 - phase
         x, y = np.meshgrid(at, (np.arange(size * fine) + 0.5) / fine - size / 2)
         spectrum = np.fft.rfft2((x * x + y * y <= radius_px**2).astype(float))
-        fy, fx = np.meshgrid(np.fft.fftfreq(size * fine, 1 / fine), np.fft.rfftfreq(size * fine, 1 / fine), indexing="ij")
+        fy, fx = np.meshgrid(
+            np.fft.fftfreq(size * fine, 1 / fine), np.fft.rfftfreq(size * fine, 1 / fine), indexing="ij"
+        )
         blurred = np.fft.irfft2(spectrum * np.exp(-2 * (np.pi * blur_px) ** 2 * (fx**2 + fy**2)), s=x.shape)
         level = blurred.reshape(size, fine, size, fine).mean((1, 3))
-        slope = [np.gradient(blurred, 1 / fine, axis=axis).reshape(size, fine, size, fine).mean((1, 3)) for axis in (1, 0)]
+        slope = [
+            np.gradient(blurred, 1 / fine, axis=axis).reshape(size, fine, size, fine).mean((1, 3)) for axis in (1, 0)
+        ]
         columns = np.stack([contrast * slope[0], contrast * slope[1], level, np.ones_like(level)], -1).reshape(-1, 4)
         bounds.append(np.sqrt(np.linalg.inv(columns.T @ columns)[0, 0]) * sigma_noise)
     return float(np.mean(bounds))
 
 
 def centres(report, quick):
-    report.section("Marker centres", """
-        The markers of the unloaded gel, the picture shifted by parts of a pixel. The bound is Cramér and Rao's for a lone
-        marker with unknown contrast and background, in its own colour alone.""")
+    report.section(
+        "Marker centres",
+        """
+        The markers of the unloaded gel, the picture shifted by parts of a pixel. The bound is Cramér and Rao's for a
+        lone marker with unknown contrast and background, in its own colour alone.""",
+    )
     places, frames = 12, (20 if quick else 60)
     generator = np.random.default_rng(20055)
     shift = generator.uniform(-0.5, 0.5, (places, 2))
@@ -524,17 +710,29 @@ def centres(report, quick):
     systematic = np.sqrt(max(0.0, rms(mean) ** 2 * places / (places - 1) - random**2 / frames))
     bound = marker_level(2.0)
     report.row("marker centre: information limit", f"{bound:.4f} px")
-    report.row("    random error over it", f"{random:.4f} px, {random / bound:.2f}", "0.1 px", "<= 1.3", 1.3, random / bound,
-               name="centre")
-    report.row("    systematic part", f"{systematic:.4f} px", "–", "<= 0.005 px", 0.005, systematic, name="centre, systematic")
+    report.row(
+        "    random error over it",
+        f"{random:.4f} px, {random / bound:.2f}",
+        "0.1 px",
+        "<= 1.3",
+        1.3,
+        random / bound,
+        name="centre",
+    )
+    report.row(
+        "    systematic part", f"{systematic:.4f} px", "–", "<= 0.005 px", 0.005, systematic, name="centre, systematic"
+    )
     stated = np.sqrt(found.marker_variance_px2.reshape(places, frames, 1152)[:, :, valid].mean())
     report.row("    stated deviation over the real one", f"{stated / random:.2f}")
 
 
 def timing(report, quick):
-    report.section("Time per frame (the paper's table 1)", """
-        One thread; medians here while other programs may run: tools/bench measures them alone. A contact of the whole face:
-        all the places' loads together, 10 % changing missing markers.""")
+    report.section(
+        "Time per frame (the paper's table 1)",
+        """
+        One thread; medians here while other programs may run: tools/bench measures them alone. A contact of the whole
+        face: all the places' loads together, 10 % changing missing markers.""",
+    )
     frames = 200 if quick else 600
     steady = chain.run(np.repeat(probe(np.array([[0, 0, 400 * GF]])), frames, axis=0))
     random = truth.load(40, 0.49, "random")
@@ -545,10 +743,19 @@ def timing(report, quick):
     report.row("track, median", f"{track:.3f} ms", "1.07 ms", "<= 0.20 ms", 0.2, track, name="time to track")
     report.row("solve, median", f"{solve:.3f} ms", "11.5 ms", "<= 0.30 ms", 0.3, solve, name="time to solve")
     worst = np.quantile(face.solve_ms[1:], 0.99)
-    report.row("    p99, whole face, 10 % changing missing markers", f"{worst:.3f} ms (median {np.median(face.solve_ms):.3f})",
-               "–", "<= 2 ms", 2, worst, name="time to solve, p99")
+    report.row(
+        "    p99, whole face, 10 % changing missing markers",
+        f"{worst:.3f} ms (median {np.median(face.solve_ms):.3f})",
+        "–",
+        "<= 2 ms",
+        2,
+        worst,
+        name="time to solve, p99",
+    )
     if not quick:
         with tempfile.TemporaryDirectory(prefix="evaluation-") as state:
             begin = time.monotonic()
             chain.run(np.zeros((1, 1152, 3)), given=0, state=state)
-            report.row("influence matrix and inverse of a new gel, all cores", f"{time.monotonic() - begin:.1f} s", "8.5 s")
+            report.row(
+                "influence matrix and inverse of a new gel, all cores", f"{time.monotonic() - begin:.1f} s", "8.5 s"
+            )

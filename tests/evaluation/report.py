@@ -48,8 +48,10 @@ class Report:
             return
         self._end_table()
         import matplotlib
+
         matplotlib.use("Agg")
         from matplotlib import pyplot
+
         PICTURES.mkdir(parents=True, exist_ok=True)
         figure, axes = pyplot.subplots(figsize=(6, 3.6), dpi=90)
         draw(axes)

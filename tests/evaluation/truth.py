@@ -128,13 +128,16 @@ def layers(folder):
     points = np.stack([x.ravel(), y.ravel()])
     force = np.array(LAYER_FORCE_GF) * 9.80665e-3
     moved = calculix.few_loads(mesh, 0.49, markers, [(points, np.outer(force, np.ones(100)))], folder / "layers")
-    save(name(40, 0.49, "layers"), Set(np.array([[contact("hertz", px, py, 0, force) for px, py in 1e3 * points.T]]), moved))
+    save(
+        name(40, 0.49, "layers"),
+        Set(np.array([[contact("hertz", px, py, 0, force) for px, py in 1e3 * points.T]]), moved),
+    )
     print("layers", flush=True)
 
 
 def large_strain(folder):
-    """Neo-Hookean, large deformations: presses along z, and shears along x. The difference from the linear solution on the
-    same elements is added to the linear truth."""
+    """Neo-Hookean, large deformations: presses along z, and shears along x. The difference from the linear solution on
+    the same elements is added to the linear truth."""
     import calculix
 
     young, poisson, newtons_per_gf = calculix.Stiffness.YOUNG, 0.49, 9.80665e-3
@@ -143,16 +146,29 @@ def large_strain(folder):
     neo_hooke = ["*HYPERELASTIC, NEO HOOKE", f"{shear_modulus / 2},{2 / bulk_modulus}"]
     fine = calculix.Block(calculix.fine(40), poisson, loads.markers(), folder / "fine_40_0.49")
     displacement, contacts = [], []
-    cases = {"press": ("hertz", 2.5, 2, (50, 200, 400, 750)), "wide_press": ("hertz", 7.5, 2, (200, 400, 750)),
-             "shear": ("hertz", 2.5, 0, (50, 200, 400))}
+    cases = {
+        "press": ("hertz", 2.5, 2, (50, 200, 400, 750)),
+        "wide_press": ("hertz", 7.5, 2, (200, 400, 750)),
+        "shear": ("hertz", 2.5, 0, (50, 200, 400)),
+    }
     for label, (shape, radius, axis, forces_gf) in cases.items():
         mesh = calculix.for_large_strain(40, half_width=axis == 0)
         parity = (axis != 0, 1)
         listed = [contact(shape, 0, 0, radius, force * newtons_per_gf * AXES[axis]) for force in forces_gf]
         unit = quadrature([contact(shape, 0, 0, radius, AXES[axis])])
-        linear_one = calculix.static(mesh, parity, elastic, [unit], loads.markers(), folder / "large", f"{label}_linear")[0]
-        large = calculix.static(mesh, parity, neo_hooke, [quadrature([c]) for c in listed], loads.markers(), folder / "large",
-                                label, large=True)
+        linear_one = calculix.static(
+            mesh, parity, elastic, [unit], loads.markers(), folder / "large", f"{label}_linear"
+        )[0]
+        large = calculix.static(
+            mesh,
+            parity,
+            neo_hooke,
+            [quadrature([c]) for c in listed],
+            loads.markers(),
+            folder / "large",
+            label,
+            large=True,
+        )
         for c, force, moved in zip(listed, forces_gf, large):
             newtons = force * newtons_per_gf
             displacement.append(newtons * fine.displacement(*unit) + moved - newtons * linear_one)
@@ -166,8 +182,16 @@ def expansion(folder):
     import calculix
 
     material = ["*ELASTIC", f"{calculix.Stiffness.YOUNG},0.49", "*EXPANSION", "3e-4"]
-    moved = calculix.static(calculix.coarse(40), (1, 1), material, [(None, None)], loads.markers(), folder / "expansion", "block",
-                            extra=["*INITIAL CONDITIONS, TYPE=TEMPERATURE", "ALL, 0.0"])
+    moved = calculix.static(
+        calculix.coarse(40),
+        (1, 1),
+        material,
+        [(None, None)],
+        loads.markers(),
+        folder / "expansion",
+        "block",
+        extra=["*INITIAL CONDITIONS, TYPE=TEMPERATURE", "ALL, 0.0"],
+    )
     save(name(40, 0.49, "expansion"), Set(np.array([[contact("hertz", 0, 0, 1, [0, 0, 0])]]), moved))
     print("expansion", flush=True)
 
