@@ -1,4 +1,5 @@
-// The gel file: one physical sensor in TOML, with a format version. config/gels/paper.toml shows every key.
+// The gel file: one physical sensor in TOML, with a format version. config/gels/paper.toml shows every key but
+// gel.influence_file, which names the file of a body that is no block: docs/influence-file.md.
 #pragma once
 
 #include "sensor/sensor.h"
@@ -10,7 +11,8 @@
 namespace sensor {
 
 /// Keys that are absent keep the paper's values, except the version. `name` is how errors call the file.
-/// An impossible sensor (Poisson's ratio of a half or more, markers outside the block ...) is an error too.
+/// An impossible sensor (Poisson's ratio of a half or more, markers outside the block ...) is an error too. An influence
+/// file that it names is read, too; its name counts from the folder of `name`.
 tl::expected<Sensor, FileError> parseGel(std::string_view text, const std::string& name);
 tl::expected<Sensor, FileError> loadGel(const std::string& path);
 

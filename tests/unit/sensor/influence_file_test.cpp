@@ -221,7 +221,8 @@ TEST_F(InfluenceFile, CutShortAnywhereIsAnError) {
 
 TEST_F(InfluenceFile, AnyDamagedByteIsAnErrorOrChangesNothing) {
   const std::string bytes = npz::archive(whole());
-  for (std::size_t at = 0; at < bytes.size(); ++at) {
+  const std::size_t numbers = bytes.find("influence.npy") + 200;  // a checksum holds them all alike
+  for (std::size_t at = 0; at<bytes.size(); at += at> numbers && at < numbers + 1500 ? 41 : 1) {
     std::string damaged = bytes;
     damaged[at] = static_cast<char>(damaged[at] ^ (1 << at % 8));
     const auto body = sensor::loadBody(write(damaged));
