@@ -36,7 +36,7 @@ struct Normal {
 
 ContactFit::ContactFit(const sensor::Sensor& sensor, const sensor::elastic::Progress& progress)
     : sensor_(sensor)
-    , markers_(sensor::markerPositions(sensor.layers))
+    , markers_(sensor::markerPositions(sensor))
     , correction_(sensor.gel, markers_, {}, progress) {}
 
 Eigen::MatrixXd ContactFit::unitFields(const sensor::Projection& projection, const Eigen::Vector3d& shape,

@@ -24,7 +24,8 @@ struct ContactReading {
 /// Gauss-Newton over place and radius, the rest is linear. Reentrant; immutable after construction.
 class ContactFit {
  public:
-  /// Seconds of work with the BLAS's threads. The camera's pose need not be the sensor's in later calls.
+  /// The sensor is a block. Seconds of work with the BLAS's threads. The camera's pose need not be the sensor's in
+  /// later calls.
   explicit ContactFit(const sensor::Sensor& sensor, const sensor::elastic::Progress& progress = {});
 
   /// variance_px2: of each marker's coordinates; nothing where no single contact of 0.5 to 15 mm explains anything.

@@ -7,13 +7,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace tractiond::calibrate {
 
 namespace {
 
-constexpr int kCamera = 11;        // focal, principal 2, position 3, rotation 3, k1, k2
-constexpr int kOfLayer = 4;        // depth, pitch, x, y
+constexpr int kFocal = 0, kPrincipal = 1, kPosition = 3, kRotation = 6, kDistortion = 9;  // of the unknowns
+constexpr int kCamera = 11;                                                               // of the camera, those above
+constexpr int kOfLayer = 4;                                                               // depth, pitch, x, y
 constexpr int kFewest = 50;        // markers: below, the fit says nothing of the lens
 constexpr double kStep = 1e-3;     // of the scaled unknowns, for differences
 constexpr double kSettled = 1e-2;  // deviations that a step moves the unknowns by
@@ -31,11 +33,12 @@ class Problem {
  public:
   Problem(const sensor::Sensor& start, const GeometryOptions& options)
       : start_(start)
+      , markers_(sensor::markerPositions(start))
       , unknowns_(kCamera + kOfLayer * static_cast<int>(start.layers.size()))
       , deviation_(Eigen::VectorXd::Constant(unknowns_, std::numeric_limits<double>::infinity())) {
     const auto units = cameraUnits();
-    deviation_[0] = start.uncertainty.focal / units[0];
-    deviation_.segment<2>(1).setConstant(options.principal_px);
+    deviation_[kFocal] = start.uncertainty.focal / units[kFocal];
+    deviation_.segment<2>(kPrincipal).setConstant(options.principal_px);
     for (std::size_t i = 0; i < start.layers.size(); ++i) {
       auto ofLayer = deviation_.segment<kOfLayer>(kCamera + kOfLayer * static_cast<int>(i));
       ofLayer << options.depth, options.pitch, options.shift, options.shift;
@@ -51,12 +54,12 @@ class Problem {
   sensor::Camera camera(const Eigen::VectorXd& x) const {
     const Eigen::VectorXd change = x.head<kCamera>().cwiseProduct(cameraUnits());
     sensor::Camera camera = start_.camera;
-    camera.focal_px *= 1.0 + change[0];
-    camera.principal_px += change.segment<2>(1);
-    camera.position += change.segment<3>(3);
-    camera.rotation += change.segment<3>(6);
-    camera.k1 += change[9];
-    camera.k2 += change[10];
+    camera.focal_px *= 1.0 + change[kFocal];
+    camera.principal_px += change.segment<2>(kPrincipal);
+    camera.position += change.segment<3>(kPosition);
+    camera.rotation += change.segment<3>(kRotation);
+    camera.k1 += change[kDistortion];
+    camera.k2 += change[kDistortion + 1];
     return camera;
   }
 
@@ -65,19 +68,17 @@ class Problem {
     const sensor::Camera seen = camera(x);
     if (!(seen.focal_px > 0.0) || !(seen.position.z() > start_.gel.size.z() + seen.windowThickness)) return false;
     const sensor::Projection projection(seen, start_.gel.size.z());
-    Eigen::Index next = 0;
+    Eigen::Index marker = 0;
     for (std::size_t i = 0; i < start_.layers.size(); ++i) {
-      const sensor::MarkerLayer& layer = start_.layers[i];
+      const int count = start_.layers[i].count();
+      const Eigen::Vector2d centre = markers_.block(0, marker, 2, count).rowwise().mean();
       // In units of the tolerances, which may be zero: then nothing moves.
       const Eigen::Vector4d error = x.segment<kOfLayer>(kCamera + kOfLayer * static_cast<int>(i));
-      for (int row = 0; row < layer.rows; ++row) {
-        for (int column = 0; column < layer.columns; ++column) {
-          Eigen::Vector3d point = layer.position(column, row);
-          point.head<2>() += error[1] * (point.head<2>() - layer.centre) + error.tail<2>();
-          point.z() += error[0];
-          pixels.segment<2>(next) = projection(point);
-          next += 2;
-        }
+      for (const Eigen::Index end = marker + count; marker < end; ++marker) {
+        Eigen::Vector3d point = markers_.col(marker);
+        point.head<2>() += error[1] * (point.head<2>() - centre) + error.tail<2>();
+        point.z() += error[0];
+        pixels.segment<2>(2 * marker) = projection(point);
       }
     }
     return pixels.allFinite();
@@ -87,109 +88,160 @@ class Problem {
 
  private:
   const sensor::Sensor& start_;
+  sensor::Points markers_;
   int unknowns_;
   Eigen::VectorXd deviation_;
 };
 
-}  // namespace
+/// The iteration: where it is, what is left there, which markers count.
+class Fit {
+ public:
+  Fit(const sensor::Sensor& start, std::span<const float> seen_px, std::span<const std::uint8_t> present,
+      const GeometryOptions& options)
+      : problem_(start, options)
+      , options_(options)
+      , seen_(
+            Eigen::Map<const Eigen::VectorXf>(seen_px.data(), static_cast<Eigen::Index>(seen_px.size())).cast<double>())
+      , counts_(present.begin(), present.end())
+      , x_(Eigen::VectorXd::Zero(problem_.unknowns()))
+      , modelled_(seen_.size())
+      , residual_(seen_.size())
+      , jacobian_(seen_.size(), problem_.unknowns()) {}
 
-Geometry fitGeometry(const sensor::Sensor& start, std::span<const float> seen_px, std::span<const std::uint8_t> present,
-                     const GeometryOptions& options) {
-  const Problem problem(start, options);
-  const auto markers = static_cast<Eigen::Index>(present.size());
-  const int n = problem.unknowns();
-  Geometry result;
-  result.camera = start.camera;
-  result.uncertainty = start.uncertainty;
+  Geometry::Outcome run() {
+    using Outcome = Geometry::Outcome;
+    if (counted() < kFewest) return Outcome::kFewMarkers;
+    if (!moveTo(x_)) return Outcome::kDiverged;
+    int rounds = 0;
+    for (int iteration = 0; iteration < options_.iterations; ++iteration) {
+      const std::optional<double> moved = step();
+      if (!moved) return Outcome::kDiverged;
+      if (*moved > kSettled) continue;
+      // Then again without those that are not where the others say, a few times at most: where a touch displaces many,
+      // they are too many to be sorted out.
+      const bool dropped = dropOutliers();
+      if (counted() < kFewest) return Outcome::kFewMarkers;
+      if (!dropped || ++rounds == kRounds) return Outcome::kConverged;
+    }
+    return Outcome::kDiverged;
+  }
 
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(n), modelled(2 * markers), residual(2 * markers);
-  std::vector<std::uint8_t> counts(present.begin(), present.end());
-  const auto look = [&](const Eigen::VectorXd& at) {
-    if (!problem.project(at, modelled)) return false;
-    for (Eigen::Index i = 0; i < 2 * markers; ++i) residual[i] = counts[i / 2] ? seen_px[i] - modelled[i] : 0.0;
+  int counted() const { return static_cast<int>(std::ranges::count(counts_, 1)); }
+  double rms_px() const { return std::sqrt(residual_.squaredNorm() / (2 * counted())); }
+  sensor::Camera camera() const { return problem_.camera(x_); }
+  /// Of the camera's unknowns, in their units.
+  Eigen::Matrix<double, kCamera, kCamera> covariance() const {
+    const auto units = cameraUnits();
+    return units.asDiagonal() * covariance_.topLeftCorner<kCamera, kCamera>() * units.asDiagonal();
+  }
+  /// Of all markers, also those that do not count.
+  std::vector<float> remains_px() const {
+    const Eigen::VectorXf all = (seen_ - modelled_).cast<float>();
+    return {all.begin(), all.end()};
+  }
+
+ private:
+  bool moveTo(const Eigen::VectorXd& x) {
+    if (!problem_.project(x, modelled_)) return false;
+    x_ = x;
+    for (Eigen::Index i = 0; i < seen_.size(); ++i) residual_[i] = counts_[i / 2] != 0 ? seen_[i] - modelled_[i] : 0.0;
     return true;
-  };
-  result.markers = static_cast<int>(std::ranges::count(counts, 1));
-  if (result.markers < kFewest) return result;
-  result.outcome = Geometry::Outcome::kDiverged;
-  if (!look(x)) return result;
+  }
 
-  Eigen::MatrixXd jacobian(2 * markers, n), covariance;
-  double scatter = 1.0;
-  int rounds = 0;
-  for (int iteration = 0; iteration < options.iterations; ++iteration) {
-    Eigen::VectorXd after(2 * markers), before(2 * markers);
-    for (int k = 0; k < n; ++k) {
-      if (problem.isFixed(k)) {
-        jacobian.col(k).setZero();
+  bool differentiate() {
+    Eigen::VectorXd after(seen_.size()), before(seen_.size());
+    for (int k = 0; k < problem_.unknowns(); ++k) {
+      if (problem_.isFixed(k)) {
+        jacobian_.col(k).setZero();
         continue;
       }
-      Eigen::VectorXd moved = x;
-      moved[k] += problem.step(k);
-      if (!problem.project(moved, after)) return result;
-      moved[k] -= 2 * problem.step(k);
-      if (!problem.project(moved, before)) return result;
-      jacobian.col(k) = (after - before) / (2 * problem.step(k));
+      Eigen::VectorXd moved = x_;
+      moved[k] += problem_.step(k);
+      if (!problem_.project(moved, after)) return false;
+      moved[k] -= 2 * problem_.step(k);
+      if (!problem_.project(moved, before)) return false;
+      jacobian_.col(k) = (after - before) / (2 * problem_.step(k));
     }
-    for (Eigen::Index i = 0; i < markers; ++i) {
-      if (!counts[i]) jacobian.middleRows<2>(2 * i).setZero();
+    for (Eigen::Index i = 0; i < seen_.size(); ++i) {
+      if (counts_[i / 2] == 0) jacobian_.row(i).setZero();
     }
-    scatter = std::max(std::sqrt(residual.squaredNorm() / (2 * result.markers - kCamera)), kScatterFloor_px);
-    Eigen::MatrixXd normal = jacobian.transpose() * jacobian / (scatter * scatter);
-    Eigen::VectorXd right = jacobian.transpose() * residual / (scatter * scatter);
-    for (int k = 0; k < n; ++k) {
-      if (problem.isFixed(k)) {
+    return true;
+  }
+
+  /// One of Gauss-Newton's; how far it went, in deviations.
+  std::optional<double> step() {
+    if (!differentiate()) return std::nullopt;
+    const double scatter2 =
+        std::max(residual_.squaredNorm() / (2 * counted() - kCamera), kScatterFloor_px * kScatterFloor_px);
+    Eigen::MatrixXd normal = jacobian_.transpose() * jacobian_ / scatter2;
+    Eigen::VectorXd right = jacobian_.transpose() * residual_ / scatter2;
+    for (int k = 0; k < problem_.unknowns(); ++k) {
+      if (problem_.isFixed(k)) {
         normal(k, k) = 1.0;
-      } else if (std::isfinite(problem.deviation(k))) {
-        const double weight = 1.0 / (problem.deviation(k) * problem.deviation(k));
+      } else if (std::isfinite(problem_.deviation(k))) {
+        const double weight = 1.0 / (problem_.deviation(k) * problem_.deviation(k));
         normal(k, k) += weight;
-        right[k] -= weight * x[k];
+        right[k] -= weight * x_[k];
       }
     }
     // Scaled to a unit diagonal: the unknowns' information differs by many decades.
     const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::LDLT<Eigen::MatrixXd> factor(scale.asDiagonal() * normal * scale.asDiagonal());
     const Eigen::VectorXd change = scale.cwiseProduct(factor.solve(scale.cwiseProduct(right)));
-    if (factor.info() != Eigen::Success || !change.allFinite() || !look(x + change)) return result;
-    x += change;
-    covariance = scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(n, n)) * scale.asDiagonal();
+    if (factor.info() != Eigen::Success || !change.allFinite() || !moveTo(x_ + change)) return std::nullopt;
+    covariance_ =
+        scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(normal.rows(), normal.cols())) * scale.asDiagonal();
+    return std::sqrt(change.dot(normal * change));
+  }
 
-    if (std::sqrt(change.dot(normal * change)) > kSettled) continue;
-    // Markers that are not where the others say do not count; then again without them, a few times at most: where a
-    // touch displaces many, they are too many to be sorted out.
+  bool dropOutliers() {
+    const double limit = options_.outlier * rms_px() + kScatterFloor_px;
     bool dropped = false;
-    const double limit = options.outlier * std::sqrt(residual.squaredNorm() / (2 * result.markers)) + kScatterFloor_px;
-    for (Eigen::Index i = 0; i < markers; ++i) {
-      if (!counts[i] || residual.segment<2>(2 * i).norm() <= limit) continue;
-      counts[i] = 0;
-      ++result.outliers;
-      --result.markers;
+    for (std::size_t i = 0; i < counts_.size(); ++i) {
+      auto own = residual_.segment<2>(2 * static_cast<Eigen::Index>(i));
+      if (counts_[i] == 0 || own.norm() <= limit) continue;
+      counts_[i] = 0;
+      own.setZero();
       dropped = true;
     }
-    if (result.markers < kFewest) return result;
-    look(x);
-    if (!dropped || ++rounds == kRounds) {
-      result.outcome = Geometry::Outcome::kConverged;
-      break;
-    }
+    return dropped;
   }
+
+  Problem problem_;
+  const GeometryOptions& options_;
+  Eigen::VectorXd seen_;
+  std::vector<std::uint8_t> counts_;
+  Eigen::VectorXd x_, modelled_, residual_;
+  Eigen::MatrixXd jacobian_, covariance_;
+};
+
+}  // namespace
+
+Geometry fitGeometry(const sensor::Sensor& start, std::span<const float> seen_px, std::span<const std::uint8_t> present,
+                     const GeometryOptions& options) {
+  Geometry result;
+  result.camera = start.camera;
+  result.uncertainty = start.uncertainty;
+  Fit fit(start, seen_px, present, options);
+  result.markers = fit.counted();
+  result.outcome = fit.run();
   if (result.outcome != Geometry::Outcome::kConverged) return result;
 
-  const auto units = cameraUnits();
-  const Eigen::VectorXd deviation = covariance.diagonal().head<kCamera>().cwiseSqrt().cwiseProduct(units);
-  result.camera = problem.camera(x);
-  result.uncertainty.focal = deviation[0];
-  result.uncertainty.position = deviation.segment<3>(3);
-  result.uncertainty.rotation = deviation.segment<3>(6);
-  result.uncertainty.focalDistance = covariance(0, 5) / std::sqrt(covariance(0, 0) * covariance(5, 5));
-  result.k1Deviation = deviation[9];
-  result.k2Deviation = deviation[10];
-  result.principalDeviation_px = deviation.segment<2>(1).maxCoeff();
-  result.residual_px = std::sqrt(residual.squaredNorm() / (2 * result.markers));
-  // All markers that are there: a sharp touch displaces few, and those so far that they do not count.
-  std::vector<float> remains(seen_px.begin(), seen_px.end());
-  for (Eigen::Index i = 0; i < 2 * markers; ++i) remains[i] -= static_cast<float>(modelled[i]);
-  result.bulge = largestBulge(start, {remains, present}, options.allowance_px);
+  const auto covariance = fit.covariance();
+  const Eigen::Matrix<double, kCamera, 1> deviation = covariance.diagonal().cwiseSqrt();
+  result.camera = fit.camera();
+  result.uncertainty.focal = deviation[kFocal];
+  result.uncertainty.position = deviation.segment<3>(kPosition);
+  result.uncertainty.rotation = deviation.segment<3>(kRotation);
+  result.uncertainty.focalDistance = covariance(kFocal, kPosition + 2) / (deviation[kFocal] * deviation[kPosition + 2]);
+  result.k1Deviation = deviation[kDistortion];
+  result.k2Deviation = deviation[kDistortion + 1];
+  result.principalDeviation_px = deviation.segment<2>(kPrincipal).maxCoeff();
+  result.residual_px = fit.rms_px();
+  result.outliers = result.markers - fit.counted();
+  result.markers = fit.counted();
+  // A sharp touch displaces few markers, and those so far that they do not count.
+  result.bulge = largestBulge(start, {fit.remains_px(), present}, options.allowance_px);
   return result;
 }
 
