@@ -1,8 +1,8 @@
 """Runs evaluation_chain on displacements and reads what it found."""
 
+import hashlib
 import os
 import pathlib
-import shutil
 import subprocess
 import tempfile
 
@@ -57,10 +57,10 @@ class Found(dict):
         return [table[frame, : int(count)] for frame, count in enumerate(self["contact_count"][:, 0])]
 
 
-def state_directory():
-    """Inverses and rendered figures that are costly; a pure function of the sensor, so it may be shared and deleted."""
-    path = BUILD / "evaluation-state"
-    path.mkdir(exist_ok=True)
+def state_directory(*texts):
+    """Where the inverse for these texts is kept; of its own, because the daemon keeps the newest four. May be deleted."""
+    path = BUILD / "evaluation-state" / hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
+    path.mkdir(parents=True, exist_ok=True)
     return path
 
 
@@ -71,9 +71,9 @@ def run(displacement, gel=None, twin_gel=None, solve="", missing=None, stray=Non
     Others: the program's options.
     """
     with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
-        job = pathlib.Path(name)
+        job, gel = pathlib.Path(name), gel or gel_text()
         np.ascontiguousarray(displacement, float).tofile(job / "displacement.f64")
-        command = [BUILD / "bin/evaluation_chain", job, "--state", state or state_directory()]
+        command = [BUILD / "bin/evaluation_chain", job, "--state", state or state_directory(gel, solve)]
         if missing is not None:
             np.asarray(missing).astype(np.uint8).tofile(job / "missing.u8")
         if stray is not None:

@@ -312,8 +312,8 @@ def models(report, quick):
         except FileNotFoundError:
             continue
         forces = 200 * places.forces()
-        for model in ("half-space", "block"):
-            found = chain.run(200 * GF * places.displacement, gel=chain.gel_text(thickness), solve=f'model = "{model}"')
+        for model, solve in (("half-space", 'model = "half-space"'), ("block", "")):
+            found = chain.run(200 * GF * places.displacement, gel=chain.gel_text(thickness), solve=solve)
             error = np.linalg.norm(found.resultant_N / GF - forces, axis=1).reshape(-1, 3)
             lines.append(
                 (
