@@ -251,7 +251,7 @@ def bias(report, quick):
         places (near the centre, off it, near sides and in corners), along x, y and z, 5 to 400 gf; for 40 mm besides
         even discs of 20 mm diameter and 20 random loads.""",
     )
-    frames = 10 if quick else 25
+    frames = 10 if quick else 60
     for thickness in (15, 40):
         try:
             sets = [truth.load(thickness, 0.49, "places")]
@@ -263,11 +263,13 @@ def bias(report, quick):
         unit = np.concatenate([one.displacement for one in sets])
         forces = np.concatenate([one.forces() for one in sets])
         contacts = np.concatenate([one.contacts[:, 0] for one in sets])
-        listed = []
+        listed, noise = [], 0.0
         for magnitude_gf in (5, 50, 400):
             displacement = np.repeat(magnitude_gf * GF * unit, frames, axis=0)
-            found = chain.run(displacement, gel=chain.gel_text(thickness), zero_every=4 * frames)
-            mean = found.resultant_N.reshape(len(unit), frames, 3).mean(1) / GF
+            found = chain.run(displacement, gel=chain.gel_text(thickness), zero_every=20)
+            total = found.resultant_N.reshape(len(unit), frames, 3) / GF
+            mean = total.mean(1)
+            noise = max(noise, rms(np.linalg.norm(total.std(1), axis=1)) / np.sqrt(frames))
             for measured, force, contact in zip(mean, magnitude_gf * forces, contacts):
                 off = np.linalg.norm(measured - force)
                 listed.append((off / max(1, 0.015 * magnitude_gf), off, magnitude_gf, contact, force, measured))
@@ -283,6 +285,7 @@ def bias(report, quick):
             name=f"bias {thickness} mm",
         )
         report.row("    loads beyond it", f"{sum(one[0] > 1 for one in listed)} of {len(listed)}")
+        report.row("    noise that is left in these means", f"{noise:.1f} gf")
         report.table(
             ["load", "at [mm]", "force [gf]", "measured [gf]", "off [gf]"],
             [
