@@ -108,7 +108,7 @@ TEST(Body, YoungsModulusOfTheGelScalesIt) {
 TEST(Body, IdIsOfItsContent) {
   const sensor::Sensor plain = smallSensor(), body = withBody(plain, flatBody(plain));
   sensor::Body other = flatBody(plain);
-  other.influence(5, 7) *= 1.0 + 1e-15;
+  other.influence(0, 0) *= 1.0 + 1e-15;
   EXPECT_NE(inverseId(plain, {}), inverseId(body, {}));
   EXPECT_NE(inverseId(body, {}), inverseId(withBody(plain, other), {}));
   EXPECT_EQ(inverseId(body, {}), inverseId(withBody(plain, flatBody(plain)), {}));

@@ -1,0 +1,110 @@
+"""A body from an influence file: measured as any other, and refused with one line where the file is wrong."""
+
+import subprocess
+import sys
+import unittest
+
+import numpy as np
+
+import rig
+
+DATA, NO_INPUT = 65, 66
+EXAMPLES = rig.SOURCE / "docs" / "examples"
+
+
+class Body(unittest.TestCase):
+    def setUp(self):
+        self.bench = self.enterContext(rig.Rig())
+
+    def write(self, *options):
+        """The example's files; returns the configuration that names them."""
+        gel = self.bench.folder / "dome.toml"
+        gel.write_text((EXAMPLES / "dome.toml").read_text())
+        subprocess.run([sys.executable, EXAMPLES / "write_influence.py", self.influence(), *options], check=True)
+        return f'[sensor]\ngel_file = "{gel}"\n'
+
+    def influence(self):
+        return self.bench.folder / "dome.npz"
+
+    def change(self, **arrays):
+        """Other arrays in the file; None: none."""
+        with np.load(self.influence()) as file:
+            whole = {**file, **arrays}
+        np.savez(self.influence(), **{name: array for name, array in whole.items() if array is not None})
+
+    def measure(self, config):
+        """Mean resultant and moment under the hold's load, their deviations, and the description."""
+        with rig.Rig() as bench:
+            twin = bench.twin("hold")
+            daemon = bench.daemon(config)
+            subscriber = bench.subscribe(daemon)
+            description = subscriber.collect(1, "description")[0]
+            fields = subscriber.collect(None, until=lambda field: np.linalg.norm(rig.vector(field.resultant_N)) > 1)
+            fields = subscriber.collect(200)[100:]
+            self.assertEqual(daemon.stop(), 0, daemon.output())
+            self.assertEqual(twin.stop(), 0, twin.output())
+        wrenches = np.array([np.concatenate([rig.vector(f.resultant_N), rig.vector(f.moment_Nm)]) for f in fields])
+        nodes = np.mean([np.array(f.force_N) for f in fields], axis=0)
+        return wrenches.mean(axis=0), wrenches.std(axis=0), nodes, description
+
+    def test_flat_half_space_measures_as_the_model(self):
+        wrench, deviation, forces, description = self.measure(self.write("--radius", "0"))
+        model, _, model_forces, plain = self.measure('[solve]\nmodel = "half-space"\n')
+        self.assertGreater(np.linalg.norm(model[:3]), 1.0)
+        # Two zeros were taken, of some frames each: the means differ by their noise.
+        self.assertLess(np.linalg.norm((wrench - model)[:3]), 5e-3 * np.linalg.norm(model[:3]) + 5 * deviation[:3].max())
+        self.assertLess(np.linalg.norm((wrench - model)[3:]), 5e-3 * np.linalg.norm(model[3:]) + 5 * deviation[3:].max())
+        self.assertLess(np.linalg.norm(forces - model_forces), 0.1 * np.linalg.norm(model_forces))
+        self.assertEqual(description.solver.mechanics, "influence file")
+        self.assertEqual(len(description.body.marker_positions_m), 3 * 1152)
+        self.assertEqual(len(description.body.node_areas_m2), 576)
+        self.assertFalse(plain.HasField("body"))
+        self.assertNotEqual(description.calibration.id, plain.calibration.id)
+
+    def test_dome_is_measured(self):
+        wrench, _, _, description = self.measure(self.write("--radius", "1"))
+        self.assertGreater(wrench[2], 1.0)
+        self.assertGreater(max(description.body.node_positions_m[2::3]), 1e-3)
+
+    # --- what is wrong is said before anything is published
+
+    def refused(self, code, words, config):
+        daemon = self.bench.daemon(config, camera=None, ready=False)
+        self.assertEqual(daemon.join(), code, daemon.output())
+        self.assertEqual(len(daemon.lines), 1, daemon.output())
+        for word in ["dome.npz", *words]:
+            self.assertIn(word, daemon.lines[0])
+
+    def test_bad_files(self):
+        config = self.write("--radius", "0")
+        with np.load(self.influence()) as file:
+            good = {**file}
+        holed = good["influence"].copy()
+        holed[3, 1, 4, 2] = np.nan
+        for words, change in [
+                (["influence[3, 1, 4, 2] is NaN"], {"influence": holed}),
+                (["influence has the shape (1152, 3, 575, 3)"], {"influence": good["influence"][:, :, 1:]}),
+                (["node_areas is missing"], {"node_areas": None}),
+                (["units", "mm"], {"units": "mm"}),
+                (["node_positions is of type <i8"], {"node_positions": np.zeros((576, 3), np.int64)}),
+                (["marker_positions[0] has z"], {"marker_positions": good["marker_positions"] * 1e3})]:
+            self.change(**{**good, **change})
+            self.refused(DATA, [*words, "docs/influence-file.md"], config)
+
+        np.savez_compressed(self.influence(), **good)
+        self.refused(DATA, ["compressed"], config)
+
+        self.change(**good)
+        bytes_ = bytearray(self.influence().read_bytes())
+        bytes_[len(bytes_) // 2] ^= 1
+        self.influence().write_bytes(bytes_)
+        self.refused(DATA, ["influence has a wrong checksum"], config)
+        self.influence().write_bytes(bytes_[:len(bytes_) // 2])
+        self.refused(DATA, ["cut short"], config)
+
+        self.influence().unlink()
+        self.refused(NO_INPUT, ["gel.influence_file"], config)
+
+
+if __name__ == "__main__":
+    unittest.main()
