@@ -34,6 +34,9 @@ class ContactStep {
   /// The nodes that find() found, rising; none: nothing touches.
   std::span<const int> nodes() const { return {nodes_.data(), nodes_.size()}; }
 
+  /// w of every node of the face, of the last find().
+  std::span<const double> weights() const { return weight_; }
+
   /// `displacement`: stride of the influence matrix, 0 where missing; `missing`: those coordinates; `squares`: the
   /// displacements' sum of squares. False: the equations could not be solved.
   bool solve(const double* displacement, std::span<const int> missing, double squares);
@@ -55,8 +58,6 @@ class ContactStep {
 
   /// Force of a node that is found in half of the frames: along the surface, and into it [N].
   std::array<double, 2> detectionLimit_N() const { return detectionLimit_N_; }
-  /// Magnitude of the force map in which contacts show as separate hills, for all nodes, of the last find().
-  std::span<const double> hills() const { return magnitude_; }
 
  private:
   /// A filtered map of the forces of all nodes, and its noise.

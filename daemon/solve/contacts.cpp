@@ -1,6 +1,8 @@
 // Flooding from the peaks down: the nodes, strongest first, each join the hill of a neighbour that is there already, or
-// begin one. Where two hills meet, the lower one stays a contact of its own if its peak rises above the saddle by more
-// than the noise of their difference and by more than a share of itself; otherwise it becomes part of the other.
+// begin one. Where two hills meet, the lower one stays a contact of its own if the forces fall between the two peaks,
+// by more than the noise and by more than a share; otherwise it becomes part of the other. The noise of neighbouring
+// nodes is opposed, so sums of a few are known far better than each: the fall is that of sums across the line from peak
+// to peak, which takes nothing from the resolution along it.
 #include "daemon/solve/contacts.h"
 
 #include <algorithm>
@@ -9,12 +11,16 @@
 namespace tractiond::solve {
 namespace {
 
-/// What separates two contacts: rise of the lower peak above the saddle, in standard deviations and of the peak.
-constexpr double kRise_deviations = 4.0;
-constexpr double kRise_peak = 0.3;
+/// What separates two contacts: the fall between them in standard deviations, of the lower peak and of the higher one.
+constexpr double kFall_deviations = 2.5;
+constexpr double kFall_lower = 0.25;
+constexpr double kFall_higher = 0.08;
+
+/// Half width of the sums across the line between two peaks [pitches].
+constexpr double kHalfWidth = 1.6;
 
 /// A hill whose force is below so many of its standard deviations is no contact.
-constexpr double kLeast_deviations = 3.0;
+constexpr double kLeast_deviations = 5.0;
 
 double square(double x) {
   return x * x;
@@ -45,16 +51,57 @@ double Contacts::deviation(const ContactStep& step) {
   return std::sqrt(step.covariance(functional_.data(), functional_.data()));
 }
 
-bool Contacts::apart(const ContactStep& step, int peak, int saddle) {
-  const double rise = magnitude_[peak] - magnitude_[saddle];
-  if (rise < kRise_peak * magnitude_[peak]) return false;
-  std::fill(functional_.begin(), functional_.end(), 0.0);
-  for (int axis = 0; axis < 3; ++axis) {
-    const double direction = step.forces()[3 * peak + axis] / magnitude_[peak];
-    functional_[3 * peak + axis] += direction;
-    functional_[3 * saddle + axis] -= direction;
+/// The forces along `direction` in a strip across the line from node `from` (unit step `along`, in pitches), at a
+/// distance `at` on that line: nodes count linearly less up to a pitch from it. Adds `factor` times that functional.
+double Contacts::strip(const ContactStep& step, int from, const Eigen::Vector2d& along, double at,
+                       const Eigen::Vector3d& direction, double factor) {
+  const auto nodes = step.nodes();
+  const int row = nodes[from] / grid_.columns, column = nodes[from] % grid_.columns;
+  double sum = 0.0;
+  for (int j = 0; j < static_cast<int>(nodes.size()); ++j) {
+    const Eigen::Vector2d offset(nodes[j] % grid_.columns - column, nodes[j] / grid_.columns - row);
+    const double weight = 1.0 - std::abs(along.dot(offset) - at);
+    if (weight <= 0.0 || std::abs(along.x() * offset.y() - along.y() * offset.x()) > kHalfWidth) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      functional_[3 * j + axis] += factor * weight * direction[axis];
+      sum += weight * direction[axis] * step.forces()[3 * j + axis];
+    }
   }
-  return rise > kRise_deviations * deviation(step);
+  return sum;
+}
+
+bool Contacts::apart(const ContactStep& step, int lower, int higher) {
+  const auto nodes = step.nodes();
+  const auto force = [&](int i) { return Eigen::Vector3d::Map(step.forces().data() + 3 * i); };
+  const Eigen::Vector3d direction = (force(lower) + force(higher)).normalized();
+  Eigen::Vector2d along(nodes[higher] % grid_.columns - nodes[lower] % grid_.columns,
+                        nodes[higher] / grid_.columns - nodes[lower] / grid_.columns);
+  const double length = along.norm();
+  if (length < 1.5) return false;  // neighbours
+  along /= length;
+  const auto height = [&](double at, double factor) { return strip(step, lower, along, at, direction, factor); };
+  const double low = height(0.0, 0.0), high = height(length, 0.0);
+  for (double at = 0.5; at <= length - 0.5; at += 0.5) {
+    const double fall = low - height(at, 0.0);
+    if (fall < kFall_lower * low || fall < kFall_higher * high) continue;
+    std::fill(functional_.begin(), functional_.end(), 0.0);
+    height(0.0, 1.0);
+    height(at, -1.0);
+    if (fall > kFall_deviations * deviation(step)) return true;
+  }
+  return false;
+}
+
+/// Calls use(j) for the step's nodes next to node i of the step.
+template <typename Use>
+void Contacts::around(const ContactStep& step, int i, Use use) const {
+  const int row = step.nodes()[i] / grid_.columns, column = step.nodes()[i] % grid_.columns;
+  for (int r = std::max(0, row - 1); r <= std::min(grid_.rows - 1, row + 1); ++r) {
+    for (int c = std::max(0, column - 1); c <= std::min(grid_.columns - 1, column + 1); ++c) {
+      const int j = indexAt_[r * grid_.columns + c];
+      if (j >= 0 && j != i) use(j);
+    }
+  }
 }
 
 void Contacts::divide(const ContactStep& step) {
@@ -74,23 +121,16 @@ void Contacts::divide(const ContactStep& step) {
   peak_.clear();
   parent_.clear();
   for (const int i : order_) {
-    const int row = nodes[i] / grid_.columns, column = nodes[i] % grid_.columns;
-    for (int r = std::max(0, row - 1); r <= std::min(grid_.rows - 1, row + 1); ++r) {
-      for (int c = std::max(0, column - 1); c <= std::min(grid_.columns - 1, column + 1); ++c) {
-        const int neighbour = indexAt_[r * grid_.columns + c];
-        if (neighbour < 0 || neighbour == i || hill_[neighbour] < 0) continue;
-        const int other = hillOf(neighbour);
-        if (hill_[i] < 0) {
-          hill_[i] = other;
-          continue;
-        }
-        const int own = hillOf(i);
-        if (own == other) continue;
-        const bool ownIsHigher = magnitude_[peak_[own]] > magnitude_[peak_[other]];
-        const int higher = ownIsHigher ? own : other, lower = ownIsHigher ? other : own;
-        if (!apart(step, peak_[lower], i)) parent_[lower] = higher;
-      }
-    }
+    around(step, i, [&](int neighbour) {
+      if (hill_[neighbour] < 0) return;
+      const int other = hillOf(neighbour);
+      if (hill_[i] < 0) hill_[i] = other;
+      const int own = hillOf(i);
+      if (own == other) return;
+      const bool ownIsHigher = magnitude_[peak_[own]] > magnitude_[peak_[other]];
+      const int higher = ownIsHigher ? own : other, lower = ownIsHigher ? other : own;
+      if (!apart(step, peak_[lower], peak_[higher])) parent_[lower] = higher;
+    });
     if (hill_[i] >= 0) continue;
     hill_[i] = static_cast<int>(peak_.size());
     parent_.push_back(hill_[i]);

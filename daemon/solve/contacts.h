@@ -20,7 +20,11 @@ class Contacts {
 
  private:
   void divide(const ContactStep& step);
-  bool apart(const ContactStep& step, int peak, int saddle);
+  template <typename Use>
+  void around(const ContactStep& step, int i, Use use) const;
+  double strip(const ContactStep& step, int from, const Eigen::Vector2d& along, double at,
+               const Eigen::Vector3d& direction, double factor);
+  bool apart(const ContactStep& step, int lower, int higher);
   Contact describe(const ContactStep& step, int hill);
   double deviation(const ContactStep& step);
   int hillOf(int index);

@@ -1,0 +1,361 @@
+// The contact step on the paper's sensor: patches between the nodes, noise, motion of the picture, missing markers.
+#include "daemon/solve/solver.h"
+#include "daemon/solve/systematic.h"
+#include "sensor/elastic/influence.h"
+#include "sensor/elastic/loads.h"
+#include "tests/unit/solve/sensors.h"
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace tractiond::solve {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kGramForce = 9.80665e-3;  // [N]
+constexpr double kNoise_px = 0.018;
+
+const sensor::Sensor& paper() {
+  static const sensor::Sensor sensor;
+  return sensor;
+}
+
+MotionPrior paperMotion() {
+  return {sensor::elastic::pictureMotionMatrix(paper()), Eigen::Vector4d(4e-4, 4e-4, 1e-8, 1e-8)};
+}
+
+const MatrixXd& influence() {
+  static const MatrixXd matrix = halfSpaceImage(paper(), sensor::nodePositions(paper().nodes));
+  return matrix;
+}
+
+const Inverse& paperInverse() {
+  static const Inverse inverse = computeInverse(influence(), paperMotion(), SolveOptions{}).value();
+  return inverse;
+}
+
+/// A patch and what it does to the picture, 2M x 3 [px/N].
+struct Press {
+  Vector2d at;
+  MatrixXd image;
+
+  std::array<double, 6> wrench(const Vector3d& f) const {
+    return {f.x(), f.y(), f.z(), at.y() * f.z(), -at.x() * f.z(), at.x() * f.y() - at.y() * f.x()};
+  }
+};
+
+Press press(const Vector2d& at, double radius) {
+  const auto patch = sensor::elastic::hertz(at, radius, Vector3d::UnitZ());
+  const MatrixXd points = halfSpaceImage(paper(), patch.points);
+  Press result{at, MatrixXd::Zero(points.rows(), 3)};
+  for (Eigen::Index i = 0; i < patch.points.cols(); ++i) {
+    result.image += patch.forces(2, i) * points.middleCols<3>(3 * i);
+  }
+  return result;
+}
+
+class ContactTest : public testing::Test {
+ protected:
+  ContactTest() { field_.resize(paper().markerCount(), paper().nodes.count()); }
+
+  VectorXd noise() {
+    return VectorXd::NullaryExpr(influence().rows(), [this] { return kNoise_px * normal_(random_); });
+  }
+
+  static MarkerField seen(const VectorXd& displacement) {
+    MarkerField field = fieldOf(displacement);
+    std::fill(field.variance_px2.begin(), field.variance_px2.end(), static_cast<float>(kNoise_px * kNoise_px));
+    return field;
+  }
+
+  const TractionField& solve(const VectorXd& displacement) {
+    solver_.solve(seen(displacement), field_);
+    EXPECT_TRUE(field_.valid);
+    return field_;
+  }
+
+  Vector3d resultant() const { return Vector3d::Map(field_.resultant_N.data()); }
+
+  std::mt19937 random_{1};
+  std::normal_distribution<double> normal_;
+  Solver solver_{paperInverse(), paper()};
+  TractionField field_;
+};
+
+TEST_F(ContactTest, NothingTouchesAndNothingIsRead) {
+  int alarms = 0;
+  for (int i = 0; i < 300; ++i) {
+    if (solve(noise()).method == Method::kNoContact) {
+      EXPECT_EQ(resultant(), Vector3d::Zero());
+      EXPECT_GT(field_.noise[14], 0.0);
+    } else {
+      ++alarms;
+    }
+  }
+  EXPECT_LE(alarms, 6);
+}
+
+TEST_F(ContactTest, AnOffCentrePressIsOneContactInItsPlace) {
+  const Press patch = press({8.3e-3, -5.1e-3}, 2.5e-3);
+  const Vector3d force = Vector3d(0.5, -0.3, 3.0);
+  solve(patch.image * force + noise());
+  EXPECT_EQ(field_.method, Method::kContact);
+  ASSERT_EQ(field_.contactCount, 1);
+  const Contact& contact = field_.contacts[0];
+  EXPECT_LT((Vector2d::Map(contact.position_m.data()) - patch.at).norm(), 0.3e-3);
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(contact.force_N[axis], force[axis], 5.0 * contact.forceDeviation_N[axis] + 0.01 * force.norm());
+    EXPECT_NEAR(field_.resultant_N[axis], force[axis], 0.02 * force.norm());
+  }
+  // A ball's pressure is as concentrated as an even one on 8/9 of the area; nodes are 3 mm wide.
+  EXPECT_GT(contact.area_m2, 10e-6);
+  EXPECT_LT(contact.area_m2, 80e-6);
+  const sensor::Points nodes = sensor::nodePositions(paper().nodes);
+  for (Eigen::Index n = 0; n < nodes.cols(); ++n) {
+    if ((nodes.col(n).head<2>() - patch.at).norm() < 15e-3) continue;
+    EXPECT_EQ(field_.force_N[3 * n + 2], 0.0F);
+    EXPECT_EQ(field_.deviation_N[3 * n + 2], 0.0F);
+  }
+}
+
+TEST_F(ContactTest, FiveGramForceIsFound) {
+  const Press patch = press({-11.2e-3, 6.7e-3}, 1.5e-3);
+  const VectorXd image = patch.image.col(2) * 5.0 * kGramForce;
+  int found = 0;
+  for (int i = 0; i < 100; ++i) found += solve(image + noise()).contactCount == 1 ? 1 : 0;
+  EXPECT_GE(found, 95);
+}
+
+TEST_F(ContactTest, TheTruthIsWithinTheStatedInterval) {
+  std::vector<Press> patches;
+  std::uniform_real_distribution<double> place(-27e-3, 27e-3), share(-1.0, 1.0), size(10.0, 200.0);
+  for (int i = 0; i < 10; ++i) patches.push_back(press({place(random_), place(random_)}, i % 2 == 0 ? 1.5e-3 : 3e-3));
+  int inside = 0, all = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Press& patch = patches[static_cast<std::size_t>(i) % patches.size()];
+    const Vector3d force = size(random_) * kGramForce * Vector3d(0.4 * share(random_), 0.4 * share(random_), 1.0);
+    Eigen::Vector4d motion;
+    for (double& m : motion) m = normal_(random_);
+    motion.array() *= paperMotion().variances.array().sqrt();
+    solve(patch.image * force + paperMotion().modes * motion + noise());
+    ASSERT_EQ(field_.method, Method::kContact);
+    const auto wrench = patch.wrench(force);
+    for (int k = 0; k < 6; ++k) {
+      const double error = (k < 3 ? field_.resultant_N[k] : field_.moment_Nm[k - 3]) - wrench[k];
+      // Between its nodes the model is right within a few thousandths: the systematic part states it.
+      const double model = 0.005 * (k < 3 ? force.norm() : std::hypot(patch.at.norm(), 3e-3) * force.norm());
+      inside += std::abs(error) < 1.96 * std::hypot(std::sqrt(field_.noise[7 * k]), model) ? 1 : 0;
+      ++all;
+    }
+  }
+  EXPECT_GT(inside, 0.92 * all);
+  std::printf("inside the stated 95 %% interval: %.1f %%\n", 100.0 * inside / all);
+}
+
+TEST_F(ContactTest, AMovedPictureIsNotAForce) {
+  const VectorXd moved = paperMotion().modes * Eigen::Vector4d(0.04, -0.03, 1e-4, -5e-5);
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_EQ(solve(moved + noise()).method, Method::kNoContact);
+    EXPECT_NEAR(field_.pictureMotion[0], 0.04, 0.005);
+    EXPECT_NEAR(field_.pictureMotion[1], -0.03, 0.005);
+  }
+}
+
+// The slow twin: least squares over the weighted forces of the found nodes and the motion, valid rows alone.
+TEST_F(ContactTest, EqualsDenseLeastSquaresWhateverIsMissing) {
+  const Press patch = press({2.0e-3, 4.4e-3}, 4e-3);
+  MarkerField markers = seen(patch.image * Vector3d(0.2, 0.4, 2.0) + noise());
+  VectorXd amplitudes = VectorXd::Zero(paperInverse().left.stride());
+  for (int i = 0; i < influence().rows(); ++i) {
+    amplitudes += static_cast<double>(markers.displacement_px[i]) *
+                  Eigen::VectorXf::Map(paperInverse().left.row(i), amplitudes.size()).cast<double>();
+  }
+  std::uniform_int_distribution<int> any(0, paper().markerCount() - 1);
+  for (const int missing : {0, 1, 115}) {
+    while (markers.validCount > paper().markerCount() - missing) loseMarker(markers, any(random_));
+    solver_.solve(markers, field_);
+    ASSERT_EQ(field_.method, Method::kContact);
+
+    ContactStep step(paperInverse(), paper().nodes, SolveOptions{});
+    std::vector<int> gone;
+    std::vector<Eigen::Index> rows;
+    std::vector<double> row(static_cast<std::size_t>(paperInverse().influence.stride()), 0.0);
+    for (int i = 0; i < influence().rows(); ++i) {
+      if (markers.valid[i / 2] == 0) {
+        gone.push_back(i);
+      } else {
+        rows.push_back(i);
+        row[i] = markers.displacement_px[i];
+      }
+    }
+    // Any support will do for this: that of the whole picture.
+    step.find({amplitudes.data(), static_cast<std::size_t>(amplitudes.size())}, kNoise_px);
+    ASSERT_FALSE(step.nodes().empty());
+    double squares = 0.0;
+    for (const double d : row) squares += d * d;
+    ASSERT_TRUE(step.solve(row.data(), gone, squares));
+
+    const auto count = static_cast<Eigen::Index>(step.nodes().size());
+    MatrixXd a(influence().rows(), 3 * count + 4);
+    VectorXd weight(3 * count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const int node = step.nodes()[i];
+      weight.segment<3>(3 * i).setConstant(step.weights()[node]);
+      a.middleCols<3>(3 * i) = influence().middleCols<3>(3 * node) * step.weights()[node];
+    }
+    a.rightCols<4>() = paperMotion().modes;
+    const VectorXd d = VectorXd::Map(row.data(), influence().rows());
+    MatrixXd stacked(static_cast<Eigen::Index>(rows.size()) + a.cols(), a.cols());
+    VectorXd right = VectorXd::Zero(stacked.rows());
+    VectorXd penalty = VectorXd::Constant(a.cols(), step.lambda());
+    penalty.tail<4>() = kNoise_px * paperMotion().variances.cwiseSqrt().cwiseInverse();
+    stacked << a(rows, Eigen::all), MatrixXd(penalty.asDiagonal());
+    right.head(static_cast<Eigen::Index>(rows.size())) = d(rows);
+    const VectorXd x = stacked.colPivHouseholderQr().solve(right);
+    const VectorXd expected = weight.cwiseProduct(x.head(3 * count));
+    const VectorXd actual = VectorXd::Map(step.forces().data(), 3 * count);
+    EXPECT_LT((actual - expected).norm(), 1e-4 * expected.norm()) << missing << " missing";
+    const double residual = (d(rows) - (a * x)(rows)).squaredNorm();
+    EXPECT_NEAR(step.squaredResidual(), residual, 1e-4 * residual);
+
+    // Posterior covariance of a force and of its sum.
+    const MatrixXd covariance = kNoise_px * kNoise_px * (stacked.transpose() * stacked).inverse();
+    std::vector<double> functional(ContactStep::kMostUnknowns, 0.0), deviations(3 * ContactStep::kMostNodes);
+    VectorXd sum = VectorXd::Zero(a.cols());
+    for (Eigen::Index i = 0; i < count; ++i) {
+      functional[3 * i + 2] = 1.0;
+      sum[3 * i + 2] = weight[3 * i + 2];
+    }
+    step.prepare(functional.data());
+    const double variance = sum.dot(covariance * sum);
+    EXPECT_NEAR(step.covariance(functional.data(), functional.data()), variance, 1e-3 * variance);
+    step.deviations(deviations.data());
+    EXPECT_NEAR(deviations[2], weight[2] * std::sqrt(covariance(2, 2)), 1e-3 * deviations[2]);
+  }
+}
+
+TEST_F(ContactTest, TwoContactsAreToldApart) {
+  const Press left = press({-5.7e-3, 0.9e-3}, 1.5e-3), right = press({6.3e-3, 0.9e-3}, 1.5e-3);
+  const Vector3d force(0.0, 0.0, 100.0 * kGramForce);
+  const VectorXd image = (left.image + right.image) * force;
+  int both = 0;
+  for (int i = 0; i < 50; ++i) {
+    if (solve(image + noise()).contactCount != 2) continue;
+    const bool ordered = field_.contacts[0].position_m[0] < field_.contacts[1].position_m[0];
+    const Contact &first = field_.contacts[ordered ? 0 : 1], &second = field_.contacts[ordered ? 1 : 0];
+    const bool there = (Vector2d::Map(first.position_m.data()) - left.at).norm() < 1e-3 &&
+                       (Vector2d::Map(second.position_m.data()) - right.at).norm() < 1e-3 &&
+                       std::abs(first.force_N[2] - force.z()) < 0.1 * force.z() &&
+                       std::abs(second.force_N[2] - force.z()) < 0.1 * force.z();
+    both += there ? 1 : 0;
+  }
+  EXPECT_GE(both, 47);
+  int split = 0;
+  for (int i = 0; i < 100; ++i) split += solve(left.image * 2.0 * force + noise()).contactCount != 1 ? 1 : 0;
+  EXPECT_LE(split, 2);
+}
+
+// The same noise throughout: what changes is the load alone, in steps of a tenth of the noise.
+TEST_F(ContactTest, AGrowingPressIsReadWithoutAStep) {
+  const Press patch = press({1.1e-3, -7.9e-3}, 2e-3);
+  const VectorXd still = noise();
+  Vector3d last = Vector3d::Zero();
+  for (int step = 0; step <= 400; ++step) {
+    solve(patch.image.col(2) * (0.1 * step * kGramForce) + still);
+    EXPECT_LT((resultant() - last).norm(), 0.6 * kGramForce) << "at " << 0.1 * step << " gf";
+    last = resultant();
+  }
+  EXPECT_NEAR(last.z(), 40.0 * kGramForce, 4.0 * kGramForce);
+}
+
+TEST_F(ContactTest, AGrowingContactIsReadWithoutAStepThroughTheFallback) {
+  const sensor::Points nodes = sensor::nodePositions(paper().nodes);
+  const VectorXd still = noise();
+  Vector3d last = Vector3d::Zero();
+  bool contact = false, blend = false, face = false;
+  for (double reach = 4.0; reach < 30.0; reach += 0.05) {
+    VectorXd forces = VectorXd::Zero(influence().cols());
+    for (Eigen::Index n = 0; n < nodes.cols(); ++n) {
+      const double edge = (reach - 1e3 * nodes.col(n).norm()) / 3.0;  // a pitch from full to nothing
+      forces[3 * n + 2] = std::clamp(edge, 0.0, 1.0);
+    }
+    forces *= 4.0 / forces.sum();
+    solve(influence() * forces + still);
+    if (reach > 4.0) {
+      EXPECT_LT((resultant() - last).norm(), 8.0 * kGramForce) << "at " << reach << " mm";
+    }
+    last = resultant();
+    contact |= field_.method == Method::kContact;
+    blend |= field_.method == Method::kBlend;
+    face |= field_.method == Method::kWholeFace;
+    EXPECT_NEAR(resultant().z(), 4.0, 0.3);
+  }
+  EXPECT_TRUE(contact && blend && face);
+}
+
+TEST_F(ContactTest, DoubtfulMarkersAreTakenOut) {
+  const Press patch = press({0.0, 0.0}, 2.5e-3);
+  const VectorXd image = patch.image.col(2) * 2.0 + noise();
+  MarkerField without = seen(image), doubtful = seen(image);
+  for (int marker = 300; marker < 310; ++marker) {
+    loseMarker(without, marker);
+    doubtful.displacement_px[2 * marker] += 1.0F;
+    doubtful.variance_px2[marker] = 0.1F;
+  }
+  solver_.solve(without, field_);
+  const Vector3d expected = resultant();
+  solver_.solve(doubtful, field_);
+  EXPECT_LT((resultant() - expected).norm(), 1e-6);
+}
+
+TEST_F(ContactTest, WhatNoForceCanDoIsMarked) {
+  VectorXd torn = noise();
+  for (Eigen::Index i = 0; i < torn.size(); i += 4) torn[i] += i < torn.size() / 2 ? 0.5 : 0.0;
+  solve(torn);
+  EXPECT_NE(field_.flags & kUnexplained, 0U);
+  const Press patch = press({0.0, 0.0}, 1.5e-3);
+  solve(patch.image.col(2) * 4.0 + noise());
+  EXPECT_EQ(field_.flags & (kUnexplained | kOutOfRange), 0U);
+  solve(patch.image.col(2) * 40.0 + noise());
+  EXPECT_NE(field_.flags & kOutOfRange, 0U);
+}
+
+TEST(Systematic, PoseErrorsAreWhatAStrayedCameraReads) {
+  sensor::Sensor sensor;
+  sensor.uncertainty.focal = 0.01;
+  sensor.uncertainty.rotation = {0.0, 0.0, 0.01};
+  sensor.uncertainty.position.setZero();
+  const MatrixXd displacement = sensor::elastic::displacementMatrix(sensor, sensor::elastic::Model::kHalfSpace);
+  const std::vector<double> errors = poseErrors(sensor, displacement, paperInverse());
+  ASSERT_EQ(errors.size(), std::size_t{kPoseErrors});
+  const auto number = [&](int k) {
+    return Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(errors.data() + 36 * k);
+  };
+  EXPECT_TRUE(number(0).isZero(1e-12));
+  // A picture 1 % larger shows forces 1 % larger; one that is turned by 0.01 turns tangential forces.
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(number(6)(axis, axis), 0.01, 0.002);
+  EXPECT_NEAR(std::abs(number(5)(0, 1)), 0.01, 0.002);
+  EXPECT_NEAR(number(5)(0, 1), -number(5)(1, 0), 0.002);
+  EXPECT_NEAR(number(5)(2, 2), 0.0, 0.002);
+}
+
+TEST(Systematic, StiffnessScalesTheWholeWrench) {
+  sensor::Uncertainty uncertainty;
+  uncertainty.model = 0.0;
+  uncertainty.youngsModulus = 0.02;
+  const std::array<double, 6> wrench = {1.0, -2.0, 3.0, 0.01, 0.02, -0.03};
+  const WrenchCovariance covariance = systematicCovariance(wrench, uncertainty, 3e-3, {});
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) EXPECT_NEAR(covariance[6 * i + j], 4e-4 * wrench[i] * wrench[j], 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace tractiond::solve
