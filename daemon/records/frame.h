@@ -11,20 +11,21 @@ enum class PixelFormat : std::uint8_t { kRgb8, kBgr8, kBayerRG8, kBayerGR8, kBay
 /// When a frame was made and when it reached each stage. CLOCK_MONOTONIC and CLOCK_REALTIME are of the daemon's host.
 /// Zero means unknown.
 struct FrameTimes {
-  std::int64_t device_ns = 0;      ///< the camera's own clock, as sent; its epoch is the camera's business
-  std::int64_t received_ns = 0;    ///< CLOCK_MONOTONIC when the frame was popped from the camera driver
-  std::int64_t receivedReal_ns = 0;///< CLOCK_REALTIME at the same moment
-  std::int64_t captured_ns = 0;    ///< device_ns on CLOCK_MONOTONIC, by the running mapping of the two clocks
+  std::int64_t device_ns = 0;         ///< the camera's own clock, as sent; its epoch is the camera's business
+  std::int64_t received_ns = 0;       ///< CLOCK_MONOTONIC when the frame was popped from the camera driver
+  std::int64_t receivedReal_ns = 0;   ///< CLOCK_REALTIME at the same moment
+  std::int64_t captured_ns = 0;       ///< device_ns on CLOCK_MONOTONIC, by the running mapping of the two clocks
   std::int64_t capturedError_ns = 0;  ///< half width of that mapping, beside the shortest delay from camera to host
-  std::int64_t tracked_ns = 0;     ///< CLOCK_MONOTONIC when tracking was done
-  std::int64_t solved_ns = 0;      ///< CLOCK_MONOTONIC when solving was done
+  std::int64_t tracked_ns = 0;        ///< CLOCK_MONOTONIC when tracking was done
+  std::int64_t solved_ns = 0;         ///< CLOCK_MONOTONIC when solving was done
 };
 
 struct FrameInfo {
-  std::uint64_t cameraFrameId = 0; ///< as the camera counts (16 bit on GigE Vision 1.x: it wraps)
-  std::uint64_t frameNumber = 0;   ///< counted up from the start of the daemon; jumps where the camera's ids say frames were lost
-  double exposure_s = 0.0;         ///< 0: the camera does not tell
-  bool discontinuity = false;      ///< the ids or the clock jumped since the frame before: positions may have moved far
+  std::uint64_t cameraFrameId = 0;  ///< as the camera counts (16 bit on GigE Vision 1.x: it wraps)
+  std::uint64_t frameNumber =
+      0;  ///< counted up from the start of the daemon; jumps where the camera's ids say frames were lost
+  double exposure_s = 0.0;     ///< 0: the camera does not tell
+  bool discontinuity = false;  ///< the ids or the clock jumped since the frame before: positions may have moved far
   FrameTimes times;
 };
 
@@ -32,11 +33,11 @@ struct FrameInfo {
 struct Frame {
   FrameInfo info;
   const std::uint8_t* data = nullptr;
-  std::size_t size = 0;            ///< bytes
-  int width = 0, height = 0;       ///< px
-  int stride = 0;                  ///< bytes from row to row
+  std::size_t size = 0;       ///< bytes
+  int width = 0, height = 0;  ///< px
+  int stride = 0;             ///< bytes from row to row
   PixelFormat format = PixelFormat::kRgb8;
-  void* token = nullptr;           ///< the source's own handle of the memory
+  void* token = nullptr;  ///< the source's own handle of the memory
 };
 
 }  // namespace tractiond

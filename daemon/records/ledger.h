@@ -10,14 +10,14 @@ struct Ledger {
   // capture thread: everything the driver handed over, good or bad
   Counter received;
   // capture thread: why a received buffer was not used
-  Counter incomplete;        ///< the driver's status says that packets are missing, aborted, cleared ...
-  Counter wrongSize;         ///< payload or picture size is not what was agreed
-  Counter wrongFormat;       ///< pixel format is not what was agreed
-  Counter stale;             ///< its id does not advance or its time does not rise: an old picture handed out again
-  Counter implausible;       ///< id or time jumped ahead; held back until three frames in a row agree
+  Counter incomplete;   ///< the driver's status says that packets are missing, aborted, cleared ...
+  Counter wrongSize;    ///< payload or picture size is not what was agreed
+  Counter wrongFormat;  ///< pixel format is not what was agreed
+  Counter stale;        ///< its id does not advance or its time does not rise: an old picture handed out again
+  Counter implausible;  ///< id or time jumped ahead; held back until three frames in a row agree
   Counter evictedBeforeTrack;
   // track thread
-  Counter noRestPose;        ///< used to find the markers and to take the zero; nothing to publish yet
+  Counter noRestPose;  ///< used to find the markers and to take the zero; nothing to publish yet
   Counter evictedBeforeSolve;
   // solve thread
   Counter evictedBeforePublish;
@@ -27,8 +27,8 @@ struct Ledger {
   Counter discardedAtStop;
 
   // Not part of the sum: frames that never arrived.
-  Counter missing;           ///< by gaps in the camera's ids (capture thread)
-  Counter reconnects;        ///< camera lost and opened again (capture thread)
+  Counter missing;     ///< by gaps in the camera's ids (capture thread)
+  Counter reconnects;  ///< camera lost and opened again (capture thread)
 
   std::uint64_t losses() const {
     return incomplete.get() + wrongSize.get() + wrongFormat.get() + stale.get() + implausible.get() +
