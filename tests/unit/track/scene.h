@@ -35,7 +35,7 @@ class Scene {
       , renderer_(s, optics, format)
       , picture_(renderer_.pictureSize()) {
     const sensor::Projection project(s.camera, s.gel.size.z());
-    const sensor::Points points = sensor::markerPositions(s.layers);
+    const sensor::Points points = sensor::markerPositions(s);
     rest.resize(2, points.cols());
     for (Eigen::Index i = 0; i < points.cols(); ++i) rest.col(i) = project(points.col(i));
     now = rest;
