@@ -362,9 +362,9 @@ void drawPanel(Panel panel, const Scene& scene, std::int64_t now_ns) {
     return isKnown && variance > 0.0 ? format("±%.3f N  %s", 2.0 * std::sqrt(variance), direction)
                                      : format("N  %s", direction);
   };
-  panel.line("x", known(format("%+.3f", force[0])), note(0, "right"), strong);
+  panel.line("x", known(format("%+.3f", force[0])), note(0, "to the right"), strong);
   panel.line("y", known(format("%+.3f", force[1])), note(1, "up"), strong);
-  panel.line("z", known(format("%+.3f", force[2])), note(2, "in"), strong);
+  panel.line("z", known(format("%+.3f", force[2])), note(2, "into the gel"), strong);
   panel.line("total", known(format("%.3f", total)), isKnown ? format("N  %.0f gf", total / kGramForce_N) : "N", strong);
   if (isKnown && total > kSmallestForce_N) {
     panel.line("slant", format("%.1f", std::atan2(tangential, force[2]) * kDegrees),

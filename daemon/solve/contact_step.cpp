@@ -39,6 +39,10 @@ constexpr std::array kTouchOutline = {0.5, 0.7};
 constexpr std::array kNoTouchSideLobe = {0.2, 0.4};
 constexpr std::array kOutlineSeen = {6.0, 10.0};  // surety in the shape map from which it is the better one
 
+/// Force of a contact's nodes as a multiple of the shape map's strongest: for the contacts of a few nodes, for those of
+/// many, and the number of nodes for which it is 1.
+constexpr double kPoint = 2.0, kPlane = 0.2, kPointNodes = 24.0;
+
 double ramp(double x, const std::array<double, 2>& limits) {
   return ramp(x, limits[0], limits[1]);
 }
@@ -152,6 +156,9 @@ double ContactStep::find(std::span<const double> amplitudes, double noise_px) {
     nodes_.push_back(static_cast<int>(node));
     few += std::min(1.0, 4.0 * weight_[node]);
   }
+  // The map shows a point with a sixth of its force and a plane with all of it.
+  expected_N_ *= std::clamp(kPointNodes / few, kPlane, kPoint);
+  expected_N_ = std::max(expected_N_, options_.forceScale_N);
   if (nodes_.size() > kMostNodes) return 0.0;
   return 1.0 - ramp(few, kFewNodes, kMostNodes - 8);
 }
@@ -180,7 +187,7 @@ void ContactStep::weigh() {
   const double strongest = *std::max_element(magnitude_.begin(), magnitude_.end());
   const double surestTouch = *std::max_element(touchSurety_.begin(), touchSurety_.end());
   const double outlined = ramp(surest, kOutlineSeen);
-  expected_N_ = std::max(strongest, options_.forceScale_N);
+  expected_N_ = strongest;
 
   constexpr int kRows = static_cast<int>(kReach);
   const auto nearest = [&](int node, auto use) {

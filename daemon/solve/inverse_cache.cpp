@@ -141,6 +141,7 @@ Id inverseId(const sensor::Sensor& sensor, const SolveOptions& options) {
   vector(sensor.uncertainty.position);
   vector(sensor.uncertainty.rotation);
   hasher.value(sensor.uncertainty.focal);
+  hasher.value(sensor.uncertainty.focalDistance);
   vector(motionVariances(sensor));
   return hasher.digest();
 }

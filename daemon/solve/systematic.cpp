@@ -4,6 +4,8 @@
 
 #include <Eigen/Dense>
 
+#include <cmath>
+
 namespace tractiond::solve {
 namespace {
 
@@ -19,7 +21,8 @@ sensor::Camera strayed(const sensor::Sensor& sensor, int number) {
   else if (number < 6)
     camera.rotation[number - 3] += by.rotation[number - 3];
   else
-    camera.focal_px *= 1.0 + by.focal;
+    camera.focal_px *= 1.0 + by.focal * std::sqrt(1.0 - by.focalDistance * by.focalDistance);
+  if (number == 2) camera.focal_px *= 1.0 + by.focal * by.focalDistance;  // what strays with the distance
   return camera;
 }
 constexpr int kPoseNumbers = kPoseErrors / 36;
