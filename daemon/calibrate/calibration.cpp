@@ -88,8 +88,8 @@ std::optional<Result> Calibration::begin(const CalibrationStep& step, const Rest
                                          const fs::path& directory) {
   running_.reset();
   if (inForce_.body && step.kind != Kind::kNoise && step.kind != Kind::kFinish) {
-    return refused("only the noise of a body with an influence file can be calibrated; its stiffness is "
-                   "gel.youngs_modulus_pa");
+    return refused("geometry and weights are fitted to flat layers in a block alone: for a body with an influence file "
+                   "set gel.youngs_modulus_pa so that the published force is that of a weight");
   }
   if (step.kind == Kind::kStiffness) return stiffness();
   if (step.kind == Kind::kFinish) return finish(step.name, camera, directory);
@@ -98,10 +98,6 @@ std::optional<Result> Calibration::begin(const CalibrationStep& step, const Rest
   if (step.kind == Kind::kWeight) {
     if (!(step.weight_N > 0.0) || !std::isfinite(step.weight_N)) return refused("a weight must press: it is above 0");
     if (step.first) weights_.clear();
-    if (inForce_.body) {
-      return refused("weights are read on the block alone: for a body with an influence file set gel.youngs_modulus_pa "
-                     "so that its published force is the weight");
-    }
     if (!contactFit_) contactFit_ = std::make_unique<ContactFit>(inForce_, options_.progress);
     weighing_ = std::make_unique<Weighing>(zero->present.size());
   } else {

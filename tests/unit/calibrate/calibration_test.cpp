@@ -185,6 +185,35 @@ TEST_F(CalibrationTest, TheFileSaysWhatWasMeasuredAndIsVerified) {
   EXPECT_TRUE(verifyCalibration(changed, "gel.toml"));
 }
 
+TEST(BodyCalibration, OnlyTheNoiseIsMeasuredAndTheHashIsOfItsContent) {
+  sensor::Sensor sensor = coarse();
+  sensor::Body body{.file = "body.npz",
+                    .youngsModulus = 1e5,
+                    .influence = Eigen::MatrixXd::Identity(4, 4),
+                    .nodes = sensor::nodePositions(sensor),
+                    .normals = sensor::nodeNormals(sensor),
+                    .areas = sensor::nodeAreas(sensor),
+                    .markers = sensor::markerPositions(sensor)};
+  sensor.body = std::make_shared<const sensor::Body>(body);
+  Calibration calibration(sensor, {});
+  RestPose zero;
+  zero.present.assign(static_cast<std::size_t>(sensor.markerCount()), 1);
+  CalibrationStep step;
+  for (const Kind kind : {Kind::kGeometry, Kind::kWeight, Kind::kStiffness}) {
+    step.kind = kind;
+    const auto result = calibration.begin(step, &zero, "Camera-1", "/nowhere");
+    ASSERT_TRUE(result && !*result);
+    EXPECT_NE(result->error().find("influence file"), std::string::npos) << result->error();
+  }
+  step.kind = Kind::kNoise;
+  EXPECT_FALSE(calibration.begin(step, &zero, "Camera-1", "/nowhere"));
+
+  const std::string hash = calibrationHash(sensor);
+  body.influence(1, 2) = 1e-9;
+  sensor.body = std::make_shared<const sensor::Body>(body);
+  EXPECT_NE(calibrationHash(sensor), hash);
+}
+
 TEST_F(CalibrationTest, NoiseUnderATouchIsRefused) {
   CalibrationStep step;
   step.kind = Kind::kNoise;
