@@ -44,6 +44,19 @@ std::string account(const Ledger& ledger) {
                      ledger.published.get(), zero, ledger.losses() - zero);
 }
 
+/// Of a gel file, or of the influence file that it names.
+Error asError(const sensor::FileError& error, const std::string& gelFile) {
+  Error result{.exitCode = EX_CONFIG, .what = error.what, .where = error.where};
+  if (error.isData) {
+    result.exitCode = EX_DATAERR;
+    result.remedy = "write it again, as docs/influence-file.md says";
+  } else if (error.unreadable) {
+    result.exitCode = EX_NOINPUT;
+    result.remedy = error.where == gelFile ? "sensor.gel_file names it" : "gel.influence_file names it";
+  }
+  return result;
+}
+
 /// One line in ten per cent.
 sensor::elastic::Progress progressLines() {
   return [last = -1](double done) mutable {
@@ -60,19 +73,7 @@ tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile) {
   sensor::Sensor sensor;
   if (!gelFile.empty()) {
     auto loaded = sensor::loadGel(gelFile);
-    if (!loaded) {
-      const sensor::FileError& error = loaded.error();
-      const bool influence = error.where != gelFile;  // the gel file's own faults have a line
-      return tl::unexpected(
-          Error{.exitCode = error.unreadable ? EX_NOINPUT
-                            : error.isData   ? EX_DATAERR
-                                             : EX_CONFIG,
-                .what = error.what,
-                .where = error.where,
-                .remedy = error.isData       ? "write it again, as docs/influence-file.md says"
-                          : error.unreadable ? (influence ? "gel.influence_file names it" : "sensor.gel_file names it")
-                                             : ""});
-    }
+    if (!loaded) return tl::unexpected(asError(loaded.error(), gelFile));
     sensor = *std::move(loaded);
     if (auto same = calibrate::verifyCalibration(sensor, gelFile); !same) return tl::unexpected(same.error());
   }

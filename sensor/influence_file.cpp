@@ -116,8 +116,11 @@ double meanPitch(const Points& points, Eigen::Index first, int columns, int rows
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
       const Eigen::Index here = first + row * columns + column;
-      if (column > 0) sum += (points.col(here) - points.col(here - 1)).norm(), ++count;
-      if (row > 0) sum += (points.col(here) - points.col(here - columns)).norm(), ++count;
+      for (const int back : {column > 0 ? 1 : 0, row > 0 ? columns : 0}) {
+        if (back == 0) continue;
+        sum += (points.col(here) - points.col(here - back)).norm();
+        ++count;
+      }
     }
   }
   return count > 0 ? sum / count : 0.0;

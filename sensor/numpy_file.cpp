@@ -132,7 +132,8 @@ tl::expected<NumpyFile, FileError> NumpyFile::load(const std::string& path) {
   if (size > kLargestFile) return tl::unexpected(file.fault("", "is larger than 4 GiB"));
   std::ifstream stream(path, std::ios::binary);
   file.bytes_.resize(static_cast<std::size_t>(size));
-  if (!stream.read(file.bytes_.data(), static_cast<std::streamsize>(size))) return unreadable(std::strerror(errno));
+  if (!stream.read(file.bytes_.data(), static_cast<std::streamsize>(size)))
+    return unreadable(std::error_code(errno, std::generic_category()).message());
   if (auto done = file.readDirectory(); !done) return tl::unexpected(done.error());
   return file;
 }
@@ -189,7 +190,7 @@ tl::expected<NumpyFile::Member, FileError> NumpyFile::member(const std::string& 
   if (!holds(bytes, 0, kVersionEnd + 4) || std::string_view(bytes.data(), kMagic.size()) != kMagic) {
     return bad("is no NumPy array");
   }
-  const int version = bytes[6];
+  const int version = number<std::uint8_t>(bytes, 6);
   if (version < 1 || version > 3) return bad("is of an unknown version of NumPy's format");
   const std::size_t begin = kVersionEnd + (version == 1 ? 2 : 4);
   const std::size_t size =
