@@ -9,7 +9,7 @@
 
 #include "sensor/elastic/linear_algebra.h"
 
-#include <Eigen/SVD>
+#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cassert>
@@ -73,10 +73,12 @@ tl::expected<Inverse, Error> computeInverse(const MatrixXd& influence, const Mot
   const auto coordinates = static_cast<int>(influence.rows());
   const auto forces = static_cast<int>(influence.cols());
 
-  const Eigen::BDCSVD<MatrixXd> strayed(motion.modes * (motion.variances.cwiseSqrt() / options.noise_px).asDiagonal(),
-                                        Eigen::ComputeThinU);
-  const MatrixXd& r = strayed.matrixU();
-  const Eigen::Vector4d e2 = strayed.singularValues().array().square();
+  // Left singular vectors and squared singular values of P Q^1/2 / n; a motion that does not happen has a zero column.
+  MatrixXd r = motion.modes * (motion.variances.cwiseSqrt() / options.noise_px).asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> strayed(r.transpose() * r);
+  const Eigen::Vector4d e2 = strayed.eigenvalues().cwiseMax(0.0);
+  const Eigen::Vector4d reciprocal = (e2.array() > 0.0).select(e2.array().max(1e-300).rsqrt(), 0.0);
+  r = r * (strayed.eigenvectors() * reciprocal.asDiagonal());
   const Eigen::Vector4d motionGain = e2.array() / (1.0 + e2.array());
   const Eigen::Vector4d halfWeight = 1.0 - (1.0 + e2.array()).rsqrt();
   const auto weigh = [&](MatrixXd& matrix) { matrix -= r * halfWeight.asDiagonal() * (r.transpose() * matrix); };
