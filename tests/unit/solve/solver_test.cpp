@@ -28,10 +28,11 @@ class Twin {
  public:
   Twin(MatrixXd influence, const SolveOptions& options)
       : influence_(std::move(influence)) {
-    const Eigen::BDCSVD<MatrixXd> svd(influence_, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    lambda_ = options.regularisation * svd.singularValues()[0];
-    const Eigen::Index rank = (svd.singularValues().array() > options.truncation * lambda_).count();
-    basis_ = svd.matrixV().leftCols(rank);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> gram(influence_.transpose() * influence_);
+    const double largest = std::sqrt(gram.eigenvalues().maxCoeff());
+    lambda_ = options.regularisation * largest;
+    const double smallest = std::max(options.truncation * lambda_, 1e-6 * largest);
+    basis_ = gram.eigenvectors().rightCols((gram.eigenvalues().array() > smallest * smallest).count());
   }
 
   /// The forces in the span of the kept singular vectors that minimise |d - H f|^2 + lambda^2 |f|^2 over valid rows.
