@@ -30,8 +30,8 @@ constexpr double kExplained_share = 0.02;
 constexpr double kUnexplained_noise = 2.0;
 constexpr double kUnexplained_share = 0.1;
 
-/// A field is out of range where a node's pressure exceeds this multiple of Young's modulus. Large strain has been followed
-/// to about half of it only.
+/// A field is out of range where a node's pressure exceeds this multiple of Young's modulus. Large strain has been
+/// followed to about half of it only.
 constexpr double kLinearRange = 2.0;
 
 /// Below so many of its deviations, a normal force has no centre.
