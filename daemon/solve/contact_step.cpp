@@ -139,10 +139,12 @@ std::array<double, 2> ContactStep::detectionLimit() const {
 
 double ContactStep::find(std::span<const double> amplitudes, double noise_px) {
   noise_px_ = noise_px;
-  filter(touch_, amplitudes);
   filter(shape_, amplitudes);
-  surety(touch_, touchSurety_);
   surety(shape_, shapeSurety_);
+  if (*std::max_element(shapeSurety_.begin(), shapeSurety_.end()) < kOutlineSeen[1]) {  // else nobody asks for it
+    filter(touch_, amplitudes);
+    surety(touch_, touchSurety_);
+  }
   for (std::size_t node = 0; node < magnitude_.size(); ++node) {
     const double* const f = shape_.force.data() + 3 * node;
     magnitude_[node] = std::sqrt(square(f[0]) + square(f[1]) + square(f[2]));
