@@ -17,8 +17,9 @@ namespace {
 /// Nodes that belong to the same contact as a stronger one are no farther from it, in pitches.
 constexpr double kReach = 4.3;
 
-/// A mode counts in a map while its singular value is above this share of the map's strength.
-constexpr double kFaintest = 0.1;
+/// A mode counts in a map while its singular value is above this share of the map's strength. Outlines are drawn from
+/// far stronger forces than the weakest touch, and do with fewer.
+constexpr double kFaintestInTouch = 0.1, kFaintestInShape = 0.3;
 
 /// Continuous, 0 up to `low`, 1 from `high` on.
 double ramp(double x, double low, double high) {
@@ -54,10 +55,11 @@ ContactStep::ContactStep(const Inverse& inverse, const sensor::NodeGrid& nodes, 
     , options_(options)
     , columns_(nodes.columns)
     , rows_(nodes.rows)
-    , touch_(makeMap(options.touchForce_N))
-    , shape_(makeMap(options.shapeForce_N))
-    , everyMode_(static_cast<std::size_t>(inverse.rank()))
-    , coefficients_(1, inverse.rank()) {
+    , touch_(makeMap(options.touchForce_N, kFaintestInTouch))
+    , shape_(makeMap(options.shapeForce_N, kFaintestInShape))
+    , modeForces_(inverse.right, std::max(touch_.modes, shape_.modes), inverse.forceCount())
+    , everyMode_(static_cast<std::size_t>(modeForces_.rows()))
+    , coefficients_(everyMode_.size()) {
   assert(3 * nodes.count() == inverse.forceCount());
   std::iota(everyMode_.begin(), everyMode_.end(), 0);
 
@@ -86,17 +88,18 @@ ContactStep::ContactStep(const Inverse& inverse, const sensor::NodeGrid& nodes, 
   unknowns_.reserve(kUnknowns);
   scale_.reserve(kUnknowns);
   matrix_.resize(kUnknowns * (kUnknowns + 1) / 2);
-  for (auto* each : {&right_, &solution_, &scratch_}) each->resize(kUnknowns);
+  for (auto* each : {&right_, &solution_, &variances_}) each->resize(kUnknowns);
+  scratch_.resize(kColumns * kUnknowns);
   forces_.resize(3 * kMostNodes);
   missingRows_.resize(kUnknowns * static_cast<std::size_t>(inverse.coordinateCount()));
   detectionLimit_N_ = detectionLimit();
 }
 
-ContactStep::Map ContactStep::makeMap(double force_N) const {
+ContactStep::Map ContactStep::makeMap(double force_N, double faintest) const {
   const double strength = options_.noise_px / force_N;
   Map map;
   for (const double s : inverse_.singularValues) {
-    if (s < kFaintest * strength && map.modes > 0) break;
+    if (s < faintest * strength && map.modes > 0) break;
     map.filter.push_back(s / (square(s) + square(strength)));
     ++map.modes;
   }
@@ -166,11 +169,10 @@ double ContactStep::find(std::span<const double> amplitudes, double noise_px) {
 }
 
 void ContactStep::filter(Map& map, std::span<const double> amplitudes) {
-  float* const coefficients = coefficients_.row(0);
-  for (int k = 0; k < map.modes; ++k) coefficients[k] = static_cast<float>(map.filter[k] * amplitudes[k]);
+  for (int k = 0; k < map.modes; ++k) coefficients_[k] = static_cast<float>(map.filter[k] * amplitudes[k]);
   const auto modes = static_cast<std::size_t>(map.modes);
   std::fill(map.force.begin(), map.force.end(), 0.0);
-  addRows(inverse_.right, std::span(everyMode_).first(modes), {coefficients, modes}, map.force.data());
+  addRows(modeForces_, std::span(everyMode_).first(modes), std::span(coefficients_).first(modes), map.force.data());
 }
 
 double ContactStep::length(const double* f, const double* precision) {
@@ -285,7 +287,7 @@ bool ContactStep::solve(const double* displacement, std::span<const int> missing
   lambda_ = noise_px_ / expected_N_;
   assemble(displacement, missing);
   const int size = static_cast<int>(scale_.size()), forces = size - kMotions;
-  if (!factoriseLower(matrix_, size)) return false;
+  if (!factoriseLower(matrix_, size, scratch_.data())) return false;
   std::copy_n(right_.begin(), size, solution_.begin());
   solveLower(matrix_, size, solution_.data());
   solveLowerTransposed(matrix_, size, solution_.data());
@@ -314,10 +316,21 @@ double ContactStep::covariance(const double* a, const double* b) const {
   return square(noise_px_) * dotProduct(a, b, static_cast<int>(scale_.size()));
 }
 
+void ContactStep::covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const {
+  const int size = static_cast<int>(scale_.size()), forces = size - kMotions;
+  for (int i = 0; i < forces; ++i) {
+    for (int k = 0; k < kColumns; ++k) functionals[kColumns * i + k] *= scale_[i];
+  }
+  std::fill(functionals + kColumns * forces, functionals + kColumns * size, 0.0);
+  solveLowerColumns(matrix_, size, functionals);
+  multiplyColumns(functionals, functionals, size, result.data());
+  for (double& covariance : result) covariance *= square(noise_px_);
+}
+
 void ContactStep::deviations(double* deviation) {
   const int forces = static_cast<int>(scale_.size()) - kMotions;
-  inverseDiagonal(matrix_, static_cast<int>(scale_.size()), scratch_.data(), solution_.data());
-  for (int i = 0; i < forces; ++i) deviation[i] = noise_px_ * scale_[i] * std::sqrt(solution_[i]);
+  inverseDiagonal(matrix_, static_cast<int>(scale_.size()), scratch_.data(), variances_.data());
+  for (int i = 0; i < forces; ++i) deviation[i] = noise_px_ * scale_[i] * std::sqrt(variances_[i]);
 }
 
 }  // namespace tractiond::solve

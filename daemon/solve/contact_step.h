@@ -27,8 +27,12 @@ class ContactStep {
 
   ContactStep(const Inverse& inverse, const sensor::NodeGrid& nodes, const SolveOptions& options);
 
-  /// Finds the nodes from the picture's amplitudes left' d (missing markers completed). Returns the share that
-  /// solve()'s result deserves: 1 if the contact is small, 0 if it is too large for solve().
+  /// How many of the picture's amplitudes find() wants.
+  int modes() const { return modeForces_.rows(); }
+
+  /// Finds the nodes from the picture's first amplitudes left' d (missing markers completed), a thousandth of the noise
+  /// being as good as none. Returns the share that solve()'s result deserves: 1 if the contact is small, 0 if it is too
+  /// large for solve().
   double find(std::span<const double> amplitudes, double noise_px);
 
   /// The nodes that find() found, rising; none: nothing touches.
@@ -51,6 +55,8 @@ class ContactStep {
   void prepare(double* functional) const;
   /// Of two prepared functionals of the forces [N^2].
   double covariance(const double* a, const double* b) const;
+  /// Of kColumns functionals of the forces, stored force after force and overwritten: row after row [N^2].
+  void covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const;
   /// Standard deviations of forces() [N].
   void deviations(double* deviation);
   /// Unknowns: what a functional's memory must hold.
@@ -68,7 +74,7 @@ class ContactStep {
     std::vector<double> force;      ///< 3N, padded
   };
 
-  Map makeMap(double force_N) const;
+  Map makeMap(double force_N, double faintest) const;
   std::array<double, 2> detectionLimit() const;
   void filter(Map& map, std::span<const double> amplitudes);
   void surety(const Map& map, std::vector<double>& result) const;
@@ -80,18 +86,19 @@ class ContactStep {
   const SolveOptions options_;
   const int columns_, rows_;
   Map touch_, shape_;
+  CoarseMatrix modeForces_;  ///< V' as far as the maps need it
   std::array<double, 2> detectionLimit_N_{};
   std::vector<double> motionCoupling_;  ///< 3N x 4: H'P
   std::vector<double> motionGram_;      ///< 4 x 4: P'P
   std::vector<double> motionModes_;     ///< 4 x 2M, padded: P' in double precision
   std::vector<int> everyMode_;
-  RowMatrix coefficients_;
+  std::vector<float> coefficients_;
   // Of one frame, over all nodes: how sure in either map, how strong, and the weight.
   std::vector<double> touchSurety_, shapeSurety_, magnitude_, weight_;
   // Of one frame, over the found ones.
   std::vector<int> nodes_, unknowns_;
   std::vector<double> scale_;  ///< w of each unknown
-  std::vector<double> matrix_, right_, solution_, forces_, missingRows_, scratch_;
+  std::vector<double> matrix_, right_, solution_, forces_, missingRows_, scratch_, variances_;
   std::array<double, kMotions> motion_{};
   double expected_N_ = 0.0, noise_px_ = 0.0, lambda_ = 0.0, squaredResidual_ = 0.0;
 };

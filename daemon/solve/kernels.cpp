@@ -8,18 +8,23 @@
 #include <sys/mman.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <new>
 
 namespace tractiond::solve {
 namespace {
 
 using Line = float __attribute__((vector_size(64)));
+using Integers = std::int32_t __attribute__((vector_size(64)));
+using Shorts = std::int16_t __attribute__((vector_size(32)));  // as many as floats in a Line
 using Doubles = double __attribute__((vector_size(64)));
 constexpr int kDoubles = 8;
-constexpr int kRows = 8;
+static_assert(kColumns == kDoubles);
+constexpr std::size_t kRows = 8;
 
 #define TRACTION_INLINE __attribute__((always_inline)) inline
 
@@ -59,56 +64,141 @@ TRACTION_INLINE double dot(const double* a, const double* b, int size) {
   return sum;
 }
 
+TRACTION_INLINE void asLine(const Line& numbers, Line& line) {
+  line = numbers;
+}
+
+TRACTION_INLINE void asLine(const Shorts& numbers, Line& line) {
+  line = __builtin_convertvector(__builtin_convertvector(numbers, Integers), Line);
+}
+
+/// sum += sum over k < count of coefficient(k) * row(k), rows of `stride` numbers.
+template <typename Row, typename Coefficient>
+TRACTION_INLINE void addWeighed(int stride, std::size_t count, Row row, Coefficient coefficient, double* sum) {
+  const std::ptrdiff_t lineCount = stride / kLineFloats;
+  Line numbers;
+  std::size_t k = 0;
+  for (; k + kRows <= count; k += kRows) {
+    decltype(row(0)) from[kRows];
+    float c[kRows];
+    for (std::size_t i = 0; i < kRows; ++i) {
+      from[i] = row(k + i);
+      c[i] = coefficient(k + i);
+    }
+    for (std::ptrdiff_t j = 0; j < lineCount; ++j) {
+      Line sums[2] = {};  // two chains, so that the additions of one line do not all wait for each other
+#pragma GCC unroll 8
+      for (std::size_t i = 0; i < kRows; ++i) {
+        asLine(from[i][j], numbers);
+        sums[i % 2] += c[i] * numbers;
+      }
+      add(sums[0] + sums[1], sum + kLineFloats * j);
+    }
+  }
+  for (; k < count; ++k) {
+    for (std::ptrdiff_t j = 0; j < lineCount; ++j) {
+      asLine(row(k)[j], numbers);
+      add(coefficient(k) * numbers, sum + kLineFloats * j);
+    }
+  }
+}
+
+template <typename Number>
+TRACTION_INLINE Number* rowOf(Number* lower, int row) {
+  return lower + static_cast<std::ptrdiff_t>(row) * (row + 1) / 2;
+}
+
+/// Solves L Y = B in place for kColumns right-hand sides whose rows before `first` are zero.
+TRACTION_INLINE void solveColumns(const double* lower, int first, int size, double* columns) {
+  for (int i = first; i < size; ++i) {
+    const double* const row = rowOf(lower, i);
+    Doubles sums[4] = {}, x;
+    int j = first;
+    for (; j + 4 <= i; j += 4) {
+#pragma GCC unroll 4
+      for (int k = 0; k < 4; ++k) {
+        load(columns + kColumns * (j + k), x);
+        sums[k] += row[j + k] * x;
+      }
+    }
+    for (; j < i; ++j) {
+      load(columns + kColumns * j, x);
+      sums[0] += row[j] * x;
+    }
+    load(columns + kColumns * i, x);
+    x = (x - ((sums[0] + sums[1]) + (sums[2] + sums[3]))) * row[i];
+    store(x, columns + kColumns * i);
+  }
+}
+
+TRACTION_INLINE void columnProducts(const double* a, const double* b, int size, double* products) {
+  Doubles sums[kColumns] = {}, x;
+  for (int i = 0; i < size; ++i) {
+    load(b + kColumns * i, x);
+#pragma GCC unroll 8
+    for (int k = 0; k < kColumns; ++k) sums[k] += a[kColumns * i + k] * x;
+  }
+  for (int k = 0; k < kColumns; ++k) store(sums[k], products + kColumns * k);
+}
+
 }  // namespace
 
-RowMatrix::RowMatrix(int rows, int columns)
-    : rows_(rows)
-    , columns_(columns) {
+template <typename Number>
+LineArray<Number>::LineArray(std::size_t size)
+    : size_(size) {
   // Large pages save the page walks that streaming would otherwise wait for.
   constexpr std::size_t kLargePage = std::size_t{2} << 20;
-  const std::size_t bytes = all().size_bytes();
+  const std::size_t bytes = size * sizeof(Number);
   const std::size_t alignment = bytes >= kLargePage ? kLargePage : sizeof(Line);
   const std::size_t rounded = std::max((bytes + alignment - 1) / alignment * alignment, alignment);
-  data_.reset(static_cast<float*>(std::aligned_alloc(alignment, rounded)));
+  data_.reset(static_cast<Number*>(std::aligned_alloc(alignment, rounded)));
   if (!data_) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
   if (alignment == kLargePage) madvise(data_.get(), rounded, MADV_HUGEPAGE);  // a wish; without it things still work
 #endif
-  std::fill_n(data_.get(), all().size(), 0.0F);
+  std::fill_n(data_.get(), size, Number{0});
 }
 
-void RowMatrix::Free::operator()(float* data) const {
+template <typename Number>
+void LineArray<Number>::Free::operator()(Number* data) const {
   std::free(data);
+}
+
+template class LineArray<float>;
+template class LineArray<std::int16_t>;
+
+RowMatrix::RowMatrix(int rows, int columns)
+    : rows_(rows)
+    , columns_(columns)
+    , data_(static_cast<std::size_t>(rows) * static_cast<std::size_t>(padded(columns))) {}
+
+CoarseMatrix::CoarseMatrix(const RowMatrix& matrix, int rows, int columns)
+    : columns_(columns)
+    , data_(static_cast<std::size_t>(rows) * static_cast<std::size_t>(padded(columns))) {
+  assert(rows <= matrix.rows() && columns <= matrix.columns());
+  for (int i = 0; i < rows; ++i) {
+    const std::span<const float> from(matrix.row(i), static_cast<std::size_t>(columns));
+    float largest = 0.0F;
+    for (const float x : from) largest = std::max(largest, std::abs(x));
+    factors_.push_back(largest / std::numeric_limits<std::int16_t>::max());
+    if (largest == 0.0F) continue;
+    std::int16_t* const to = data_.data() + static_cast<std::ptrdiff_t>(i) * stride();
+    for (int j = 0; j < columns; ++j) to[j] = static_cast<std::int16_t>(std::lround(from[j] / factors_.back()));
+  }
 }
 
 TRACTION_VECTOR_CLONES
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum) {
-  const int count = static_cast<int>(rows.size());
-  const std::ptrdiff_t lineCount = matrix.stride() / kLineFloats;
-  int k = 0;
-  for (; k + kRows <= count; k += kRows) {
-    const Line* row[kRows];
-    float c[kRows];
-    for (int i = 0; i < kRows; ++i) {
-      row[i] = lines(matrix.row(rows[k + i]));
-      c[i] = coefficients[k + i];
-    }
-    for (std::ptrdiff_t j = 0; j < lineCount; ++j) {
-      // Two chains, so that the additions of one line do not all wait for each other.
-      Line even = c[0] * row[0][j], odd = c[1] * row[1][j];
-      even += c[2] * row[2][j];
-      odd += c[3] * row[3][j];
-      even += c[4] * row[4][j];
-      odd += c[5] * row[5][j];
-      even += c[6] * row[6][j];
-      odd += c[7] * row[7][j];
-      add(even + odd, sum + kLineFloats * j);
-    }
-  }
-  for (; k < count; ++k) {
-    const Line* const row = lines(matrix.row(rows[k]));
-    for (std::ptrdiff_t j = 0; j < lineCount; ++j) add(coefficients[k] * row[j], sum + kLineFloats * j);
-  }
+  const auto row = [&](std::size_t k) { return lines(matrix.row(rows[k])); };
+  const auto coefficient = [&](std::size_t k) { return coefficients[k]; };
+  addWeighed(matrix.stride(), rows.size(), row, coefficient, sum);
+}
+
+TRACTION_VECTOR_CLONES
+void addRows(const CoarseMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum) {
+  const auto row = [&](std::size_t k) { return reinterpret_cast<const Shorts*>(matrix.row(rows[k])); };
+  const auto coefficient = [&](std::size_t k) { return coefficients[k] * matrix.factor(rows[k]); };
+  addWeighed(matrix.stride(), rows.size(), row, coefficient, sum);
 }
 
 TRACTION_VECTOR_CLONES
@@ -144,29 +234,52 @@ void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const doub
 }
 
 TRACTION_VECTOR_CLONES
-bool factoriseLower(std::span<double> lower, int size) {
-  for (int i = 0; i < size; ++i) {
-    double* const row = lower.data() + static_cast<std::ptrdiff_t>(i) * (i + 1) / 2;
-    for (int j = 0; j < i; ++j) {
-      const double* const other = lower.data() + static_cast<std::ptrdiff_t>(j) * (j + 1) / 2;
-      row[j] = (row[j] - dot(other, row, j)) * other[j];
+bool factoriseLower(std::span<double> lower, int size, double* scratch) {
+  // Eight rows at a time: what stands left of their diagonal block is a triangular solve with eight right-hand sides.
+  for (int first = 0; first < size; first += kColumns) {
+    const int count = std::min(kColumns, size - first);
+    double* row[kColumns];
+    for (int k = 0; k < count; ++k) row[k] = rowOf(lower.data(), first + k);
+    for (int j = 0; j < first; ++j) {
+      for (int k = 0; k < kColumns; ++k) scratch[kColumns * j + k] = k < count ? row[k][j] : 0.0;
     }
-    const double pivot = row[i] - dot(row, row, i);
-    if (!(pivot > 0.0)) return false;
-    row[i] = 1.0 / std::sqrt(pivot);
+    solveColumns(lower.data(), 0, first, scratch);
+    for (int j = 0; j < first; ++j) {
+      for (int k = 0; k < count; ++k) row[k][j] = scratch[kColumns * j + k];
+    }
+    double products[kColumns * kColumns];
+    columnProducts(scratch, scratch, first, products);
+    for (int i = 0; i < count; ++i) {
+      double* const block = row[i] + first;
+      for (int j = 0; j <= i; ++j) {
+        double rest = block[j] - products[kColumns * i + j];
+        for (int k = 0; k < j; ++k) rest -= block[k] * row[j][first + k];
+        if (j < i) {
+          block[j] = rest * row[j][first + j];
+        } else if (rest > 0.0) {
+          block[j] = 1.0 / std::sqrt(rest);
+        } else {
+          return false;
+        }
+      }
+    }
   }
   return true;
 }
 
 TRACTION_VECTOR_CLONES
 void inverseDiagonal(std::span<const double> lower, int size, double* scratch, double* squares) {
-  for (int column = 0; column < size; ++column) {
-    scratch[column] = lower[static_cast<std::size_t>(column) * (column + 1) / 2 + column];
-    for (int i = column + 1; i < size; ++i) {
-      const double* const row = lower.data() + static_cast<std::ptrdiff_t>(i) * (i + 1) / 2;
-      scratch[i] = -dot(row + column, scratch + column, i - column) * row[i];
+  for (int first = 0; first < size; first += kColumns) {
+    const int count = std::min(kColumns, size - first);
+    std::fill(scratch + kColumns * first, scratch + kColumns * size, 0.0);
+    for (int k = 0; k < count; ++k) scratch[kColumns * (first + k) + k] = 1.0;
+    solveColumns(lower.data(), first, size, scratch);
+    Doubles sums = {}, x;
+    for (int i = first; i < size; ++i) {
+      load(scratch + kColumns * i, x);
+      sums += x * x;
     }
-    squares[column] = dot(scratch + column, scratch + column, size - column);
+    for (int k = 0; k < count; ++k) squares[first + k] = sums[k];
   }
 }
 
@@ -178,15 +291,25 @@ double dotProduct(const double* a, const double* b, int size) {
 TRACTION_VECTOR_CLONES
 void solveLower(std::span<const double> lower, int size, double* vector) {
   for (int i = 0; i < size; ++i) {
-    const double* const row = lower.data() + static_cast<std::ptrdiff_t>(i) * (i + 1) / 2;
+    const double* const row = rowOf(lower.data(), i);
     vector[i] = (vector[i] - dot(row, vector, i)) * row[i];
   }
 }
 
 TRACTION_VECTOR_CLONES
+void solveLowerColumns(std::span<const double> lower, int size, double* columns) {
+  solveColumns(lower.data(), 0, size, columns);
+}
+
+TRACTION_VECTOR_CLONES
+void multiplyColumns(const double* a, const double* b, int size, double* products) {
+  columnProducts(a, b, size, products);
+}
+
+TRACTION_VECTOR_CLONES
 void solveLowerTransposed(std::span<const double> lower, int size, double* vector) {
   for (int i = size - 1; i >= 0; --i) {
-    const double* const row = lower.data() + static_cast<std::ptrdiff_t>(i) * (i + 1) / 2;
+    const double* const row = rowOf(lower.data(), i);
     const double x = vector[i] *= row[i];
     int j = 0;
     for (Doubles rest, part; j + kDoubles <= i; j += kDoubles) {

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 namespace tractiond::solve {
 
@@ -14,6 +16,24 @@ inline int padded(int columns) {
   return (columns + kLineFloats - 1) / kLineFloats * kLineFloats;
 }
 
+/// Memory for numbers that are streamed: on a cache line's boundary, zero at first.
+template <typename Number>
+class LineArray {
+ public:
+  LineArray() = default;
+  explicit LineArray(std::size_t size);
+  std::size_t size() const { return size_; }
+  Number* data() { return data_.get(); }
+  const Number* data() const { return data_.get(); }
+
+ private:
+  struct Free {
+    void operator()(Number* data) const;
+  };
+  std::size_t size_ = 0;
+  std::unique_ptr<Number[], Free> data_;
+};
+
 /// A matrix of floats, row after row, each row on a cache line's boundary and padded with zeros. Zero at first.
 class RowMatrix {
  public:
@@ -23,23 +43,38 @@ class RowMatrix {
   int rows() const { return rows_; }
   int columns() const { return columns_; }
   int stride() const { return padded(columns_); }
-  float* row(int index) { return data_.get() + static_cast<std::ptrdiff_t>(index) * stride(); }
-  const float* row(int index) const { return data_.get() + static_cast<std::ptrdiff_t>(index) * stride(); }
-  std::span<float> all() { return {data_.get(), size()}; }
-  std::span<const float> all() const { return {data_.get(), size()}; }
+  float* row(int index) { return data_.data() + static_cast<std::ptrdiff_t>(index) * stride(); }
+  const float* row(int index) const { return data_.data() + static_cast<std::ptrdiff_t>(index) * stride(); }
+  std::span<float> all() { return {data_.data(), data_.size()}; }
+  std::span<const float> all() const { return {data_.data(), data_.size()}; }
 
  private:
-  std::size_t size() const { return static_cast<std::size_t>(rows_) * static_cast<std::size_t>(stride()); }
-
-  struct Free {
-    void operator()(float* data) const;
-  };
   int rows_ = 0, columns_ = 0;
-  std::unique_ptr<float[], Free> data_;
+  LineArray<float> data_;
+};
+
+/// The upper left corner of a RowMatrix in half the bytes: integers with a factor for each row, off by at most 1/65534
+/// of the largest number in the row. Padded as that one.
+class CoarseMatrix {
+ public:
+  CoarseMatrix() = default;
+  CoarseMatrix(const RowMatrix& matrix, int rows, int columns);
+
+  int rows() const { return static_cast<int>(factors_.size()); }
+  int columns() const { return columns_; }
+  int stride() const { return padded(columns_); }
+  const std::int16_t* row(int index) const { return data_.data() + static_cast<std::ptrdiff_t>(index) * stride(); }
+  float factor(int index) const { return factors_[static_cast<std::size_t>(index)]; }
+
+ private:
+  int columns_ = 0;
+  std::vector<float> factors_;
+  LineArray<std::int16_t> data_;
 };
 
 /// sum += sum over k of coefficients[k] * matrix.row(rows[k]); `sum` holds matrix.stride() floats on a line's boundary.
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum);
+void addRows(const CoarseMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum);
 
 /// products[k] = matrix.row(rows[k]) . vector, of matrix.stride() floats on a line's boundary.
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const float* vector, double* products);
@@ -47,10 +82,11 @@ void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const floa
 /// The same in double precision throughout; `vector` has matrix.stride() elements.
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const double* vector, double* products);
 
-/// Cholesky factor in place of a packed lower triangle, as solveLower() wants it. False: not positive definite.
-bool factoriseLower(std::span<double> lower, int size);
+/// Cholesky factor in place of a packed lower triangle, as solveLower() wants it. `scratch` holds kColumns * size
+/// doubles. False: not positive definite.
+bool factoriseLower(std::span<double> lower, int size, double* scratch);
 
-/// squares[i] = (i, i) of (L L')^-1; `scratch` holds `size` doubles.
+/// squares[i] = (i, i) of (L L')^-1; `scratch` as above.
 void inverseDiagonal(std::span<const double> lower, int size, double* scratch, double* squares);
 
 /// Scalar product.
@@ -59,6 +95,13 @@ double dotProduct(const double* a, const double* b, int size);
 /// Solves L y = b in place. L is lower triangular and packed: row i starts at i (i + 1) / 2; its diagonal is stored as
 /// the reciprocal.
 void solveLower(std::span<const double> lower, int size, double* vector);
+
+/// Solves L Y = B in place for kColumns right-hand sides at once, stored row after row.
+inline constexpr int kColumns = 8;
+void solveLowerColumns(std::span<const double> lower, int size, double* columns);
+
+/// products = A'B, kColumns x kColumns row after row, of two such.
+void multiplyColumns(const double* a, const double* b, int size, double* products);
 
 /// Solves L' x = y in place.
 void solveLowerTransposed(std::span<const double> lower, int size, double* vector);

@@ -1,7 +1,8 @@
 // Per frame: the displacements' amplitudes in the singular vectors, c = U'd, streaming the rows of the markers used,
 // with the missing ones completed. From them ContactStep sees where something touches, and solves for that. Where the
 // contact is too large for it, or does not explain the picture, all nodes are solved for: f = V S^-1 G c. Between the
-// two the result is a mean whose weights change continuously.
+// two the result is a mean whose weights change continuously. To see where something touches, coarse numbers will do:
+// while no marker is missing and the contact is small, a third of the bytes is streamed.
 //
 // The residual of the whole face needs no product of its own. With d completed by the values that leave the missing
 // rows none,
@@ -71,6 +72,7 @@ Solver::Solver(const Inverse& inverse, const sensor::Sensor& sensor, const Solve
     , contact_(inverse, sensor.nodes, options)
     , contacts_(sensor)
     , everyMode_(static_cast<std::size_t>(inverse.rank()))
+    , coarseLeft_(inverse.left, inverse.coordinateCount(), contact_.modes())
     , nodeNoise_(static_cast<std::size_t>(inverse.forceCount()), 0.0)
     , nodeShrinkage_(static_cast<std::size_t>(inverse.forceCount()), 1.0)
     , used_(static_cast<std::size_t>(inverse.coordinateCount() / 2))
@@ -80,7 +82,7 @@ Solver::Solver(const Inverse& inverse, const sensor::Sensor& sensor, const Solve
     , restored_(static_cast<std::size_t>(inverse.coordinateCount()))
     , restoredFloat_(static_cast<std::size_t>(inverse.coordinateCount()))
     , forces_(static_cast<std::size_t>(inverse.right.stride()))
-    , functionals_(6, std::vector<double>(ContactStep::kMostUnknowns))
+    , functionals_(static_cast<std::size_t>(kColumns * ContactStep::kMostUnknowns))
     , deviations_(3 * ContactStep::kMostNodes) {
   const sensor::Points nodes = sensor::nodePositions(sensor);
   const Eigen::VectorXd areas = sensor::nodeAreas(sensor);
@@ -135,7 +137,12 @@ void Solver::solve(const MarkerField& markers, TractionField& field) noexcept {
     counters_.fewMarkers.add();
     return;
   }
-  decompose();
+  const bool coarse = options_.contactAware && missing_.coordinates().empty();
+  if (coarse) {
+    decomposeCoarsely();
+  } else {
+    decompose();
+  }
 
   double share = 0.0;  // of the contact step in the result
   if (options_.contactAware) {
@@ -149,6 +156,7 @@ void Solver::solve(const MarkerField& markers, TractionField& field) noexcept {
     }
   }
   if (share < 1.0) {
+    if (coarse) decompose();
     fitWholeFace();
     counters_.wholeFace.add();
   }
@@ -228,6 +236,12 @@ void Solver::decompose() {
   addRows(inverse_.left, missing, {restoredFloat_.data(), missing.size()}, amplitudes_.data());
 }
 
+/// The first amplitudes alone, for contact_.
+void Solver::decomposeCoarsely() {
+  std::fill_n(amplitudes_.begin(), coarseLeft_.stride(), 0.0);
+  addRows(coarseLeft_, coordinates_, displacements_, amplitudes_.data());
+}
+
 void Solver::fitWholeFace() {
   float* const filtered = filtered_.row(0);
   for (std::size_t i = 0; i < everyMode_.size(); ++i) filtered[i] = static_cast<float>(inverted_[i] * amplitudes_[i]);
@@ -265,22 +279,18 @@ void Solver::combine(double share, TractionField& field) {
     const auto forces = contact_.forces();
     squaredResidual += share * contact_.squaredResidual();
     contact_.deviations(deviations_.data());
-    for (auto& functional : functionals_) std::fill(functional.begin(), functional.end(), 0.0);
     for (std::size_t i = 0; i < forces.size(); ++i) {
       const std::size_t at = 3 * static_cast<std::size_t>(nodes[i / 3]) + i % 3;
       field.force_N[at] += static_cast<float>(share * forces[i]);
       field.deviation_N[at] += static_cast<float>(share * deviations_[i]);
       const auto row = wrenchRow(nodes_[nodes[i / 3]], static_cast<int>(i % 3));
-      for (int j = 0; j < 6; ++j) functionals_[j][i] = row[j];
+      std::copy(row.begin(), row.end(), functionals_.begin() + static_cast<std::ptrdiff_t>(kColumns * i));
     }
-    for (auto& functional : functionals_) contact_.prepare(functional.data());
+    std::array<double, kColumns * kColumns> covariances;
+    contact_.covariances(functionals_.data(), covariances);
     // The spread of a mean is at most the mean of the spreads' squares.
     for (int i = 0; i < 6; ++i) {
-      for (int j = 0; j <= i; ++j) {
-        const double covariance = share * contact_.covariance(functionals_[i].data(), functionals_[j].data());
-        field.noise[6 * i + j] += covariance;
-        if (i != j) field.noise[6 * j + i] += covariance;
-      }
+      for (int j = 0; j < 6; ++j) field.noise[6 * i + j] += share * covariances[kColumns * i + j];
     }
     field.pictureMotion = contact_.motion();
     if (share >= 0.5) {

@@ -34,6 +34,7 @@ class Solver {
  private:
   bool take(const MarkerField& markers);
   void decompose();
+  void decomposeCoarsely();
   void fitWholeFace();
   void combine(double share, TractionField& field);
   void sum(TractionField& field) const;
@@ -53,6 +54,7 @@ class Solver {
   std::vector<double> gain_;      // r + 4: s^2 / (s^2 + lambda^2), and the motion's
   std::vector<double> inverted_;  // r: gain / s [N/px]
   std::vector<int> everyMode_;    // 0 .. r-1
+  CoarseMatrix coarseLeft_;       // what the contact step's maps need of it
   // Of the fit of all nodes, at 1 px of noise and at 1 N of typical force: of the wrench, and squares for each force.
   WrenchCovariance wholeNoise_{}, wholeShrinkage_{};
   std::vector<double> nodeNoise_, nodeShrinkage_;
@@ -69,7 +71,7 @@ class Solver {
   std::vector<double> restored_;
   std::vector<float> restoredFloat_;
   std::vector<double> forces_;
-  std::vector<std::vector<double>> functionals_;
+  std::vector<double> functionals_;  // the wrench of the contact step's forces, and two that stay zero
   std::vector<double> deviations_;
   Counters counters_;
 };

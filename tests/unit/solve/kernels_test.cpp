@@ -1,7 +1,9 @@
 #include "daemon/solve/kernels.h"
 
+#include <Eigen/Dense>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -42,6 +44,26 @@ TEST_P(Kernels, AddRowsAddsTheChosenRows) {
   for (int j = 37; j < a.stride(); ++j) EXPECT_EQ(sum[j], 1.0);
 }
 
+TEST_P(Kernels, CoarseRowsAreOffByTheirRounding) {
+  const RowMatrix a = matrix(2 * GetParam() + 1, 37);
+  const CoarseMatrix coarse(a, a.rows(), 35);
+  EXPECT_EQ(coarse.rows(), a.rows());
+  EXPECT_EQ(coarse.columns(), 35);
+  std::vector<int> rows;
+  std::vector<float> coefficients;
+  std::vector<double> sum(static_cast<std::size_t>(coarse.stride()), 1.0), expected = sum;
+  double rounding = 1e-5;
+  for (int k = 0; k < GetParam(); ++k) {
+    rows.push_back(2 * k + 1);
+    coefficients.push_back(number());
+    rounding += std::abs(static_cast<double>(coefficients.back())) / 65534.0;
+    for (int j = 0; j < 35; ++j) expected[j] += static_cast<double>(coefficients.back()) * a.row(rows.back())[j];
+  }
+  addRows(coarse, rows, coefficients, sum.data());
+  for (int j = 0; j < 35; ++j) EXPECT_NEAR(sum[j], expected[j], rounding);
+  for (int j = 35; j < coarse.stride(); ++j) EXPECT_EQ(sum[j], 1.0);
+}
+
 TEST_P(Kernels, MultiplyRowsMultipliesTheChosenRows) {
   const RowMatrix a = matrix(2 * GetParam() + 1, 37), x = matrix(1, 37);
   std::vector<int> rows;
@@ -78,6 +100,40 @@ TEST_P(Kernels, TriangularSolvesUndoTheProduct) {
     EXPECT_NEAR(product[i], x[i], 1e-11);
     EXPECT_NEAR(transposed[i], x[i], 1e-11);
   }
+}
+
+TEST_P(Kernels, FactorAndItsUsesMatchEigen) {
+  const int size = GetParam();
+  Eigen::MatrixXd root(size, size + 3), right(size, kColumns);
+  for (double& value : root.reshaped()) value = number();
+  for (double& value : right.reshaped()) value = number();
+  const Eigen::MatrixXd matrix = root * root.transpose() + 0.1 * Eigen::MatrixXd::Identity(size, size);
+  std::vector<double> lower, columns, scratch(static_cast<std::size_t>(kColumns * size)), squares(scratch.size());
+  for (int i = 0; i < size; ++i) {
+    for (int j = 0; j <= i; ++j) lower.push_back(matrix(i, j));
+    for (int k = 0; k < kColumns; ++k) columns.push_back(right(i, k));
+  }
+  ASSERT_TRUE(factoriseLower(lower, size, scratch.data()));
+  inverseDiagonal(lower, size, scratch.data(), squares.data());
+  solveLowerColumns(lower, size, columns.data());
+  std::array<double, kColumns * kColumns> products{};
+  multiplyColumns(columns.data(), columns.data(), size, products.data());
+
+  const Eigen::MatrixXd inverse = matrix.inverse(), expected = right.transpose() * inverse * right;
+  for (int i = 0; i < size; ++i) EXPECT_NEAR(squares[i], inverse(i, i), 1e-9 * inverse(i, i));
+  for (int i = 0; i < kColumns; ++i) {
+    for (int j = 0; j < kColumns; ++j) EXPECT_NEAR(products[kColumns * i + j], expected(i, j), 1e-8);
+  }
+}
+
+TEST_P(Kernels, WhatIsNotPositiveDefiniteHasNoFactor) {
+  const int size = GetParam();
+  if (size == 0) return;
+  std::vector<double> lower, scratch(static_cast<std::size_t>(kColumns * size));
+  for (int i = 0; i < size; ++i) {
+    for (int j = 0; j <= i; ++j) lower.push_back(i == j && i < size - 1 ? 1.0 : 0.0);
+  }
+  EXPECT_FALSE(factoriseLower(lower, size, scratch.data()));
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, Kernels, testing::Values(0, 1, 2, 7, 8, 9, 16, 50));
