@@ -51,6 +51,11 @@ class ContactStep {
   double squaredResidual() const { return squaredResidual_; }  ///< [px^2]
   double lambda() const { return lambda_; }                    ///< [px/N]
 
+  // What it was found from: weights times H'd of nodes(), then P'd; H'P, 3N x 4, and P'P of all markers.
+  std::span<const double> products() const { return right_; }
+  std::span<const double> motionCoupling() const { return motionCoupling_; }
+  std::span<const double> motionGram() const { return motionGram_; }
+
   /// `functional` has an element for each of forces(), and is overwritten by what covariance() wants.
   void prepare(double* functional) const;
   /// Of two prepared functionals of the forces [N^2].

@@ -22,18 +22,35 @@ constexpr double kHalfWidth = 1.6;
 /// A hill whose force is below so many of its standard deviations is no contact.
 constexpr double kLeast_deviations = 5.0;
 
+/// Patches are tried where two hills are nearer than this [pitches], or where one is longer than wide: its greatest
+/// variance less its smallest [pitches^2]; and only if all displacements make so many deviations of the noise.
+constexpr double kNear = 5.5;
+constexpr double kLong = 0.5, kLongest = 9.0;
+constexpr double kLoud_deviations = 100.0;
+
+/// The patches' model itself is right to this share of the displacements, and, for two contacts against one that is
+/// long, to the smaller one.
+constexpr double kMisfit = 0.01, kMisfitOfShape = 0.005;
+
+/// Two patches are two contacts if a bar leaves this much more, in squared deviations.
+constexpr double kBarMisfit = 25.0;
+
+/// A bar as long as this has the same variance as two points at a distance of 1.
+constexpr double kBarLength = 1.73;
+
 double square(double x) {
   return x * x;
 }
 
 }  // namespace
 
-Contacts::Contacts(const sensor::Sensor& sensor)
+Contacts::Contacts(const Inverse& inverse, const sensor::Sensor& sensor)
     : grid_(sensor.nodes)
     , positions_(sensor::nodePositions(sensor))
     , normals_(sensor::nodeNormals(sensor))
     , areas_(sensor::nodeAreas(sensor))
-    , indexAt_(static_cast<std::size_t>(sensor.nodes.count()), -1) {
+    , indexAt_(static_cast<std::size_t>(sensor.nodes.count()), -1)
+    , fit_(inverse, sensor.nodes) {
   constexpr std::size_t kNodes = ContactStep::kMostNodes;
   for (auto* each : {&order_, &hill_, &peak_, &parent_}) each->reserve(kNodes);
   magnitude_.reserve(kNodes);
@@ -193,12 +210,123 @@ Contact Contacts::describe(const ContactStep& step, int hill) {
   return contact;
 }
 
-int Contacts::list(const ContactStep& step, std::array<Contact, kMaxContacts>& contacts) {
+Contacts::Hill Contacts::survey(const ContactStep& step, int hill) {
+  const auto nodes = step.nodes();
+  const auto forces = step.forces();
+  const auto each = [&](auto use) {
+    for (int i = 0; i < static_cast<int>(nodes.size()); ++i) {
+      if (hillOf(i) != hill) continue;
+      use(Eigen::Vector2d(nodes[i] % grid_.columns, nodes[i] / grid_.columns),
+          Eigen::Vector3d::Map(forces.data() + 3 * i));
+    }
+  };
+  Hill result;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  each([&](const auto&, const auto& force) { sum += force; });
+  const double total = sum.norm();
+  result.direction = sum / total;
+  each([&](const auto& at, const auto& force) { result.centre += result.direction.dot(force) / total * at; });
+  Eigen::Vector2d difference = Eigen::Vector2d::Zero();  // of the variances, as a vector at twice the angle
+  each([&](const auto& at, const auto& force) {
+    const Eigen::Vector2d d = at - result.centre;
+    const double share = result.direction.dot(force) / total;
+    difference += share * Eigen::Vector2d(square(d.x()) - square(d.y()), 2.0 * d.x() * d.y());
+  });
+  if (const double longer = difference.norm(); longer > kLong) {
+    const double angle = 0.5 * std::atan2(difference.y(), difference.x());
+    result.half = std::sqrt(std::min(longer, kLongest)) * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+  }
+  return result;
+}
+
+/// Whether patches `first` and the next are two contacts whose force is along `direction`: both press, and they do not
+/// overlap. An even disc of variance v along either axis has the radius 2 sqrt(v).
+bool Contacts::isPair(int first, const Eigen::Vector3d& direction) const {
+  double reach = 0.0;
+  for (int i = first; i < first + 2; ++i) {
+    const Eigen::Matrix3d covariance = fit_.covariance(i).topLeftCorner<3, 3>();
+    const double force = direction.dot(Eigen::Vector3d::Map(patches_[i].force_N.data()));
+    if (force < kLeast_deviations * std::sqrt(direction.dot(covariance * direction))) return false;
+    reach += 2.0 * std::sqrt(std::max(patches_[i].spread, 0.0));
+  }
+  return std::hypot(patches_[first + 1].column - patches_[first].column,
+                    patches_[first + 1].row - patches_[first].row) > reach;
+}
+
+/// Explains the picture by patches: one for each hill, two for a long one if `split`. False: it is not explained, or a
+/// long hill may as well be one contact.
+bool Contacts::resolve(const ContactStep& step, const Picture& picture, std::span<const Hill> hills, bool split) {
+  patchCount_ = 0;
+  const auto isLong = [&](const Hill& hill) { return split && !hill.half.isZero(); };
+  const auto add = [&](const Eigen::Vector2d& at) { patches_[patchCount_++] = {at.x(), at.y(), 0.1, {}}; };
+  for (const Hill& hill : hills) {
+    if (patchCount_ + (isLong(hill) ? 2 : 1) > PatchFit::kMostPatches) return false;
+    if (isLong(hill)) add(hill.centre - hill.half);
+    add(isLong(hill) ? hill.centre + hill.half : hill.centre);
+  }
+  const std::span patches(patches_.data(), static_cast<std::size_t>(patchCount_));
+  if (!fit_.fit(patches)) return false;
+  const double signal = picture.squares_px2 / square(picture.noise_px), left = fit_.chiSquared();
+  const double expected =
+      step.squaredResidual() / square(picture.noise_px) + static_cast<double>(3 * step.nodes().size());
+  if (left > expected + square(kMisfit) * signal) return false;
+  int first = 0;
+  for (const Hill& hill : hills) {
+    if (isLong(hill) && !isPair(first, hill.direction)) return false;
+    first += isLong(hill) ? 2 : 1;
+  }
+
+  const double enough = left + kBarMisfit + square(kMisfitOfShape) * signal;
+  for (int i = 0; i < patchCount_; ++i) resolved_[i] = describe(patches_[i], fit_.covariance(i));
+  first = 0;
+  for (const Hill& hill : hills) {
+    if (isLong(hill)) {
+      auto ends = patches_;
+      const auto stretch = [&](double Patch::*at) {
+        const double middle = 0.5 * (patches_[first].*at + patches_[first + 1].*at);
+        for (int i = first; i < first + 2; ++i) ends[i].*at = middle + kBarLength * (patches_[i].*at - middle);
+      };
+      stretch(&Patch::column);
+      stretch(&Patch::row);
+      if (fit_.fit({ends.data(), patches.size()}, first, enough) && fit_.chiSquared() < enough) return false;
+    }
+    first += isLong(hill) ? 2 : 1;
+  }
+  return true;
+}
+
+Contact Contacts::describe(const Patch& patch, const Eigen::Matrix<double, 6, 6>& covariance) const {
+  Contact contact;
+  contact.force_N = patch.force_N;
+  for (int axis = 0; axis < 3; ++axis) contact.forceDeviation_N[axis] = std::sqrt(covariance(axis, axis));
+  const Stencil stencil({patch.column, patch.row, 0.0, {}}, grid_.columns, grid_.rows);
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d slope = Eigen::Matrix2d::Zero();  // of the position by column and row
+  double area = 0.0;
+  for (std::size_t i = 0; i < Stencil::kNodes; ++i) {
+    const Eigen::Vector2d at = positions_.col(stencil.node[i]).head<2>();
+    position += stencil.share[i][0] * at;
+    slope += at * Eigen::RowVector2d(stencil.share[i][1], stencil.share[i][2]);
+    area += stencil.share[i][0] * areas_[stencil.node[i]];
+  }
+  const Eigen::Matrix2d spread = slope * covariance.block<2, 2>(3, 3) * slope.transpose();
+  for (int axis = 0; axis < 2; ++axis) {
+    contact.position_m[axis] = position[axis];
+    contact.positionDeviation_m[axis] = std::sqrt(spread(axis, axis));
+  }
+  contact.areaDeviation_m2 = 4.0 * M_PI * area * std::sqrt(covariance(5, 5));
+  contact.area_m2 = std::max(4.0 * M_PI * area * patch.spread, contact.areaDeviation_m2);
+  return contact;
+}
+
+int Contacts::list(const ContactStep& step, const Picture& picture, std::array<Contact, kMaxContacts>& contacts) {
   divide(step);
   const auto strength = [](const Contact& contact) {
     return square(contact.force_N[0]) + square(contact.force_N[1]) + square(contact.force_N[2]);
   };
+  std::array<Hill, PatchFit::kMostPatches> hills;
   int count = 0;
+  bool isNear = false, isLong = false;
   for (int hill = 0; hill < static_cast<int>(peak_.size()); ++hill) {  // highest peak first
     if (parent_[hill] != hill || count == kMaxContacts) continue;
     const Contact contact = describe(step, hill);
@@ -206,7 +334,24 @@ int Contacts::list(const ContactStep& step, std::array<Contact, kMaxContacts>& c
     for (int axis = 0; axis < 3; ++axis) {
       deviations = std::max(deviations, std::abs(contact.force_N[axis]) / contact.forceDeviation_N[axis]);
     }
-    if (deviations > kLeast_deviations) contacts[count++] = contact;
+    if (!(deviations > kLeast_deviations)) continue;
+    if (count < PatchFit::kMostPatches) {
+      hills[count] = survey(step, hill);
+      isLong |= !hills[count].half.isZero();
+      for (int other = 0; other < count; ++other) {
+        isNear |= (hills[count].centre - hills[other].centre).norm() < kNear;
+      }
+    }
+    contacts[count++] = contact;
+  }
+  const bool isLoud = picture.squares_px2 > square(kLoud_deviations * picture.noise_px);
+  if (isLoud && (isNear || isLong) && count <= PatchFit::kMostPatches) {
+    const std::span<const Hill> all(hills.data(), static_cast<std::size_t>(count));
+    fit_.begin(step, picture);
+    if ((isLong && resolve(step, picture, all, true)) || (isNear && resolve(step, picture, all, false))) {
+      count = patchCount_;
+      std::copy_n(resolved_.begin(), count, contacts.begin());
+    }
   }
   std::sort(contacts.begin(), contacts.begin() + count,
             [&](const Contact& a, const Contact& b) { return strength(a) > strength(b); });

@@ -3,6 +3,7 @@
 
 #include "daemon/records/traction_field.h"
 #include "daemon/solve/contact_step.h"
+#include "daemon/solve/patch_fit.h"
 #include "sensor/sensor.h"
 
 #include <array>
@@ -13,10 +14,11 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class Contacts {
  public:
-  explicit Contacts(const sensor::Sensor& sensor);
+  Contacts(const Inverse& inverse, const sensor::Sensor& sensor);
 
-  /// Lists the contacts of what `step` solved, strongest first, at most kMaxContacts. Returns their number.
-  int list(const ContactStep& step, std::array<Contact, kMaxContacts>& contacts);
+  /// Lists the contacts of what `step` solved from `picture`, strongest first, at most kMaxContacts. Returns their
+  /// number.
+  int list(const ContactStep& step, const Picture& picture, std::array<Contact, kMaxContacts>& contacts);
 
  private:
   void divide(const ContactStep& step);
@@ -29,6 +31,17 @@ class Contacts {
   double deviation(const ContactStep& step);
   int hillOf(int index);
 
+  /// A contact of the hills as a place and a force on the grid of the nodes.
+  struct Hill {
+    Eigen::Vector2d centre{0.0, 0.0};  ///< column, row [pitches]
+    Eigen::Vector2d half{0.0, 0.0};    ///< from its centre to either end, if it is two points [pitches]
+    Eigen::Vector3d direction;         ///< of its force
+  };
+  Hill survey(const ContactStep& step, int hill);
+  bool resolve(const ContactStep& step, const Picture& picture, std::span<const Hill> hills, bool split);
+  bool isPair(int first, const Eigen::Vector3d& direction) const;
+  Contact describe(const Patch& patch, const Eigen::Matrix<double, 6, 6>& covariance) const;
+
   const sensor::NodeGrid grid_;  ///< who is whose neighbour
   const sensor::Points positions_, normals_;
   const Eigen::VectorXd areas_;
@@ -37,6 +50,11 @@ class Contacts {
   std::vector<int> order_, hill_;   ///< of the step's nodes: strongest first; the hill each belongs to
   std::vector<int> peak_, parent_;  ///< of each hill: its highest node; itself, or the hill it was merged into
   std::vector<double> functional_;
+  PatchFit fit_;
+  // What resolve() found.
+  std::array<Patch, PatchFit::kMostPatches> patches_;
+  std::array<Contact, PatchFit::kMostPatches> resolved_;
+  int patchCount_ = 0;
 };
 
 }  // namespace tractiond::solve

@@ -70,7 +70,7 @@ Solver::Solver(const Inverse& inverse, const sensor::Sensor& sensor, const Solve
     , pitch_m_(sensor.nodes.pitch)
     , missing_(inverse, static_cast<int>(options.maxMissingFraction * inverse.coordinateCount() / 2))
     , contact_(inverse, sensor.nodes, options)
-    , contacts_(sensor)
+    , contacts_(inverse, sensor)
     , everyMode_(static_cast<std::size_t>(inverse.rank()))
     , coarseLeft_(inverse.left, inverse.coordinateCount(), contact_.modes())
     , nodeNoise_(static_cast<std::size_t>(inverse.forceCount()), 0.0)
@@ -295,7 +295,8 @@ void Solver::combine(double share, TractionField& field) {
     field.pictureMotion = contact_.motion();
     if (share >= 0.5) {
       field.strength = contact_.lambda();
-      field.contactCount = contacts_.list(contact_, field.contacts);
+      field.contactCount =
+          contacts_.list(contact_, {row_.data(), missing_.coordinates(), squares_, noise_px_}, field.contacts);
     }
     if (nodes.empty() && share == 1.0) {  // what lies below the limit is not seen
       const auto limit = contact_.detectionLimit_N();

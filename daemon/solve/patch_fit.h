@@ -1,0 +1,110 @@
+// Round patches fitted to the displacements themselves.
+//
+// The contact step's penalty blurs what it shows over some three nodes; the displacements tell much more, if it is
+// known that there are a few small contacts. A patch is its place, the spread of its pressure and its force; with the
+// picture's motion m,
+//   minimise |d - sum over the patches of U(place, spread) force - P m|^2 + n^2 m' Q^-1 m + spread's prior
+// over the valid rows, U being the influence of a round patch.
+#pragma once
+
+#include "daemon/solve/contact_step.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace tractiond::solve {
+
+/// What one frame shows.
+struct Picture {
+  const double* displacement_px;  ///< stride of the influence matrix, 0 where missing
+  std::span<const int> missing;   ///< those coordinates
+  double squares_px2;             ///< of the displacements, their sum
+  double noise_px;
+};
+
+/// A round patch on the grid of the nodes.
+struct Patch {
+  double column = 0.0, row = 0.0;  ///< of its centre [pitches]
+  double spread = 0.0;             ///< variance of its pressure's places along any direction [pitches^2]
+  std::array<double, 3> force_N{};
+};
+
+/// Shares of the 4 x 4 nodes around a place that do what a patch does: its moments up to the third. Of each node, the
+/// share and its derivatives by column, row and spread.
+struct Stencil {
+  static constexpr int kNodes = 16;
+  Stencil() = default;
+  Stencil(const Patch& patch, int columns, int rows);
+
+  std::array<int, kNodes> node{};
+  std::array<std::array<double, 4>, kNodes> share{};
+};
+
+/// Thread-bound. Allocates only when made.
+class PatchFit {
+ public:
+  static constexpr int kMostPatches = 4;
+
+  PatchFit(const Inverse& inverse, const sensor::NodeGrid& nodes);
+
+  /// The frame that is fitted from now on; `step` has solved it.
+  void begin(const ContactStep& step, const Picture& picture);
+
+  /// Improves the patches by Gauss-Newton steps from where they are; forces are found, not wanted. `bar`: that patch
+  /// and the next one are instead the ends of one straight contact, on which force and spread change linearly from one
+  /// end to the other; its force is the sum of theirs. -1: none. Ends early once chiSquared() is below `enough`. False:
+  /// no least value was found.
+  bool fit(std::span<Patch> patches, int bar = -1, double enough = 0.0);
+
+  /// What the last fit left, in squared deviations of the noise, priors included.
+  double chiSquared() const { return chiSquared_; }
+
+  /// Covariance of a patch's force [N], column, row and spread [pitches, pitches^2], of the last fit.
+  Eigen::Matrix<double, 6, 6> covariance(int patch) const;
+
+ private:
+  static constexpr int kMostSpots = kMostPatches + 2;
+  static constexpr int kMostUnknowns = 6 * kMostPatches + kMotions;
+  static constexpr int kKinds = 12;  ///< share and three derivatives of the three components of force
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostUnknowns, kMostUnknowns>;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostUnknowns, 1>;
+  using Block = Eigen::Matrix<double, kKinds, kKinds>;
+
+  /// A round patch that moves with one end, or, on a bar, with two.
+  struct Spot {
+    std::array<int, 2> end{};
+    std::array<double, 2> place{}, force{};  ///< the ends' shares in its place and spread, and in its force
+    Stencil stencil;
+    Eigen::Matrix<double, kKinds, 1> right;          ///< with the displacements
+    Eigen::Matrix<double, kKinds, kMotions> motion;  ///< with the motions
+  };
+
+  void lay(std::span<const Patch> patches, int bar);
+  bool evaluate(std::span<Patch> patches, int bar);
+  void look(Spot& spot, double* missing);
+  void assemble(std::span<const Patch> patches, bool places);
+  int unknown(int end, int i) const;
+
+  const Inverse& inverse_;
+  const int columns_, rows_;
+  const ContactStep* step_ = nullptr;
+  Picture picture_{};
+  int frame_ = 0;
+  std::vector<double> products_;  ///< H'd, as far as this frame has asked for it
+  std::vector<int> askedIn_;      ///< the frame for which each node's is right
+  std::vector<double> missing_;   ///< of each spot and kind: its rows where markers are missing
+  std::vector<double> motionMissing_;
+  Eigen::Matrix<double, kMotions, kMotions> motionGram_;
+  Eigen::Matrix<double, kMotions, 1> motionRight_;
+  int ends_ = 0, spots_ = 0;
+  std::array<Spot, kMostSpots> spot_;
+  std::array<Block, kMostSpots*(kMostSpots + 1) / 2> block_;
+  Matrix linear_, normal_, covariance_;  ///< the equations of forces and motion; of everything; the latter's inverse
+  Vector linearRight_, right_;
+  double chiSquared_ = 0.0;
+};
+
+}  // namespace tractiond::solve
