@@ -2,6 +2,7 @@
 
 #include "daemon/base/clock.h"
 #include "daemon/solve/inverse_cache.h"
+#include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose_file.h"
 #include "sensor/gel_file.h"
 

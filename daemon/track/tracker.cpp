@@ -10,10 +10,8 @@
 
 #include "daemon/base/clock.h"
 #include "daemon/track/appearance.h"
+#include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose.h"
-#include "sensor/projection.h"
-
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <cassert>
@@ -25,22 +23,10 @@ namespace {
 
 // A marker's amplitude relative to rest. The lower bound of a step is laxer than that of belief: steps from afar.
 constexpr float kCatch = 0.25F, kDim = 0.5F, kBright = 1.6F;
-// What the template may leave unexplained of something that is to be taken for a marker at all: rms as a share of the
-// amplitude, beyond twice the noise and what this gel's markers typically leave at rest.
-constexpr float kOddShape = 0.16F, kNoiseDeviations = 2.0F, kMostTypicalShape = 0.15F;
-constexpr double kTypical = 0.75;  // of the markers leave less
-// A disc strained by s leaves 0.22 s. Where x times the noise's variance is left beyond that, the squared error of the
-// centre is 1 + 6 x times what noise alone would make it (measured with dust of 0.4 to 3 px at all places). It is
-// heeded where the noise alone would hardly leave as much, and a marker with too much of it is not believed.
-constexpr float kOddPerStrain = 0.25F, kMostStrain = 0.45F;
-constexpr float kErrorPerExcess = 6.0F, kHeeded = 3.0F, kMostExcess = 2.0F;
-constexpr float kLeastNoise2 = 0.25F;  // of that at rest, however dark it is
-constexpr float kTypicalNoise = 3.0F;  // levels, until it is measured
-constexpr float kWander = 0.45F;       // of the spacing, from where a marker was expected
-constexpr float kSearchReach = 0.4F;   // of the spacing
+constexpr float kWander = 0.45F;      // of the spacing, from where a marker was expected
+constexpr float kSearchReach = 0.4F;  // of the spacing
 constexpr float kSearchReach_px = 8.0F;
 constexpr float kSlopeDeviations = 3.5F;  // of the seen slope of the surroundings from the known one
-constexpr int kMemory = 8;                // frames over which means forget: they are as good as those of twice as many
 constexpr int kSearches = 64;             // wide ones per frame
 constexpr int kPatience = 8;              // frames of wide search for a marker; then only every sixteenth
 constexpr int kSweeps = 40;
@@ -53,29 +39,6 @@ constexpr int kAcquirePause = 4;           // frames between two tries that help
 constexpr int kAgreeingFrames = 10;
 constexpr double kAgreement = 3.0;  // deviations
 constexpr std::size_t kAppearancePlaces = 300;
-
-std::vector<Vector> nominalPlaces(const sensor::Sensor& sensor) {
-  const sensor::Projection project(sensor.camera, sensor.gel.size.z());
-  const sensor::Points points = sensor::markerPositions(sensor);
-  std::vector<Vector> places;
-  for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    const Eigen::Vector2f place = project(points.col(i)).cast<float>();
-    places.push_back({place.x(), place.y()});
-  }
-  return places;
-}
-
-double radius(const sensor::Sensor& sensor, const sensor::MarkerLayer& layer) {
-  const sensor::Projection project(sensor.camera, sensor.gel.size.z());
-  const Eigen::Vector3d middle(layer.centre.x(), layer.centre.y(), layer.depth);
-  const Eigen::Matrix2d scale = project.jacobian(middle).leftCols<2>();
-  return 0.5 * layer.diameter * std::sqrt(std::abs(scale.determinant()));
-}
-
-float spacing(const std::vector<Vector>& places, const Lattice& lattice) {
-  const Vector across = places[lattice.at(lattice.columns - 1, 0)] - places[lattice.at(0, 0)];
-  return std::sqrt(across.squared()) / static_cast<float>(lattice.columns - 1);
-}
 
 int validNeighbours(const Lattice& lattice, int column, int row, const std::vector<std::uint8_t>& valid) {
   int count = 0;
@@ -101,50 +64,18 @@ RestPose emptyPose(int markers) {
   return pose;
 }
 
-/// Of the newest frame in a mean over the last ones, of which it is the n-th.
-float weightOf(int n) {
-  return 1.0F / static_cast<float>(std::min(n, kMemory));
-}
-
 }  // namespace
-
-tl::expected<void, Error> trackable(const sensor::Sensor& sensor) {
-  const auto error = [](std::string what, std::string remedy) {
-    return tl::make_unexpected(Error{EX_CONFIG, std::move(what), "", std::move(remedy)});
-  };
-  if (sensor.layers.empty() || sensor.layers.size() > 2) {
-    return error(std::to_string(sensor.layers.size()) + " marker layers", "one or two can be tracked");
-  }
-  if (sensor.layers.size() == 2 && sensor.layers[0].colour == sensor.layers[1].colour) {
-    return error("two marker layers of the same colour", "give each its own");
-  }
-  const std::vector<Vector> places = nominalPlaces(sensor);
-  for (const Lattice& lattice : latticesOf(sensor)) {
-    if (lattice.columns < 4 || lattice.rows < 4) {
-      return error("a marker layer of fewer than 4 x 4 markers", "give it more columns and rows");
-    }
-    const std::size_t index = lattice.first == 0 ? 0 : 1;
-    const double radius_px = radius(sensor, sensor.layers[index]);
-    if (radius_px < 1.0 || radius_px > MarkerTemplate::largestRadius()) {
-      return error("markers of " + std::to_string(2.0 * radius_px) + " px in the picture",
-                   "between 2 and " + std::to_string(2.0 * MarkerTemplate::largestRadius()) + " px can be tracked");
-    }
-    if (spacing(places, lattice) < 3.5 * radius_px) {
-      return error("markers closer to each other than 1.75 of their diameters", "give the layer a wider pitch");
-    }
-  }
-  return {};
-}
 
 Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
     : options_(options)
     , markers_(sensor.markerCount())
     , nominal_(nominalPlaces(sensor))
-    , noise_(kTypicalNoise)
+    , spacing_px_(smallestSpacing(nominal_, latticesOf(sensor)))
     , detector_(sensor.camera.width, sensor.camera.height, markers_)
     , labeller_(latticesOf(sensor), sensor.camera.width, sensor.camera.height, 4 * markers_)
     , grid_(sensor.camera.width, sensor.camera.height, 16.0F, markers_)
     , tears_(latticesOf(sensor))
+    , errors_(markers_, spacing_px_, options.zeroFrames)
     , taker_(markers_, options.zeroFrames, options.minValidFraction)
     , pixelNoise_(markers_)
     , pose_(emptyPose(markers_))
@@ -153,12 +84,10 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
   const std::vector<Lattice> lattices = latticesOf(sensor);
   double deepest = 0.0;
   for (const sensor::MarkerLayer& layer : sensor.layers) deepest = std::max(deepest, layer.depth);
-  spacing_px_ = spacing(nominal_, lattices.front());
-  for (const Lattice& lattice : lattices) spacing_px_ = std::min(spacing_px_, spacing(nominal_, lattice));
   for (std::size_t i = 0; i < lattices.size(); ++i) {
     const sensor::MarkerLayer& layer = sensor.layers[i];
-    layers_.push_back(
-        {lattices[i], layer.colour, radius(sensor, layer), layer.depth >= deepest, Trust(lattices[i], spacing_px_)});
+    layers_.push_back({lattices[i], layer.colour, markerRadius(sensor, layer), layer.depth >= deepest,
+                       Trust(lattices[i], spacing_px_)});
     layers_.back().spots.reserve(static_cast<std::size_t>(4 * markers_));
   }
   const auto count = static_cast<std::size_t>(markers_);
@@ -171,9 +100,6 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
   restAmplitude_.resize(count);
   lostFor_.resize(count);
   lost_.reserve(count);
-  shares_.reserve(count);
-  variance_.resize(count);
-  excess_.resize(count);
   guesses_.resize(count);
   centres_.resize(count);
 }
@@ -257,7 +183,7 @@ bool Tracker::acquire() {
     slope_[i] = {};
     guesses_[i] = seek ? guessAt(i, place_[i]) : Guess{-1.0F};
   }
-  typicalShape_ = kMostTypicalShape;  // until it is known
+  errors_.forgetShape();
   for (Layer& layer : layers_) {
     fitCentres(layer.plane, layer.marker, layer.crossTalk, ofLayer(guesses_, layer), ofLayer(centres_, layer));
     for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
@@ -265,7 +191,7 @@ bool Tracker::acquire() {
       accept(i, centres_[i], {guesses_[i].u, guesses_[i].v});
     }
   }
-  learnShape();
+  errors_.learnShape(centres_, valid_);
   finishFrame(true);
   if (countValid() >= kAcquireBelow * countWanted()) acquireIn_ = 0;
   return true;
@@ -298,8 +224,11 @@ void Tracker::follow() {
 void Tracker::finishFrame(bool thorough) {
   recover();
   markOverlaps();
-  weigh();
-  torn_ = tears_.torn(displacement_, variance_, valid_) || torn_;
+  for (Layer& layer : layers_) {
+    errors_.weigh(layer.lattice, layer.marker.used(), centres_, displacement_, restAmplitude_, slopeFrames_, valid_);
+  }
+  for (int i = 0; i < markers_; ++i) stepped_[i] = stepped_[i] && valid_[i];
+  torn_ = tears_.torn(displacement_, errors_.variance_px2(), valid_) || torn_;
   for (int i = 0; i < markers_; ++i) thorough = thorough || valid_[i] != wasValid_[i];
   for (Layer& layer : layers_) layer.trust.prune(displacement_, valid_, thorough);
   learnSlopes();
@@ -316,7 +245,7 @@ void Tracker::heedSlope(const Layer& layer, int marker, Centre& centre) {
   if (!centre.found) return;
   const Vector seen{centre.slopeU, centre.slopeV};
   const float frames = slopeFrames_[marker];
-  const float limit2 = kSlopeDeviations * kSlopeDeviations * noise_ * noise_ * centre.slopeVariance;
+  const float limit2 = kSlopeDeviations * kSlopeDeviations * errors_.noise() * errors_.noise() * centre.slopeVariance;
   if (frames < 1.0F || (seen - slope_[marker]).squared() > limit2 * (1.0F + 1.0F / frames)) {
     slope_[marker] = seen;
     slopeFrames_[marker] = 0;
@@ -333,8 +262,8 @@ void Tracker::learnSlopes() {
       continue;
     }
     const Vector seen{centres_[i].slopeU, centres_[i].slopeV};
-    slopeFrames_[i] = std::min<std::uint8_t>(slopeFrames_[i] + 1, 2 * kMemory - 1);
-    slope_[i] = slope_[i] + weightOf(slopeFrames_[i]) * (seen - slope_[i]);
+    slopeFrames_[i] = std::min<std::uint8_t>(slopeFrames_[i] + 1, 2 * CentreErrors::kMemory - 1);
+    slope_[i] = slope_[i] + CentreErrors::weightOf(slopeFrames_[i]) * (seen - slope_[i]);
   }
 }
 
@@ -342,7 +271,7 @@ bool Tracker::accept(int marker, const Centre& centre, Vector expected) {
   if (!centre.found) return false;
   const float rest = restAmplitude_[marker], amplitude = centre.amplitude;
   if (!(amplitude >= kDim * rest && amplitude <= kBright * rest)) return false;
-  if (!isMarker(centre)) return false;
+  if (!errors_.isMarker(centre)) return false;
   const Vector place{centre.u, centre.v};
   if ((place - expected).squared() > kWander * kWander * spacing_px_ * spacing_px_) return false;
   centres_[marker] = centre;
@@ -352,73 +281,6 @@ bool Tracker::accept(int marker, const Centre& centre, Vector expected) {
   valid_[marker] = 1;
   stepped_[marker] = wasValid_[marker];
   return true;
-}
-
-bool Tracker::isMarker(const Centre& centre) const {
-  const float noise = kNoiseDeviations * noise_;
-  const float shape = (typicalShape_ + kOddShape) * centre.amplitude;
-  return centre.misfit <= noise * noise + shape * shape;
-}
-
-/// From the neighbours' displacements.
-float Tracker::strainAt(const Lattice& lattice, int column, int row) const {
-  const Vector own = displacement_[lattice.at(column, row)];
-  float square = 0.0F;
-  for (const auto& [x, y] : {std::pair(1, 0), std::pair(-1, 0), std::pair(0, 1), std::pair(0, -1)}) {
-    if (!lattice.has(column + x, row + y) || !valid_[lattice.at(column + x, row + y)]) continue;
-    square = std::max(square, (displacement_[lattice.at(column + x, row + y)] - own).squared());
-  }
-  return std::min(std::sqrt(square) / spacing_px_, kMostStrain);
-}
-
-/// The variances. A marker that has not the shape that it should have under its strain (dust at its edge, the fringe of
-/// a reflection, white pixels) is pulled aside: it counts for less or, where it is odder than that, is dropped.
-void Tracker::weigh() {
-  const float perZeroFrame = 1.0F / static_cast<float>(options_.zeroFrames);
-  for (const Layer& layer : layers_) {
-    const Lattice& lattice = layer.lattice;
-    const float heeded = kHeeded * std::sqrt(2.0F / static_cast<float>(layer.marker.used() - 7));
-    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
-      if (!valid_[i]) continue;
-      const Centre& centre = centres_[i];
-      const float noise2 =
-          std::max(noise_ * noise_ + shotNoise_ * (centre.level - light_), kLeastNoise2 * noise_ * noise_);
-      float shape = typicalShape_ * centre.amplitude;
-      float excess = (centre.misfit - shape * shape) / noise2 - 1.0F;
-      if (excess > heeded) {
-        const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
-        shape += kOddPerStrain * strainAt(lattice, column, row) * centre.amplitude;
-        excess = std::max((centre.misfit - shape * shape) / noise2 - 1.0F, 0.0F);
-      }
-      // Of this frame alone where it is plain to see, else of the frames together.
-      excess_[i] += weightOf(slopeFrames_[i] + 1) * (excess - excess_[i]);
-      if (excess < heeded)
-        excess = excess_[i] * std::sqrt(static_cast<float>(slopeFrames_[i] + 1)) > heeded ? excess_[i] : 0.0F;
-      if (excess > kMostExcess) {
-        valid_[i] = stepped_[i] = 0;
-        continue;
-      }
-      const float doubt = 1.0F + kErrorPerExcess * excess;
-      // The rest place's own error comes in with its share of the frames' variance at the amplitude of rest.
-      const float amplitude = centre.amplitude / std::max(restAmplitude_[i], 1.0F);
-      variance_[i] = noise2 * (centre.variance + centre.slopeShare) * doubt +
-                     noise_ * noise_ * centre.variance * perZeroFrame * amplitude * amplitude;
-    }
-  }
-}
-
-/// How far this gel's markers are from discs, from the present frame's.
-void Tracker::learnShape() {
-  shares_.clear();
-  for (int i = 0; i < markers_; ++i) {
-    if (!valid_[i]) continue;
-    const float excess = std::max(centres_[i].misfit - noise_ * noise_, 0.0F);
-    shares_.push_back(excess / (centres_[i].amplitude * centres_[i].amplitude));
-  }
-  if (shares_.empty()) return;
-  const auto typical = shares_.begin() + static_cast<std::ptrdiff_t>(kTypical * static_cast<double>(shares_.size()));
-  std::nth_element(shares_.begin(), typical, shares_.end());
-  typicalShape_ = std::min(std::sqrt(*typical), kMostTypicalShape);
 }
 
 bool Tracker::fitAt(const Layer& layer, int marker, Vector place) {
@@ -650,37 +512,18 @@ void Tracker::takeZero() {
     pose_.position_px[2 * i + 1] = rest_[i].v;
     pose_.amplitude[i] = restAmplitude_[i];
   }
-  taker_.finish(pose_);
-  pose_.shotNoise = pixelNoise_.perLevel();
   for (const Layer& layer : layers_) {
-    const Lattice& lattice = layer.lattice;
-    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) increment_[i] = {pose_.amplitude[i], 0.0F};
-    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
-      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
-      const auto around = expectation(lattice, column, row, increment_, pose_.present);
-      if (!around) continue;
-      // Dust on a marker, or instead of one.
-      const float share = pose_.amplitude[i] / around->value.u;
-      if (share < kDim || share > kBright) pose_.present[i] = 0;
-    }
-    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
-      displacement_[i] = Vector{pose_.position_px[2 * i], pose_.position_px[2 * i + 1]} - rest_[i];
-    }
-    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
-      if (pose_.present[i]) continue;  // the others are put where their neighbours say
-      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
-      const auto moved = expectation(lattice, column, row, displacement_, pose_.present);
-      if (!moved) continue;
-      pose_.position_px[2 * i] += moved->value.u;
-      pose_.position_px[2 * i + 1] += moved->value.v;
-    }
+    taker_.finish(layer.lattice, pose_);
     pose_.crossTalk[layer.colour == sensor::Colour::kBlue ? 0 : 1] = layer.crossTalk.other;
   }
+  pose_.noise = taker_.noise();
+  pose_.shotNoise = pixelNoise_.perLevel();
+  pose_.light = taker_.light();
   pose_.taken_ns = realNow();
   pose_.requested = takingRequested_;
   pose_.id = idOf(pose_);
   adopt(pose_);
-  learnShape();
+  errors_.learnShape(centres_, valid_);
   verified_ = takingRequested_;
   zeroWasRequested_ = takingRequested_;
   poseWaits_ = !finished_.put(pose_);
@@ -702,9 +545,7 @@ void Tracker::adopt(const RestPose& pose) {
   }
   restAmplitude_ = pose.amplitude;
   present_ = pose.present;
-  noise_ = pose.noise;
-  shotNoise_ = pose.shotNoise;
-  light_ = pose.light;
+  errors_.adopt(pose);
   zero_ = pose.id;
   haveRest_ = true;
   agreeing_ = 0;
@@ -726,10 +567,10 @@ void Tracker::write(const FrameInfo& info, bool relabelled, MarkerField& field) 
     }
     field.displacement_px[2 * i] = displacement_[i].u;
     field.displacement_px[2 * i + 1] = displacement_[i].v;
-    field.variance_px2[i] = variance_[i];
+    field.variance_px2[i] = errors_.variance_px2()[i];
     ++field.validCount;
     square += displacement_[i].squared();
-    expected += 2.0 * variance_[i];
+    expected += 2.0 * field.variance_px2[i];
   }
   const bool few = field.validCount < options_.minValidFraction * markers_;
   agreeing_ = !few && square < kAgreement * kAgreement * expected ? agreeing_ + 1 : 0;

@@ -1,9 +1,9 @@
 // From pictures to marker displacements.
 #pragma once
 
-#include "daemon/base/error.h"
 #include "daemon/records/marker_field.h"
 #include "daemon/track/centre.h"
+#include "daemon/track/centre_errors.h"
 #include "daemon/track/detection.h"
 #include "daemon/track/labelling.h"
 #include "daemon/track/lattice.h"
@@ -12,8 +12,6 @@
 #include "daemon/track/tear_finder.h"
 #include "daemon/track/zero.h"
 #include "sensor/sensor.h"
-
-#include <tl/expected.hpp>
 
 #include <atomic>
 #include <span>
@@ -30,10 +28,6 @@ enum class Outcome {
   kTracked,     ///< the field holds this frame
   kNoRestPose,  ///< the first rest pose is still being taken: there is nothing to displace from
 };
-
-/// What the tracker cannot do: more than two layers or two of one colour, a grid below 4 x 4, markers smaller than a
-/// pixel's width in radius or so large or close that their windows meet.
-tl::expected<void, Error> trackable(const sensor::Sensor& sensor);
 
 /// Thread-bound but for the three functions marked thread-safe. track() allocates nothing, except in the first frame in
 /// which markers are found.
@@ -87,16 +81,12 @@ class Tracker {
   void heedSlope(const Layer& layer, int marker, Centre& centre);
   void learnSlopes();
   bool accept(int marker, const Centre& centre, Vector expected);
-  bool isMarker(const Centre& centre) const;
-  float strainAt(const Lattice& lattice, int column, int row) const;
-  void weigh();
   void markOverlaps();
   void guessLost();
   void write(const FrameInfo& info, bool relabelled, MarkerField& field);
 
   // The start and the zero.
   void learnAppearance();
-  void learnShape();
   void assumeRest();
   void takeZero();
   void report(ZeroState state);
@@ -122,10 +112,6 @@ class Tracker {
   std::vector<Vector> rest_;
   std::vector<float> restAmplitude_;
   std::vector<std::uint8_t> present_;
-  float noise_;
-  float shotNoise_ = 0.0F;     ///< variance per level
-  float light_ = 0.0F;         ///< levels at which noise_ is stated
-  float typicalShape_ = 0.0F;  ///< rms misfit of most markers beyond the noise, share of the amplitude
   Id zero_{};
   bool haveRest_ = false, haveAppearance_ = false;
   bool zeroWasRequested_ = false, verified_ = false;
@@ -140,11 +126,8 @@ class Tracker {
   std::vector<std::uint8_t> slopeFrames_;  ///< that it is the mean of; 0: of this frame alone
   std::vector<Vector> labelPlace_;
   std::vector<std::uint8_t> labelled_;
-  std::vector<float> excess_;    ///< of misfit, in noise variances, mean over slopeFrames_
-  std::vector<float> variance_;  ///< of this frame's place [px^2]
-  std::vector<int> lostFor_;     ///< frames
+  std::vector<int> lostFor_;  ///< frames
   std::vector<int> lost_;
-  std::vector<float> shares_;
   std::vector<Guess> guesses_;
   std::vector<Centre> centres_;
   bool following_ = false;
@@ -157,6 +140,7 @@ class Tracker {
   Labeller labeller_;
   PointGrid grid_;
   TearFinder tears_;
+  CentreErrors errors_;
 
   ZeroTaker taker_;
   PixelNoise pixelNoise_;

@@ -17,6 +17,8 @@ constexpr double kMovers = 0.01;          // of the markers that may have moved 
 constexpr float kShake_px = 0.05F;        // rms of the whole picture's motion
 constexpr float kNoiseOverMisfit = 1.5F;  // the scatter of the centres cannot be noise if the pixels do not show it
 constexpr float kRounding = 0.3F;         // levels: noise of rounding to 8 bits
+constexpr float kDim = 0.5F;              // of its neighbours' amplitude: there is dust on the marker ...
+constexpr float kBright = 1.6F;           // ... or dust is taken for it
 
 }  // namespace
 
@@ -46,7 +48,9 @@ float ZeroTaker::Sums::spread2() const {
 ZeroTaker::ZeroTaker(int markers, int frames, double minValidFraction)
     : frames_(std::max(frames, 2))
     , minValidFraction_(minValidFraction)
-    , sums_(static_cast<std::size_t>(markers)) {
+    , sums_(static_cast<std::size_t>(markers))
+    , place_(sums_.size())
+    , field_(sums_.size()) {
   ratios_.reserve(sums_.size());
 }
 
@@ -128,24 +132,54 @@ bool ZeroTaker::moved() {
   return false;
 }
 
-void ZeroTaker::finish(RestPose& pose) const {
-  double light = 0.0;
-  int seen = 0;
+void ZeroTaker::finish(const Lattice& lattice, RestPose& pose) {
   const Vector common = (1.0F / static_cast<float>(frames_)) * common_;
-  for (std::size_t i = 0; i < sums_.size(); ++i) {
+  for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
     const Sums& sums = sums_[i];
     pose.present[i] = sums.count >= kPresent * frames_ ? 1 : 0;
     if (!pose.present[i]) continue;
     const float inverse = 1.0F / static_cast<float>(sums.count);
-    const Vector place = sums.origin + inverse * sums.sum + common;
-    pose.position_px[2 * i] = place.u;
-    pose.position_px[2 * i + 1] = place.v;
+    place_[i] = sums.origin + inverse * sums.sum + common;
     pose.amplitude[i] = inverse * sums.amplitude;
-    light += double{inverse * sums.level};
+  }
+  const auto around = [&](int i) {
+    const int index = i - lattice.first;
+    return expectation(lattice, index % lattice.columns, index / lattice.columns, field_, pose.present);
+  };
+  for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) field_[i] = {pose.amplitude[i], 0.0F};
+  for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+    const auto usual = around(i);
+    if (!usual) continue;
+    const float share = pose.amplitude[i] / usual->value.u;
+    if (share < kDim || share > kBright) pose.present[i] = 0;
+  }
+  const auto before = [&](int i) { return Vector{pose.position_px[2 * i], pose.position_px[2 * i + 1]}; };
+  for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) field_[i] = place_[i] - before(i);
+  for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+    if (!pose.present[i]) {
+      const auto moved = around(i);
+      place_[i] = before(i) + (moved ? moved->value : Vector{});
+    }
+  }
+  for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+    pose.position_px[2 * i] = place_[i].u;
+    pose.position_px[2 * i + 1] = place_[i].v;
+  }
+}
+
+float ZeroTaker::light() const {
+  double light = 0.0;
+  int seen = 0;
+  for (const Sums& sums : sums_) {
+    if (sums.count < kPresent * frames_) continue;
+    light += double{sums.level / static_cast<float>(sums.count)};
     ++seen;
   }
-  pose.light = static_cast<float>(light / std::max(seen, 1));
-  pose.noise = std::max(noise_, kRounding);
+  return static_cast<float>(light / std::max(seen, 1));
+}
+
+float ZeroTaker::noise() const {
+  return std::max(noise_, kRounding);
 }
 
 }  // namespace tractiond::track

@@ -33,8 +33,13 @@ class ZeroTaker {
   /// One frame. kTaking until enough were seen, then kTaken or why not.
   ZeroState add(std::span<const Vector> place_px, std::span<const Centre> centres, std::span<const std::uint8_t> valid);
 
-  /// After kTaken: position, amplitude, present, noise, light. Positions of absent markers are left as they are.
-  void finish(RestPose& pose) const;
+  // After kTaken.
+
+  /// Fills in position, amplitude and presence of a layer's markers. Those that were not seen, or have dust on them,
+  /// are absent, and are put where they were before, moved as their neighbours.
+  void finish(const Lattice& lattice, RestPose& pose);
+  float noise() const;  ///< of a pixel [levels]
+  float light() const;  ///< at the markers' rims [levels]
 
  private:
   struct Sums {
@@ -56,6 +61,7 @@ class ZeroTaker {
   int seen_ = 0;
   std::vector<Sums> sums_;
   std::vector<float> ratios_;
+  std::vector<Vector> place_, field_;
   Vector common_;  ///< sum of the whole picture's motion
   float commonSquare_ = 0.0F;
   double misfit_ = 0.0;  ///< sum over frames of the mean misfit [levels^2]

@@ -1,4 +1,5 @@
 // The first picture: what is known is the grid, not where it is.
+#include "daemon/track/nominal.h"
 #include "tests/unit/track/scene.h"
 
 #include <Eigen/Geometry>

@@ -1,0 +1,110 @@
+#include "daemon/track/centre_errors.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tractiond::track {
+namespace {
+
+constexpr float kTypicalNoise = 3.0F;  // levels, until it is measured
+// What the template may leave unexplained of something that is to be taken for a marker at all: rms as a share of the
+// amplitude, beyond twice the noise and what this gel's markers typically leave at rest.
+constexpr float kOddShape = 0.16F, kNoiseDeviations = 2.0F, kMostTypicalShape = 0.15F;
+constexpr double kTypical = 0.75;  // of the markers leave less
+// A disc strained by s leaves 0.22 s. Where x times the noise's variance is left beyond that, the squared error of the
+// centre is 1 + 6 x times what noise alone would make it (measured with dust of 0.4 to 3 px at all places). It is
+// heeded where the noise alone would hardly leave as much, and a marker with too much of it is not believed.
+constexpr float kOddPerStrain = 0.25F, kMostStrain = 0.45F;
+constexpr float kErrorPerExcess = 6.0F, kHeeded = 3.0F, kMostExcess = 2.0F;
+constexpr float kLeastNoise2 = 0.25F;  // of that at rest, however dark it is
+
+}  // namespace
+
+CentreErrors::CentreErrors(int markers, float spacing_px, int zeroFrames)
+    : spacing_px_(spacing_px)
+    , perZeroFrame_(1.0F / static_cast<float>(zeroFrames))
+    , noise_(kTypicalNoise)
+    , excess_(static_cast<std::size_t>(markers))
+    , variance_(excess_.size()) {
+  shares_.reserve(excess_.size());
+}
+
+void CentreErrors::adopt(const RestPose& pose) {
+  noise_ = pose.noise;
+  shotNoise_ = pose.shotNoise;
+  light_ = pose.light;
+}
+
+void CentreErrors::learnShape(std::span<const Centre> centres, std::span<const std::uint8_t> valid) {
+  shares_.clear();
+  for (std::size_t i = 0; i < centres.size(); ++i) {
+    if (!valid[i]) continue;
+    const float excess = std::max(centres[i].misfit - noise_ * noise_, 0.0F);
+    shares_.push_back(excess / (centres[i].amplitude * centres[i].amplitude));
+  }
+  if (shares_.empty()) return;
+  const auto typical = shares_.begin() + static_cast<std::ptrdiff_t>(kTypical * static_cast<double>(shares_.size()));
+  std::nth_element(shares_.begin(), typical, shares_.end());
+  typicalShape_ = std::min(std::sqrt(*typical), kMostTypicalShape);
+}
+
+void CentreErrors::forgetShape() {
+  typicalShape_ = kMostTypicalShape;
+}
+
+bool CentreErrors::isMarker(const Centre& centre) const {
+  const float noise = kNoiseDeviations * noise_;
+  const float shape = (typicalShape_ + kOddShape) * centre.amplitude;
+  return centre.misfit <= noise * noise + shape * shape;
+}
+
+float CentreErrors::weightOf(int n) {
+  return 1.0F / static_cast<float>(std::min(n, kMemory));
+}
+
+/// From the neighbours' displacements.
+float CentreErrors::strainAt(const Lattice& lattice, int marker, std::span<const Vector> displacement,
+                             std::span<const std::uint8_t> valid) const {
+  const int column = (marker - lattice.first) % lattice.columns, row = (marker - lattice.first) / lattice.columns;
+  float square = 0.0F;
+  for (const auto& [x, y] : {std::pair(1, 0), std::pair(-1, 0), std::pair(0, 1), std::pair(0, -1)}) {
+    if (!lattice.has(column + x, row + y)) continue;
+    const int neighbour = lattice.at(column + x, row + y);
+    if (valid[neighbour]) square = std::max(square, (displacement[neighbour] - displacement[marker]).squared());
+  }
+  return std::min(std::sqrt(square) / spacing_px_, kMostStrain);
+}
+
+void CentreErrors::weigh(const Lattice& lattice, int pixels, std::span<const Centre> centres,
+                         std::span<const Vector> displacement, std::span<const float> restAmplitude,
+                         std::span<const std::uint8_t> frames, std::span<std::uint8_t> valid) {
+  const float heeded = kHeeded * std::sqrt(2.0F / static_cast<float>(pixels - 7));
+  for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+    if (!valid[i]) continue;
+    const Centre& centre = centres[i];
+    const float noise2 =
+        std::max(noise_ * noise_ + shotNoise_ * (centre.level - light_), kLeastNoise2 * noise_ * noise_);
+    float shape = typicalShape_ * centre.amplitude;
+    float excess = (centre.misfit - shape * shape) / noise2 - 1.0F;
+    if (excess > heeded) {
+      shape += kOddPerStrain * strainAt(lattice, i, displacement, valid) * centre.amplitude;
+      excess = std::max((centre.misfit - shape * shape) / noise2 - 1.0F, 0.0F);
+    }
+    // Of this frame alone where it is plain to see, else of the frames together.
+    excess_[i] += weightOf(frames[i] + 1) * (excess - excess_[i]);
+    if (excess < heeded) {
+      excess = excess_[i] * std::sqrt(static_cast<float>(frames[i] + 1)) > heeded ? excess_[i] : 0.0F;
+    }
+    if (excess > kMostExcess) {
+      valid[i] = 0;
+      continue;
+    }
+    const float doubt = 1.0F + kErrorPerExcess * excess;
+    // The rest place's own error comes in with its share of the frames' variance at the amplitude of rest.
+    const float amplitude = centre.amplitude / std::max(restAmplitude[i], 1.0F);
+    variance_[i] = noise2 * (centre.variance + centre.slopeShare) * doubt +
+                   noise_ * noise_ * centre.variance * perZeroFrame_ * amplitude * amplitude;
+  }
+}
+
+}  // namespace tractiond::track

@@ -1,0 +1,58 @@
+// How far a marker's centre may be off, and what is no marker at all.
+#pragma once
+
+#include "daemon/records/marker_field.h"
+#include "daemon/track/centre.h"
+#include "daemon/track/lattice.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace tractiond::track {
+
+/// Thread-bound. Allocates only in the constructor. Arrays are by marker.
+class CentreErrors {
+ public:
+  /// A rest pose averages `zeroFrames` frames.
+  CentreErrors(int markers, float spacing_px, int zeroFrames);
+
+  /// The noise in force.
+  void adopt(const RestPose& pose);
+  float noise() const { return noise_; }  ///< standard deviation of a pixel [levels]
+
+  /// How far this gel's markers are from discs: from the present frame's.
+  void learnShape(std::span<const Centre> centres, std::span<const std::uint8_t> valid);
+  void forgetShape();
+
+  /// Could what was fitted be a marker?
+  bool isMarker(const Centre& centre) const;
+
+  /// The variances of a layer's valid centres. A marker that has not the shape that it should have under its strain
+  /// (dust at its edge, the fringe of a reflection, white pixels) is pulled aside: it counts for less or, where it is
+  /// odder than that, is made invalid. `pixels`: of the template; `frames`: that the marker was followed for, up to
+  /// 2 kMemory - 1.
+  void weigh(const Lattice& lattice, int pixels, std::span<const Centre> centres, std::span<const Vector> displacement,
+             std::span<const float> restAmplitude, std::span<const std::uint8_t> frames, std::span<std::uint8_t> valid);
+  std::span<const float> variance_px2() const { return variance_; }
+
+  /// Frames over which means forget: they are as good as those of twice as many.
+  static constexpr int kMemory = 8;
+  /// Of the newest frame in such a mean, of which it is the n-th.
+  static float weightOf(int n);
+
+ private:
+  float strainAt(const Lattice& lattice, int marker, std::span<const Vector> displacement,
+                 std::span<const std::uint8_t> valid) const;
+
+  float spacing_px_;
+  float perZeroFrame_;
+  float noise_;
+  float shotNoise_ = 0.0F;     ///< variance per level
+  float light_ = 0.0F;         ///< levels at which noise_ is stated
+  float typicalShape_ = 0.0F;  ///< rms misfit of most markers beyond the noise, share of the amplitude
+  std::vector<float> excess_;  ///< of misfit, in noise variances, mean over the frames
+  std::vector<float> variance_, shares_;
+};
+
+}  // namespace tractiond::track

@@ -1,0 +1,76 @@
+#include "daemon/track/nominal.h"
+
+#include "daemon/track/marker_template.h"
+#include "sensor/projection.h"
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace tractiond::track {
+namespace {
+
+float spacing(std::span<const Vector> places, const Lattice& lattice) {
+  const Vector across = places[lattice.at(lattice.columns - 1, 0)] - places[lattice.at(0, 0)];
+  return std::sqrt(across.squared()) / static_cast<float>(lattice.columns - 1);
+}
+
+}  // namespace
+
+std::vector<Vector> nominalPlaces(const sensor::Sensor& sensor) {
+  const sensor::Projection project(sensor.camera, sensor.gel.size.z());
+  const sensor::Points points = sensor::markerPositions(sensor);
+  std::vector<Vector> places;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Eigen::Vector2f place = project(points.col(i)).cast<float>();
+    places.push_back({place.x(), place.y()});
+  }
+  return places;
+}
+
+double markerRadius(const sensor::Sensor& sensor, const sensor::MarkerLayer& layer) {
+  const sensor::Projection project(sensor.camera, sensor.gel.size.z());
+  const Eigen::Vector3d middle(layer.centre.x(), layer.centre.y(), layer.depth);
+  const Eigen::Matrix2d scale = project.jacobian(middle).leftCols<2>();
+  return 0.5 * layer.diameter * std::sqrt(std::abs(scale.determinant()));
+}
+
+float smallestSpacing(std::span<const Vector> places_px, std::span<const Lattice> lattices) {
+  float least = std::numeric_limits<float>::max();
+  for (const Lattice& lattice : lattices) least = std::min(least, spacing(places_px, lattice));
+  return least;
+}
+
+tl::expected<void, Error> trackable(const sensor::Sensor& sensor) {
+  const auto error = [](std::string what, std::string remedy) {
+    return tl::make_unexpected(Error{EX_CONFIG, std::move(what), "", std::move(remedy)});
+  };
+  if (sensor.layers.empty() || sensor.layers.size() > 2) {
+    return error(std::to_string(sensor.layers.size()) + " marker layers", "one or two can be tracked");
+  }
+  if (sensor.layers.size() == 2 && sensor.layers[0].colour == sensor.layers[1].colour) {
+    return error("two marker layers of the same colour", "give each its own");
+  }
+  const std::vector<Vector> places = nominalPlaces(sensor);
+  for (const Lattice& lattice : latticesOf(sensor)) {
+    if (lattice.columns < 4 || lattice.rows < 4) {
+      return error("a marker layer of fewer than 4 x 4 markers", "give it more columns and rows");
+    }
+    const std::size_t index = lattice.first == 0 ? 0 : 1;
+    const double radius_px = markerRadius(sensor, sensor.layers[index]);
+    if (radius_px < 1.0 || radius_px > MarkerTemplate::largestRadius()) {
+      return error("markers of " + std::to_string(2.0 * radius_px) + " px in the picture",
+                   "between 2 and " + std::to_string(2.0 * MarkerTemplate::largestRadius()) + " px can be tracked");
+    }
+    if (spacing(places, lattice) < 3.5 * radius_px) {
+      return error("markers closer to each other than 1.75 of their diameters", "give the layer a wider pitch");
+    }
+  }
+  return {};
+}
+
+}  // namespace tractiond::track
