@@ -15,7 +15,8 @@ struct SolveOptions {
   double regularisation = 1e-3;
 
   /// Singular values below this fraction of lambda are left out. At 0.5 that changes no resultant tried by more than
-  /// 0.2 % of the load and leaves 10 of 28 MB for a frame to stream; at 1 it changes them by up to 0.5 %.
+  /// 0.2 % of the load and leaves 10 of 28 MB for the fit of the whole face to stream; at 1 it changes them by up to
+  /// 0.5 %.
   double truncation = 0.5;
 
   /// Standard deviation of a marker's centre in one frame [px], as calibrated; the frame's own scales the uncertainty.
