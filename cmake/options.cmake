@@ -12,8 +12,10 @@ set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g1")
 
 set(TRACTION_SANITIZE "" CACHE STRING "Sanitizers for all targets, as for -fsanitize=")
 if(TRACTION_SANITIZE)
-  # -O1: two thirds of the time to compile, and stacks that can be read.
-  add_compile_options(-O1 -fsanitize=${TRACTION_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  # -O1: two thirds of the time to compile, and stacks that can be read. Null pointers stop at the address sanitizer
+  # anyway; checking each costs a seventh of the compilation.
+  add_compile_options(-O1 -fsanitize=${TRACTION_SANITIZE} -fno-sanitize=null -fno-sanitize-recover=all
+                      -fno-omit-frame-pointer)
   add_link_options(-fsanitize=${TRACTION_SANITIZE})
 endif()
 

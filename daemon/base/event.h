@@ -26,7 +26,7 @@ class Event {
 
   void signal() noexcept {
     const std::uint64_t one = 1;
-    [[maybe_unused]] const auto written = write(fd_, &one, sizeof one);
+    [[maybe_unused]] const auto written = ::write(fd_, &one, sizeof one);
   }
 
   /// Returns when signalled (true), after `timeout`, or earlier for no reason (a signal handler ran).
@@ -40,7 +40,7 @@ class Event {
   /// Forgets the signals given so far: for those who poll fd() themselves.
   void clear() noexcept {
     std::uint64_t signals = 0;
-    [[maybe_unused]] const auto got = read(fd_, &signals, sizeof signals);
+    [[maybe_unused]] const auto got = ::read(fd_, &signals, sizeof signals);
   }
 
   /// Readable while signalled.

@@ -19,9 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 using Kind = CalibrationStep::Kind;
 
-constexpr double kGramForce = 9.80665e-3;  // [N]
-constexpr double kLongest_s = 3600.0;      // of a step
-constexpr double kFarFromTheFile = 3.0;    // deviations of the focal length that are worth a remark
+constexpr double kLongest_s = 3600.0;    // of a step
+constexpr double kFarFromTheFile = 3.0;  // deviations of the focal length that are worth a remark
 constexpr double kBadResidual_px = 0.3;
 constexpr double kCreeping = 0.005;    // growth of a load's displacement between the halves of its reading
 constexpr double kResidualOver = 2.0;  // of what noise explains: the contact is not one round one

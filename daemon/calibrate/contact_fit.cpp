@@ -22,9 +22,9 @@ constexpr double kFirstPitch = 4e-3;  // of the places that are tried, [m]
 constexpr int kFirstReach = 2;        // places to each side: the largest displacement is up to 8 mm off the centre
 constexpr double kMargin = 1e-3;      // between a contact and the gel's sides, [m]
 constexpr int kIterations = 20;
-constexpr double kStep = 1e-5;     // of place and radius for differences, [m]
-constexpr double kSettled = 1e-8;  // [m]
-constexpr int kLinear = 7;         // force, picture motion
+constexpr double kStep_m = 1e-5;  // of place and radius for differences
+constexpr double kSettled_m = 1e-8;
+constexpr int kLinear = 7;  // force, picture motion
 
 /// sum over the valid coordinates of weight row^T row, and of weight row^T value.
 struct Normal {
@@ -143,10 +143,10 @@ std::optional<ContactReading> ContactFit::operator()(const sensor::Camera& camer
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     Eigen::MatrixXd columns(rows, 3 + kLinear);
     for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(k);
+      const Eigen::Vector3d step = kStep_m * Eigen::Vector3d::Unit(k);
       columns.col(k) =
           (unitFields(projection, best.shape + step, true) - unitFields(projection, best.shape - step, true)) *
-          best.amounts.head<3>() / (2 * kStep);
+          best.amounts.head<3>() / (2 * kStep_m);
     }
     columns.rightCols(kLinear) = best.columns;
     normal = normalOf(columns, best.residual);
@@ -166,7 +166,7 @@ std::optional<ContactReading> ContactFit::operator()(const sensor::Camera& camer
     if (next.cost > best.cost) break;
     const double moved = (next.shape - best.shape).norm();
     best = std::move(next);
-    if (moved < kSettled) break;
+    if (moved < kSettled_m) break;
   }
 
   const Eigen::VectorXd scale = normal.matrix.diagonal().cwiseSqrt().cwiseInverse();

@@ -12,7 +12,7 @@ namespace tractiond::calibrate {
 
 namespace {
 
-constexpr int kFewest = 10;             // markers that make a motion
+constexpr int kFewestMarkers = 10;      // that make a motion
 constexpr int kNeighbours = 6;          // of the 3 x 3 that must be valid
 constexpr double kSixSigma = 6.0;       // the largest of a thousand medians stays below 4.5
 constexpr double kMedianOfNine = 0.41;  // deviation of a median of nine, of one value's
@@ -62,7 +62,7 @@ std::optional<PictureMotion> PictureMotionFit::operator()(const Displacements& d
     square += du * du + dv * dv;
     ++markers;
   }
-  if (markers < kFewest) return std::nullopt;
+  if (markers < kFewestMarkers) return std::nullopt;
   const Eigen::LDLT<Eigen::Matrix4d> factor(normal);
   PictureMotion motion;
   motion.value = factor.solve(right);

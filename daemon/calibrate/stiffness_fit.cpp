@@ -10,8 +10,6 @@ namespace tractiond::calibrate {
 
 namespace {
 
-constexpr double kGramForce = 9.80665e-3;  // [N]
-
 std::string grams(double newtons) {
   return fmt::format("{:.4g} gf", newtons / kGramForce);
 }

@@ -6,6 +6,8 @@
 
 namespace tractiond::calibrate {
 
+inline constexpr double kGramForce = 9.80665e-3;  ///< [N]
+
 struct StiffnessOptions {
   double weight = 1e-3;        ///< deviation of a weight, relative: class M3 has half of that
   double reading = 2e-3;       ///< of a reading beside its noise: the contact is not quite round

@@ -26,12 +26,6 @@ using std::chrono::milliseconds;
 /// At most one try a second.
 constexpr std::int64_t kRetry_ns = 1'000'000'000;
 
-tl::unexpected<Error> failed(int exitCode, std::string what, GError* reason = nullptr) {
-  Error error{exitCode, std::move(what), "", reason == nullptr ? "" : reason->message};
-  g_clear_error(&reason);
-  return tl::unexpected(std::move(error));
-}
-
 }  // namespace
 
 // ---------------------------------------------------------------- session

@@ -105,10 +105,6 @@ const KnownFormat* knownFormat(ArvPixelFormat code) {
   return found == kFormats.end() ? nullptr : found;
 }
 
-tl::unexpected<Error> failed(int exitCode, std::string what, std::string remedy = {}) {
-  return tl::unexpected(Error{exitCode, std::move(what), "", std::move(remedy)});
-}
-
 // ---------------------------------------------------------------- finding
 
 CameraName nameInList(unsigned index) {
@@ -174,6 +170,16 @@ bool takeControl(ArvGvDevice* device, std::int64_t until_ns, const std::stop_tok
 
 void Unref::operator()(void* object) const {
   g_object_unref(object);
+}
+
+tl::unexpected<Error> failed(int exitCode, std::string what, std::string remedy) {
+  return tl::unexpected(Error{exitCode, std::move(what), "", std::move(remedy)});
+}
+
+tl::unexpected<Error> failed(int exitCode, std::string what, GError* reason) {
+  auto error = failed(exitCode, std::move(what), reason == nullptr ? "" : reason->message);
+  g_clear_error(&reason);
+  return error;
 }
 
 void pauseUntil(std::int64_t until_ns, const std::stop_token& stop) {

@@ -16,6 +16,7 @@
 
 struct _ArvCamera;
 struct _ArvStream;
+struct _GError;
 
 namespace tractiond::capture {
 
@@ -25,6 +26,10 @@ struct Unref {
 };
 template <class T>
 using Ref = std::unique_ptr<T, Unref>;
+
+tl::unexpected<Error> failed(int exitCode, std::string what, std::string remedy = {});
+/// Takes the reason, which may be null.
+tl::unexpected<Error> failed(int exitCode, std::string what, _GError* reason);
 
 using Say = std::function<void(const std::string& line)>;
 

@@ -13,7 +13,7 @@ namespace tractiond::calibrate {
 namespace {
 
 constexpr sensor::PictureMotion kMotion{.shift_px = 0.005, .scale = 1e-5, .roll = 1e-5};
-constexpr double kNoise_px = 0.004;  // mean of a second's frames, and the zero's own
+constexpr double kMeanNoise_px = 0.004;  // mean of a second's frames, and the zero's own
 
 const ContactFit& paperFit() {
   static const ContactFit fit{sensor::Sensor{}};
@@ -54,7 +54,7 @@ sensor::Points finiteElements(const std::string& wanted) {
 /// Image displacements by a camera.
 Seen seenBy(const sensor::Sensor& sensor, const sensor::Points& displacement, unsigned seed) {
   const sensor::Points rest = sensor::markerPositions(sensor.layers);
-  return {projected(sensor, rest + displacement) - projected(sensor, rest), kNoise_px, seed};
+  return {projected(sensor, rest + displacement) - projected(sensor, rest), kMeanNoise_px, seed};
 }
 
 TEST(ContactFit, ReadsTheFiniteElementsForceInProportionToTheModulus) {

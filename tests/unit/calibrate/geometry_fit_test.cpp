@@ -6,7 +6,7 @@
 namespace tractiond::calibrate {
 namespace {
 
-constexpr double kNoise_px = 0.003;  // of a zero of thirty frames
+constexpr double kZeroNoise_px = 0.003;  // of a zero of thirty frames
 
 /// As somebody might have mounted it.
 sensor::Camera mounted(double focal = 1.001) {
@@ -19,7 +19,7 @@ sensor::Camera mounted(double focal = 1.001) {
   return camera;
 }
 
-Seen rest(const sensor::Camera& camera, unsigned seed = 1, double noise_px = kNoise_px) {
+Seen rest(const sensor::Camera& camera, unsigned seed = 1, double noise_px = kZeroNoise_px) {
   sensor::Sensor sensor;
   sensor.camera = camera;
   return {projected(sensor, sensor::markerPositions(sensor.layers)), noise_px, seed};
@@ -29,7 +29,7 @@ TEST(GeometryFit, FindsPoseAndDistortion) {
   const Seen seen = rest(mounted());
   const Geometry geometry = fitGeometry({}, seen.value_px, seen.valid);
   ASSERT_EQ(geometry.outcome, Geometry::Outcome::kConverged);
-  EXPECT_NEAR(geometry.residual_px, kNoise_px, 0.05 * kNoise_px);
+  EXPECT_NEAR(geometry.residual_px, kZeroNoise_px, 0.05 * kZeroNoise_px);
   EXPECT_EQ(geometry.markers, 1152);
   EXPECT_FALSE(geometry.bulge.found());
   const sensor::Camera truth = mounted();
@@ -66,10 +66,10 @@ TEST(GeometryFit, DeviationsAreTrue) {
       layer.pitch *= 1.0 + options.pitch * normal(generator);
     }
     sensor.layers[1].centre += options.shift * Eigen::Vector2d(normal(generator), normal(generator));
-    const Seen seen(projected(sensor, sensor::markerPositions(sensor.layers)), kNoise_px, 100 + trial);
+    const Seen seen(projected(sensor, sensor::markerPositions(sensor.layers)), kZeroNoise_px, 100 + trial);
     const Geometry found = fitGeometry(nominal, seen.value_px, seen.valid);
     ASSERT_EQ(found.outcome, Geometry::Outcome::kConverged);
-    EXPECT_NEAR(found.residual_px, kNoise_px, 0.1 * kNoise_px);
+    EXPECT_NEAR(found.residual_px, kZeroNoise_px, 0.1 * kZeroNoise_px);
     const sensor::Uncertainty& claimed = found.uncertainty;
     Eigen::Matrix<double, 8, 1> off;
     off << (found.camera.focal_px / sensor.camera.focal_px - 1.0) / claimed.focal,
@@ -96,7 +96,7 @@ TEST(GeometryFit, LeavesOutMarkersThatAreMisplaced) {
   }
   const Geometry geometry = fitGeometry({}, seen.value_px, seen.valid);
   ASSERT_EQ(geometry.outcome, Geometry::Outcome::kConverged);
-  EXPECT_NEAR(geometry.residual_px, kNoise_px, 0.1 * kNoise_px);
+  EXPECT_NEAR(geometry.residual_px, kZeroNoise_px, 0.1 * kZeroNoise_px);
   EXPECT_NEAR(geometry.outliers, 12, 1);
   EXPECT_FALSE(geometry.bulge.found());
 }
@@ -111,7 +111,7 @@ TEST(GeometryFit, NoticesATouch) {
       const Eigen::Vector2d away = point.head<2>() - touch;
       point.head<2>() += peak * away / 5e-3 * std::exp(-away.squaredNorm() / (2 * 25e-6));
     }
-    const Seen seen(projected(sensor, points), kNoise_px, 3);
+    const Seen seen(projected(sensor, points), kZeroNoise_px, 3);
     const Geometry geometry = fitGeometry({}, seen.value_px, seen.valid);
     ASSERT_EQ(geometry.outcome, Geometry::Outcome::kConverged);
     EXPECT_TRUE(geometry.bulge.found());

@@ -8,7 +8,6 @@
 namespace tractiond::calibrate {
 namespace {
 
-constexpr double kGramForce = 9.80665e-3;
 constexpr double kAssumed = 0.18e6, kTrue = 0.2e6;
 
 WeighedForce weighed(double known_gf, double placed_gf, double deviation_N = 0.005) {

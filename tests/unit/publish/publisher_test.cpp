@@ -20,8 +20,6 @@ namespace {
 namespace pb = traction::v1;
 using namespace std::chrono_literals;
 
-constexpr int kMarkers = 1152;
-constexpr int kNodes = 576;
 const std::string kRoot = "traction/v1/gel-1/";
 
 class PublisherTest : public testing::Test {

@@ -11,6 +11,9 @@
 
 namespace tractiond::publish {
 
+inline constexpr int kMarkers = 1152;
+inline constexpr int kNodes = 576;
+
 inline Id idOf(std::uint8_t first) {
   Id id;
   std::iota(id.begin(), id.end(), first);

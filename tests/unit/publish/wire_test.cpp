@@ -16,9 +16,6 @@ namespace {
 
 namespace pb = traction::v1;
 
-constexpr int kMarkers = 1152;
-constexpr int kNodes = 576;
-
 std::string text(const Id& id) {
   return {id.begin(), id.end()};
 }
