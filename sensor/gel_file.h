@@ -11,8 +11,8 @@
 namespace sensor {
 
 /// Keys that are absent keep the paper's values, except the version. `name` is how errors call the file.
-/// An impossible sensor (Poisson's ratio of a half or more, markers outside the block ...) is an error too. An influence
-/// file that it names is read, too; its name counts from the folder of `name`.
+/// An impossible sensor (Poisson's ratio of a half or more, markers outside the block ...) is an error too. An
+/// influence file that it names is read, too; its name counts from the folder of `name`.
 tl::expected<Sensor, FileError> parseGel(std::string_view text, const std::string& name);
 tl::expected<Sensor, FileError> loadGel(const std::string& path);
 

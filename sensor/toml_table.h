@@ -25,7 +25,7 @@ struct FileError {
 
 /// Values in the file may stand in another unit than in memory: in memory = in the file / perUnit.
 struct Range {
-  double least, most;  ///< allowed in the file, both included
+  double least = 0.0, most = 0.0;  ///< allowed in the file, both included
   double perUnit = 1.0;
 };
 

@@ -31,8 +31,9 @@ const Style kLine{{70, 76, 96}, kPaper, false};
 const Style kAccent{{110, 190, 255}, kPaper, false};
 const Style kShear{{90, 255, 240}, kPaper, true};
 
+// NOLINTNEXTLINE(cert-dcl50-cpp): the compiler checks the arguments against the pattern
 [[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...) {
-  std::array<char, 160> text;
+  std::array<char, 160> text{};
   va_list arguments;
   va_start(arguments, pattern);
   std::vsnprintf(text.data(), text.size(), pattern, arguments);

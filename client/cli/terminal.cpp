@@ -14,7 +14,7 @@ namespace traction::cli {
 
 namespace {
 
-volatile std::sig_atomic_t stopSignal = 0;
+volatile std::sig_atomic_t stopSignal = 0;  // NOLINT(*-avoid-non-const-global-variables): signals know no objects
 
 void writeAll(std::string_view text) {
   while (!text.empty()) {

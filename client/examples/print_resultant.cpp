@@ -9,7 +9,7 @@ int main(int argc, char** argv) {
   traction::SubscriberOptions options;
   options.topics = traction::kField;
   if (argc > 1) options.endpoint = argv[1];
-  const long count = argc > 2 ? std::atol(argv[2]) : -1;
+  const long count = argc > 2 ? std::strtol(argv[2], nullptr, 10) : -1;
 
   traction::Subscriber subscriber(options);
   for (long i = 0; i != count;) {

@@ -26,7 +26,7 @@ constexpr double kCreeping = 0.005;    // growth of a load's displacement betwee
 constexpr double kResidualOver = 2.0;  // of what noise explains: the contact is not one round one
 
 std::string utc(const char* format) {
-  const std::time_t now = static_cast<std::time_t>(realNow() / 1'000'000'000);
+  const auto now = static_cast<std::time_t>(realNow() / 1'000'000'000);
   std::tm parts{};
   gmtime_r(&now, &parts);
   std::array<char, 40> text{};

@@ -58,7 +58,7 @@ class AravisCamera : public FrameSource {
   struct Keeper;
   AravisCamera(const CameraOptions& options, Ledger& ledger, Say say, std::unique_ptr<Session> session);
 
-  Next judge(Frame& frame, void* buffer);
+  Next judge(Frame& frame, void* handle);
   void giveUp(const std::stop_source& stop = std::stop_source());
   bool adopt(std::chrono::milliseconds timeout);
 

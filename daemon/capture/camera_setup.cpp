@@ -512,7 +512,7 @@ int streamSocket(ArvStream* stream) {
   DIR* folder = opendir("/proc/self/fd");
   int found = -1;
   for (const dirent* entry = nullptr; folder != nullptr && found < 0 && (entry = readdir(folder)) != nullptr;) {
-    const int descriptor = std::atoi(entry->d_name);
+    const int descriptor = static_cast<int>(std::strtol(entry->d_name, nullptr, 10));
     sockaddr_in address{};
     socklen_t length = sizeof address;
     int type = 0;

@@ -14,9 +14,11 @@
 #include <string>
 #include <vector>
 
+// NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp): the C libraries' own names
 struct _ArvCamera;
 struct _ArvStream;
 struct _GError;
+// NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp)
 
 namespace tractiond::capture {
 

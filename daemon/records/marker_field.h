@@ -13,13 +13,13 @@ using Id = std::array<std::uint8_t, 16>;  ///< a 128-bit hash; all zero: none
 
 /// Reasons for a reader to be careful; bits, as on the wire.
 enum Flags : std::uint32_t {
-  kZeroUnverified = 1u << 0,  ///< nobody has confirmed, and no unloaded picture has shown, that the zero is a zero
-  kFewMarkers = 1u << 1,      ///< fewer than track.min_valid_fraction of the markers are valid: the field is not valid
-  kDiscontinuity = 1u << 2,   ///< frames were lost or the clocks jumped before this frame
-  kReacquiring = 1u << 3,     ///< markers were labelled anew in this frame
-  kTorn = 1u << 4,            ///< the picture does not hang together: rows of another moment, or moved aside
-  kUnexplained = 1u << 5,     ///< the picture shows displacements that no forces on the surface can make
-  kOutOfRange = 1u << 6,      ///< the forces are beyond the range for which the uncertainty is known
+  kZeroUnverified = 1U << 0,  ///< nobody has confirmed, and no unloaded picture has shown, that the zero is a zero
+  kFewMarkers = 1U << 1,      ///< fewer than track.min_valid_fraction of the markers are valid: the field is not valid
+  kDiscontinuity = 1U << 2,   ///< frames were lost or the clocks jumped before this frame
+  kReacquiring = 1U << 3,     ///< markers were labelled anew in this frame
+  kTorn = 1U << 4,            ///< the picture does not hang together: rows of another moment, or moved aside
+  kUnexplained = 1U << 5,     ///< the picture shows displacements that no forces on the surface can make
+  kOutOfRange = 1U << 6,      ///< the forces are beyond the range for which the uncertainty is known
 };
 
 /// The rest pose: where each marker of the unloaded gel is in the picture, and how it looks there.
