@@ -12,7 +12,7 @@ namespace tractiond::solve {
 namespace {
 
 /// What separates two contacts: the fall between them in standard deviations, of the lower peak and of the higher one.
-constexpr double kFall_deviations = 2.5;
+constexpr double kFall_deviations = 4.0;
 constexpr double kFall_lower = 0.25;
 constexpr double kFall_higher = 0.08;
 
@@ -23,9 +23,10 @@ constexpr double kHalfWidth = 1.6;
 constexpr double kLeast_deviations = 5.0;
 
 /// Patches are tried where two hills are nearer than this [pitches], or where one is longer than wide: its greatest
-/// variance less its smallest [pitches^2]; and only if all displacements make so many deviations of the noise.
+/// variance less its smallest, and as a multiple of that [pitches^2]; and only if all displacements make so many
+/// deviations of the noise.
 constexpr double kNear = 5.5;
-constexpr double kLong = 0.5, kLongest = 9.0;
+constexpr double kLong = 0.5, kLongForWidth = 0.5, kLongest = 9.0;
 constexpr double kLoud_deviations = 100.0;
 
 /// The patches' model itself is right to this share of the displacements, and, for two contacts against one that is
@@ -226,13 +227,16 @@ Contacts::Hill Contacts::survey(const ContactStep& step, int hill) {
   const double total = sum.norm();
   result.direction = sum / total;
   each([&](const auto& at, const auto& force) { result.centre += result.direction.dot(force) / total * at; });
+  double sumOfVariances = 0.0;
   Eigen::Vector2d difference = Eigen::Vector2d::Zero();  // of the variances, as a vector at twice the angle
   each([&](const auto& at, const auto& force) {
     const Eigen::Vector2d d = at - result.centre;
     const double share = result.direction.dot(force) / total;
+    sumOfVariances += share * d.squaredNorm();
     difference += share * Eigen::Vector2d(square(d.x()) - square(d.y()), 2.0 * d.x() * d.y());
   });
-  if (const double longer = difference.norm(); longer > kLong) {
+  const double longer = difference.norm(), width = 0.5 * (sumOfVariances - longer);
+  if (longer > kLong + kLongForWidth * std::max(width, 0.0)) {
     const double angle = 0.5 * std::atan2(difference.y(), difference.x());
     result.half = std::sqrt(std::min(longer, kLongest)) * Eigen::Vector2d(std::cos(angle), std::sin(angle));
   }
@@ -258,25 +262,25 @@ bool Contacts::isPair(int first, const Eigen::Vector3d& direction) const {
 bool Contacts::resolve(const ContactStep& step, const Picture& picture, std::span<const Hill> hills, bool split) {
   patchCount_ = 0;
   const auto isLong = [&](const Hill& hill) { return split && !hill.half.isZero(); };
-  const auto add = [&](const Eigen::Vector2d& at) { patches_[patchCount_++] = {at.x(), at.y(), 0.1, {}}; };
+  const auto add = [&](const Eigen::Vector2d& at) {
+    patches_[patchCount_++] = {at.x(), at.y(), PatchFit::kSpread, {}};
+  };
   for (const Hill& hill : hills) {
     if (patchCount_ + (isLong(hill) ? 2 : 1) > PatchFit::kMostPatches) return false;
     if (isLong(hill)) add(hill.centre - hill.half);
     add(isLong(hill) ? hill.centre + hill.half : hill.centre);
   }
   const std::span patches(patches_.data(), static_cast<std::size_t>(patchCount_));
-  if (!fit_.fit(patches)) return false;
-  const double signal = picture.squares_px2 / square(picture.noise_px), left = fit_.chiSquared();
-  const double expected =
-      step.squaredResidual() / square(picture.noise_px) + static_cast<double>(3 * step.nodes().size());
-  if (left > expected + square(kMisfit) * signal) return false;
+  const double noise2 = square(picture.noise_px), signal = picture.squares_px2 / noise2;
+  const double expected = step.squaredResidual() / noise2 + static_cast<double>(3 * step.nodes().size());
+  if (!fit_.fit(patches, expected + square(kMisfit) * signal)) return false;
   int first = 0;
   for (const Hill& hill : hills) {
     if (isLong(hill) && !isPair(first, hill.direction)) return false;
     first += isLong(hill) ? 2 : 1;
   }
 
-  const double enough = left + kBarMisfit + square(kMisfitOfShape) * signal;
+  const double most = fit_.chiSquared() + kBarMisfit + square(kMisfitOfShape) * signal;
   for (int i = 0; i < patchCount_; ++i) resolved_[i] = describe(patches_[i], fit_.covariance(i));
   first = 0;
   for (const Hill& hill : hills) {
@@ -288,7 +292,7 @@ bool Contacts::resolve(const ContactStep& step, const Picture& picture, std::spa
       };
       stretch(&Patch::column);
       stretch(&Patch::row);
-      if (fit_.fit({ends.data(), patches.size()}, first, enough) && fit_.chiSquared() < enough) return false;
+      if (fit_.fitsBar({ends.data(), patches.size()}, first, most)) return false;
     }
     first += isLong(hill) ? 2 : 1;
   }

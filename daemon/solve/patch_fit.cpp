@@ -26,6 +26,9 @@ constexpr double kFarthest = 0.7, kFarthestSpread = 0.3;
 constexpr int kSteps = 16;
 constexpr double kLastGain = 0.02;
 
+/// Where so many times the expected gain is not enough, none will be.
+constexpr double kHope = 3.0;
+
 /// Damping of the step: at first after a failure, by what it changes, and where to give up.
 constexpr double kDamping = 1e-2, kDampingFactor = 10.0, kMostDamping = 1e4;
 
@@ -70,19 +73,29 @@ void multiplyStencils(const Stencil& a, const Stencil& b, const double* gram, do
       __builtin_memcpy(&share, b.share[j].data(), sizeof share);
       const std::ptrdiff_t n = 3 * a.node[i], m = 3 * b.node[j];
       const std::ptrdiff_t high = n > m ? n : m, low = n > m ? m : n;
-      double g[3][3];
-      for (std::ptrdiff_t r = 0; r < 3; ++r) {
-        const double* const from = gram + (high + r) * (high + r + 1) / 2 + low;
-        // On the diagonal the upper triangle is not there.
-        for (std::ptrdiff_t c = 0; c < 3; ++c) g[r][c] = n == m && c > r ? 0.0 : from[c];
-      }
-      if (n == m) {
-        for (int r = 0; r < 3; ++r) {
-          for (int c = r + 1; c < 3; ++c) g[r][c] = g[c][r];
+      const double* const first = gram + high * (high + 1) / 2 + low;
+      const double* const second = first + high + 1;
+      const double* const third = second + high + 2;
+      if (n > m) {
+        for (int c = 0; c < 3; ++c) {
+          row[c] += first[c] * share;
+          row[3 + c] += second[c] * share;
+          row[6 + c] += third[c] * share;
         }
-      }
-      for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) row[3 * r + c] += (n >= m ? g[r][c] : g[c][r]) * share;
+      } else if (n < m) {
+        for (int c = 0; c < 3; ++c) {
+          row[3 * c] += first[c] * share;
+          row[3 * c + 1] += second[c] * share;
+          row[3 * c + 2] += third[c] * share;
+        }
+      } else {  // the triangle ends at the diagonal
+        row[0] += first[0] * share;
+        row[1] += second[0] * share;
+        row[2] += third[0] * share;
+        row[3] += second[0] * share;
+        row[4] += second[1] * share;
+        row[5] += third[1] * share;
+        for (int c = 0; c < 3; ++c) row[6 + c] += third[c] * share;
       }
     }
     for (std::size_t k = 0; k < 4; ++k) {
@@ -320,14 +333,36 @@ bool PatchFit::evaluate(std::span<Patch> patches, int bar) {
   return std::isfinite(chiSquared_);
 }
 
-bool PatchFit::fit(std::span<Patch> patches, int bar, double enough) {
-  assert(static_cast<int>(patches.size()) <= kMostPatches && bar + 1 < static_cast<int>(patches.size()));
+/// What the step to `solution` gains if everything is linear, in squared deviations.
+double PatchFit::expectedGain(std::span<const Patch> patches, const Vector& solution) const {
+  double then = (picture_.squares_px2 - solution.dot(right_)) / square(picture_.noise_px);
+  for (const Patch& patch : patches) then += square((patch.spread - kSpread) / kSpreadDeviation);
+  return chiSquared_ - then;
+}
+
+bool PatchFit::fit(std::span<Patch> patches, double most) {
+  if (!descend(patches, -1, most, 0.0)) return false;
+  const Eigen::LLT<Matrix> factor(normal_);
+  if (factor.info() != Eigen::Success) return false;
+  covariance_ = factor.solve(Matrix::Identity(normal_.rows(), normal_.cols()));
+  covariance_ *= square(picture_.noise_px);
+  return true;
+}
+
+bool PatchFit::fitsBar(std::span<Patch> patches, int first, double most) {
+  assert(first + 1 < static_cast<int>(patches.size()));
+  return descend(patches, first, most, most);
+}
+
+/// Steps until nothing is gained, or less than `enough` is left. False: it is not, or will not be, less than `most`.
+bool PatchFit::descend(std::span<Patch> patches, int bar, double most, double enough) {
+  assert(static_cast<int>(patches.size()) <= kMostPatches);
   if (columns_ < 4 || rows_ < 4 || !evaluate(patches, bar)) return false;
   assemble(patches, true);
   std::array<Patch, kMostPatches> tried;
   const std::span<Patch> trial(tried.data(), patches.size());
   double damping = 0.0;
-  for (int step = 0; step < kSteps && chiSquared_ > enough; ++step) {
+  for (int step = 0; step < kSteps && chiSquared_ >= enough; ++step) {
     const double before = chiSquared_;
     Matrix damped = normal_;
     const int places = 3 * ends_ + kMotions;
@@ -335,6 +370,7 @@ bool PatchFit::fit(std::span<Patch> patches, int bar, double enough) {
     const Eigen::LLT<Matrix> factor(damped);
     if (factor.info() != Eigen::Success) return false;
     const Vector solution = factor.solve(right_);
+    if (before - kHope * expectedGain(patches, solution) > most) return false;
     double shorten = 1.0;
     for (int i = 0; i < 3 * ends_; ++i) {
       const double farthest = i % 3 == 2 ? kFarthestSpread : kFarthest;
@@ -361,11 +397,7 @@ bool PatchFit::fit(std::span<Patch> patches, int bar, double enough) {
     if (before - chiSquared_ < kLastGain) break;
     damping /= kDampingFactor;
   }
-  const Eigen::LLT<Matrix> factor(normal_);
-  if (factor.info() != Eigen::Success) return false;
-  covariance_ = factor.solve(Matrix::Identity(normal_.rows(), normal_.cols()));
-  covariance_ *= square(picture_.noise_px);
-  return true;
+  return chiSquared_ < most;
 }
 
 Eigen::Matrix<double, 6, 6> PatchFit::covariance(int patch) const {

@@ -48,21 +48,26 @@ class PatchFit {
  public:
   static constexpr int kMostPatches = 4;
 
+  /// What is thought of a spread before, and its deviation [pitches^2]. A ball's contact of radius a has a^2 / 5.
+  static constexpr double kSpread = 0.1, kSpreadDeviation = 0.25;
+
   PatchFit(const Inverse& inverse, const sensor::NodeGrid& nodes);
 
   /// The frame that is fitted from now on; `step` has solved it.
   void begin(const ContactStep& step, const Picture& picture);
 
-  /// Improves the patches by Gauss-Newton steps from where they are; forces are found, not wanted. `bar`: that patch
-  /// and the next one are instead the ends of one straight contact, on which force and spread change linearly from one
-  /// end to the other; its force is the sum of theirs. -1: none. Ends early once chiSquared() is below `enough`. False:
-  /// no least value was found.
-  bool fit(std::span<Patch> patches, int bar = -1, double enough = 0.0);
+  /// Improves the patches by Gauss-Newton steps from where they are; forces are found, not wanted. False: what is left
+  /// is not below `most`.
+  bool fit(std::span<Patch> patches, double most);
 
-  /// What the last fit left, in squared deviations of the noise, priors included.
+  /// Whether less than `most` is left if patch `first` and the next one are the ends of one straight contact, on which
+  /// force and spread change linearly from one end to the other; its force is the sum of theirs.
+  bool fitsBar(std::span<Patch> patches, int first, double most);
+
+  /// What the last fit() left, in squared deviations of the noise, priors included.
   double chiSquared() const { return chiSquared_; }
 
-  /// Covariance of a patch's force [N], column, row and spread [pitches, pitches^2], of the last fit.
+  /// Covariance of a patch's force [N], column, row and spread [pitches, pitches^2], of the last fit().
   Eigen::Matrix<double, 6, 6> covariance(int patch) const;
 
  private:
@@ -83,9 +88,11 @@ class PatchFit {
   };
 
   void lay(std::span<const Patch> patches, int bar);
+  bool descend(std::span<Patch> patches, int bar, double most, double enough);
   bool evaluate(std::span<Patch> patches, int bar);
   void look(Spot& spot, double* missing);
   void assemble(std::span<const Patch> patches, bool places);
+  double expectedGain(std::span<const Patch> patches, const Vector& solution) const;
   int unknown(int end, int i) const;
 
   const Inverse& inverse_;
