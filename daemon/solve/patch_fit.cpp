@@ -60,9 +60,8 @@ double square(double x) {
 
 using Four = double __attribute__((vector_size(32)));
 
-/// block[(3 k + a) 12 + 3 l + b] = sum over nodes i of `a` and j of `b` of a.share[i][k] b.share[j][l] (H'H)(3 i + a, 3
-/// j
-/// + b), `gram` being H'H's packed lower triangle.
+/// block[12 (3 k + x) + 3 l + y] = sum over the nodes i of a and j of b of a.share[i][k] b.share[j][l] times the
+/// element of H'H at (3 i + x, 3 j + y); `gram` is its packed lower triangle.
 TRACTION_VECTOR_CLONES
 void multiplyStencils(const Stencil& a, const Stencil& b, const double* gram, double* block) {
   Four sums[4][9] = {};
@@ -105,6 +104,38 @@ void multiplyStencils(const Stencil& a, const Stencil& b, const double* gram, do
   for (int k = 0; k < 4; ++k) {
     for (int e = 0; e < 9; ++e) {
       for (int l = 0; l < 4; ++l) block[(3 * k + e / 3) * 12 + 3 * l + e % 3] = sums[k][e][l];
+    }
+  }
+}
+
+/// to[12 j + 0 .. 3] += row[columns[j]] share, `to` pointing to a component's place.
+TRACTION_VECTOR_CLONES
+void addShares(const float* row, std::span<const int> columns, const std::array<double, 4>& share, double* to) {
+  Four factor, sum;
+  __builtin_memcpy(&factor, share.data(), sizeof factor);
+  for (const int column : columns) {
+    __builtin_memcpy(&sum, to, sizeof sum);
+    sum += static_cast<double>(row[column]) * factor;
+    __builtin_memcpy(to, &sum, sizeof sum);
+    to += 12;
+  }
+}
+
+/// block[12 (3 l + y) + 3 k + x] -= sum over j < count of a[12 j + 4 x + k] b[12 j + 4 y + l].
+TRACTION_VECTOR_CLONES
+void subtractProducts(const double* a, const double* b, std::size_t count, double* block) {
+  for (std::size_t x = 0; x < 3; ++x) {
+    Four sums[4][3] = {}, right[3];
+    for (std::size_t j = 0; j < count; ++j) {
+      __builtin_memcpy(right, b + 12 * j, sizeof right);
+      for (std::size_t k = 0; k < 4; ++k) {
+        for (std::size_t y = 0; y < 3; ++y) sums[k][y] += a[12 * j + 4 * x + k] * right[y];
+      }
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      for (std::size_t y = 0; y < 3; ++y) {
+        for (std::size_t l = 0; l < 4; ++l) block[12 * (3 * l + y) + 3 * k + x] -= sums[k][y][l];
+      }
     }
   }
 }
@@ -190,7 +221,7 @@ void PatchFit::lay(std::span<const Patch> patches, int bar) {
   }
 }
 
-/// Products of a spot with the displacements and motions; its rows where markers are missing, kinds x missing.
+/// Products of a spot with the displacements and motions; what it does where markers are missing.
 void PatchFit::look(Spot& spot, double* missing) {
   spot.right.setZero();
   spot.motion.setZero();
@@ -207,13 +238,21 @@ void PatchFit::look(Spot& spot, double* missing) {
     for (int axis = 0; axis < 3; ++axis) {
       const int force = 3 * node + axis;
       const double* const coupling = step_->motionCoupling().data() + kMotions * force;
-      const float* const influence = inverse_.influence.row(force);
       for (int k = 0; k < 4; ++k) {
         const double share = spot.stencil.share[i][static_cast<std::size_t>(k)];
         spot.right[3 * k + axis] += share * products[axis];
         for (int j = 0; j < kMotions; ++j) spot.motion(3 * k + axis, j) += share * coupling[j];
-        double* const row = missing + static_cast<std::size_t>(3 * k + axis) * gone;
-        for (std::size_t j = 0; j < gone; ++j) row[j] += share * influence[picture_.missing[j]];
+      }
+      if (gone > 0)
+        addShares(inverse_.influence.row(force), picture_.missing, spot.stencil.share[i], missing + 4 * axis);
+    }
+  }
+  for (std::size_t j = 0; j < gone; ++j) {
+    const double* const at = motionMissing_.data() + kMotions * j;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int k = 0; k < 4; ++k) {
+        const double here = missing[12 * j + static_cast<std::size_t>(4 * axis + k)];
+        for (int motion = 0; motion < kMotions; ++motion) spot.motion(3 * k + axis, motion) -= here * at[motion];
       }
     }
   }
@@ -306,18 +345,15 @@ void PatchFit::assemble(std::span<const Patch> patches, bool places) {
 /// Finds the forces at these places and what they leave. False: they cannot be told apart.
 bool PatchFit::evaluate(std::span<Patch> patches, int bar) {
   lay(patches, bar);
-  const auto gone = static_cast<Eigen::Index>(picture_.missing.size());
-  using Rows = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
-  const auto rows = [&](int p) { return Rows(missing_.data() + p * kKinds * gone, kKinds, gone); };
-  const Eigen::Map<Eigen::Matrix<double, kMotions, Eigen::Dynamic>> motions(motionMissing_.data(), kMotions, gone);
+  const auto gone = picture_.missing.size();
+  const auto missing = [&](int p) { return missing_.data() + static_cast<std::size_t>(kKinds * p) * gone; };
   for (int p = 0; p < spots_; ++p) {
-    look(spot_[p], missing_.data() + p * kKinds * gone);
-    if (gone > 0) spot_[p].motion -= rows(p).lazyProduct(motions.transpose());
+    look(spot_[p], missing(p));
     for (int q = 0; q <= p; ++q) {
-      Block& block = block_[p * (p + 1) / 2 + q];
       // Rows of doubles are Eigen's columns: what is multiplied the other way round comes out right.
-      multiplyStencils(spot_[q].stencil, spot_[p].stencil, inverse_.gram.data(), block.data());
-      if (gone > 0) block -= rows(p).lazyProduct(rows(q).transpose());
+      double* const block = block_[p * (p + 1) / 2 + q].data();
+      multiplyStencils(spot_[q].stencil, spot_[p].stencil, inverse_.gram.data(), block);
+      if (gone > 0) subtractProducts(missing(p), missing(q), gone, block);
     }
   }
   assemble(patches, false);

@@ -100,10 +100,10 @@ class PatchFit {
   const ContactStep* step_ = nullptr;
   Picture picture_{};
   int frame_ = 0;
-  std::vector<double> products_;  ///< H'd, as far as this frame has asked for it
-  std::vector<int> askedIn_;      ///< the frame for which each node's is right
-  std::vector<double> missing_;   ///< of each spot and kind: its rows where markers are missing
-  std::vector<double> motionMissing_;
+  std::vector<double> products_;       ///< H'd, as far as this frame has asked for it
+  std::vector<int> askedIn_;           ///< the frame for which each node's is right
+  std::vector<double> missing_;        ///< of each spot, missing coordinate, component and kind: what it does there
+  std::vector<double> motionMissing_;  ///< of each missing coordinate: what the motions do there
   Eigen::Matrix<double, kMotions, kMotions> motionGram_;
   Eigen::Matrix<double, kMotions, 1> motionRight_;
   int ends_ = 0, spots_ = 0;
