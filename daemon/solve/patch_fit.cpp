@@ -15,12 +15,15 @@
 namespace tractiond::solve {
 namespace {
 
-/// A patch's spread [pitches^2]: what is thought of it before, its deviation and bounds. A ball's contact of radius a
-/// has a^2 / 5. Beyond the upper bound a stencil is too narrow.
-constexpr double kSpread = 0.1, kSpreadDeviation = 0.25, kNarrowest = -0.15, kWidest = 1.2;
+/// Bounds of a spread [pitches^2]: interpolation may want a little less than none, and stencils are too narrow for
+/// more.
+constexpr double kNarrowest = -0.15, kWidest = 1.2;
 
 /// A step goes no farther [pitches, pitches^2].
 constexpr double kFarthest = 0.7, kFarthestSpread = 0.3;
+
+/// From a node's product with a smaller weight, the product itself is not taken.
+constexpr double kLeastWeight = 1e-3;
 
 /// Steps at most, and the gain of one, in squared deviations, that is the last.
 constexpr int kSteps = 16;
@@ -29,8 +32,8 @@ constexpr double kLastGain = 0.02;
 /// Where so many times the expected gain is not enough, none will be.
 constexpr double kHope = 3.0;
 
-/// Damping of the step: at first after a failure, by what it changes, and where to give up.
-constexpr double kDamping = 1e-2, kDampingFactor = 10.0, kMostDamping = 1e4;
+/// Damping of the places after a step that failed: the least, by what it changes, and where to give up.
+constexpr double kDamping = 0.1, kDampingFactor = 10.0, kMostDamping = 1e4;
 
 /// Along a bar, Gauss's four points in (0, 1) and their weights.
 constexpr std::array<double, 4> kBarPlace = {0.0694318442, 0.3300094782, 0.6699905218, 0.9305681558};
@@ -140,6 +143,19 @@ void subtractProducts(const double* a, const double* b, std::size_t count, doubl
   }
 }
 
+/// block[12 m + 3 k + x] -= sum over j < count of a[12 j + 4 x + k] motions[4 j + m].
+TRACTION_VECTOR_CLONES
+void subtractMotions(const double* a, const double* motions, std::size_t count, double* block) {
+  Four sums[12] = {}, motion;
+  for (std::size_t j = 0; j < count; ++j) {
+    __builtin_memcpy(&motion, motions + 4 * j, sizeof motion);
+    for (std::size_t e = 0; e < 12; ++e) sums[e] += a[12 * j + e] * motion;
+  }
+  for (std::size_t e = 0; e < 12; ++e) {
+    for (std::size_t m = 0; m < 4; ++m) block[12 * m + 3 * (e % 4) + e / 4] -= sums[e][m];
+  }
+}
+
 }  // namespace
 
 Stencil::Stencil(const Patch& patch, int columns, int rows) {
@@ -179,6 +195,7 @@ void PatchFit::begin(const ContactStep& step, const Picture& picture) {
   const auto products = step.products();
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const int node = nodes[i];
+    if (step.weights()[node] < kLeastWeight) continue;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       products_[3 * static_cast<std::size_t>(node) + axis] = products[3 * i + axis] / step.weights()[node];
     }
@@ -247,15 +264,7 @@ void PatchFit::look(Spot& spot, double* missing) {
         addShares(inverse_.influence.row(force), picture_.missing, spot.stencil.share[i], missing + 4 * axis);
     }
   }
-  for (std::size_t j = 0; j < gone; ++j) {
-    const double* const at = motionMissing_.data() + kMotions * j;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (int k = 0; k < 4; ++k) {
-        const double here = missing[12 * j + static_cast<std::size_t>(4 * axis + k)];
-        for (int motion = 0; motion < kMotions; ++motion) spot.motion(3 * k + axis, motion) -= here * at[motion];
-      }
-    }
-  }
+  if (gone > 0) subtractMotions(missing, motionMissing_.data(), gone, spot.motion.data());
 }
 
 /// The equations of the forces and the motion alone; or of everything, for which the forces must be known.
@@ -424,7 +433,7 @@ bool PatchFit::descend(std::span<Patch> patches, int bar, double most, double en
       const bool settled = solved && chiSquared_ - before < kLastGain;
       chiSquared_ = before;
       if (settled) break;
-      damping = std::max(damping, kDamping) * kDampingFactor;
+      damping = std::max(damping * kDampingFactor, kDamping);
       if (damping > kMostDamping) return false;
       continue;
     }
