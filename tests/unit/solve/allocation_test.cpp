@@ -68,13 +68,22 @@ TEST(Solver, AllocatesNothingWhateverIsMissing) {
     loseMarker(others, sensor.markerCount() - 1 - i);
   }
   for (int i = 0; i <= capacity; ++i) loseMarker(most, i);
+  // Two contacts that are close, for which patches are fitted.
+  Eigen::VectorXd twoForces = Eigen::VectorXd::Zero(influence.cols());
+  for (const int node : {15, 18}) twoForces[3 * node + 2] = 1.0;
+  const MarkerField two = fieldOf(influence * twoForces);
+  MarkerField someOfTwo = two;
+  for (int i = 0; i < capacity / 2; ++i) loseMarker(someOfTwo, 2 * i);
 
-  const MarkerField* const fields[] = {&whole, &some, &others, &most, &whole};
+  const MarkerField* const fields[] = {&whole, &some, &others, &most, &whole, &two, &someOfTwo};
   const int before = allocations;
   for (const MarkerField* field : fields) {
     solver.solve(*field, forces);
     EXPECT_EQ(allocations, before);
     EXPECT_EQ(forces.valid, field != &most);
+    if (field == &two || field == &someOfTwo) {
+      EXPECT_EQ(forces.contactCount, 2);
+    }
   }
 }
 
