@@ -40,9 +40,12 @@ constexpr std::array kTouchOutline = {0.5, 0.7};
 constexpr std::array kNoTouchSideLobe = {0.2, 0.4};
 constexpr std::array kOutlineSeen = {6.0, 10.0};  // surety in the shape map from which it is the better one
 
-/// Force of a contact's nodes as a multiple of the shape map's strongest: for the contacts of a few nodes, for those of
-/// many, and the number of nodes for which it is 1.
-constexpr double kPoint = 2.0, kPlane = 0.2, kPointNodes = 24.0;
+/// Force of a contact's nodes as a multiple of the shape map's strongest: for touches and outlines of a few nodes, for
+/// those of many, and the number of nodes for which it is 1.
+constexpr double kTouchPoint = 2.0, kPoint = 4.0, kPlane = 0.2, kTouchNodes = 24.0, kNodes = 36.0;
+
+/// Contacts of so many nodes: of fewer, the map shows the profile, of more, no more than the outline.
+constexpr std::array kCompact = {30.0, 50.0};
 
 double ramp(double x, const std::array<double, 2>& limits) {
   return ramp(x, limits[0], limits[1]);
@@ -82,7 +85,7 @@ ContactStep::ContactStep(const Inverse& inverse, const sensor::NodeGrid& nodes, 
   }
 
   const auto all = static_cast<std::size_t>(nodes.count());
-  for (auto* each : {&touchSurety_, &shapeSurety_, &magnitude_, &weight_}) each->resize(all);
+  for (auto* each : {&touchSurety_, &shapeSurety_, &magnitude_, &weight_, &faintness_}) each->resize(all);
   nodes_.reserve(all);
   constexpr std::size_t kUnknowns = kMostUnknowns;
   unknowns_.reserve(kUnknowns);
@@ -161,8 +164,12 @@ double ContactStep::find(std::span<const double> amplitudes, double noise_px) {
     nodes_.push_back(static_cast<int>(node));
     few += std::min(1.0, 4.0 * weight_[node]);
   }
+  // To expect little of a contact's faint nodes, and much of the others, costs its sum neither noise nor force.
+  const double compact = 1.0 - ramp(few, kCompact);
+  for (const int node : nodes_) weight_[node] -= compact * faintness_[node];
   // The map shows a point with a sixth of its force and a plane with all of it.
-  expected_N_ *= std::clamp(kPointNodes / few, kPlane, kPoint);
+  expected_N_ *= outlined_ * std::clamp(square(kNodes / few), kPlane, kPoint) +
+                 (1.0 - outlined_) * std::clamp(kTouchNodes / few, kPlane, kTouchPoint);
   expected_N_ = std::max(expected_N_, options_.forceScale_N);
   if (nodes_.size() > kMostNodes) return 0.0;
   return 1.0 - ramp(few, kFewNodes, kMostNodes - 8);
@@ -190,7 +197,7 @@ void ContactStep::weigh() {
   const double surest = *std::max_element(shapeSurety_.begin(), shapeSurety_.end());
   const double strongest = *std::max_element(magnitude_.begin(), magnitude_.end());
   const double surestTouch = *std::max_element(touchSurety_.begin(), touchSurety_.end());
-  const double outlined = ramp(surest, kOutlineSeen);
+  outlined_ = ramp(surest, kOutlineSeen);
   expected_N_ = strongest;
 
   constexpr int kRows = static_cast<int>(kReach);
@@ -203,23 +210,25 @@ void ContactStep::weigh() {
     }
   };
   for (int node = 0; node < columns_ * rows_; ++node) {
-    double outline = 0.0, touch = 0.0;
-    if (outlined > 0.0 && shapeSurety_[node] > kSureNode[0]) {
+    double outline = 0.0, touch = 0.0, share = 0.0;
+    if (outlined_ > 0.0 && shapeSurety_[node] > kSureNode[0]) {
       double strong = 0.0, sure = 0.0;
       nearest(node, [&](int other) {
         strong = std::max(strong, magnitude_[other]);
         sure = std::max(sure, shapeSurety_[other]);
       });
-      outline = ramp(magnitude_[node] / strong, kOutline) * ramp(strong / strongest, kNoSideLobe) * ramp(sure, kSure) *
+      share = magnitude_[node] / strong;
+      outline = ramp(share, kOutline) * ramp(strong / strongest, kNoSideLobe) * ramp(sure, kSure) *
                 ramp(shapeSurety_[node], kSureNode);
     }
-    if (outlined < 1.0 && touchSurety_[node] > kSure[0]) {
+    if (outlined_ < 1.0 && touchSurety_[node] > kSure[0]) {
       double sure = 0.0;
       nearest(node, [&](int other) { sure = std::max(sure, touchSurety_[other]); });
       touch = ramp(touchSurety_[node] / sure, kTouchOutline) *
               ramp(touchSurety_[node] / surestTouch, kNoTouchSideLobe) * ramp(touchSurety_[node], kSure);
     }
-    weight_[node] = outlined * outline + (1.0 - outlined) * touch;
+    weight_[node] = outlined_ * outline + (1.0 - outlined_) * touch;
+    faintness_[node] = outlined_ * outline * (1.0 - share);
   }
 }
 

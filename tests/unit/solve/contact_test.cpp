@@ -159,6 +159,17 @@ TEST_F(ContactTest, TheTruthIsWithinTheStatedInterval) {
   std::printf("inside the stated 95 %% interval: %.1f %%\n", 100.0 * inside / all);
 }
 
+TEST_F(ContactTest, ASmallContactLosesNoForceAndFeignsNone) {
+  for (const Vector2d& at : {Vector2d(-30e-3, 0.0), Vector2d(0.7e-3, 0.4e-3)}) {
+    const Press patch = press(at, 2.5e-3);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector3d force = 50.0 * kGramForce * Vector3d::Unit(axis);
+      solve(patch.image * force);
+      EXPECT_LT((resultant() - force).norm(), 0.8 * kGramForce) << "along axis " << axis << " at " << at.x();
+    }
+  }
+}
+
 TEST_F(ContactTest, AMovedPictureIsNotAForce) {
   const VectorXd moved = paperMotion().modes * Eigen::Vector4d(0.04, -0.03, 1e-4, -5e-5);
   for (int i = 0; i < 20; ++i) {
