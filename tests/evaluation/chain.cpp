@@ -9,23 +9,16 @@
 #include "daemon/config_toml.h"
 #include "daemon/solve/inverse_cache.h"
 #include "daemon/solve/solver.h"
-#include "daemon/track/tracker.h"
-#include "sensor/gel_file.h"
-#include "twin/renderer.h"
+#include "tests/evaluation/eye.h"
 
 #include <CLI/CLI.hpp>
-#include <Eigen/Geometry>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <iostream>
 #include <limits>
-#include <map>
-#include <random>
 #include <ranges>
 
 using namespace tractiond;
+using namespace evaluation;
 
 namespace {
 
@@ -40,34 +33,6 @@ struct Options {
   int zeroEvery = 0;       // frames after which a new zero is taken; 0: one zero for all
   double largestStep_px = 1.5;
   unsigned seed = 1;
-};
-
-[[noreturn]] void fail(const std::string& what) {
-  std::cerr << "evaluation_chain: " << what << "\n";
-  std::exit(EX_DATAERR);
-}
-
-template <typename T>
-T expect(tl::expected<T, Error> result) {
-  if (!result) fail(result.error().message());
-  return *std::move(result);
-}
-
-template <typename T>
-std::vector<T> readAll(const std::filesystem::path& path) {
-  std::error_code error;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
-  if (error) return {};
-  std::vector<T> values(bytes / sizeof(T));
-  std::ifstream stream(path, std::ios::binary);
-  stream.read(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(values.size() * sizeof(T)));
-  if (!stream) fail(path.string() + " cannot be read");
-  return values;
-}
-
-/// How the whole picture strays from where the rest pose was taken.
-struct Stray {
-  double u_px = 0.0, v_px = 0.0, scale = 0.0, roll = 0.0, brightness = 1.0;
 };
 
 /// Columns of numbers, a file for each name, a row a frame.
@@ -129,61 +94,6 @@ void write(const TractionField& field, Columns& out) {
   out.add("contacts", contacts);  // of each: position 2, deviation 2, force 3, deviation 3, area, deviation
 }
 
-/// The camera: pictures of markers at given places.
-class Eye {
- public:
-  Eye(const sensor::Sensor& sensor, const Options& options)
-      : sensor_(sensor)
-      , options_(options)
-      , project_(sensor.camera, sensor.gel.size.z())
-      , markers_(sensor::markerPositions(sensor.layers))
-      , places_(2, markers_.cols()) {}
-
-  /// Where markers displaced by `displacement` [m, 3 x M] appear, in a picture that strays.
-  const Eigen::Matrix2Xd& look(Eigen::Ref<const sensor::Points> displacement, const Stray& stray) {
-    const Eigen::Vector2d centre = sensor_.camera.principal_px;
-    const Eigen::Matrix2d turn = (1.0 + stray.scale) * Eigen::Rotation2D<double>(stray.roll).toRotationMatrix();
-    for (Eigen::Index m = 0; m < markers_.cols(); ++m) {
-      const Eigen::Vector2d place = project_(markers_.col(m) + displacement.col(m));
-      places_.col(m) = centre + turn * (place - centre) + Eigen::Vector2d(stray.u_px, stray.v_px);
-    }
-    return places_;
-  }
-
-  Frame shoot(const Eigen::Matrix2Xd& places, double brightness) {
-    auto renderer = renderers_.find(brightness);
-    if (renderer == renderers_.end()) {
-      twin::Optics optics = options_.optics;
-      optics.contrast *= brightness;
-      optics.background *= brightness;
-      renderer = renderers_.try_emplace(brightness, sensor_, optics, twin::Format::kRgb8).first;
-    }
-    picture_.resize(renderer->second.pictureSize());
-    ++shots_;
-    renderer->second.render(places, options_.seed * 1'000'003U + shots_, picture_);
-    Frame frame;
-    frame.info.cameraFrameId = frame.info.frameNumber = shots_;
-    frame.data = picture_.data();
-    frame.size = picture_.size();
-    frame.width = sensor_.camera.width;
-    frame.height = sensor_.camera.height;
-    frame.stride = 3 * frame.width;
-    return frame;
-  }
-
-  sensor::Points rest() const { return sensor::Points::Zero(3, markers_.cols()); }
-
- private:
-  const sensor::Sensor& sensor_;
-  const Options& options_;
-  sensor::Projection project_;
-  sensor::Points markers_;
-  Eigen::Matrix2Xd places_;
-  std::map<double, twin::Renderer> renderers_;
-  std::vector<std::uint8_t> picture_;
-  std::uint32_t shots_ = 0;
-};
-
 /// The job's frames.
 struct Job {
   Job(const Options& options, int markerCount)
@@ -213,20 +123,6 @@ struct Job {
   std::vector<Stray> stray;
 };
 
-/// A tracker that has its zero, from unloaded frames.
-std::unique_ptr<track::Tracker> trackerAtRest(const sensor::Sensor& sensor, const track::TrackOptions& options,
-                                              Eye& eye, MarkerField& field) {
-  auto tracker = std::make_unique<track::Tracker>(sensor, options);
-  const Eigen::Matrix2Xd rest = eye.look(eye.rest(), {});
-  tracker->requestZero();
-  for (int i = 0; i < 3 * options.zeroFrames + 30; ++i) {
-    tracker->track(eye.shoot(rest, 1.0), field);
-    RestPose pose;
-    if (tracker->takeRestPose(pose)) return tracker;
-  }
-  fail("the tracker takes no zero");
-}
-
 void addNoise(double sigma_px, std::mt19937_64& generator, MarkerField& field) {
   std::normal_distribution<double> noise(0.0, sigma_px);
   for (std::size_t m = 0; m < field.valid.size(); ++m) {
@@ -237,21 +133,14 @@ void addNoise(double sigma_px, std::mt19937_64& generator, MarkerField& field) {
 }
 
 void run(const Options& options) {
-  const auto load = [](const std::string& file) {
-    sensor::Sensor sensor;
-    if (file.empty()) return sensor;
-    auto loaded = sensor::loadGel(file);
-    if (!loaded) fail(loaded.error().where + ": " + loaded.error().what);
-    return *std::move(loaded);
-  };
-  const sensor::Sensor sensor = load(options.gel);
-  const sensor::Sensor seen = options.twinGel.empty() ? sensor : load(options.twinGel);
+  const sensor::Sensor sensor = loadSensor(options.gel);
+  const sensor::Sensor seen = options.twinGel.empty() ? sensor : loadSensor(options.twinGel);
   const Config config = options.config.empty() ? Config{} : expect(loadConfig(options.config));
   const Job job(options, seen.markerCount());
 
   const solve::Inverse inverse = expect(solve::loadOrCompute(sensor, config.solve, options.state));
   solve::Solver solver(inverse, sensor, config.solve);
-  Eye eye(seen, options);
+  Eye eye(seen, options.optics, options.seed);
   const Eigen::Matrix2Xd rest = eye.look(eye.rest(), {});
   Eigen::Matrix2Xd last = rest;
   std::mt19937_64 generator(options.seed);

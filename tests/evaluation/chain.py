@@ -104,3 +104,20 @@ def mechanics(gel, forces):
         (job / "gel").write_text(gel)
         subprocess.run([BUILD / "bin/evaluation_mechanics", job, job / "gel"], check=True)
         return np.fromfile(job / "displacement.f64").reshape(-1, 1152, 3)
+
+
+def calibrate(displacement, gel, twin_gel, weights_N, seed):
+    """Of each figure, value and deviation. displacement: weights x markers x 3 [m]; of figures of the same name, the
+    first one's."""
+    with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
+        job = pathlib.Path(name)
+        np.ascontiguousarray(displacement, float).tofile(job / "displacement.f64")
+        (job / "gel").write_text(gel)
+        (job / "twin-gel").write_text(twin_gel)
+        command = [BUILD / "bin/evaluation_calibrate", job, "--gel", job / "gel", "--twin-gel", job / "twin-gel"]
+        command += ["--weights", ",".join(map(repr, map(float, weights_N))), "--seed", seed]
+        result = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+        if result.returncode:
+            raise RuntimeError(f"{' '.join(map(str, command))}: {result.stderr}")
+        lines = [line.split() for line in (job / "figures").read_text().splitlines()]
+        return {words[1]: (float(words[2]), float(words[3])) for words in reversed(lines)}

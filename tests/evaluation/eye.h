@@ -1,0 +1,139 @@
+// What the evaluation's programs share: the camera, which shows markers wherever they are, and a tracker at rest.
+#pragma once
+
+#include "daemon/base/error.h"
+#include "daemon/track/tracker.h"
+#include "sensor/gel_file.h"
+#include "twin/renderer.h"
+
+#include <Eigen/Geometry>
+#include <tl/expected.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace evaluation {
+
+using tractiond::Error;
+using tractiond::Frame;
+using tractiond::MarkerField;
+using tractiond::RestPose;
+
+[[noreturn]] inline void fail(const std::string& what) {
+  std::cerr << "evaluation: " << what << "\n";
+  std::exit(EX_DATAERR);
+}
+
+template <typename T>
+T expect(tl::expected<T, Error> result) {
+  if (!result) fail(result.error().message());
+  return *std::move(result);
+}
+
+template <typename T>
+std::vector<T> readAll(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+  if (error) return {};
+  std::vector<T> values(bytes / sizeof(T));
+  std::ifstream stream(path, std::ios::binary);
+  stream.read(reinterpret_cast<char*>(values.data()), static_cast<std::streamsize>(values.size() * sizeof(T)));
+  if (!stream) fail(path.string() + " cannot be read");
+  return values;
+}
+
+/// How the whole picture strays from where the rest pose was taken.
+struct Stray {
+  double u_px = 0.0, v_px = 0.0, scale = 0.0, roll = 0.0, brightness = 1.0;
+};
+
+/// From a gel file; without one the paper's.
+inline sensor::Sensor loadSensor(const std::string& file) {
+  if (file.empty()) return {};
+  auto loaded = sensor::loadGel(file);
+  if (!loaded) fail(loaded.error().where + ": " + loaded.error().what);
+  return *std::move(loaded);
+}
+
+/// The camera: pictures of markers at given places.
+class Eye {
+ public:
+  /// The sensor outlives it.
+  Eye(const sensor::Sensor& sensor, const twin::Optics& optics, unsigned seed)
+      : sensor_(sensor)
+      , optics_(optics)
+      , seed_(seed)
+      , project_(sensor.camera, sensor.gel.size.z())
+      , markers_(sensor::markerPositions(sensor.layers))
+      , places_(2, markers_.cols()) {}
+
+  /// Where markers displaced by `displacement` [m, 3 x M] appear, in a picture that strays.
+  const Eigen::Matrix2Xd& look(Eigen::Ref<const sensor::Points> displacement, const Stray& stray) {
+    const Eigen::Vector2d centre = sensor_.camera.principal_px;
+    const Eigen::Matrix2d turn = (1.0 + stray.scale) * Eigen::Rotation2D<double>(stray.roll).toRotationMatrix();
+    for (Eigen::Index m = 0; m < markers_.cols(); ++m) {
+      const Eigen::Vector2d place = project_(markers_.col(m) + displacement.col(m));
+      places_.col(m) = centre + turn * (place - centre) + Eigen::Vector2d(stray.u_px, stray.v_px);
+    }
+    return places_;
+  }
+
+  Frame shoot(const Eigen::Matrix2Xd& places, double brightness) {
+    auto renderer = renderers_.find(brightness);
+    if (renderer == renderers_.end()) {
+      twin::Optics optics = optics_;
+      optics.contrast *= brightness;
+      optics.background *= brightness;
+      renderer = renderers_.try_emplace(brightness, sensor_, optics, twin::Format::kRgb8).first;
+    }
+    picture_.resize(renderer->second.pictureSize());
+    ++shots_;
+    renderer->second.render(places, seed_ * 1'000'003U + shots_, picture_);
+    Frame frame;
+    frame.info.cameraFrameId = frame.info.frameNumber = shots_;
+    frame.data = picture_.data();
+    frame.size = picture_.size();
+    frame.width = sensor_.camera.width;
+    frame.height = sensor_.camera.height;
+    frame.stride = 3 * frame.width;
+    return frame;
+  }
+
+  sensor::Points rest() const { return sensor::Points::Zero(3, markers_.cols()); }
+
+ private:
+  const sensor::Sensor& sensor_;
+  twin::Optics optics_;
+  unsigned seed_;
+  sensor::Projection project_;
+  sensor::Points markers_;
+  Eigen::Matrix2Xd places_;
+  std::map<double, twin::Renderer> renderers_;
+  std::vector<std::uint8_t> picture_;
+  std::uint32_t shots_ = 0;
+};
+
+/// A tracker that has its zero, `zero` if that is wanted, from unloaded frames.
+inline std::unique_ptr<tractiond::track::Tracker> trackerAtRest(const sensor::Sensor& sensor,
+                                                                const tractiond::track::TrackOptions& options, Eye& eye,
+                                                                MarkerField& field, RestPose* zero = nullptr) {
+  auto tracker = std::make_unique<tractiond::track::Tracker>(sensor, options);
+  const Eigen::Matrix2Xd rest = eye.look(eye.rest(), {});
+  tracker->requestZero();
+  for (int i = 0; i < 3 * options.zeroFrames + 30; ++i) {
+    tracker->track(eye.shoot(rest, 1.0), field);
+    RestPose pose;
+    if (!tracker->takeRestPose(pose)) continue;
+    if (zero != nullptr) *zero = std::move(pose);
+    return tracker;
+  }
+  fail("the tracker takes no zero");
+}
+
+}  // namespace evaluation

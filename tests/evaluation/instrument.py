@@ -1,0 +1,198 @@
+"""The instrument itself: marker centres, time a frame, a gel that creeps, calibration. Each takes the report and whether
+to be quick, like the experiments.
+"""
+
+import tempfile
+import time
+
+import numpy as np
+
+import chain
+import truth
+from chain import GF
+from experiments import probe, rms
+
+
+def marker_level(sigma_noise, radius_px=1.92, blur_px=0.8, contrast=100.0):
+    """Cramer-Rao bound of a coordinate of a lone marker's centre [px], from its own channel, with unknown contrast and
+    background: mean over the places of its centre in a pixel."""
+    fine = 8
+    size = 15
+    bounds = []
+    for phase in np.linspace(0, 0.5, 4):
+        at = (np.arange(size * fine) + 0.5) / fine - size / 2 - phase
+        x, y = np.meshgrid(at, (np.arange(size * fine) + 0.5) / fine - size / 2)
+        spectrum = np.fft.rfft2((x * x + y * y <= radius_px**2).astype(float))
+        fy, fx = np.meshgrid(
+            np.fft.fftfreq(size * fine, 1 / fine), np.fft.rfftfreq(size * fine, 1 / fine), indexing="ij"
+        )
+        blurred = np.fft.irfft2(spectrum * np.exp(-2 * (np.pi * blur_px) ** 2 * (fx**2 + fy**2)), s=x.shape)
+        level = blurred.reshape(size, fine, size, fine).mean((1, 3))
+        slope = [
+            np.gradient(blurred, 1 / fine, axis=axis).reshape(size, fine, size, fine).mean((1, 3)) for axis in (1, 0)
+        ]
+        columns = np.stack([contrast * slope[0], contrast * slope[1], level, np.ones_like(level)], -1).reshape(-1, 4)
+        bounds.append(np.sqrt(np.linalg.inv(columns.T @ columns)[0, 0]) * sigma_noise)
+    return float(np.mean(bounds))
+
+
+def centres(report, quick):
+    report.section(
+        "Marker centres",
+        """
+        The markers of the unloaded gel, the picture shifted by parts of a pixel. The bound is Cramér and Rao's for a
+        lone marker with unknown contrast and background, in its own colour alone.""",
+    )
+    places, frames = 12, (20 if quick else 60)
+    generator = np.random.default_rng(20055)
+    shift = generator.uniform(-0.5, 0.5, (places, 2))
+    stray = np.zeros((places * frames, 5))
+    stray[:, :2] = np.repeat(shift, frames, axis=0)
+    stray[:, 4] = 1
+    found = chain.run(np.zeros((places * frames, 1152, 3)), stray=stray)
+    error = (found.marker_px - found.true_px).reshape(places, frames, 1152, 2)
+    valid = found.marker_valid.reshape(places, frames, 1152).all((0, 1))
+    error = error[:, :, valid]
+    random = rms(error - error.mean(1, keepdims=True)) * np.sqrt(frames / (frames - 1))
+    # What is left of the mean is noise of the frames and of the zero; what is common to the places is the zero's.
+    mean = error.mean(1)
+    mean = mean - mean.mean(0)
+    systematic = np.sqrt(max(0.0, rms(mean) ** 2 * places / (places - 1) - random**2 / frames))
+    bound = marker_level(2.0)
+    report.row("marker centre: information limit", f"{bound:.4f} px")
+    report.row(
+        "    random error over it",
+        f"{random:.4f} px, {random / bound:.2f}",
+        "0.1 px",
+        "<= 1.3",
+        1.3,
+        random / bound,
+        name="centre",
+    )
+    report.row(
+        "    systematic part", f"{systematic:.4f} px", "–", "<= 0.005 px", 0.005, systematic, name="centre, systematic"
+    )
+    stated = np.sqrt(found.marker_variance_px2.reshape(places, frames, 1152)[:, :, valid].mean())
+    report.row("    stated deviation over the real one", f"{stated / random:.2f}")
+
+
+def timing(report, quick):
+    report.section(
+        "Time per frame (the paper's table 1)",
+        """
+        One thread; medians here while other programs may run: tools/bench measures them alone. A contact of the whole
+        face: all the places' loads together, 10 % changing missing markers.""",
+    )
+    frames = 200 if quick else 600
+    steady = chain.run(np.repeat(probe(np.array([[0, 0, 400 * GF]])), frames, axis=0))
+    random = truth.load(40, 0.49, "random")
+    full = np.repeat(20 * GF * random.displacement[:60].sum(0)[None], frames, axis=0)
+    gone = np.random.default_rng(20056).random((frames, 1152)) < 0.1
+    face = chain.run(full, missing=gone)
+    track, solve = np.median(steady.track_ms), np.median(steady.solve_ms)
+    report.row("track, median", f"{track:.3f} ms", "1.07 ms", "<= 0.20 ms", 0.2, track, name="time to track")
+    report.row("solve, median", f"{solve:.3f} ms", "11.5 ms", "<= 0.30 ms", 0.3, solve, name="time to solve")
+    worst = np.quantile(face.solve_ms[1:], 0.99)
+    report.row(
+        "    p99, whole face, 10 % changing missing markers",
+        f"{worst:.3f} ms (median {np.median(face.solve_ms):.3f})",
+        "–",
+        "<= 2 ms",
+        2,
+        worst,
+        name="time to solve, p99",
+    )
+    if not quick:
+        with tempfile.TemporaryDirectory(prefix="evaluation-") as state:
+            begin = time.monotonic()
+            chain.run(np.zeros((1, 1152, 3)), given=0, state=state)
+            report.row(
+                "influence matrix and inverse of a new gel, all cores", f"{time.monotonic() - begin:.1f} s", "8.5 s"
+            )
+
+
+def creep(report, quick):
+    report.section(
+        "Creep",
+        """
+        The probe presses with 200 gf for 60 s and is taken away. The gel's compliance grows by 2 % with a time of 1 s
+        and by 3 % with one of 20 s (the twin's Prony series; a gel of one's own may do more or less). The daemon knows
+        nothing of it: what it reads beside the true load, mean of 10 frames. The calibration of Young's modulus waits
+        1.5 s, and so has part of this in it.""",
+    )
+    terms = ((0.02, 1.0), (0.03, 20.0))  # share of the compliance, time [s]
+    held_s, frames = 60.0, 10
+    after_put_s = np.array([0.1, 0.5, 1, 2, 5, 10, 20, 40, 60])
+    after_taken_s = np.array([0.1, 1, 2, 5, 10, 20, 40, 60])
+    held = 1 + sum(share * -np.expm1(-after_put_s / tau) for share, tau in terms)
+    left = sum(share * -np.expm1(-held_s / tau) * np.exp(-after_taken_s / tau) for share, tau in terms)
+    share = np.concatenate([held, left])
+    force = np.array([0, 0, 200 * GF])
+    displacement = share[:, None, None] * probe(force[None])
+    found = chain.run(np.repeat(displacement, frames, axis=0))
+    reading = found.resultant_N.reshape(len(share), frames, 3).mean(1) / GF
+    put, taken = np.split(reading[:, 2], [len(held)])
+    report.table(
+        ["seconds", "held, 200 gf: read [gf]", "off"],
+        [(f"{t:g}", f"{z:.1f}", f"{z / 2 - 100:+.1f} %") for t, z in zip(after_put_s, put)],
+    )
+    report.table(
+        ["seconds after release", "false force [gf]"], [(f"{t:g}", f"{z:.1f}") for t, z in zip(after_taken_s, taken)]
+    )
+    report.row("reading of a constant 200 gf, from 0.1 to 60 s", f"{put[0]:.1f} to {put[-1]:.1f} gf")
+    report.row("    false force 1 s after it is gone; 60 s after", f"{taken[1]:.1f} gf; {taken[-1]:.1f} gf")
+
+
+def calibration(report, quick):
+    report.section(
+        "Calibration with weights alone",
+        """
+        A camera, a lens and a Young's modulus that differ from the gel file's: geometry from the rest pattern, noise
+        from rest frames, E from weights of 100, 200 and 500 gf standing near the centre, all by the daemon's own
+        calibration from drawn pictures. The weights' displacements are CalculiX's. Root mean squares over the sensors,
+        each of its own camera and E.""",
+    )
+    generator = np.random.default_rng(20057)
+    weights_gf = np.array([100, 200, 500])
+    sensors = 1 if quick else 6
+    press = truth.load(40, 0.49, "places").displacement[2]
+    hidden, found, stated, residual = [], [], [], []
+    names = ["youngs_modulus_pa", "focal_px", *[f"position_{axis}_mm" for axis in "xyz"]]
+    names += [f"rotation_{axis}_rad" for axis in "xyz"]
+    for seed in range(sensors):
+        young = chain.YOUNG * np.exp(generator.uniform(-0.2, 0.2))
+        position = [0, 0, 157] + [1.2, 0.8, 1] * generator.uniform(-1, 1, 3)
+        rotation = 0.01 * generator.uniform(-1, 1, 3)
+        focal = 960 * (1 + 0.002 * generator.standard_normal())
+        figures = chain.calibrate(
+            weights_gf[:, None, None] * GF * press * chain.YOUNG / young,
+            chain.gel_text(),
+            chain.gel_text(young=young, position=position, rotation=rotation, focal=focal),
+            weights_gf * GF,
+            seed + 1,
+        )
+        hidden.append([young, focal, *position, *rotation])
+        found.append([figures[name][0] for name in names])
+        stated.append([figures[name][1] for name in names])
+        residual.append(figures["residual_px"][0])
+    error, stated = np.array(found) - hidden, np.array(stated)
+    young = rms(error[:, 0] / np.array(hidden)[:, 0])
+    report.row(
+        f"weights-only calibration: error of hidden E, {sensors} sensors",
+        f"{100 * young:.2f} %",
+        "–",
+        "<= 1 %",
+        0.01,
+        young,
+        name="calibration",
+    )
+    report.row("    residual of the rest pattern", f"{rms(residual):.4f} px")
+    scales = [100 / chain.YOUNG, 1, 1, 1, 1, 1e3, 1e3, 1e3]
+    units = ["E [%]", "focal length [px]", *[f"{axis} [mm]" for axis in "xyz"], *[f"about {a} [mrad]" for a in "xyz"]]
+    report.table(
+        ["figure", "error", "stated deviation"],
+        [
+            (unit, f"{scale * rms(error[:, i]):.3f}", f"{scale * rms(stated[:, i]):.3f}")
+            for i, (unit, scale) in enumerate(zip(units, scales))
+        ],
+    )
