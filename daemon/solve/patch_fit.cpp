@@ -179,7 +179,7 @@ PatchFit::PatchFit(const Inverse& inverse, const sensor::NodeGrid& nodes)
     , columns_(nodes.columns)
     , rows_(nodes.rows)
     , products_(static_cast<std::size_t>(inverse.forceCount()))
-    , askedIn_(static_cast<std::size_t>(nodes.count()), 0)
+    , asked_(static_cast<std::size_t>(nodes.count()))
     , missing_(static_cast<std::size_t>(kMostSpots * kKinds * inverse.coordinateCount()))
     , motionMissing_(static_cast<std::size_t>(kMotions * inverse.coordinateCount())) {}
 
@@ -190,7 +190,7 @@ int PatchFit::unknown(int end, int i) const {
 void PatchFit::begin(const ContactStep& step, const Picture& picture) {
   step_ = &step;
   picture_ = picture;
-  ++frame_;
+  std::fill(asked_.begin(), asked_.end(), std::uint8_t{0});
   const auto nodes = step.nodes();
   const auto products = step.products();
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -199,7 +199,7 @@ void PatchFit::begin(const ContactStep& step, const Picture& picture) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       products_[3 * static_cast<std::size_t>(node) + axis] = products[3 * i + axis] / step.weights()[node];
     }
-    askedIn_[node] = frame_;
+    asked_[node] = 1;
   }
   const auto gone = static_cast<Eigen::Index>(picture.missing.size());
   Eigen::Map<Eigen::Matrix<double, kMotions, Eigen::Dynamic>> missing(motionMissing_.data(), kMotions, gone);
@@ -247,10 +247,10 @@ void PatchFit::look(Spot& spot, double* missing) {
   for (std::size_t i = 0; i < Stencil::kNodes; ++i) {
     const int node = spot.stencil.node[i];
     double* const products = products_.data() + 3 * node;
-    if (askedIn_[node] != frame_) {
+    if (asked_[node] == 0) {
       const std::array<int, 3> rows = {3 * node, 3 * node + 1, 3 * node + 2};
       multiplyRows(inverse_.influence, rows, picture_.displacement_px, products);
-      askedIn_[node] = frame_;
+      asked_[node] = 1;
     }
     for (int axis = 0; axis < 3; ++axis) {
       const int force = 3 * node + axis;
@@ -415,7 +415,7 @@ bool PatchFit::descend(std::span<Patch> patches, int bar, double most, double en
     const Eigen::LLT<Matrix> factor(damped);
     if (factor.info() != Eigen::Success) return false;
     const Vector solution = factor.solve(right_);
-    if (before - kHope * expectedGain(patches, solution) > most) return false;
+    if (damping == 0.0 && before - kHope * expectedGain(patches, solution) > most) return false;
     double shorten = 1.0;
     for (int i = 0; i < 3 * ends_; ++i) {
       const double farthest = i % 3 == 2 ? kFarthestSpread : kFarthest;

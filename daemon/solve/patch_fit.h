@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -99,9 +100,8 @@ class PatchFit {
   const int columns_, rows_;
   const ContactStep* step_ = nullptr;
   Picture picture_{};
-  int frame_ = 0;
   std::vector<double> products_;       ///< H'd, as far as this frame has asked for it
-  std::vector<int> askedIn_;           ///< the frame for which each node's is right
+  std::vector<std::uint8_t> asked_;    ///< whether it has, for each node
   std::vector<double> missing_;        ///< of each spot, missing coordinate, component and kind: what it does there
   std::vector<double> motionMissing_;  ///< of each missing coordinate: what the motions do there
   Eigen::Matrix<double, kMotions, kMotions> motionGram_;
