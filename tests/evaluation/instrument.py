@@ -178,7 +178,7 @@ def calibration(report, quick):
     error, stated = np.array(found) - hidden, np.array(stated)
     young = rms(error[:, 0] / np.array(hidden)[:, 0])
     report.row(
-        f"weights-only calibration: error of hidden E, {sensors} sensors",
+        f"weights-only calibration: error of hidden E (cameras: {sensors})",
         f"{100 * young:.2f} %",
         "–",
         "<= 1 %",
