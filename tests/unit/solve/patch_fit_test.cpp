@@ -13,8 +13,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kNoise_px = 0.018;
-
 TEST(Stencil, HasThePatchsMomentsAndTheirSlopes) {
   const Patch patch{9.3, 4.8, 0.4, {}};
   const Stencil stencil(patch, 24, 20);
@@ -52,6 +50,8 @@ TEST(Stencil, HasThePatchsMomentsAndTheirSlopes) {
 
 class PatchFitTest : public testing::Test {
  protected:
+  static constexpr double kNoise_px = 0.018;
+
   MotionPrior moving() {
     const auto any = [this] { return normal_(random_); };
     return {MatrixXd::NullaryExpr(influence_.rows(), kMotions, any), Eigen::Vector4d(1e-4, 1e-4, 2e-4, 3e-4)};
