@@ -55,7 +55,9 @@ Contacts::Contacts(const Inverse& inverse, const sensor::Sensor& sensor)
   constexpr std::size_t kNodes = ContactStep::kMostNodes;
   for (auto* each : {&order_, &hill_, &peak_, &parent_}) each->reserve(kNodes);
   magnitude_.reserve(kNodes);
+  members_.reserve(kNodes);
   functional_.resize(ContactStep::kMostUnknowns);
+  functionals_.resize(kColumns * functional_.size());
 }
 
 int Contacts::hillOf(int index) {
@@ -160,27 +162,43 @@ void Contacts::divide(const ContactStep& step) {
 Contact Contacts::describe(const ContactStep& step, int hill) {
   const auto nodes = step.nodes();
   const auto forces = step.forces();
-  const auto count = static_cast<int>(nodes.size());
   Contact contact;
   double sum = 0.0, squares = 0.0;  // of the forces; squares by area
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  const auto functional = [&](auto value) {
-    std::fill(functional_.begin(), functional_.end(), 0.0);
-    for (int i = 0; i < count; ++i) {
-      if (hillOf(i) == hill) value(i, functional_.data() + 3 * i);
-    }
-  };
-  functional([&](int i, double*) {
+  members_.clear();
+  for (int i = 0; i < static_cast<int>(nodes.size()); ++i) {
+    if (hillOf(i) != hill) continue;
+    members_.push_back(i);
     for (int axis = 0; axis < 3; ++axis) contact.force_N[axis] += forces[3 * i + axis];
     sum += magnitude_[i];
     squares += square(magnitude_[i]) / areas_[nodes[i]];
     normal += magnitude_[i] * normals_.col(nodes[i]);
-  });
-  normal.normalize();
-  for (int axis = 0; axis < 3; ++axis) {
-    functional([&](int, double* f) { f[axis] = 1.0; });
-    contact.forceDeviation_N[axis] = deviation(step);
   }
+  normal.normalize();
+  contact.area_m2 = square(sum) / squares;
+
+  // Several functionals at a time: the k-th force of node i adds of(i, k) to each.
+  std::array<double, kColumns * kColumns> covariances{};
+  const auto deviationsOf = [&](auto of) {
+    std::fill(functionals_.begin(), functionals_.end(), 0.0);
+    for (const int i : members_) {
+      for (int k = 0; k < 3; ++k) {
+        const auto values = of(i, k);
+        std::copy(values.begin(), values.end(), functionals_.begin() + kColumns * (3 * i + k));
+      }
+    }
+    step.covariances(functionals_.data(), covariances);
+    return [&covariances](int functional) { return std::sqrt(covariances[(kColumns + 1) * functional]); };
+  };
+  const auto ofForceAndArea = deviationsOf([&](int i, int k) {
+    std::array<double, 4> values{};
+    values[k] = 1.0;
+    values[3] = 2.0 * contact.area_m2 * (1.0 / sum - magnitude_[i] / areas_[nodes[i]] / squares) * forces[3 * i + k] /
+                magnitude_[i];
+    return values;
+  });
+  for (int axis = 0; axis < 3; ++axis) contact.forceDeviation_N[axis] = ofForceAndArea(axis);
+  contact.areaDeviation_m2 = ofForceAndArea(3);
 
   // The centre of what presses, or, where nothing does, of all forces along their sum.
   const auto force = Eigen::Vector3d::Map(contact.force_N.data());
@@ -188,26 +206,18 @@ Contact Contacts::describe(const ContactStep& step, int hill) {
   const bool presses = normal.dot(force) > 5.0 * normal.cwiseProduct(deviations).norm();
   const Eigen::Vector3d along = presses ? normal : force.normalized();
   const double total = along.dot(force);
-  for (int axis = 0; axis < 2; ++axis) {
-    double moment = 0.0;
-    functional([&](int i, double*) {
-      for (int k = 0; k < 3; ++k) moment += positions_(axis, nodes[i]) * along[k] * forces[3 * i + k];
-    });
-    contact.position_m[axis] = moment / total;
-    functional([&](int i, double* f) {
-      for (int k = 0; k < 3; ++k) f[k] = along[k] * (positions_(axis, nodes[i]) - contact.position_m[axis]) / total;
-    });
-    contact.positionDeviation_m[axis] = deviation(step);
+  for (const int i : members_) {
+    const double share = along.dot(Eigen::Vector3d::Map(forces.data() + 3 * i)) / total;
+    for (int axis = 0; axis < 2; ++axis) contact.position_m[axis] += share * positions_(axis, nodes[i]);
   }
-
-  contact.area_m2 = square(sum) / squares;
-  functional([&](int i, double* f) {
-    for (int k = 0; k < 3; ++k) {
-      f[k] = 2.0 * contact.area_m2 * (1.0 / sum - magnitude_[i] / areas_[nodes[i]] / squares) * forces[3 * i + k] /
-             magnitude_[i];
+  const auto ofPosition = deviationsOf([&](int i, int k) {
+    std::array<double, 2> values{};
+    for (int axis = 0; axis < 2; ++axis) {
+      values[axis] = along[k] * (positions_(axis, nodes[i]) - contact.position_m[axis]) / total;
     }
+    return values;
   });
-  contact.areaDeviation_m2 = deviation(step);
+  for (int axis = 0; axis < 2; ++axis) contact.positionDeviation_m[axis] = ofPosition(axis);
   return contact;
 }
 

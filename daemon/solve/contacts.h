@@ -49,7 +49,8 @@ class Contacts {
   std::vector<double> magnitude_;   ///< of the step's forces
   std::vector<int> order_, hill_;   ///< of the step's nodes: strongest first; the hill each belongs to
   std::vector<int> peak_, parent_;  ///< of each hill: its highest node; itself, or the hill it was merged into
-  std::vector<double> functional_;
+  std::vector<int> members_;        ///< of one hill
+  std::vector<double> functional_, functionals_;
   PatchFit fit_;
   // What resolve() found.
   std::array<Patch, PatchFit::kMostPatches> patches_;

@@ -31,9 +31,9 @@ constexpr double kExplained_share = 0.02;
 constexpr double kUnexplained_noise = 2.0;
 constexpr double kUnexplained_share = 0.1;
 
-/// A field is out of range where a node's pressure exceeds this multiple of Young's modulus. Large strain has been
-/// followed to about half of it only.
-constexpr double kLinearRange = 2.0;
+/// A field is out of range where a node's pressure exceeds this multiple of Young's modulus: as far as the error of
+/// large strain has been followed, to 200 gf on 5 mm and 750 gf on 15 mm.
+constexpr double kLinearRange = 0.9;
 
 /// Below so many of its deviations, a normal force has no centre.
 constexpr double kCentre_deviations = 5.0;

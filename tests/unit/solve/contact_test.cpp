@@ -384,10 +384,10 @@ TEST_F(ContactTest, WhatNoForceCanDoIsMarked) {
   for (Eigen::Index i = 0; i < torn.size(); i += 4) torn[i] += i < torn.size() / 2 ? 0.5 : 0.0;
   solve(torn);
   EXPECT_NE(field_.flags & kUnexplained, 0U);
-  const Press patch = press({0.0, 0.0}, 1.5e-3);
-  solve(patch.image.col(2) * 4.0 + noise());
+  const Press patch = press({0.0, 0.0}, 2.5e-3);
+  solve(patch.image.col(2) * (200.0 * kGramForce) + noise());
   EXPECT_EQ(field_.flags & (kUnexplained | kOutOfRange), 0U);
-  solve(patch.image.col(2) * 40.0 + noise());
+  solve(patch.image.col(2) * (500.0 * kGramForce) + noise());
   EXPECT_NE(field_.flags & kOutOfRange, 0U);
 }
 
