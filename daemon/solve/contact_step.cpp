@@ -62,7 +62,8 @@ ContactStep::ContactStep(const Inverse& inverse, const sensor::NodeGrid& nodes, 
     , shape_(makeMap(options.shapeForce_N, kFaintestInShape))
     , modeForces_(inverse.right, std::max(touch_.modes, shape_.modes), inverse.forceCount())
     , everyMode_(static_cast<std::size_t>(modeForces_.rows()))
-    , coefficients_(everyMode_.size()) {
+    , coefficients_(everyMode_.size())
+    , sum_(static_cast<std::size_t>(modeForces_.stride())) {
   assert(3 * nodes.count() == inverse.forceCount());
   std::iota(everyMode_.begin(), everyMode_.end(), 0);
 
@@ -85,14 +86,14 @@ ContactStep::ContactStep(const Inverse& inverse, const sensor::NodeGrid& nodes, 
   }
 
   const auto all = static_cast<std::size_t>(nodes.count());
-  for (auto* each : {&touchSurety_, &shapeSurety_, &magnitude_, &weight_, &faintness_}) each->resize(all);
+  for (auto* each : {&touchSurety_, &shapeSurety_, &magnitude_, &strongNear_, &weight_, &faintness_}) each->resize(all);
   nodes_.reserve(all);
   constexpr std::size_t kUnknowns = kMostUnknowns;
   unknowns_.reserve(kUnknowns);
   scale_.reserve(kUnknowns);
   matrix_.resize(kUnknowns * (kUnknowns + 1) / 2);
   for (auto* each : {&right_, &solution_, &variances_}) each->resize(kUnknowns);
-  scratch_.resize(kColumns * kUnknowns);
+  scratch_ = LineArray<double>(kColumns * kUnknowns);
   forces_.resize(3 * kMostNodes);
   missingRows_.resize(kUnknowns * static_cast<std::size_t>(inverse.coordinateCount()));
   detectionLimit_N_ = detectionLimit();
@@ -178,8 +179,9 @@ double ContactStep::find(std::span<const double> amplitudes, double noise_px) {
 void ContactStep::filter(Map& map, std::span<const double> amplitudes) {
   for (int k = 0; k < map.modes; ++k) coefficients_[k] = static_cast<float>(map.filter[k] * amplitudes[k]);
   const auto modes = static_cast<std::size_t>(map.modes);
-  std::fill(map.force.begin(), map.force.end(), 0.0);
-  addRows(modeForces_, std::span(everyMode_).first(modes), std::span(coefficients_).first(modes), map.force.data());
+  std::fill_n(sum_.data(), sum_.size(), 0.0F);
+  addRows(modeForces_, std::span(everyMode_).first(modes), std::span(coefficients_).first(modes), sum_.data());
+  std::copy_n(sum_.data(), sum_.size(), map.force.begin());
 }
 
 double ContactStep::length(const double* f, const double* precision) {
@@ -209,14 +211,18 @@ void ContactStep::weigh() {
       for (int c = std::max(0, column - reach); c <= last; ++c) use(r * columns_ + c);
     }
   };
+  std::fill(strongNear_.begin(), strongNear_.end(), 0.0);  // of those nearby that are no side lobes
+  for (int node = 0; node < columns_ * rows_ && outlined_ > 0.0; ++node) {
+    const double strong = magnitude_[node];
+    if (strong <= kNoSideLobe[0] * strongest) continue;
+    nearest(node, [&](int other) { strongNear_[other] = std::max(strongNear_[other], strong); });
+  }
   for (int node = 0; node < columns_ * rows_; ++node) {
     double outline = 0.0, touch = 0.0, share = 0.0;
-    if (outlined_ > 0.0 && shapeSurety_[node] > kSureNode[0]) {
-      double strong = 0.0, sure = 0.0;
-      nearest(node, [&](int other) {
-        strong = std::max(strong, magnitude_[other]);
-        sure = std::max(sure, shapeSurety_[other]);
-      });
+    if (const double strong = strongNear_[node];
+        strong > 0.0 && magnitude_[node] > kOutline[0] * strong && shapeSurety_[node] > kSureNode[0]) {
+      double sure = 0.0;
+      nearest(node, [&](int other) { sure = std::max(sure, shapeSurety_[other]); });
       share = magnitude_[node] / strong;
       outline = ramp(share, kOutline) * ramp(strong / strongest, kNoSideLobe) * ramp(sure, kSure) *
                 ramp(shapeSurety_[node], kSureNode);

@@ -98,12 +98,14 @@ class ContactStep {
   std::vector<double> motionModes_;     ///< 4 x 2M, padded: P' in double precision
   std::vector<int> everyMode_;
   std::vector<float> coefficients_;
+  LineArray<float> sum_;
   // Of one frame, over all nodes: how sure in either map, how strong, the weight, and what the profile takes off it.
-  std::vector<double> touchSurety_, shapeSurety_, magnitude_, weight_, faintness_;
+  std::vector<double> touchSurety_, shapeSurety_, magnitude_, strongNear_, weight_, faintness_;
   // Of one frame, over the found ones.
   std::vector<int> nodes_, unknowns_;
   std::vector<double> scale_;  ///< w of each unknown
-  std::vector<double> matrix_, right_, solution_, forces_, missingRows_, scratch_, variances_;
+  std::vector<double> matrix_, right_, solution_, forces_, missingRows_, variances_;
+  LineArray<double> scratch_;
   std::array<double, kMotions> motion_{};
   double outlined_ = 0.0;  ///< how far the shape map counts
   double expected_N_ = 0.0, noise_px_ = 0.0, lambda_ = 0.0, squaredResidual_ = 0.0;

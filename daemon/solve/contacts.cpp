@@ -57,7 +57,7 @@ Contacts::Contacts(const Inverse& inverse, const sensor::Sensor& sensor)
   magnitude_.reserve(kNodes);
   members_.reserve(kNodes);
   functional_.resize(ContactStep::kMostUnknowns);
-  functionals_.resize(kColumns * functional_.size());
+  functionals_ = LineArray<double>(kColumns * functional_.size());
 }
 
 int Contacts::hillOf(int index) {
@@ -180,11 +180,11 @@ Contact Contacts::describe(const ContactStep& step, int hill) {
   // Several functionals at a time: the k-th force of node i adds of(i, k) to each.
   std::array<double, kColumns * kColumns> covariances{};
   const auto deviationsOf = [&](auto of) {
-    std::fill(functionals_.begin(), functionals_.end(), 0.0);
+    std::fill_n(functionals_.data(), kColumns * forces.size(), 0.0);
     for (const int i : members_) {
       for (int k = 0; k < 3; ++k) {
         const auto values = of(i, k);
-        std::copy(values.begin(), values.end(), functionals_.begin() + kColumns * (3 * i + k));
+        std::copy(values.begin(), values.end(), functionals_.data() + kColumns * (3 * i + k));
       }
     }
     step.covariances(functionals_.data(), covariances);

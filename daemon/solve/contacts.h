@@ -50,7 +50,8 @@ class Contacts {
   std::vector<int> order_, hill_;   ///< of the step's nodes: strongest first; the hill each belongs to
   std::vector<int> peak_, parent_;  ///< of each hill: its highest node; itself, or the hill it was merged into
   std::vector<int> members_;        ///< of one hill
-  std::vector<double> functional_, functionals_;
+  std::vector<double> functional_;
+  LineArray<double> functionals_;
   PatchFit fit_;
   // What resolve() found.
   std::array<Patch, PatchFit::kMostPatches> patches_;

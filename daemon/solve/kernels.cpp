@@ -51,6 +51,10 @@ TRACTION_INLINE void add(const Line& part, double* sums) {
   store(high, sums + kDoubles);
 }
 
+TRACTION_INLINE void add(const Line& part, float* sums) {
+  *reinterpret_cast<Line*>(sums) += part;
+}
+
 TRACTION_INLINE double dot(const double* a, const double* b, int size) {
   Doubles sums = {}, left, right;
   int i = 0;
@@ -73,8 +77,8 @@ TRACTION_INLINE void asLine(const Shorts& numbers, Line& line) {
 }
 
 /// sum += sum over k < count of coefficient(k) * row(k), rows of `stride` numbers.
-template <typename Row, typename Coefficient>
-TRACTION_INLINE void addWeighed(int stride, std::size_t count, Row row, Coefficient coefficient, double* sum) {
+template <typename Row, typename Coefficient, typename Sum>
+TRACTION_INLINE void addWeighed(int stride, std::size_t count, Row row, Coefficient coefficient, Sum* sum) {
   const std::ptrdiff_t lineCount = stride / kLineFloats;
   Line numbers;
   std::size_t k = 0;
@@ -164,6 +168,7 @@ void LineArray<Number>::Free::operator()(Number* data) const {
   std::free(data);
 }
 
+template class LineArray<double>;
 template class LineArray<float>;
 template class LineArray<std::int16_t>;
 
@@ -195,7 +200,7 @@ void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const
 }
 
 TRACTION_VECTOR_CLONES
-void addRows(const CoarseMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum) {
+void addRows(const CoarseMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, float* sum) {
   const auto row = [&](std::size_t k) { return reinterpret_cast<const Shorts*>(matrix.row(rows[k])); };
   const auto coefficient = [&](std::size_t k) { return coefficients[k] * matrix.factor(rows[k]); };
   addWeighed(matrix.stride(), rows.size(), row, coefficient, sum);

@@ -74,7 +74,8 @@ class CoarseMatrix {
 
 /// sum += sum over k of coefficients[k] * matrix.row(rows[k]); `sum` holds matrix.stride() floats on a line's boundary.
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum);
-void addRows(const CoarseMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum);
+/// The same, coarsely; `sum` on a line's boundary.
+void addRows(const CoarseMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, float* sum);
 
 /// products[k] = matrix.row(rows[k]) . vector, of matrix.stride() floats on a line's boundary.
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const float* vector, double* products);
@@ -96,7 +97,7 @@ double dotProduct(const double* a, const double* b, int size);
 /// the reciprocal.
 void solveLower(std::span<const double> lower, int size, double* vector);
 
-/// Solves L Y = B in place for kColumns right-hand sides at once, stored row after row.
+/// Solves L Y = B in place for kColumns right-hand sides at once, stored row after row; fastest on a line's boundary.
 inline constexpr int kColumns = 8;
 void solveLowerColumns(std::span<const double> lower, int size, double* columns);
 

@@ -73,6 +73,7 @@ Solver::Solver(const Inverse& inverse, const sensor::Sensor& sensor, const Solve
     , contacts_(inverse, sensor)
     , everyMode_(static_cast<std::size_t>(inverse.rank()))
     , coarseLeft_(inverse.left, inverse.coordinateCount(), contact_.modes())
+    , coarseSum_(static_cast<std::size_t>(coarseLeft_.stride()))
     , nodeNoise_(static_cast<std::size_t>(inverse.forceCount()), 0.0)
     , nodeShrinkage_(static_cast<std::size_t>(inverse.forceCount()), 1.0)
     , used_(static_cast<std::size_t>(inverse.coordinateCount() / 2))
@@ -238,8 +239,9 @@ void Solver::decompose() {
 
 /// The first amplitudes alone, for contact_.
 void Solver::decomposeCoarsely() {
-  std::fill_n(amplitudes_.begin(), coarseLeft_.stride(), 0.0);
-  addRows(coarseLeft_, coordinates_, displacements_, amplitudes_.data());
+  std::fill_n(coarseSum_.data(), coarseSum_.size(), 0.0F);
+  addRows(coarseLeft_, coordinates_, displacements_, coarseSum_.data());
+  std::copy_n(coarseSum_.data(), coarseSum_.size(), amplitudes_.begin());
 }
 
 void Solver::fitWholeFace() {
@@ -284,7 +286,7 @@ void Solver::combine(double share, TractionField& field) {
       field.force_N[at] += static_cast<float>(share * forces[i]);
       field.deviation_N[at] += static_cast<float>(share * deviations_[i]);
       const auto row = wrenchRow(nodes_[nodes[i / 3]], static_cast<int>(i % 3));
-      std::copy(row.begin(), row.end(), functionals_.begin() + static_cast<std::ptrdiff_t>(kColumns * i));
+      std::copy(row.begin(), row.end(), functionals_.data() + kColumns * i);
     }
     std::array<double, kColumns * kColumns> covariances;
     contact_.covariances(functionals_.data(), covariances);

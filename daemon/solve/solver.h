@@ -55,6 +55,7 @@ class Solver {
   std::vector<double> inverted_;  // r: gain / s [N/px]
   std::vector<int> everyMode_;    // 0 .. r-1
   CoarseMatrix coarseLeft_;       // what the contact step's maps need of it
+  LineArray<float> coarseSum_;
   // Of the fit of all nodes, at 1 px of noise and at 1 N of typical force: of the wrench, and squares for each force.
   WrenchCovariance wholeNoise_{}, wholeShrinkage_{};
   std::vector<double> nodeNoise_, nodeShrinkage_;
@@ -71,7 +72,7 @@ class Solver {
   std::vector<double> restored_;
   std::vector<float> restoredFloat_;
   std::vector<double> forces_;
-  std::vector<double> functionals_;  // the wrench of the contact step's forces, and two that stay zero
+  LineArray<double> functionals_;  // the wrench of the contact step's forces, and two that stay zero
   std::vector<double> deviations_;
   Counters counters_;
 };

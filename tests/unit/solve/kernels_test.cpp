@@ -51,7 +51,8 @@ TEST_P(Kernels, CoarseRowsAreOffByTheirRounding) {
   EXPECT_EQ(coarse.columns(), 35);
   std::vector<int> rows;
   std::vector<float> coefficients;
-  std::vector<double> sum(static_cast<std::size_t>(coarse.stride()), 1.0), expected = sum;
+  LineArray<float> sum(static_cast<std::size_t>(coarse.stride()));
+  std::vector<double> expected(35, 0.0);
   double rounding = 1e-5;
   for (int k = 0; k < GetParam(); ++k) {
     rows.push_back(2 * k + 1);
@@ -60,8 +61,8 @@ TEST_P(Kernels, CoarseRowsAreOffByTheirRounding) {
     for (int j = 0; j < 35; ++j) expected[j] += static_cast<double>(coefficients.back()) * a.row(rows.back())[j];
   }
   addRows(coarse, rows, coefficients, sum.data());
-  for (int j = 0; j < 35; ++j) EXPECT_NEAR(sum[j], expected[j], rounding);
-  for (int j = 35; j < coarse.stride(); ++j) EXPECT_EQ(sum[j], 1.0);
+  for (int j = 0; j < 35; ++j) EXPECT_NEAR(sum.data()[j], expected[j], rounding);
+  for (int j = 35; j < coarse.stride(); ++j) EXPECT_EQ(sum.data()[j], 0.0F);
 }
 
 TEST_P(Kernels, MultiplyRowsMultipliesTheChosenRows) {
