@@ -248,7 +248,7 @@ def bias(report, quick):
         places (near the centre, off it, near sides and in corners), along x, y and z, 5 to 400 gf; for 40 mm besides
         even discs of 20 mm diameter and 20 random loads. The inverse alone is given the exact displacements.""",
     )
-    frames = 10 if quick else 60
+    frames = 10 if quick else 200  # the limit is half of one frame's deviation, and means are to be far below it
     for thickness in (15, 40):
         try:
             sets = [truth.load(thickness, 0.49, "places")]
@@ -266,7 +266,7 @@ def bias(report, quick):
             exact = chain.run(magnitude_gf * GF * unit, gel=chain.gel_text(thickness), given=0).resultant_N / GF
             alone += list(np.linalg.norm(exact - magnitude_gf * forces, axis=1) / limit)
             displacement = np.repeat(magnitude_gf * GF * unit, frames, axis=0)
-            found = chain.run(displacement, gel=chain.gel_text(thickness), zero_every=20)
+            found = chain.run(displacement, gel=chain.gel_text(thickness), zero_every=5)
             total = found.resultant_N.reshape(len(unit), frames, 3) / GF
             mean = total.mean(1)
             noise = max(noise, rms(np.linalg.norm(total.std(1), axis=1)) / np.sqrt(frames))

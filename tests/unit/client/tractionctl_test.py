@@ -21,7 +21,7 @@ USAGE, UNAVAILABLE, TEMPORARY, PROTOCOL = 64, 69, 75, 76
 
 
 def ctl(*words, seconds=60):
-    done = subprocess.run([PROGRAM, *words], capture_output=True, text=True, timeout=seconds,
+    done = subprocess.run([PROGRAM, *words], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=seconds,
                           env={**os.environ, "XDG_RUNTIME_DIR": "/nowhere"})
     return done.returncode, done.stdout, done.stderr
 
