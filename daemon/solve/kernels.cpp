@@ -155,7 +155,7 @@ LineArray<Number>::LineArray(std::size_t size)
   const std::size_t bytes = size * sizeof(Number);
   const std::size_t alignment = bytes >= kLargePage ? kLargePage : sizeof(Line);
   const std::size_t rounded = std::max((bytes + alignment - 1) / alignment * alignment, alignment);
-  data_.reset(static_cast<Number*>(std::aligned_alloc(alignment, rounded)));
+  data_.reset(static_cast<Number*>(std::aligned_alloc(alignment, rounded)));  // NOLINT(*-no-malloc): of any alignment
   if (!data_) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
   if (alignment == kLargePage) madvise(data_.get(), rounded, MADV_HUGEPAGE);  // a wish; without it things still work
@@ -165,7 +165,7 @@ LineArray<Number>::LineArray(std::size_t size)
 
 template <typename Number>
 void LineArray<Number>::Free::operator()(Number* data) const {
-  std::free(data);
+  std::free(data);  // NOLINT(*-no-malloc): of aligned_alloc
 }
 
 template class LineArray<double>;

@@ -215,7 +215,7 @@ bool Solver::take(const MarkerField& markers) {
     }
   }
   if (coordinates_.empty() || !missing_.update(used_)) return false;
-  const double mean = variance / static_cast<double>(coordinates_.size() / 2);
+  const double mean = 2.0 * variance / static_cast<double>(coordinates_.size());
   noise_px_ = mean > 0.0 ? std::sqrt(mean) : options_.noise_px;
   return true;
 }
@@ -288,7 +288,7 @@ void Solver::combine(double share, TractionField& field) {
       const auto row = wrenchRow(nodes_[nodes[i / 3]], static_cast<int>(i % 3));
       std::copy(row.begin(), row.end(), functionals_.data() + kColumns * i);
     }
-    std::array<double, kColumns * kColumns> covariances;
+    std::array<double, kColumns * kColumns> covariances{};
     contact_.covariances(functionals_.data(), covariances);
     // The spread of a mean is at most the mean of the spreads' squares.
     for (int i = 0; i < 6; ++i) {
