@@ -26,10 +26,6 @@ double ramp(double x, double low, double high) {
   return std::clamp((x - low) / (high - low), 0.0, 1.0);
 }
 
-double square(double x) {
-  return x * x;
-}
-
 // What the weights rest on. Surety is the length of a node's force in standard deviations: among all nodes of an
 // untouched gel it exceeds 5 in one frame of a hundred.
 constexpr std::array kSure = {5.0, 7.0};         // of the strongest nearby: is anything there?

@@ -39,10 +39,6 @@ constexpr double kBarMisfit = 25.0;
 /// A bar as long as this has the same variance as two points at a distance of 1.
 constexpr double kBarLength = 1.73;
 
-double square(double x) {
-  return x * x;
-}
-
 }  // namespace
 
 Contacts::Contacts(const Inverse& inverse, const sensor::Sensor& sensor)

@@ -90,6 +90,10 @@ bool factoriseLower(std::span<double> lower, int size, double* scratch);
 /// squares[i] = (i, i) of (L L')^-1; `scratch` as above.
 void inverseDiagonal(std::span<const double> lower, int size, double* scratch, double* squares);
 
+inline double square(double x) {
+  return x * x;
+}
+
 /// Scalar product.
 double dotProduct(const double* a, const double* b, int size);
 

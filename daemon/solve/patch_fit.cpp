@@ -57,10 +57,6 @@ Cubics cubics(double s) {
   return result;
 }
 
-double square(double x) {
-  return x * x;
-}
-
 using Four = double __attribute__((vector_size(32)));
 
 /// block[12 (3 k + x) + 3 l + y] = sum over the nodes i of a and j of b of a.share[i][k] b.share[j][l] times the

@@ -38,10 +38,6 @@ constexpr double kLinearRange = 0.9;
 /// Below so many of its deviations, a normal force has no centre.
 constexpr double kCentre_deviations = 5.0;
 
-double square(double x) {
-  return x * x;
-}
-
 std::array<double, 6> wrenchOf(const TractionField& field) {
   std::array<double, 6> wrench{};
   std::copy_n(field.resultant_N.begin(), 3, wrench.begin());
