@@ -5,9 +5,11 @@
 
 #include <sysexits.h>
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <thread>
 
 namespace {
 
@@ -29,6 +31,14 @@ tl::expected<std::unique_ptr<Film>, Failure> openFilm(const Options& options, co
   const std::size_t samples = isBayer(scenario.format) ? 1 : 3;
   return RawFilm::open(options.images,
                        samples * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+}
+
+/// Waits for the middle of the pause between two frames. A camera has a processor of its own: a daemon at work on the
+/// picture just sent shall not have to share its cores with the drawing of another.
+void waitForPause(const Stamp& sent, double period_s) {
+  const std::chrono::duration<double> half(std::min(period_s / 2, 0.05));
+  std::this_thread::sleep_until(Clock::time_point(std::chrono::nanoseconds(sent.monotonic_ns)) +
+                                std::chrono::duration_cast<Clock::duration>(half));
 }
 
 tl::expected<void, Failure> run(const Options& options) {
@@ -75,7 +85,10 @@ tl::expected<void, Failure> run(const Options& options) {
     const Picture* picture = (*camera)->takeBack(std::chrono::milliseconds(50));
     if (!picture) continue;
     Shot& shot = *std::find_if(shots.begin(), shots.end(), [&](const Shot& s) { return &s.picture == picture; });
-    if (picture->stamp) (*truth)->write(shot.truth, *picture->stamp);
+    if (picture->stamp) {
+      (*truth)->write(shot.truth, *picture->stamp);
+      waitForPause(*picture->stamp, (*camera)->framePeriod_s());
+    }
     shoot(shot);
   }
   return {};
