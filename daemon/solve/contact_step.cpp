@@ -29,7 +29,7 @@ double ramp(double x, double low, double high) {
 // What the weights rest on. Surety is the length of a node's force in standard deviations: among all nodes of an
 // untouched gel it exceeds 5 in one frame of a hundred.
 constexpr std::array kSure = {5.0, 7.0};         // of the strongest nearby: is anything there?
-constexpr std::array kSureNode = {2.0, 3.0};     // of the node itself
+constexpr std::array kSureNode = {3.25, 4.25};   // of the node itself
 constexpr std::array kOutline = {0.15, 0.3};     // of the strongest nearby: the edge of a contact
 constexpr std::array kNoSideLobe = {0.1, 0.16};  // of the strongest of all: side lobes stay below 0.1
 constexpr std::array kTouchOutline = {0.5, 0.7};
