@@ -10,7 +10,8 @@ import numpy as np
 import chain
 import truth
 from chain import GF
-from experiments import probe, rms
+from report import rms
+from truth import probe
 
 
 def marker_level(sigma_noise, radius_px=1.92, blur_px=0.8, contrast=100.0):

@@ -2,8 +2,14 @@
 
 import pathlib
 
+import numpy as np
+
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 PICTURES = SOURCE / "docs" / "accuracy"
+
+
+def rms(values, axis=None):
+    return np.sqrt(np.mean(np.square(values), axis=axis))
 
 
 class Report:

@@ -115,6 +115,11 @@ def load(thickness, poisson, which):
         return Set(file["contacts"], file["displacement"] * file["scale"][:, None, None])
 
 
+def probe(forces):
+    """Displacements under the probe, 5 mm across near the centre, for forces (... x 3, N)."""
+    return np.tensordot(np.asarray(forces), load(40, 0.49, "probe").displacement, axes=1)
+
+
 def layers(folder):
     """The paper's figure 6: LAYER_FORCE_GF at each of 10 x 10 nodes, markers at many depths: blue at 6 mm, then red at
     LAYER_DEPTHS, one layer after another."""

@@ -1,0 +1,208 @@
+"""What is seen of single contacts, and how well they are known. Called like the paper's experiments."""
+
+import numpy as np
+
+import chain
+import loads
+import truth
+from chain import GF
+from report import rms
+
+
+def flat_disc(report, quick):
+    report.section(
+        "Pressure of a flat disc", "Even pressure on a disc of radius 10 mm, 400 gf, single frames, 10 trials."
+    )
+    disc = truth.load(40, 0.49, "disc")
+    trials = 10
+    found = chain.run(np.repeat(400 * GF * disc.displacement[::2], trials, axis=0), zero_every=1)
+    pressure = found.force_N.reshape(2, trials, 576, 3)[..., 2] / 9e-6
+    true = 400 * GF / (np.pi * 0.01**2)
+    inside, outside = [], []
+    for place, contacts in zip(pressure, disc.contacts[::2]):
+        radius = np.linalg.norm(loads.nodes() - contacts[0, 1:3, None], axis=0)
+        inside.append(place[:, radius < 7e-3] / true - 1)
+        outside.append(place[:, radius > 13e-3] / true)
+    off = rms(np.concatenate(inside, axis=1))
+    report.row(
+        "pressure of a flat disc, more than 3 mm within its edge, RMS",
+        f"{100 * off:.0f} %",
+        "–",
+        "<= 15 %",
+        0.15,
+        off,
+        name="disc",
+    )
+    report.row("    more than 3 mm outside", f"{100 * rms(np.concatenate(outside, axis=1)):.1f} % of it")
+
+    def draw(axes):
+        radius = 1e3 * np.linalg.norm(loads.nodes() - disc.contacts[0, 0, 1:3, None], axis=0)
+        axes.plot(np.tile(radius, (trials, 1)).ravel(), 1e-3 * pressure[0].ravel(), ".", ms=2)
+        axes.plot([0, 10, 10, 25], [1e-3 * true, 1e-3 * true, 0, 0], "k-", lw=0.8)
+        axes.set(xlim=(0, 25), xlabel="distance from the disc's centre [mm]", ylabel="pressure [kPa]")
+
+    report.picture("disc", draw, "Pressure of each node in ten frames; the line is the truth.")
+
+
+def two_contacts(report, quick):
+    report.section(
+        "Two contacts told apart",
+        """
+        Two presses of 100 gf, 3 mm across, at six places and in six directions for each distance: told apart when
+        there are two contacts, each within 1 mm and 10 %. False splits: a single press of 100 gf that is called two.""",
+    )
+    pairs = truth.load(40, 0.49, "pairs")
+    trials = 10 if quick else 30
+    found = chain.run(np.repeat(100 * GF * pairs.displacement, trials, axis=0), zero_every=trials)
+    if "contacts" not in found:
+        report.row(
+            "two contacts of 100 gf told apart", "no list of contacts", "–", "<= 8 mm", 8, np.inf, name="two contacts"
+        )
+        return
+    distance = 1e3 * np.linalg.norm(pairs.contacts[:, 0, 1:3] - pairs.contacts[:, 1, 1:3], axis=1)
+    good = np.zeros(len(found.contacts_found))
+    for frame, listed in enumerate(found.contacts_found):
+        true = pairs.contacts[frame // trials][:, 1:3]
+        if len(listed) != 2:
+            continue
+        orders = [listed, listed[::-1]]
+        good[frame] = any(
+            (np.linalg.norm(order[:, :2] - true, axis=1) < 1e-3).all()
+            and (abs(np.linalg.norm(order[:, 4:7], axis=1) / (100 * GF) - 1) < 0.1).all()
+            for order in orders
+        )
+    good = good.reshape(len(pairs.contacts), trials).mean(1)
+    counts = found["contact_count"].reshape(len(pairs.contacts), trials)
+    rounded = distance.round().astype(int)
+    at = sorted(set(rounded))
+    share = {d: good[rounded == d].mean() for d in at}
+    report.table(
+        ["distance [mm]", "told apart", "two listed"],
+        [(str(d), f"{100 * share[d]:.0f} %", f"{100 * (counts[rounded == d] == 2).mean():.0f} %") for d in at],
+    )
+    smallest = min([d for d in at if all(share[e] >= 0.95 for e in at if e >= d)], default=np.inf)
+    report.row(
+        "two contacts of 100 gf told apart from", f"{smallest} mm", "–", "<= 8 mm", 8, smallest, name="two contacts"
+    )
+    places = truth.load(40, 0.49, "places")
+    single = chain.run(np.repeat(100 * GF * places.displacement[2::3], 5 * trials, axis=0), zero_every=trials)
+    split = (single["contact_count"] > 1).mean()
+    report.row(
+        "    false splits of a single press of 100 gf",
+        f"{100 * split:.2f} % of {len(single.valid)}",
+        "–",
+        "<= 1 %",
+        0.01,
+        split,
+        name="false splits",
+    )
+
+
+def detection(report, quick):
+    report.section(
+        "Smallest press",
+        """
+        A press of 5 mm diameter at eight places: found, when a contact is listed; a false alarm is a contact in a
+        frame in which nothing touches.""",
+    )
+    places = truth.load(40, 0.49, "places")
+    unit = places.displacement[2::3]
+    trials = 20 if quick else 60
+    idle = chain.run(np.zeros((600 if quick else 2000, *unit.shape[1:])), zero_every=25)
+    has_list = "contact_count" in idle
+    threshold = np.quantile(idle.resultant_N[:, 2], 0.99)
+    alarm = (idle["contact_count"] > 0).mean() if has_list else 0.01
+    report.row(
+        "frames with a false alarm" + ("" if has_list else " (threshold on the normal force)"),
+        f"{100 * alarm:.2f} %",
+        "–",
+        "<= 1 %",
+        0.01,
+        alarm,
+        name="false alarms",
+    )
+    smallest, lines = np.inf, []
+    for force in (1, 2, 3, 4, 5, 7, 10, 15, 20, 30):
+        found = chain.run(np.repeat(force * GF * unit, trials, axis=0), zero_every=trials // 4)
+        seen = found["contact_count"] > 0 if has_list else found.resultant_N[:, 2] > threshold
+        share = seen.mean()
+        lines.append((f"{force} gf", f"{100 * share:.0f} %"))
+        smallest = min(smallest, force) if share >= 0.95 else np.inf
+        if share >= 0.999:
+            break
+    report.table(["press", "found"], lines)
+    report.row(
+        "smallest press found in 95 % of frames", f"{smallest} gf", "–", "<= 5 gf", 5, smallest, name="detection"
+    )
+
+
+def coverage(report, quick):
+    report.section(
+        "What the stated uncertainty covers",
+        """
+        Random loads (place, radius 1.5 to 6 mm, up to 45 degrees from the normal, 5 to 400 gf), 10 frames each. For
+        each load the gel's true stiffness, the camera's true pose and focal length and the picture's motion are drawn
+        from the standard deviations that the gel file states; the daemon does not know them. Covered: the truth lies
+        within 1.96 stated deviations.""",
+    )
+    generator = np.random.default_rng(20053)
+    random = truth.load(40, 0.49, "random")
+    count, frames = (40 if quick else 200), 10
+    groups = 10 if quick else 40  # of loads that share a camera pose
+    results, deviations, errors = [], [], []
+    for group in range(groups):
+        chosen = range(group * count // groups, (group + 1) * count // groups)
+        pose = [0, 0, 157] + 0.3 * generator.standard_normal(3)
+        rotation = 0.002 * generator.standard_normal(3)
+        focal = 960 * (1 + 0.002 * generator.standard_normal())
+        displacement, stray, true = [], [], []
+        for index in chosen:
+            force = np.exp(generator.uniform(np.log(5), np.log(400))) * GF
+            stiffness = 1 + 0.02 * generator.standard_normal()
+            displacement.append(np.repeat(force / stiffness * random.displacement[index][None], frames, axis=0))
+            drift = generator.standard_normal(4) * [0.02, 0.02, 1e-4, 1e-4]
+            stray.append(np.tile([*drift, 1.0], (frames, 1)))
+            true.append(np.concatenate([force * random.forces()[index], force * random.moments()[index]]))
+        found = chain.run(
+            np.concatenate(displacement),
+            twin_gel=chain.gel_text(position=pose, rotation=rotation, focal=focal),
+            stray=np.concatenate(stray),
+            zero_every=frames,
+            seed=group + 1,
+        )
+        if "noise_covariance" not in found:
+            report.row(
+                "truth inside the stated 95 % interval",
+                "no covariance",
+                "–",
+                "92 - 98 %",
+                0.98,
+                np.inf,
+                0.92,
+                name="coverage",
+            )
+            return
+        covariance = (found["noise_covariance"] + found["systematic_covariance"]).reshape(-1, 6, 6)
+        deviation = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0))
+        error = np.hstack([found.resultant_N, found.moment_Nm]) - np.repeat(true, frames, axis=0)
+        results.append(abs(error) <= 1.96 * deviation)
+        deviations.append(deviation)
+        errors.append(error)
+    inside, deviation, error = np.concatenate(results), np.concatenate(deviations), np.concatenate(errors)
+    for axis, label in enumerate(("Fx", "Fy", "Fz", "Mx", "My", "Mz")):
+        width, unit = (
+            (2 * 1.96 * np.median(deviation[:, axis]) / GF, "gf")
+            if axis < 3
+            else (2 * 1.96 * np.median(deviation[:, axis]) / GF * 1e3, "gf mm")
+        )
+        share = inside[:, axis].mean()
+        report.row(
+            f"truth inside the stated 95 % interval, {label}",
+            f"{100 * share:.1f} %, median width {width:.1f} {unit}",
+            "–",
+            "92 - 98 %",
+            0.98,
+            share,
+            0.92,
+            name=f"coverage {label}",
+        )
