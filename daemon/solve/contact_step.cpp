@@ -43,6 +43,9 @@ constexpr double kTouchPoint = 2.0, kPoint = 4.0, kPlane = 0.2, kTouchNodes = 24
 /// Contacts of so many nodes: of fewer, the map shows the profile, of more, no more than the outline.
 constexpr std::array kCompact = {30.0, 50.0};
 
+/// Of a node with a smaller weight less is expected.
+constexpr double kLeastScale = 0.05;
+
 double ramp(double x, const std::array<double, 2>& limits) {
   return ramp(x, limits[0], limits[1]);
 }
@@ -88,7 +91,7 @@ ContactStep::ContactStep(const Inverse& inverse, const sensor::NodeGrid& nodes, 
   unknowns_.reserve(kUnknowns);
   scale_.reserve(kUnknowns);
   matrix_.resize(kUnknowns * (kUnknowns + 1) / 2);
-  for (auto* each : {&right_, &solution_, &variances_}) each->resize(kUnknowns);
+  for (auto* each : {&right_, &solution_, &prior_, &variances_}) each->resize(kUnknowns);
   scratch_ = LineArray<double>(kColumns * kUnknowns);
   forces_.resize(3 * kMostNodes);
   missingRows_.resize(kUnknowns * static_cast<std::size_t>(inverse.coordinateCount()));
@@ -293,19 +296,23 @@ void ContactStep::assemble(const double* displacement, std::span<const int> miss
   }
 }
 
-bool ContactStep::solve(const double* displacement, std::span<const int> missing, double squares) {
+bool ContactStep::solve(const double* displacement, std::span<const int> missing, double squares,
+                        std::span<const double> expected, double stiffness) {
   assert(nodes_.size() <= kMostNodes);
-  lambda_ = noise_px_ / expected_N_;
+  lambda_ = stiffness * noise_px_ / expected_N_;
   assemble(displacement, missing);
   const int size = static_cast<int>(scale_.size()), forces = size - kMotions;
   if (!factoriseLower(matrix_, size, scratch_.data())) return false;
-  std::copy_n(right_.begin(), size, solution_.begin());
+  std::fill(prior_.begin(), prior_.end(), 0.0);
+  for (std::size_t i = 0; i < expected.size(); ++i) prior_[i] = expected[i] / std::max(scale_[i], kLeastScale);
+  for (int i = 0; i < size; ++i) solution_[i] = right_[i] + square(lambda_) * prior_[i];
   solveLower(matrix_, size, solution_.data());
   solveLowerTransposed(matrix_, size, solution_.data());
 
-  // |d - B x|^2 = |d|^2 - x'r - x'P x, where (B'B + P) x = r = B'd.
+  // |d - B x|^2 = |d|^2 - x'r - x'P (x - p), where (B'B + P) x = r + P p, r = B'd.
   squaredResidual_ = squares - dotProduct(solution_.data(), right_.data(), size) -
-                     square(lambda_) * dotProduct(solution_.data(), solution_.data(), forces);
+                     square(lambda_) * (dotProduct(solution_.data(), solution_.data(), forces) -
+                                        dotProduct(solution_.data(), prior_.data(), forces));
   for (int k = 0; k < kMotions; ++k) {
     motion_[k] = solution_[forces + k];
     if (inverse_.motionVariance[k] > 0.0) {

@@ -42,8 +42,10 @@ class ContactStep {
   std::span<const double> weights() const { return weight_; }
 
   /// `displacement`: stride of the influence matrix, 0 where missing; `missing`: those coordinates; `squares`: the
-  /// displacements' sum of squares. False: the equations could not be solved.
-  bool solve(const double* displacement, std::span<const int> missing, double squares);
+  /// displacements' sum of squares. False: the equations could not be solved. With `expected` forces of nodes() [N] the
+  /// penalty is lambda^2 |x - D^-1 expected|^2, and lambda `stiffness` times what it is otherwise.
+  bool solve(const double* displacement, std::span<const int> missing, double squares,
+             std::span<const double> expected = {}, double stiffness = 1.0);
 
   // What solve() found.
   std::span<const double> forces() const { return {forces_.data(), 3 * nodes_.size()}; }  ///< of nodes() [N]
@@ -104,7 +106,7 @@ class ContactStep {
   // Of one frame, over the found ones.
   std::vector<int> nodes_, unknowns_;
   std::vector<double> scale_;  ///< w of each unknown
-  std::vector<double> matrix_, right_, solution_, forces_, missingRows_, variances_;
+  std::vector<double> matrix_, right_, solution_, prior_, forces_, missingRows_, variances_;
   LineArray<double> scratch_;
   std::array<double, kMotions> motion_{};
   double outlined_ = 0.0;  ///< how far the shape map counts

@@ -39,6 +39,26 @@ constexpr double kBarMisfit = 25.0;
 /// A bar as long as this has the same variance as two points at a distance of 1.
 constexpr double kBarLength = 1.73;
 
+// A patch at the rim counts, from wholly to not at all, by its distance to the outermost nodes [pitches], by the surety of
+// its hill and of the next best one [deviations], and by what it leaves more than the step, as a multiple of what its model
+// and chance may.
+constexpr std::array kRim = {2.0, 3.0};
+constexpr std::array kFaint_deviations = {-8.0, -kLeast_deviations};
+constexpr std::array kRival_deviations = {3.0, kLeast_deviations};
+constexpr std::array kRimMisfit = {1.0, 2.0};
+
+/// Strength of the penalty around a patch, as a multiple of that around nothing.
+constexpr double kRimStiffness = 10.0;
+
+/// How often the patch moves with what its nodes lack there, at most, and the change, in deviations, that is the last.
+constexpr int kRimRounds = 10;
+constexpr double kLastChange_deviations = 0.03;
+
+/// Continuous, 1 up to the first limit, 0 from the second on.
+double fade(double x, const std::array<double, 2>& limits) {
+  return std::clamp((limits[1] - x) / (limits[1] - limits[0]), 0.0, 1.0);
+}
+
 }  // namespace
 
 Contacts::Contacts(const Inverse& inverse, const sensor::Sensor& sensor)
@@ -48,6 +68,8 @@ Contacts::Contacts(const Inverse& inverse, const sensor::Sensor& sensor)
     , areas_(sensor::nodeAreas(sensor))
     , indexAt_(static_cast<std::size_t>(sensor.nodes.count()), -1)
     , fit_(inverse, sensor.nodes) {
+  expected_.reserve(3 * ContactStep::kMostNodes);
+  if (!sensor.body) offGrid_.emplace(sensor, inverse.influence.stride());
   constexpr std::size_t kNodes = ContactStep::kMostNodes;
   for (auto* each : {&order_, &hill_, &peak_, &parent_}) each->reserve(kNodes);
   magnitude_.reserve(kNodes);
@@ -329,14 +351,61 @@ Contact Contacts::describe(const Patch& patch, const Eigen::Matrix<double, 6, 6>
   return contact;
 }
 
-int Contacts::list(const ContactStep& step, const Picture& picture, std::array<Contact, kMaxContacts>& contacts) {
+/// Markers see a contact at the rim from one side: the nodes make up for its breadth by false forces, and noise is
+/// several times that in the middle. A patch has its breadth as one number and its force as one vector; solved around
+/// it, the nodes add what it lacks.
+void Contacts::solveAtRim(ContactStep& step, const Picture& picture, const Hill& hill, double certainty) {
+  const double toRim = std::min({hill.centre.x(), grid_.columns - 1 - hill.centre.x(),  //
+                                 hill.centre.y(), grid_.rows - 1 - hill.centre.y()});
+  double share = fade(toRim, kRim) * certainty;
+  if (share == 0.0 || !offGrid_) return;
+  Patch& patch = atRim_.patch;
+  patch = {hill.centre.x(), hill.centre.y(), PatchFit::kSpread, {}};
+  const double noise2 = square(picture.noise_px);
+  const double expected = step.squaredResidual() / noise2 + static_cast<double>(3 * step.nodes().size());
+  const double allowed = kBarMisfit + square(kMisfit) * picture.squares_px2 / noise2;
+  const double most = expected + kRimMisfit[1] * allowed;
+  fit_.begin(step, picture);
+  if (!fit_.fit({&patch, 1}, most)) return;
+  for (int round = 0; round < kRimRounds; ++round) {
+    fit_.change(offGrid_->without(patch, picture));
+    if (fit_.step({&patch, 1}) < kLastChange_deviations) break;
+  }
+  if (!fit_.fit({&patch, 1}, most)) return;
+  atRim_.covariance = fit_.covariance(0);
+  share *= fade((fit_.chiSquared() - expected) / allowed, kRimMisfit);
+
+  const auto nodes = step.nodes();
+  expected_.assign(3 * nodes.size(), 0.0);
+  const Stencil stencil(patch, grid_.columns, grid_.rows);
+  for (std::size_t i = 0; i < Stencil::kNodes; ++i) {
+    const auto at = std::lower_bound(nodes.begin(), nodes.end(), stencil.node[i]);
+    if (at == nodes.end() || *at != stencil.node[i]) continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      expected_[3 * static_cast<std::size_t>(at - nodes.begin()) + axis] =
+          share * stencil.share[i][0] * patch.force_N[axis];
+    }
+  }
+  const Picture nearly = offGrid_->without(patch, picture, share);
+  if (step.solve(nearly.displacement_px, nearly.missing, nearly.squares_px2, expected_,
+                 1.0 + share * (kRimStiffness - 1.0))) {
+    atRim_.share = share;
+  } else {
+    step.solve(picture.displacement_px, picture.missing, picture.squares_px2);
+  }
+}
+
+int Contacts::list(ContactStep& step, const Picture& picture, std::array<Contact, kMaxContacts>& contacts) {
   divide(step);
+  atRim_.share = 0.0;
   const auto strength = [](const Contact& contact) {
     return square(contact.force_N[0]) + square(contact.force_N[1]) + square(contact.force_N[2]);
   };
   std::array<Hill, PatchFit::kMostPatches> hills;
   int count = 0;
+  int lone = 0;  // the last contact's hill
   bool isNear = false, isLong = false;
+  double sure_deviations = 0.0, rival_deviations = 0.0;  // of the last contact; of the hill that is nearly one
   for (int hill = 0; hill < static_cast<int>(peak_.size()); ++hill) {  // highest peak first
     if (parent_[hill] != hill || count == kMaxContacts) continue;
     const Contact contact = describe(step, hill);
@@ -344,7 +413,12 @@ int Contacts::list(const ContactStep& step, const Picture& picture, std::array<C
     for (int axis = 0; axis < 3; ++axis) {
       deviations = std::max(deviations, std::abs(contact.force_N[axis]) / contact.forceDeviation_N[axis]);
     }
-    if (!(deviations > kLeast_deviations)) continue;
+    if (!(deviations > kLeast_deviations)) {
+      rival_deviations = std::max(rival_deviations, deviations);
+      continue;
+    }
+    sure_deviations = deviations;
+    lone = hill;
     if (count < PatchFit::kMostPatches) {
       hills[count] = survey(step, hill);
       isLong |= !hills[count].half.isZero();
@@ -361,6 +435,21 @@ int Contacts::list(const ContactStep& step, const Picture& picture, std::array<C
     if ((isLong && resolve(step, picture, all, true)) || (isNear && resolve(step, picture, all, false))) {
       count = patchCount_;
       std::copy_n(resolved_.begin(), count, contacts.begin());
+    }
+  }
+  if (count == 1) {
+    const double certainty =
+        fade(-sure_deviations, kFaint_deviations) * fade(rival_deviations, kRival_deviations);
+    solveAtRim(step, picture, hills[0], certainty);
+    if (atRim_.share > 0.0) {
+      contacts[0] = describe(step, lone);
+      const Contact patch = describe(atRim_.patch, atRim_.covariance);
+      const auto widen = [&](double& deviation, double other) {
+        deviation = std::sqrt(square(deviation) + atRim_.share * square(other));
+      };
+      for (std::size_t i = 0; i < 3; ++i) widen(contacts[0].forceDeviation_N[i], patch.forceDeviation_N[i]);
+      for (std::size_t i = 0; i < 2; ++i) widen(contacts[0].positionDeviation_m[i], patch.positionDeviation_m[i]);
+      widen(contacts[0].areaDeviation_m2, patch.areaDeviation_m2);
     }
   }
   std::sort(contacts.begin(), contacts.begin() + count,

@@ -3,10 +3,12 @@
 
 #include "daemon/records/traction_field.h"
 #include "daemon/solve/contact_step.h"
+#include "daemon/solve/off_grid.h"
 #include "daemon/solve/patch_fit.h"
 #include "sensor/sensor.h"
 
 #include <array>
+#include <optional>
 #include <vector>
 
 namespace tractiond::solve {
@@ -17,8 +19,16 @@ class Contacts {
   Contacts(const Inverse& inverse, const sensor::Sensor& sensor);
 
   /// Lists the contacts of what `step` solved from `picture`, strongest first, at most kMaxContacts. Returns their
-  /// number.
-  int list(const ContactStep& step, const Picture& picture, std::array<Contact, kMaxContacts>& contacts);
+  /// number. A lone contact near the rim of the nodes is solved for again, around the patch that it looks like.
+  int list(ContactStep& step, const Picture& picture, std::array<Contact, kMaxContacts>& contacts);
+
+  /// What the last list() solved around.
+  struct AtRim {
+    double share = 0.0;  ///< how far it was expected; 0: nothing was
+    Patch patch;
+    Eigen::Matrix<double, 6, 6> covariance;  ///< as PatchFit's
+  };
+  const AtRim& atRim() const { return atRim_; }
 
  private:
   void divide(const ContactStep& step);
@@ -41,6 +51,7 @@ class Contacts {
   bool resolve(const ContactStep& step, const Picture& picture, std::span<const Hill> hills, bool split);
   bool isPair(int first, const Eigen::Vector3d& direction) const;
   Contact describe(const Patch& patch, const Eigen::Matrix<double, 6, 6>& covariance) const;
+  void solveAtRim(ContactStep& step, const Picture& picture, const Hill& hill, double certainty);
 
   const sensor::NodeGrid grid_;  ///< who is whose neighbour
   const sensor::Points positions_, normals_;
@@ -53,6 +64,9 @@ class Contacts {
   std::vector<double> functional_;
   LineArray<double> functionals_;
   PatchFit fit_;
+  std::optional<OffGrid> offGrid_;  ///< none: no flat block
+  std::vector<double> expected_;    ///< forces of the step's nodes
+  AtRim atRim_;
   // What resolve() found.
   std::array<Patch, PatchFit::kMostPatches> patches_;
   std::array<Contact, PatchFit::kMostPatches> resolved_;

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 namespace tractiond::solve {
 namespace {
@@ -207,6 +208,13 @@ void PatchFit::begin(const ContactStep& step, const Picture& picture) {
   motionGram_ -= missing.lazyProduct(missing.transpose());
 }
 
+void PatchFit::change(const Picture& picture) {
+  picture_ = picture;
+  std::fill(asked_.begin(), asked_.end(), std::uint8_t{0});
+  constexpr std::array<int, kMotions> kEvery = {0, 1, 2, 3};
+  multiplyRows(inverse_.motion, kEvery, picture.displacement_px, motionRight_.data());
+}
+
 /// The spots of these patches.
 void PatchFit::lay(std::span<const Patch> patches, int bar) {
   ends_ = static_cast<int>(patches.size());
@@ -381,6 +389,38 @@ double PatchFit::expectedGain(std::span<const Patch> patches, const Vector& solu
   return chiSquared_ - then;
 }
 
+/// To where the solution says, or as far as it is good for.
+void PatchFit::move(std::span<const Patch> patches, const Vector& solution, std::span<Patch> to) const {
+  const int places = 3 * ends_ + kMotions;
+  double shorten = 1.0;
+  for (int i = 0; i < 3 * ends_; ++i) {
+    const double farthest = i % 3 == 2 ? kFarthestSpread : kFarthest;
+    shorten = std::min(shorten, farthest / std::max(std::abs(solution[places + i]), 1e-9));
+  }
+  for (int end = 0; end < ends_; ++end) {
+    const double* const change = solution.data() + places + 3 * end;
+    Patch& patch = to[end];
+    patch.column = std::clamp(patches[end].column + shorten * change[0], -0.5, columns_ - 0.5);
+    patch.row = std::clamp(patches[end].row + shorten * change[1], -0.5, rows_ - 0.5);
+    patch.spread = std::clamp(patches[end].spread + shorten * change[2], kNarrowest, kWidest);
+  }
+}
+
+double PatchFit::step(std::span<Patch> patches) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  if (!evaluate(patches, -1)) return kInfinite;
+  assemble(patches, true);
+  const Eigen::LLT<Matrix> factor(normal_);
+  if (factor.info() != Eigen::Success) return kInfinite;
+  const Vector solution = factor.solve(right_);
+  covariance_ = factor.solve(Matrix::Identity(normal_.rows(), normal_.cols()));
+  const auto places = 3 * ends_;
+  const auto deviations = covariance_.diagonal().tail(places).array().sqrt() * picture_.noise_px;
+  const double change = (solution.tail(places).array().abs() / deviations).maxCoeff();
+  move(patches, solution, patches);
+  return change;
+}
+
 bool PatchFit::fit(std::span<Patch> patches, double most) {
   if (!descend(patches, -1, most, 0.0)) return false;
   const Eigen::LLT<Matrix> factor(normal_);
@@ -406,24 +446,12 @@ bool PatchFit::descend(std::span<Patch> patches, int bar, double most, double en
   for (int step = 0; step < kSteps && chiSquared_ >= enough; ++step) {
     const double before = chiSquared_;
     Matrix damped = normal_;
-    const int places = 3 * ends_ + kMotions;
     damped.diagonal().tail(3 * ends_) *= 1.0 + damping;
     const Eigen::LLT<Matrix> factor(damped);
     if (factor.info() != Eigen::Success) return false;
     const Vector solution = factor.solve(right_);
     if (damping == 0.0 && before - kHope * expectedGain(patches, solution) > most) return false;
-    double shorten = 1.0;
-    for (int i = 0; i < 3 * ends_; ++i) {
-      const double farthest = i % 3 == 2 ? kFarthestSpread : kFarthest;
-      shorten = std::min(shorten, farthest / std::max(std::abs(solution[places + i]), 1e-9));
-    }
-    for (int end = 0; end < ends_; ++end) {
-      const double* const change = solution.data() + places + 3 * end;
-      Patch& patch = trial[end];
-      patch.column = std::clamp(patches[end].column + shorten * change[0], -0.5, columns_ - 0.5);
-      patch.row = std::clamp(patches[end].row + shorten * change[1], -0.5, rows_ - 0.5);
-      patch.spread = std::clamp(patches[end].spread + shorten * change[2], kNarrowest, kWidest);
-    }
+    move(patches, solution, trial);
     const bool solved = evaluate(trial, bar);
     if (!solved || !(chiSquared_ < before)) {
       const bool settled = solved && chiSquared_ - before < kLastGain;

@@ -57,9 +57,16 @@ class PatchFit {
   /// The frame that is fitted from now on; `step` has solved it.
   void begin(const ContactStep& step, const Picture& picture);
 
+  /// Goes on with another picture of the same frame.
+  void change(const Picture& picture);
+
   /// Improves the patches by Gauss-Newton steps from where they are; forces are found, not wanted. False: what is left
   /// is not below `most`.
   bool fit(std::span<Patch> patches, double most);
+
+  /// One Gauss-Newton step, undamped. The largest change of a place or spread, in its deviations; infinite where the
+  /// patches cannot be told apart.
+  double step(std::span<Patch> patches);
 
   /// Whether less than `most` is left if patch `first` and the next one are the ends of one straight contact, on which
   /// force and spread change linearly from one end to the other; its force is the sum of theirs.
@@ -94,6 +101,7 @@ class PatchFit {
   void look(Spot& spot, double* missing);
   void assemble(std::span<const Patch> patches, bool places);
   double expectedGain(std::span<const Patch> patches, const Vector& solution) const;
+  void move(std::span<const Patch> patches, const Vector& solution, std::span<Patch> to) const;
   int unknown(int end, int i) const;
 
   const Inverse& inverse_;

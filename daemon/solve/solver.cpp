@@ -64,6 +64,7 @@ Solver::Solver(const Inverse& inverse, const sensor::Sensor& sensor, const Solve
     , options_(options)
     , uncertainty_(sensor.uncertainty)
     , pitch_m_(sensor.nodes.pitch)
+    , columns_(sensor.nodes.columns)
     , missing_(inverse, static_cast<int>(options.maxMissingFraction * inverse.coordinateCount() / 2))
     , contact_(inverse, sensor.nodes, options)
     , contacts_(inverse, sensor)
@@ -273,30 +274,16 @@ void Solver::combine(double share, TractionField& field) {
     field.strength = inverse_.lambda;
   }
   if (share > 0.0) {
-    const auto nodes = contact_.nodes();
-    const auto forces = contact_.forces();
-    squaredResidual += share * contact_.squaredResidual();
-    contact_.deviations(deviations_.data());
-    for (std::size_t i = 0; i < forces.size(); ++i) {
-      const std::size_t at = 3 * static_cast<std::size_t>(nodes[i / 3]) + i % 3;
-      field.force_N[at] += static_cast<float>(share * forces[i]);
-      field.deviation_N[at] += static_cast<float>(share * deviations_[i]);
-      const auto row = wrenchRow(nodes_[nodes[i / 3]], static_cast<int>(i % 3));
-      std::copy(row.begin(), row.end(), functionals_.data() + kColumns * i);
-    }
-    std::array<double, kColumns * kColumns> covariances{};
-    contact_.covariances(functionals_.data(), covariances);
-    // The spread of a mean is at most the mean of the spreads' squares.
-    for (int i = 0; i < 6; ++i) {
-      for (int j = 0; j < 6; ++j) field.noise[6 * i + j] += share * covariances[kColumns * i + j];
-    }
-    field.pictureMotion = contact_.motion();
     if (share >= 0.5) {
-      field.strength = contact_.lambda();
       field.contactCount =
           contacts_.list(contact_, {row_.data(), missing_.coordinates(), squares_, noise_px_}, field.contacts);
+      field.strength = contact_.lambda();
     }
-    if (nodes.empty() && share == 1.0) {  // what lies below the limit is not seen
+    field.pictureMotion = contact_.motion();
+    squaredResidual += share * contact_.squaredResidual();
+    addNodes(share, field);
+    if (share >= 0.5) addNoiseOfPatch(share, contacts_.atRim(), field);
+    if (contact_.nodes().empty() && share == 1.0) {  // what lies below the limit is not seen
       const auto limit = contact_.detectionLimit_N();
       for (const int axis : {0, 1, 2}) field.noise[7 * axis] = square(0.5 * limit[axis / 2]);
     }
@@ -307,6 +294,61 @@ void Solver::combine(double share, TractionField& field) {
   field.valid = true;
   sum(field);
   judge(squaredResidual, field);
+}
+
+/// Adds what the contact step found. The spread of a mean is at most the mean of the spreads' squares.
+void Solver::addNodes(double share, TractionField& field) {
+  const auto nodes = contact_.nodes();
+  const auto forces = contact_.forces();
+  contact_.deviations(deviations_.data());
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    const std::size_t at = 3 * static_cast<std::size_t>(nodes[i / 3]) + i % 3;
+    field.force_N[at] += static_cast<float>(share * forces[i]);
+    field.deviation_N[at] += static_cast<float>(share * deviations_[i]);
+    const auto row = wrenchRow(nodes_[nodes[i / 3]], static_cast<int>(i % 3));
+    std::copy(row.begin(), row.end(), functionals_.data() + kColumns * i);
+  }
+  std::array<double, kColumns * kColumns> covariances{};
+  contact_.covariances(functionals_.data(), covariances);
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) field.noise[6 * i + j] += share * covariances[kColumns * i + j];
+  }
+}
+
+/// Adds that of the patch that the contact step was solved around, as far as its nodes know no better: by the share of
+/// what was expected of the strongest one, in variance, that the picture left as it was.
+void Solver::addNoiseOfPatch(double share, const Contacts::AtRim& found, TractionField& field) const {
+  share *= found.share;
+  if (share == 0.0) return;
+  using Matrix = Eigen::Matrix<double, 6, 6>;
+  using Vector = Eigen::Matrix<double, 6, 1>;
+  Matrix wrench = Matrix::Zero();  // by the patch's force, place and spread
+  const Stencil stencil(found.patch, columns_, static_cast<int>(nodes_.size()) / columns_);
+  const auto strongest = static_cast<std::size_t>(
+      std::max_element(stencil.share.begin(), stencil.share.end(), [](auto& a, auto& b) { return a[0] < b[0]; }) -
+      stencil.share.begin());
+  const auto at = static_cast<std::size_t>(stencil.node[strongest]);
+  const double before = noise_px_ / contact_.lambda() * contact_.weights()[at];
+  if (!(before > 0.0)) return;
+  double left = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) left += square(field.deviation_N[3 * at + axis] / before) / 3.0;
+  share *= std::min(square(left), 1.0);
+  for (std::size_t i = 0; i < Stencil::kNodes; ++i) {
+    const auto node = static_cast<std::size_t>(stencil.node[i]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto& shares = stencil.share[i];
+      Vector slope = Vector::Zero();
+      slope[static_cast<Eigen::Index>(axis)] = shares[0];
+      slope.tail<3>() = found.patch.force_N[axis] * Eigen::Vector3d(shares[1], shares[2], shares[3]);
+      float& deviation = field.deviation_N[3 * node + axis];
+      deviation = static_cast<float>(std::sqrt(square(deviation) + share * slope.dot(found.covariance * slope)));
+      wrench += Vector::Map(wrenchRow(nodes_[node], static_cast<int>(axis)).data()) * slope.transpose();
+    }
+  }
+  const Matrix covariance = wrench * found.covariance * wrench.transpose();
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) field.noise[6 * i + j] += share * covariance(i, j);
+  }
 }
 
 void Solver::sum(TractionField& field) const {

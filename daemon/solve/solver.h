@@ -37,6 +37,8 @@ class Solver {
   void decomposeCoarsely();
   void fitWholeFace();
   void combine(double share, TractionField& field);
+  void addNodes(double share, TractionField& field);
+  void addNoiseOfPatch(double share, const Contacts::AtRim& found, TractionField& field) const;
   void sum(TractionField& field) const;
   void judge(double squaredResidual, TractionField& field) const;
   bool finite(const TractionField& field) const;
@@ -46,6 +48,7 @@ class Solver {
   const SolveOptions options_;
   const sensor::Uncertainty uncertainty_;
   const double pitch_m_;
+  const int columns_;  // of the nodes' grid
   std::vector<std::array<double, 3>> nodes_;  // [m]
   std::vector<double> largestForce_N_;        // of each, up to which the uncertainty is known
   MissingMarkers missing_;

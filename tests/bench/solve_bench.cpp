@@ -38,9 +38,9 @@ const Inverse& theInverse() {
 
 constexpr double kPress = 1.8;  ///< reach of a ball of 5 mm
 
-/// 4 N spread over the nodes within `reach` [pitches] of the middle, or of the places `apart` / 2 [m] beside it, and
-/// noise; `missing` markers, chosen by the seed.
-MarkerField pressed(double reach, int missing, unsigned seed, double apart = 0.0) {
+/// 4 N spread over the nodes within `reach` [pitches] of the middle, or of the places `apart` / 2 [m] beside it, or `up`
+/// [m] above, and noise; `missing` markers, chosen by the seed.
+MarkerField pressed(double reach, int missing, unsigned seed, double apart = 0.0, double up = 0.0) {
   static const Eigen::MatrixXd influence = [] {
     Eigen::MatrixXd h(theInverse().coordinateCount(), theInverse().forceCount());
     for (int i = 0; i < theInverse().forceCount(); ++i)
@@ -50,7 +50,7 @@ MarkerField pressed(double reach, int missing, unsigned seed, double apart = 0.0
   Eigen::VectorXd forces = Eigen::VectorXd::Zero(influence.cols());
   const sensor::Points nodes = sensor::nodePositions(kSensor.nodes);
   for (Eigen::Index n = 0; n < nodes.cols(); ++n)
-    if (std::hypot(std::abs(nodes(0, n)) - 0.5 * apart, nodes(1, n)) <= reach * kSensor.nodes.pitch)
+    if (std::hypot(std::abs(nodes(0, n)) - 0.5 * apart, nodes(1, n) - up) <= reach * kSensor.nodes.pitch)
       forces[3 * n + 2] = 1.0;
   forces *= 4.0 / forces.sum();
   std::mt19937 random(seed);
@@ -91,10 +91,10 @@ void runSolver(benchmark::State& state, bool flush) {
 }
 
 /// Other markers missing in every frame.
-void solvePressed(benchmark::State& state, double reach, int missing, double apart) {
+void solvePressed(benchmark::State& state, double reach, int missing, double apart, double up = 0.0) {
   Solver solver(theInverse(), kSensor);
   std::vector<MarkerField> fields;
-  for (unsigned i = 0; i < 16; ++i) fields.push_back(pressed(reach, missing, i, apart));
+  for (unsigned i = 0; i < 16; ++i) fields.push_back(pressed(reach, missing, i, apart, up));
   TractionField forces;
   forces.resize(kSensor.markerCount(), kSensor.nodes.count());
   std::size_t frame = 0;
@@ -157,6 +157,10 @@ BENCHMARK(solveFlushed)->Arg(0)->Arg(115)->Arg(288)->UseManualTime()->Iterations
 BENCHMARK_CAPTURE(solvePressed, disc, 3.4, 0, 0.0)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(solvePressed, pair, 0.8, 0, 9e-3)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(solvePressed, pairChangingMarkers, 0.8, 115, 9e-3)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(solvePressed, rim, kPress, 0, 0.0, 30e-3)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(solvePressed, rimChangingMarkers, kPress, 115, 0.0, 30e-3)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(solvePressed, pressChangingMarkers, kPress, 115, 0.0)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(solvePressed, fullFaceChangingMarkers, 100.0, 115, 0.0)
     ->UseManualTime()

@@ -147,8 +147,9 @@ def coverage(report, quick):
     )
     generator = np.random.default_rng(20053)
     random = truth.load(40, 0.49, "random")
-    count, frames = (40 if quick else 200), 10
-    groups = 10 if quick else 40  # of loads that share a camera pose
+    forces, moments, loads = random.forces(), random.moments(), len(random.displacement)
+    count, frames = (40 if quick else 800), 10  # a load comes four times, with other forces, gels and cameras
+    groups = 10 if quick else 160  # of loads that share a camera pose
     results, deviations, errors = [], [], []
     for group in range(groups):
         chosen = range(group * count // groups, (group + 1) * count // groups)
@@ -159,10 +160,10 @@ def coverage(report, quick):
         for index in chosen:
             force = np.exp(generator.uniform(np.log(5), np.log(400))) * GF
             stiffness = 1 + 0.02 * generator.standard_normal()
-            displacement.append(np.repeat(force / stiffness * random.displacement[index][None], frames, axis=0))
+            displacement.append(np.repeat(force / stiffness * random.displacement[index % loads][None], frames, axis=0))
             drift = generator.standard_normal(4) * [0.02, 0.02, 1e-4, 1e-4]
             stray.append(np.tile([*drift, 1.0], (frames, 1)))
-            true.append(np.concatenate([force * random.forces()[index], force * random.moments()[index]]))
+            true.append(np.concatenate([force * forces[index % loads], force * moments[index % loads]]))
         found = chain.run(
             np.concatenate(displacement),
             twin_gel=chain.gel_text(position=pose, rotation=rotation, focal=focal),

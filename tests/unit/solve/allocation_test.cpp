@@ -75,7 +75,12 @@ TEST(Solver, AllocatesNothingWhateverIsMissing) {
   MarkerField someOfTwo = two;
   for (int i = 0; i < capacity / 2; ++i) loseMarker(someOfTwo, 2 * i);
 
-  const MarkerField* const fields[] = {&whole, &some, &others, &most, &whole, &two, &someOfTwo};
+  // One at the rim, for which a patch is fitted again and again.
+  Eigen::VectorXd oneForce = Eigen::VectorXd::Zero(influence.cols());
+  oneForce[3 * 7 + 2] = 1.0;
+  const MarkerField one = fieldOf(influence * oneForce);
+
+  const MarkerField* const fields[] = {&whole, &some, &others, &most, &whole, &two, &someOfTwo, &one};
   const int before = allocations;
   for (const MarkerField* field : fields) {
     solver.solve(*field, forces);

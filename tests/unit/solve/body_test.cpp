@@ -42,10 +42,10 @@ Inverse inverseOf(const sensor::Sensor& sensor) {
   return loadOrCompute(sensor, options, "/dev/null/none").value();
 }
 
-/// Solves a noiseless press and shear on four nodes around (column, row).
+/// Solves a noiseless press and shear on four nodes in the middle: bodies have no help at the rim.
 TractionField pressed(const sensor::Sensor& sensor, const Inverse& inverse) {
   Eigen::VectorXd forces = Eigen::VectorXd::Zero(3 * sensor.nodes.count());
-  for (const int node : {62, 63, 74, 75}) forces.segment<3>(3 * node) << 0.02, -0.01, 0.1;
+  for (const int node : {65, 66, 77, 78}) forces.segment<3>(3 * node) << 0.02, -0.01, 0.1;
   const Eigen::MatrixXd influence = influenceMatrix(sensor, Model::kHalfSpace);
   TractionField field;
   field.resize(sensor.markerCount(), sensor.nodes.count());

@@ -341,15 +341,53 @@ TEST_F(ContactTest, OneContactIsNotTwoWhateverItsShape) {
 
 // The same noise throughout: what changes is the load alone, in steps of a tenth of the noise.
 TEST_F(ContactTest, AGrowingPressIsReadWithoutAStep) {
-  const Press patch = press({1.1e-3, -7.9e-3}, 2e-3);
+  for (const Vector2d& at : {Vector2d(1.1e-3, -7.9e-3), Vector2d(30.4e-3, 3.3e-3)}) {
+    const Press patch = press(at, 2e-3);
+    const VectorXd still = noise();
+    Vector3d last = Vector3d::Zero();
+    for (int step = 0; step <= 400; ++step) {
+      solve(patch.image.col(2) * (0.1 * step * kGramForce) + still);
+      EXPECT_LT((resultant() - last).norm(), 0.6 * kGramForce) << "at " << 0.1 * step << " gf";
+      last = resultant();
+    }
+    EXPECT_NEAR(last.z(), 40.0 * kGramForce, 4.0 * kGramForce);
+  }
+}
+
+TEST_F(ContactTest, AContactThatSlidesOverTheRimIsReadWithoutAStep) {
   const VectorXd still = noise();
+  const Vector3d force(1.0, 0.2, 1.5);
   Vector3d last = Vector3d::Zero();
-  for (int step = 0; step <= 400; ++step) {
-    solve(patch.image.col(2) * (0.1 * step * kGramForce) + still);
-    EXPECT_LT((resultant() - last).norm(), 0.6 * kGramForce) << "at " << 0.1 * step << " gf";
+  for (double x = 20e-3; x < 34e-3; x += 0.1e-3) {
+    solve(press({x, -8.2e-3}, 2.5e-3).image * force + still);
+    EXPECT_LT((resultant() - force).norm(), 0.025 * force.norm()) << "at " << 1e3 * x << " mm";
+    if (x > 20e-3) {
+      EXPECT_LT((resultant() - last).norm(), 0.6 * kGramForce) << "at " << 1e3 * x << " mm";
+    }
     last = resultant();
   }
-  EXPECT_NEAR(last.z(), 40.0 * kGramForce, 4.0 * kGramForce);
+}
+
+// By the nodes alone a shear in the corner of a thin gel came with 3 % of it as a false press.
+TEST_F(ContactTest, AContactAtTheRimIsReadAsOneInTheMiddle) {
+  for (const Vector2d& at : {Vector2d(-33e-3, -33e-3), Vector2d(20e-3, -33e-3), Vector2d(33e-3, 6e-3)}) {
+    const Press patch = press(at, 2.5e-3);
+    for (const Vector3d& force : {Vector3d(4.0, 0.0, 0.0), Vector3d(0.0, 4.0, 0.0), Vector3d(0.0, 0.0, 4.0)}) {
+      solve(patch.image * force);
+      EXPECT_EQ(field_.method, Method::kContact);
+      ASSERT_EQ(field_.contactCount, 1);
+      EXPECT_LT((resultant() - force).norm(), 0.007 * force.norm()) << at.transpose() << ": " << force.transpose();
+      for (int i = 0; i < 6; ++i) {
+        EXPECT_NEAR(field_.contacts[0].force_N[i % 3], force[i % 3], 0.007 * force.norm());
+        EXPECT_LT(std::sqrt(field_.noise[7 * i]), i < 3 ? 0.045 : 1.6e-3);
+      }
+      EXPECT_LT((Vector2d::Map(field_.contacts[0].position_m.data()) - at).norm(), 0.08e-3);
+      MarkerField some = seen(patch.image * force);
+      for (int marker = 3; marker < paper().markerCount(); marker += 10) loseMarker(some, marker);
+      solver_.solve(some, field_);
+      EXPECT_LT((resultant() - force).norm(), 0.01 * force.norm()) << at.transpose() << ": " << force.transpose();
+    }
+  }
 }
 
 TEST_F(ContactTest, AGrowingContactIsReadWithoutAStepThroughTheFallback) {
