@@ -39,11 +39,11 @@ constexpr double kBarMisfit = 25.0;
 /// A bar as long as this has the same variance as two points at a distance of 1.
 constexpr double kBarLength = 1.73;
 
-// A patch at the rim counts, from wholly to not at all, by its distance to the outermost nodes [pitches], by the surety of
-// its hill and of the next best one [deviations], and by what it leaves more than the step, as a multiple of what its model
-// and chance may.
+// A patch at the rim counts, from wholly to not at all, by its distance to the outermost nodes [pitches], by the surety
+// of its hill and of the next best one [deviations], and by what it leaves more than the step, as a multiple of what
+// its model and chance may.
 constexpr std::array kRim = {2.0, 3.0};
-constexpr std::array kFaint_deviations = {-8.0, -kLeast_deviations};
+constexpr std::array kFaint_deviations = {kLeast_deviations, 8.0};
 constexpr std::array kRival_deviations = {3.0, kLeast_deviations};
 constexpr std::array kRimMisfit = {1.0, 2.0};
 
@@ -439,7 +439,7 @@ int Contacts::list(ContactStep& step, const Picture& picture, std::array<Contact
   }
   if (count == 1) {
     const double certainty =
-        fade(-sure_deviations, kFaint_deviations) * fade(rival_deviations, kRival_deviations);
+        (1.0 - fade(sure_deviations, kFaint_deviations)) * fade(rival_deviations, kRival_deviations);
     solveAtRim(step, picture, hills[0], certainty);
     if (atRim_.share > 0.0) {
       contacts[0] = describe(step, lone);

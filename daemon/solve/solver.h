@@ -48,7 +48,7 @@ class Solver {
   const SolveOptions options_;
   const sensor::Uncertainty uncertainty_;
   const double pitch_m_;
-  const int columns_;  // of the nodes' grid
+  const int columns_;                         // of the nodes' grid
   std::vector<std::array<double, 3>> nodes_;  // [m]
   std::vector<double> largestForce_N_;        // of each, up to which the uncertainty is known
   MissingMarkers missing_;

@@ -38,8 +38,8 @@ const Inverse& theInverse() {
 
 constexpr double kPress = 1.8;  ///< reach of a ball of 5 mm
 
-/// 4 N spread over the nodes within `reach` [pitches] of the middle, or of the places `apart` / 2 [m] beside it, or `up`
-/// [m] above, and noise; `missing` markers, chosen by the seed.
+/// 4 N spread over the nodes within `reach` [pitches] of the middle, or of the places `apart` / 2 [m] beside it, or
+/// `up` [m] above, and noise; `missing` markers, chosen by the seed.
 MarkerField pressed(double reach, int missing, unsigned seed, double apart = 0.0, double up = 0.0) {
   static const Eigen::MatrixXd influence = [] {
     Eigen::MatrixXd h(theInverse().coordinateCount(), theInverse().forceCount());
