@@ -374,6 +374,7 @@ void Contacts::solveAtRim(ContactStep& step, const Picture& picture, const Hill&
   if (!fit_.fit({&patch, 1}, most)) return;
   atRim_.covariance = fit_.covariance(0);
   share *= fade((fit_.chiSquared() - expected) / allowed, kRimMisfit);
+  if (share == 0.0) return;
 
   const auto nodes = step.nodes();
   expected_.assign(3 * nodes.size(), 0.0);

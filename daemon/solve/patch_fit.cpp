@@ -413,9 +413,9 @@ double PatchFit::step(std::span<Patch> patches) {
   const Eigen::LLT<Matrix> factor(normal_);
   if (factor.info() != Eigen::Success) return kInfinite;
   const Vector solution = factor.solve(right_);
-  covariance_ = factor.solve(Matrix::Identity(normal_.rows(), normal_.cols()));
+  const Matrix inverse = factor.solve(Matrix::Identity(normal_.rows(), normal_.cols()));
   const auto places = 3 * ends_;
-  const auto deviations = covariance_.diagonal().tail(places).array().sqrt() * picture_.noise_px;
+  const auto deviations = inverse.diagonal().tail(places).array().sqrt() * picture_.noise_px;
   const double change = (solution.tail(places).array().abs() / deviations).maxCoeff();
   move(patches, solution, patches);
   return change;
