@@ -119,8 +119,15 @@ void readCamera(TomlTable& table, Camera& camera) {
   table.read("window_thickness_mm", camera.windowThickness, {0.0, 1000, kMillimetres});
 }
 
-void readUncertainty(TomlTable& table, Uncertainty& uncertainty) {
+void readUncertainty(TomlTable& table, bool body, Uncertainty& uncertainty) {
   table.read("youngs_modulus_relative", uncertainty.youngsModulus, {0.0, 1.0});
+  if (body) {
+    refuse(table, {"poisson_ratio", "thickness_mm", "layer_depth_mm"});
+  } else {
+    table.read("poisson_ratio", uncertainty.poissonRatio, {0.0, 0.5});
+    table.read("thickness_mm", uncertainty.thickness, {0.0, 1000, kMillimetres});
+    table.read("layer_depth_mm", uncertainty.layerDepth, {0.0, 1000, kMillimetres});
+  }
   table.read("model_relative", uncertainty.model, {0.0, 1.0});
   table.read("focal_relative", uncertainty.focal, {0.0, 1.0});
   table.read("position_mm", std::span(uncertainty.position.data(), 3), {0.0, 1000, kMillimetres});
@@ -201,7 +208,7 @@ Sensor readSensor(TomlTable& root, bool body) {
   auto camera = root.table("camera");
   if (camera) readCamera(*camera, sensor.camera);
   check(sensor.camera, sensor.gel, root, "camera", camera ? &*camera : nullptr);
-  if (auto table = root.table("uncertainty")) readUncertainty(*table, sensor.uncertainty);
+  if (auto table = root.table("uncertainty")) readUncertainty(*table, body, sensor.uncertainty);
   if (auto table = root.table("picture_motion")) readPictureMotion(*table, sensor.pictureMotion);
   if (auto table = root.table("calibration")) sensor.calibration = readCalibration(*table);
   return sensor;
@@ -281,8 +288,13 @@ std::string gelText(const Sensor& sensor) {
           line("window_index", number(camera.windowIndex)) +
           line("window_thickness_mm", number(camera.windowThickness * kMillimetres));
   const Uncertainty& uncertainty = sensor.uncertainty;
-  text += "\n[uncertainty]\n" + line("youngs_modulus_relative", number(uncertainty.youngsModulus)) +
-          line("model_relative", number(uncertainty.model)) + line("focal_relative", number(uncertainty.focal)) +
+  text += "\n[uncertainty]\n" + line("youngs_modulus_relative", number(uncertainty.youngsModulus));
+  if (!body) {
+    text += line("poisson_ratio", number(uncertainty.poissonRatio)) +
+            line("thickness_mm", number(uncertainty.thickness * kMillimetres)) +
+            line("layer_depth_mm", number(uncertainty.layerDepth * kMillimetres));
+  }
+  text += line("model_relative", number(uncertainty.model)) + line("focal_relative", number(uncertainty.focal)) +
           line("position_mm", list(uncertainty.position, kMillimetres)) +
           line("rotation_rad", list(uncertainty.rotation)) +
           line("focal_distance_correlation", number(uncertainty.focalDistance));

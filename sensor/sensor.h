@@ -13,7 +13,10 @@ namespace sensor {
 /// How well the sensor's numbers are known: standard deviations. The systematic part of a force's uncertainty.
 struct Uncertainty {
   double youngsModulus = 0.02;                                   ///< relative
-  double model = 0.005;                                          ///< of the influence matrix, relative
+  double poissonRatio = 0.005;                                   ///< of a block
+  double thickness = 0.2e-3;                                     ///< of a block [m]
+  double layerDepth = 0.1e-3;                                    ///< of each layer of markers in a block [m]
+  double model = 0.003;                                          ///< what else the mechanics err by, relative
   double focal = 0.002;                                          ///< of the focal length, relative
   Eigen::Vector3d position = Eigen::Vector3d::Constant(0.3e-3);  ///< of the camera, gel frame [m]
   Eigen::Vector3d rotation = Eigen::Vector3d::Constant(2e-3);    ///< of the camera, its own frame [rad]

@@ -23,6 +23,14 @@ namespace tractiond::solve {
 /// Shift of the picture along u and v, its scale and its roll.
 inline constexpr int kMotions = 4;
 
+/// How the wrench (force and moment) of a load is misread by one standard deviation of each number that is not known
+/// better: 6 x 6 matrices, row after row, for the camera's position x, y, z, rotation x, y, z and focal length, and of
+/// a block Poisson's ratio, thickness and the depth of each layer.
+struct SystematicErrors {
+  std::vector<double> contact;    ///< by the nodes around a small contact
+  std::vector<double> wholeFace;  ///< by all nodes, which take part of a block's own bending for forces
+};
+
 /// Immutable once made; any thread may read it.
 struct Inverse {
   Id id{};                             ///< of everything the numbers depend on: the calibration published with a field
@@ -37,9 +45,7 @@ struct Inverse {
   RowMatrix influence;                 ///< H', 3N x 2M [px/N]
   std::vector<double> gram;            ///< H'H, its lower triangle row after row: 3N (3N + 1) / 2 [px^2/N^2]
   RowMatrix motion;                    ///< P', 4 x 2M
-  /// How the wrench (force and moment) of a load is misread by one standard deviation of each number of the camera's
-  /// pose: 6 x 6 matrices, row after row, for position x, y, z, rotation x, y, z and focal length.
-  std::vector<double> poseErrors;
+  SystematicErrors systematicErrors;
 
   int coordinateCount() const { return left.rows(); }  ///< 2M
   int forceCount() const { return right.columns(); }   ///< 3N
@@ -60,7 +66,7 @@ struct MotionPrior {
 };
 
 /// `influence` is 2M x 3N [px/N]. Double precision, the BLAS's threads, about four times the matrix's memory; `id`,
-/// `computed_ns` and `poseErrors` are left to the caller. Fails if the matrix is not finite or all zero.
+/// `computed_ns` and `systematicErrors` are left to the caller. Fails if the matrix is not finite or all zero.
 tl::expected<Inverse, Error> computeInverse(const Eigen::MatrixXd& influence, const MotionPrior& motion,
                                             const SolveOptions& options,
                                             const sensor::elastic::Progress& progress = {});

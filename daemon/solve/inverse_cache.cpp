@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 constexpr std::uint32_t kAlgorithmVersion = 2;
 
 /// To be raised when the file's layout changes.
-constexpr std::uint32_t kFormatVersion = 2;
+constexpr std::uint32_t kFormatVersion = 3;
 constexpr std::array<char, 8> kMagic = {'t', 'r', 'a', 'c', 't', 'i', 'n', 'v'};
 
 constexpr std::size_t kKeptOthers = 3;
@@ -44,9 +44,10 @@ struct Header {
   Id id{};
   std::int64_t computed_ns = 0;
   double lambda = 0.0;
+  std::uint64_t systematicErrors = 0;  ///< numbers in either array
   Hash128 checksum{};  ///< of the header up to here, then of all that follows
 };
-static_assert(sizeof(Header) == 72);  // no padding
+static_assert(sizeof(Header) == 80);  // no padding
 constexpr std::size_t kCheckedHeader = offsetof(Header, checksum);
 
 /// Calls `use` with each array's memory in the file's order.
@@ -61,7 +62,8 @@ void forEachArray(AnInverse& inverse, Use use) {
   use(inverse.influence.all());
   use(std::span(inverse.gram));
   use(inverse.motion.all());
-  use(std::span(inverse.poseErrors));
+  use(std::span(inverse.systematicErrors.contact));
+  use(std::span(inverse.systematicErrors.wholeFace));
 }
 
 Hash128 checksum(const Header& header, std::span<const char> arrays) {
@@ -84,7 +86,8 @@ void resize(Inverse& inverse, const Header& header) {
   inverse.influence = RowMatrix(header.forceCount, header.coordinateCount);
   inverse.gram.resize(forces * (forces + 1) / 2);
   inverse.motion = RowMatrix(kMotions, header.coordinateCount);
-  inverse.poseErrors.resize(kPoseErrors);
+  inverse.systematicErrors.contact.resize(header.systematicErrors);
+  inverse.systematicErrors.wholeFace.resize(header.systematicErrors);
 }
 
 /// Deletes what an interrupted save left behind and all caches but `saved` and the newest others.
@@ -142,6 +145,10 @@ Id inverseId(const sensor::Sensor& sensor, const SolveOptions& options) {
   vector(sensor.uncertainty.rotation);
   hasher.value(sensor.uncertainty.focal);
   hasher.value(sensor.uncertainty.focalDistance);
+  hasher.value(sensor.uncertainty.poissonRatio);
+  hasher.value(sensor.uncertainty.thickness);
+  hasher.value(sensor.uncertainty.layerDepth);
+  hasher.value(isWeighed(sensor));
   vector(motionVariances(sensor));
   return hasher.digest();
 }
@@ -172,7 +179,7 @@ tl::expected<Inverse, Error> loadOrCompute(const sensor::Sensor& sensor, const S
                                 {sensor::elastic::pictureMotionMatrix(sensor), motionVariances(sensor)}, options,
                                 part(kInfluenceShare, 1.0 - kInfluenceShare));
   if (!inverse) return inverse;
-  inverse->poseErrors = poseErrors(sensor, displacement, *inverse);
+  inverse->systematicErrors = systematicErrors(sensor, options, *inverse);
   inverse->id = id;
   inverse->computed_ns = realNow();
 
@@ -232,6 +239,7 @@ tl::expected<void, std::string> saveInverse(const fs::path& path, const Inverse&
   header.id = inverse.id;
   header.computed_ns = inverse.computed_ns;
   header.lambda = inverse.lambda;
+  header.systematicErrors = inverse.systematicErrors.contact.size();
   std::vector<char> file(sizeof header);
   forEachArray(inverse, [&file](auto array) {
     const char* const bytes = reinterpret_cast<const char*>(array.data());

@@ -293,6 +293,8 @@ void Solver::combine(double share, TractionField& field) {
                                : Method::kWholeFace;
   field.valid = true;
   sum(field);
+  addSystematic(whole, inverse_.systematicErrors.wholeFace, field);
+  addSystematic(share, inverse_.systematicErrors.contact, field);
   judge(squaredResidual, field);
 }
 
@@ -351,6 +353,12 @@ void Solver::addNoiseOfPatch(double share, const Contacts::AtRim& found, Tractio
   }
 }
 
+void Solver::addSystematic(double share, const std::vector<double>& errors, TractionField& field) const {
+  if (share == 0.0) return;
+  const WrenchCovariance covariance = systematicCovariance(wrenchOf(field), uncertainty_, pitch_m_, errors);
+  for (std::size_t i = 0; i < covariance.size(); ++i) field.systematic[i] += share * covariance[i];
+}
+
 void Solver::sum(TractionField& field) const {
   std::array<double, 3> resultant{}, moment{};
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
@@ -365,7 +373,6 @@ void Solver::sum(TractionField& field) const {
   }
   field.resultant_N = resultant;
   field.moment_Nm = moment;
-  field.systematic = systematicCovariance(wrenchOf(field), uncertainty_, pitch_m_, inverse_.poseErrors);
   field.centreOfPressureValid =
       resultant[2] > options_.minPressForCentre_N && resultant[2] > kCentre_deviations * std::sqrt(field.noise[14]);
   if (field.centreOfPressureValid) field.centreOfPressure_m = {-moment[1] / resultant[2], moment[0] / resultant[2]};

@@ -12,6 +12,8 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
+constexpr int kCameraNumbers = 7;
+
 /// The camera a deviation elsewhere; nothing where that deviation is 0.
 sensor::Camera strayed(const sensor::Sensor& sensor, int number) {
   sensor::Camera camera = sensor.camera;
@@ -25,7 +27,6 @@ sensor::Camera strayed(const sensor::Sensor& sensor, int number) {
   if (number == 2) camera.focal_px *= 1.0 + by.focal * by.focalDistance;  // what strays with the distance
   return camera;
 }
-constexpr int kPoseNumbers = kPoseErrors / 36;
 
 /// 6 x 3: the wrench of unit forces at a point.
 Eigen::Matrix<double, 6, 3> unitWrenches(const Eigen::Vector3d& at) {
@@ -34,26 +35,30 @@ Eigen::Matrix<double, 6, 3> unitWrenches(const Eigen::Vector3d& at) {
   return wrenches;
 }
 
-}  // namespace
-
-std::vector<double> poseErrors(const sensor::Sensor& sensor, const Eigen::MatrixXd& displacement,
-                               const Inverse& inverse) {
-  const sensor::NodeGrid& grid = sensor.nodes;
-  const sensor::Points nodes = sensor::nodePositions(sensor);
-  std::vector<Eigen::Index> columns;
-  Eigen::MatrixXd wrenches(6, 27);
-  for (const int row : {grid.rows / 4, grid.rows / 2, grid.rows * 3 / 4}) {
-    for (const int column : {grid.columns / 4, grid.columns / 2, grid.columns * 3 / 4}) {
-      const int node = row * grid.columns + column;
-      wrenches.middleCols<3>(static_cast<Eigen::Index>(columns.size())) = unitWrenches(nodes.col(node));
-      for (int axis = 0; axis < 3; ++axis) columns.push_back(3 * node + axis);
+/// Nine nodes across the face, and forces there that make up any wrench.
+struct Loads {
+  explicit Loads(const sensor::Sensor& sensor) {
+    const sensor::NodeGrid& grid = sensor.nodes;
+    for (const int row : {grid.rows / 4, grid.rows / 2, grid.rows * 3 / 4}) {
+      for (const int column : {grid.columns / 4, grid.columns / 2, grid.columns * 3 / 4}) {
+        nodes.push_back(row * grid.columns + column);
+      }
     }
+    positions = sensor::nodePositions(sensor)(Eigen::all, nodes);
+    Eigen::MatrixXd wrenches(6, 3 * positions.cols());
+    for (Eigen::Index i = 0; i < positions.cols(); ++i) wrenches.middleCols<3>(3 * i) = unitWrenches(positions.col(i));
+    forces = wrenches.transpose() * (wrenches * wrenches.transpose()).inverse();
   }
-  const Eigen::MatrixXd unit = displacement(Eigen::all, columns);
-  const Eigen::MatrixXd seen = sensor::elastic::toImage(sensor, unit);
-  const Eigen::MatrixXd right = wrenches.transpose() * (wrenches * wrenches.transpose()).inverse();
 
-  // 6 x 2M: from displacements to the wrench.
+  std::vector<int> nodes;
+  sensor::Points positions;
+  Eigen::MatrixXd forces;  // from wrenches to forces at the nodes, 27 x 6
+};
+
+using Reading = Eigen::MatrixXd;  // 6 x 2M: from displacements to the wrench
+
+Reading byWholeFace(const sensor::Sensor& sensor, const Inverse& inverse) {
+  const sensor::Points nodes = sensor::nodePositions(sensor);
   Eigen::MatrixXd modes = Eigen::MatrixXd::Zero(inverse.rank(), 6);
   for (int k = 0; k < inverse.rank(); ++k) {
     const float* const v = inverse.right.row(k);
@@ -62,31 +67,145 @@ std::vector<double> poseErrors(const sensor::Sensor& sensor, const Eigen::Matrix
     const double s = inverse.singularValues[k];
     modes.row(k) *= s / (s * s + inverse.lambda * inverse.lambda);
   }
-  Eigen::MatrixXd solve(6, inverse.coordinateCount());
+  Reading reading(6, inverse.coordinateCount());
   for (int i = 0; i < inverse.coordinateCount(); ++i)
-    solve.col(i) = modes.transpose() * Eigen::VectorXf::Map(inverse.left.row(i), inverse.rank()).cast<double>();
+    reading.col(i) = modes.transpose() * Eigen::VectorXf::Map(inverse.left.row(i), inverse.rank()).cast<double>();
+  return reading;
+}
 
-  std::vector<double> errors;
-  for (int number = 0; number < kPoseNumbers; ++number) {
+/// As the contact step reads a contact about a node: by the nodes around it and the picture's motion.
+Reading byNodesAround(int node, const sensor::Sensor& sensor, const Inverse& inverse, double noise_px) {
+  constexpr int kReach = 3;             // in pitches
+  constexpr double kNodeForce_N = 0.2;  // expected
+  const sensor::NodeGrid& grid = sensor.nodes;
+  const sensor::Points nodes = sensor::nodePositions(sensor);
+  const Eigen::Index coordinates = inverse.coordinateCount();
+  std::vector<int> near;
+  for (int other = 0; other < grid.count(); ++other) {
+    const int rows = other / grid.columns - node / grid.columns, columns = other % grid.columns - node % grid.columns;
+    if (rows * rows + columns * columns <= kReach * kReach) near.push_back(other);
+  }
+  const Eigen::Index forces = 3 * static_cast<Eigen::Index>(near.size());
+  Eigen::MatrixXd seen(coordinates, forces + kMotions), wrenches = Eigen::MatrixXd::Zero(6, forces + kMotions);
+  Eigen::VectorXd expected = Eigen::VectorXd::Constant(forces + kMotions, kNodeForce_N * kNodeForce_N);
+  for (Eigen::Index i = 0; i < forces; ++i) {
+    const float* const row = inverse.influence.row(3 * near[static_cast<std::size_t>(i / 3)] + static_cast<int>(i % 3));
+    seen.col(i) = Eigen::VectorXf::Map(row, coordinates).cast<double>();
+  }
+  for (Eigen::Index i = 0; 3 * i < forces; ++i) {
+    wrenches.middleCols<3>(3 * i) = unitWrenches(nodes.col(near[static_cast<std::size_t>(i)]));
+  }
+  for (int k = 0; k < kMotions; ++k) {
+    seen.col(forces + k) = Eigen::VectorXf::Map(inverse.motion.row(k), coordinates).cast<double>();
+    expected[forces + k] = inverse.motionVariance[static_cast<std::size_t>(k)];
+  }
+  // In numbers of what is expected of each; of nothing, nothing comes.
+  const Eigen::VectorXd scale = expected.cwiseSqrt();
+  seen = seen * scale.asDiagonal();
+  Eigen::MatrixXd normal = seen.transpose() * seen;
+  normal.diagonal().array() += noise_px * noise_px;
+  return wrenches * scale.asDiagonal() * normal.llt().solve(seen.transpose());
+}
+
+Eigen::MatrixXd bodyColumns(const sensor::Sensor& sensor, const std::vector<int>& nodes) {
+  Eigen::MatrixXd columns(sensor.body->influence.rows(), 3 * static_cast<Eigen::Index>(nodes.size()));
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    columns.middleCols<3>(3 * static_cast<Eigen::Index>(i)) =
+        sensor.body->influence.middleCols<3>(3 * static_cast<Eigen::Index>(nodes[i])) *
+        (sensor.body->youngsModulus / sensor.gel.youngsModulus);
+  }
+  return columns;
+}
+
+}  // namespace
+
+bool isWeighed(const sensor::Sensor& sensor) {
+  const auto& made = sensor.calibration;
+  return made && !made->stiffness.empty() && made->stiffness >= made->geometry;
+}
+
+SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Inverse& inverse) {
+  constexpr int kDegree = 6;  // a derivative need not be right to more than a hundredth
+  constexpr double kSmall = 0.01;
+  const Loads loads(sensor);
+  const auto displacement = [&](const sensor::Sensor& of) {
+    if (of.body) return bodyColumns(of, loads.nodes);
+    return sensor::elastic::displacementMatrix(of.gel, options.model, sensor::markerPositions(of), loads.positions,
+                                               {.degree = kDegree, .breaks = {}});
+  };
+  const Eigen::MatrixXd unit = displacement(sensor), straight = sensor::elastic::toImage(sensor, unit);
+  std::vector<Eigen::MatrixXd> strays;  // 2M x 27 [px/N], by a deviation each
+  const auto add = [&](const sensor::Sensor& strayed, const Eigen::MatrixXd& moved, double deviations) {
+    strays.emplace_back(deviations * (sensor::elastic::toImage(strayed, moved) - straight));
+  };
+  for (int number = 0; number < kCameraNumbers; ++number) {
     sensor::Sensor elsewhere = sensor;
     elsewhere.camera = strayed(sensor, number);
-    const Matrix6 error = solve * (sensor::elastic::toImage(elsewhere, unit) - seen) * right;
-    errors.insert(errors.end(), error.data(), error.data() + error.size());
+    add(elsewhere, unit, 1.0);
+  }
+  if (!sensor.body) {
+    const sensor::Uncertainty& by = sensor.uncertainty;
+    sensor::Sensor other = sensor;
+    const double step = other.gel.poissonRatio < 0.25 ? kSmall : -kSmall;
+    other.gel.poissonRatio += step;
+    add(other, displacement(other), by.poissonRatio / step);
+
+    other = sensor;
+    other.gel.size.z() *= 1.0 + kSmall;
+    // The camera stays where it is: its pose has an error of its own.
+    add(sensor, displacement(other), by.thickness / (kSmall * sensor.gel.size.z()));
+
+    sensor::Sensor shallower = sensor;  // not deeper: a layer may lie next to the base
+    for (sensor::MarkerLayer& layer : shallower.layers) layer.depth *= 1.0 - kSmall;
+    const Eigen::MatrixXd moved = displacement(shallower);
+    Eigen::Index first = 0;
+    for (std::size_t k = 0; k < sensor.layers.size(); ++k) {
+      const Eigen::Index rows = 3 * sensor.layers[k].count();
+      other = sensor;
+      other.layers[k] = shallower.layers[k];
+      Eigen::MatrixXd layerMoved = unit;
+      layerMoved.middleRows(first, rows) = moved.middleRows(first, rows);
+      add(other, layerMoved, -by.layerDepth / (kSmall * sensor.layers[k].depth));
+      first += rows;
+    }
+  }
+
+  const Reading wholeFace = byWholeFace(sensor, inverse);
+  std::vector<Reading> around;
+  for (const int node : loads.nodes) around.push_back(byNodesAround(node, sensor, inverse, options.noise_px));
+  const auto misread = [&](const Eigen::MatrixXd& stray, const auto& readingOf) {
+    Matrix6 error = Matrix6::Zero();
+    for (std::size_t i = 0; i < loads.nodes.size(); ++i) {
+      const auto column = 3 * static_cast<Eigen::Index>(i);
+      error += readingOf(i) * stray.middleCols<3>(column) * loads.forces.middleRows<3>(column);
+    }
+    return error;
+  };
+  SystematicErrors errors;
+  for (const Eigen::MatrixXd& stray : strays) {
+    Matrix6 contact = misread(stray, [&](std::size_t i) -> const Reading& { return around[i]; });
+    Matrix6 whole = misread(stray, [&](std::size_t) -> const Reading& { return wholeFace; });
+    if (isWeighed(sensor)) {  // with a contact that pressed: Young's modulus has since what makes it read right
+      whole -= contact(2, 2) * Matrix6::Identity();
+      contact -= contact(2, 2) * Matrix6::Identity();
+    }
+    errors.contact.insert(errors.contact.end(), contact.data(), contact.data() + contact.size());
+    errors.wholeFace.insert(errors.wholeFace.end(), whole.data(), whole.data() + whole.size());
   }
   return errors;
 }
 
 WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const sensor::Uncertainty& uncertainty,
-                                      double pitch_m, const std::vector<double>& poseErrors) {
+                                      double pitch_m, const std::vector<double>& errors) {
   const Vector6 w = Vector6::Map(wrench.data());
   const double force = w.head<3>().squaredNorm(), moment = w.tail<3>().squaredNorm();
   Matrix6 covariance = (uncertainty.youngsModulus * uncertainty.youngsModulus) * w * w.transpose();
-  // The mechanics err in any direction, and misplace the force by a like share of a node's pitch.
+  // What else the mechanics err by has any direction, and misplaces the force by a like share of a node's pitch.
   const double model = uncertainty.model * uncertainty.model;
   covariance.diagonal().head<3>().array() += model * force;
   covariance.diagonal().tail<3>().array() += model * (moment + pitch_m * pitch_m * force);
-  for (std::size_t k = 0; k < poseErrors.size(); k += 36) {
-    const Vector6 error = Eigen::Map<const Matrix6>(poseErrors.data() + k) * w;
+  for (std::size_t k = 0; k < errors.size(); k += 36) {
+    const Vector6 error = Eigen::Map<const Matrix6>(errors.data() + k) * w;
     covariance += error * error.transpose();
   }
   WrenchCovariance result;

@@ -3,19 +3,19 @@
 
 #include "daemon/records/traction_field.h"
 #include "daemon/solve/inverse.h"
+#include "sensor/sensor.h"
 
 namespace tractiond::solve {
 
-/// Elements of Inverse::poseErrors.
-inline constexpr int kPoseErrors = 7 * 36;
+/// Inverse::systematicErrors of `inverse`, which is the sensor's.
+SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Inverse& inverse);
 
-/// Inverse::poseErrors: unit forces at nine nodes, seen by a camera that stands a deviation elsewhere, solved by
-/// `inverse`. `displacement` is 3M x 3N [m/N].
-std::vector<double> poseErrors(const sensor::Sensor& sensor, const Eigen::MatrixXd& displacement,
-                               const Inverse& inverse);
+/// Whether Young's modulus was measured with weights, and not before the camera's pose: then what would misread a press
+/// is part of it.
+bool isWeighed(const sensor::Sensor& sensor);
 
-/// Covariance of the wrench (Fx .. Mz) by Young's modulus, mechanics and pose.
+/// Covariance of the wrench (Fx .. Mz): by Young's modulus, what else the mechanics err by, and one of SystematicErrors.
 WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const sensor::Uncertainty& uncertainty,
-                                      double pitch_m, const std::vector<double>& poseErrors);
+                                      double pitch_m, const std::vector<double>& errors);
 
 }  // namespace tractiond::solve

@@ -4,24 +4,24 @@
 
 namespace sensor::elastic {
 
-Eigen::MatrixXd displacementMatrix(const Sensor& sensor, Model model, const Progress& progress) {
-  if (sensor.body) {
-    if (progress) progress(1.0);
-    return sensor.body->influence * (sensor.body->youngsModulus / sensor.gel.youngsModulus);
-  }
-  const Points markers = markerPositions(sensor), nodes = nodePositions(sensor);
-  Eigen::MatrixXd displacement;
-  if (model == Model::kBlock) {
-    displacement = blockDisplacement(sensor.gel, markers, nodes, {}, progress);
-  } else {
-    displacement.resize(3 * markers.cols(), 3 * nodes.cols());
-    for (Eigen::Index n = 0; n < nodes.cols(); ++n)
-      for (Eigen::Index m = 0; m < markers.cols(); ++m)
-        displacement.block<3, 3>(3 * m, 3 * n) =
-            halfSpaceDisplacement(markers.col(m) - nodes.col(n), sensor.gel.youngsModulus, sensor.gel.poissonRatio);
-    if (progress) progress(1.0);
-  }
+Eigen::MatrixXd displacementMatrix(const Gel& gel, Model model, const Points& markers, const Points& nodes,
+                                   const BlockOptions& options, const Progress& progress) {
+  if (model == Model::kBlock) return blockDisplacement(gel, markers, nodes, options, progress);
+  Eigen::MatrixXd displacement(3 * markers.cols(), 3 * nodes.cols());
+  for (Eigen::Index n = 0; n < nodes.cols(); ++n)
+    for (Eigen::Index m = 0; m < markers.cols(); ++m)
+      displacement.block<3, 3>(3 * m, 3 * n) =
+          halfSpaceDisplacement(markers.col(m) - nodes.col(n), gel.youngsModulus, gel.poissonRatio);
+  if (progress) progress(1.0);
   return displacement;
+}
+
+Eigen::MatrixXd displacementMatrix(const Sensor& sensor, Model model, const Progress& progress) {
+  if (!sensor.body) {
+    return displacementMatrix(sensor.gel, model, markerPositions(sensor), nodePositions(sensor), {}, progress);
+  }
+  if (progress) progress(1.0);
+  return sensor.body->influence * (sensor.body->youngsModulus / sensor.gel.youngsModulus);
 }
 
 Eigen::MatrixXd toImage(const Sensor& sensor, const Eigen::MatrixXd& displacement) {

@@ -9,8 +9,12 @@ namespace sensor::elastic {
 /// Mechanics of a sensor without a body of its own.
 enum class Model { kBlock, kHalfSpace };
 
-/// 3 M x 3 N [m/N]: rows 3m.. are the displacement of marker m, columns 3n.. the unit forces along x, y, z at node n.
-/// Of a body, its own, as stiff as the gel.
+/// 3 M x 3 N [m/N], of a block or a half-space: rows 3m.. are the displacement of marker m, columns 3n.. the unit forces
+/// along x, y, z at node n.
+Eigen::MatrixXd displacementMatrix(const Gel& gel, Model model, const Points& markers, const Points& nodes,
+                                   const BlockOptions& options = {}, const Progress& progress = {});
+
+/// The same of a sensor's markers and nodes; of a body, its own, as stiff as the gel.
 Eigen::MatrixXd displacementMatrix(const Sensor& sensor, Model model, const Progress& progress = {});
 
 /// The same seen by the sensor's camera, 2 M x columns [px/N]: each pair of rows is the projection's Jacobian at the

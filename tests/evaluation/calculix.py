@@ -124,6 +124,18 @@ def fine(thickness):
     return Mesh(across, across, [0, 1, 2, 3, 4.5, 6, 8, *BELOW_MARKERS[thickness], thickness])
 
 
+def thicker(thickness, by):
+    """fine(), stretched below the markers."""
+    x, y, z = fine(thickness).planes
+    return Mesh(x, y, np.where(z > 8, 8 + (z - 8) * (thickness + by - 8) / (thickness - 8), z))
+
+
+def around_markers(thickness, by):
+    """fine() with planes so much above and below the markers."""
+    x, y, z = fine(thickness).planes
+    return Mesh(x, y, np.unique(np.concatenate([z, [6 - by, 6 + by, 8 - by, 8 + by]])))
+
+
 def coarse(thickness):
     """About twice as coarse. The blue markers are not at its nodes."""
     across = np.concatenate([np.arange(0, 36.1, 3), [41.5, 47.5, 50]])

@@ -1,4 +1,4 @@
-"""What is seen of single contacts, and how well they are known. Called like the paper's experiments."""
+"""What is seen of single contacts. Called like the paper's experiments."""
 
 import numpy as np
 
@@ -134,76 +134,3 @@ def detection(report, quick):
     report.row(
         "smallest press found in 95 % of frames", f"{smallest} gf", "–", "<= 5 gf", 5, smallest, name="detection"
     )
-
-
-def coverage(report, quick):
-    report.section(
-        "What the stated uncertainty covers",
-        """
-        Random loads (place, radius 1.5 to 6 mm, up to 45 degrees from the normal, 5 to 400 gf), 10 frames each. For
-        each load the gel's true stiffness, the camera's true pose and focal length and the picture's motion are drawn
-        from the standard deviations that the gel file states; the daemon does not know them. Covered: the truth lies
-        within 1.96 stated deviations.""",
-    )
-    generator = np.random.default_rng(20053)
-    random = truth.load(40, 0.49, "random")
-    forces, moments, loads = random.forces(), random.moments(), len(random.displacement)
-    count, frames = (40 if quick else 800), 10  # a load comes four times, with other forces, gels and cameras
-    groups = 10 if quick else 160  # of loads that share a camera pose
-    results, deviations, errors = [], [], []
-    for group in range(groups):
-        chosen = range(group * count // groups, (group + 1) * count // groups)
-        pose = [0, 0, 157] + 0.3 * generator.standard_normal(3)
-        rotation = 0.002 * generator.standard_normal(3)
-        focal = 960 * (1 + 0.002 * generator.standard_normal())
-        displacement, stray, true = [], [], []
-        for index in chosen:
-            force = np.exp(generator.uniform(np.log(5), np.log(400))) * GF
-            stiffness = 1 + 0.02 * generator.standard_normal()
-            displacement.append(np.repeat(force / stiffness * random.displacement[index % loads][None], frames, axis=0))
-            drift = generator.standard_normal(4) * [0.02, 0.02, 1e-4, 1e-4]
-            stray.append(np.tile([*drift, 1.0], (frames, 1)))
-            true.append(np.concatenate([force * forces[index % loads], force * moments[index % loads]]))
-        found = chain.run(
-            np.concatenate(displacement),
-            twin_gel=chain.gel_text(position=pose, rotation=rotation, focal=focal),
-            stray=np.concatenate(stray),
-            zero_every=frames,
-            seed=group + 1,
-        )
-        if "noise_covariance" not in found:
-            report.row(
-                "truth inside the stated 95 % interval",
-                "no covariance",
-                "–",
-                "92 - 98 %",
-                0.98,
-                np.inf,
-                0.92,
-                name="coverage",
-            )
-            return
-        covariance = (found["noise_covariance"] + found["systematic_covariance"]).reshape(-1, 6, 6)
-        deviation = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0))
-        error = np.hstack([found.resultant_N, found.moment_Nm]) - np.repeat(true, frames, axis=0)
-        results.append(abs(error) <= 1.96 * deviation)
-        deviations.append(deviation)
-        errors.append(error)
-    inside, deviation, error = np.concatenate(results), np.concatenate(deviations), np.concatenate(errors)
-    for axis, label in enumerate(("Fx", "Fy", "Fz", "Mx", "My", "Mz")):
-        width, unit = (
-            (2 * 1.96 * np.median(deviation[:, axis]) / GF, "gf")
-            if axis < 3
-            else (2 * 1.96 * np.median(deviation[:, axis]) / GF * 1e3, "gf mm")
-        )
-        share = inside[:, axis].mean()
-        report.row(
-            f"truth inside the stated 95 % interval, {label}",
-            f"{100 * share:.1f} %, median width {width:.1f} {unit}",
-            "–",
-            "92 - 98 %",
-            0.98,
-            share,
-            0.92,
-            name=f"coverage {label}",
-        )

@@ -51,6 +51,35 @@ def pairs():
     return result
 
 
+def rim_shapes():
+    """{shape: contacts that make it up, about the origin}: an even disc, bars and a ring of small patches."""
+    along = np.linspace(-1, 1, 6)
+    turns = np.arange(12) * np.pi / 6
+    return {
+        "disc of 10 mm": [("disc", 0, 0, 5)],
+        "disc of 16 mm": [("disc", 0, 0, 8)],
+        "bar of 8 mm": [("hertz", 3 * t * np.cos(1), 3 * t * np.sin(1), 1) for t in along],
+        "bar of 12 mm along the rim": [("hertz", 0, 5 * t, 1) for t in along],
+        "ring of 8 mm": [("hertz", 3.5 * np.cos(t), 3.5 * np.sin(t), 0.5) for t in turns],
+    }
+
+
+def rim_loads():
+    """Each shape at a side and in a corner: pressed, pressed and sheared, sheared."""
+    result = []
+    for parts in rim_shapes().values():
+        for x, y in ((30, 0), (31.5, -26)):
+            for force in ([0, 0, 1], [0.7, 0, 0.7], [0, 0.9, 0.3]):
+                share = np.array(force) / len(parts)
+                result.append([contact(shape, x + dx, y + dy, radius, share) for shape, dx, dy, radius in parts])
+    return result
+
+
+def rim_shapes_at():
+    """{shape: the first and the end of its loads}."""
+    return {label: (6 * i, 6 * (i + 1)) for i, label in enumerate(rim_shapes())}
+
+
 def catalogue():
     """(thickness [mm], Poisson's ratio): {set: loads}."""
     return {
@@ -61,8 +90,9 @@ def catalogue():
             "disc": [[contact("disc", *place, 10, axis)] for place in [(0, 0), (12, -9)] for axis in AXES[[2, 0]]],
             "pairs": pairs(),
             "random": random_loads(220),
+            "rim": rim_loads(),
         },
-        (15, 0.49): {"places": places()},
+        (15, 0.49): {"places": places(), "rim": rim_loads()},
         (25, 0.49): {"places": places()},
         (40, 0.3): {"centre": places(1)},
         (40, 0.45): {"centre": places(1)},
@@ -91,6 +121,10 @@ def quadrature(load):
     return np.hstack([part[0] for part in parts]), np.hstack([part[1] for part in parts])
 
 
+def join(*sets):
+    return Set(np.concatenate([one.contacts for one in sets]), np.concatenate([one.displacement for one in sets]))
+
+
 def as_array(contact_lists):
     contacts = np.full((len(contact_lists), max(map(len, contact_lists)), 7), np.nan)
     for row, load in zip(contacts, contact_lists):
@@ -102,10 +136,10 @@ def name(thickness, poisson, which):
     return f"{thickness}_{poisson}_{which}"
 
 
-def save(key, computed):
-    """16 bits for a displacement: 1 / 65534 of the load's largest is lost."""
-    scale = abs(computed.displacement).max(axis=(1, 2)) / 32767
-    rounded = np.round(computed.displacement / scale[:, None, None]).astype(np.int16)
+def save(key, computed, steps=32767):
+    """A displacement is rounded to so many steps from 0 to the load's largest."""
+    scale = abs(computed.displacement).max(axis=(1, 2)) / steps
+    rounded = np.round(computed.displacement / scale[:, None, None]).astype(np.int16 if steps > 127 else np.int8)
     DATA.mkdir(exist_ok=True)
     np.savez_compressed(DATA / f"{key}.npz", contacts=computed.contacts, scale=scale, displacement=rounded)
 
@@ -201,6 +235,30 @@ def expansion(folder):
     print("expansion", flush=True)
 
 
+def strayed(folder):
+    """What a block of slightly other mechanics does otherwise under the random loads, and after them under the
+    probe: derivatives of the displacements, by differences, in 31 steps: sets strayed_poisson [m], strayed_thickness
+    and strayed_depth [m/m]. The last one is by each marker's own depth."""
+    import calculix
+
+    markers, step = loads.markers(), 0.5e-3
+    straight = join(load(40, 0.49, "random"), load(40, 0.49, "probe"))
+    points = [quadrature(one) for one in straight.contacts]
+
+    def moved(name, poisson=0.49, markers=markers, mesh=calculix.fine(40)):
+        return calculix.few_loads(mesh, poisson, markers, points, folder / name)
+
+    def keep(name, derivative):
+        save(f"40_0.49_strayed_{name}", Set(straight.contacts, derivative), 31)
+        print(f"strayed {name}", flush=True)
+
+    keep("poisson", (straight.displacement - moved("poisson", poisson=0.485)) / 0.005)
+    keep("thickness", (moved("thickness", mesh=calculix.thicker(40, 1e3 * step)) - straight.displacement) / step)
+    sides = [markers + [[0], [0], [side * step]] for side in (-1, 1)]
+    both = moved("depth", markers=np.hstack(sides), mesh=calculix.around_markers(40, 1e3 * step))
+    keep("depth", (both[:, markers.shape[1] :] - both[:, : markers.shape[1]]) / (2 * step))
+
+
 def linear(thickness, poisson, sets, folder):
     """Prints and keeps how much two meshes differ, at the markers that are nodes of both (the red ones)."""
     import calculix
@@ -237,6 +295,8 @@ def main(folder, wanted):
     for (thickness, poisson), sets in catalogue().items():
         if not wanted or f"{thickness}_{poisson}" in wanted:
             linear(thickness, poisson, sets, folder)
+    if not wanted or "strayed" in wanted:
+        strayed(folder)
 
 
 if __name__ == "__main__":

@@ -39,6 +39,9 @@ void expectSame(const Sensor& a, const Sensor& b) {
   EXPECT_DOUBLE_EQ(a.camera.windowIndex, b.camera.windowIndex);
   EXPECT_DOUBLE_EQ(a.camera.windowThickness, b.camera.windowThickness);
   EXPECT_DOUBLE_EQ(a.uncertainty.youngsModulus, b.uncertainty.youngsModulus);
+  EXPECT_DOUBLE_EQ(a.uncertainty.poissonRatio, b.uncertainty.poissonRatio);
+  EXPECT_DOUBLE_EQ(a.uncertainty.thickness, b.uncertainty.thickness);
+  EXPECT_DOUBLE_EQ(a.uncertainty.layerDepth, b.uncertainty.layerDepth);
   EXPECT_DOUBLE_EQ(a.uncertainty.model, b.uncertainty.model);
   EXPECT_DOUBLE_EQ(a.uncertainty.focal, b.uncertainty.focal);
   EXPECT_TRUE(a.uncertainty.position.isApprox(b.uncertainty.position, 1e-15));
@@ -85,7 +88,14 @@ TEST(GelFile, WhatIsWrittenIsRead) {
   sensor.nodes = {9, 8, 3.3e-3, {0.1e-3, -0.2e-3}};
   sensor.camera = {800,  600,  1234.5, {401.25, 298.5}, -0.11, 0.013, {1e-3, 2e-3, 99e-3}, {0.01, -0.02, 0.03},
                    1.41, 1.49, 8e-3};
-  sensor.uncertainty = {0.011, 0.007, 0.0013, {0.1e-3, 0.2e-3, 0.4e-3}, {0.001, 0.003, 0.005}};
+  sensor.uncertainty = {.youngsModulus = 0.011,
+                        .poissonRatio = 0.0037,
+                        .thickness = 0.31e-3,
+                        .layerDepth = 0.17e-3,
+                        .model = 0.007,
+                        .focal = 0.0013,
+                        .position = {0.1e-3, 0.2e-3, 0.4e-3},
+                        .rotation = {0.001, 0.003, 0.005}};
   sensor.pictureMotion = {0.031, 2.5e-5, 3.5e-5};
   const auto read = parseGel(sensor::gelText(sensor), "written");
   ASSERT_TRUE(read.has_value()) << read.error().where << read.error().what;

@@ -268,6 +268,8 @@ TEST_F(InfluenceFile, GelFileThatContradictsItIsRefused) {
             "layers[0].pitch_mm does not go with gel.influence_file, which says it");
   EXPECT_EQ(fault("[[layers]]", "poisson_ratio = 0.4\n[[layers]]"),
             "gel.poisson_ratio does not go with gel.influence_file, which says it");
+  EXPECT_EQ(fault("[nodes]", "[uncertainty]\nthickness_mm = 0.1\n[nodes]"),
+            "uncertainty.thickness_mm does not go with gel.influence_file, which says it");
   EXPECT_EQ(fault("[[layers]]", "thickness_mm = 10\n[[layers]]").substr(0, 45),
             "marker_positions[3] has z = 0.012000 m, and t");
   EXPECT_NE(fault("body.npz", "nowhere.npz"), "");

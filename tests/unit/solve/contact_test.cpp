@@ -1,6 +1,5 @@
 // The contact step on the paper's sensor: patches between the nodes, noise, motion of the picture, missing markers.
 #include "daemon/solve/solver.h"
-#include "daemon/solve/systematic.h"
 #include "sensor/elastic/influence.h"
 #include "sensor/elastic/loads.h"
 #include "tests/unit/solve/sensors.h"
@@ -440,36 +439,6 @@ TEST_F(ContactTest, WhatNoForceCanDoIsMarked) {
   EXPECT_EQ(field_.flags & (kUnexplained | kOutOfRange), 0U);
   solve(patch.image.col(2) * (500.0 * kGramForce) + noise());
   EXPECT_NE(field_.flags & kOutOfRange, 0U);
-}
-
-TEST(Systematic, PoseErrorsAreWhatAStrayedCameraReads) {
-  sensor::Sensor sensor;
-  sensor.uncertainty.focal = 0.01;
-  sensor.uncertainty.rotation = {0.0, 0.0, 0.01};
-  sensor.uncertainty.position.setZero();
-  const MatrixXd displacement = sensor::elastic::displacementMatrix(sensor, sensor::elastic::Model::kHalfSpace);
-  const std::vector<double> errors = poseErrors(sensor, displacement, paperInverse());
-  ASSERT_EQ(errors.size(), std::size_t{kPoseErrors});
-  const auto number = [&](int k) {
-    return Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(errors.data() + 36 * k);
-  };
-  EXPECT_TRUE(number(0).isZero(1e-12));
-  // A picture 1 % larger shows forces 1 % larger; one that is turned by 0.01 turns tangential forces.
-  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(number(6)(axis, axis), 0.01, 0.002);
-  EXPECT_NEAR(std::abs(number(5)(0, 1)), 0.01, 0.002);
-  EXPECT_NEAR(number(5)(0, 1), -number(5)(1, 0), 0.002);
-  EXPECT_NEAR(number(5)(2, 2), 0.0, 0.002);
-}
-
-TEST(Systematic, StiffnessScalesTheWholeWrench) {
-  sensor::Uncertainty uncertainty;
-  uncertainty.model = 0.0;
-  uncertainty.youngsModulus = 0.02;
-  const std::array<double, 6> wrench = {1.0, -2.0, 3.0, 0.01, 0.02, -0.03};
-  const WrenchCovariance covariance = systematicCovariance(wrench, uncertainty, 3e-3, {});
-  for (int i = 0; i < 6; ++i) {
-    for (int j = 0; j < 6; ++j) EXPECT_NEAR(covariance[6 * i + j], 4e-4 * wrench[i] * wrench[j], 1e-12);
-  }
 }
 
 }  // namespace

@@ -1,0 +1,163 @@
+"""How often the stated intervals hold the truth. Called like the paper's experiments."""
+
+import tomllib
+
+import numpy as np
+
+import chain
+import truth
+from chain import GF
+from report import SOURCE, rms
+
+KNOWN = tomllib.loads((SOURCE / "config/gels/paper.toml").read_text())  # and how well: what the daemon states
+AXES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+WEIGHT_GF = 200
+OF_WEIGHTS = 0.005  # deviation of Young's modulus by weights
+FRAMES = 10
+
+
+class Mechanics:
+    """Displacements of the random loads, and of the probe's press after them, under blocks that are not quite the gel
+    file's."""
+
+    def __init__(self):
+        self.loads = truth.load(40, 0.49, "random")
+        self.straight = truth.join(self.loads, truth.load(40, 0.49, "probe")).displacement
+        self.by = [truth.load(40, 0.49, f"strayed_{name}").displacement for name in ("poisson", "thickness", "depth")]
+
+    def draw(self, generator):
+        """A block of its own: a function from the load's number to displacements per newton."""
+        by = KNOWN["uncertainty"]
+        poisson, thickness = generator.standard_normal(2) * [by["poisson_ratio"], 1e-3 * by["thickness_mm"]]
+        depth = np.repeat(1e-3 * by["layer_depth_mm"] * generator.standard_normal(2), 576)
+        return lambda number: (
+            self.straight[number]
+            + poisson * self.by[0][number]
+            + thickness * self.by[1][number]
+            + depth[:, None] * self.by[2][number]
+        )
+
+
+def draw_camera(generator):
+    """A gel file with the true camera."""
+    camera, by = KNOWN["camera"], KNOWN["uncertainty"]
+    return chain.gel_text(
+        position=camera["position_mm"] + by["position_mm"] * generator.standard_normal(3),
+        rotation=camera["rotation_rad"] + by["rotation_rad"] * generator.standard_normal(3),
+        focal=camera["focal_px"] * (1 + by["focal_relative"] * generator.standard_normal()),
+    )
+
+
+def draw_motion(generator):
+    """How a frame's picture strays, with its brightness."""
+    by = KNOWN["picture_motion"]
+    return [*generator.standard_normal(4) * [by["shift_px"], by["shift_px"], by["scale"], by["roll_rad"]], 1.0]
+
+
+WEIGHED = f"""
+[uncertainty]
+youngs_modulus_relative = {OF_WEIGHTS}
+[calibration]
+camera = "evaluation"
+date = "2026-11-20T08:10:00Z"
+geometry = "2026-11-20T08:00:00Z"
+stiffness = "2026-11-20T08:10:00Z"
+hash = "{32 * '0'}"
+"""
+
+
+def random_loads(count, groups, weighed, seed):
+    """Errors, frames x 6, and their stated deviations. The loads of a group share a camera."""
+    generator, mechanics = np.random.default_rng(seed), Mechanics()
+    number_of, probe = len(mechanics.loads.displacement), len(mechanics.straight) - 1
+    forces, moments = mechanics.loads.forces(), mechanics.loads.moments()
+    gel = chain.gel_text() + (WEIGHED if weighed else "")
+    errors, deviations = [], []
+    for group in range(groups):
+        camera, displacement, weights, stray, true = draw_camera(generator), [], [], [], []
+        for index in range(group * count // groups, (group + 1) * count // groups):
+            load, block = index % number_of, mechanics.draw(generator)
+            force = np.exp(generator.uniform(np.log(5), np.log(400))) * GF
+            stiffness = 1 + KNOWN["uncertainty"]["youngs_modulus_relative"] * generator.standard_normal()
+            displacement.append(np.repeat(force / stiffness * block(load)[None], FRAMES, axis=0))
+            weights.append(WEIGHT_GF * GF / stiffness * block(probe))
+            stray.append(np.tile(draw_motion(generator), (FRAMES, 1)))
+            true.append(np.concatenate([force * forces[load], force * moments[load]]))
+        found = chain.run(
+            np.concatenate(displacement),
+            gel=gel,
+            twin_gel=camera,
+            stray=np.concatenate(stray),
+            zero_every=FRAMES,
+            seed=group + 1,
+        )
+        factor = np.ones(len(true))
+        if weighed:  # as a weight would have it, put on once for each load's gel
+            read = chain.run(np.array(weights), gel=gel, twin_gel=camera, given=0).resultant_N[:, 2]
+            factor = WEIGHT_GF * GF / read * (1 + OF_WEIGHTS * generator.standard_normal(len(true)))
+        covariance = (found["noise_covariance"] + found["systematic_covariance"]).reshape(-1, 6, 6)
+        factor = np.repeat(factor, FRAMES)[:, None]
+        errors.append(factor * np.hstack([found.resultant_N, found.moment_Nm]) - np.repeat(true, FRAMES, axis=0))
+        deviations.append(factor * np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0)))
+    return np.concatenate(errors), np.concatenate(deviations)
+
+
+def rows(report, errors, deviations, label, name):
+    for axis, component in enumerate(AXES):
+        width = 2 * 1.96 * np.median(deviations[:, axis]) / GF * (1 if axis < 3 else 1e3)
+        share = (abs(errors[:, axis]) <= 1.96 * deviations[:, axis]).mean()
+        report.row(
+            f"truth inside the stated 95 % interval{label}, {component}",
+            f"{100 * share:.1f} %, median width {width:.1f} {'gf' if axis < 3 else 'gf mm'}",
+            "–",
+            "92 - 98 %",
+            0.98,
+            share,
+            0.92,
+            name=f"{name} {component}",
+        )
+
+
+def coverage(report, quick):
+    report.section(
+        "What the stated uncertainty covers",
+        """
+        Random loads (place, radius 1.5 to 6 mm, up to 45 degrees from the normal, 5 to 400 gf), 10 frames each. For
+        each load the gel's true stiffness, Poisson's ratio, thickness and depths of the layers, the camera's true pose
+        and focal length and the picture's motion are drawn from the standard deviations that the gel file states; the
+        daemon does not know them. Covered: the truth lies within 1.96 stated deviations. With weights: Young's modulus
+        is what makes a press of 200 gf near the centre read right, to 0.5 %, with these hidden numbers.""",
+    )
+    # A load comes four times, with other forces, gels and cameras.
+    rows(report, *random_loads(*((40, 10) if quick else (800, 160)), weighed=False, seed=20053), "", "coverage")
+    rows(
+        report,
+        *random_loads(*((20, 5) if quick else (400, 80)), weighed=True, seed=20055),
+        " with weights",
+        "coverage with weights",
+    )
+
+
+def rim(report, quick):
+    report.section(
+        "Contacts at the rim that are no ball's",
+        """
+        At the rim of the marker field a lone contact is taken for a round patch as far as the picture allows: here are
+        other shapes, at a side and in a corner, pressed and sheared. Error: length of the resultant's, root mean square
+        over frames. Covered: share of the force's components within 1.96 stated deviations of noise, since nothing
+        else is drawn.""",
+    )
+    frames, lines = 5 if quick else 20, []
+    for thickness in (15, 40):
+        loads = truth.load(thickness, 0.49, "rim")
+        for label, (first, last) in truth.rim_shapes_at().items():
+            cells = []
+            for force in (20, 100, 400):
+                unit = np.repeat(loads.displacement[first:last], frames, axis=0)
+                found = chain.run(force * GF * unit, gel=chain.gel_text(thickness), zero_every=4)
+                error = found.resultant_N - np.repeat(force * GF * loads.forces()[first:last], frames, axis=0)
+                deviation = np.sqrt(found.noise_covariance.reshape(-1, 6, 6)[:, range(3), range(3)])
+                size = rms(np.linalg.norm(error, axis=1)) / GF
+                cells.append(f"{size:.1f} gf, {100 * (abs(error) < 1.96 * deviation).mean():.0f} %")
+            lines.append((f"{label}, {thickness} mm", *cells))
+    report.table(["shape, gel", "20 gf", "100 gf", "400 gf"], lines)
