@@ -33,6 +33,8 @@ constexpr std::array kSureNode = {3.25, 4.25};   // of the node itself
 constexpr std::array kOutline = {0.15, 0.3};     // of the strongest nearby: the edge of a contact
 constexpr std::array kNoSideLobe = {0.1, 0.16};  // of the strongest of all: side lobes stay below 0.1
 constexpr std::array kTouchOutline = {0.5, 0.7};
+constexpr double kTouchWider = 0.2;  // by so much lower, as long as no more nodes than these are above: of a wide faint
+constexpr std::ptrdiff_t kTouchNodesWide = 56;  // press the edge counts
 constexpr std::array kNoTouchSideLobe = {0.2, 0.4};
 constexpr std::array kOutlineSeen = {6.0, 10.0};  // surety in the shape map from which it is the better one
 
@@ -85,7 +87,7 @@ ContactStep::ContactStep(const Inverse& inverse, const sensor::NodeGrid& nodes, 
   }
 
   const auto all = static_cast<std::size_t>(nodes.count());
-  for (auto* each : {&touchSurety_, &shapeSurety_, &magnitude_, &strongNear_, &weight_, &faintness_}) each->resize(all);
+  for (auto* each : {&touchSurety_, &shapeSurety_, &magnitude_, &strongNear_, &weight_, &faintness_, &touchShare_, &sorted_}) each->resize(all);
   nodes_.reserve(all);
   constexpr std::size_t kUnknowns = kMostUnknowns;
   unknowns_.reserve(kUnknowns);
@@ -216,6 +218,17 @@ void ContactStep::weigh() {
     if (strong <= kNoSideLobe[0] * strongest) continue;
     nearest(node, [&](int other) { strongNear_[other] = std::max(strongNear_[other], strong); });
   }
+  std::fill(touchShare_.begin(), touchShare_.end(), 0.0);  // of the strongest nearby
+  for (int node = 0; node < columns_ * rows_ && outlined_ < 1.0; ++node) {
+    if (touchSurety_[node] <= std::max(kSure[0], kNoTouchSideLobe[0] * surestTouch)) continue;
+    double sure = 0.0;
+    nearest(node, [&](int other) { sure = std::max(sure, touchSurety_[other]); });
+    touchShare_[node] = touchSurety_[node] / sure;
+  }
+  std::copy(touchShare_.begin(), touchShare_.end(), sorted_.begin());
+  const auto next = sorted_.begin() + std::min<std::ptrdiff_t>(kTouchNodesWide, std::ssize(sorted_) - 1);
+  std::nth_element(sorted_.begin(), next, sorted_.end(), std::greater());
+  const double wider = std::clamp(kTouchOutline[0] - *next, 0.0, kTouchWider);
   for (int node = 0; node < columns_ * rows_; ++node) {
     double outline = 0.0, touch = 0.0, share = 0.0;
     if (const double strong = strongNear_[node];
@@ -226,10 +239,8 @@ void ContactStep::weigh() {
       outline = ramp(share, kOutline) * ramp(strong / strongest, kNoSideLobe) * ramp(sure, kSure) *
                 ramp(shapeSurety_[node], kSureNode);
     }
-    if (outlined_ < 1.0 && touchSurety_[node] > kSure[0]) {
-      double sure = 0.0;
-      nearest(node, [&](int other) { sure = std::max(sure, touchSurety_[other]); });
-      touch = ramp(touchSurety_[node] / sure, kTouchOutline) *
+    if (touchShare_[node] > 0.0) {
+      touch = ramp(touchShare_[node] + wider, kTouchOutline) *
               ramp(touchSurety_[node] / surestTouch, kNoTouchSideLobe) * ramp(touchSurety_[node], kSure);
     }
     weight_[node] = outlined_ * outline + (1.0 - outlined_) * touch;

@@ -33,6 +33,8 @@ sensor::Sensor plainSensor() {
   sensor::Sensor sensor;
   for (sensor::MarkerLayer& layer : sensor.layers) layer.columns = layer.rows = 14;
   sensor.nodes.columns = sensor.nodes.rows = 12;
+  // A body has no such numbers.
+  sensor.uncertainty.poissonRatio = sensor.uncertainty.thickness = sensor.uncertainty.layerDepth = 0.0;
   return sensor;
 }
 

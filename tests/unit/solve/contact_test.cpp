@@ -50,14 +50,18 @@ struct Press {
   }
 };
 
-Press press(const Vector2d& at, double radius) {
-  const auto patch = sensor::elastic::hertz(at, radius, Vector3d::UnitZ());
+Press press(const Vector2d& at, const sensor::elastic::PatchQuadrature& patch) {
   const MatrixXd points = halfSpaceImage(paper(), patch.points);
   Press result{at, MatrixXd::Zero(points.rows(), 3)};
   for (Eigen::Index i = 0; i < patch.points.cols(); ++i) {
     result.image += patch.forces(2, i) * points.middleCols<3>(3 * i);
   }
   return result;
+}
+
+/// Under a ball.
+Press press(const Vector2d& at, double radius) {
+  return press(at, sensor::elastic::hertz(at, radius, Vector3d::UnitZ()));
 }
 
 class ContactTest : public testing::Test {
@@ -111,6 +115,21 @@ TEST_F(ContactTest, NoiseDoesNotSpreadAWeakShearOverTheFace) {
       solve(displacement + noise());
       EXPECT_EQ(field_.method, Method::kContact) << gramForce << " gf, frame " << i;
     }
+  }
+}
+
+// Its edge was left out once: 30 gf on a flat disc were read as 28.
+TEST_F(ContactTest, AWideFaintPressIsReadWhole) {
+  const Vector2d at(1e-3, -2e-3);
+  const Press disc = press(at, sensor::elastic::disc(at, 10e-3, Vector3d::UnitZ()));
+  for (const double gramForce : {15.0, 25.0, 35.0}) {
+    Vector3d mean = Vector3d::Zero();
+    constexpr int kFrames = 60;
+    for (int i = 0; i < kFrames; ++i) {
+      solve(disc.image.col(2) * (gramForce * kGramForce) + noise());
+      mean += resultant() / kFrames / kGramForce;
+    }
+    EXPECT_LT((mean - Vector3d(0.0, 0.0, gramForce)).norm(), 0.7) << gramForce;
   }
 }
 
