@@ -50,10 +50,6 @@ constexpr std::array kRimMisfit = {1.0, 2.0};
 /// Strength of the penalty around a patch, as a multiple of that around nothing.
 constexpr double kRimStiffness = 10.0;
 
-/// How often the patch moves with what its nodes lack there, at most, and the change, in deviations, that is the last.
-constexpr int kRimRounds = 10;
-constexpr double kLastChange_deviations = 0.03;
-
 /// Continuous, 1 up to the first limit, 0 from the second on.
 double fade(double x, const std::array<double, 2>& limits) {
   return std::clamp((limits[1] - x) / (limits[1] - limits[0]), 0.0, 1.0);
@@ -69,13 +65,14 @@ Contacts::Contacts(const Inverse& inverse, const sensor::Sensor& sensor)
     , indexAt_(static_cast<std::size_t>(sensor.nodes.count()), -1)
     , fit_(inverse, sensor.nodes) {
   expected_.reserve(3 * ContactStep::kMostNodes);
-  if (!sensor.body) offGrid_.emplace(sensor, inverse.influence.stride());
+  if (!sensor.body) offGrid_.emplace(sensor);
   constexpr std::size_t kNodes = ContactStep::kMostNodes;
   for (auto* each : {&order_, &hill_, &peak_, &parent_}) each->reserve(kNodes);
   magnitude_.reserve(kNodes);
   members_.reserve(kNodes);
   functional_.resize(ContactStep::kMostUnknowns);
   functionals_ = LineArray<double>(kColumns * functional_.size());
+  nearly_ = LineArray<double>(static_cast<std::size_t>(inverse.influence.stride()));
 }
 
 int Contacts::hillOf(int index) {
@@ -367,11 +364,7 @@ void Contacts::solveAtRim(ContactStep& step, const Picture& picture, const Hill&
   const double most = expected + kRimMisfit[1] * allowed;
   fit_.begin(step, picture);
   if (!fit_.fit({&patch, 1}, most)) return;
-  for (int round = 0; round < kRimRounds; ++round) {
-    fit_.change(offGrid_->without(patch, picture));
-    if (fit_.step({&patch, 1}) < kLastChange_deviations) break;
-  }
-  if (!fit_.fit({&patch, 1}, most)) return;
+  if (!fit_.fit(patch, most, *offGrid_)) return;
   atRim_.covariance = fit_.covariance(0);
   share *= fade((fit_.chiSquared() - expected) / allowed, kRimMisfit);
   if (share == 0.0) return;
@@ -387,9 +380,16 @@ void Contacts::solveAtRim(ContactStep& step, const Picture& picture, const Hill&
           share * stencil.share[i][0] * patch.force_N[axis];
     }
   }
-  const Picture nearly = offGrid_->without(patch, picture, share);
-  if (step.solve(nearly.displacement_px, nearly.missing, nearly.squares_px2, expected_,
-                 1.0 + share * (kRimStiffness - 1.0))) {
+  // What the nodes lack is taken out of the picture.
+  const auto& [coordinates, difference] = offGrid_->of(patch, picture.missing);
+  std::copy_n(picture.displacement_px, nearly_.size(), nearly_.data());
+  for (std::size_t j = 0; j < coordinates.size(); ++j) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      nearly_.data()[coordinates[j]] -= share * difference[12 * j + 4 * axis] * patch.force_N[axis];
+    }
+  }
+  const double squares = dotProduct(nearly_.data(), nearly_.data(), static_cast<int>(nearly_.size()));
+  if (step.solve(nearly_.data(), picture.missing, squares, expected_, 1.0 + share * (kRimStiffness - 1.0))) {
     atRim_.share = share;
   } else {
     step.solve(picture.displacement_px, picture.missing, picture.squares_px2);

@@ -66,6 +66,7 @@ class Contacts {
   PatchFit fit_;
   std::optional<OffGrid> offGrid_;  ///< none: no flat block
   std::vector<double> expected_;    ///< forces of the step's nodes
+  LineArray<double> nearly_;        ///< a picture
   AtRim atRim_;
   // What resolve() found.
   std::array<Patch, PatchFit::kMostPatches> patches_;

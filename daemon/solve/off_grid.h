@@ -4,9 +4,10 @@
 // markers that is little, but where they see a contact from one side only, a fit makes ten times as much of it.
 #pragma once
 
-#include "daemon/solve/patch_fit.h"
+#include "daemon/solve/patch.h"
 #include "sensor/sensor.h"
 
+#include <span>
 #include <vector>
 
 namespace tractiond::solve {
@@ -15,17 +16,25 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class OffGrid {
  public:
-  OffGrid(const sensor::Sensor& sensor, int stride);
+  explicit OffGrid(const sensor::Sensor& sensor);
 
-  /// `picture` without that difference, times `share`; it lasts until the next call.
-  Picture without(const Patch& patch, const Picture& picture, double share = 1.0);
+  /// Where a patch and its stencil differ.
+  struct Difference {
+    std::vector<int> coordinates;  ///< of markers near the patch that are not missing
+    /// Of each coordinate, for each component of the force, what 1 N of the patch does more [px/N], and its derivatives
+    /// by column, row and spread: kinds[12 coordinate + 4 component + kind].
+    std::vector<double> kinds;
+  };
+
+  /// It lasts until the next call.
+  const Difference& of(const Patch& patch, std::span<const int> missing);
 
  private:
   const sensor::NodeGrid grid_;
   const sensor::Points nodes_, markers_;
   const double youngsModulus_, poissonRatio_;
   std::vector<Eigen::Matrix<double, 2, 3>> jacobian_;  ///< of the projection, at each marker [px/m]
-  std::vector<double> displacement_;
+  Difference difference_;
 };
 
 }  // namespace tractiond::solve

@@ -178,7 +178,10 @@ PatchFit::PatchFit(const Inverse& inverse, const sensor::NodeGrid& nodes)
     , products_(static_cast<std::size_t>(inverse.forceCount()))
     , asked_(static_cast<std::size_t>(nodes.count()))
     , missing_(static_cast<std::size_t>(kMostSpots * kKinds * inverse.coordinateCount()))
-    , motionMissing_(static_cast<std::size_t>(kMotions * inverse.coordinateCount())) {}
+    , motionMissing_(static_cast<std::size_t>(kMotions * inverse.coordinateCount()))
+    , near_(static_cast<std::size_t>(kKinds * inverse.coordinateCount()))
+    , sum_(near_.size())
+    , motionNear_(motionMissing_.size()) {}
 
 int PatchFit::unknown(int end, int i) const {
   return i < 3 ? 3 * end + i : 3 * ends_ + kMotions + 3 * end + i - 3;
@@ -206,13 +209,6 @@ void PatchFit::begin(const ContactStep& step, const Picture& picture) {
   }
   motionGram_ = Eigen::Map<const Eigen::Matrix<double, kMotions, kMotions>>(step.motionGram().data());
   motionGram_ -= missing.lazyProduct(missing.transpose());
-}
-
-void PatchFit::change(const Picture& picture) {
-  picture_ = picture;
-  std::fill(asked_.begin(), asked_.end(), std::uint8_t{0});
-  constexpr std::array<int, kMotions> kEvery = {0, 1, 2, 3};
-  multiplyRows(inverse_.motion, kEvery, picture.displacement_px, motionRight_.data());
 }
 
 /// The spots of these patches.
@@ -269,6 +265,34 @@ void PatchFit::look(Spot& spot, double* missing) {
     }
   }
   if (gone > 0) subtractMotions(missing, motionMissing_.data(), gone, spot.motion.data());
+}
+
+/// Adds to the only spot's products what the patch does more than its nodes: near it, (U + D)'(U + D) for U'U.
+void PatchFit::addDifference(const Patch& patch) {
+  const auto& [coordinates, difference] = offGrid_->of(patch, picture_.missing);
+  Spot& spot = spot_[0];
+  const std::size_t count = coordinates.size();
+  std::fill_n(near_.begin(), kKinds * count, 0.0);
+  for (std::size_t i = 0; i < Stencil::kNodes; ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      addShares(inverse_.influence.row(3 * spot.stencil.node[i] + axis), coordinates, spot.stencil.share[i],
+                near_.data() + 4 * axis);
+    }
+  }
+  for (std::size_t j = 0; j < count; ++j) {
+    for (std::size_t e = 0; e < kKinds; ++e) {
+      sum_[kKinds * j + e] = near_[kKinds * j + e] + difference[kKinds * j + e];
+      spot.right[static_cast<Eigen::Index>(3 * (e % 4) + e / 4)] +=
+          difference[kKinds * j + e] * picture_.displacement_px[coordinates[j]];
+    }
+    for (int k = 0; k < kMotions; ++k) motionNear_[kMotions * j + static_cast<std::size_t>(k)] = inverse_.motion.row(k)[coordinates[j]];
+  }
+  double* const block = block_[0].data();
+  subtractProducts(near_.data(), near_.data(), count, block);
+  for (std::size_t i = 0; i < kKinds * count; ++i) near_[i] = -sum_[i];
+  subtractProducts(near_.data(), sum_.data(), count, block);
+  for (std::size_t i = 0; i < kKinds * count; ++i) near_[i] = -difference[i];
+  subtractMotions(near_.data(), motionNear_.data(), count, spot.motion.data());
 }
 
 /// The equations of the forces and the motion alone; or of everything, for which the forces must be known.
@@ -369,6 +393,7 @@ bool PatchFit::evaluate(std::span<Patch> patches, int bar) {
       if (gone > 0) subtractProducts(missing(p), missing(q), gone, block);
     }
   }
+  if (offGrid_ != nullptr) addDifference(patches[0]);
   assemble(patches, false);
   const Eigen::LLT<Matrix> factor(linear_);
   if (factor.info() != Eigen::Success) return false;
@@ -406,21 +431,6 @@ void PatchFit::move(std::span<const Patch> patches, const Vector& solution, std:
   }
 }
 
-double PatchFit::step(std::span<Patch> patches) {
-  constexpr double kInfinite = std::numeric_limits<double>::infinity();
-  if (!evaluate(patches, -1)) return kInfinite;
-  assemble(patches, true);
-  const Eigen::LLT<Matrix> factor(normal_);
-  if (factor.info() != Eigen::Success) return kInfinite;
-  const Vector solution = factor.solve(right_);
-  const Matrix inverse = factor.solve(Matrix::Identity(normal_.rows(), normal_.cols()));
-  const auto places = 3 * ends_;
-  const auto deviations = inverse.diagonal().tail(places).array().sqrt() * picture_.noise_px;
-  const double change = (solution.tail(places).array().abs() / deviations).maxCoeff();
-  move(patches, solution, patches);
-  return change;
-}
-
 bool PatchFit::fit(std::span<Patch> patches, double most) {
   if (!descend(patches, -1, most, 0.0)) return false;
   const Eigen::LLT<Matrix> factor(normal_);
@@ -428,6 +438,13 @@ bool PatchFit::fit(std::span<Patch> patches, double most) {
   covariance_ = factor.solve(Matrix::Identity(normal_.rows(), normal_.cols()));
   covariance_ *= square(picture_.noise_px);
   return true;
+}
+
+bool PatchFit::fit(Patch& patch, double most, OffGrid& offGrid) {
+  offGrid_ = &offGrid;
+  const bool found = fit({&patch, 1}, most);
+  offGrid_ = nullptr;
+  return found;
 }
 
 bool PatchFit::fitsBar(std::span<Patch> patches, int first, double most) {

@@ -8,6 +8,8 @@
 #pragma once
 
 #include "daemon/solve/contact_step.h"
+#include "daemon/solve/off_grid.h"
+#include "daemon/solve/patch.h"
 
 #include <Eigen/Core>
 
@@ -26,24 +28,6 @@ struct Picture {
   double noise_px;
 };
 
-/// A round patch on the grid of the nodes.
-struct Patch {
-  double column = 0.0, row = 0.0;  ///< of its centre [pitches]
-  double spread = 0.0;             ///< variance of its pressure's places along any direction [pitches^2]
-  std::array<double, 3> force_N{};
-};
-
-/// Shares of the 4 x 4 nodes around a place that do what a patch does: its moments up to the third. Of each node, the
-/// share and its derivatives by column, row and spread.
-struct Stencil {
-  static constexpr int kNodes = 16;
-  Stencil() = default;
-  Stencil(const Patch& patch, int columns, int rows);
-
-  std::array<int, kNodes> node{};
-  std::array<std::array<double, 4>, kNodes> share{};
-};
-
 /// Thread-bound. Allocates only when made.
 class PatchFit {
  public:
@@ -57,16 +41,12 @@ class PatchFit {
   /// The frame that is fitted from now on; `step` has solved it.
   void begin(const ContactStep& step, const Picture& picture);
 
-  /// Goes on with another picture of the same frame.
-  void change(const Picture& picture);
-
   /// Improves the patches by Gauss-Newton steps from where they are; forces are found, not wanted. False: what is left
   /// is not below `most`.
   bool fit(std::span<Patch> patches, double most);
 
-  /// One Gauss-Newton step, undamped. The largest change of a place or spread, in its deviations; infinite where the
-  /// patches cannot be told apart.
-  double step(std::span<Patch> patches);
+  /// The same for one patch that is more than its nodes.
+  bool fit(Patch& patch, double most, OffGrid& offGrid);
 
   /// Whether less than `most` is left if patch `first` and the next one are the ends of one straight contact, on which
   /// force and spread change linearly from one end to the other; its force is the sum of theirs.
@@ -99,6 +79,7 @@ class PatchFit {
   bool descend(std::span<Patch> patches, int bar, double most, double enough);
   bool evaluate(std::span<Patch> patches, int bar);
   void look(Spot& spot, double* missing);
+  void addDifference(const Patch& patch);
   void assemble(std::span<const Patch> patches, bool places);
   double expectedGain(std::span<const Patch> patches, const Vector& solution) const;
   void move(std::span<const Patch> patches, const Vector& solution, std::span<Patch> to) const;
@@ -107,11 +88,13 @@ class PatchFit {
   const Inverse& inverse_;
   const int columns_, rows_;
   const ContactStep* step_ = nullptr;
+  OffGrid* offGrid_ = nullptr;  ///< of a fit()
   Picture picture_{};
   std::vector<double> products_;       ///< H'd, as far as this frame has asked for it
   std::vector<std::uint8_t> asked_;    ///< whether it has, for each node
   std::vector<double> missing_;        ///< of each spot, missing coordinate, component and kind: what it does there
   std::vector<double> motionMissing_;  ///< of each missing coordinate: what the motions do there
+  std::vector<double> near_, sum_, motionNear_;  ///< the same where a patch is more than its nodes: of these, of both
   Eigen::Matrix<double, kMotions, kMotions> motionGram_;
   Eigen::Matrix<double, kMotions, 1> motionRight_;
   int ends_ = 0, spots_ = 0;

@@ -334,7 +334,7 @@ void Solver::addNoiseOfPatch(double share, const Contacts::AtRim& found, Tractio
   if (!(before > 0.0)) return;
   double left = 0.0;
   for (std::size_t axis = 0; axis < 3; ++axis) left += square(field.deviation_N[3 * at + axis] / before) / 3.0;
-  share *= std::min(square(left), 1.0);
+  share *= std::min(std::sqrt(left), 1.0);
   for (std::size_t i = 0; i < Stencil::kNodes; ++i) {
     const auto node = static_cast<std::size_t>(stencil.node[i]);
     for (std::size_t axis = 0; axis < 3; ++axis) {

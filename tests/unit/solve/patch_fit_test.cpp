@@ -170,24 +170,6 @@ TEST_F(PatchFitTest, FindsTheLeastOfDenseLeastSquaresWhateverIsMissing) {
   }
 }
 
-TEST_F(PatchFitTest, GoesOnWithAnotherPictureOfTheFrame) {
-  const Patch there{2.3, 2.6, 0.1, {}};
-  const VectorXd picture = image(there) * Eigen::Vector3d(0.2, 0.1, 1.0) + noise();
-  const VectorXd other = picture + image({2.9, 2.1, 0.3, {}}) * Eigen::Vector3d(0.0, 0.1, 0.2);
-  std::array<Patch, 1> fresh = {there}, changed = {there};
-  show(other, 50);
-  ASSERT_TRUE(fit_.fit(fresh, 1e9));
-  const double left = fit_.chiSquared();
-  const std::vector<double> row = row_;
-  const double squares = seen_.squaredNorm();
-  show(picture, 50);
-  ASSERT_TRUE(fit_.fit(changed, 1e9));
-  fit_.change({row.data(), gone_, squares, kNoise_px});
-  ASSERT_TRUE(fit_.fit(changed, 1e9));
-  EXPECT_NEAR(fit_.chiSquared(), left, 0.05);  // two fits end within a last gain
-  for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(changed[0].force_N[axis], fresh[0].force_N[axis], 2e-3);
-}
-
 TEST_F(PatchFitTest, KnowsABarFromAPair) {
   const auto at = [](double place) { return Patch{1.3 + 3.5 * place, 2.2 + 0.9 * place, 0.05, {}}; };
   VectorXd bar = noise(), pair = noise();
