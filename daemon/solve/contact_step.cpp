@@ -87,7 +87,9 @@ ContactStep::ContactStep(const Inverse& inverse, const sensor::NodeGrid& nodes, 
   }
 
   const auto all = static_cast<std::size_t>(nodes.count());
-  for (auto* each : {&touchSurety_, &shapeSurety_, &magnitude_, &strongNear_, &weight_, &faintness_, &touchShare_, &sorted_}) each->resize(all);
+  for (auto* each :
+       {&touchSurety_, &shapeSurety_, &magnitude_, &strongNear_, &weight_, &faintness_, &touchShare_, &sorted_})
+    each->resize(all);
   nodes_.reserve(all);
   constexpr std::size_t kUnknowns = kMostUnknowns;
   unknowns_.reserve(kUnknowns);

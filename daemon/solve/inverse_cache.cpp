@@ -45,7 +45,7 @@ struct Header {
   std::int64_t computed_ns = 0;
   double lambda = 0.0;
   std::uint64_t systematicErrors = 0;  ///< numbers in either array
-  Hash128 checksum{};  ///< of the header up to here, then of all that follows
+  Hash128 checksum{};                  ///< of the header up to here, then of all that follows
 };
 static_assert(sizeof(Header) == 80);  // no padding
 constexpr std::size_t kCheckedHeader = offsetof(Header, checksum);

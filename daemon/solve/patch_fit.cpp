@@ -285,7 +285,8 @@ void PatchFit::addDifference(const Patch& patch) {
       spot.right[static_cast<Eigen::Index>(3 * (e % 4) + e / 4)] +=
           difference[kKinds * j + e] * picture_.displacement_px[coordinates[j]];
     }
-    for (int k = 0; k < kMotions; ++k) motionNear_[kMotions * j + static_cast<std::size_t>(k)] = inverse_.motion.row(k)[coordinates[j]];
+    for (int k = 0; k < kMotions; ++k)
+      motionNear_[kMotions * j + static_cast<std::size_t>(k)] = inverse_.motion.row(k)[coordinates[j]];
   }
   double* const block = block_[0].data();
   subtractProducts(near_.data(), near_.data(), count, block);

@@ -41,6 +41,7 @@ class Solver {
   void addNoiseOfPatch(double share, const Contacts::AtRim& found, TractionField& field) const;
   void sum(TractionField& field) const;
   void addSystematic(double share, const std::vector<double>& errors, TractionField& field) const;
+  void addDoubtAtRim(double share, TractionField& field) const;
   void judge(double squaredResidual, TractionField& field) const;
   bool finite(const TractionField& field) const;
   static void clear(TractionField& field);

@@ -14,7 +14,8 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
 /// is part of it.
 bool isWeighed(const sensor::Sensor& sensor);
 
-/// Covariance of the wrench (Fx .. Mz): by Young's modulus, what else the mechanics err by, and one of SystematicErrors.
+/// Covariance of the wrench (Fx .. Mz): by Young's modulus, what else the mechanics err by, and one of
+/// SystematicErrors.
 WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const sensor::Uncertainty& uncertainty,
                                       double pitch_m, const std::vector<double>& errors);
 

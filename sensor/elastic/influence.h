@@ -9,8 +9,8 @@ namespace sensor::elastic {
 /// Mechanics of a sensor without a body of its own.
 enum class Model { kBlock, kHalfSpace };
 
-/// 3 M x 3 N [m/N], of a block or a half-space: rows 3m.. are the displacement of marker m, columns 3n.. the unit forces
-/// along x, y, z at node n.
+/// 3 M x 3 N [m/N], of a block or a half-space: rows 3m.. are the displacement of marker m, columns 3n.. the unit
+/// forces along x, y, z at node n.
 Eigen::MatrixXd displacementMatrix(const Gel& gel, Model model, const Points& markers, const Points& nodes,
                                    const BlockOptions& options = {}, const Progress& progress = {});
 

@@ -408,6 +408,38 @@ TEST_F(ContactTest, AContactAtTheRimIsReadAsOneInTheMiddle) {
   }
 }
 
+// A patch and what its nodes lack once drove each other away: in a corner, single frames of 25 gf were read as 60.
+TEST_F(ContactTest, AWeakPressInACornerIsReadWithinItsInterval) {
+  const Press corner = press({-33e-3, -33e-3}, 2.5e-3);
+  const Vector3d force(0.0, 0.0, 25.0 * kGramForce);
+  Vector3d mean = Vector3d::Zero();
+  constexpr int kFrames = 300;
+  for (int i = 0; i < kFrames; ++i) {
+    solve(corner.image * force + noise());
+    const Vector3d error = resultant() - force;
+    mean += error / kFrames;
+    EXPECT_LT(std::abs(error.z()), 5.0 * std::sqrt(field_.noise[14])) << "frame " << i;
+  }
+  EXPECT_LT(mean.norm(), 0.5 * kGramForce);
+}
+
+TEST_F(ContactTest, WhatMayLieBeyondTheOutermostNodesIsInDoubt) {
+  const double force = 400.0 * kGramForce;
+  for (const double x : {0.0, 31.5e-3}) {
+    const Vector2d at(x, -20e-3);
+    const Press disc = press(at, sensor::elastic::disc(at, 8e-3, Vector3d::UnitZ()));
+    int inside = 0;
+    for (int i = 0; i < 40; ++i) {
+      solve(disc.image.col(2) * force + noise());
+      // Of the systematic part, what the sensor's numbers do is the same everywhere and not in this picture.
+      const double doubt = field_.systematic[0];  // along x, where nothing acts
+      inside += std::abs(resultant().z() - force) < 1.96 * std::sqrt(field_.noise[14] + doubt) ? 1 : 0;
+      EXPECT_EQ(doubt > square(0.005 * force), x > 0.0);
+    }
+    EXPECT_GE(inside, 36) << x;
+  }
+}
+
 TEST_F(ContactTest, AGrowingContactIsReadWithoutAStepThroughTheFallback) {
   const sensor::Points nodes = sensor::nodePositions(paper().nodes);
   const VectorXd still = noise();

@@ -1,7 +1,6 @@
 // What another camera or another block than the gel file's misreads: predicted by the errors, and measured by solving.
-#include "daemon/solve/systematic.h"
-
 #include "daemon/solve/solver.h"
+#include "daemon/solve/systematic.h"
 #include "sensor/elastic/influence.h"
 #include "sensor/elastic/loads.h"
 #include "tests/unit/solve/sensors.h"
@@ -89,8 +88,7 @@ void expectPredicted(bool contactAware, const std::vector<double>& errors, doubl
           reading(solver, kForce_N * strayed.col(axis)) - reading(solver, kForce_N * straight.col(axis));
       const Vector6 predicted = error(errors, number) * wrench;
       // The errors are means over the face, and one place has its own.
-      EXPECT_LT((measured - predicted).head<3>().norm(),
-                std::max(2e-3 * kForce_N, share * predicted.head<3>().norm()))
+      EXPECT_LT((measured - predicted).head<3>().norm(), std::max(2e-3 * kForce_N, share * predicted.head<3>().norm()))
           << number << ", axis " << axis << ": " << measured.head<3>().transpose() << " instead of "
           << predicted.head<3>().transpose();
     }
