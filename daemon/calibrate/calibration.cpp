@@ -134,6 +134,7 @@ Result Calibration::geometry(const RestPose& zero, bool anyway) {
   candidate_.uncertainty.rotation = found.uncertainty.rotation;
   candidate_.uncertainty.focalDistance = found.uncertainty.focalDistance;
   made().geometry = date();
+  weights_.clear();  // read with another camera
   made().residual_px = found.residual_px;
 
   CalibrationReport report;

@@ -38,7 +38,7 @@ struct TractionField {
   std::array<double, 3> resultant_N{};         ///< sum of the node forces
   std::array<double, 3> moment_Nm{};           ///< about the origin
   WrenchCovariance noise{};                    ///< of the two above: what differs from frame to frame
-  WrenchCovariance systematic{};               ///< what does not: stiffness, mechanics, the camera's pose
+  WrenchCovariance systematic{};               ///< what does not: the sensor's numbers, the rim
   std::array<double, 2> centreOfPressure_m{};  ///< of the normal forces
   bool centreOfPressureValid = false;          ///< false where the normal force is too small for a centre
   double residual_px = 0.0;                    ///< root mean square over the valid markers' coordinates

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 namespace tractiond::solve {
@@ -33,8 +34,12 @@ constexpr std::array kSureNode = {3.25, 4.25};   // of the node itself
 constexpr std::array kOutline = {0.15, 0.3};     // of the strongest nearby: the edge of a contact
 constexpr std::array kNoSideLobe = {0.1, 0.16};  // of the strongest of all: side lobes stay below 0.1
 constexpr std::array kTouchOutline = {0.5, 0.7};
-constexpr double kTouchWider = 0.2;  // by so much lower, as long as no more nodes than these are above: of a wide faint
-constexpr std::ptrdiff_t kTouchNodesWide = 56;  // press the edge counts
+
+/// The touch map's outline may be lower by so much, as long as no more nodes than these are above it: the edge of a
+/// wide press counts.
+constexpr double kTouchWider = 0.2;
+constexpr std::ptrdiff_t kTouchNodesWide = 54;
+
 constexpr std::array kNoTouchSideLobe = {0.2, 0.4};
 constexpr std::array kOutlineSeen = {6.0, 10.0};  // surety in the shape map from which it is the better one
 
@@ -44,6 +49,9 @@ constexpr double kTouchPoint = 2.0, kPoint = 4.0, kPlane = 0.2, kTouchNodes = 24
 
 /// Contacts of so many nodes: of fewer, the map shows the profile, of more, no more than the outline.
 constexpr std::array kCompact = {30.0, 50.0};
+
+/// A node of so much weight, 1 / kFull, counts as one.
+constexpr double kFull = 4.0;
 
 /// Of a node with a smaller weight less is expected.
 constexpr double kLeastScale = 0.05;
@@ -88,7 +96,7 @@ ContactStep::ContactStep(const Inverse& inverse, const sensor::NodeGrid& nodes, 
 
   const auto all = static_cast<std::size_t>(nodes.count());
   for (auto* each :
-       {&touchSurety_, &shapeSurety_, &magnitude_, &strongNear_, &weight_, &faintness_, &touchShare_, &sorted_})
+       {&touchSurety_, &shapeSurety_, &magnitude_, &strongNear_, &weight_, &faintness_, &touchShare_, &counted_})
     each->resize(all);
   nodes_.reserve(all);
   constexpr std::size_t kUnknowns = kMostUnknowns;
@@ -166,7 +174,7 @@ double ContactStep::find(std::span<const double> amplitudes, double noise_px) {
   for (std::size_t node = 0; node < weight_.size(); ++node) {
     if (!(weight_[node] > 0.0)) continue;
     nodes_.push_back(static_cast<int>(node));
-    few += std::min(1.0, 4.0 * weight_[node]);
+    few += std::min(1.0, kFull * weight_[node]);
   }
   // To expect little of a contact's faint nodes, and much of the others, costs its sum neither noise nor force.
   const double compact = 1.0 - ramp(few, kCompact);
@@ -220,16 +228,19 @@ void ContactStep::weigh() {
     if (strong <= kNoSideLobe[0] * strongest) continue;
     nearest(node, [&](int other) { strongNear_[other] = std::max(strongNear_[other], strong); });
   }
-  std::fill(touchShare_.begin(), touchShare_.end(), 0.0);  // of the strongest nearby
+  std::fill(touchShare_.begin(), touchShare_.end(), 0.0);  // of the surest nearby
+  std::fill(counted_.begin(), counted_.end(), 0.0);
   for (int node = 0; node < columns_ * rows_ && outlined_ < 1.0; ++node) {
     if (touchSurety_[node] <= std::max(kSure[0], kNoTouchSideLobe[0] * surestTouch)) continue;
     double sure = 0.0;
     nearest(node, [&](int other) { sure = std::max(sure, touchSurety_[other]); });
     touchShare_[node] = touchSurety_[node] / sure;
+    counted_[node] =
+        touchShare_[node] * std::min(1.0, kFull * ramp(touchSurety_[node] / surestTouch, kNoTouchSideLobe) *
+                                              ramp(touchSurety_[node], kSure));
   }
-  std::copy(touchShare_.begin(), touchShare_.end(), sorted_.begin());
-  const auto next = sorted_.begin() + std::min<std::ptrdiff_t>(kTouchNodesWide, std::ssize(sorted_) - 1);
-  std::nth_element(sorted_.begin(), next, sorted_.end(), std::greater());
+  const auto next = counted_.begin() + std::min<std::ptrdiff_t>(kTouchNodesWide, std::ssize(counted_) - 1);
+  std::nth_element(counted_.begin(), next, counted_.end(), std::greater());
   const double wider = std::clamp(kTouchOutline[0] - *next, 0.0, kTouchWider);
   for (int node = 0; node < columns_ * rows_; ++node) {
     double outline = 0.0, touch = 0.0, share = 0.0;

@@ -102,7 +102,7 @@ class ContactStep {
   std::vector<float> coefficients_;
   LineArray<float> sum_;
   // Of one frame, over all nodes: how sure in either map, how strong, the weight, and what the profile takes off it.
-  std::vector<double> touchSurety_, shapeSurety_, magnitude_, strongNear_, weight_, faintness_, touchShare_, sorted_;
+  std::vector<double> touchSurety_, shapeSurety_, magnitude_, strongNear_, weight_, faintness_, touchShare_, counted_;
   // Of one frame, over the found ones.
   std::vector<int> nodes_, unknowns_;
   std::vector<double> scale_;  ///< w of each unknown

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tractiond::solve {
 namespace {
@@ -139,14 +140,20 @@ void Contacts::around(const ContactStep& step, int i, Use use) const {
   }
 }
 
+void Contacts::measure(const ContactStep& step) {
+  magnitude_.clear();
+  for (std::size_t i = 0; i < step.nodes().size(); ++i) {
+    const auto f = step.forces().subspan(3 * i, 3);
+    magnitude_.push_back(std::sqrt(square(f[0]) + square(f[1]) + square(f[2])));
+  }
+}
+
 void Contacts::divide(const ContactStep& step) {
   const auto nodes = step.nodes();
   const auto count = static_cast<int>(nodes.size());
-  magnitude_.clear();
+  measure(step);
   order_.clear();
   for (int i = 0; i < count; ++i) {
-    const auto f = step.forces().subspan(3 * i, 3);
-    magnitude_.push_back(std::sqrt(square(f[0]) + square(f[1]) + square(f[2])));
     order_.push_back(i);
     indexAt_[nodes[i]] = i;
   }
@@ -363,8 +370,8 @@ void Contacts::solveAtRim(ContactStep& step, const Picture& picture, const Hill&
   const double allowed = kBarMisfit + square(kMisfit) * picture.squares_px2 / noise2;
   const double most = expected + kRimMisfit[1] * allowed;
   fit_.begin(step, picture);
-  if (!fit_.fit({&patch, 1}, most)) return;
-  if (!fit_.fit(patch, most, *offGrid_)) return;
+  // From the nodes' patch, the true one is a step or two away.
+  if (!fit_.fit({&patch, 1}, std::numeric_limits<double>::infinity()) || !fit_.fit(patch, most, *offGrid_)) return;
   atRim_.covariance = fit_.covariance(0);
   share *= fade((fit_.chiSquared() - expected) / allowed, kRimMisfit);
   if (share == 0.0) return;
@@ -443,6 +450,7 @@ int Contacts::list(ContactStep& step, const Picture& picture, std::array<Contact
         (1.0 - fade(sure_deviations, kFaint_deviations)) * fade(rival_deviations, kRival_deviations);
     solveAtRim(step, picture, hills[0], certainty);
     if (atRim_.share > 0.0) {
+      measure(step);
       contacts[0] = describe(step, lone);
       const Contact patch = describe(atRim_.patch, atRim_.covariance);
       const auto widen = [&](double& deviation, double other) {

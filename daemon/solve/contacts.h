@@ -31,6 +31,7 @@ class Contacts {
   const AtRim& atRim() const { return atRim_; }
 
  private:
+  void measure(const ContactStep& step);
   void divide(const ContactStep& step);
   template <typename Use>
   void around(const ContactStep& step, int i, Use use) const;

@@ -212,7 +212,8 @@ tl::expected<Inverse, std::string> loadInverse(const fs::path& path, const Id& i
   auto arrays = std::span<const char>(*file).subspan(sizeof header);
   if (header.checksum != checksum(header, arrays)) return reject("its checksum is wrong");
   if (header.coordinateCount != coordinateCount || header.forceCount != forceCount || header.rank < 1 ||
-      header.rank > std::min(coordinateCount, forceCount)) {
+      header.rank > std::min(coordinateCount, forceCount) || header.systematicErrors % 36 != 0 ||
+      header.systematicErrors > arrays.size()) {
     return reject("of another size");
   }
 

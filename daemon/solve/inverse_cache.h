@@ -12,8 +12,9 @@
 
 namespace tractiond::solve {
 
-/// The hash of everything an inverse's numbers depend on: gel or body, marker and node positions, camera geometry,
-/// model, regularisation, truncation and the version of the algorithms. It is the file's key and the calibration's id.
+/// The hash of everything an inverse's numbers depend on: gel or body, marker and node positions, camera geometry, how
+/// well they are known, model, regularisation, truncation, noise and the version of the algorithms. It is the file's
+/// key and the calibration's id.
 Id inverseId(const sensor::Sensor& sensor, const SolveOptions& options);
 
 /// One line each for the log: why a cache was not used, what could not be written, what was deleted.

@@ -60,6 +60,7 @@ const OffGrid::Difference& OffGrid::of(const Patch& patch, std::span<const int> 
   for (Eigen::Index m = 0; m < markers_.cols(); ++m) {
     const Eigen::Vector3d marker = markers_.col(m), offset = marker - centre;
     if (offset.head<2>().norm() > kReach * grid_.pitch) continue;
+    if (std::find(missing.begin(), missing.end(), 2 * static_cast<int>(m)) != missing.end()) continue;
     std::array<Eigen::Matrix3d, 4> kinds;
     kinds[0] = field(offset, patch.spread);
     for (int axis = 0; axis < 2; ++axis) {
@@ -75,9 +76,7 @@ const OffGrid::Difference& OffGrid::of(const Patch& patch, std::span<const int> 
     std::array<Eigen::Matrix<double, 2, 3>, 4> seen;
     for (std::size_t k = 0; k < 4; ++k) seen[k] = jacobian_[static_cast<std::size_t>(m)] * kinds[k];
     for (int row = 0; row < 2; ++row) {
-      const int coordinate = 2 * static_cast<int>(m) + row;
-      if (std::find(missing.begin(), missing.end(), coordinate) != missing.end()) continue;
-      difference_.coordinates.push_back(coordinate);
+      difference_.coordinates.push_back(2 * static_cast<int>(m) + row);
       for (int axis = 0; axis < 3; ++axis) {
         for (std::size_t k = 0; k < 4; ++k) difference_.kinds.push_back(seen[k](row, axis));
       }

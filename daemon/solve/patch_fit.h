@@ -94,7 +94,9 @@ class PatchFit {
   std::vector<std::uint8_t> asked_;    ///< whether it has, for each node
   std::vector<double> missing_;        ///< of each spot, missing coordinate, component and kind: what it does there
   std::vector<double> motionMissing_;  ///< of each missing coordinate: what the motions do there
-  std::vector<double> near_, sum_, motionNear_;  ///< the same where a patch is more than its nodes: of these, of both
+  /// Where a patch is more than its nodes, of each coordinate: what the nodes do (then scratch), the patch, the
+  /// motions.
+  std::vector<double> near_, sum_, motionNear_;
   Eigen::Matrix<double, kMotions, kMotions> motionGram_;
   Eigen::Matrix<double, kMotions, 1> motionRight_;
   int ends_ = 0, spots_ = 0;

@@ -323,7 +323,7 @@ void Solver::addNodes(double share, TractionField& field) {
 }
 
 /// Adds that of the patch that the contact step was solved around, as far as its nodes know no better: by the share of
-/// what was expected of the strongest one, in variance, that the picture left as it was.
+/// a deviation that the picture left of what was expected of the strongest one.
 void Solver::addNoiseOfPatch(double share, const Contacts::AtRim& found, TractionField& field) const {
   share *= found.share;
   if (share == 0.0) return;
@@ -366,27 +366,26 @@ void Solver::addSystematic(double share, const std::vector<double>& errors, Trac
 
 /// A contact may reach beyond the outermost nodes, which then stand for what lies there; unless it is a patch.
 void Solver::addDoubtAtRim(double share, TractionField& field) const {
-  const int rows = static_cast<int>(nodes_.size()) / columns_;
-  double force = 0.0;
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  for (const int node : contact_.nodes()) {
-    const int row = node / columns_, column = node % columns_;
-    if (std::min(row, column) > 0 && row < rows - 1 && column < columns_ - 1) continue;
-    const float* const f = field.force_N.data() + 3 * node;
-    const double magnitude = std::sqrt(square(f[0]) + square(f[1]) + square(f[2]));
-    force += magnitude;
-    centre += magnitude * Eigen::Vector3d::Map(nodes_[static_cast<std::size_t>(node)].data());
-  }
   if (share >= 0.5) share *= 1.0 - contacts_.atRim().share;
-  if (!(share * force > 0.0)) return;
-  centre /= force;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto row = wrenchRow({centre.x(), centre.y(), centre.z()}, axis);
-    for (std::size_t i = 0; i < 6; ++i) {
-      for (std::size_t j = 0; j < 6; ++j)
-        field.systematic[6 * i + j] += share * square(kDoubtAtRim * force) * row[i] * row[j];
+  const int rows = static_cast<int>(nodes_.size()) / columns_;
+  const auto eachOutermost = [&](auto use) {
+    for (const int node : contact_.nodes()) {
+      const int row = node / columns_, column = node % columns_;
+      if (std::min(row, column) > 0 && row < rows - 1 && column < columns_ - 1) continue;
+      const float* const f = field.force_N.data() + 3 * node;
+      use(node, std::sqrt(square(f[0]) + square(f[1]) + square(f[2])));
     }
-  }
+  };
+  double force = 0.0;
+  eachOutermost([&](int, double magnitude) { force += magnitude; });
+  eachOutermost([&](int node, double magnitude) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto row = wrenchRow(nodes_[static_cast<std::size_t>(node)], axis);
+      for (std::size_t i = 0; i < 36; ++i) {
+        field.systematic[i] += share * square(kDoubtAtRim) * force * magnitude * row[i / 6] * row[i % 6];
+      }
+    }
+  });
 }
 
 void Solver::sum(TractionField& field) const {

@@ -47,7 +47,7 @@ struct Loads {
     positions = sensor::nodePositions(sensor)(Eigen::all, nodes);
     Eigen::MatrixXd wrenches(6, 3 * positions.cols());
     for (Eigen::Index i = 0; i < positions.cols(); ++i) wrenches.middleCols<3>(3 * i) = unitWrenches(positions.col(i));
-    forces = wrenches.transpose() * (wrenches * wrenches.transpose()).inverse();
+    forces = wrenches.completeOrthogonalDecomposition().pseudoInverse();  // a row of nodes makes no moment along it
   }
 
   std::vector<int> nodes;

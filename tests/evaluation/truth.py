@@ -245,12 +245,12 @@ def strayed(folder):
     straight = join(load(40, 0.49, "random"), load(40, 0.49, "probe"))
     points = [quadrature(one) for one in straight.contacts]
 
-    def moved(name, poisson=0.49, markers=markers, mesh=calculix.fine(40)):
-        return calculix.few_loads(mesh, poisson, markers, points, folder / name)
+    def moved(label, poisson=0.49, markers=markers, mesh=calculix.fine(40)):
+        return calculix.few_loads(mesh, poisson, markers, points, folder / label)
 
-    def keep(name, derivative):
-        save(f"40_0.49_strayed_{name}", Set(straight.contacts, derivative), 31)
-        print(f"strayed {name}", flush=True)
+    def keep(label, derivative):
+        save(name(40, 0.49, f"strayed_{label}"), Set(straight.contacts, derivative), 31)
+        print(f"strayed {label}", flush=True)
 
     keep("poisson", (straight.displacement - moved("poisson", poisson=0.485)) / 0.005)
     keep("thickness", (moved("thickness", mesh=calculix.thicker(40, 1e3 * step)) - straight.displacement) / step)

@@ -33,7 +33,7 @@ using Matrix3 = std::array<double, 9>;
 /// The whole is the sum of the two.
 struct Covariance {
   Matrix3 noise{};       ///< what differs from frame to frame
-  Matrix3 systematic{};  ///< what does not: stiffness, mechanics and the camera's pose
+  Matrix3 systematic{};  ///< what does not: the sensor's numbers, and what may lie beyond its nodes
 };
 
 /// How the forces of a field were found.

@@ -65,6 +65,9 @@ class InverseCache : public testing::Test {
     EXPECT_TRUE(std::ranges::equal(a.left.all(), b.left.all()));
     EXPECT_TRUE(std::ranges::equal(a.right.all(), b.right.all()));
     EXPECT_EQ(a.hat, b.hat);
+    EXPECT_EQ(a.systematicErrors.contact, b.systematicErrors.contact);
+    EXPECT_EQ(a.systematicErrors.wholeFace, b.systematicErrors.wholeFace);
+    EXPECT_NE(a.systematicErrors.contact, a.systematicErrors.wholeFace);
   }
 
   fs::path directory_;

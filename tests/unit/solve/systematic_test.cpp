@@ -8,6 +8,9 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <memory>
+
 namespace tractiond::solve {
 namespace {
 
