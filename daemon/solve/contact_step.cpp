@@ -228,20 +228,22 @@ void ContactStep::weigh() {
     if (strong <= kNoSideLobe[0] * strongest) continue;
     nearest(node, [&](int other) { strongNear_[other] = std::max(strongNear_[other], strong); });
   }
-  std::fill(touchShare_.begin(), touchShare_.end(), 0.0);  // of the surest nearby
-  std::fill(counted_.begin(), counted_.end(), 0.0);
-  for (int node = 0; node < columns_ * rows_ && outlined_ < 1.0; ++node) {
-    if (touchSurety_[node] <= std::max(kSure[0], kNoTouchSideLobe[0] * surestTouch)) continue;
-    double sure = 0.0;
-    nearest(node, [&](int other) { sure = std::max(sure, touchSurety_[other]); });
-    touchShare_[node] = touchSurety_[node] / sure;
-    counted_[node] =
-        touchShare_[node] * std::min(1.0, kFull * ramp(touchSurety_[node] / surestTouch, kNoTouchSideLobe) *
-                                              ramp(touchSurety_[node], kSure));
+  double wider = 0.0;
+  if (outlined_ < 1.0) {
+    for (int node = 0; node < columns_ * rows_; ++node) {
+      touchShare_[node] = counted_[node] = 0.0;  // share: of the surest nearby
+      if (touchSurety_[node] <= std::max(kSure[0], kNoTouchSideLobe[0] * surestTouch)) continue;
+      double sure = 0.0;
+      nearest(node, [&](int other) { sure = std::max(sure, touchSurety_[other]); });
+      touchShare_[node] = touchSurety_[node] / sure;
+      counted_[node] =
+          touchShare_[node] * std::min(1.0, kFull * ramp(touchSurety_[node] / surestTouch, kNoTouchSideLobe) *
+                                                ramp(touchSurety_[node], kSure));
+    }
+    const auto next = counted_.begin() + std::min<std::ptrdiff_t>(kTouchNodesWide, std::ssize(counted_) - 1);
+    std::nth_element(counted_.begin(), next, counted_.end(), std::greater());
+    wider = std::clamp(kTouchOutline[0] - *next, 0.0, kTouchWider);
   }
-  const auto next = counted_.begin() + std::min<std::ptrdiff_t>(kTouchNodesWide, std::ssize(counted_) - 1);
-  std::nth_element(counted_.begin(), next, counted_.end(), std::greater());
-  const double wider = std::clamp(kTouchOutline[0] - *next, 0.0, kTouchWider);
   for (int node = 0; node < columns_ * rows_; ++node) {
     double outline = 0.0, touch = 0.0, share = 0.0;
     if (const double strong = strongNear_[node];
@@ -252,7 +254,7 @@ void ContactStep::weigh() {
       outline = ramp(share, kOutline) * ramp(strong / strongest, kNoSideLobe) * ramp(sure, kSure) *
                 ramp(shapeSurety_[node], kSureNode);
     }
-    if (touchShare_[node] > 0.0) {
+    if (outlined_ < 1.0 && touchShare_[node] > 0.0) {
       touch = ramp(touchShare_[node] + wider, kTouchOutline) *
               ramp(touchSurety_[node] / surestTouch, kNoTouchSideLobe) * ramp(touchSurety_[node], kSure);
     }
