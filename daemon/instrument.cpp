@@ -126,7 +126,8 @@ tl::expected<void, Error> Instrument::build() {
                                              {.status = [this] { return publisher_->lastStatus(); },
                                               .description = [this] { return publisher_->lastDescription(); },
                                               .zero = [this] { beginZero(); },
-                                              .calibrate = [this](const auto& step) { calibrate(step); }});
+                                              .calibrate = [this](const auto& step) { calibrate(step); },
+                                              .camera = [this](const auto& step) { askCamera(step); }});
   if (!server) return tl::unexpected(server.error());
   controlServer_ = *std::move(server);
 
@@ -314,6 +315,11 @@ void Instrument::calibrate(const CalibrationStep& step) {
     if (*result && !(*result)->path.empty()) spdlog::info("calibrated gel file written: {}", (*result)->path);
     controlServer_->answerCalibration(*result);
   }
+}
+
+void Instrument::askCamera(const CameraStep&) {
+  controlServer_->answerCamera(
+      tl::unexpected<std::string>("looking at the camera's features while it runs is not available yet"));
 }
 
 publish::Vitals Instrument::vitals() {

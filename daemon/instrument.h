@@ -48,6 +48,7 @@ class Instrument {
   void watchZero();
   void watchMarkers();
   void calibrate(const CalibrationStep& step);
+  void askCamera(const CameraStep& step);
   bool noFrames();
   publish::Vitals vitals();
   std::string statusLine() const;

@@ -5,6 +5,7 @@
 #include "daemon/publish/wire.h"
 
 #include <array>
+#include <deque>
 #include <optional>
 
 namespace tractiond::publish {
@@ -15,7 +16,7 @@ constexpr std::int64_t kLargestRequest = 65'536;
 constexpr int kWaitingReplies = 16;  ///< per peer; who does not read loses the rest
 constexpr int kRequestsPerTurn = 64;
 constexpr int kRequestsPerSecond = 1000;    ///< of one connection
-constexpr std::size_t kLargestAskers = 64;  ///< of one zero
+constexpr std::size_t kLargestAskers = 64;  ///< of one zero, of the camera
 
 }  // namespace
 
@@ -48,18 +49,20 @@ struct ControlServer::Impl {
     // [peer][empty][request]; a peer that does not speak REQ's envelope would not understand a reply either.
     if (parts != 3 || !request[1].empty()) return;
     const std::string peer = request[0].to_string();
-    CalibrationStep step;
-    const auto asked = decodeRequest(request[2].to_string_view(), step);
+    auto asked = decodeRequest(request[2].to_string_view());
     if (!asked) return reply(peer, encodeErrorReply(asked.error()));
-    switch (*asked) {
+    switch (asked->request) {
     case Request::kStatus:
-      return reply(peer, encodeReply(*asked, handlers.status()));
+      return reply(peer, encodeReply(asked->request, handlers.status()));
     case Request::kDescription:
-      return reply(peer, encodeReply(*asked, handlers.description()));
+      return reply(peer, encodeReply(asked->request, handlers.description()));
     case Request::kCalibrate:
       if (calibrator) reply(*calibrator, encodeErrorReply("another step of the calibration was asked for"));
       calibrator = peer;
-      return handlers.calibrate(step);
+      return handlers.calibrate(asked->calibration);
+    case Request::kCamera:
+      if (cameraAskers.size() >= kLargestAskers) return reply(peer, encodeErrorReply("too many ask for the camera"));
+      return cameraAskers.push_back({peer, std::move(asked->camera)});
     case Request::kZero:
       break;
     }
@@ -68,11 +71,26 @@ struct ControlServer::Impl {
     if (zeroAskers.size() == 1) handlers.zero();
   }
 
+  /// One after another: a camera is not asked two things at a time.
+  void askCamera() {
+    while (!cameraAsked && !cameraAskers.empty()) {
+      cameraAsked = true;
+      handlers.camera(CameraStep(cameraAskers.front().step));  // answered within, the asker is gone from the queue
+    }
+  }
+
+  struct CameraAsker {
+    std::string peer;
+    CameraStep step;
+  };
+
   ControlHandlers handlers;
   std::array<zmq::message_t, 3> request;
   std::size_t parts = 0;
   std::vector<std::string> zeroAskers;
   std::optional<std::string> calibrator;  ///< waits for the step that runs
+  std::deque<CameraAsker> cameraAskers;   ///< the first is asked for, if any is
+  bool cameraAsked = false;
   PeerLimit peers{kRequestsPerSecond};
   std::int64_t counted_ns = 0;
   zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
@@ -99,6 +117,7 @@ tl::expected<std::unique_ptr<ControlServer>, Error> ControlServer::open(const st
 }
 
 void ControlServer::serve(std::chrono::milliseconds timeout) {
+  impl_->askCamera();
   zmq_pollitem_t item{impl_->socket.handle(), 0, ZMQ_POLLIN, 0};
   zmq_poll(&item, 1, timeout.count());
   if (const std::int64_t now = monotonicNow(); now - impl_->counted_ns > 1'000'000'000) {
@@ -106,6 +125,7 @@ void ControlServer::serve(std::chrono::milliseconds timeout) {
     impl_->counted_ns = now;
   }
   for (int i = 0; i < kRequestsPerTurn && impl_->receive(); ++i) impl_->answer();
+  impl_->askCamera();
 }
 
 void ControlServer::answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark) {
@@ -116,6 +136,13 @@ void ControlServer::answerZero(const tl::expected<RestPose, std::string>& result
 void ControlServer::answerCalibration(const tl::expected<CalibrationReport, std::string>& result) {
   const auto peer = std::exchange(impl_->calibrator, std::nullopt);
   if (peer) impl_->reply(*peer, result ? encodeCalibrationReply(*result) : encodeErrorReply(result.error()));
+}
+
+void ControlServer::answerCamera(const tl::expected<CameraReport, std::string>& result) {
+  if (!std::exchange(impl_->cameraAsked, false)) return;
+  const std::string peer = std::move(impl_->cameraAskers.front().peer);
+  impl_->cameraAskers.pop_front();
+  impl_->reply(peer, result ? encodeCameraReply(*result) : encodeErrorReply(result.error()));
 }
 
 bool ControlServer::zeroPending() const {

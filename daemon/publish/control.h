@@ -1,8 +1,9 @@
-// Answers requests: status, description, zero, calibration.
+// Answers requests: status, description, zero, calibration, the camera's features.
 #pragma once
 
 #include "daemon/base/error.h"
 #include "daemon/records/calibration.h"
+#include "daemon/records/camera_features.h"
 #include "daemon/records/marker_field.h"
 
 #include <tl/expected.hpp>
@@ -24,6 +25,9 @@ struct ControlHandlers {
   std::function<void()> zero;
   /// Begin a step. What came of it is told with answerCalibration(), at once or later.
   std::function<void(const CalibrationStep&)> calibrate = {};
+  /// Begin what is asked of the camera. What came of it is told with answerCamera(), at once or later; what is asked
+  /// meanwhile is passed on then.
+  std::function<void(const CameraStep&)> camera = {};
 };
 
 /// Thread-bound. A request that is malformed, too large (64 KiB) or unknown is answered with an error or dropped.
@@ -42,6 +46,9 @@ class ControlServer {
 
   /// What came of the last step, for whoever asked for it.
   void answerCalibration(const tl::expected<CalibrationReport, std::string>& result);
+
+  /// What came of what was asked of the camera last.
+  void answerCamera(const tl::expected<CameraReport, std::string>& result);
 
   /// Somebody waits for answerZero().
   bool zeroPending() const;

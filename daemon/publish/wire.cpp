@@ -2,6 +2,7 @@
 
 #include "daemon/publish/wire.h"
 
+#include "daemon/publish/wire_camera.h"
 #include "proto/traction/v1/endpoints.h"
 #include "traction/v1/control.pb.h"
 #include "traction/v1/description.pb.h"
@@ -365,32 +366,32 @@ void Wire::writeStatus(std::uint8_t* bytes) const {
 
 namespace {
 
-tl::expected<Request, std::string> decodeStep(const pb::CalibrateRequest& request, CalibrationStep& step) {
+tl::expected<CalibrationStep, std::string> decodeStep(const pb::CalibrateRequest& request) {
   using Kind = CalibrationStep::Kind;
-  step = {};
+  CalibrationStep step;
   switch (request.step_case()) {
   case pb::CalibrateRequest::kGeometry:
     step.kind = Kind::kGeometry;
     step.anyway = request.geometry().anyway();
-    return Request::kCalibrate;
+    return step;
   case pb::CalibrateRequest::kNoise:
     step.kind = Kind::kNoise;
     step.seconds = request.noise().duration_s();
     step.anyway = request.noise().anyway();
-    return Request::kCalibrate;
+    return step;
   case pb::CalibrateRequest::kWeight:
     step.kind = Kind::kWeight;
     step.weight_N = request.weight().weight_n();
     step.seconds = request.weight().patience_s();
     step.first = request.weight().first();
-    return Request::kCalibrate;
+    return step;
   case pb::CalibrateRequest::kStiffness:
     step.kind = Kind::kStiffness;
-    return Request::kCalibrate;
+    return step;
   case pb::CalibrateRequest::kFinish:
     step.kind = Kind::kFinish;
     step.name = request.finish().name();
-    if (step.name.empty() || traction::isValidName(step.name)) return Request::kCalibrate;
+    if (step.name.empty() || traction::isValidName(step.name)) return step;
     return tl::unexpected<std::string>("that is no name for a gel: 1 to 24 of A-Z, a-z, 0-9, _ and - are");
   case pb::CalibrateRequest::STEP_NOT_SET:
     break;
@@ -400,7 +401,7 @@ tl::expected<Request, std::string> decodeStep(const pb::CalibrateRequest& reques
 
 }  // namespace
 
-tl::expected<Request, std::string> decodeRequest(std::string_view bytes, CalibrationStep& step) {
+tl::expected<Asked, std::string> decodeRequest(std::string_view bytes) {
   pb::Request request;
   if (!request.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
     return tl::unexpected<std::string>("this is not a traction.v1.Request");
@@ -411,13 +412,19 @@ tl::expected<Request, std::string> decodeRequest(std::string_view bytes, Calibra
   }
   switch (request.request_case()) {
   case pb::Request::kStatus:
-    return Request::kStatus;
+    return Asked{.request = Request::kStatus};
   case pb::Request::kDescription:
-    return Request::kDescription;
+    return Asked{.request = Request::kDescription};
   case pb::Request::kZero:
-    return Request::kZero;
+    return Asked{.request = Request::kZero};
   case pb::Request::kCalibrate:
-    return decodeStep(request.calibrate(), step);
+    return decodeStep(request.calibrate()).map([](CalibrationStep step) {
+      return Asked{.request = Request::kCalibrate, .calibration = std::move(step)};
+    });
+  case pb::Request::kCamera:
+    return decodeCameraStep(request.camera()).map([](CameraStep step) {
+      return Asked{.request = Request::kCamera, .camera = std::move(step)};
+    });
   case pb::Request::REQUEST_NOT_SET:
     break;
   }
@@ -456,6 +463,12 @@ std::string encodeCalibrationReply(const CalibrationReport& report) {
   }
   for (const std::string& remark : report.remarks) told.add_remarks(remark);
   told.set_path(report.path);
+  return finish(reply);
+}
+
+std::string encodeCameraReply(const CameraReport& report) {
+  pb::Reply reply;
+  encode(report, *reply.mutable_camera());
   return finish(reply);
 }
 

@@ -1,9 +1,10 @@
-// Records <-> bytes of proto/traction/v1. The only file of the daemon that sees Protobuf.
+// Records <-> bytes of proto/traction/v1. With wire_camera the only files of the daemon that see Protobuf.
 #pragma once
 
 #include "daemon/publish/description.h"
 #include "daemon/publish/status.h"
 #include "daemon/records/calibration.h"
+#include "daemon/records/camera_features.h"
 #include "daemon/records/ledger.h"
 #include "daemon/records/traction_field.h"
 
@@ -67,16 +68,24 @@ class Wire {
 
 // --- control
 
-enum class Request { kStatus, kDescription, kZero, kCalibrate };
+enum class Request { kStatus, kDescription, kZero, kCalibrate, kCamera };
 
-/// From anybody: never trusted. The error is a sentence for the asker. \param step is filled for kCalibrate.
-tl::expected<Request, std::string> decodeRequest(std::string_view bytes, CalibrationStep& step);
+/// A request with what it says.
+struct Asked {
+  Request request = Request::kStatus;
+  CalibrationStep calibration = {};  ///< kCalibrate
+  CameraStep camera = {};            ///< kCamera
+};
+
+/// From anybody: never trusted. The error is a sentence for the asker.
+tl::expected<Asked, std::string> decodeRequest(std::string_view bytes);
 
 /// `message` is a Status or Description as it was sent, answering `request`.
 std::string encodeReply(Request request, std::string_view message);
 /// `remark`: why it may be no zero; empty where nothing speaks against it.
 std::string encodeZeroReply(const RestPose& zero, std::string_view remark);
 std::string encodeCalibrationReply(const CalibrationReport& report);
+std::string encodeCameraReply(const CameraReport& report);
 std::string encodeErrorReply(std::string_view error);
 
 }  // namespace tractiond::publish

@@ -24,7 +24,8 @@ class ControlTest : public testing::Test {
                                       {.status = [bytes = status.SerializeAsString()] { return bytes; },
                                        .description = [bytes = description.SerializeAsString()] { return bytes; },
                                        .zero = [this] { ++zeros_; },
-                                       .calibrate = [this](const CalibrationStep& step) { steps_.push_back(step); }});
+                                       .calibrate = [this](const CalibrationStep& step) { steps_.push_back(step); },
+                                       .camera = [this](const CameraStep& step) { camera(step); }});
     if (!opened) throw std::runtime_error(opened.error().message());
     server_ = *std::move(opened);
   }
@@ -67,6 +68,19 @@ class ControlTest : public testing::Test {
     return await(socket);
   }
 
+  /// A trigger is answered at once, everything else when the test says so.
+  void camera(const CameraStep& step) {
+    cameraSteps_.push_back(step);
+    if (step.kind == CameraStep::Kind::kTrigger) server_->answerCamera(CameraReport{.camera = "triggered"});
+  }
+  static std::string read(const std::string& name) {
+    pb::Request request;
+    request.set_version(1);
+    request.mutable_camera()->mutable_read()->set_name(name);
+    return request.SerializeAsString();
+  }
+
+  std::vector<CameraStep> cameraSteps_;
   zmq::context_t context_;
   int zeros_ = 0;
   std::vector<CalibrationStep> steps_;
@@ -125,6 +139,29 @@ TEST_F(ControlTest, StepOfACalibrationIsAnsweredWhenItIsDone) {
   server_->answerCalibration(CalibrationReport{.figures = {{"k1", -0.1, 0.01}}, .remarks = {}, .path = ""});
   EXPECT_EQ(await(other).calibrate().figures(0).name(), "k1");
   server_->answerCalibration(CalibrationReport{});  // nobody waits any more
+}
+
+TEST_F(ControlTest, CameraIsAskedOneThingAfterAnother) {
+  const std::string trigger = request([](pb::Request& r) { r.mutable_camera()->mutable_trigger(); });
+  EXPECT_EQ(ask(trigger).camera().camera(), "triggered");
+  auto one = connect(zmq::socket_type::req);
+  auto two = connect(zmq::socket_type::req);
+  auto three = connect(zmq::socket_type::req);
+  one.send(zmq::buffer(read("One")), zmq::send_flags::none);
+  while (cameraSteps_.size() < 2) server_->serve(10ms);
+  two.send(zmq::buffer(read("Two")), zmq::send_flags::none);
+  three.send(zmq::buffer(trigger), zmq::send_flags::none);
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);  // nobody else waits
+  EXPECT_EQ(cameraSteps_.size(), 2U);
+  server_->answerCamera(CameraReport{.camera = "one"});
+  EXPECT_EQ(await(one).camera().camera(), "one");
+  while (cameraSteps_.size() < 3) server_->serve(10ms);
+  EXPECT_EQ(cameraSteps_[2].name, "Two");
+  server_->answerCamera(tl::make_unexpected(std::string("no such feature")));
+  EXPECT_EQ(await(two).error(), "no such feature");
+  EXPECT_EQ(await(three).camera().camera(), "triggered");
+  server_->answerCamera(CameraReport{});  // nobody waits any more
+  EXPECT_EQ(cameraSteps_.size(), 4U);
 }
 
 TEST_F(ControlTest, UnknownAndMalformedRequestsGetAnError) {
