@@ -1,6 +1,5 @@
 #include "daemon/instrument.h"
 
-#include "daemon/base/clock.h"
 #include "daemon/solve/inverse_cache.h"
 #include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose_file.h"
@@ -8,6 +7,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace tractiond {
@@ -15,9 +15,6 @@ namespace {
 
 /// While somebody waits for a step of a calibration, every frame is looked at.
 constexpr std::chrono::milliseconds kCalibratingTurn{3};
-
-/// A zero or a step of a calibration that was asked for fails when no frame comes for this long.
-constexpr std::int64_t kNoFrames_ns = 5'000'000'000;
 
 /// The wire's and GenICam's name.
 const char* nameOf(PixelFormat format) {
@@ -125,8 +122,8 @@ tl::expected<void, Error> Instrument::build() {
   auto server = publish::ControlServer::open(config.controlEndpoints,
                                              {.status = [this] { return publisher_->lastStatus(); },
                                               .description = [this] { return publisher_->lastDescription(); },
-                                              .zero = [this] { beginZero(); },
-                                              .calibrate = [this](const auto& step) { calibrate(step); },
+                                              .zero = [this] { procedures_->beginZero(); },
+                                              .calibrate = [this](const auto& step) { procedures_->beginStep(step); },
                                               .camera = [this](const auto& step) { askCamera(step); }});
   if (!server) return tl::unexpected(server.error());
   controlServer_ = *std::move(server);
@@ -141,14 +138,7 @@ tl::expected<void, Error> Instrument::build() {
   solver_ = std::make_unique<solve::Solver>(inverse_, sensor_, config.solve);
   description_.detectionLimit_N = solver_->detectionLimit_N();
   publisher_->describe(description_);
-  MarkerField blank;
-  blank.resize(sensor_.markerCount());
-  newestMarkers_.put(blank);
-  newestMarkers_.take(markers_);
-  driftWatch_ = std::make_unique<calibrate::DriftWatch>(sensor_);
-  calibration_ = std::make_unique<calibrate::Calibration>(
-      sensor_, calibrate::CalibrationOptions{.zeroFrames = config.track.zeroFrames,
-                                             .progress = [this](double) { turns_.control.add(); }});
+  makeProcedures();
 
   auto camera = CameraSource::open(config.camera, ledger_, [this](const auto& info) { return welcome(info); });
   if (!camera) return tl::unexpected(camera.error());
@@ -227,7 +217,7 @@ tl::expected<void, Error> Instrument::stop() {
 }
 
 void Instrument::control(std::chrono::milliseconds timeout) {
-  controlServer_->serve(calibration_->running() ? std::min(timeout, kCalibratingTurn) : timeout);
+  controlServer_->serve(procedures_->hurried() ? std::min(timeout, kCalibratingTurn) : timeout);
   if (const capture::CameraInfo* info = camera_->info(); info != nullptr && !cameraDescribed_) {
     cameraDescribed_ = true;
     if (restored_) {
@@ -235,86 +225,48 @@ void Instrument::control(std::chrono::milliseconds timeout) {
     } else {
       spdlog::info("no zero is kept: the first {} still frames are taken for it", config_.track.zeroFrames);
     }
-    description_.cameraVendor = info->name.vendor;
-    description_.cameraModel = info->name.model;
-    description_.cameraSerial = info->name.serial;
-    description_.pixelFormat = nameOf(info->format);
-    description_.zero = restored_;
-    publisher_->describe(description_);
+    procedures_->welcome(calibrate::cameraId(info->name.vendor, info->name.serial), restored_);
+    describeCamera(*info);
   }
-  if (tracker_->takeRestPose(finished_)) keepZero();
-  watchMarkers();
-  if (controlServer_->zeroPending()) watchZero();
+  procedures_->turn();
 }
 
-void Instrument::beginZero() {
-  receivedAtLook_ = ledger_.received.get();
-  lastFrame_ns_ = monotonicNow();
-  tracker_->requestZero();
-}
-
-void Instrument::keepZero() {
-  if (calibration_->running()) {
-    calibration_->drop();
-    controlServer_->answerCalibration(tl::unexpected<std::string>("a new zero was taken meanwhile"));
-  }
-  const std::string moved = description_.zero ? calibrate::movedBetween(sensor_, *description_.zero, finished_) : "";
-  description_.zero = finished_;
+void Instrument::describeCamera(const capture::CameraInfo& info) {
+  description_.cameraVendor = info.name.vendor;
+  description_.cameraModel = info.name.model;
+  description_.cameraSerial = info.name.serial;
+  description_.pixelFormat = nameOf(info.format);
   publisher_->describe(description_);
-  const auto saved =
-      track::saveRestPose(track::restPosePath(stateDirectory_), finished_, sensor_, camera_->info()->format);
-  if (!saved) spdlog::error("the zero is in force but not kept: {}", saved.error().message());
-  spdlog::info("zero taken, {}{}", finished_.requested ? "as requested" : "by itself at the first start",
-               moved.empty() ? "" : "; " + moved);
-  const std::string touch = calibrate::touchIn(sensor_, finished_);
-  if (!touch.empty()) spdlog::warn("warning: this may be no zero: {}", touch);
-  if (!finished_.requested) return;  // whoever asked meanwhile waits for the one he asked for
-  if (saved) return controlServer_->answerZero(finished_, touch);
-  controlServer_->answerZero(tl::unexpected("the zero is in force but not kept: " + saved.error().message()));
 }
 
-void Instrument::watchZero() {
-  const track::ZeroState state = tracker_->zeroState();
-  if (state == track::ZeroState::kMoving || state == track::ZeroState::kTooFew) {
-    return controlServer_->answerZero(tl::unexpected<std::string>(track::describe(state)));
-  }
-  if (noFrames()) controlServer_->answerZero(tl::unexpected<std::string>("no frames come from the camera"));
-}
-
-bool Instrument::noFrames() {
-  const std::int64_t now = monotonicNow();
-  if (std::exchange(receivedAtLook_, ledger_.received.get()) != receivedAtLook_) lastFrame_ns_ = now;
-  return now - lastFrame_ns_ > kNoFrames_ns;
-}
-
-void Instrument::watchMarkers() {
-  if (newestMarkers_.take(markers_)) {
-    driftWatch_->add(markers_);
-    newestDrift_.put(driftWatch_->drift());
-    if (driftWatch_->takeWarning()) {
-      const RestDrift& drift = driftWatch_->drift();
-      spdlog::warn("warning: the untouched picture has drifted from the zero by ({:.3f}, {:.3f}) px, scale {:.1e}, "
-                   "roll {:.1e} rad; take a new zero with nothing touching the gel: tractionctl zero",
-                   drift.shiftU_px, drift.shiftV_px, drift.scale, drift.roll);
-    }
-    if (const auto result = calibration_->add(markers_)) controlServer_->answerCalibration(*result);
-  }
-  if (calibration_->running() && noFrames()) {
-    calibration_->drop();
-    controlServer_->answerCalibration(tl::unexpected<std::string>("no frames come from the camera"));
-  }
-}
-
-void Instrument::calibrate(const CalibrationStep& step) {
-  receivedAtLook_ = ledger_.received.get();
-  lastFrame_ns_ = monotonicNow();
-  const RestPose* zero = description_.zero ? &*description_.zero : nullptr;
-  const std::string camera =
-      cameraDescribed_ ? calibrate::cameraId(description_.cameraVendor, description_.cameraSerial) : "";
-  if (const auto result = calibration_->begin(step, zero, camera, stateDirectory_)) {
-    if (*result && !(*result)->path.empty()) spdlog::info("calibrated gel file written: {}", (*result)->path);
-    controlServer_->answerCalibration(*result);
-  }
+void Instrument::makeProcedures() {
+  procedures_ = std::make_unique<Procedures>(
+      sensor_,
+      ProcedureOptions{.zeroFrames = config_.track.zeroFrames,
+                       .directory = stateDirectory_,
+                       .progress = [this](double) { turns_.control.add(); }},
+      ProcedureLinks{
+          .frames = ledger_.received,
+          .markers = newestMarkers_,
+          .drift = newestDrift_,
+          .requestZero = [this] { tracker_->requestZero(); },
+          .zeroState = [this] { return tracker_->zeroState(); },
+          .takeRestPose = [this](RestPose& pose) { return tracker_->takeRestPose(pose); },
+          .judge = [this](const RestPose& pose) { return calibrate::touchIn(sensor_, pose); },
+          .describe =
+              [this](const RestPose& pose) {
+                description_.zero = pose;
+                publisher_->describe(description_);
+              },
+          .keep =
+              [this](const RestPose& pose) {
+                return track::saveRestPose(track::restPosePath(stateDirectory_), pose, sensor_,
+                                           camera_->info()->format);
+              },
+          .answerZero = [this](const auto& result,
+                               const std::string& remark) { controlServer_->answerZero(result, remark); },
+          .answerCalibration = [this](const auto& result) { controlServer_->answerCalibration(result); },
+      });
 }
 
 void Instrument::askCamera(const CameraStep&) {

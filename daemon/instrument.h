@@ -1,12 +1,11 @@
 // Everything one instance runs, made in order from a configuration.
 #pragma once
 
-#include "daemon/calibrate/calibration.h"
-#include "daemon/calibrate/drift_watch.h"
 #include "daemon/camera_source.h"
 #include "daemon/config.h"
 #include "daemon/instance.h"
 #include "daemon/pipeline.h"
+#include "daemon/procedures.h"
 #include "daemon/publish/control.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/service.h"
@@ -43,13 +42,9 @@ class Instrument {
   tl::expected<void, Error> build();
   tl::expected<void, Error> welcome(const capture::CameraInfo& info);
   void control(std::chrono::milliseconds timeout);
-  void beginZero();
-  void keepZero();
-  void watchZero();
-  void watchMarkers();
-  void calibrate(const CalibrationStep& step);
   void askCamera(const CameraStep& step);
-  bool noFrames();
+  void describeCamera(const capture::CameraInfo& info);
+  void makeProcedures();
   publish::Vitals vitals();
   std::string statusLine() const;
 
@@ -65,21 +60,16 @@ class Instrument {
   solve::Inverse inverse_;
   std::unique_ptr<track::Tracker> tracker_;
   std::unique_ptr<solve::Solver> solver_;
-  track::Mailbox<MarkerField> newestMarkers_;  // from the tracking thread to control
-  track::Mailbox<RestDrift> newestDrift_;      // from control to the publishing thread
+  Mailbox<MarkerField> newestMarkers_;  // from the tracking thread to control
+  Mailbox<RestDrift> newestDrift_;      // from control to the publishing thread
   std::unique_ptr<publish::Publisher> publisher_;
   std::unique_ptr<publish::ControlServer> controlServer_;
   std::unique_ptr<CameraSource> camera_;
   std::unique_ptr<Pipeline> pipeline_;
 
   // The control thread's own.
-  RestPose finished_;
-  MarkerField markers_;
-  std::unique_ptr<calibrate::DriftWatch> driftWatch_;
-  std::unique_ptr<calibrate::Calibration> calibration_;
+  std::unique_ptr<Procedures> procedures_;
   bool cameraDescribed_ = false;
-  std::uint64_t receivedAtLook_ = 0;  // when a zero was last looked for
-  std::int64_t lastFrame_ns_ = 0;
 
   RestDrift drift_;  // the publishing thread's own
 };

@@ -1,13 +1,13 @@
 // From pictures to marker displacements.
 #pragma once
 
+#include "daemon/base/mailbox.h"
 #include "daemon/records/marker_field.h"
 #include "daemon/track/centre.h"
 #include "daemon/track/centre_errors.h"
 #include "daemon/track/detection.h"
 #include "daemon/track/labelling.h"
 #include "daemon/track/lattice.h"
-#include "daemon/track/mailbox.h"
 #include "daemon/track/pixel_noise.h"
 #include "daemon/track/tear_finder.h"
 #include "daemon/track/zero.h"

@@ -1,11 +1,11 @@
-#include "daemon/track/mailbox.h"
+#include "daemon/base/mailbox.h"
 
 #include <gtest/gtest.h>
 
 #include <thread>
 #include <vector>
 
-namespace tractiond::track {
+namespace tractiond {
 namespace {
 
 TEST(Mailbox, HoldsTheNewestOnce) {
@@ -43,4 +43,4 @@ TEST(Mailbox, NothingIsTornBetweenThreads) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond

@@ -4,7 +4,7 @@
 #include <atomic>
 #include <utility>
 
-namespace tractiond::track {
+namespace tractiond {
 
 /// Wait-free. One thread puts, one takes. A T that was not taken is overwritten.
 template <typename T>
@@ -41,4 +41,4 @@ class Mailbox {
   T slot_;
 };
 
-}  // namespace tractiond::track
+}  // namespace tractiond
