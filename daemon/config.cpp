@@ -1,5 +1,6 @@
 #include "daemon/config.h"
 
+#include "daemon/records/pixel_format.h"
 #include "proto/traction/v1/endpoints.h"
 
 #include <algorithm>
@@ -58,6 +59,11 @@ std::string quoted(const std::string& text) {
     }
   }
   return result + '"';
+}
+
+std::string pixelFormatFault(const std::string& name) {
+  if (name.empty() || pixelFormatByName(name) != nullptr) return "";
+  return quoted(name) + " is none that can be read: " + std::string(kPixelFormatsInWords);
 }
 
 /// The shortest decimal that reads back as the same number; whole ones without an exponent.
@@ -158,8 +164,9 @@ std::vector<Key> keysOf(Config& config) {
           &camera.id},
       {"camera", "wait", "", "A camera that is not there yet is waited for; false: that is an error.",
           &camera.wait},
-      {"camera", "pixel_format", "", "Empty: as the camera stands.",
-          choice(camera.pixelFormat, {"", "RGB8", "BGR8", "BayerRG8", "BayerGR8", "BayerGB8", "BayerBG8"})},
+      {"camera", "pixel_format", "", "By the name of the Pixel Format Naming Convention, such as Mono12p, BayerRG8 or "
+          "RGB8; empty: as the camera stands.",
+          &camera.pixelFormat, {}, [&camera] { return pixelFormatFault(camera.pixelFormat); }},
       {"camera", "width_px", "px", "Of the picture; 0: as the camera stands.",
           &camera.width, {0, 65535}},
       {"camera", "height_px", "px", "Of the picture; 0: as the camera stands.",

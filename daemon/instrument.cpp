@@ -16,25 +16,6 @@ namespace {
 /// While somebody waits for a step of a calibration, every frame is looked at.
 constexpr std::chrono::milliseconds kCalibratingTurn{3};
 
-/// The wire's and GenICam's name.
-const char* nameOf(PixelFormat format) {
-  switch (format) {
-  case PixelFormat::kRgb8:
-    return "RGB8";
-  case PixelFormat::kBgr8:
-    return "BGR8";
-  case PixelFormat::kBayerRG8:
-    return "BayerRG8";
-  case PixelFormat::kBayerGR8:
-    return "BayerGR8";
-  case PixelFormat::kBayerGB8:
-    return "BayerGB8";
-  case PixelFormat::kBayerBG8:
-    return "BayerBG8";
-  }
-  return "";
-}
-
 /// Frames that made the zero were put to use: they are not among the lost.
 std::string account(const Ledger& ledger) {
   const std::uint64_t zero = ledger.noRestPose.get();
@@ -235,7 +216,7 @@ void Instrument::describeCamera(const capture::CameraInfo& info) {
   description_.cameraVendor = info.name.vendor;
   description_.cameraModel = info.name.model;
   description_.cameraSerial = info.name.serial;
-  description_.pixelFormat = nameOf(info.format);
+  description_.pixelFormat = traitsOf(info.format).name;
   publisher_->describe(description_);
 }
 

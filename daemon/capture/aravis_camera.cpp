@@ -210,7 +210,7 @@ std::unique_ptr<AravisCamera::Session> AravisCamera::Keeper::reopen(std::unique_
   // As it was, should it come back with its defaults.
   options.width = shape.width;
   options.height = shape.height;
-  options.pixelFormat = formatName(shape.format);
+  options.pixelFormat = traitsOf(static_cast<PixelFormat>(shape.format)).name;
   lost.reset();
   std::string told;
   for (bool byAddress = true; !stop.stop_requested(); byAddress = !byAddress) {
@@ -342,7 +342,7 @@ Next AravisCamera::judge(Frame& frame, void* handle) {
   frame.size = arrival.shape.size;
   frame.width = arrival.shape.width;
   frame.height = arrival.shape.height;
-  frame.stride = static_cast<int>(arrival.shape.size) / arrival.shape.height;
+  frame.stride = traitsOf(info_.format).stride(arrival.shape.width);
   frame.format = info_.format;
   frame.token = buffer;
   return Next::kFrame;

@@ -59,6 +59,12 @@ std::string number(double value) {
   return digits.data();
 }
 
+std::string hexadecimal(std::uint32_t value) {
+  std::array<char, 16> digits{};
+  std::snprintf(digits.data(), digits.size(), "0x%08x", value);
+  return digits.data();
+}
+
 std::string joined(const std::vector<std::string>& items) {
   std::string all;
   for (const std::string& item : items) all += (all.empty() ? "" : ", ") + item;
@@ -73,36 +79,10 @@ std::vector<std::string> taken(const char** names, guint count) {
   return all;
 }
 
-struct KnownFormat {
-  const char* name;
-  ArvPixelFormat code;
-  PixelFormat format;
-  int bytesPerPixel;
-};
-const std::array<KnownFormat, 6> kFormats{{
-    {"RGB8", ARV_PIXEL_FORMAT_RGB_8_PACKED, PixelFormat::kRgb8, 3},
-    {"BGR8", ARV_PIXEL_FORMAT_BGR_8_PACKED, PixelFormat::kBgr8, 3},
-    {"BayerRG8", ARV_PIXEL_FORMAT_BAYER_RG_8, PixelFormat::kBayerRG8, 1},
-    {"BayerGR8", ARV_PIXEL_FORMAT_BAYER_GR_8, PixelFormat::kBayerGR8, 1},
-    {"BayerGB8", ARV_PIXEL_FORMAT_BAYER_GB_8, PixelFormat::kBayerGB8, 1},
-    {"BayerBG8", ARV_PIXEL_FORMAT_BAYER_BG_8, PixelFormat::kBayerBG8, 1},
-}};
-
-std::vector<std::string> formatNames() {
-  std::vector<std::string> names;
-  for (const KnownFormat& format : kFormats) names.emplace_back(format.name);
-  return names;
-}
-
 std::vector<std::string> offeredFormats(ArvCamera* camera) {
   guint count = 0;
   const char** names = arv_camera_dup_available_pixel_formats_as_strings(camera, &count, nullptr);
   return taken(names, count);
-}
-
-const KnownFormat* knownFormat(ArvPixelFormat code) {
-  const auto* found = std::find_if(kFormats.begin(), kFormats.end(), [&](const auto& f) { return f.code == code; });
-  return found == kFormats.end() ? nullptr : found;
 }
 
 // ---------------------------------------------------------------- finding
@@ -404,18 +384,18 @@ Setter::Result Setter::setText(const Feature& feature) {
 /// By its code: cameras spell the names differently (RGB8Packed).
 Setter::Result Setter::setPixelFormat(const std::string& name) {
   const Feature feature{"PixelFormat", name};
-  const auto* known = std::find_if(kFormats.begin(), kFormats.end(), [&](const auto& f) { return f.name == name; });
-  if (known == kFormats.end()) return refuse(feature, "it can be one of " + joined(formatNames()));
+  const PixelFormatTraits* known = pixelFormatByName(name);
+  if (known == nullptr) return refuse(feature, "what can be read: " + std::string(kPixelFormatsInWords));
   Failure failure;
-  if (arv_camera_get_pixel_format(camera_, failure.into()) != known->code) {
+  if (arv_camera_get_pixel_format(camera_, failure.into()) != known->code()) {
     guint count = 0;
     gint64* codes = arv_camera_dup_available_pixel_formats(camera_, &count, failure.into());
-    const bool offered = codes != nullptr && std::find(codes, codes + count, gint64{known->code}) != codes + count;
+    const bool offered = codes != nullptr && std::find(codes, codes + count, gint64{known->code()}) != codes + count;
     g_free(codes);
     if (!offered) return refuse(feature, "it offers " + joined(offeredFormats(camera_)));
-    arv_camera_set_pixel_format(camera_, known->code, failure.into());
+    arv_camera_set_pixel_format(camera_, known->code(), failure.into());
     if (failure) return refuse(feature, failure.text());
-    if (arv_camera_get_pixel_format(camera_, failure.into()) != known->code)
+    if (arv_camera_get_pixel_format(camera_, failure.into()) != known->code())
       return refuse(feature, "it did not take it");
   }
   info_.settings.push_back("PixelFormat = " + name);
@@ -444,21 +424,17 @@ tl::expected<void, Error> applySettings(ArvCamera* camera, const CameraOptions& 
   return Setter(camera, info).apply(options);
 }
 
-const char* formatName(std::uint32_t code) {
-  const KnownFormat* known = knownFormat(code);
-  return known == nullptr ? "" : known->name;
-}
-
 tl::expected<PictureShape, Error> readPicture(ArvCamera* camera, CameraInfo& info) {
   Failure failure;
   const ArvPixelFormat code = arv_camera_get_pixel_format(camera, failure.into());
   if (failure) return failed(EX_UNAVAILABLE, "the camera does not tell its pixel format", failure.text());
-  const KnownFormat* known = knownFormat(code);
+  const PixelFormatTraits* known = pixelFormatByCode(code);
   if (known == nullptr) {
     const std::vector<std::string> offered = offeredFormats(camera);
-    const std::string own = text(arv_camera_get_pixel_format_as_string(camera, failure.into()));
+    std::string own = text(arv_camera_get_pixel_format_as_string(camera, failure.into()));
+    if (own.empty()) own = "pictures of the format " + hexadecimal(code);
     return failed(EX_CONFIG, "the camera sends " + own + ", which cannot be read; it offers " + joined(offered),
-                  "set camera.pixel_format to one of " + joined(formatNames()));
+                  "set camera.pixel_format to one that can: " + std::string(kPixelFormatsInWords));
   }
   gint x = 0, y = 0, width = 0, height = 0;
   arv_camera_get_region(camera, &x, &y, &width, &height, failure.into());
@@ -475,8 +451,7 @@ tl::expected<PictureShape, Error> readPicture(ArvCamera* camera, CameraInfo& inf
   PictureShape shape;
   shape.width = width;
   shape.height = height;
-  shape.size = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
-               static_cast<std::size_t>(known->bytesPerPixel);
+  shape.size = known->size(width, height);
   shape.format = code;
   return shape;
 }

@@ -49,9 +49,6 @@ tl::expected<void, Error> applySettings(_ArvCamera* camera, const CameraOptions&
 /// The picture as it will be sent; enters it, rate and exposure in the info. EX_CONFIG: a format that cannot be read.
 tl::expected<PictureShape, Error> readPicture(_ArvCamera* camera, CameraInfo& info);
 
-/// The name of a code that readPicture accepts.
-const char* formatName(std::uint32_t code);
-
 /// To be tried in turn, from the largest that the interface carries to the safest.
 tl::expected<std::vector<int>, Error> packetSizes(_ArvCamera* camera, const CameraOptions& options);
 

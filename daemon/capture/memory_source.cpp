@@ -45,7 +45,7 @@ Next MemorySource::next(Frame& frame, std::chrono::milliseconds timeout) {
   frame.size = picture.size();
   frame.width = pictures_.width;
   frame.height = pictures_.height;
-  frame.stride = static_cast<int>(picture.size()) / pictures_.height;
+  frame.stride = traitsOf(pictures_.format).stride(pictures_.width);
   frame.format = pictures_.format;
   return Next::kFrame;
 }

@@ -1,12 +1,12 @@
 // A picture as it travels from the camera to the tracker.
 #pragma once
 
+#include "daemon/records/pixel_format.h"
+
 #include <cstddef>
 #include <cstdint>
 
 namespace tractiond {
-
-enum class PixelFormat : std::uint8_t { kRgb8, kBgr8, kBayerRG8, kBayerGR8, kBayerGB8, kBayerBG8 };
 
 /// When a frame was made and when it reached each stage. CLOCK_MONOTONIC and CLOCK_REALTIME are of the daemon's host.
 /// Zero means unknown.
@@ -35,7 +35,7 @@ struct Frame {
   const std::uint8_t* data = nullptr;
   std::size_t size = 0;       ///< bytes
   int width = 0, height = 0;  ///< px
-  int stride = 0;             ///< bytes from row to row
+  int stride = 0;             ///< bytes from row to row; 0: rows begin within bytes, with no gaps
   PixelFormat format = PixelFormat::kRgb8;
   void* token = nullptr;  ///< the source's own handle of the memory
 };

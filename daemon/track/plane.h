@@ -23,8 +23,8 @@ struct Plane {
   std::array<std::ptrdiff_t, 4> other{};
 };
 
-constexpr bool isBayer(PixelFormat format) {
-  return format != PixelFormat::kRgb8 && format != PixelFormat::kBgr8;
+inline bool isBayer(PixelFormat format) {
+  return traitsOf(format).isBayer();
 }
 
 inline Plane planeOf(const Frame& frame, sensor::Colour colour) {

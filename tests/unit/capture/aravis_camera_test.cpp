@@ -279,11 +279,11 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& kind) { return kind.param.name; });
 
 TEST_F(AravisCameraTest, NamesWhatTheCameraOffersInsteadOfItsFormat) {
-  fake(FakeCamera::Options{.format = ARV_PIXEL_FORMAT_MONO_8});
+  fake(FakeCamera::Options{.format = ARV_PIXEL_FORMAT_RGB_8_PLANAR});
   Error error = openFails();
   EXPECT_EQ(error.exitCode, EX_CONFIG);
-  EXPECT_THAT(error.message(), HasSubstr("Mono8"));
-  EXPECT_THAT(error.message(), HasSubstr("set camera.pixel_format to one of RGB8"));
+  EXPECT_THAT(error.message(), HasSubstr("0x02180021"));
+  EXPECT_THAT(error.message(), HasSubstr("set camera.pixel_format to one that can: Mono"));
   options_.pixelFormat = "BGR8";
   error = openFails();
   EXPECT_EQ(error.exitCode, EX_CONFIG);
@@ -316,7 +316,9 @@ TEST_P(AravisCameraFormats, ArriveAsTheyAre) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, AravisCameraFormats,
-                         testing::Values(Wire{"RGB8", ARV_PIXEL_FORMAT_RGB_8_PACKED, PixelFormat::kRgb8, 3},
+                         testing::Values(Wire{"Mono8", ARV_PIXEL_FORMAT_MONO_8, PixelFormat::kMono8, 1},
+                                         Wire{"Mono16", ARV_PIXEL_FORMAT_MONO_16, PixelFormat::kMono16, 2},
+                                         Wire{"RGB8", ARV_PIXEL_FORMAT_RGB_8_PACKED, PixelFormat::kRgb8, 3},
                                          Wire{"BGR8", ARV_PIXEL_FORMAT_BGR_8_PACKED, PixelFormat::kBgr8, 3},
                                          Wire{"BayerRG8", ARV_PIXEL_FORMAT_BAYER_RG_8, PixelFormat::kBayerRG8, 1},
                                          Wire{"BayerGR8", ARV_PIXEL_FORMAT_BAYER_GR_8, PixelFormat::kBayerGR8, 1},

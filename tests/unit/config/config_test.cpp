@@ -138,7 +138,9 @@ TEST(Config, RefusesWhatIsNotToml) {
 TEST(Config, RefusesAWordThatIsNoneOfThoseKnown) {
   EXPECT_EQ(errorOf("[solve]\nmodel = \"sphere\"\n"),
             "test.toml:2: solve.model = \"sphere\" must be one of \"block\", \"half-space\"");
-  EXPECT_NE(errorOf("[camera]\npixel_format = \"Mono8\"\n"), "");
+  EXPECT_EQ(errorOf("[camera]\npixel_format = \"Mono9\"\n")
+                .rfind("test.toml:2: camera.pixel_format \"Mono9\" is none that can be read: Mono, ", 0),
+            0U);
   EXPECT_NE(errorOf("[log]\nlevel = \"loud\"\n"), "");
 }
 

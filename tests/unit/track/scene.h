@@ -5,6 +5,7 @@
 #include "twin/renderer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -23,6 +24,13 @@ struct Bump {
     return peak_px * std::exp(-0.5 * (place - centre).squaredNorm() / (width_px * width_px));
   }
 };
+
+inline PixelFormat pixelFormatOf(twin::Format format) {
+  constexpr std::array<PixelFormat, 6> kFormats = {PixelFormat::kRgb8,     PixelFormat::kBgr8,
+                                                   PixelFormat::kBayerRG8, PixelFormat::kBayerGR8,
+                                                   PixelFormat::kBayerGB8, PixelFormat::kBayerBG8};
+  return kFormats[static_cast<std::size_t>(format)];
+}
 
 class Scene {
  public:
@@ -74,7 +82,7 @@ class Scene {
     frame_.width = sensor.camera.width;
     frame_.height = sensor.camera.height;
     frame_.stride = frame_.width * (twin::isBayer(format_) ? 1 : 3);
-    frame_.format = static_cast<PixelFormat>(format_);
+    frame_.format = pixelFormatOf(format_);
     return frame_;
   }
 

@@ -1,0 +1,131 @@
+// The pixel formats that can be read: one table, by the names and numbers of the Pixel Format Naming Convention.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tractiond {
+
+/// The values are the 32-bit codes that cameras send (GenICam Pixel Format Naming Convention 2.4, and its Pixel Format
+/// Values for those that GigE Vision named before it: "...Packed"). Cameras spell names differently (RGB8Packed,
+/// YUV422Packed), never the codes.
+enum class PixelFormat : std::uint32_t {
+  kMono8 = 0x01080001,
+  kMono10 = 0x01100003,
+  kMono10p = 0x010A0046,
+  kMono10Packed = 0x010C0004,
+  kMono12 = 0x01100005,
+  kMono12p = 0x010C0047,
+  kMono12Packed = 0x010C0006,
+  kMono14 = 0x01100025,
+  kMono14p = 0x010E0104,
+  kMono16 = 0x01100007,
+  kBayerRG8 = 0x01080009,
+  kBayerGR8 = 0x01080008,
+  kBayerGB8 = 0x0108000A,
+  kBayerBG8 = 0x0108000B,
+  kBayerRG10 = 0x0110000D,
+  kBayerGR10 = 0x0110000C,
+  kBayerGB10 = 0x0110000E,
+  kBayerBG10 = 0x0110000F,
+  kBayerRG10p = 0x010A0058,
+  kBayerGR10p = 0x010A0056,
+  kBayerGB10p = 0x010A0054,
+  kBayerBG10p = 0x010A0052,
+  kBayerRG10Packed = 0x010C0027,
+  kBayerGR10Packed = 0x010C0026,
+  kBayerGB10Packed = 0x010C0028,
+  kBayerBG10Packed = 0x010C0029,
+  kBayerRG12 = 0x01100011,
+  kBayerGR12 = 0x01100010,
+  kBayerGB12 = 0x01100012,
+  kBayerBG12 = 0x01100013,
+  kBayerRG12p = 0x010C0059,
+  kBayerGR12p = 0x010C0057,
+  kBayerGB12p = 0x010C0055,
+  kBayerBG12p = 0x010C0053,
+  kBayerRG12Packed = 0x010C002B,
+  kBayerGR12Packed = 0x010C002A,
+  kBayerGB12Packed = 0x010C002C,
+  kBayerBG12Packed = 0x010C002D,
+  kBayerRG16 = 0x0110002F,
+  kBayerGR16 = 0x0110002E,
+  kBayerGB16 = 0x01100030,
+  kBayerBG16 = 0x01100031,
+  kRgb8 = 0x02180014,
+  kBgr8 = 0x02180015,
+  kRgb10 = 0x02300018,
+  kBgr10 = 0x02300019,
+  kRgb10p = 0x021E005C,
+  kBgr10p = 0x021E0048,
+  kRgb12 = 0x0230001A,
+  kBgr12 = 0x0230001B,
+  kRgb12p = 0x0224005D,
+  kBgr12p = 0x02240049,
+  kRgb16 = 0x02300033,
+  kBgr16 = 0x0230004B,
+  kYuv422_8 = 0x02100032,
+  kYuv422_8_UYVY = 0x0210001F,
+};
+
+/// The order of colours in a row; of a mosaic, its first two pixels.
+enum class PixelColours : std::uint8_t {
+  kMono,
+  kBayerRG,
+  kBayerGR,
+  kBayerGB,
+  kBayerBG,
+  kRgb,
+  kBgr,
+  kYuyv,  ///< Y0 U Y1 V: two pixels share U and V
+  kUyvy,  ///< U Y0 V Y1
+};
+
+/// How samples lie in bytes. In all of them samples are unsigned, the least significant bits first where they share
+/// bytes or fill several, and nothing lies between rows.
+enum class PixelPacking : std::uint8_t {
+  kWhole,   ///< each sample in whole bytes of its own, the low one first; unused high bits are 0
+  kStream,  ///< PFNC "p": one stream of bits without gaps, each byte filled from its lowest bit
+  kTriple,  ///< GigE Vision "Packed": two samples in three bytes, high 8 bits of the first, low bits of both (of the
+            ///< first from bit 0, of the second from bit 4), high 8 bits of the second
+};
+
+struct PixelFormatTraits {
+  PixelFormat format;
+  std::string_view name;  ///< of the convention; a zero follows the last letter
+  PixelColours colours;
+  int bits;          ///< significant, of a sample
+  int bitsPerPixel;  ///< in the stream
+  PixelPacking packing;
+
+  std::uint32_t code() const { return static_cast<std::uint32_t>(format); }
+  bool isBayer() const { return colours >= PixelColours::kBayerRG && colours <= PixelColours::kBayerBG; }
+  int full() const { return (1 << bits) - 1; }  ///< the brightest level
+
+  /// Bytes of a picture. Where `width` pixels do not fill whole bytes, rows begin within one.
+  std::size_t size(int width, int height) const {
+    const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    return (pixels * static_cast<std::size_t>(bitsPerPixel) + 7) / 8;
+  }
+  /// Bytes from row to row; 0 where rows begin within a byte, or within a group of pixels that belong together.
+  int stride(int width) const;
+};
+
+/// All, in the order in which they are listed for people.
+std::span<const PixelFormatTraits> pixelFormats();
+std::vector<std::string> pixelFormatNames();
+inline constexpr std::string_view kPixelFormatsInWords =
+    "Mono, BayerRG, BayerGR, BayerGB, BayerBG with 8, 10, 10p, 10Packed, 12, 12p, 12Packed, 16; Mono14, Mono14p; "
+    "RGB, BGR with 8, 10, 10p, 12, 12p, 16; YUV422_8, YUV422_8_UYVY";
+
+const PixelFormatTraits& traitsOf(PixelFormat format);
+
+/// Null: cannot be read.
+const PixelFormatTraits* pixelFormatByCode(std::uint32_t code);
+const PixelFormatTraits* pixelFormatByName(std::string_view name);
+
+}  // namespace tractiond

@@ -1,0 +1,122 @@
+#include "daemon/records/pixel_format.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace tractiond {
+namespace {
+
+// The convention builds its codes: bits 16 to 23 are the bits that a pixel takes, the highest byte says mono or mosaic
+// (1) or several components (2).
+TEST(PixelFormat, CodesAgreeWithWhatTheyAreMadeOf) {
+  std::set<std::uint32_t> codes;
+  std::set<std::string_view> names;
+  for (const PixelFormatTraits& format : pixelFormats()) {
+    SCOPED_TRACE(format.name);
+    EXPECT_TRUE(codes.insert(format.code()).second);
+    EXPECT_TRUE(names.insert(format.name).second);
+    EXPECT_EQ(static_cast<int>(format.code() >> 16 & 0xff), format.bitsPerPixel);
+    EXPECT_EQ(format.code() >> 24, format.colours == PixelColours::kMono || format.isBayer() ? 1U : 2U);
+    EXPECT_EQ(pixelFormatByCode(format.code()), &format);
+    EXPECT_EQ(pixelFormatByName(format.name), &format);
+    EXPECT_EQ(&traitsOf(format.format), &format);
+  }
+  EXPECT_EQ(pixelFormatByCode(0x01080002), nullptr);  // Mono8s, signed
+  EXPECT_EQ(pixelFormatByName("RGB8Packed"), nullptr);
+}
+
+TEST(PixelFormat, NamesAgreeWithWhatTheySay) {
+  const auto starts = [](const PixelFormatTraits& format) -> std::string {
+    switch (format.colours) {
+    case PixelColours::kMono:
+      return "Mono";
+    case PixelColours::kBayerRG:
+      return "BayerRG";
+    case PixelColours::kBayerGR:
+      return "BayerGR";
+    case PixelColours::kBayerGB:
+      return "BayerGB";
+    case PixelColours::kBayerBG:
+      return "BayerBG";
+    case PixelColours::kRgb:
+      return "RGB";
+    case PixelColours::kBgr:
+      return "BGR";
+    case PixelColours::kYuyv:
+    case PixelColours::kUyvy:
+      return "YUV422_";
+    }
+    return "";
+  };
+  for (const PixelFormatTraits& format : pixelFormats()) {
+    std::string name = starts(format) + std::to_string(format.bits);
+    if (format.packing == PixelPacking::kStream) name += "p";
+    if (format.packing == PixelPacking::kTriple) name += "Packed";
+    if (format.colours == PixelColours::kUyvy) name += "_UYVY";
+    EXPECT_EQ(format.name, name);
+  }
+}
+
+// Of the standard's list (GenICam Pixel Format Values), by hand: a slip that keeps the two rules above.
+TEST(PixelFormat, HasTheCodesOfTheStandard) {
+  const auto code = [](std::string_view name) { return pixelFormatByName(name)->code(); };
+  EXPECT_EQ(code("Mono8"), 0x01080001U);
+  EXPECT_EQ(code("Mono10Packed"), 0x010C0004U);
+  EXPECT_EQ(code("Mono12"), 0x01100005U);
+  EXPECT_EQ(code("Mono12Packed"), 0x010C0006U);
+  EXPECT_EQ(code("Mono16"), 0x01100007U);
+  EXPECT_EQ(code("Mono10p"), 0x010A0046U);
+  EXPECT_EQ(code("Mono12p"), 0x010C0047U);
+  EXPECT_EQ(code("BayerGR8"), 0x01080008U);
+  EXPECT_EQ(code("BayerRG8"), 0x01080009U);
+  EXPECT_EQ(code("BayerGB8"), 0x0108000AU);
+  EXPECT_EQ(code("BayerBG8"), 0x0108000BU);
+  EXPECT_EQ(code("BayerRG12"), 0x01100011U);
+  EXPECT_EQ(code("BayerRG12p"), 0x010C0059U);
+  EXPECT_EQ(code("BayerRG12Packed"), 0x010C002BU);
+  EXPECT_EQ(code("BayerBG10p"), 0x010A0052U);
+  EXPECT_EQ(code("RGB8"), 0x02180014U);
+  EXPECT_EQ(code("BGR8"), 0x02180015U);
+  EXPECT_EQ(code("RGB12"), 0x0230001AU);
+  EXPECT_EQ(code("RGB12p"), 0x0224005DU);
+  EXPECT_EQ(code("YUV422_8"), 0x02100032U);
+  EXPECT_EQ(code("YUV422_8_UYVY"), 0x0210001FU);
+}
+
+TEST(PixelFormat, SizesArePackedWithoutGaps) {
+  const auto format = [](std::string_view name) -> const PixelFormatTraits& { return *pixelFormatByName(name); };
+  EXPECT_EQ(format("Mono8").size(641, 3), 1923U);
+  EXPECT_EQ(format("Mono12").size(641, 3), 3846U);
+  EXPECT_EQ(format("Mono12p").size(641, 3), 2885U);  // 2884.5
+  EXPECT_EQ(format("Mono10p").size(640, 480), 384000U);
+  EXPECT_EQ(format("Mono10Packed").size(640, 480), 460800U);
+  EXPECT_EQ(format("RGB8").size(640, 480), 921600U);
+  EXPECT_EQ(format("RGB10p").size(3, 1), 12U);  // 11.25
+  EXPECT_EQ(format("YUV422_8").size(640, 480), 614400U);
+  EXPECT_EQ(format("Mono8").stride(641), 641);
+  EXPECT_EQ(format("Mono12p").stride(640), 960);
+  EXPECT_EQ(format("Mono12p").stride(641), 0);
+  EXPECT_EQ(format("Mono12Packed").stride(642), 963);
+  EXPECT_EQ(format("Mono12Packed").stride(641), 0);
+  EXPECT_EQ(format("Mono10p").stride(642), 0);
+  EXPECT_EQ(format("RGB16").stride(5), 30);
+}
+
+TEST(PixelFormat, WordsForPeopleNameAll) {
+  std::set<std::string> said;
+  for (const char* order : {"Mono", "BayerRG", "BayerGR", "BayerGB", "BayerBG"}) {
+    for (const char* depth : {"8", "10", "10p", "10Packed", "12", "12p", "12Packed", "16"}) {
+      said.insert(std::string(order) + depth);
+    }
+  }
+  for (const char* order : {"RGB", "BGR"}) {
+    for (const char* depth : {"8", "10", "10p", "12", "12p", "16"}) said.insert(std::string(order) + depth);
+  }
+  said.insert({"Mono14", "Mono14p", "YUV422_8", "YUV422_8_UYVY"});
+  const std::vector<std::string> names = pixelFormatNames();
+  EXPECT_EQ(said, std::set<std::string>(names.begin(), names.end())) << kPixelFormatsInWords;
+}
+
+}  // namespace
+}  // namespace tractiond
