@@ -5,16 +5,27 @@
 
 #include <zmq.hpp>
 
+#include <algorithm>
 #include <cstring>
 #include <ctime>
 #include <map>
+#include <set>
 
 namespace traction {
 
 namespace {
 
-/// All versions: a daemon of another one is noticed, not waited for.
-constexpr std::string_view kAllVersions = "traction/";
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+/// Before an endpoint is tried again that ZeroMQ has given up.
+constexpr auto kRetry = 200ms;
+
+/// Begins every topic, of whatever version.
+constexpr std::string_view kTopics = "traction/";
+
+/// The key of Field.timestamp, its first field, which is never 0.
+constexpr std::string_view kFieldBegins = "\x09";
 
 constexpr const char* kMonitor = "inproc://monitor";
 
@@ -30,6 +41,14 @@ unsigned topicNamed(std::string_view kind) {
   if (kind == "description") return kDescription;
   if (kind == "status") return kStatus;
   return 0;  // of a later daemon
+}
+
+/// From anywhere, for people: what a terminal would take as a command is left out.
+std::string printable(std::string_view bytes) {
+  std::string text(bytes.substr(0, 64));
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c < 0x20 || c > 0x7e; }, '?');
+  return text;
 }
 
 Message decode(unsigned topic, std::string_view bytes) {
@@ -51,7 +70,7 @@ struct Subscriber::Impl {
   explicit Impl(const SubscriberOptions& given)
       : options(given) {
     const bool latest = options.mode == Mode::kLatest;
-    std::vector<std::string> endpoints = {options.endpoint};
+    endpoints = {options.endpoint};
     if (options.endpoint.empty()) {
       endpoints.clear();
       for (const Endpoints& found : locate(options.instance)) endpoints.push_back(latest ? found.latest : found.stream);
@@ -66,7 +85,9 @@ struct Subscriber::Impl {
     socket.set(zmq::sockopt::tcp_keepalive_intvl, 5);
     socket.set(zmq::sockopt::tcp_keepalive_cnt, 3);
     if (latest) socket.set(zmq::sockopt::conflate, true);
-    zmq_socket_monitor(socket.handle(), kMonitor, ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_DISCONNECTED);
+    zmq_socket_monitor(socket.handle(), kMonitor,
+                       ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL |
+                           ZMQ_EVENT_HANDSHAKE_FAILED_AUTH);
     monitor.connect(kMonitor);
     for (const std::string& each : endpoints) {
       try {
@@ -75,30 +96,68 @@ struct Subscriber::Impl {
         throw Error(ErrorCode::kBadEndpoint, "cannot connect to '" + each + "': " + error.what());
       }
     }
-    socket.set(zmq::sockopt::subscribe, latest ? std::string_view() : kAllVersions);
+    // The stream to everything: a daemon of another version, or the wrong one of an instance's endpoints, is noticed
+    // instead of waited for. Latest to what a field begins with: ZeroMQ aborts the process if a message in parts, as
+    // a stream's are, reaches a socket that conflates.
+    socket.set(zmq::sockopt::subscribe, latest ? kFieldBegins : std::string_view());
   }
 
   ~Impl() { zmq_socket_monitor(socket.handle(), nullptr, 0); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  bool isConnected() {
+  /// Taken always: events that nobody takes would stop ZeroMQ's thread in the end.
+  void takeEvents() {
     zmq::message_t event;
     zmq::message_t address;
     while (zmq_msg_recv(event.handle(), monitor.handle(), ZMQ_DONTWAIT) >= 0) {
       // 16 bits of event and 32 of value, then the address.
       std::uint16_t what = 0;
       std::memcpy(&what, event.data(), sizeof what);
-      connections += what == ZMQ_EVENT_HANDSHAKE_SUCCEEDED ? 1 : -1;
       zmq_msg_recv(address.handle(), monitor.handle(), ZMQ_DONTWAIT);
+      if (what == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) {
+        connections.insert(address.to_string());
+      } else if (what == ZMQ_EVENT_DISCONNECTED) {  // also after a handshake that failed: there was no connection
+        connections.erase(address.to_string());
+      } else {
+        givenUp[address.to_string()] = Clock::now() + kRetry;
+      }
     }
-    return connections > 0;
+  }
+
+  /// ZeroMQ never connects again to a peer that did not speak its protocol; a daemon may take its place.
+  void retry() {
+    for (auto one = givenUp.begin(); one != givenUp.end();) {
+      if (one->second > Clock::now()) {
+        ++one;
+        continue;
+      }
+      for (const std::string& each : endpoints) {
+        if (each != one->first && endpoints.size() > 1) continue;
+        zmq_disconnect(socket.handle(), each.c_str());
+        zmq_connect(socket.handle(), each.c_str());
+      }
+      one = givenUp.erase(one);
+    }
   }
 
   /// The parts of the next message: [topic][payload][time], or [payload]. False: none.
   bool next(std::chrono::milliseconds timeout) {
-    zmq_pollitem_t item{socket.handle(), 0, ZMQ_POLLIN, 0};
-    if (zmq_poll(&item, 1, timeout.count()) <= 0) return false;
+    const Clock::time_point end = Clock::now() + timeout;
+    for (;;) {
+      takeEvents();
+      retry();
+      auto left = std::max(std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now()), 0ms);
+      if (!givenUp.empty()) left = std::min<std::chrono::milliseconds>(left, kRetry);
+      std::array<zmq_pollitem_t, 2> items = {
+          {{socket.handle(), 0, ZMQ_POLLIN, 0}, {monitor.handle(), 0, ZMQ_POLLIN, 0}}};
+      if (zmq_poll(items.data(), items.size(), left.count()) < 0) return false;
+      if (items[0].revents != 0) return readParts();
+      if (Clock::now() >= end) return false;
+    }
+  }
+
+  bool readParts() {
     for (count = 0;; ++count) {
       zmq::message_t surplus;
       zmq::message_t& part = count < parts.size() ? parts[count] : surplus;
@@ -107,6 +166,10 @@ struct Subscriber::Impl {
     }
     ++count;
     return true;
+  }
+
+  bool startsWith(std::string_view beginning) const {
+    return parts[0].to_string_view().substr(0, beginning.size()) == beginning;
   }
 
   void countLosses(const std::string& topic, const Header& header) {
@@ -122,10 +185,14 @@ struct Subscriber::Impl {
     if (options.mode == Mode::kLatest) {
       message = decodeField(parts[0].to_string_view());
     } else {
+      if (count == 1 && !startsWith(kTopics)) {
+        throw Error(ErrorCode::kBadEndpoint,
+                    endpoint + " has no topics; is it the endpoint 'latest' instead of 'stream'?");
+      }
       topic = parts[0].to_string();
-      if (topic.rfind(kTopicRoot, 0) != 0) {
+      if (!startsWith(kTopicRoot)) {
         throw Error(ErrorCode::kVersion,
-                    endpoint + " publishes " + topic + ", this library reads " + std::string(kTopicRoot));
+                    endpoint + " publishes " + printable(topic) + ", this library reads " + std::string(kTopicRoot));
       }
       // traction/v1/<sensor>/<kind>/
       const std::size_t slash = topic.find('/', kTopicRoot.size());
@@ -143,7 +210,8 @@ struct Subscriber::Impl {
   }
 
   SubscriberOptions options;
-  std::string endpoint;
+  std::vector<std::string> endpoints;  ///< that are connected to
+  std::string endpoint;                ///< the one to name
   std::uint64_t lost = 0;
   std::map<std::string, std::pair<Id, std::uint64_t>> seen;  ///< topic -> last boot and sequence
   std::array<zmq::message_t, 3> parts;
@@ -151,7 +219,8 @@ struct Subscriber::Impl {
   zmq::context_t context{1};
   zmq::socket_t socket{context, zmq::socket_type::sub};
   zmq::socket_t monitor{context, zmq::socket_type::pair};
-  int connections = 0;
+  std::set<std::string> connections;                 ///< endpoints that somebody is at
+  std::map<std::string, Clock::time_point> givenUp;  ///< endpoints, and when to try them again
 };
 
 Subscriber::Subscriber(const SubscriberOptions& options)
@@ -161,7 +230,6 @@ Subscriber::Subscriber(Subscriber&&) noexcept = default;
 Subscriber& Subscriber::operator=(Subscriber&&) noexcept = default;
 
 std::optional<Message> Subscriber::receive(std::chrono::milliseconds timeout) {
-  using Clock = std::chrono::steady_clock;
   const Clock::time_point end = Clock::now() + timeout;
   for (;;) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
@@ -175,7 +243,8 @@ std::uint64_t Subscriber::lost() const {
 }
 
 bool Subscriber::isConnected() const {
-  return impl_->isConnected();
+  impl_->takeEvents();
+  return !impl_->connections.empty();
 }
 
 const std::string& Subscriber::endpoint() const {

@@ -4,9 +4,15 @@
 #include "traction/subscriber.h"
 #include "traction/v1/field.pb.h"
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <filesystem>
+#include <random>
+#include <thread>
 
 namespace traction {
 namespace {
@@ -220,6 +226,132 @@ TEST_F(SubscriberTest, ConnectionIsTold) {
   while (!subscriber.isConnected()) subscriber.receive(10ms);
 }
 
+/// Listens where a publisher might, and is none: each that connects is sent some bytes and hung up on.
+class Stranger {
+ public:
+  explicit Stranger(std::vector<std::string> greetings)
+      : greetings_(std::move(greetings)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    const int yes = 1;
+    setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    auto* any = reinterpret_cast<sockaddr*>(&address);
+    if (bind(listener_, any, size) != 0 || listen(listener_, 8) != 0) throw std::runtime_error("no port");
+    getsockname(listener_, any, &size);
+    endpoint_ = "tcp://127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+    thread_ = std::thread([this] { run(); });
+  }
+  ~Stranger() {
+    shutdown(listener_, SHUT_RDWR);
+    thread_.join();
+    close(listener_);
+  }
+  const std::string& endpoint() const { return endpoint_; }
+  std::size_t met() const { return met_; }
+
+ private:
+  void run() {
+    for (int peer; (peer = accept(listener_, nullptr, nullptr)) >= 0; close(peer)) {
+      const std::string& greeting = greetings_[met_ % greetings_.size()];
+      (void)!write(peer, greeting.data(), greeting.size());
+      std::this_thread::sleep_for(5ms);
+      ++met_;
+    }
+  }
+
+  std::vector<std::string> greetings_;
+  int listener_ = socket(AF_INET, SOCK_STREAM, 0);
+  std::string endpoint_;
+  std::atomic<std::size_t> met_{0};
+  std::thread thread_;
+};
+
+/// As ZMTP 3.1 begins: signature, version, mechanism.
+std::string greeting(const std::string& mechanism) {
+  std::string text("\xff\0\0\0\0\0\0\0\1\x7f\3\1", 12);
+  text += mechanism;
+  text.resize(64, '\0');
+  return text;
+}
+
+TEST(Subscriber, HandshakesThatFailAreNoConnectionsAndAreNotHeldAgainstALaterOne) {
+  const auto seed = std::random_device{}();
+  SCOPED_TRACE(seed);
+  std::mt19937 random(seed);
+  std::vector<std::string> greetings = {
+      "", "HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n", greeting("NULL"),
+      greeting("PLAIN"), greeting("NULL") + std::string("\4\5\5READY")};
+  std::shuffle(greetings.begin(), greetings.end(), random);
+  auto stranger = std::make_unique<Stranger>(greetings);
+  const std::string endpoint = stranger->endpoint();
+  Subscriber subscriber(at(endpoint));
+  const std::size_t handshakes = 2 + random() % 6;
+  while (stranger->met() < handshakes) {
+    subscriber.receive(10ms);
+    ASSERT_FALSE(subscriber.isConnected());
+  }
+  stranger.reset();
+
+  for (int i = 0; i < 2; ++i) {
+    zmq::context_t context;
+    zmq::socket_t publisher(context, zmq::socket_type::xpub);
+    publisher.set(zmq::sockopt::linger, 0);
+    publisher.bind(endpoint);
+    for (int turn = 0; turn < 1000 && !subscriber.isConnected(); ++turn) subscriber.receive(10ms);
+    EXPECT_TRUE(subscriber.isConnected()) << "after " << handshakes << " handshakes that failed";
+    publisher.close();
+    context.close();
+    for (int turn = 0; turn < 1000 && subscriber.isConnected(); ++turn) subscriber.receive(10ms);
+    EXPECT_FALSE(subscriber.isConnected());
+  }
+}
+
+TEST(Subscriber, PeerOfAnotherKindIsNoConnection) {
+  zmq::context_t context;
+  zmq::socket_t replier(context, zmq::socket_type::rep);  // the control endpoint, say
+  replier.bind("tcp://127.0.0.1:*");
+  Subscriber subscriber(at(replier.get(zmq::sockopt::last_endpoint)));
+  for (int i = 0; i < 50; ++i) {
+    subscriber.receive(10ms);
+    EXPECT_FALSE(subscriber.isConnected());
+  }
+}
+
+/// Publishes for as long as it lives.
+std::jthread publishing(tractiond::publish::Publisher& publisher, const tractiond::TractionField& field) {
+  return std::jthread([&](const std::stop_token& stop) {
+    for (; !stop.stop_requested(); std::this_thread::sleep_for(5ms)) {
+      TestClock::advance(5ms);
+      publisher.wait(-1, 0ms);
+      publisher.publish(field);
+    }
+  });
+}
+
+TEST_F(SubscriberTest, StreamReadFromTheLatestEndpointIsToldInsteadOfWaitedFor) {
+  Subscriber subscriber(at(latest_, kField));
+  const auto fields = publishing(*publisher_, field_);
+  try {
+    subscriber.receive(10s);
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kBadEndpoint);
+    for (const std::string& word : {latest_, std::string("'stream'"), std::string("'latest'")}) {
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+  }
+}
+
+// ZeroMQ 4.3.4 aborts the process when a message in parts reaches a socket that conflates.
+TEST_F(SubscriberTest, LatestReadFromTheStreamEndpointDoesNoHarm) {
+  Subscriber subscriber(at(stream_, kField, Mode::kLatest));
+  const auto fields = publishing(*publisher_, field_);
+  for (int i = 0; i < 50; ++i) EXPECT_FALSE(subscriber.receive(10ms));
+  EXPECT_TRUE(subscriber.isConnected());
+}
+
 TEST_F(SubscriberTest, RestartOfTheDaemonIsNoLoss) {
   std::string pattern = testing::TempDir() + "traction-XXXXXX";
   const std::string folder = mkdtemp(pattern.data());
@@ -301,6 +433,14 @@ TEST(Subscriber, GapsOfTheSequenceAreLosses) {
   EXPECT_EQ(lostAfter(20), 10U);
   EXPECT_EQ(lostAfter(3, 'c'), 10U);  // a new start of the daemon
   EXPECT_EQ(lostAfter(5, 'c'), 11U);
+}
+
+TEST(Subscriber, PublisherOfSomethingElseIsTold) {
+  Forger forger;
+  forger.send({"truth/", "{}"});
+  EXPECT_EQ(forger.failure(), ErrorCode::kVersion);
+  forger.send({"\1\x1b[2J", "{}"});
+  EXPECT_EQ(forger.failure(), ErrorCode::kVersion);
 }
 
 TEST(Subscriber, OtherVersionIsTold) {
