@@ -1,14 +1,13 @@
 #include "client/cli/commands.h"
 
 #include "client/cli/json.h"
+#include "client/cli/output.h"
 
 #include <cstdio>
 
 namespace traction::cli {
 
 namespace {
-
-using namespace std::chrono_literals;
 
 using Count = unsigned long long;
 
@@ -26,31 +25,14 @@ const char* sentence(CameraState state) {
   return "camera not opened yet";
 }
 
-void printLine(const std::string& text) {
-  std::fwrite(text.data(), 1, text.size(), stdout);
-  std::fputc('\n', stdout);
-  std::fflush(stdout);
-}
-
 }  // namespace
-
-void echo(const SubscriberOptions& options, unsigned topics, long count) {
-  SubscriberOptions wanted = options;
-  wanted.topics = topics;
-  Subscriber subscriber(wanted);
-  for (bool isThere = false; count != 0;) {
-    const auto message = subscriber.receive(3s);
-    isThere = isThere || message || subscriber.isConnected();
-    if (!isThere) throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + subscriber.endpoint());
-    if (!message) continue;
-    printLine(toJson(*message));
-    if (count > 0) --count;
-  }
-}
 
 void status(const ControlOptions& options, bool json) {
   const Status status = Control(options).status();
-  if (json) return printLine(toJson(status));
+  if (json) {
+    printLine(toJson(status));
+    return;
+  }
   const Ledger& ledger = status.ledger;
   const auto ms = [](double seconds) { return seconds * 1e3; };
   std::printf("%s: %s, up %.0f s, boot %s\n", status.header.sensor.c_str(), sentence(status.camera), status.uptime_s,
@@ -91,7 +73,10 @@ void describe(const ControlOptions& options) {
 
 void zero(const ControlOptions& options, bool json) {
   const ZeroResult result = Control(options).zero();
-  if (json) return printLine(toJson(result));
+  if (json) {
+    printLine(toJson(result));
+    return;
+  }
   std::printf("zero taken: %u of %u markers, pixel noise %.1f grey levels, id %s\n", result.markersPresent,
               result.markersExpected, result.noise_levels, toHex(result.zero.id).c_str());
   if (!result.remark.empty()) std::printf("but: %s\n", result.remark.c_str());

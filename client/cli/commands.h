@@ -1,4 +1,4 @@
-// What tractionctl does. All throw traction::Error.
+// What tractionctl does. All throw traction::Error and, where they print without an end, OutputError.
 #pragma once
 
 #include "traction/control.h"
@@ -13,7 +13,8 @@ constexpr double kForever = std::numeric_limits<double>::infinity();
 /// The live view; one line a second where standard output is no terminal.
 void watch(const SubscriberOptions& options, double seconds);
 
-/// Messages as JSON lines: `count` (negative: without end) of the chosen topics.
+/// Messages as JSON lines: `count` (negative: until a signal comes) of the chosen topics. What was lost is said on
+/// standard error, when it is noticed and at the end.
 void echo(const SubscriberOptions& options, unsigned topics, long count);
 
 void status(const ControlOptions& options, bool json);

@@ -2,12 +2,16 @@
 
 #include "client/cli/calibrate.h"
 #include "client/cli/commands.h"
+#include "client/cli/output.h"
 
 #include <CLI/CLI.hpp>
 #include <sysexits.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <iostream>
+#include <sstream>
 
 namespace {
 
@@ -17,6 +21,7 @@ constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
    0  done
   64  the command line is wrong
   69  no tractiond is there
+  74  standard output cannot be written: a full disk, a pipe that nobody reads
   75  tractiond could not do it
   76  tractiond speaks another version of the protocol)";
 
@@ -35,6 +40,18 @@ int exitCodeOf(ErrorCode code) {
   return EX_SOFTWARE;
 }
 
+/// Of an option: at least `least`. \param what such as "a time of 0 s or more, as in 2.5"
+CLI::Validator number(double least, const std::string& what) {
+  return CLI::Validator(
+      [=](std::string& text) {
+        double value = 0.0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        const bool isWhole = error == std::errc() && end == text.data() + text.size();
+        return isWhole && std::isfinite(value) && value >= least ? std::string() : "'" + text + "' is not " + what;
+      },
+      "");
+}
+
 int fail(int exitCode, const std::string& what) {
   std::cerr << "tractionctl: " << what << '\n';
   return exitCode;
@@ -43,6 +60,7 @@ int fail(int exitCode, const std::string& what) {
 }  // namespace
 
 int main(int argc, char** argv) try {
+  cli::rememberOutputErrors();
   SubscriberOptions subscription;
   ControlOptions control;
   std::string instance = subscription.instance;
@@ -61,7 +79,8 @@ int main(int argc, char** argv) try {
   app.add_option("--control", control.endpoint, "ZeroMQ endpoint for requests, instead of the instance's");
 
   auto* watch = app.add_subcommand("watch", "Shows the forces live; one line a second where there is no terminal");
-  watch->add_option("--seconds", seconds, "to run; without: until q or Ctrl-C")->check(CLI::NonNegativeNumber);
+  watch->add_option("--seconds", seconds, "to run; without: until q or Ctrl-C")
+      ->check(number(0.0, "a time of 0 s or more, as in 2.5"));
   auto* echo = app.add_subcommand("echo", "Prints messages as JSON, one a line");
   const std::map<std::string, unsigned> names = {{"field", kField},
                                                  {"markers", kMarkers},
@@ -69,7 +88,11 @@ int main(int argc, char** argv) try {
                                                  {"status", kStatus},
                                                  {"all", kAllTopics}};
   echo->add_option("--topic", topic, "of the messages")->check(CLI::IsMember(&names))->capture_default_str();
-  echo->add_option("--count", count, "of messages; without: until Ctrl-C")->check(CLI::NonNegativeNumber);
+  echo->add_option("--count", count, "of messages; without: until Ctrl-C")
+      ->check(number(0.0, "a number of messages, as in 100"));
+  bool latest = false;
+  echo->add_flag("--latest", latest,
+                 "the newest field alone, from the endpoint 'latest': what is read late is replaced");
   auto* status = app.add_subcommand("status", "Tells how the daemon does, and where every frame went");
   status->add_flag("--json", json, "as JSON");
   auto* describe = app.add_subcommand("describe", "Prints the sensor's description as JSON");
@@ -83,7 +106,7 @@ int main(int argc, char** argv) try {
       ->check(CLI::IsMember({"geometry", "noise", "weights", "finish"}));
   calibrate->add_option("--weights", weights, "to be put on one after another: 100gf,200gf,500gf");
   calibrate->add_option("--seconds", calibration.seconds, "to look for the noise, and to wait for each weight")
-      ->check(CLI::PositiveNumber);
+      ->check(number(1e-9, "a time above 0 s, as in 30"));
   calibrate->add_option("--name", calibration.name, "of the gel: the file's name begins with it");
   calibrate->add_flag("--keep-zero", calibration.keepZero, "geometry from the zero in force, instead of a new one");
   calibrate->add_flag("--anyway", calibration.anyway, "also if something seems to touch the gel");
@@ -95,6 +118,10 @@ int main(int argc, char** argv) try {
     if (app.get_subcommands().empty()) return fail(EX_USAGE, "a command is needed; see tractionctl --help");
     subscription.instance = control.instance = instance;
     if (watch->parsed()) cli::watch(subscription, seconds);
+    if (latest) {
+      if (topic != "field") return fail(EX_USAGE, "--latest has fields alone, not --topic " + topic);
+      subscription.mode = Mode::kLatest;
+    }
     if (echo->parsed()) cli::echo(subscription, names.at(topic), count);
     if (status->parsed()) cli::status(control, json);
     if (describe->parsed()) cli::describe(control);
@@ -108,15 +135,21 @@ int main(int argc, char** argv) try {
       }
       cli::calibrate(control, calibration);
     }
+    cli::flushOutput();
     return EX_OK;
-  } catch (const CLI::Success& done) {
-    return app.exit(done);
+  } catch (const CLI::Success& done) {  // help, version
+    std::ostringstream text;
+    app.exit(done, text, text);
+    cli::printLine(text.str().substr(0, text.str().find_last_not_of('\n') + 1));
+    return EX_OK;
   } catch (const CLI::ParseError& error) {
     return fail(EX_USAGE, std::string(error.what()) + "; see tractionctl --help");
   } catch (const Error& error) {
     const bool isAbsent = error.code() == ErrorCode::kNoAnswer;
     return fail(exitCodeOf(error.code()), std::string(error.what()) + (isAbsent ? "; is tractiond running?" : ""));
   }
+} catch (const cli::OutputError& error) {
+  return fail(EX_IOERR, error.what());
 } catch (const std::exception& error) {
   return fail(EX_SOFTWARE, error.what());
 }

@@ -2,87 +2,26 @@
 
 import json
 import os
-import pathlib
 import pty
 import re
 import select
 import signal
-import subprocess
 import termios
 import time
 import unittest
 
 import zmq
+from ctl import PROTOCOL, TEMPORARY, UNAVAILABLE, USAGE, Case, ctl
 from publisher import Publisher
 from traction.v1 import messages
 
-PROGRAM = str(pathlib.Path(os.environ["TRACTION_BUILD"], "bin", "tractionctl"))
-USAGE, UNAVAILABLE, TEMPORARY, PROTOCOL = 64, 69, 75, 76
 
-
-def ctl(*words, seconds=60):
-    done = subprocess.run([PROGRAM, *words], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=seconds,
-                          env={**os.environ, "XDG_RUNTIME_DIR": "/nowhere"})
-    return done.returncode, done.stdout, done.stderr
-
-
-def answer(request):
-    reply = messages.Reply(version=1)
-    kind = request.WhichOneof("request")
-    if kind == "status":
-        reply.status.header.sensor = "gel"
-        reply.status.camera = messages.CAMERA_STATE_STREAMING
-        reply.status.ledger.received = 10
-        reply.status.ledger.published = 7
-        reply.status.ledger.stale = 3
-        reply.status.rest_drift.shift_u_px = 0.125
-    elif kind == "description":
-        reply.description.software_version = "0.1.0"
-    elif kind == "calibrate":
-        step = request.calibrate.WhichOneof("step")
-        figure = reply.calibrate.figures.add(name="value_of_" + step, value=2.0, deviation=0.5)
-        if step == "weight":
-            figure.name, figure.value = "weight_N", request.calibrate.weight.weight_N
-            reply.calibrate.figures.add(name="first", value=request.calibrate.weight.first)
-        reply.calibrate.remarks.append("a remark")
-        reply.calibrate.path = "/gel.toml" if step == "finish" else ""
-    else:
-        reply.zero.zero.id = bytes(range(16))
-        reply.zero.markers_present = 1150
-        reply.zero.markers_expected = 1152
-    return reply
-
-
-class Tractionctl(unittest.TestCase):
-    def publisher(self, reply=answer):
-        publisher = Publisher(reply)
-        self.addCleanup(publisher.close)
-        return ["--connect", publisher.endpoint(publisher.stream), "--control", publisher.endpoint(publisher.control)]
-
-    def start(self, *words, **options):
-        child = subprocess.Popen([PROGRAM, *words], **{"stderr": subprocess.PIPE, "text": True, **options})
-        self.addCleanup(child.wait)
-        self.addCleanup(child.kill)
-        return child
-
-    def fails(self, code, pattern, *words):
-        """One line on standard error, nothing else."""
-        returned, out, err = ctl(*words)
-        self.assertEqual((returned, out), (code, ""), err)
-        self.assertRegex(err, rf"\Atractionctl: .*{pattern}.*\n\Z")
-
-    def test_echo_prints_json_lines(self):
-        code, out, err = ctl("echo", "--count", "3", *self.publisher())
-        self.assertEqual((code, err), (0, ""))
-        fields = [json.loads(line) for line in out.splitlines()]
-        self.assertEqual(len(fields), 3)
-        first = fields[0]
-        self.assertEqual(first["topic"], "field")
-        self.assertEqual(first["resultant_N"], [1.5, -2.5, 3.5])
-        self.assertEqual(first["boot"], bytes(range(16)).hex())
-        self.assertEqual(len(first["force_N"]), 576)
-        self.assertTrue(first["valid"])
-        self.assertEqual([field["sequence"] - first["sequence"] for field in fields], [0, 1, 2])
+class Tractionctl(Case):
+    def test_full_disk_ends_what_prints(self):
+        for command in (["echo"], ["watch"], ["status"], ["status", "--json"], ["describe"], ["zero"], ["--help"],
+                        ["calibrate", "--weights", "1N"]):
+            with self.subTest(command), open("/dev/full", "wb") as full:
+                self.ends_at_once(self.start(*command, *self.publisher(), stdout=full), "No space left on device")
 
     def test_status_tells_where_frames_went(self):
         endpoints = self.publisher()
@@ -155,7 +94,9 @@ class Tractionctl(unittest.TestCase):
         self.fails(USAGE, "--weights", "calibrate")
         for weights in ("100", "100lb", "0gf", "-5N", "nan N", "5N,", ","):
             self.fails(USAGE, "--weights", "calibrate", "weights", f"--weights={weights}")
-        self.fails(USAGE, "seconds", "watch", "--seconds", "-1")
+        for seconds in ("-1", "x", "nan", "inf", "1s", "1e999", ""):
+            self.fails(USAGE, f"--seconds: '{seconds}' is not a time of 0 s or more, as in 2.5;", "watch",
+                       f"--seconds={seconds}" if seconds else "--seconds=")
         self.fails(USAGE, "instance", "watch", "--instance", "../etc")
         self.fails(USAGE, "nonsense", "watch", "--connect", "nonsense")
 

@@ -1,0 +1,79 @@
+"""tractionctl run as a program, for its tests."""
+
+import os
+import pathlib
+import signal
+import subprocess
+import time
+import unittest
+
+from publisher import Publisher
+from traction.v1 import messages
+
+PROGRAM = str(pathlib.Path(os.environ["TRACTION_BUILD"], "bin", "tractionctl"))
+USAGE, UNAVAILABLE, OUTPUT, TEMPORARY, PROTOCOL = 64, 69, 74, 75, 76
+
+
+def ctl(*words, seconds=60):
+    done = subprocess.run([PROGRAM, *words], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=seconds,
+                          env={**os.environ, "XDG_RUNTIME_DIR": "/nowhere"})
+    return done.returncode, done.stdout, done.stderr
+
+
+def answer(request):
+    reply = messages.Reply(version=1)
+    kind = request.WhichOneof("request")
+    if kind == "status":
+        reply.status.header.sensor = "gel"
+        reply.status.camera = messages.CAMERA_STATE_STREAMING
+        reply.status.ledger.received = 10
+        reply.status.ledger.published = 7
+        reply.status.ledger.stale = 3
+        reply.status.rest_drift.shift_u_px = 0.125
+    elif kind == "description":
+        reply.description.software_version = "0.1.0"
+    elif kind == "calibrate":
+        step = request.calibrate.WhichOneof("step")
+        figure = reply.calibrate.figures.add(name="value_of_" + step, value=2.0, deviation=0.5)
+        if step == "weight":
+            figure.name, figure.value = "weight_N", request.calibrate.weight.weight_N
+            reply.calibrate.figures.add(name="first", value=request.calibrate.weight.first)
+        reply.calibrate.remarks.append("a remark")
+        reply.calibrate.path = "/gel.toml" if step == "finish" else ""
+    else:
+        reply.zero.zero.id = bytes(range(16))
+        reply.zero.markers_present = 1150
+        reply.zero.markers_expected = 1152
+    return reply
+
+
+class Case(unittest.TestCase):
+    def publisher(self, reply=answer):
+        publisher = Publisher(reply)
+        self.addCleanup(publisher.close)
+        return ["--connect", publisher.endpoint(publisher.stream), "--control", publisher.endpoint(publisher.control)]
+
+    def start(self, *words, **options):
+        child = subprocess.Popen([PROGRAM, *words], **{"stderr": subprocess.PIPE, "text": True,
+                                                        "start_new_session": True, **options})
+        self.addCleanup(self.end, child)
+        return child
+
+    @staticmethod
+    def end(child):
+        if child.poll() is None:
+            os.killpg(child.pid, signal.SIGKILL)
+        child.communicate()
+
+    def fails(self, code, pattern, *words):
+        """One line on standard error, nothing else."""
+        returned, out, err = ctl(*words)
+        self.assertEqual((returned, out), (code, ""), err)
+        self.assertRegex(err, rf"\Atractionctl: .*{pattern}.*\n\Z")
+
+    def ends_at_once(self, child, pattern):
+        start = time.monotonic()
+        _, err = child.communicate(timeout=60)
+        self.assertLess(time.monotonic() - start, 10)  # it takes 0.1 s; a disk that stays full takes for ever
+        self.assertEqual(child.returncode, OUTPUT, err)
+        self.assertRegex(err, rf"\Atractionctl: .*{pattern}.*\n\Z")

@@ -1,0 +1,199 @@
+"""tractionctl echo: what it prints arrives, or is counted as lost, or ends it."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+import zmq
+from ctl import PROGRAM, USAGE, OUTPUT, Case, ctl
+from publisher import Publisher
+from traction.v1 import messages
+
+
+class Echo(Case):
+    def test_echo_prints_json_lines(self):
+        code, out, err = ctl("echo", "--count", "3", *self.publisher())
+        self.assertEqual((code, err), (0, ""))
+        fields = [json.loads(line) for line in out.splitlines()]
+        self.assertEqual(len(fields), 3)
+        first = fields[0]
+        self.assertEqual(first["topic"], "field")
+        self.assertEqual(first["resultant_N"], [1.5, -2.5, 3.5])
+        self.assertEqual(first["boot"], bytes(range(16)).hex())
+        self.assertEqual(len(first["force_N"]), 576)
+        self.assertTrue(first["valid"])
+        self.assertEqual([field["sequence"] - first["sequence"] for field in fields], [0, 1, 2])
+
+    def test_disk_that_fills_up_ends_echo(self):
+        with tempfile.TemporaryDirectory(prefix="traction-") as folder:
+            script = 'mount -t tmpfs -o size=256k none . && cd "$PWD" && "$@" > file; code=$?; cat file; exit $code'
+            child = subprocess.Popen(["unshare", "--user", "--map-root-user", "--mount", "sh", "-c", script, "sh", PROGRAM,
+                                      "echo", *self.publisher()], cwd=folder, stdout=subprocess.PIPE,
+                                     stderr=subprocess.PIPE, text=True, start_new_session=True)
+            self.addCleanup(self.end, child)
+            out, err = child.communicate(timeout=60)
+        self.assertEqual(child.returncode, OUTPUT, err)
+        lines = out.split("\n")[:-1]
+        self.assertRegex(err, rf"\Atractionctl: .*No space left on device; {len(lines)} messages printed\n\Z")
+        self.assertGreater(len(lines), 3)
+
+    def test_file_that_may_not_grow_ends_echo(self):
+        with tempfile.TemporaryFile() as file:
+            limit = "ulimit -f 64; exec \"$@\""
+            child = subprocess.Popen(["sh", "-c", limit, "sh", PROGRAM, "echo", *self.publisher()], stdout=file,
+                                     stderr=subprocess.PIPE, text=True, start_new_session=True)
+            self.addCleanup(self.end, child)
+            self.ends_at_once(child, "File too large")
+
+    def test_closed_pipe_ends_echo_also_where_nothing_is_published(self):
+        with zmq.Context() as context, context.socket(zmq.XPUB) as silent:
+            silent.bind("tcp://127.0.0.1:*")
+            for endpoints in (self.publisher(), ["--connect", Publisher.endpoint(silent)]):
+                with self.subTest(endpoints):
+                    reader, writer = os.pipe()
+                    child = self.start("echo", *endpoints, stdout=writer)
+                    os.close(writer)
+                    time.sleep(random.uniform(0, 0.3))
+                    os.close(reader)
+                    self.ends_at_once(child, "nobody reads standard output any more; [0-9]+ messages printed")
+
+    def stalled(self, seed):
+        """Publishes past a reader that stalls at random: (last number sent, lines, what was said)."""
+        chance = random.Random(seed)
+        context = self.enterContext(zmq.Context())
+        socket = self.enterContext(context.socket(zmq.XPUB))
+        socket.linger, socket.sndhwm = 0, chance.choice([20, 200, 1000])
+        socket.bind("tcp://127.0.0.1:*")
+        child = self.start("echo", "--connect", Publisher.endpoint(socket), stdout=subprocess.PIPE)
+        self.assertTrue(socket.poll(60_000))
+        lines, stop = [], threading.Event()
+
+        def read():
+            for line in child.stdout:
+                lines.append(json.loads(line)["sequence"])
+                if not stop.is_set() and chance.random() < 0.01:
+                    time.sleep(chance.choice([0.02, 0.1, 0.4]))
+
+        reader = threading.Thread(target=read)
+        reader.start()
+        field = messages.Field(force_N=[0.0] * (3 * 576), node_valid=bytes(576))
+        field.header.boot = bytes(range(16))
+        deadline = time.monotonic() + 60
+        burst, sent = chance.randrange(2000, 8000), 0
+        while sent < burst or lines[-1:] != [sent]:
+            self.assertLess(time.monotonic(), deadline)
+            if sent >= burst:  # now the reader catches up
+                stop.set()
+                time.sleep(0.05)
+                if lines[-1:] == [sent]:
+                    break
+            sent += 1
+            field.header.sequence = sent
+            socket.send_multipart([b"traction/v1/gel/field/", field.SerializeToString(), b"0.0"])
+        child.send_signal(signal.SIGINT)
+        reader.join(60)
+        return sent, lines, child.stderr.read(), child.wait(60)
+
+    def test_what_a_stalling_reader_loses_is_counted(self):
+        seed = random.randrange(2**32)
+        lost_at_all = 0
+        for seed in range(seed, seed + 4):
+            with self.subTest(seed=seed):
+                sent, lines, err, code = self.stalled(seed)
+                lost = sent - len(lines)
+                lost_at_all += lost
+                self.assertEqual(code, 0)
+                self.assertEqual(lines, sorted(set(lines)))
+                if lost == 0:
+                    self.assertEqual(err, "")
+                    continue
+                notes = err.splitlines()
+                self.assertEqual(notes[-1], f"tractionctl: {len(lines)} messages printed, {lost} lost")
+                for note in notes[:-1]:
+                    self.assertRegex(note, r"\Atractionctl: \d+ messages lost before number \d+: ")
+        self.assertGreater(lost_at_all, 0)
+
+    def test_echo_that_is_stopped_while_its_reader_stalls_ends_and_says_what_was_not_printed(self):
+        child = self.start("echo", *self.publisher(), stdout=subprocess.PIPE)
+        time.sleep(2)  # the pipe holds 64 KiB: two or three messages
+        child.send_signal(signal.SIGTERM)
+        time.sleep(0.5)
+        self.assertEqual(child.wait(timeout=20), 0)
+        whole = child.stdout.read().count("\n")
+        self.assertRegex(child.stderr.read(),
+                         rf"\Atractionctl: {whole} messages printed, [1-9]\d* that waited not printed\n\Z")
+
+    def test_latest_is_told_from_the_stream(self):
+        with zmq.Context() as context, context.socket(zmq.PUB) as latest:
+            latest.conflate = 1
+            latest.linger = 0
+            latest.bind("tcp://127.0.0.1:*")
+            stop = threading.Event()
+
+            def publish():
+                field = messages.Field(timestamp=1.0, valid=True)
+                while not stop.wait(0.01):
+                    field.header.sequence += 1
+                    latest.send(field.SerializeToString())
+
+            publishing = threading.Thread(target=publish)
+            publishing.start()
+            self.addCleanup(publishing.join)
+            self.addCleanup(stop.set)
+            endpoint = Publisher.endpoint(latest)
+            for command in ("echo", "watch"):
+                self.fails(USAGE, "has no topics; is it the endpoint 'latest' instead of 'stream'", command, "--connect",
+                           endpoint)
+            code, out, err = ctl("echo", "--latest", "--count", "3", "--connect", endpoint)
+            self.assertEqual((code, err), (0, ""))
+            self.assertEqual(len([json.loads(line) for line in out.splitlines()]), 3)
+            stop.set()
+            publishing.join()
+        self.fails(USAGE, "--latest has fields alone", "echo", "--latest", "--topic", "status")
+
+    def test_topic_on_which_nothing_comes_is_told(self):
+        child = self.start("echo", "--topic", "markers", *self.publisher(), stdout=subprocess.PIPE)
+        self.assertRegex(child.stderr.readline(), r"\Atractionctl: connected, but nothing of this topic comes from tcp:")
+        child.send_signal(signal.SIGINT)
+        self.assertEqual(child.wait(10), 0)
+
+    def test_daemon_that_goes_and_comes_back_is_told(self):
+        context = self.enterContext(zmq.Context())
+
+        def open_at(endpoint):
+            socket = self.enterContext(context.socket(zmq.XPUB))
+            socket.linger = 0
+            socket.bind(endpoint)
+            return socket
+
+        first = open_at("tcp://127.0.0.1:*")
+        endpoint = Publisher.endpoint(first)
+        child = self.start("echo", "--connect", endpoint, stdout=subprocess.PIPE)
+        self.assertTrue(first.poll(60_000))
+        field = messages.Field(timestamp=1.0)
+        field.header.sequence, field.header.boot = 1, bytes(range(16))
+        parts = [b"traction/v1/gel/field/", field.SerializeToString(), b"0.0"]
+        first.send_multipart(parts)
+        child.stdout.readline()
+        first.close()
+        self.assertEqual(child.stderr.readline(), "tractionctl: tractiond is gone; waiting for it\n")
+        time.sleep(0.2)
+        second = open_at(endpoint)
+        self.assertTrue(second.poll(60_000))
+        self.assertEqual(child.stderr.readline(), "tractionctl: tractiond is back\n")
+        field.header.boot = bytes(range(1, 17))
+        parts[1] = field.SerializeToString()
+        second.send_multipart(parts)
+        self.assertEqual(child.stderr.readline(), "tractionctl: tractiond was started anew\n")
+        child.send_signal(signal.SIGINT)
+        self.assertEqual(child.wait(10), 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
