@@ -25,14 +25,7 @@ const char* sentence(CameraState state) {
   return "camera not opened yet";
 }
 
-}  // namespace
-
-void status(const ControlOptions& options, bool json) {
-  const Status status = Control(options).status();
-  if (json) {
-    printLine(toJson(status));
-    return;
-  }
+void print(const Status& status) {
   const Ledger& ledger = status.ledger;
   const auto ms = [](double seconds) { return seconds * 1e3; };
   std::printf("%s: %s, up %.0f s, boot %s\n", status.header.sensor.c_str(), sentence(status.camera), status.uptime_s,
@@ -64,6 +57,21 @@ void status(const ControlOptions& options, bool json) {
     std::printf("zero      drifted by (%+.3f, %+.3f) px, scale %+.1e, roll %+.1e rad, markers %.3f px; untouched "
                 "%.0f s ago\n",
                 drift->shiftU_px, drift->shiftV_px, drift->scale, drift->roll, drift->rms_px, drift->age_s);
+  }
+}
+
+}  // namespace
+
+void status(const ControlOptions& options, bool json) {
+  const Status status = Control(options).status();
+  if (json) {
+    printLine(toJson(status));
+  } else {
+    print(status);
+    flushOutput();
+  }
+  if (status.camera != CameraState::kStreaming) {
+    throw NoCamera(std::string("no field can come: ") + sentence(status.camera));
   }
 }
 

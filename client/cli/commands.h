@@ -5,6 +5,7 @@
 #include "traction/subscriber.h"
 
 #include <limits>
+#include <stdexcept>
 
 namespace traction::cli {
 
@@ -17,6 +18,13 @@ void watch(const SubscriberOptions& options, double seconds);
 /// standard error, when it is noticed and at the end.
 void echo(const SubscriberOptions& options, unsigned topics, long count);
 
+/// The daemon is there, its camera is not.
+class NoCamera : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// \throws NoCamera after it was printed, where no field can come
 void status(const ControlOptions& options, bool json);
 void describe(const ControlOptions& options);
 void zero(const ControlOptions& options, bool json);

@@ -20,6 +20,7 @@ using namespace traction;
 constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
    0  done
   64  the command line is wrong
+  66  status: tractiond runs, but its camera is lost or not there yet: no field can come
   69  no tractiond is there
   74  standard output cannot be written: a full disk, a pipe that nobody reads
   75  tractiond could not do it
@@ -144,6 +145,8 @@ int main(int argc, char** argv) try {
     return EX_OK;
   } catch (const CLI::ParseError& error) {
     return fail(EX_USAGE, std::string(error.what()) + "; see tractionctl --help");
+  } catch (const cli::NoCamera& error) {
+    return fail(EX_NOINPUT, error.what());
   } catch (const Error& error) {
     const bool isAbsent = error.code() == ErrorCode::kNoAnswer;
     return fail(exitCodeOf(error.code()), std::string(error.what()) + (isAbsent ? "; is tractiond running?" : ""));

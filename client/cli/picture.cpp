@@ -63,6 +63,12 @@ Colour24 shade(double share) {
   return share >= 0.0 ? along(kPress, share) : along(kPull, -share);
 }
 
+/// Of what is no more.
+Colour24 faded(Colour24 colour) {
+  const auto grey = static_cast<std::uint8_t>((colour.red + colour.green + colour.blue) / 8);
+  return {grey, grey, grey};
+}
+
 /// The arrow for a force (x right, y up) of a length between 0 and 1.
 const char* arrow(double x, double y, double share) {
   constexpr std::array<const char*, 8> kLight = {"→", "↗", "↑", "↖", "←", "↙", "↓", "↘"};
@@ -115,11 +121,11 @@ void drawArrow(Dots& dots, double x, double y, double dx, double dy) {
 
 /// What a reader of the field should know, most important first.
 std::vector<std::string> warnings(const Scene& scene, std::int64_t now_ns) {
+  constexpr std::int64_t kRestartIsNews_ns = 10'000'000'000;
   std::vector<std::string> texts;
-  const double silence_s = static_cast<double>(now_ns - scene.lastArrival_ns) * 1e-9;
-  if (scene.lastArrival_ns != 0 && silence_s > 2.5) texts.push_back(format("nothing heard for %.0f s", silence_s));
-  if (scene.status && scene.status->camera == CameraState::kLost) texts.push_back("camera lost");
-  if (!scene.field) return texts;
+  if (scene.restarted_ns != 0 && now_ns - scene.restarted_ns < kRestartIsNews_ns)
+    texts.push_back("tractiond restarted");
+  if (!scene.field || !scene.trouble(now_ns).what.empty()) return texts;
   const std::uint32_t flags = scene.field->header.flags;
   if (flags & kZeroUnverified) texts.push_back("zero not verified");
   if (flags & kFewMarkers) texts.push_back("too few markers");
@@ -149,40 +155,36 @@ int columnsOf(std::string_view utf8) {
   return static_cast<int>(std::count_if(utf8.begin(), utf8.end(), [](char c) { return (c & 0xc0) != 0x80; }));
 }
 
-/// Broken into lines where there is no room, around `row`.
-void centred(Canvas& canvas, int column, int row, int width, std::string_view text, const Style& style) {
+/// In lines, with a blank on either side.
+std::vector<std::string> wrapped(std::string_view text, int width) {
   std::vector<std::string> lines;
   while (!text.empty()) {
     const std::string_view word = text.substr(0, text.find(' '));
     if (lines.empty() || columnsOf(lines.back()) + 1 + columnsOf(word) > width) {
-      lines.emplace_back(word);
+      lines.push_back(" " + std::string(word) + " ");
     } else {
-      lines.back().append(" ").append(word);
+      lines.back().append(word).append(" ");
     }
     text.remove_prefix(std::min(word.size() + 1, text.size()));
   }
-  row -= static_cast<int>(lines.size()) / 2;
-  for (const std::string& line : lines) {
-    canvas.text(column + std::max(0, (width - columnsOf(line)) / 2), row++, line, style);
-  }
+  return lines;
 }
 
-/// Why there is no field to show; empty: there is one.
-std::string obstacle(const Scene& scene) {
-  if (scene.field && scene.field->valid) return "";
-  if (scene.field) return "too few markers are seen";
-  if (!scene.status) return scene.connected ? "tractiond is starting" : "looking for tractiond";
-  switch (scene.status->camera) {
-  case CameraState::kWaiting:
-    return "tractiond waits for a camera";
-  case CameraState::kLost:
-    return "tractiond has lost its camera";
-  case CameraState::kStreaming:
-    return scene.status->received_hz > 0.0 ? "finding the markers and their rest pose" : "the camera sends no frames";
-  case CameraState::kUnknown:
-    break;
-  }
-  return "tractiond is starting";
+/// In the middle; false: there is no room for it.
+bool centred(Canvas& canvas, int column, int row, int width, int height, std::string_view text, const Style& style) {
+  const std::vector<std::string> lines = wrapped(text, width);
+  const auto isTooLong = [&](const std::string& line) { return columnsOf(line) > width; };
+  if (static_cast<int>(lines.size()) > height || std::any_of(lines.begin(), lines.end(), isTooLong)) return false;
+  row += (height - static_cast<int>(lines.size())) / 2;
+  for (const std::string& line : lines) canvas.text(column + (width - columnsOf(line)) / 2, row++, line, style);
+  return true;
+}
+
+/// Why there are no forces of now to show; empty: there are.
+std::string obstacle(const Scene& scene, std::int64_t now_ns) {
+  const Scene::Trouble trouble = scene.trouble(now_ns);
+  if (!trouble.what.empty()) return scene.sentence(trouble);
+  return scene.field->valid ? "" : "too few markers are seen";
 }
 
 /// Where on the page a point of the touched surface is, from 0 (left, low) to 1.
@@ -205,7 +207,7 @@ void drawResultant(Canvas& canvas, const Field& field, const Grid& nodes, const 
 
 /// The shades and arrows; returns the force that is drawn brightest.
 double drawCells(Canvas& canvas, const Scene& scene, const Layout& layout, int left, int top, Scale& scale,
-                 std::int64_t now_ns) {
+                 std::int64_t now_ns, bool isOld) {
   const Grid& nodes = scene.description->nodes;
   const auto cells = resample(*scene.field, static_cast<int>(nodes.columns), static_cast<int>(nodes.rows),
                               layout.columns, layout.rows);
@@ -217,20 +219,25 @@ double drawCells(Canvas& canvas, const Scene& scene, const Layout& layout, int l
     for (int c = 0; c < layout.columns; ++c) {
       const Vector3& force = cells[static_cast<std::size_t>(r * layout.columns + c)];
       const double tangential = std::hypot(force[0], force[1]) / full_N;
-      const Colour24 paper = shade(force[2] / full_N);
+      const Colour24 paper = isOld ? faded(shade(force[2] / full_N)) : shade(force[2] / full_N);
       const Colour24 contrast = isLight(paper) ? Colour24{10, 10, 10} : Colour24{255, 255, 255};
       const Style style{mix(paper, contrast, 0.2 + 1.3 * tangential), paper, tangential > 0.2};
       const int y = top + layout.rows - 1 - r;
       canvas.text(canvas.text(left + 2 * c, y, arrow(force[0], force[1], tangential), style), y, " ", style);
     }
   }
-  drawResultant(canvas, *scene.field, nodes, layout, left, top);
+  if (!isOld) drawResultant(canvas, *scene.field, nodes, layout, left, top);
   return full_N;
 }
 
-/// The field in its frame; returns the force that is drawn brightest, 0 where there is no field.
-double drawField(Canvas& canvas, const Scene& scene, const Layout& layout, int column, int row, Scale& scale,
-                 std::int64_t now_ns) {
+struct Drawn {
+  double full_N = 0.0;  ///< the force that is drawn brightest; 0: no field
+  std::string untold;   ///< what there was no room for
+};
+
+/// The field in its frame.
+Drawn drawField(Canvas& canvas, const Scene& scene, const Layout& layout, int column, int row, Scale& scale,
+                std::int64_t now_ns) {
   canvas.frame(column, row, layout.width(), layout.height(), kLine);
   canvas.text(column, row + 1, "↑", kDim);
   canvas.text(column, row + 2, "y", kDim);
@@ -244,20 +251,24 @@ double drawField(Canvas& canvas, const Scene& scene, const Layout& layout, int c
   const int left = column + 1, top = row + 1;
   canvas.fill(left, top, layout.width() - 2, layout.height() - 2, {kPlain.ink, shade(0.0)});
 
-  std::string why = obstacle(scene);
-  if (why.empty() && !scene.description) why = "waiting for the description";
-  if (why.empty()) {
+  std::string why = obstacle(scene, now_ns);
+  Drawn drawn;
+  if (scene.field && scene.field->valid && scene.description) {
     const Grid& nodes = scene.description->nodes;
     canvas.text(column + 2, bottom,
                 format(" %.0f × %.0f mm ", nodes.columns * nodes.pitch_m * 1e3, nodes.rows * nodes.pitch_m * 1e3),
                 kDim);
     if (scene.field->force_N.size() == std::size_t{nodes.columns} * nodes.rows) {
-      return drawCells(canvas, scene, layout, left, top, scale, now_ns);
+      drawn.full_N = drawCells(canvas, scene, layout, left, top, scale, now_ns, !why.empty());
+    } else if (why.empty()) {
+      why = "field and description do not match";
     }
-    why = "field and description do not match";
+  } else if (why.empty()) {
+    why = "waiting for the description";
   }
-  centred(canvas, left, top + (layout.height() - 2) / 2, layout.width() - 2, why, {{255, 196, 84}, shade(0.0), false});
-  return 0.0;
+  const Style style{kWarning.ink, shade(0.0), true};
+  if (!centred(canvas, left, top, layout.width() - 2, layout.height() - 2, why, style)) drawn.untold = why;
+  return drawn;
 }
 
 /// The tangential part of the resultant as an arrow in a circle, its length of the whole force.
@@ -292,12 +303,6 @@ double drawHistory(Canvas& canvas, const std::deque<double>& history, int column
   return full;
 }
 
-std::string duration(double seconds) {
-  if (seconds < 120.0) return format("%.0f s", seconds);
-  if (seconds < 7200.0) return format("%.0f min", seconds / 60.0);
-  return seconds < 172'800.0 ? format("%.0f h", seconds / 3600.0) : format("%.0f days", seconds / 86'400.0);
-}
-
 std::string zeroAge(const Scene& scene) {
   if (!scene.description || !scene.description->zero) return "none";
   timespec now{};
@@ -319,8 +324,8 @@ class Panel {
   int left() const { return bottom_ - row_; }
   void skip() { ++row_; }
 
-  void heading(const char* text) {
-    if (left() > 0) canvas_.text(column_, row_++, text, kAccent);
+  void heading(const std::string& text, const Style& style = kAccent) {
+    if (left() > 0) canvas_.text(column_, row_++, text, style);
   }
   /// name   number unit
   void line(const char* name, const std::string& number, const std::string& unit, const Style& style = kPlain) {
@@ -348,15 +353,24 @@ class Panel {
   int column_, row_, width_, bottom_;
 };
 
-void drawPanel(Panel panel, const Scene& scene, std::int64_t now_ns) {
+void drawPanel(Panel panel, const Scene& scene, std::int64_t now_ns, const std::string& untold) {
   const Field none;
   const Field& field = scene.field ? *scene.field : none;
   const bool isKnown = scene.field && field.valid;
-  const Style& strong = isKnown ? kBright : kDim;
-  const auto known = [&](const std::string& number) { return isKnown ? number : "-"; };
+  const Scene::Trouble trouble = scene.trouble(now_ns);
+  const bool isOld = !trouble.what.empty();
+  const Style& strong = isKnown && !isOld ? kBright : kDim;
+  // What is no more stands in brackets: also where colours are not seen.
+  const auto old = [&](const std::string& number) { return isOld ? "(" + number + ")" : number; };
+  const auto known = [&](const std::string& number) { return isKnown ? old(number) : "-"; };
   const Vector3& force = field.resultant_N;
   const double total = length(force), tangential = std::hypot(force[0], force[1]);
-  panel.heading("FORCE ON THE GEL");
+  if (!untold.empty()) panel.heading(untold, kWarning);
+  if (isKnown && isOld) {
+    panel.heading("FORCE " + duration(trouble.since_s) + " AGO", kWarning);
+  } else {
+    panel.heading("FORCE ON THE GEL");
+  }
   const auto note = [&](int axis, const char* direction) {
     const Covariance& covariance = field.resultantCovariance_N2;
     const double variance = covariance.noise[4 * axis] + covariance.systematic[4 * axis];
@@ -368,29 +382,30 @@ void drawPanel(Panel panel, const Scene& scene, std::int64_t now_ns) {
   panel.line("z", known(format("%+.3f", force[2])), note(2, "into the gel"), strong);
   panel.line("total", known(format("%.3f", total)), isKnown ? format("N  %.0f gf", total / kGramForce_N) : "N", strong);
   if (isKnown && total > kSmallestForce_N) {
-    panel.line("slant", format("%.1f", std::atan2(tangential, force[2]) * kDegrees),
+    panel.line("slant", known(format("%.1f", std::atan2(tangential, force[2]) * kDegrees)),
                format("°  towards %.0f°", std::fmod(std::atan2(force[1], force[0]) * kDegrees + 360.0, 360.0)), strong);
   } else {
     panel.line("slant", "-", "");
   }
-  panel.line("torsion", known(format("%+.2f", field.moment_Nm[2] * 1e3)), "mN m about z");
+  panel.line("torsion", known(format("%+.2f", field.moment_Nm[2] * 1e3)), "mN m about z", isOld ? kDim : kPlain);
   if (isKnown && field.centreOfPressureValid) {
-    panel.line("centre", format("%+.1f %+.1f", field.centreOfPressure_m[0] * 1e3, field.centreOfPressure_m[1] * 1e3),
-               "mm (x, y)");
+    const Vector2& centre_m = field.centreOfPressure_m;
+    panel.line("centre", known(format("%+.1f %+.1f", centre_m[0] * 1e3, centre_m[1] * 1e3)), "mm (x, y)",
+               isOld ? kDim : kPlain);
   } else {
     panel.line("centre", "-", "");
   }
 
   if (isKnown && field.method != Method::kNone) {
     const bool listed = field.method == Method::kContact || field.method == Method::kNoContact;
-    panel.line("contacts", listed ? format("%zu", field.contacts.size()) : "-",
+    panel.line("contacts", listed ? known(format("%zu", field.contacts.size())) : "-",
                listed ? "" : "large or unexplained: whole face");
   }
 
   constexpr int kNumbers = 6, kPictures = 6;
   if (panel.left() >= kNumbers + kPictures + 2) {
     panel.skip();
-    panel.pictures(isKnown ? force : Vector3{}, scene.history());
+    panel.pictures(isKnown && !isOld ? force : Vector3{}, scene.history());
   }
   if (panel.left() > kNumbers) panel.skip();
 
@@ -416,8 +431,9 @@ void drawPanel(Panel panel, const Scene& scene, std::int64_t now_ns) {
       expected += std::size_t{layer.grid.columns} * layer.grid.rows;
     }
   }
-  panel.line("markers", count(field.validMarkers), "of " + count(expected));
-  panel.line("residual", format("%.3f", field.residual_px), "px");
+  const auto last = [&](const std::string& number) { return scene.field ? old(number) : "-"; };
+  panel.line("markers", last(count(field.validMarkers)), "of " + count(expected), isOld ? kDim : kPlain);
+  panel.line("residual", last(format("%.3f", field.residual_px)), "px", isOld ? kDim : kPlain);
   panel.line("zero", zeroAge(scene), scene.description && scene.description->zero ? "old" : "");
 }
 
@@ -476,12 +492,12 @@ Canvas draw(const Scene& scene, int width, int height, Scale& scale, std::int64_
   const Layout above = layoutFor(nodeColumns, nodeRows, width, room - std::min(8, room / 3));
   const bool isBeside = width >= kPanelWidth + 20 && 4 * beside.width() >= 3 * above.width();
   const Layout& layout = isBeside ? beside : above;
-  const double full_N = drawField(canvas, scene, layout, 0, kTop, scale, now_ns);
+  const auto [full_N, untold] = drawField(canvas, scene, layout, 0, kTop, scale, now_ns);
   if (isBeside) {
     const int column = layout.width() + 2;
-    drawPanel(Panel(canvas, column, kTop, width - column, bottom), scene, now_ns);
+    drawPanel(Panel(canvas, column, kTop, width - column, bottom), scene, now_ns, untold);
   } else {
-    drawPanel(Panel(canvas, 1, kTop + layout.height(), width - 2, bottom), scene, now_ns);
+    drawPanel(Panel(canvas, 1, kTop + layout.height(), width - 2, bottom), scene, now_ns, untold);
   }
   if (bottom < height) drawLegend(canvas, bottom, full_N);
   return canvas;
@@ -489,13 +505,13 @@ Canvas draw(const Scene& scene, int width, int height, Scale& scale, std::int64_
 
 std::string summary(const Scene& scene, std::int64_t now_ns) {
   std::string line = format("%6.1f/s", scene.rate_hz(now_ns));
-  const std::string why = obstacle(scene);
+  const std::string why = obstacle(scene, now_ns);
   if (why.empty()) {
     const Vector3& force = scene.field->resultant_N;
     line += format("  force %+.3f %+.3f %+.3f N  total %.3f N  markers %u  residual %.3f px", force[0], force[1],
                    force[2], length(force), scene.field->validMarkers, scene.field->residual_px);
   } else {
-    line += "  " + why;
+    line += "  no force: " + why;
   }
   if (const auto latency = scene.latency(now_ns)) {
     line += format("  latency %.2f ms p50 %.2f ms p99", latency->p50_ms, latency->p99_ms);

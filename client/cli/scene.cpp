@@ -11,18 +11,51 @@ constexpr std::int64_t kWindow_ns = 2'000'000'000;
 constexpr std::int64_t kSample_ns = 250'000'000;
 constexpr std::size_t kSamples = 240;
 
+/// A field is of now for three times as long as the next one usually takes, within these.
+constexpr double kShortestPatience_s = 0.4;
+constexpr double kLongestPatience_s = 3.0;
+constexpr std::int64_t kSilence_ns = 2'500'000'000;  ///< a daemon sends its status once a second
+
+double seconds(std::int64_t ns) {
+  return static_cast<double>(ns) * 1e-9;
+}
+
 }  // namespace
 
 double length(const Vector3& vector) {
   return std::hypot(vector[0], vector[1], vector[2]);
 }
 
+std::string duration(double seconds) {
+  const auto whole = [](double number, const char* unit) { return std::to_string(std::lround(number)) + unit; };
+  if (seconds < 9.95) {
+    const long tenths = std::lround(seconds * 10.0);
+    return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " s";
+  }
+  if (seconds < 120.0) return whole(seconds, " s");
+  if (seconds < 7200.0) return whole(seconds / 60.0, " min");
+  return seconds < 172'800.0 ? whole(seconds / 3600.0, " h") : whole(seconds / 86'400.0, " days");
+}
+
 void Scene::add(Message message) {
-  lastArrival_ns = std::visit([](const auto& any) { return any.header.arrived_ns; }, message);
+  const auto& header = std::visit([](const auto& any) -> const Header& { return any.header; }, message);
+  lastArrival_ns = header.arrived_ns;
+  if (boot_ != header.boot) {
+    if (boot_ != Id{}) {
+      restarted_ns = lastArrival_ns;
+      field.reset();
+      description.reset();
+      status.reset();
+      arrivals_.clear();
+      fieldArrival_ns_ = statusArrival_ns_ = 0;
+    }
+    boot_ = header.boot;
+  }
   if (auto* newField = std::get_if<Field>(&message)) {
     ++fields;
     arrivals_.push_back({lastArrival_ns, lastArrival_ns - newField->header.received_ns});
-    while (lastArrival_ns - arrivals_.front().at_ns > kWindow_ns) arrivals_.pop_front();
+    while (arrivals_.size() > 2 && lastArrival_ns - arrivals_.front().at_ns > kWindow_ns) arrivals_.pop_front();
+    fieldArrival_ns_ = lastArrival_ns;
     if (lastArrival_ns - sampled_ns_ >= kSample_ns) {
       sampled_ns_ = lastArrival_ns;
       history_.push_back(length(newField->resultant_N));
@@ -33,7 +66,56 @@ void Scene::add(Message message) {
     description = std::move(*newDescription);
   } else if (auto* newStatus = std::get_if<Status>(&message)) {
     status = std::move(*newStatus);
+    statusArrival_ns_ = lastArrival_ns;
   }
+}
+
+void Scene::setConnected(bool isConnected, std::int64_t now_ns) {
+  if (isConnected != connected_ || connectionChanged_ns_ == 0) connectionChanged_ns_ = now_ns;
+  connected_ = isConnected;
+  wasConnected_ = wasConnected_ || isConnected;
+}
+
+bool Scene::isOld(std::int64_t now_ns) const {
+  double usual_s = 0.0;
+  if (arrivals_.size() > 1) {
+    usual_s = seconds(arrivals_.back().at_ns - arrivals_.front().at_ns) / static_cast<double>(arrivals_.size() - 1);
+  }
+  return seconds(now_ns - fieldArrival_ns_) > std::clamp(3.0 * usual_s, kShortestPatience_s, kLongestPatience_s);
+}
+
+std::string Scene::reason(std::int64_t now_ns) const {
+  if (!connected_) return wasConnected_ ? "tractiond is gone" : "looking for tractiond";
+  if (lastArrival_ns != 0 && now_ns - lastArrival_ns > kSilence_ns) return "tractiond is silent";
+  if (!status) return field ? "no field comes" : "tractiond is starting";
+  switch (status->camera) {
+  case CameraState::kWaiting:
+    return "tractiond waits for a camera";
+  case CameraState::kLost:
+    return "the camera is lost";
+  case CameraState::kUnknown:
+    return "tractiond is starting";
+  case CameraState::kStreaming:
+    break;
+  }
+  // What the status says is of the second before it: perhaps of when fields still came.
+  if (field && statusArrival_ns_ < fieldArrival_ns_ + 1'000'000'000) return "no field comes";
+  if (status->received_hz == 0.0) return "the camera sends no frames";
+  return field ? "no field is made of the frames" : "finding the markers and their rest pose";
+}
+
+Scene::Trouble Scene::trouble(std::int64_t now_ns) const {
+  if (field && !isOld(now_ns)) return {};
+  const std::int64_t start_ns =
+      fieldArrival_ns_ != 0 ? fieldArrival_ns_ : std::max(connectionChanged_ns_, restarted_ns);
+  std::string what = reason(now_ns);
+  if (restarted_ns != 0 && fieldArrival_ns_ == 0 && connected_) what = "tractiond was restarted: " + what;
+  return {std::move(what), seconds(now_ns - start_ns)};
+}
+
+std::string Scene::sentence(const Trouble& trouble) const {
+  if (fieldArrival_ns_ != 0) return trouble.what + ", no field for " + duration(trouble.since_s);
+  return trouble.since_s < 2.0 ? trouble.what : trouble.what + ", for " + duration(trouble.since_s);
 }
 
 double Scene::rate_hz(std::int64_t now_ns) const {

@@ -7,10 +7,22 @@
 
 namespace traction::cli {
 
-/// Thread-compatible; time comes in from outside.
+/// Thread-compatible; time comes in from outside: CLOCK_MONOTONIC, as in the messages' arrival.
 class Scene {
  public:
+  /// Of another start of the daemon than what was known: nothing of that is kept.
   void add(Message message);
+  /// Whether somebody publishes, perhaps without having anything to say yet.
+  void setConnected(bool isConnected, std::int64_t now_ns);
+
+  /// Why there is no field of now; its text stays the same for as long as the reason does.
+  struct Trouble {
+    std::string what;      ///< "the camera is lost"; empty: there is a field, and it is of now
+    double since_s = 0.0;  ///< it has lasted; of a field that has been there, its age
+  };
+  Trouble trouble(std::int64_t now_ns) const;
+  /// trouble() in words: "the camera is lost, no field for 12.3 s".
+  std::string sentence(const Trouble& trouble) const;
 
   std::optional<Field> field;
   std::optional<Description> description;
@@ -18,7 +30,8 @@ class Scene {
   std::uint64_t fields = 0;  ///< received
   std::uint64_t lost = 0;    ///< on the way, as the subscriber says
   std::int64_t lastArrival_ns = 0;
-  bool connected = false;  ///< somebody publishes, perhaps without having anything to say yet
+  std::int64_t restarted_ns = 0;  ///< when a new start of the daemon was noticed; 0: never
+  bool connected() const { return connected_; }
 
   /// Of the fields of the last two seconds [1/s].
   double rate_hz(std::int64_t now_ns) const;
@@ -37,11 +50,21 @@ class Scene {
   struct Arrival {
     std::int64_t at_ns, latency_ns;
   };
+  bool isOld(std::int64_t now_ns) const;
+  std::string reason(std::int64_t now_ns) const;
+
+  bool connected_ = false, wasConnected_ = false;
+  std::int64_t connectionChanged_ns_ = 0;
+  Id boot_{};
+  std::int64_t fieldArrival_ns_ = 0, statusArrival_ns_ = 0;  ///< of this boot; 0: none
   std::deque<Arrival> arrivals_;
   std::deque<double> history_;
   std::int64_t sampled_ns_ = 0;
 };
 
 double length(const Vector3& vector);
+
+/// "2.3 s", "12 s", "5 min".
+std::string duration(double seconds);
 
 }  // namespace traction::cli

@@ -1,6 +1,7 @@
 // One thread receives, so that drawing does not make messages look late; the other draws.
 
 #include "client/cli/commands.h"
+#include "client/cli/output.h"
 #include "client/cli/picture.h"
 #include "client/cli/terminal.h"
 
@@ -46,9 +47,9 @@ class Receiver {
  private:
   void run() try {
     while (!stop_) {
-      auto message = subscriber_.receive(100ms);
+      auto message = subscriber_.receive(50ms);
       const std::lock_guard lock(mutex_);
-      scene_.connected = subscriber_.isConnected();
+      scene_.setConnected(subscriber_.isConnected(), nanoseconds(Clock::now()));
       if (message) scene_.add(*std::move(message));
       scene_.lost = subscriber_.lost();
     }
@@ -66,7 +67,7 @@ class Receiver {
 };
 
 void expectSomebody(const Receiver& receiver, const Scene& scene, Clock::duration elapsed) {
-  if (scene.lastArrival_ns != 0 || scene.connected || elapsed < kPatience) return;
+  if (scene.lastArrival_ns != 0 || scene.connected() || elapsed < kPatience) return;
   throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + receiver.endpoint());
 }
 
@@ -100,10 +101,18 @@ void watch(const SubscriberOptions& options, double seconds) {
       return terminal.waitForKey(std::chrono::ceil<std::chrono::milliseconds>(left)) != 'q';
     });
   } else {
-    last = loop(receiver, seconds, 1s, [&](const Scene& scene, Clock::time_point now, Clock::duration left) {
-      if (scene.connected) std::printf("%s\n", summary(scene, nanoseconds(now)).c_str());
-      std::fflush(stdout);
-      for (const auto end = now + left; Clock::now() < end && !stopRequested();) std::this_thread::sleep_for(20ms);
+    std::optional<std::string> told;  // the trouble in the last line
+    Clock::time_point due;
+    last = loop(receiver, seconds, kPicture, [&](const Scene& scene, Clock::time_point now, Clock::duration left) {
+      expectReader();
+      const std::string trouble = scene.trouble(nanoseconds(now)).what;
+      const bool isNews = told && *told != trouble;  // is told at once
+      if ((told || scene.connected()) && (isNews || now >= due)) {
+        due = now + 1s;
+        told = trouble;
+        if (!printLine(summary(scene, nanoseconds(now)))) return false;
+      }
+      std::this_thread::sleep_for(left);
       return true;
     });
   }

@@ -11,7 +11,7 @@ from publisher import Publisher
 from traction.v1 import messages
 
 PROGRAM = str(pathlib.Path(os.environ["TRACTION_BUILD"], "bin", "tractionctl"))
-USAGE, UNAVAILABLE, OUTPUT, TEMPORARY, PROTOCOL = 64, 69, 74, 75, 76
+USAGE, NO_CAMERA, UNAVAILABLE, OUTPUT, TEMPORARY, PROTOCOL = 64, 66, 69, 74, 75, 76
 
 
 def ctl(*words, seconds=60):

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace traction::cli {
 namespace {
@@ -90,6 +91,134 @@ TEST(Picture, StandardTerminalShowsTheForceAndTheWarnings) {
   for (const std::string& line : drawn(sceneOf(field), 80, 24)) all += line + '\n';
   for (const char* text : {"+0.100 N", "+0.200 N", "+3.000 N", "zero not verified", "latency", "lost", "fields/s"}) {
     EXPECT_NE(all.find(text), std::string::npos) << text << '\n' << all;
+  }
+}
+
+/// A field, then what a test does with time.
+class Later {
+ public:
+  Later() {
+    scene.setConnected(true, 0);
+    for (int i = 0; i < 60; ++i) {
+      now += kSecond_ns / 60;
+      frame();
+    }
+  }
+  void frame() { scene.add(at(fieldOf(3, 4, {0.1F, 0.2F, 3.0F}))); }
+  void status(CameraState camera, double received_hz = 60.0) {
+    Status status;
+    status.camera = camera;
+    status.received_hz = received_hz;
+    scene.add(at(status));
+  }
+  void describe() {
+    Description description;
+    description.nodes = {kColumns, kRows, 3e-3, {}};
+    scene.add(at(description));
+  }
+  Later& after(double seconds) {
+    now += std::llround(seconds * 1e9);
+    return *this;
+  }
+  std::string what() const { return scene.trouble(now).what; }
+  std::string page(int width = 100, int height = 30) const {
+    Scale scale;
+    return draw(scene, width, height, scale, now, "").plain();
+  }
+  std::string line() const { return summary(scene, now); }
+
+  Scene scene;
+  std::int64_t now = kSecond_ns;
+  Id boot{1};
+
+ private:
+  template <typename Any>
+  Any at(Any message) const {
+    message.header.arrived_ns = now;
+    message.header.boot = boot;
+    return message;
+  }
+};
+
+// Independent of the reason, which may be known later.
+TEST(Stale, NumbersLookSoWithinHalfASecond) {
+  Later later;
+  later.describe();
+  EXPECT_NE(later.after(0.3).page().find(" +3.000 "), std::string::npos);
+  EXPECT_NE(later.line().find("force +0.100 +0.200 +3.000 N"), std::string::npos);
+  later.after(0.2);
+  for (const auto& [width, height] : {std::pair{100, 30}, {80, 24}, {44, 40}}) {
+    const std::string page = later.page(width, height);
+    EXPECT_EQ(page.find(" +3.000 "), std::string::npos) << page;
+    EXPECT_NE(page.find("(+3.000)"), std::string::npos) << page;
+    EXPECT_NE(page.find("FORCE 0.5 s AGO"), std::string::npos) << page;
+    EXPECT_NE(page.find("no field comes"), std::string::npos) << page;
+  }
+  EXPECT_NE(later.page(20, 8).find("no field"), std::string::npos) << later.page(20, 8);
+  EXPECT_EQ(later.line().find("3.000"), std::string::npos) << later.line();
+  EXPECT_NE(later.line().find("no force: no field comes, no field for 0.5 s"), std::string::npos) << later.line();
+  later.frame();
+  EXPECT_EQ(later.what(), "");
+  EXPECT_EQ(later.page().find("AGO"), std::string::npos);
+}
+
+TEST(Stale, ReasonIsTheCamerasOrTheDaemons) {
+  Later later;
+  EXPECT_EQ(later.after(0.3).what(), "");
+  later.after(0.3).status(CameraState::kLost, 0.0);
+  EXPECT_EQ(later.what(), "the camera is lost");
+  later.after(1.0).status(CameraState::kStreaming, 0.0);
+  EXPECT_EQ(later.what(), "the camera sends no frames");
+  later.after(1.0).status(CameraState::kStreaming, 60.0);
+  EXPECT_EQ(later.what(), "no field is made of the frames");
+  later.after(3.0);
+  EXPECT_EQ(later.what(), "tractiond is silent");
+  later.scene.setConnected(false, later.now);
+  EXPECT_EQ(later.what(), "tractiond is gone");
+  EXPECT_NE(later.after(10.0).page().find("tractiond is gone, no field for 16 s"), std::string::npos) << later.page();
+}
+
+TEST(Stale, StatusOfTheTimeBeforeIsNoReason) {
+  Later later;
+  later.after(0.1).status(CameraState::kStreaming, 60.0);
+  EXPECT_EQ(later.after(0.5).what(), "no field comes") << "its rate is of a second in which fields came";
+}
+
+TEST(Stale, NothingOfAnEarlierStartIsShown) {
+  Later later;
+  later.describe();
+  later.scene.setConnected(false, later.after(0.6).now);
+  EXPECT_EQ(later.what(), "tractiond is gone");
+  EXPECT_NE(later.page().find("(+3.000)"), std::string::npos);
+  later.boot = Id{2};
+  later.scene.setConnected(true, later.after(5.0).now);
+  later.after(0.1).status(CameraState::kWaiting, 0.0);
+  EXPECT_EQ(later.what(), "tractiond was restarted: tractiond waits for a camera");
+  EXPECT_EQ(later.page().find("3.000"), std::string::npos) << later.page();
+  EXPECT_NE(later.after(3.0).line().find("for 3.0 s"), std::string::npos) << later.line();
+  later.frame();
+  EXPECT_EQ(later.what(), "");
+  EXPECT_NE(later.line().find("! tractiond restarted"), std::string::npos) << later.line();
+  later.after(20.0).frame();
+  EXPECT_EQ(later.line().find("restarted"), std::string::npos) << later.line();
+}
+
+TEST(Stale, SlowCameraIsNotCalledSoBetweenItsFrames) {
+  Later later;
+  for (int i = 0; i < 5; ++i) later.after(0.9).frame();
+  EXPECT_EQ(later.after(0.9).what(), "");
+  EXPECT_EQ(later.after(2.0).what(), "tractiond is silent");
+}
+
+TEST(Stale, DurationsAreShort) {
+  for (const auto& [seconds, text] : {std::pair{0.44, "0.4 s"},
+                                      {9.94, "9.9 s"},
+                                      {9.96, "10 s"},
+                                      {119.0, "119 s"},
+                                      {150.0, "3 min"},
+                                      {7300.0, "2 h"},
+                                      {200'000.0, "2 days"}}) {
+    EXPECT_EQ(duration(seconds), text);
   }
 }
 

@@ -6,12 +6,13 @@ import pty
 import re
 import select
 import signal
+import subprocess
 import termios
 import time
 import unittest
 
 import zmq
-from ctl import PROTOCOL, TEMPORARY, UNAVAILABLE, USAGE, Case, ctl
+from ctl import NO_CAMERA, PROTOCOL, TEMPORARY, UNAVAILABLE, USAGE, Case, answer, ctl
 from publisher import Publisher
 from traction.v1 import messages
 
@@ -31,6 +32,24 @@ class Tractionctl(Case):
         self.assertIn("3 stale", out)
         self.assertIn("drifted by (+0.125, +0.000) px", out)
         self.assertEqual(json.loads(ctl("status", "--json", *endpoints)[1])["ledger"]["stale"], 3)
+
+    def test_status_without_a_camera_has_a_code_of_its_own(self):
+        for state, name, words in ((messages.CAMERA_STATE_LOST, "lost", "camera lost, being looked for"),
+                                   (messages.CAMERA_STATE_WAITING, "waiting", "waiting for its camera"),
+                                   (messages.CAMERA_STATE_UNKNOWN, "unknown", "camera not opened yet")):
+            def reply(request, state=state):
+                told = answer(request)
+                told.status.camera = state
+                return told
+            with self.subTest(name):
+                endpoints = self.publisher(reply)
+                code, out, err = ctl("status", *endpoints)
+                self.assertEqual(code, NO_CAMERA)
+                self.assertIn("gel: " + words, out)
+                self.assertEqual(err, f"tractionctl: no field can come: {words}\n")
+                code, out, err = ctl("status", "--json", *endpoints)
+                self.assertEqual((code, json.loads(out)["camera"]), (NO_CAMERA, name))
+                self.assertEqual(err.count("\n"), 1)
 
     def test_zero_tells_what_was_taken(self):
         code, out, _ = ctl("zero", *self.publisher())
@@ -94,9 +113,9 @@ class Tractionctl(Case):
         self.fails(USAGE, "--weights", "calibrate")
         for weights in ("100", "100lb", "0gf", "-5N", "nan N", "5N,", ","):
             self.fails(USAGE, "--weights", "calibrate", "weights", f"--weights={weights}")
-        for seconds in ("-1", "x", "nan", "inf", "1s", "1e999", ""):
+        for seconds in ("-1", "x", "nan", "inf", "1s", "1e999"):
             self.fails(USAGE, f"--seconds: '{seconds}' is not a time of 0 s or more, as in 2.5;", "watch",
-                       f"--seconds={seconds}" if seconds else "--seconds=")
+                       f"--seconds={seconds}")
         self.fails(USAGE, "instance", "watch", "--instance", "../etc")
         self.fails(USAGE, "nonsense", "watch", "--connect", "nonsense")
 
@@ -107,6 +126,54 @@ class Tractionctl(Case):
         lines = [line for line in out.splitlines() if "force" in line]
         self.assertTrue(1 <= len(lines) <= 3, out)
         self.assertIn("force +1.500 -2.500 +3.500 N", lines[-1])
+
+    def test_watch_says_at_once_why_numbers_are_old(self):
+        context = self.enterContext(zmq.Context())
+
+        def open_at(endpoint):
+            socket = self.enterContext(context.socket(zmq.XPUB))
+            socket.linger = 0
+            socket.bind(endpoint)
+            return socket
+
+        def send(kind, message):
+            message.header.boot = boot
+            message.header.sequence = 1
+            socket.send_multipart([f"traction/v1/gel/{kind}/".encode(), message.SerializeToString(), b"0.0"])
+
+        def expect(pattern):
+            """The time until a line with it, between lines that have no old number."""
+            start = time.monotonic()
+            while True:
+                line = child.stdout.readline()
+                self.assertTrue(line, pattern)
+                if re.search(pattern, line):
+                    return time.monotonic() - start
+                self.assertNotIn("3.5", line)
+
+        boot = bytes(range(16))
+        socket = open_at("tcp://127.0.0.1:*")
+        endpoint = Publisher.endpoint(socket)
+        child = self.start("watch", "--connect", endpoint, stdout=subprocess.PIPE)
+        self.assertTrue(socket.poll(60_000))
+        field = messages.Field(valid=True)
+        field.resultant_N.z = 3.5
+        send("field", field)
+        expect("force .* [+]3.500 N")
+        self.assertLess(expect("no force: no field comes, no field for 0[.][4-9] s"), 2)  # 0.4 s on a machine at leisure
+        send("status", messages.Status(camera=messages.CAMERA_STATE_LOST))
+        self.assertLess(expect(r"no force: the camera is lost, no field for \d.\d s"), 1)
+        socket.close()
+        self.assertLess(expect("no force: tractiond is gone, no field for"), 1)
+        boot = bytes(range(1, 17))
+        socket = open_at(endpoint)
+        self.assertTrue(socket.poll(60_000))
+        send("status", messages.Status(camera=messages.CAMERA_STATE_WAITING))
+        self.assertLess(expect("no force: tractiond was restarted: tractiond waits for a camera"), 1)
+        send("field", field)
+        expect("force .* [+]3.500 N .*! tractiond restarted")
+        child.send_signal(signal.SIGINT)
+        self.assertEqual(child.wait(10), 0)
 
     def in_terminal(self, endings, *words):
         """Runs in a pseudo terminal, ends it by `endings(child, terminal)`; (exit code, output, settings kept)."""
