@@ -145,12 +145,13 @@ TEST_F(ControlTest, CameraIsAskedOneThingAfterAnother) {
   const std::string trigger = request([](pb::Request& r) { r.mutable_camera()->mutable_trigger(); });
   EXPECT_EQ(ask(trigger).camera().camera(), "triggered");
   auto one = connect(zmq::socket_type::req);
-  auto two = connect(zmq::socket_type::req);
-  auto three = connect(zmq::socket_type::req);
+  auto others = connect(zmq::socket_type::dealer);
   one.send(zmq::buffer(read("One")), zmq::send_flags::none);
   while (cameraSteps_.size() < 2) server_->serve(10ms);
-  two.send(zmq::buffer(read("Two")), zmq::send_flags::none);
-  three.send(zmq::buffer(trigger), zmq::send_flags::none);
+  for (const std::string& bytes : {read("Two"), trigger}) {
+    others.send(zmq::message_t(), zmq::send_flags::sndmore);
+    others.send(zmq::buffer(bytes), zmq::send_flags::none);
+  }
   for (int i = 0; i < 20; ++i) EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);  // nobody else waits
   EXPECT_EQ(cameraSteps_.size(), 2U);
   server_->answerCamera(CameraReport{.camera = "one"});
@@ -158,8 +159,8 @@ TEST_F(ControlTest, CameraIsAskedOneThingAfterAnother) {
   while (cameraSteps_.size() < 3) server_->serve(10ms);
   EXPECT_EQ(cameraSteps_[2].name, "Two");
   server_->answerCamera(tl::make_unexpected(std::string("no such feature")));
-  EXPECT_EQ(await(two).error(), "no such feature");
-  EXPECT_EQ(await(three).camera().camera(), "triggered");
+  EXPECT_EQ(await(others).error(), "no such feature");
+  EXPECT_EQ(await(others).camera().camera(), "triggered");
   server_->answerCamera(CameraReport{});  // nobody waits any more
   EXPECT_EQ(cameraSteps_.size(), 4U);
 }
