@@ -70,6 +70,11 @@ class Json {
     for (const auto value : values) boolean(value != 0);
     return close(']');
   }
+  Json& strings(const std::vector<std::string>& values) {
+    open('[');
+    for (const std::string& value : values) string(value);
+    return close(']');
+  }
   template <typename Range>
   Json& vectors(const Range& values) {
     open('[');
@@ -237,9 +242,7 @@ void put(Json& json, const Description& description) {
   put(json, "description", description.header);
   json.key("software_version").string(description.softwareVersion);
   json.key("same_host").boolean(description.sameHost);
-  json.key("topics").open('[');
-  for (const std::string& topic : description.topics) json.string(topic);
-  json.close(']');
+  json.key("topics").strings(description.topics);
   json.key("gel").open('{');
   json.key("youngs_modulus_Pa").number(description.gel.youngsModulus_Pa);
   json.key("poisson_ratio").number(description.gel.poissonRatio);
@@ -362,6 +365,89 @@ void put(Json& json, const Status& status) {
   }
 }
 
+const char* nameOf(CameraFeature::Kind kind) {
+  using Kind = CameraFeature::Kind;
+  switch (kind) {
+  case Kind::kInteger:
+    return "integer";
+  case Kind::kFloat:
+    return "float";
+  case Kind::kBoolean:
+    return "boolean";
+  case Kind::kEnumeration:
+    return "enumeration";
+  case Kind::kString:
+    return "string";
+  case Kind::kCommand:
+    return "command";
+  case Kind::kRegister:
+    return "register";
+  case Kind::kUnknown:
+    break;
+  }
+  return "unknown";
+}
+
+const char* nameOf(CameraFeature::Access access) {
+  constexpr std::array<const char*, 4> kNames = {"none", "read", "write", "read-write"};
+  return kNames[static_cast<std::size_t>(access)];
+}
+
+/// False: the text is no such number.
+template <typename Number>
+bool putNumber(Json& json, const std::string& text) {
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return false;
+  json.number(number);
+  return true;
+}
+
+void putValue(Json& json, const char* key, const std::string& text, CameraFeature::Kind kind) {
+  using Kind = CameraFeature::Kind;
+  json.key(key);
+  if (text.empty() && kind != Kind::kString) {
+    json.null();
+  } else if (kind == Kind::kBoolean && (text == "true" || text == "false")) {
+    json.boolean(text == "true");
+  } else if (!(kind == Kind::kInteger && putNumber<std::int64_t>(json, text)) &&
+             !(kind == Kind::kFloat && putNumber<double>(json, text))) {
+    json.string(text);
+  }
+}
+
+void put(Json& json, const char* key, const std::optional<double>& number) {
+  json.key(key);
+  number ? json.number(*number) : json.null();
+}
+
+void put(Json& json, const CameraFeature& feature) {
+  json.open('{');
+  json.key("name").string(feature.name);
+  putValue(json, "value", feature.value, feature.kind);
+  json.key("unit").string(feature.unit);
+  json.key("kind").string(nameOf(feature.kind));
+  json.key("access").string(nameOf(feature.access));
+  put(json, "minimum", feature.minimum);
+  put(json, "maximum", feature.maximum);
+  put(json, "increment", feature.increment);
+  json.key("entries").strings(feature.entries);
+  json.key("description").string(feature.description);
+  putValue(json, "configured", feature.configured, feature.configured.empty() ? CameraFeature::Kind{} : feature.kind);
+  putValue(json, "first", feature.first, feature.first.empty() ? CameraFeature::Kind{} : feature.kind);
+  json.key("category").string(feature.category);
+  json.key("selected").strings(feature.selected);
+  json.close('}');
+}
+
+void put(Json& json, const CameraReport& report) {
+  json.key("camera").string(report.camera);
+  json.key("features").open('[');
+  for (const CameraFeature& feature : report.features) put(json, feature);
+  json.close(']');
+  json.key("remarks").strings(report.remarks);
+}
+
 template <typename Any>
 std::string object(const Any& any) {
   Json json;
@@ -405,6 +491,10 @@ std::string toJson(const ZeroResult& result) {
   return json.close('}').take();
 }
 
+std::string toJson(const CameraReport& report) {
+  return object(report);
+}
+
 std::string toJson(const std::string& step, const CalibrationReport& report) {
   Json json;
   json.open('{');
@@ -416,9 +506,7 @@ std::string toJson(const std::string& step, const CalibrationReport& report) {
     json.key("deviation").number(figure.deviation).close('}');
   }
   json.close('}');
-  json.key("remarks").open('[');
-  for (const std::string& remark : report.remarks) json.string(remark);
-  json.close(']');
+  json.key("remarks").strings(report.remarks);
   json.key("path").string(report.path);
   return json.close('}').take();
 }

@@ -12,6 +12,8 @@ std::string toJson(const Description& description);
 std::string toJson(const ZeroResult& result);
 std::string toJson(const std::string& step, const CalibrationReport& report);
 
+/// A value as a number, true, false or text, by its kind; null where there is none.
+std::string toJson(const CameraReport& report);
 /// 32 lower-case digits; empty where there is no id.
 std::string toHex(const Id& id);
 

@@ -1,6 +1,7 @@
 // tractionctl: what a person wants of a running tractiond.
 
 #include "client/cli/calibrate.h"
+#include "client/cli/camera.h"
 #include "client/cli/commands.h"
 #include "client/cli/output.h"
 
@@ -58,6 +59,62 @@ int fail(int exitCode, const std::string& what) {
   return exitCode;
 }
 
+/// tractionctl camera [list|get|set|run|white|temperature]
+class CameraCommand {
+ public:
+  explicit CameraCommand(CLI::App& app)
+      : camera_(*app.add_subcommand("camera", "Looks at the camera's features and changes them while it runs; alone: "
+                                              "what is configured or was changed, and how warm it is")) {
+    camera_.require_subcommand(0, 1);
+    camera_.add_flag("--json", json_, "as JSON");
+    camera_.footer("A change lasts until the camera is opened again. What is to stay belongs into [camera] of the "
+                   "configuration.");
+    list_->add_option("part", part_, "of their names, in capitals or not; without: all");
+    list_->add_option("--category", categories_, "only those in it, AnalogControl say; may be given again");
+    get_->add_option("names", words_, "ExposureTime, BalanceRatio[Red]")->required();
+    set_->add_option("changes", words_, "ExposureTime=4000, one after another")->required();
+    run_->add_option("names", words_, "of commands, one after another")->required();
+    for (CLI::App* one : {list_, get_, set_, run_, white_, temperature_}) one->add_flag("--json", json_, "as JSON");
+  }
+
+  explicit operator bool() const { return camera_.parsed(); }
+
+  /// An exit code.
+  int run(const ControlOptions& control) const {
+    if (camera_.get_subcommands().empty()) return cli::cameraSummary(control, json_), EX_OK;
+    std::vector<CameraStep> steps;
+    for (const std::string& word : words_) {
+      CameraStep step;
+      step.kind = get_->parsed() ? CameraStep::Kind::kRead : CameraStep::Kind::kExecute;
+      step.name = word;
+      if (set_->parsed()) {
+        const auto write = cli::parseWrite(word);
+        if (!write) return fail(EX_USAGE, "'" + word + "' is not NAME=VALUE, as in ExposureTime=4000");
+        step = *write;
+      }
+      steps.push_back(step);
+    }
+    if (steps.empty()) steps.emplace_back();
+    if (list_->parsed()) steps[0].matching = part_;
+    if (list_->parsed()) steps[0].categories = categories_;
+    if (temperature_->parsed()) steps[0].matching = "temperature";
+    if (white_->parsed()) steps[0].kind = CameraStep::Kind::kBalanceWhite;
+    return cli::camera(control, steps, json_), EX_OK;
+  }
+
+ private:
+  CLI::App& camera_;
+  CLI::App* list_ = camera_.add_subcommand("list", "Lists features with their values and ranges");
+  CLI::App* get_ = camera_.add_subcommand("get", "Tells all about some features");
+  CLI::App* set_ = camera_.add_subcommand("set", "Writes features");
+  CLI::App* run_ = camera_.add_subcommand("run", "Has the camera carry out commands, to their end");
+  CLI::App* white_ = camera_.add_subcommand("white", "Balances white once: what is seen now is grey");
+  CLI::App* temperature_ = camera_.add_subcommand("temperature", "Tells how warm the camera is");
+  bool json_ = false;
+  std::string part_;
+  std::vector<std::string> categories_, words_;
+};
+
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -113,6 +170,8 @@ int main(int argc, char** argv) try {
   calibrate->add_flag("--anyway", calibration.anyway, "also if something seems to touch the gel");
   calibrate->add_flag("--yes", calibration.yes, "do not wait for Enter");
   calibrate->add_flag("--json", calibration.json, "one line of JSON a step");
+  const CameraCommand camera(app);
+  auto* trigger = app.add_subcommand("trigger", "Triggers one picture, where the camera's trigger is set to software");
 
   try {
     app.parse(argc, argv);
@@ -127,6 +186,10 @@ int main(int argc, char** argv) try {
     if (status->parsed()) cli::status(control, json);
     if (describe->parsed()) cli::describe(control);
     if (zero->parsed()) cli::zero(control, json);
+    if (trigger->parsed()) cli::trigger(control);
+    if (camera) {
+      if (const int code = camera.run(control); code != EX_OK) return code;
+    }
     if (calibrate->parsed()) {
       const auto& steps = calibration.steps;
       if (const auto parsed = cli::parseWeights(weights)) {

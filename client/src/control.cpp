@@ -69,4 +69,8 @@ CalibrationReport Control::calibrate(const CalibrationStep& step) const {
           options_.workTimeout + std::chrono::duration_cast<std::chrono::milliseconds>(time)));
 }
 
+CameraReport Control::camera(const CameraStep& step) const {
+  return decodeCameraReply(ask(options_, encodeCameraStep(step), options_.workTimeout));
+}
+
 }  // namespace traction

@@ -263,6 +263,62 @@ Method methodOf(pb::Method from) {
   }
 }
 
+/// kUnknown for one of a later daemon.
+CameraFeature::Kind kindOf(pb::CameraFeatureKind from) {
+  using Kind = CameraFeature::Kind;
+  switch (from) {
+  case pb::CAMERA_FEATURE_KIND_INTEGER:
+    return Kind::kInteger;
+  case pb::CAMERA_FEATURE_KIND_FLOAT:
+    return Kind::kFloat;
+  case pb::CAMERA_FEATURE_KIND_BOOLEAN:
+    return Kind::kBoolean;
+  case pb::CAMERA_FEATURE_KIND_ENUMERATION:
+    return Kind::kEnumeration;
+  case pb::CAMERA_FEATURE_KIND_STRING:
+    return Kind::kString;
+  case pb::CAMERA_FEATURE_KIND_COMMAND:
+    return Kind::kCommand;
+  case pb::CAMERA_FEATURE_KIND_REGISTER:
+    return Kind::kRegister;
+  default:
+    return Kind::kUnknown;
+  }
+}
+
+CameraFeature::Access accessOf(pb::CameraFeatureAccess from) {
+  using Access = CameraFeature::Access;
+  switch (from) {
+  case pb::CAMERA_FEATURE_ACCESS_READ:
+    return Access::kRead;
+  case pb::CAMERA_FEATURE_ACCESS_WRITE:
+    return Access::kWrite;
+  case pb::CAMERA_FEATURE_ACCESS_READ_WRITE:
+    return Access::kReadWrite;
+  default:
+    return Access::kNone;
+  }
+}
+
+CameraFeature featureOf(const pb::CameraFeature& from) {
+  CameraFeature feature;
+  feature.name = from.name();
+  feature.value = from.value();
+  feature.unit = from.unit();
+  feature.kind = kindOf(from.kind());
+  feature.access = accessOf(from.access());
+  if (from.has_minimum()) feature.minimum = from.minimum();
+  if (from.has_maximum()) feature.maximum = from.maximum();
+  if (from.has_increment()) feature.increment = from.increment();
+  feature.entries.assign(from.entries().begin(), from.entries().end());
+  feature.description = from.description();
+  feature.configured = from.configured();
+  feature.first = from.first();
+  feature.category = from.category();
+  feature.selected.assign(from.selected().begin(), from.selected().end());
+  return feature;
+}
+
 /// A reply that answers `expected`.
 pb::Reply replyOf(std::string_view bytes, pb::Reply::ReplyCase expected) {
   auto reply = parse<pb::Reply>(bytes);
@@ -371,6 +427,35 @@ std::string encodeCalibration(const CalibrationStep& step) {
   return message.SerializeAsString();
 }
 
+std::string encodeCameraStep(const CameraStep& step) {
+  pb::Request message;
+  message.set_version(kVersion);
+  pb::CameraRequest& request = *message.mutable_camera();
+  switch (step.kind) {
+  case CameraStep::Kind::kList:
+    request.mutable_list()->set_matching(step.matching);
+    for (const std::string& category : step.categories) request.mutable_list()->add_categories(category);
+    break;
+  case CameraStep::Kind::kRead:
+    request.mutable_read()->set_name(step.name);
+    break;
+  case CameraStep::Kind::kWrite:
+    request.mutable_write()->set_name(step.name);
+    request.mutable_write()->set_value(step.value);
+    break;
+  case CameraStep::Kind::kExecute:
+    request.mutable_execute()->set_name(step.name);
+    break;
+  case CameraStep::Kind::kBalanceWhite:
+    request.mutable_balance_white();
+    break;
+  case CameraStep::Kind::kTrigger:
+    request.mutable_trigger();
+    break;
+  }
+  return message.SerializeAsString();
+}
+
 Status decodeStatusReply(std::string_view bytes) {
   return statusOf(replyOf(bytes, pb::Reply::kStatus).status());
 }
@@ -394,6 +479,15 @@ CalibrationReport decodeCalibrationReply(std::string_view bytes) {
   }
   report.remarks.assign(from.remarks().begin(), from.remarks().end());
   report.path = from.path();
+  return report;
+}
+
+CameraReport decodeCameraReply(std::string_view bytes) {
+  const pb::Reply reply = replyOf(bytes, pb::Reply::kCamera);
+  CameraReport report;
+  for (const pb::CameraFeature& feature : reply.camera().features()) report.features.push_back(featureOf(feature));
+  report.remarks.assign(reply.camera().remarks().begin(), reply.camera().remarks().end());
+  report.camera = reply.camera().camera();
   return report;
 }
 

@@ -1,6 +1,7 @@
 // Asks things of a running tractiond.
 #pragma once
 
+#include "traction/camera.h"
 #include "traction/description.h"
 #include "traction/error.h"
 #include "traction/status.h"
@@ -16,7 +17,8 @@ struct ControlOptions {
   std::string endpoint;                           ///< ZeroMQ's, "tcp://HOST:9874"; empty: found by the instance
   std::chrono::milliseconds timeout{3000};        ///< for an answer
   std::chrono::milliseconds zeroTimeout{15'000};  ///< taking a zero needs frames of the camera
-  std::chrono::milliseconds workTimeout{60'000};  ///< for a step of a calibration, beside the time it is to look
+  std::chrono::milliseconds workTimeout{
+      60'000};  ///< of the camera; for a step of a calibration, beside its time to look
 };
 
 /// What came of zero().
@@ -69,6 +71,8 @@ class TRACTION_EXPORT Control {
   ZeroResult zero() const;
   /// Carries a step out and waits for it.
   CalibrationReport calibrate(const CalibrationStep& step) const;
+  /// Has a step carried out by the camera and waits for it.
+  CameraReport camera(const CameraStep& step) const;
 
   /// Where it asks; for messages to people.
   const std::string& endpoint() const { return options_.endpoint; }

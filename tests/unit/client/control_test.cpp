@@ -25,7 +25,12 @@ class ControlTest : public testing::Test {
     auto opened = tractiond::publish::ControlServer::open(
         {"tcp://127.0.0.1:*"}, {.status = [bytes = status.SerializeAsString()] { return bytes; },
                                 .description = [bytes = description.SerializeAsString()] { return bytes; },
-                                .zero = [this] { server_->answerZero(zero_); }});
+                                .zero = [this] { server_->answerZero(zero_); },
+                                .camera =
+                                    [this](const tractiond::CameraStep& step) {
+                                      step_ = step;
+                                      server_->answerCamera(report_);
+                                    }});
     if (!opened) throw std::runtime_error(opened.error().message());
     server_ = *std::move(opened);
     thread_ = std::thread([this] {
@@ -40,6 +45,8 @@ class ControlTest : public testing::Test {
   Control control() { return Control({.endpoint = server_->endpoints().at(0)}); }
 
   tl::expected<tractiond::RestPose, std::string> zero_;
+  tractiond::CameraStep step_;
+  tractiond::CameraReport report_;
   std::unique_ptr<tractiond::publish::ControlServer> server_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
@@ -69,6 +76,74 @@ TEST_F(ControlTest, RefusalIsTheDaemonsSentence) {
     EXPECT_EQ(error.code(), ErrorCode::kRefused);
     EXPECT_STREQ(error.what(), "only 12 of 1152 markers were found");
   }
+}
+
+TEST_F(ControlTest, CameraIsAskedWordByWord) {
+  using Theirs = tractiond::CameraStep::Kind;
+  using Ours = CameraStep::Kind;
+  for (const auto& [ours, theirs] : {std::pair{Ours::kList, Theirs::kList},
+                                     {Ours::kRead, Theirs::kRead},
+                                     {Ours::kWrite, Theirs::kWrite},
+                                     {Ours::kExecute, Theirs::kExecute},
+                                     {Ours::kBalanceWhite, Theirs::kBalanceWhite},
+                                     {Ours::kTrigger, Theirs::kTrigger}}) {
+    CameraStep step;
+    step.kind = ours;
+    const bool isNamed = ours == Ours::kRead || ours == Ours::kWrite || ours == Ours::kExecute;
+    if (isNamed) step.name = "Gain[Red]";
+    if (ours == Ours::kWrite) step.value = "1.5";
+    if (ours == Ours::kList) step.matching = "gain";
+    if (ours == Ours::kList) step.categories = {"AnalogControl", "Root"};
+    control().camera(step);
+    EXPECT_EQ(step_.kind, theirs);
+    EXPECT_EQ(step_.name, step.name);
+    EXPECT_EQ(step_.value, step.value);
+    EXPECT_EQ(step_.matching, step.matching);
+    EXPECT_EQ(step_.categories, step.categories);
+  }
+}
+
+TEST_F(ControlTest, CameraTellsFeaturesWordByWord) {
+  using Theirs = tractiond::CameraFeature;
+  for (int kind = 0; kind <= static_cast<int>(Theirs::Kind::kRegister); ++kind) {
+    report_.features.push_back({.name = "F" + std::to_string(kind),
+                                .kind = static_cast<Theirs::Kind>(kind),
+                                .access = static_cast<Theirs::Access>(kind % 4)});
+  }
+  Theirs& whole = report_.features[2];
+  whole.value = "4000.5";
+  whole.unit = "us";
+  whole.minimum = 10.0;
+  whole.increment = 0.5;
+  whole.entries = {"A", "B"};
+  whole.description = "words";
+  whole.configured = "5000";
+  whole.first = "6000";
+  whole.category = "AcquisitionControl";
+  whole.selected = {"S=A"};
+  report_.remarks = {"one", "two"};
+  report_.camera = "Acme-42";
+  const CameraReport told = control().camera({});
+  ASSERT_EQ(told.features.size(), report_.features.size());
+  for (std::size_t i = 0; i < told.features.size(); ++i) {
+    EXPECT_EQ(told.features[i].name, report_.features[i].name);
+    EXPECT_EQ(static_cast<int>(told.features[i].kind), static_cast<int>(report_.features[i].kind));
+    EXPECT_EQ(static_cast<int>(told.features[i].access), static_cast<int>(report_.features[i].access));
+  }
+  const CameraFeature& feature = told.features[2];
+  EXPECT_EQ(feature.value, "4000.5");
+  EXPECT_EQ(feature.unit, "us");
+  EXPECT_EQ(feature.minimum, 10.0);
+  EXPECT_FALSE(feature.maximum);
+  EXPECT_EQ(feature.increment, 0.5);
+  EXPECT_EQ(feature.entries, (std::vector<std::string>{"A", "B"}));
+  EXPECT_EQ(feature.description, "words");
+  EXPECT_EQ(feature.configured, "5000");
+  EXPECT_EQ(feature.first, "6000");
+  EXPECT_EQ(feature.category, "AcquisitionControl");
+  EXPECT_EQ(feature.selected, std::vector<std::string>{"S=A"});
+  EXPECT_EQ(told.remarks, (std::vector<std::string>{"one", "two"}));
+  EXPECT_EQ(told.camera, "Acme-42");
 }
 
 ErrorCode failureOf(const ControlOptions& options) {

@@ -1,0 +1,217 @@
+#include "client/cli/camera.h"
+
+#include "client/cli/json.h"
+#include "client/cli/output.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace traction::cli {
+
+namespace {
+
+using Access = CameraFeature::Access;
+using Kind = CameraFeature::Kind;
+
+constexpr std::size_t kWidestValue = 28;
+
+/// A camera's text, without what a terminal would take for a command.
+std::string plain(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+  return text;
+}
+
+std::optional<double> asNumber(const std::string& text) {
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+/// "4000" and "4000.0" are the same number.
+bool isSame(const std::string& one, const std::string& other) {
+  if (one == other) return true;
+  const auto a = asNumber(one), b = asNumber(other);
+  return a && b && std::abs(*a - *b) <= 1e-9 * std::max(std::abs(*a), std::abs(*b));
+}
+
+std::string text(double number) {
+  std::array<char, 32> digits{};
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr};
+}
+
+std::string valueOf(const CameraFeature& feature) {
+  if (feature.kind == Kind::kCommand) return "(command)";
+  if (feature.kind == Kind::kRegister) return "(bytes)";
+  if (feature.access == Access::kNone) return "(not available)";
+  if (feature.value.empty()) return feature.kind == Kind::kString ? "\"\"" : "(unreadable)";
+  return plain(feature.unit.empty() ? feature.value : feature.value + " " + feature.unit);
+}
+
+const char* accessOf(const CameraFeature& feature) {
+  constexpr std::array<const char*, 4> kWords = {"--", "r-", "-w", "rw"};
+  return kWords[static_cast<std::size_t>(feature.access)];
+}
+
+std::string rangeOf(const CameraFeature& feature) {
+  std::string words;
+  for (const std::string& entry : feature.entries) words += (words.empty() ? "" : " | ") + plain(entry);
+  if (feature.minimum || feature.maximum) {
+    words = (feature.minimum ? text(*feature.minimum) : "") + " to " + (feature.maximum ? text(*feature.maximum) : "");
+    if (feature.increment && *feature.increment != 1.0) words += " by " + text(*feature.increment);
+  }
+  return words;
+}
+
+bool isAsConfigured(const CameraFeature& feature) {
+  return feature.configured.empty() || isSame(feature.value, feature.configured);
+}
+
+bool isAsAtFirst(const CameraFeature& feature) {
+  return feature.first.empty() || isSame(feature.value, feature.first);
+}
+
+bool isChanged(const CameraFeature& feature) {
+  return !isAsConfigured(feature) || !isAsAtFirst(feature);
+}
+
+std::string changeOf(const CameraFeature& feature) {
+  if (!isAsConfigured(feature)) return "config: " + plain(feature.configured);
+  return isAsAtFirst(feature) ? "" : "was: " + plain(feature.first);
+}
+
+std::string nameOf(const CameraFeature& feature) {
+  std::string name = plain(feature.name);
+  for (const std::string& choice : feature.selected) name += " [" + plain(choice) + "]";
+  return name;
+}
+
+std::string padded(std::string text, std::size_t width) {
+  const auto shown = static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
+  if (shown < width) text.append(width - shown, ' ');
+  return text;
+}
+
+std::string block(const CameraFeature& feature) {
+  std::string lines;
+  const auto line = [&](const char* name, const std::string& value) {
+    if (!value.empty()) lines += "  " + padded(name, 12) + plain(value) + "\n";
+  };
+  lines += (isChanged(feature) ? "* " : "") + nameOf(feature) + " = " + valueOf(feature) + "\n";
+  line("is", feature.description);
+  line("range", feature.entries.empty() ? rangeOf(feature) : "");
+  line("entries", feature.entries.empty() ? "" : rangeOf(feature));
+  constexpr std::array<const char*, 4> kWords = {"not now", "read", "write", "read and write"};
+  line("access", kWords[static_cast<std::size_t>(feature.access)]);
+  line("configured", feature.configured);
+  line("at first", feature.first);
+  line("category", feature.category);
+  return lines;
+}
+
+void append(CameraReport& report, CameraReport&& more) {
+  for (CameraFeature& feature : more.features) {
+    const auto known = std::find_if(report.features.begin(), report.features.end(), [&](const CameraFeature& other) {
+      return other.name == feature.name && other.selected == feature.selected;
+    });
+    if (known == report.features.end()) {
+      report.features.push_back(std::move(feature));
+    } else {
+      *known = std::move(feature);  // the later look
+    }
+  }
+  report.remarks.insert(report.remarks.end(), more.remarks.begin(), more.remarks.end());
+  report.camera = std::move(more.camera);
+}
+
+void print(const CameraReport& report, bool json) {
+  if (json) {
+    printLine(toJson(report));
+    return;
+  }
+  std::string lines = table(report);
+  for (const std::string& remark : report.remarks) lines += "note: " + plain(remark) + "\n";
+  if (!lines.empty()) printLine(lines.substr(0, lines.size() - 1));
+}
+
+}  // namespace
+
+std::string table(const CameraReport& report) {
+  if (report.features.size() == 1) return block(report.features[0]);
+  std::size_t nameWidth = 0, valueWidth = 0;
+  for (const CameraFeature& feature : report.features) {
+    nameWidth = std::max(nameWidth, nameOf(feature).size());
+    valueWidth = std::max(valueWidth, std::min(valueOf(feature).size(), kWidestValue));
+  }
+  std::string lines, category;
+  for (const CameraFeature& feature : report.features) {
+    if (feature.category != category) {
+      category = feature.category;
+      lines += (lines.empty() ? "" : "\n") + plain(category) + "\n";
+    }
+    std::string line = isChanged(feature) ? "* " : "  ";
+    line += padded(nameOf(feature), nameWidth) + "  " + padded(valueOf(feature), valueWidth) + "  " + accessOf(feature);
+    for (const std::string& more : {changeOf(feature), rangeOf(feature)}) {
+      if (!more.empty()) line += "  " + more;
+    }
+    lines += line + "\n";
+  }
+  return lines;
+}
+
+std::optional<CameraStep> parseWrite(const std::string& text) {
+  const std::size_t sign = text.find('=');
+  if (sign == 0 || sign == std::string::npos) return std::nullopt;
+  CameraStep step;
+  step.kind = CameraStep::Kind::kWrite;
+  step.name = text.substr(0, sign);
+  step.value = text.substr(sign + 1);
+  return step;
+}
+
+void camera(const ControlOptions& control, const std::vector<CameraStep>& steps, bool json) {
+  const Control daemon(control);
+  CameraReport report;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    try {
+      append(report, daemon.camera(steps[i]));
+    } catch (const Error& error) {
+      if (i == 0) throw;
+      print(report, json);
+      std::string words = error.what();
+      if (steps.size() > 1) words = steps[i].name + ": " + words + "; what stands before it was done";
+      throw Error(error.code(), words);
+    }
+  }
+  print(report, json);
+  if (json || !report.features.empty() || !report.remarks.empty()) return;
+  printLine(steps.size() == 1 && steps[0].kind == CameraStep::Kind::kList ? "no feature of the camera matches"
+                                                                          : "done");
+}
+
+void cameraSummary(const ControlOptions& control, bool json) {
+  CameraReport report = Control(control).camera({});
+  const std::size_t all = report.features.size();
+  const auto isBoring = [](const CameraFeature& feature) {
+    const bool isWarmth =
+        feature.name.find("Temperature") != std::string::npos && !feature.value.empty() && feature.kind == Kind::kFloat;
+    return feature.configured.empty() && feature.first.empty() && !isWarmth;
+  };
+  report.features.erase(std::remove_if(report.features.begin(), report.features.end(), isBoring),
+                        report.features.end());
+  if (json) return print(report, json);
+  printLine(plain(report.camera) + ": " + std::to_string(all) +
+            " features (tractionctl camera list); configured, changed or telling a temperature are");
+  print(report, json);
+}
+
+void trigger(const ControlOptions& control) {
+  CameraStep step;
+  step.kind = CameraStep::Kind::kTrigger;
+  for (const std::string& remark : Control(control).camera(step).remarks) printLine("note: " + plain(remark));
+}
+
+}  // namespace traction::cli
