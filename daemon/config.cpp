@@ -94,6 +94,7 @@ struct Written {
     return "[" + list + "]";
   }
   std::string operator()(const Choice& value) const { return quoted(value.get()); }
+  std::string operator()(const std::vector<capture::Feature>* value) const;
 };
 
 struct ScalarText {
@@ -130,15 +131,24 @@ std::string limits(const Key& key, const std::string& standard) {
 }
 
 std::string featuresText(const std::vector<capture::Feature>& features) {
-  std::string text = "\n[camera.features]\n"
-                     "# Any feature of the camera by its GenICam name, set in this order and read back, for example\n"
-                     "# GainAuto = \"Off\"\n";
+  std::string text;
   for (const capture::Feature& feature : features) {
-    text += isBareKey(feature.name) ? feature.name : quoted(feature.name);
-    text += " = " + std::visit(ScalarText{}, feature.value) + "\n";
+    text += (text.empty() ? "\n" : ",\n") + ("  { " + (isBareKey(feature.name) ? feature.name : quoted(feature.name)));
+    text += " = " + std::visit(ScalarText{}, feature.value) + " }";
   }
-  return text;
+  return text.empty() ? "[]" : "[" + text + "\n]";
 }
+
+std::string Written::operator()(const std::vector<capture::Feature>* value) const {
+  return featuresText(*value);
+}
+
+constexpr const char* kFeaturesHelp =
+    "# Each as one { Name = value }, set in the order of the list and read back; a command is { Name = true } and is\n"
+    "# waited for. The same name may come again, as for selectors:\n"
+    "# features = [ { UserSetSelector = \"Default\" }, { UserSetLoad = true },\n"
+    "#              { BalanceRatioSelector = \"Red\" }, { BalanceRatio = 1.4 },\n"
+    "#              { BalanceRatioSelector = \"Blue\" }, { BalanceRatio = 1.8 } ]\n";
 
 }  // namespace
 
@@ -164,6 +174,8 @@ std::vector<Key> keysOf(Config& config) {
           &camera.id},
       {"camera", "wait", "", "A camera that is not there yet is waited for; false: that is an error.",
           &camera.wait},
+      {"camera", "features", "", "First of all: any features by their GenICam names, see below.",
+          &camera.features},
       {"camera", "pixel_format", "", "By the name of the Pixel Format Naming Convention, such as Mono12p, BayerRG8 or "
           "RGB8; empty: as the camera stands.",
           &camera.pixelFormat, {}, [&camera] { return pixelFormatFault(camera.pixelFormat); }},
@@ -171,12 +183,28 @@ std::vector<Key> keysOf(Config& config) {
           &camera.width, {0, 65535}},
       {"camera", "height_px", "px", "Of the picture; 0: as the camera stands.",
           &camera.height, {0, 65535}},
+      {"camera", "offset_x_px", "px", "Of the picture on the sensor; -1: as the camera stands.",
+          &camera.offsetX, {-1, 65535}},
+      {"camera", "offset_y_px", "px", "Of the picture on the sensor; -1: as the camera stands.",
+          &camera.offsetY, {-1, 65535}},
       {"camera", "frame_rate_hz", "frames/s", "0: as the camera stands.",
           &camera.frameRate_Hz, {0, 10'000}},
       {"camera", "exposure_us", "us", "0: as the camera stands.",
           &camera.exposure_us, {0, 10e6}},
       {"camera", "gain", "", "In the camera's own unit; absent: as the camera stands.",
           &camera.gain, {-1000, 1e5}},
+      {"camera", "trigger", "", "Of each frame: off, software (tractionctl trigger), or a source of the camera: Line1; empty: as it stands.",
+          &camera.trigger},
+      {"camera", "strobe_line", "", "Of the camera, an output that is active while it exposes: Line2; empty: none is set.",
+          &camera.strobeLine},
+      {"camera", "ptp", "", "The camera's clock follows the network's (IEEE 1588).",
+          &camera.ptp},
+      {"camera", "chunks", "", "Sent with each frame, where the camera can: ExposureTime, Gain, Timestamp, FrameID, LineStatusAll.",
+          &camera.chunks},
+      {"camera", "packet_delay_ns", "ns", "Between two packets, for several cameras on one link; 0: as the camera stands.",
+          &camera.packetDelay_ns, {0, 1e7}},
+      {"camera", "throughput_bytes_per_s", "bytes/s", "That the camera sends at most; 0: as it stands.",
+          &camera.throughput_bytes_per_s, {0, 2e9}},
       {"camera", "packet_size_bytes", "bytes", "With headers; 0: the MTU of the interface, at most 9000.",
           &camera.packetSize_bytes, {0, 65'500}},
       {"camera", "receive_buffer_bytes", "bytes", "Of the kernel; 8 MiB hold 150 ms of 640 x 480 RGB8 at 60 frames/s.",
@@ -244,11 +272,9 @@ std::string configText(const Config& config) {
     if (first) text += "\n[" + std::string(key.section) + "]\n";
     const std::string value = written(key);
     text += (first ? "# " : "\n# ") + std::string(key.help) + "\n";
+    if (key.name == "features") text += kFeaturesHelp;
     text += (value.empty() ? "#" : "") + std::string(key.name) + " = " + (value.empty() ? "0" : value);
     text += "  # " + limits(key, written(standards[i])) + "\n";
-    if (key.section == "camera" && (i + 1 == keys.size() || keys[i + 1].section != key.section)) {
-      text += featuresText(config.camera.features);
-    }
   }
   return text;
 }

@@ -41,12 +41,14 @@ struct Key {
   std::string_view section, name;
   std::string_view unit;  ///< as in the file; empty: none
   std::string_view help;  ///< one line
-  std::variant<bool*, int*, double*, std::optional<double>*, std::string*, std::vector<std::string>*, Choice> value;
+  std::variant<bool*, int*, double*, std::optional<double>*, std::string*, std::vector<std::string>*,
+               std::vector<capture::Feature>*, Choice>
+      value;
   sensor::Range range{0, 0};                               ///< of numbers, as in the file
   std::function<std::string()> fault = [] { return ""; };  ///< what is wrong with the value, if anything
 };
 
-/// Every key but those of [camera.features], section after section: parsing, checking and printing all go by it.
+/// Every key, section after section: parsing, checking and printing all go by it.
 std::vector<Key> keysOf(Config& config);
 
 /// The text of a configuration file with every key and its meaning. parse() gives the same configuration back.

@@ -33,6 +33,11 @@ struct Reader {
     if (!table.has(key.name)) return;
     table.read(key.name, value->emplace(), key.range);
   }
+  void operator()(std::vector<capture::Feature>* value) const {
+    for (TomlTable& group : table.tables(key.name)) {
+      for (auto& [name, scalar] : group.entries()) value->push_back({std::move(name), std::move(scalar)});
+    }
+  }
   void operator()(const Choice& choice) const {
     std::string word = choice.get();
     table.read(key.name, word);
@@ -52,13 +57,6 @@ tl::expected<Config, Error> read(TomlTable& root) {
     if (!section->second) continue;
     std::visit(Reader{*section->second, key}, key.value);
     if (const std::string fault = key.fault(); !fault.empty()) section->second->fail(key.name, fault);
-  }
-  if (auto& camera = sections["camera"]) {
-    if (auto features = camera->table("features")) {
-      for (auto& [name, value] : features->entries()) {
-        config.camera.features.push_back({std::move(name), std::move(value)});
-      }
-    }
   }
   if (auto sound = root.finish(); !sound) return tl::unexpected(asError(sound.error()));
   return config;

@@ -1,5 +1,7 @@
 #include "daemon/instrument.h"
 
+#include "daemon/capture/aravis_driver.h"
+#include "daemon/capture/pipe_driver.h"
 #include "daemon/solve/inverse_cache.h"
 #include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose_file.h"
@@ -14,7 +16,7 @@ namespace tractiond {
 namespace {
 
 /// While somebody waits for a step of a calibration, every frame is looked at.
-constexpr std::chrono::milliseconds kCalibratingTurn{3};
+constexpr std::chrono::milliseconds kHurriedTurn{3};
 
 /// Frames that made the zero were put to use: they are not among the lost.
 std::string account(const Ledger& ledger) {
@@ -105,7 +107,11 @@ tl::expected<void, Error> Instrument::build() {
                                               .description = [this] { return publisher_->lastDescription(); },
                                               .zero = [this] { procedures_->beginZero(); },
                                               .calibrate = [this](const auto& step) { procedures_->beginStep(step); },
-                                              .camera = [this](const auto& step) { askCamera(step); }});
+                                              .camera =
+                                                  [this](const auto& step) {
+                                                    camera_->ask(step);
+                                                    cameraAsked_ = true;
+                                                  }});
   if (!server) return tl::unexpected(server.error());
   controlServer_ = *std::move(server);
 
@@ -121,10 +127,7 @@ tl::expected<void, Error> Instrument::build() {
   publisher_->describe(description_);
   makeProcedures();
 
-  auto camera = CameraSource::open(config.camera, ledger_, [this](const auto& info) { return welcome(info); });
-  if (!camera) return tl::unexpected(camera.error());
-  camera_ = *std::move(camera);
-
+  if (auto opened = openCamera(); !opened) return opened;
   pipeline_ = std::make_unique<Pipeline>(
       Stages{
           .source = *camera_,
@@ -139,16 +142,43 @@ tl::expected<void, Error> Instrument::build() {
           .waitToPublish = [this](int fd, auto timeout) { publisher_->wait(fd, timeout); },
           .control = [this](auto timeout) { control(timeout); },
       },
-      PipelineOptions{.markers = sensor_.markerCount(), .nodes = sensor_.nodes.count()}, ledger_, turns_);
+      PipelineOptions{.markers = sensor_.markerCount(),
+                      .nodes = sensor_.nodes.count(),
+                      // Of a recording every picture counts; a camera's newest does.
+                      .whenFull = config.camera.images.empty() ? WhenFull::kEvictOldest : WhenFull::kWait}, ledger_, turns_);
+  return {};
+}
+
+tl::expected<void, Error> Instrument::openCamera() {
+  const capture::CameraOptions& options = config_.camera;
+  const capture::Say say = [](capture::Weight weight, const std::string& line) {
+    if (weight == capture::Weight::kWarning)
+      spdlog::warn("warning: {}", line);
+    else
+      spdlog::info(line);
+  };
+  const bool piped = !options.images.empty();
+  auto camera = capture::Camera::open(piped ? capture::fromPipe({.path = options.images,
+                                                                 .format = options.pixelFormat,
+                                                                 .width = options.width,
+                                                                 .height = options.height,
+                                                                 .buffers = options.buffers})
+                                            : capture::fromAravis(options),
+                                      {.wait = options.wait && !piped,
+                                       .silenceTimeout_ms = options.silenceTimeout_ms,
+                                       .buffers = options.buffers},
+                                      ledger_, say, [this](const auto& info) { return welcome(info); });
+  if (!camera) return tl::unexpected(camera.error());
+  camera_ = *std::move(camera);
   return {};
 }
 
 tl::expected<void, Error> Instrument::welcome(const capture::CameraInfo& info) {
   const sensor::Camera& expected = sensor_.camera;
-  if (info.width != expected.width || info.height != expected.height) {
+  if (info.shape.width != expected.width || info.shape.height != expected.height) {
     return tl::unexpected(Error{.exitCode = EX_CONFIG,
                                 .what = fmt::format("the camera's picture is {} x {} pixels, the gel's is {} x {}",
-                                                    info.width, info.height, expected.width, expected.height),
+                                                    info.shape.width, info.shape.height, expected.width, expected.height),
                                 .remedy = "set camera.width_px and camera.height_px, or describe the gel's camera"});
   }
   const std::string id = calibrate::cameraId(info.name.vendor, info.name.serial);
@@ -159,6 +189,7 @@ tl::expected<void, Error> Instrument::welcome(const capture::CameraInfo& info) {
         .where = config_.sensor.gelFile,
         .remedy = "calibrate with this camera, starting from a gel file without [calibration]"});
   }
+  if (info.session > 1) return {};  // the same camera: its zero is in force
   // A start that forgot the zero would call what presses now nothing.
   auto pose = track::loadRestPose(track::restPosePath(stateDirectory_), sensor_, info.format);
   if (!pose) {
@@ -185,10 +216,9 @@ ServiceHooks Instrument::hooks() {
 }
 
 tl::expected<void, Error> Instrument::stop() {
-  camera_->stop();
   pipeline_->stop();
   spdlog::info("stopped: {}", account(ledger_));
-  if (pipeline_->ended()) return tl::unexpected(camera_->error());
+  if (pipeline_->ended() && camera_->error().exitCode != EX_OK) return tl::unexpected(camera_->error());
   if (!balanced(ledger_)) {
     return tl::unexpected(Error{.exitCode = EX_SOFTWARE,
                                 .what = "the ledger does not balance: " + account(ledger_),
@@ -198,18 +228,31 @@ tl::expected<void, Error> Instrument::stop() {
 }
 
 void Instrument::control(std::chrono::milliseconds timeout) {
-  controlServer_->serve(procedures_->hurried() ? std::min(timeout, kCalibratingTurn) : timeout);
-  if (const capture::CameraInfo* info = camera_->info(); info != nullptr && !cameraDescribed_) {
-    cameraDescribed_ = true;
+  controlServer_->serve(procedures_->hurried() || cameraAsked_ ? std::min(timeout, kHurriedTurn) : timeout);
+  meetCamera();
+  if (cameraAsked_) {
+    if (const auto answer = camera_->takeAnswer()) {
+      cameraAsked_ = false;
+      controlServer_->answerCamera(*answer);
+    }
+  }
+  procedures_->turn();
+}
+
+/// Each session anew: it may have come back with other values.
+void Instrument::meetCamera() {
+  const auto info = camera_->info();
+  if (!info || info->session == describedSession_) return;
+  const bool first = std::exchange(describedSession_, info->session) == 0;
+  if (first) {
     if (restored_) {
       spdlog::info("the zero is the one kept in {}", stateDirectory_.string());
     } else {
       spdlog::info("no zero is kept: the first {} still frames are taken for it", config_.track.zeroFrames);
     }
     procedures_->welcome(calibrate::cameraId(info->name.vendor, info->name.serial), restored_);
-    describeCamera(*info);
   }
-  procedures_->turn();
+  describeCamera(*info);
 }
 
 void Instrument::describeCamera(const capture::CameraInfo& info) {
@@ -250,14 +293,10 @@ void Instrument::makeProcedures() {
       });
 }
 
-void Instrument::askCamera(const CameraStep&) {
-  controlServer_->answerCamera(
-      tl::unexpected<std::string>("looking at the camera's features while it runs is not available yet"));
-}
-
 publish::Vitals Instrument::vitals() {
   newestDrift_.take(drift_);
-  return {.camera = camera_ ? camera_->state() : publish::CameraState::kUnknown,
+  if (camera_) camera_->takeVitals(cameraVitals_);
+  return {.camera = cameraVitals_,
           .turns = {turns_.capture.get(), turns_.track.get(), turns_.solve.get(), turns_.publish.get(),
                     turns_.control.get()},
           .drift = drift_};
@@ -266,14 +305,17 @@ publish::Vitals Instrument::vitals() {
 std::string Instrument::statusLine() const {
   const char* camera = "";
   switch (camera_->state()) {
-  case publish::CameraState::kUnknown:
-  case publish::CameraState::kWaiting:
+  case CameraState::kUnknown:
+  case CameraState::kWaiting:
     camera = "waiting for a camera";
     break;
-  case publish::CameraState::kStreaming:
+  case CameraState::kConnecting:
+    camera = "setting the camera up";
+    break;
+  case CameraState::kStreaming:
     camera = "streaming";
     break;
-  case publish::CameraState::kLost:
+  case CameraState::kLost:
     camera = "camera lost, looking for it";
     break;
   }

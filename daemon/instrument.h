@@ -1,7 +1,7 @@
 // Everything one instance runs, made in order from a configuration.
 #pragma once
 
-#include "daemon/camera_source.h"
+#include "daemon/capture/camera.h"
 #include "daemon/config.h"
 #include "daemon/instance.h"
 #include "daemon/pipeline.h"
@@ -42,7 +42,8 @@ class Instrument {
   tl::expected<void, Error> build();
   tl::expected<void, Error> welcome(const capture::CameraInfo& info);
   void control(std::chrono::milliseconds timeout);
-  void askCamera(const CameraStep& step);
+  tl::expected<void, Error> openCamera();
+  void meetCamera();
   void describeCamera(const capture::CameraInfo& info);
   void makeProcedures();
   publish::Vitals vitals();
@@ -56,7 +57,7 @@ class Instrument {
   Ledger ledger_;
   Turns turns_;
   publish::Description description_;  // after the start the control thread's
-  std::optional<RestPose> restored_;  // written before the camera's info() is there, read after
+  std::optional<RestPose> restored_;  // written before the camera's first info() is there, read after
   solve::Inverse inverse_;
   std::unique_ptr<track::Tracker> tracker_;
   std::unique_ptr<solve::Solver> solver_;
@@ -64,14 +65,17 @@ class Instrument {
   Mailbox<RestDrift> newestDrift_;      // from control to the publishing thread
   std::unique_ptr<publish::Publisher> publisher_;
   std::unique_ptr<publish::ControlServer> controlServer_;
-  std::unique_ptr<CameraSource> camera_;
+  std::unique_ptr<capture::Camera> camera_;
   std::unique_ptr<Pipeline> pipeline_;
 
   // The control thread's own.
   std::unique_ptr<Procedures> procedures_;
-  bool cameraDescribed_ = false;
+  unsigned describedSession_ = 0;  // of the camera
+  bool cameraAsked_ = false;
 
-  RestDrift drift_;  // the publishing thread's own
+  // The publishing thread's own.
+  RestDrift drift_;
+  CameraVitals cameraVitals_;
 };
 
 }  // namespace tractiond

@@ -1,5 +1,6 @@
 // Arguments in, exit code out.
 #include "daemon/arguments.h"
+#include "daemon/capture/camera_list.h"
 #include "daemon/config_toml.h"
 #include "daemon/instrument.h"
 #include "daemon/service.h"
@@ -19,11 +20,13 @@ int failed(const Error& error) {
 }
 
 int listCameras(bool withFake) {
-  const auto cameras = capture::listCameras(withFake);
-  if (cameras.empty()) std::cerr << "tractiond: no camera in sight\n";
-  for (const auto& camera : cameras) {
+  const auto sights = capture::inspectCameras(withFake);
+  if (sights.empty()) std::cerr << "tractiond: no camera in sight\n";
+  for (const auto& [camera, obstacle, remedy, notes] : sights) {
     std::cout << camera.vendor << "-" << camera.serial << "  " << camera.model << "  " << camera.address << "  "
               << camera.physicalId << "  " << camera.protocol << "\n";
+    if (!obstacle.empty()) std::cout << "  cannot be opened: " << obstacle << "; " << remedy << "\n";
+    for (const std::string& note : notes) std::cout << "  " << note << "\n";
   }
   return EX_OK;
 }
@@ -54,8 +57,9 @@ int main(int argc, char** argv) try {
   if (!arguments) return arguments.error();
   const auto places = located(arguments->places);
   if (!places) return failed(places.error());
-  const auto config = places->config.empty() ? tl::expected<Config, Error>() : loadConfig(places->config);
+  auto config = places->config.empty() ? tl::expected<Config, Error>() : loadConfig(places->config);
   if (!config) return failed(config.error());
+  config->camera.images = arguments->images;
   if (arguments->printConfig) return std::cout << configText(*config), EX_OK;
   if (arguments->listCameras) return listCameras(config->camera.fakeInterface);
   return arguments->checkConfig ? checkConfig(*config) : serve(*config, *places);

@@ -255,7 +255,8 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) {
   std::vector<TomlTable> found;
   if (!node) return found;
   const std::string name = path_ + std::string(key);
-  if (const toml::array* array = node->as_array(); array && array->is_homogeneous(toml::node_type::table)) {
+  if (const toml::array* array = node->as_array();
+      array && (array->empty() || array->is_homogeneous(toml::node_type::table))) {
     for (std::size_t i = 0; i < array->size(); ++i) {
       found.push_back(TomlTable(document_, array->get(i)->as_table(), name + "[" + std::to_string(i) + "]."));
     }

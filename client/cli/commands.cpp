@@ -19,6 +19,8 @@ const char* sentence(CameraState state) {
     return "camera open";
   case CameraState::kLost:
     return "camera lost, being looked for";
+  case CameraState::kConnecting:
+    return "camera found, being set up";
   case CameraState::kUnknown:
     break;
   }

@@ -120,6 +120,8 @@ const char* toString(CameraState state) {
     return "streaming";
   case CameraState::kLost:
     return "lost";
+  case CameraState::kConnecting:
+    return "connecting";
   case CameraState::kUnknown:
     break;
   }

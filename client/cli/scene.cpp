@@ -93,6 +93,8 @@ std::string Scene::reason(std::int64_t now_ns) const {
     return "tractiond waits for a camera";
   case CameraState::kLost:
     return "the camera is lost";
+  case CameraState::kConnecting:
+    return "the camera is being set up";
   case CameraState::kUnknown:
     return "tractiond is starting";
   case CameraState::kStreaming:

@@ -76,6 +76,8 @@ Header headerOf(const pb::Header& from) {
   header.frameNumber = from.frame_number();
   header.deviceTime_ns = from.device_time_ns();
   header.exposure_s = from.exposure_s();
+  if (from.has_gain()) header.gain = from.gain();
+  if (from.has_line_status()) header.lineStatus = from.line_status();
   header.receivedReal_ns = from.received_real_ns();
   header.received_ns = from.received_ns();
   header.captured_ns = from.captured_ns();
@@ -190,8 +192,21 @@ Status statusOf(const pb::Status& from) {
   case pb::CAMERA_STATE_LOST:
     status.camera = CameraState::kLost;
     break;
+  case pb::CAMERA_STATE_CONNECTING:
+    status.camera = CameraState::kConnecting;
+    break;
   default:
     status.camera = CameraState::kUnknown;
+  }
+  status.cameraWhy = from.camera_why();
+  if (from.has_camera_link()) {
+    const pb::CameraLink& link = from.camera_link();
+    CameraLink& to = status.cameraLink.emplace();
+    to.packetsResent = link.packets_resent();
+    to.packetsMissing = link.packets_missing();
+    to.ptp = link.ptp();
+    if (link.has_ptp_offset_s()) to.ptpOffset_s = link.ptp_offset_s();
+    if (link.has_temperature()) to.temperature_C = link.temperature();
   }
   const pb::Ledger& account = from.ledger();
   Ledger& ledger = status.ledger;

@@ -3,6 +3,9 @@
 
 #include "daemon/records/frame.h"
 
+#include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,13 +16,26 @@ struct CameraName {
   std::string id, physicalId, address, vendor, model, serial, protocol;
 };
 
-/// All cameras in sight; looks for about a second. `withFake` includes Aravis's in-process test camera.
-std::vector<CameraName> listCameras(bool withFake = false);
+/// As the camera stood when it was opened; none: the camera does not tell, or chooses by itself.
+struct Standing {
+  std::optional<double> exposure_us, gain, frameRate_Hz;
+};
+
+/// What the camera and the driver agreed upon when the stream was opened.
+struct PictureShape {
+  int width = 0, height = 0;  ///< px
+  std::size_t size = 0;       ///< bytes
+  std::uint32_t format = 0;   ///< the camera's own code (PFNC)
+  bool operator==(const PictureShape&) const = default;
+};
 
 struct CameraInfo {
   CameraName name;
-  int width = 0, height = 0;  ///< px
+  unsigned session = 0;  ///< from 1 on: how often it has been opened
+  PictureShape shape;
   PixelFormat format = PixelFormat::kRgb8;
+  bool zeroIsAnId = false;            ///< frames are counted from 0, as on USB
+  bool triggered = false;             ///< frames come when they are asked for: silence is no loss
   double frameRate_Hz = 0.0;          ///< 0: the camera does not tell
   double exposure_s = 0.0;            ///< 0: the camera does not tell
   int packetSize_bytes = 0;           ///< with headers; 0: not a network camera
@@ -27,7 +43,10 @@ struct CameraInfo {
   bool packetSocket = false;          ///< frames are read from a packet socket instead of the normal one
   int receiveBuffer_bytes = 0;        ///< as the kernel granted it; 0: there is none
   std::vector<std::string> settings;  ///< in the order they were made, as read back: "Name = value"
+  Standing standing;                  ///< what the configuration left open
   std::vector<std::string> warnings;  ///< one line each, with the remedy
+
+  std::string summary() const;  ///< one line for people
 };
 
 }  // namespace tractiond::capture

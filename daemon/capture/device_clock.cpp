@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <numeric>
 
 namespace tractiond::capture {
 namespace {
@@ -12,6 +14,12 @@ namespace {
 constexpr std::size_t kWindowsForDrift = 4;
 /// GigE Vision stamps are often of a microsecond.
 constexpr std::int64_t kResolution_ns = 1000;
+/// No operating system hands packets on more evenly.
+constexpr std::int64_t kHostJitter_ns = 1'000'000;
+/// Of the very first frame, of which nothing is known.
+constexpr std::int64_t kFirstError_ns = 100'000'000;
+/// Before the host's scatter is known; until then a frame may be late by a whole period.
+constexpr int kScatterFrames = 32;
 
 }  // namespace
 
@@ -39,7 +47,17 @@ void DeviceClock::fit() {
   scatter_ns_ = n == 0 ? 0 : most - least;
 }
 
-DeviceClock::Moment DeviceClock::add(std::int64_t device_ns, std::int64_t host_ns) {
+void DeviceClock::learnResolution(std::int64_t device_ns, std::uint64_t step) {
+  const std::int64_t elapsed = device_ns - lastDevice_ns_;
+  lastDevice_ns_ = device_ns;
+  if (points_ == 0 || elapsed <= 0 || step == 0 || step > 1000) return;
+  if (period_ns_ == 0 && step == 1) period_ns_ = elapsed;
+  const std::int64_t uneven = elapsed - period_ns_ * static_cast<std::int64_t>(step);
+  if (period_ns_ > 0 && uneven != 0 && resolution_ns_ != 1) resolution_ns_ = std::gcd(resolution_ns_, std::abs(uneven));
+}
+
+DeviceClock::Moment DeviceClock::add(std::int64_t device_ns, std::int64_t host_ns, std::uint64_t step) {
+  learnResolution(device_ns, step);
   if (points_ == 0) {
     deviceOrigin_ns_ = device_ns;
     hostOrigin_ns_ = host_ns;
@@ -73,7 +91,33 @@ DeviceClock::Moment DeviceClock::add(std::int64_t device_ns, std::int64_t host_n
   // through, by less than their own length: twice their scatter.
   moment.error_ns =
       std::llround(points_ - 1 < kWindowsForDrift ? scatter_ns_ + options_.largestDrift * host : 2 * scatter_ns_) +
-      kResolution_ns;
+      std::max(kResolution_ns, resolution_ns_);
+  return moment;
+}
+
+std::int64_t CaptureClock::hostError(const Arrival& arrival, std::uint64_t step, bool awaited) {
+  const std::int64_t elapsed = lastHost_ns_ == 0 ? 0 : arrival.host_ns - lastHost_ns_;
+  lastHost_ns_ = arrival.host_ns;
+  queued_ns_ = awaited ? 0 : queued_ns_ + elapsed;
+  if (elapsed > 0) {
+    const std::int64_t pace = elapsed / static_cast<std::int64_t>(std::max<std::uint64_t>(step, 1));
+    pace_ns_ = pace_ns_ == 0 ? pace : pace_ns_ + (pace - pace_ns_) / 16;
+    scatter_ns_ = std::max(scatter_ns_ - scatter_ns_ / 64, std::abs(pace - pace_ns_));
+  }
+  frames_ = std::min(frames_ + 1, kScatterFrames);
+  if (pace_ns_ == 0) return kFirstError_ns;
+  return kHostJitter_ns + (frames_ < kScatterFrames ? std::max(scatter_ns_, pace_ns_) : scatter_ns_) + queued_ns_;
+}
+
+DeviceClock::Moment CaptureClock::add(const Arrival& arrival, const Judgement& judgement, bool awaited) {
+  DeviceClock::Moment moment{arrival.host_ns, hostError(arrival, judgement.step, awaited)};
+  if (judgement.newTimeline) device_.restart();
+  if (judgement.timed) {
+    const DeviceClock::Moment mapped = device_.add(arrival.device_ns, arrival.host_ns, judgement.step);
+    if (mapped.error_ns <= moment.error_ns) moment = mapped;
+  }
+  moment.captured_ns = std::max(moment.captured_ns, std::min(lastCaptured_ns_, arrival.host_ns));
+  lastCaptured_ns_ = moment.captured_ns;
   return moment;
 }
 

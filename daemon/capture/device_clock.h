@@ -1,6 +1,8 @@
 // The camera's clock on the host's: when, on CLOCK_MONOTONIC, was the picture taken?
 #pragma once
 
+#include "daemon/capture/frame_gate.h"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -27,11 +29,11 @@ class DeviceClock {
   explicit DeviceClock(const Options& options)
       : options_(options) {}
 
-  /// For every new frame in turn.
-  Moment add(std::int64_t device_ns, std::int64_t host_ns);
+  /// For every new frame in turn. \param step of its id since the one before
+  Moment add(std::int64_t device_ns, std::int64_t host_ns, std::uint64_t step = 1);
 
   /// The camera's clock was set, or the camera is another one.
-  void restart() { points_ = 0; }
+  void restart() { *this = DeviceClock(options_, lastCaptured_ns_); }
 
   double drift() const { return drift_; }  ///< seconds the host's clock gains per second of the camera's
 
@@ -41,7 +43,12 @@ class DeviceClock {
   };
   static constexpr std::size_t kWindows = 16;
 
+  DeviceClock(const Options& options, std::int64_t last_ns)
+      : options_(options)
+      , lastCaptured_ns_(last_ns) {}
+
   void fit();
+  void learnResolution(std::int64_t device_ns, std::uint64_t step);
   double line(double host_ns) const { return offset_ns_ + drift_ * host_ns; }
   double delay(const Point& point) const { return point.lead_ns - line(point.host_ns); }
 
@@ -52,7 +59,27 @@ class DeviceClock {
   double openUntil_ns_ = 0;
   std::int64_t deviceOrigin_ns_ = 0, hostOrigin_ns_ = 0;
   double offset_ns_ = 0, drift_ = 0, scatter_ns_ = 0;
+  std::int64_t lastDevice_ns_ = 0, period_ns_ = 0;
+  std::int64_t resolution_ns_ = 0;  ///< what all differences from an even pace are multiples of; 0: there were none
   std::int64_t lastCaptured_ns_ = INT64_MIN;
+};
+
+/// When a frame was taken: by the camera's clock where that is believed and says more than the host's does; else when
+/// it reached the host. Thread-bound. Allocates nothing.
+class CaptureClock {
+ public:
+  /// For every new frame in turn. \param awaited it came while we waited for it: nothing was queued before it
+  DeviceClock::Moment add(const Arrival& arrival, const Judgement& judgement, bool awaited);
+
+ private:
+  std::int64_t hostError(const Arrival& arrival, std::uint64_t step, bool awaited);
+
+  DeviceClock device_;
+  std::int64_t lastHost_ns_ = 0, lastCaptured_ns_ = INT64_MIN;
+  std::int64_t pace_ns_ = 0;     ///< mean time between two ids; 0: not known
+  std::int64_t scatter_ns_ = 0;  ///< largest difference from it, slowly forgotten
+  std::int64_t queued_ns_ = 0;   ///< how long a frame may have waited before it was popped
+  int frames_ = 0;               ///< that the scatter has been seen over, up to enough
 };
 
 }  // namespace tractiond::capture

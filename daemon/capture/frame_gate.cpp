@@ -2,8 +2,12 @@
 // after the track's last one, its time too, the ids do not outrun the time, and the camera's clock keeps step with the
 // host's. What follows the current track is new. Everything else is held back and becomes, or continues, the one
 // candidate; a candidate of three replaces the current track. So a single odd picture costs nothing, whatever it
-// claims, and a camera that really counts or dates anew is believed after three frames. A picture whose id and time
-// are both those of an earlier one is that earlier one; such a picture is no candidate either.
+// claims, and a camera that really counts anew is believed after three frames. A picture whose id and time are both
+// those of an earlier one is that earlier one; such a picture is no candidate either.
+//
+// Not every camera has a clock: some send 0, some whole seconds, some go back. The very next id makes a picture new
+// whatever the camera's clock says; where that is wrong it is distrusted for a hundred frames, in which ids are held
+// against the host's clock instead, and old pictures are known by their content.
 //
 // The host's clock is the only thing here that nobody outside can forge.
 #include "daemon/capture/frame_gate.h"
@@ -14,6 +18,8 @@ namespace tractiond::capture {
 namespace {
 
 constexpr int kAgreeing = 3;
+/// Frames without a fault until a camera's clock is believed again.
+constexpr int kDistrust = 100;
 constexpr std::uint64_t kLast16BitId = 65535;
 
 /// a - b as the two's complement says; ids and times from outside may be anything.
@@ -39,17 +45,26 @@ FrameGate::Track FrameGate::begin(const Arrival& arrival) {
   track.device_ns = arrival.device_ns;
   track.host_ns = arrival.host_ns;
   track.offset_ns = difference(arrival.host_ns, arrival.device_ns);
+  track.distrust = arrival.device_ns == 0 ? kDistrust : 0;
   return track;
 }
 
-void FrameGate::extend(Track& track, const Arrival& arrival) const {
+void FrameGate::extend(Track& track, const Arrival& arrival, Fit fit) {
   const std::int64_t step = advance(track.id, arrival.id);
-  const std::int64_t period = difference(arrival.device_ns, track.device_ns) / step;
-  track.period_ns = track.period_ns == 0 ? period : std::min(period, track.period_ns + track.period_ns / 64 + 1);
-  // 1 part in 1000: more than any crystal's drift.
-  const std::int64_t leak = (arrival.host_ns - track.host_ns) / 1000;
-  const std::int64_t lag = difference(difference(arrival.host_ns, arrival.device_ns), track.offset_ns);
-  track.offset_ns = difference(track.offset_ns, -std::min(lag, leak));
+  const std::int64_t pace = (arrival.host_ns - track.host_ns) / step;
+  track.pace_ns = track.pace_ns == 0 ? pace : track.pace_ns + (pace - track.pace_ns) / 16;
+  const std::int64_t offset = difference(arrival.host_ns, arrival.device_ns);
+  if (fit == Fit::kByBothClocks) {
+    const std::int64_t period = difference(arrival.device_ns, track.device_ns) / step;
+    track.period_ns = track.period_ns == 0 ? period : std::min(period, track.period_ns + track.period_ns / 64 + 1);
+    // 1 part in 1000: more than any crystal's drift.
+    const std::int64_t leak = (arrival.host_ns - track.host_ns) / 1000;
+    track.offset_ns = difference(track.offset_ns, -std::min(difference(offset, track.offset_ns), leak));
+    track.distrust = std::max(0, track.distrust - 1);
+  } else {
+    track.offset_ns = offset;
+    track.distrust = kDistrust;
+  }
   track.id = arrival.id;
   track.device_ns = arrival.device_ns;
   track.host_ns = arrival.host_ns;
@@ -63,12 +78,18 @@ std::uint64_t FrameGate::largestStep(std::int64_t period_ns, std::int64_t elapse
   return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(most / period));
 }
 
-bool FrameGate::follows(const Track& track, const Arrival& arrival) const {
+FrameGate::Fit FrameGate::follows(const Track& track, const Arrival& arrival) const {
   const std::int64_t step = advance(track.id, arrival.id);
+  if (step <= 0) return Fit::kNone;
   const std::int64_t elapsed = difference(arrival.device_ns, track.device_ns);
   const std::int64_t lag = difference(difference(arrival.host_ns, arrival.device_ns), track.offset_ns);
-  return step > 0 && elapsed > 0 && static_cast<std::uint64_t>(step) <= largestStep(track.period_ns, elapsed) &&
-         lag >= -options_.ahead_ns && lag <= options_.behind_ns;
+  if (elapsed > 0 && static_cast<std::uint64_t>(step) <= largestStep(track.period_ns, elapsed) &&
+      lag >= -options_.ahead_ns && lag <= options_.behind_ns)
+    return Fit::kByBothClocks;
+  // One more than the mean pace: frames reach the host less evenly than the camera takes them.
+  const std::int64_t most =
+      track.distrust > 0 && track.pace_ns > 0 ? 1 + (arrival.host_ns - track.host_ns) / track.pace_ns : 1;
+  return step <= most ? Fit::kByTheHosts : Fit::kNone;
 }
 
 void FrameGate::markArrived(const Arrival& arrival) {
@@ -83,13 +104,19 @@ void FrameGate::markArrived(const Arrival& arrival) {
 
 bool FrameGate::seenBefore(const Arrival& arrival) const {
   const auto end = history_.begin() + static_cast<std::ptrdiff_t>(std::min(historyCount_, history_.size()));
-  return std::any_of(history_.begin(), end,
-                     [&](const Seen& seen) { return seen.id == arrival.id && seen.device_ns == arrival.device_ns; });
+  // The same id and time say enough where the times are good; else the content decides.
+  const bool clockIsGood = current_ && current_->distrust == 0;
+  return std::any_of(history_.begin(), end, [&](const Seen& seen) {
+    return seen.id == arrival.id && seen.device_ns == arrival.device_ns &&
+           (clockIsGood || seen.content == arrival.content);
+  });
 }
 
-Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimeline) {
+Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped) {
   Judgement judgement;
   judgement.verdict = Verdict::kNew;
+  judgement.timed = next.distrust == 0;
+  judgement.step = step;
   if (step > 1) {
     judgement.missing = step - 1;
     for (std::size_t d = 1; d < std::min<std::uint64_t>(step, arrived_.size()); ++d)
@@ -99,7 +126,7 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
   frameNumber_ += step;
   judgement.frameNumber = frameNumber_;
   judgement.newTimeline = newTimeline;
-  judgement.discontinuity = current_ && (newTimeline || step > 1);
+  judgement.discontinuity = current_ && (jumped || step > 1);
   current_ = next;
   candidate_.reset();
   reopened_ = false;
@@ -123,30 +150,38 @@ Judgement FrameGate::judge(const Arrival& arrival) {
   if (arrival.id == 0 && !options_.zeroIsAnId) return refuse(Verdict::kStale);
 
   if (seenBefore(arrival)) return refuse(Verdict::kStale);
-  history_[historyCount_++ % history_.size()] = {arrival.id, arrival.device_ns};
+  history_[historyCount_++ % history_.size()] = {arrival.id, arrival.content, arrival.device_ns};
 
-  if (!current_) return accept(begin(arrival), 1, true);
-  if (!reopened_ && follows(*current_, arrival)) {
+  if (!current_) return accept(begin(arrival), 1, true, false);
+  const Fit fit = reopened_ ? Fit::kNone : follows(*current_, arrival);
+  if (fit != Fit::kNone) {
     Track next = *current_;
-    extend(next, arrival);
-    return accept(next, static_cast<std::uint64_t>(advance(current_->id, arrival.id)), false);
+    extend(next, arrival, fit);
+    const bool believed = current_->distrust == 0;
+    // A clock that stands still has not jumped: it is none.
+    const bool jumped = believed && fit == Fit::kByTheHosts && arrival.device_ns != current_->device_ns;
+    return accept(next, static_cast<std::uint64_t>(advance(current_->id, arrival.id)),
+                  believed != (next.distrust == 0), jumped);
   }
 
-  if (candidate_ && follows(*candidate_, arrival))
-    extend(*candidate_, arrival);
-  else
+  const Fit further = candidate_ ? follows(*candidate_, arrival) : Fit::kNone;
+  if (further == Fit::kNone)
     candidate_ = begin(arrival);
+  else
+    extend(*candidate_, arrival, further);
 
   if (reopened_ || candidate_->length >= kAgreeing) {
     // The ids may still be those of the same count: after a pause of the host, or of the cable. Twice the time: frames
     // reach the host less evenly than the camera takes them.
     const std::int64_t step = advance(current_->id, arrival.id);
-    const std::int64_t period = current_->period_ns > 0 ? current_->period_ns : candidate_->period_ns;
+    std::int64_t period = current_->period_ns > 0 ? current_->period_ns : candidate_->period_ns;
+    if (current_->distrust > 0) period = current_->pace_ns;
     const std::int64_t twice = 2 * (arrival.host_ns - current_->host_ns);
     const bool counts = step > 0 && static_cast<std::uint64_t>(step) <= largestStep(period, twice);
-    return accept(*candidate_, counts ? static_cast<std::uint64_t>(step) : 1, true);
+    return accept(*candidate_, counts ? static_cast<std::uint64_t>(step) : 1, true, true);
   }
-  const bool older = advance(current_->id, arrival.id) <= 0 || difference(arrival.device_ns, current_->device_ns) <= 0;
+  const bool older = advance(current_->id, arrival.id) <= 0 ||
+                     (current_->distrust == 0 && difference(arrival.device_ns, current_->device_ns) <= 0);
   return refuse(older ? Verdict::kStale : Verdict::kImplausible);
 }
 

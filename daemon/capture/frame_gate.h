@@ -2,31 +2,25 @@
 // recycled buffer out again. See docs/decisions/0003-frame-gate.md.
 #pragma once
 
+#include "daemon/capture/camera_info.h"
 #include "daemon/records/ledger.h"
 
-#include <array>
 #include <bitset>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace tractiond::capture {
-
-/// What the camera and the driver agreed upon when the stream was opened.
-struct PictureShape {
-  int width = 0, height = 0;  ///< px
-  std::size_t size = 0;       ///< bytes
-  std::uint32_t format = 0;   ///< the camera's own code (PFNC)
-  bool operator==(const PictureShape&) const = default;
-};
 
 /// What the driver says of one buffer.
 struct Arrival {
   bool complete = false;  ///< the driver's status
   PictureShape shape;
   std::uint64_t id = 0;        ///< the camera's frame counter
-  std::int64_t device_ns = 0;  ///< the camera's clock
+  std::int64_t device_ns = 0;  ///< the camera's clock; whatever it says
   std::int64_t host_ns = 0;    ///< CLOCK_MONOTONIC when the buffer was taken from the driver; never falls
+  std::uint64_t content = 0;   ///< a hash of what is in the picture
 };
 
 enum class Verdict { kNew, kIncomplete, kWrongSize, kWrongFormat, kStale, kImplausible };
@@ -38,6 +32,8 @@ struct Judgement {
   std::uint64_t missing = 0;      ///< frames since the last new one of which nothing arrived
   bool discontinuity = false;     ///< the frame number jumped, or the ids or the camera's clock start afresh
   bool newTimeline = false;       ///< what was learnt of the camera's clock no longer holds
+  bool timed = false;             ///< the camera's clock can be believed; false: it is absent, coarse, or goes wrong
+  std::uint64_t step = 1;         ///< of the ids since the last new one; 1 where they start afresh
 };
 
 /// Thread-bound. Allocates nothing.
@@ -56,11 +52,14 @@ class FrameGate {
     std::int64_t stampJitter_ns = 8'000'000;
     /// No camera is faster: bounds a gap of ids while the frame period is not known yet.
     std::int64_t shortestPeriod_ns = 100'000;
+    /// Whole pictures that are remembered: more than the driver has buffers, each of which may come out again.
+    std::size_t memory = 256;
   };
 
   FrameGate(const PictureShape& agreed, const Options& options)
       : agreed_(agreed)
-      , options_(options) {}
+      , options_(options)
+      , history_(options.memory) {}
 
   Judgement judge(const Arrival& arrival);
 
@@ -74,18 +73,21 @@ class FrameGate {
     std::int64_t device_ns = 0, host_ns = 0;
     std::int64_t offset_ns = 0;  ///< smallest host - device seen, allowed to rise slowly
     std::int64_t period_ns = 0;  ///< shortest seen, allowed to rise slowly; 0: not known
+    std::int64_t pace_ns = 0;    ///< mean time of the host between two ids; 0: not known
     int length = 1;
+    int distrust = 0;  ///< frames to come before the camera's clock is believed again
   };
+  enum class Fit { kNone, kByBothClocks, kByTheHosts };
   struct Seen {
-    std::uint64_t id = 0;
+    std::uint64_t id = 0, content = 0;
     std::int64_t device_ns = 0;
   };
 
   static Track begin(const Arrival& arrival);
-  void extend(Track& track, const Arrival& arrival) const;
-  bool follows(const Track& track, const Arrival& arrival) const;
+  static void extend(Track& track, const Arrival& arrival, Fit fit);
+  Fit follows(const Track& track, const Arrival& arrival) const;
   std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const;
-  Judgement accept(const Track& next, std::uint64_t step, bool newTimeline);
+  Judgement accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped);
   void markArrived(const Arrival& arrival);
   bool seenBefore(const Arrival& arrival) const;
 
@@ -97,7 +99,7 @@ class FrameGate {
   std::uint64_t frameNumber_ = 0;
   std::bitset<32768> arrived_;  ///< [d]: something with the id d after the last new frame arrived, and was not used
   std::uint64_t arrivedUnnamed_ = 0;  ///< incomplete buffers that kept an older id: the packet with theirs was lost
-  std::array<Seen, 256> history_{};   ///< the last whole pictures; more than a driver has buffers
+  std::vector<Seen> history_;         ///< the last whole pictures, a ring
   std::size_t historyCount_ = 0;
 };
 

@@ -1,6 +1,7 @@
 // The once-a-second account of how the daemon does.
 #pragma once
 
+#include "daemon/records/camera.h"
 #include "daemon/records/rest_drift.h"
 
 #include <array>
@@ -8,16 +9,9 @@
 
 namespace tractiond::publish {
 
-enum class CameraState : std::uint8_t {
-  kUnknown,    ///< not opened yet
-  kWaiting,    ///< not there yet; being looked for
-  kStreaming,  ///< open
-  kLost,       ///< was there and is gone; being looked for
-};
-
 /// What the publisher does not know by itself.
 struct Vitals {
-  CameraState camera = CameraState::kUnknown;
+  CameraVitals camera = {};
   std::array<std::uint64_t, 5> turns{};  ///< of the loops of capture, track, solve, publish, control
   RestDrift drift = {};
 };

@@ -30,6 +30,7 @@ static_assert(pb::CAMERA_STATE_UNKNOWN == static_cast<int>(CameraState::kUnknown
 static_assert(pb::CAMERA_STATE_WAITING == static_cast<int>(CameraState::kWaiting));
 static_assert(pb::CAMERA_STATE_STREAMING == static_cast<int>(CameraState::kStreaming));
 static_assert(pb::CAMERA_STATE_LOST == static_cast<int>(CameraState::kLost));
+static_assert(pb::CAMERA_STATE_CONNECTING == static_cast<int>(CameraState::kConnecting));
 
 double seconds(std::int64_t ns) {
   return static_cast<double>(ns) * 1e-9;
@@ -83,6 +84,10 @@ void set(const Heading& heading, pb::Header& header) {
   header.set_frame_number(frame.frameNumber);
   header.set_device_time_ns(frame.times.device_ns);
   header.set_exposure_s(frame.exposure_s);
+  header.clear_gain();
+  header.clear_line_status();
+  if (frame.extras.hasGain) header.set_gain(frame.extras.gain);
+  if (frame.extras.hasLines) header.set_line_status(frame.extras.lines);
   header.set_received_real_ns(frame.times.receivedReal_ns);
   header.set_received_ns(frame.times.received_ns);
   header.set_captured_ns(frame.times.captured_ns);
@@ -90,6 +95,20 @@ void set(const Heading& heading, pb::Header& header) {
   header.set_tracked_ns(frame.times.tracked_ns);
   header.set_solved_ns(frame.times.solved_ns);
   header.set_sent_ns(heading.sent_ns);
+}
+
+void set(const CameraVitals& from, pb::Status& to) {
+  to.set_camera(static_cast<pb::CameraState>(from.state));
+  to.set_camera_why(from.why.view().data(), from.why.view().size());
+  if (from.state == CameraState::kUnknown || from.state == CameraState::kWaiting) return to.clear_camera_link();
+  pb::CameraLink& link = *to.mutable_camera_link();
+  link.set_packets_resent(from.link.packetsResent);
+  link.set_packets_missing(from.link.packetsMissing);
+  link.set_ptp(from.link.ptp.view().data(), from.link.ptp.view().size());
+  link.clear_ptp_offset_s();
+  link.clear_temperature();
+  if (from.link.hasPtpOffset) link.set_ptp_offset_s(from.link.ptpOffset_s);
+  if (from.link.hasTemperature) link.set_temperature(from.link.temperature_C);
 }
 
 void set(const Quantiles& from, pb::Quantiles& to) {
@@ -302,7 +321,7 @@ std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading
   message.set_timestamp(seconds(heading.sentReal_ns));
   set(heading, *message.mutable_header());
   message.set_uptime_s(status.uptime_s);
-  message.set_camera(static_cast<pb::CameraState>(status.vitals.camera));
+  set(status.vitals.camera, message);
 
   pb::Ledger& account = *message.mutable_ledger();
   account.set_published(ledger.published.get());

@@ -20,11 +20,20 @@ struct FrameTimes {
   std::int64_t solved_ns = 0;         ///< CLOCK_MONOTONIC when solving was done
 };
 
+/// What a camera may send beside the picture (its chunk data).
+struct FrameExtras {
+  double exposure_s = 0.0;  ///< 0: not sent
+  double gain = 0.0;        ///< in the camera's own unit
+  std::uint64_t lines = 0;  ///< levels of the camera's lines, line 0 in the lowest bit
+  bool hasGain = false, hasLines = false;
+};
+
 struct FrameInfo {
   std::uint64_t cameraFrameId = 0;  ///< as the camera counts (16 bit on GigE Vision 1.x: it wraps)
   std::uint64_t frameNumber =
       0;  ///< counted up from the start of the daemon; jumps where the camera's ids say frames were lost
-  double exposure_s = 0.0;     ///< 0: the camera does not tell
+  double exposure_s = 0.0;     ///< as sent with the frame, else as set; 0: the camera does not tell
+  FrameExtras extras;
   bool discontinuity = false;  ///< the ids or the clock jumped since the frame before: positions may have moved far
   FrameTimes times;
 };
@@ -38,6 +47,7 @@ struct Frame {
   int stride = 0;             ///< bytes from row to row; 0: rows begin within bytes, with no gaps
   PixelFormat format = PixelFormat::kRgb8;
   void* token = nullptr;  ///< the source's own handle of the memory
+  unsigned session = 0;   ///< of the source, in which the handle means something
 };
 
 }  // namespace tractiond

@@ -2,7 +2,8 @@
 // one subscriber in another process that must lose nothing. Prints JSON.
 // usage: throughput STATE_DIRECTORY
 #include "client/include/traction/subscriber.h"
-#include "daemon/capture/memory_source.h"
+#include "daemon/capture/camera.h"
+#include "daemon/capture/memory_driver.h"
 #include "daemon/pipeline.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/solve/inverse_cache.h"
@@ -107,10 +108,11 @@ int main(int argc, char** argv) {
   if (!publisher) return std::cerr << publisher.error().message() << "\n", 1;
   for (int i = 0; i < 10; ++i) (*publisher)->wait(-1, std::chrono::milliseconds(100));  // the subscriber joins
 
-  capture::MemorySource source(movie, {.loops = kLoops, .ledger = &ledger});
+  auto source = capture::Camera::open(capture::fromMemory(movie, {.loops = kLoops}), {}, ledger);
+  if (!source) return std::cerr << source.error().message() << "\n", 1;
   Pipeline pipeline(
       Stages{
-          .source = source,
+          .source = **source,
           .track = [&](const Frame& frame,
                        MarkerField& field) { return tracker.track(frame, field) == track::Outcome::kTracked; },
           .solve = [&](const MarkerField& markers, TractionField& field) { solver.solve(markers, field); },

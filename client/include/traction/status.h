@@ -12,6 +12,16 @@ enum class CameraState {
   kWaiting,    ///< not there yet; being looked for
   kStreaming,  ///< open
   kLost,       ///< was there and is gone; being looked for
+  kConnecting,  ///< found; being set up
+};
+
+/// Of the link to the camera since it was opened last.
+struct CameraLink {
+  std::uint64_t packetsResent = 0;     ///< asked for again, and come
+  std::uint64_t packetsMissing = 0;    ///< never come
+  std::string ptp;                     ///< the camera's word for its PTP state; empty: it has none
+  std::optional<double> ptpOffset_s;   ///< of the camera's clock from its master's, as the camera says
+  std::optional<double> temperature_C;
 };
 
 /// The account of every frame since the start of the daemon, in frames: received = published + inFlight + losses().
@@ -60,6 +70,8 @@ struct Status {
   Header header;
   double uptime_s = 0.0;
   CameraState camera = CameraState::kUnknown;
+  std::string cameraWhy;                 ///< why it does not stream; empty: it does, or nobody knows
+  std::optional<CameraLink> cameraLink;  ///< none: not opened yet
   Ledger ledger;
 
   // Since the status before.

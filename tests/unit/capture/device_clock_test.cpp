@@ -23,6 +23,15 @@ class Rig {
     const std::int64_t host_ns = taken_ns_ + kShortestDelay_ns + static_cast<std::int64_t>(delay_(random_));
     return clock.add(device(), host_ns);
   }
+  void frame(CaptureClock& clock, Arrival& arrival, DeviceClock::Moment& moment, bool first) {
+    taken_ns_ += kPeriod_ns;
+    arrival.device_ns = device();
+    arrival.host_ns = taken_ns_ + kShortestDelay_ns + static_cast<std::int64_t>(delay_(random_));
+    Judgement judgement;
+    judgement.timed = true;
+    judgement.newTimeline = first;
+    moment = clock.add(arrival, judgement, true);
+  }
   std::int64_t device() const {
     return step_ns_ + static_cast<std::int64_t>(static_cast<double>(taken_ns_) * (1.0 - drift_));
   }
@@ -108,6 +117,85 @@ TEST(DeviceClock, StartsAfreshAfterARestart) {
     }
   }
   EXPECT_NEAR(clock.drift(), 100e-6, 2e-6);
+}
+
+// ---------------------------------------------------------------- which clock
+
+/// What the gate would say of a frame.
+Judgement judged(bool timed, bool newTimeline, std::uint64_t step = 1) {
+  Judgement judgement;
+  judgement.verdict = Verdict::kNew;
+  judgement.timed = timed;
+  judgement.newTimeline = newTimeline;
+  judgement.step = step;
+  return judgement;
+}
+
+TEST(CaptureClock, TakesTheHostsWhereTheCameraHasNone) {
+  std::mt19937 random(1);
+  CaptureClock clock;
+  std::int64_t taken_ns = 5'000'000'000, last_ns = 0;
+  for (int i = 0; i < 1000; ++i) {
+    taken_ns += kPeriod_ns;
+    Arrival arrival;
+    arrival.host_ns = taken_ns + kShortestDelay_ns + static_cast<std::int64_t>(random() % 2'000'000);
+    const auto moment = clock.add(arrival, judged(false, i == 0), true);
+    ASSERT_GE(moment.captured_ns, last_ns);
+    ASSERT_LE(std::abs(moment.captured_ns - taken_ns - kShortestDelay_ns), moment.error_ns) << i;
+    if (i > 200) {
+      ASSERT_LT(moment.error_ns, kPeriod_ns);
+    }
+    last_ns = moment.captured_ns;
+  }
+}
+
+TEST(CaptureClock, OwnsUpToFramesThatWaitedInAQueue) {
+  CaptureClock clock;
+  std::int64_t taken_ns = 5'000'000'000;
+  const auto frame = [&](std::int64_t host_ns, bool awaited) {
+    Arrival arrival;
+    arrival.host_ns = host_ns;
+    return clock.add(arrival, judged(false, false), awaited);
+  };
+  for (int i = 0; i < 100; ++i) frame((taken_ns += kPeriod_ns) + kShortestDelay_ns, true);
+  // The host stands still for half a second, and finds ten pictures.
+  const std::int64_t back_ns = taken_ns + 500'000'000;
+  for (int i = 0; i < 10; ++i) {
+    taken_ns += kPeriod_ns;
+    const auto moment = frame(back_ns + i * 1000, false);
+    EXPECT_LE(moment.captured_ns - taken_ns - kShortestDelay_ns, moment.error_ns) << i;
+  }
+}
+
+TEST(CaptureClock, ACoarseCameraClockIsWorthItsResolution) {
+  std::mt19937 random(1);
+  for (const std::int64_t resolution_ns : {std::int64_t{1'000'000}, std::int64_t{4'000'000}, std::int64_t{10'000'000}}) {
+    CaptureClock clock;
+    std::exponential_distribution<double> delay(1.0 / 200'000);
+    std::int64_t taken_ns = 5'000'000'000;
+    for (int i = 0; i < 2000; ++i) {
+      taken_ns += kPeriod_ns;
+      Arrival arrival;
+      arrival.device_ns = taken_ns - taken_ns % resolution_ns;
+      arrival.host_ns = taken_ns + kShortestDelay_ns + static_cast<std::int64_t>(delay(random));
+      const auto moment = clock.add(arrival, judged(true, i == 0), true);
+      if (i > 100) {
+        ASSERT_LE(std::abs(moment.captured_ns - taken_ns - kShortestDelay_ns), moment.error_ns) << resolution_ns;
+      }
+    }
+  }
+}
+
+TEST(CaptureClock, APreciseCameraClockKeepsItsSmallError) {
+  CaptureClock clock;
+  Rig rig(20e-6, 20'000);
+  DeviceClock::Moment moment;
+  for (int i = 0; i < 60 * 30; ++i) {
+    Arrival arrival;
+    rig.frame(clock, arrival, moment, i == 0);
+  }
+  EXPECT_LE(std::abs(moment.captured_ns - rig.taken() - kShortestDelay_ns), moment.error_ns);
+  EXPECT_LT(moment.error_ns, 50'000);
 }
 
 }  // namespace

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
 #include <random>
 #include <utility>
 #include <vector>
@@ -244,22 +247,82 @@ TEST_F(FrameGateTest, ResynchronisesOnThreeFramesAfterACounterReset) {
   }
 }
 
-TEST_F(FrameGateTest, ResynchronisesOnThreeFramesAfterTheCamerasClockSteps) {
+TEST_F(FrameGateTest, LosesNothingWhenTheCamerasClockSteps) {
   for (const std::int64_t step_ns : {std::int64_t{3'600'000'000'000}, std::int64_t{200'000'000}, -kPeriod_ns * 2,
                                      std::int64_t{-3'600'000'000'000}}) {
     FrameGate gate(kShape, {});
     Camera camera(100);
-    for (int i = 0; i < 100; ++i) ASSERT_EQ(gate.judge(camera.take()).verdict, Verdict::kNew);
+    for (int i = 0; i < 100; ++i) ASSERT_TRUE(gate.judge(camera.take()).timed);
     camera.step(step_ns);
-    const Verdict expected = step_ns > 0 ? Verdict::kImplausible : Verdict::kStale;
-    EXPECT_EQ(gate.judge(camera.take()).verdict, expected) << step_ns;
-    EXPECT_EQ(gate.judge(camera.take()).verdict, expected) << step_ns;
-    const Judgement judgement = gate.judge(camera.take());
+    Judgement judgement = gate.judge(camera.take());
     EXPECT_EQ(judgement.verdict, Verdict::kNew) << step_ns;
-    EXPECT_TRUE(judgement.newTimeline);
-    EXPECT_EQ(judgement.frameNumber, 103U);  // the ids went on: three further
-    EXPECT_EQ(judgement.missing, 0U);
-    for (int i = 0; i < 100; ++i) ASSERT_EQ(gate.judge(camera.take()).verdict, Verdict::kNew);
+    EXPECT_TRUE(judgement.newTimeline && judgement.discontinuity);
+    EXPECT_FALSE(judgement.timed) << "it may step again";
+    EXPECT_EQ(judgement.frameNumber, 101U);
+    int untimed = 1;
+    for (int i = 0; i < 200; ++i) {
+      judgement = gate.judge(camera.take());
+      ASSERT_EQ(judgement.verdict, Verdict::kNew);
+      EXPECT_FALSE(judgement.discontinuity);
+      EXPECT_EQ(judgement.missing, 0U);
+      untimed += judgement.timed ? 0 : 1;
+    }
+    EXPECT_EQ(untimed, 100) << "then it is believed again";
+  }
+}
+
+/// Device clocks as they are, at random: absent, of any resolution, going back or ahead now and then.
+class OddClock {
+ public:
+  explicit OddClock(std::mt19937_64& random)
+      : kind_(static_cast<Kind>(random() % 4))
+      , resolution_ns_(static_cast<std::int64_t>(std::pow(10.0, static_cast<double>(random() % 80) / 10.0 + 2.0)))
+      , every_(20 + random() % 200) {}
+  void date(Arrival& arrival, std::mt19937_64& random) {
+    if (kind_ == kAbsent) arrival.device_ns = 0;
+    if (kind_ == kCoarse) arrival.device_ns -= arrival.device_ns % resolution_ns_;
+    if (kind_ >= kBack && random() % every_ == 0)
+      step_ns_ += (kind_ == kBack ? -1 : 1) * static_cast<std::int64_t>(random() % 2'000'000'000);
+    arrival.device_ns += step_ns_;
+  }
+  const char* name() const { return std::array{"absent", "coarse", "back", "ahead"}[kind_]; }
+
+ private:
+  enum Kind { kAbsent, kCoarse, kBack, kAhead } kind_;
+  std::int64_t resolution_ns_, step_ns_ = 0;
+  std::uint64_t every_;
+};
+
+/// Whatever the camera's clock is worth: every whole picture is used once, and no old one is used again.
+TEST_F(FrameGateTest, UsesEveryFrameOfACameraWithAnOddClock) {
+  const std::uint64_t seed = std::random_device{}();
+  std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
+  std::mt19937_64 random(seed);
+  for (int round = 0; round < 200; ++round) {
+    FrameGate gate(kShape, {.memory = 1100});
+    Camera camera(1 + random() % 65'535);
+    OddClock clock(random);
+    std::vector<Arrival> past;
+    std::uint64_t number = 0;
+    for (int i = 0; i < 600; ++i) {
+      camera.delay(static_cast<std::int64_t>(random() % 6'000'000));
+      Arrival arrival = camera.take();
+      arrival.content = random();
+      clock.date(arrival, random);
+      const Judgement judgement = gate.judge(arrival);
+      ASSERT_EQ(judgement.verdict, Verdict::kNew) << clock.name() << ", frame " << i << " of round " << round;
+      ASSERT_EQ(judgement.frameNumber, ++number) << clock.name();
+      ASSERT_EQ(judgement.missing, 0U);
+      past.push_back(arrival);
+      if (i > 20 && random() % 50 == 0) {  // a recycled buffer comes out again, alone or with those after it
+        std::size_t old = past.size() - 1 - random() % std::min<std::size_t>(past.size() - 1, 1000);
+        for (std::size_t n = random() % 6; old < past.size() && n > 0; ++old, --n) {
+          Arrival again = past[old];
+          again.host_ns = camera.hostNow();
+          ASSERT_EQ(gate.judge(again).verdict, Verdict::kStale) << clock.name();
+        }
+      }
+    }
   }
 }
 
@@ -371,7 +434,7 @@ TEST_P(FrameGateProperty, HoldsUnderDisturbances) {
       ++accepted;
       EXPECT_EQ(std::count(used.begin(), used.end(), std::pair(arrival.id, arrival.device_ns)), 0);
       EXPECT_GT(judgement.frameNumber, lastNumber);
-      if (!judgement.newTimeline) {
+      if (judgement.timed && !judgement.newTimeline) {
         EXPECT_GT(arrival.device_ns, lastUsed.device_ns);
       }
       summedGaps += judgement.frameNumber - lastNumber - 1;

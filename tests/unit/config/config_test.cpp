@@ -48,11 +48,10 @@ wait = false
 gain = 1.5
 packet_socket = "auto"
 exposure_us = 333.25
-[camera.features]
-Zulu = 1
-Alpha = 2.0
-"With space" = "text"
-Mike = true
+offset_x_px = 0
+trigger = "Line1"
+chunks = ["ExposureTime", "Gain"]
+features = [{ Zulu = 1, Alpha = 2.0 }, { "With space" = "text" }, { Zulu = 2 }, { Mike = true }]
 [solve]
 model = "half-space"
 regularisation = 0.00123
@@ -66,16 +65,24 @@ stream = ["tcp://*:1234", "ipc:///run/x"]
   EXPECT_EQ(configText(*again), text);
   EXPECT_EQ(again->sensor.gelFile, "a \"quoted\" \\ path");
   EXPECT_EQ(again->camera.gain, 1.5);
+  EXPECT_EQ(again->camera.offsetX, 0);
+  EXPECT_EQ(again->camera.offsetY, -1);
+  EXPECT_EQ(again->camera.trigger, "Line1");
+  EXPECT_EQ(again->camera.chunks.size(), 2U);
   EXPECT_EQ(again->camera.packetSocket, capture::PacketSocket::kAuto);
   EXPECT_EQ(again->solve.regularisation, 0.00123);
   EXPECT_EQ(again->publish.stream.size(), 2U);
 }
 
 TEST(Config, KeepsTheFeaturesInTheOrderOfTheFile) {
-  const auto config = parsed("[camera.features]\nZulu = 1\nAlpha = 2.0\nMike = \"m\"\nBravo = true\n");
-  ASSERT_TRUE(config);
+  const auto config = parsed("[camera]\nfeatures = [{ Zulu = 1 }, { Alpha = 2.0, Mike = \"m\" }, { Bravo = true },\n"
+                             "  { Zulu = 3 }, { Mike = \"n\" }]\n");
+  ASSERT_TRUE(config) << config.error().message();
   const auto& features = config->camera.features;
-  ASSERT_EQ(features.size(), 4U);
+  ASSERT_EQ(features.size(), 6U);
+  EXPECT_EQ(features[4].name, "Zulu");
+  EXPECT_EQ(std::get<std::int64_t>(features[4].value), 3);
+  EXPECT_EQ(std::get<std::string>(features[5].value), "n");
   EXPECT_EQ(features[0].name, "Zulu");
   EXPECT_EQ(std::get<std::int64_t>(features[0].value), 1);
   EXPECT_EQ(features[1].name, "Alpha");
@@ -156,7 +163,10 @@ TEST(Config, RefusesNumbersThatAreNone) {
   EXPECT_NE(errorOf("[solve]\nregularisation = nan\n"), "");
   EXPECT_NE(errorOf("[camera]\nexposure_us = inf\n"), "");
   EXPECT_NE(errorOf("[camera]\nbuffers = 10.5\n"), "");
-  EXPECT_NE(errorOf("[camera.features]\nGain = [1]\n"), "");
+  EXPECT_NE(errorOf("[camera]\nfeatures = [{ Gain = [1] }]\n"), "");
+  EXPECT_NE(errorOf("[camera]\nfeatures = 3\n"), "");
+  EXPECT_NE(errorOf("[camera.features]\nGain = 1\n"), "") << "a table cannot hold a name twice";
+  EXPECT_NE(errorOf("[camera]\npixel_format = \"Mono7\"\n"), "");
 }
 
 TEST(Config, FindsTheGelFileBesideItself) {

@@ -1,5 +1,6 @@
 // As hot_path_test, from a camera: popping, judging and giving back, with one packet in a hundred lost.
-#include "daemon/capture/aravis_camera.h"
+#include "daemon/capture/aravis_driver.h"
+#include "daemon/capture/camera.h"
 #include "daemon/pipeline.h"
 #include "tests/unit/capture/fake_camera.h"
 #include "tests/unit/capture/own_network.h"
@@ -19,7 +20,7 @@ TEST(HotCapture, AllocatesAndLocksNothing) {
   Ledger ledger;
   capture::CameraOptions options;
   options.id = "127.0.0.1";
-  auto camera = capture::AravisCamera::open(options, ledger);
+  auto camera = capture::Camera::open(capture::fromAravis(options), {}, ledger);
   ASSERT_TRUE(camera) << camera.error().message();
 
   // Counts from the first frame after the warm-up to the last before the stop.

@@ -1,6 +1,7 @@
 // Between the camera's pop and ZeroMQ's send our code allocates nothing, frees nothing and takes no lock (so it cannot
 // log either): real stages on their threads, with a subscriber, every call of malloc and pthread_mutex_lock counted.
-#include "daemon/capture/memory_source.h"
+#include "daemon/capture/camera.h"
+#include "daemon/capture/memory_driver.h"
 #include "daemon/pipeline.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/solve/inverse.h"
@@ -97,8 +98,9 @@ void runCounted(WhenFull whenFull) {
   subscriber.set(zmq::sockopt::subscribe, "");
   subscriber.connect((*publisher)->streamEndpoints()[0]);
 
-  capture::MemorySource memory(pictures, {.loops = 0, .ledger = &ledger});
-  MarkedSource source(memory);
+  auto memory = capture::Camera::open(capture::fromMemory(pictures, {.loops = 0}), {}, ledger);
+  ASSERT_TRUE(memory);
+  MarkedSource source(**memory);
   std::array<Marking, 3> mark;
   Turns turns;
   Pipeline pipeline(Stages{.source = source,

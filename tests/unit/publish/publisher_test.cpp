@@ -26,7 +26,7 @@ class PublisherTest : public testing::Test {
  protected:
   void open(const PublishOptions& given = options()) {
     auto opened = Publisher::open(given, description(), ledger_, [] {
-      return Vitals{CameraState::kStreaming, {1, 2, 3, 4, 5}};
+      return Vitals{.camera = {.state = CameraState::kStreaming, .why = {}, .link = {}}, .turns = {1, 2, 3, 4, 5}};
     });
     ASSERT_TRUE(opened) << opened.error().message();
     publisher_ = *std::move(opened);

@@ -152,7 +152,7 @@ TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
   ledger.missing.add(11);
   ledger.reconnects.add(12);
   Status status;
-  status.vitals = {CameraState::kStreaming, {1, 2, 3, 4, 5}};
+  status.vitals = {.camera = {.state = CameraState::kStreaming, .why = {}, .link = {}}, .turns = {1, 2, 3, 4, 5}};
   status.uptime_s = 6.0;
   status.received_hz = 7.0;
   status.published_hz = 8.0;

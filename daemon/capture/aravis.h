@@ -1,0 +1,125 @@
+// What the files that know Aravis share. Internal to this folder.
+#pragma once
+
+#include "daemon/base/error.h"
+#include "daemon/capture/camera_info.h"
+#include "daemon/capture/camera_options.h"
+#include "daemon/capture/driver.h"
+#include "daemon/records/camera_features.h"
+
+#include <arv.h>
+#include <tl/expected.hpp>
+
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+namespace tractiond::capture {
+
+/// Of a GObject.
+struct Unref {
+  void operator()(void* object) const { g_object_unref(object); }
+};
+template <class T>
+using Ref = std::unique_ptr<T, Unref>;
+
+/// A GError that is freed; into() is the last argument of Aravis's functions.
+class Failure {
+ public:
+  Failure() = default;
+  Failure(const Failure&) = delete;
+  Failure& operator=(const Failure&) = delete;
+  ~Failure() { g_clear_error(&error_); }
+  GError** into() {
+    g_clear_error(&error_);
+    return &error_;
+  }
+  explicit operator bool() const { return error_ != nullptr; }
+  std::string text() const { return error_ == nullptr ? "unknown error" : error_->message; }
+  /// The camera did not answer: that is no refusal.
+  bool noAnswer() const;
+
+ private:
+  GError* error_ = nullptr;
+};
+
+tl::unexpected<Error> failed(int exitCode, std::string what, std::string remedy = {});
+
+std::string text(const char* string);  ///< null: empty
+std::string number(double value);
+std::string joined(const std::vector<std::string>& items);
+/// Frees Aravis's arrays of borrowed strings.
+std::vector<std::string> taken(const char** names, guint count);
+
+/// Returns early when asked to stop.
+void pauseUntil(std::int64_t until_ns, const std::stop_token& stop);
+
+// ---- aravis_find.cpp
+
+/// EX_UNAVAILABLE: it is not there, or does not answer. EX_TEMPFAIL: another client holds it, and did not leave within
+/// 8 s, longer than a camera keeps to a client that died (3 s by default). EX_NOPERM: its USB device may not be opened.
+tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening);
+
+/// Names what Aravis has opened.
+CameraName nameOf(ArvCamera* camera);
+
+// ---- aravis_feature.cpp
+
+/// Writes one feature, waits for a command to be done; the line for the list of settings. EX_CONFIG names what would be
+/// allowed, EX_UNAVAILABLE: the camera does not answer.
+tl::expected<std::string, Error> writeFeature(ArvDevice* device, const Feature& feature);
+bool hasFeature(ArvDevice* device, const char* name);
+/// The first of these that the camera has; empty: none.
+std::string firstFeature(ArvDevice* device, std::initializer_list<const char*> names);
+/// The text of an element within a node of the camera's description; empty: there is none.
+std::string elementText(ArvGcNode* node, const char* element);
+/// Empty: it has no such feature, or it cannot be read now.
+std::string readFeature(ArvDevice* device, const std::string& name);
+/// The answer to a question of people's. \param configured what the configuration sets
+tl::expected<CameraReport, std::string> serveFeatures(ArvCamera* camera, const CameraStep& step,
+                                                      const std::vector<Feature>& configured,
+                                                      std::vector<std::pair<std::string, std::string>>& first);
+
+/// A quantity that cameras spell in several ways, in one unit: ExposureTime, ExposureTimeAbs in us; Gain, GainRaw.
+struct Quantity {
+  std::string feature;     ///< the first of its names that the camera has; empty: none
+  double perUnit = 1.0;    ///< the camera's number for one of ours
+};
+Quantity exposureOf(ArvDevice* device);
+Quantity gainOf(ArvDevice* device);
+std::optional<double> readQuantity(ArvDevice* device, const Quantity& quantity);
+
+// ---- aravis_settings.cpp
+
+/// Makes every setting in order; adds what the camera made of them to the info. \param before what the session before
+/// this one found the camera at: kept where the configuration leaves it open
+tl::expected<void, Error> applySettings(ArvCamera* camera, const CameraOptions& options, const Standing* before,
+                                        CameraInfo& info);
+
+/// The picture as it will be sent; enters it, rate and exposure in the info. EX_CONFIG: a format that cannot be read.
+tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info);
+
+/// What the camera says of its clock's master; empty: it has none.
+CameraLink readLink(ArvCamera* camera, ArvStream* stream);
+
+// ---- camera_list.cpp
+
+/// Empty: nothing is known against it.
+std::string byteOrderNote(ArvDevice* device);
+
+// ---- aravis_network.cpp
+
+/// To be tried in turn, from the largest that the interface carries to the safest.
+tl::expected<std::vector<int>, Error> packetSizes(ArvCamera* camera, const CameraOptions& options);
+
+/// Returns what the kernel granted.
+int setReceiveBuffer(ArvStream* stream, int size_bytes);
+
+bool packetSocketAllowed();
+
+/// Empty if the kernel gives USB devices that much.
+std::string usbMemoryWarning(std::size_t needed_bytes);
+
+}  // namespace tractiond::capture

@@ -1,0 +1,246 @@
+// Strategy. Found, controlled, set, read back, streaming, its packet size proved by a whole frame: then it is open.
+#include "daemon/capture/aravis_driver.h"
+
+#include "daemon/base/clock.h"
+#include "daemon/capture/aravis.h"
+#include "daemon/capture/chunk_description.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+namespace tractiond::capture {
+namespace {
+
+using std::chrono::milliseconds;
+
+class AravisDriver : public Driver {
+ public:
+  static tl::expected<std::unique_ptr<Driver>, Error> open(const CameraOptions& options, const Opening& opening);
+  ~AravisDriver() override;
+
+  const CameraInfo& info() const override { return info_; }
+  Popped pop(Buffer& buffer, milliseconds timeout) override;
+  void giveBack(void* handle) override { arv_stream_push_buffer(stream_.get(), static_cast<ArvBuffer*>(handle)); }
+  Discard discard() const override {
+    return [](void* handle) { g_object_unref(handle); };
+  }
+  void markSilent() override { silent_ = true; }
+  CameraLink link() override { return readLink(camera_.get(), stream_.get()); }
+  tl::expected<CameraReport, std::string> serve(const CameraStep& step) override {
+    return serveFeatures(camera_.get(), step, options_.features, first_);
+  }
+
+ private:
+  enum class Proof { kWhole, kBroken, kNothing };
+
+  tl::expected<void, Error> start();
+  tl::expected<void, Error> startStream(int packetSize_bytes);
+  Proof awaitWholeFrame() const;
+  void describe(ArvBuffer* from, Buffer& buffer) const;
+
+  CameraOptions options_;
+  std::atomic<bool> controlLost_{false};  // set by Aravis's heartbeat thread: outlives the camera
+  std::atomic<bool> silent_{false};
+  Ref<ArvCamera> camera_;
+  Ref<ArvStream> stream_;
+  CameraInfo info_;
+  std::size_t payload_ = 0;  ///< bytes of a buffer
+  ChunkDescription chunks_;
+  std::vector<std::pair<std::string, std::string>> first_;  ///< features as they were before people wrote them
+};
+
+AravisDriver::~AravisDriver() {
+  if (stream_ && !silent_ && !controlLost_) arv_camera_stop_acquisition(camera_.get(), nullptr);
+  stream_.reset();
+  camera_.reset();
+}
+
+tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOptions& options, const Opening& opening) {
+  auto driver = std::make_unique<AravisDriver>();
+  driver->options_ = options;
+  CameraOptions& wanted = driver->options_;
+  const CameraInfo* before = opening.before;
+  if (before != nullptr) {
+    // As it was, should it come back with its defaults.
+    wanted.width = before->shape.width;
+    wanted.height = before->shape.height;
+    wanted.pixelFormat = traitsOf(before->format).name;
+    // Not the first camera found, but the same one. Its address answers fastest, and may be a new one.
+    const bool byAddress = opening.attempt % 2 == 0 && !before->name.address.empty();
+    if (options.id.empty()) wanted.id = byAddress ? before->name.address : before->name.vendor + "-" + before->name.serial;
+  }
+  auto connected = connectCamera(wanted, opening);
+  if (!connected) return tl::unexpected(connected.error());
+  if (opening.found) opening.found();
+  driver->camera_ = *std::move(connected);
+  ArvCamera* camera = driver->camera_.get();
+  CameraInfo& info = driver->info_;
+  info.name = nameOf(camera);
+  if (before != nullptr && (info.name.vendor != before->name.vendor || info.name.serial != before->name.serial))
+    return failed(EX_UNAVAILABLE, "another camera answers, " + info.name.id);
+  g_signal_connect(arv_camera_get_device(camera), "control-lost",
+                   G_CALLBACK(+[](ArvDevice*, std::atomic<bool>* lost) { lost->store(true); }), &driver->controlLost_);
+
+  if (auto set = applySettings(camera, wanted, before == nullptr ? nullptr : &before->standing, info); !set)
+    return tl::unexpected(set.error());
+  if (auto read = readPicture(camera, info); !read) return tl::unexpected(read.error());
+  driver->chunks_ = describeChunks(arv_camera_get_device(camera));
+  if (auto started = driver->start(); !started) return tl::unexpected(started.error());
+  return driver;
+}
+
+tl::expected<void, Error> AravisDriver::start() {
+  ArvCamera* camera = camera_.get();
+  arv_camera_set_acquisition_mode(camera, ARV_ACQUISITION_MODE_CONTINUOUS, nullptr);
+  info_.zeroIsAnId = !arv_camera_is_gv_device(camera);
+  if (!arv_camera_is_gv_device(camera)) {
+    if (arv_camera_is_uv_device(camera)) {
+      arv_camera_uv_set_usb_mode(camera, ARV_UV_USB_MODE_ASYNC);
+      const std::string warning = usbMemoryWarning(info_.shape.size * static_cast<std::size_t>(options_.buffers));
+      if (!warning.empty()) info_.warnings.push_back(warning);
+    }
+    return startStream(0);
+  }
+
+  const bool allowed = options_.packetSocket != PacketSocket::kOff && packetSocketAllowed();
+  if (options_.packetSocket == PacketSocket::kOn && !allowed)
+    return failed(EX_NOPERM, "camera.packet_socket = \"on\" needs the capability CAP_NET_RAW");
+  info_.packetSocket = allowed;
+  arv_camera_gv_set_stream_options(camera,
+                                   allowed ? ARV_GV_STREAM_OPTION_NONE : ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+  arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
+
+  const auto sizes = packetSizes(camera, options_);
+  if (!sizes) return tl::unexpected(sizes.error());
+  Proof proof = Proof::kNothing;
+  for (std::size_t i = 0; i < sizes->size() && (i == 0 || proof == Proof::kBroken); ++i) {
+    if (auto started = startStream((*sizes)[i]); !started) return started;
+    proof = awaitWholeFrame();
+  }
+  info_.packetSizeVerified = proof == Proof::kWhole;
+  if (proof == Proof::kBroken)
+    info_.warnings.push_back("no whole frame has arrived yet, not even with packets of " +
+                             std::to_string(info_.packetSize_bytes) + " bytes: the network loses packets");
+  if (!info_.packetSocket && info_.receiveBuffer_bytes < options_.receiveBuffer_bytes)
+    info_.warnings.push_back("the kernel grants a receive buffer of " + std::to_string(info_.receiveBuffer_bytes) +
+                             " bytes instead of " + std::to_string(options_.receiveBuffer_bytes) +
+                             "; sysctl -w net.core.rmem_max=" + std::to_string(options_.receiveBuffer_bytes));
+  return {};
+}
+
+tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes) {
+  ArvCamera* camera = camera_.get();
+  if (stream_) arv_camera_stop_acquisition(camera, nullptr);
+  stream_.reset();
+  Failure failure;
+  if (packetSize_bytes > 0) {
+    arv_camera_gv_set_packet_size(camera, packetSize_bytes, failure.into());
+    if (!failure) info_.packetSize_bytes = static_cast<int>(arv_camera_gv_get_packet_size(camera, failure.into()));
+    if (failure)
+      return failed(failure.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG,
+                    "the camera refuses packets of " + std::to_string(packetSize_bytes) + " bytes", failure.text());
+  }
+#if ARAVIS_CHECK_VERSION(0, 9, 0)
+  stream_.reset(arv_camera_create_stream(camera, nullptr, nullptr, nullptr, failure.into()));
+#else
+  stream_.reset(arv_camera_create_stream(camera, nullptr, nullptr, failure.into()));
+#endif
+  if (!stream_) return failed(EX_UNAVAILABLE, "the camera's stream cannot be opened", failure.text());
+  if (ARV_IS_GV_STREAM(stream_.get())) {
+    g_object_set(stream_.get(), "packet-timeout", static_cast<guint>(options_.packetTimeout_us), "frame-retention",
+                 static_cast<guint>(options_.frameRetention_us), nullptr);
+    info_.receiveBuffer_bytes = setReceiveBuffer(stream_.get(), options_.receiveBuffer_bytes);
+  }
+  const guint payload = arv_camera_get_payload(camera, failure.into());
+  constexpr guint kMost = 1U << 30;
+  if (failure || payload < info_.shape.size || payload > kMost)
+    return failed(EX_UNAVAILABLE,
+                  "the camera announces " + std::to_string(payload) + " bytes for a picture of " +
+                      std::to_string(info_.shape.size),
+                  failure ? failure.text() : "");
+  payload_ = payload;
+  for (int i = 0; i < options_.buffers; ++i) {
+    ArvBuffer* buffer = arv_buffer_new(payload, nullptr);
+    std::size_t unused = 0;
+    // Touched now, no page is faulted in later.
+    std::memset(const_cast<void*>(arv_buffer_get_data(buffer, &unused)), 0, payload);
+    arv_stream_push_buffer(stream_.get(), buffer);
+  }
+  arv_camera_start_acquisition(camera, failure.into());
+  if (failure) return failed(EX_UNAVAILABLE, "the camera does not start", failure.text());
+  return {};
+}
+
+AravisDriver::Proof AravisDriver::awaitWholeFrame() const {
+  // Four frames, should they be slow; of a camera that waits for its trigger nothing comes.
+  const double patience_s = info_.triggered ? 0.1 : std::clamp(info_.frameRate_Hz > 0 ? 4.0 / info_.frameRate_Hz : 1.0, 1.0, 5.0);
+  const std::int64_t until_ns = monotonicNow() + std::llround(patience_s * 1e9);
+  int broken = 0;
+  while (broken < 3) {
+    const std::int64_t left_ns = until_ns - monotonicNow();
+    ArvBuffer* buffer =
+        left_ns <= 0 ? nullptr : arv_stream_timeout_pop_buffer(stream_.get(), static_cast<guint64>(left_ns / 1000));
+    if (buffer == nullptr) break;
+    const bool whole = arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS;
+    arv_stream_push_buffer(stream_.get(), buffer);
+    if (whole) return Proof::kWhole;
+    ++broken;
+  }
+  return broken > 0 ? Proof::kBroken : Proof::kNothing;
+}
+
+Popped AravisDriver::pop(Buffer& buffer, milliseconds timeout) {
+  if (controlLost_.load(std::memory_order_relaxed)) return Popped::kGone;
+  ArvBuffer* popped = arv_stream_try_pop_buffer(stream_.get());
+  buffer.awaited = popped == nullptr;
+  if (popped == nullptr) {
+    const auto timeout_us = std::chrono::microseconds(timeout).count();
+    popped = arv_stream_timeout_pop_buffer(stream_.get(), static_cast<guint64>(timeout_us));
+  }
+  if (popped == nullptr) return Popped::kNothing;
+  buffer.arrival.host_ns = monotonicNow();
+  buffer.handle = popped;
+  describe(popped, buffer);
+  return Popped::kBuffer;
+}
+
+void AravisDriver::describe(ArvBuffer* from, Buffer& buffer) const {
+  Arrival& arrival = buffer.arrival;
+  arrival.complete = arv_buffer_get_status(from) == ARV_BUFFER_STATUS_SUCCESS;
+  arrival.id = arv_buffer_get_frame_id(from);
+  arrival.device_ns = static_cast<std::int64_t>(arv_buffer_get_timestamp(from));
+  if (!arrival.complete) return;
+  // Asked for the picture of something that is none, Aravis complains on the console.
+  const ArvBufferPayloadType payload = arv_buffer_get_payload_type(from);
+  if (payload != ARV_BUFFER_PAYLOAD_TYPE_IMAGE && payload != ARV_BUFFER_PAYLOAD_TYPE_EXTENDED_CHUNK_DATA) return;
+  std::size_t size = 0;  // with what lies behind the picture
+  const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_data(from, &size));
+  arrival.shape.width = arv_buffer_get_image_width(from);
+  arrival.shape.height = arv_buffer_get_image_height(from);
+  arrival.shape.format = arv_buffer_get_image_pixel_format(from);
+  arrival.shape.size = std::min(size, payload_);
+  if (arrival.shape.size > info_.shape.size && arv_buffer_has_chunks(from)) {
+    Chunks found;
+    const auto picture = readChunks({data, arrival.shape.size}, info_.shape.size, info_.zeroIsAnId ? false : true,
+                                    chunks_.fields, found);
+    if (picture) arrival.shape.size = *picture;
+    buffer.extras = found.extras;
+    if (arrival.device_ns == 0 && found.timestamp_ns) arrival.device_ns = *found.timestamp_ns;
+    if (arrival.id == 0 && found.frameId) arrival.id = *found.frameId;
+  }
+  // What is left beyond the picture is padding, as long as the camera announced it.
+  if (arrival.shape.size > info_.shape.size && size <= payload_) arrival.shape.size = info_.shape.size;
+  buffer.data = data;
+  buffer.stride = traitsOf(info_.format).stride(arrival.shape.width);
+}
+
+}  // namespace
+
+OpenDriver fromAravis(const CameraOptions& options) {
+  return [options](const Opening& opening) { return AravisDriver::open(options, opening); };
+}
+
+}  // namespace tractiond::capture

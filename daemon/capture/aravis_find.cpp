@@ -1,0 +1,118 @@
+// Strategy. Aravis lists and opens; what it is vague about is asked again: which of the listed it is, and whether we
+// control it.
+#include "daemon/base/clock.h"
+#include "daemon/capture/aravis.h"
+#include "daemon/capture/camera_list.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+
+#include <algorithm>
+
+namespace tractiond::capture {
+namespace {
+
+CameraName nameInList(unsigned index) {
+  return {text(arv_get_device_id(index)),      text(arv_get_device_physical_id(index)),
+          text(arv_get_device_address(index)), text(arv_get_device_vendor(index)),
+          text(arv_get_device_model(index)),   text(arv_get_device_serial_nbr(index)),
+          text(arv_get_device_protocol(index))};
+}
+
+/// Where it is shown, Aravis's in-process camera comes first.
+void showFake(bool shown) {
+  if (shown)
+    arv_enable_interface("Fake");
+  else
+    arv_disable_interface("Fake");
+}
+
+bool isAddress(const std::string& id) {
+  in_addr address{};
+  return inet_pton(AF_INET, id.c_str(), &address) == 1;
+}
+
+bool matches(const CameraName& name, const std::string& id) {
+  const auto same = [&](const std::string& other) { return g_ascii_strcasecmp(other.c_str(), id.c_str()) == 0; };
+  return same(name.id) || same(name.physicalId) || same(name.address) || same(name.vendor + "-" + name.serial);
+}
+
+/// Looks in the list itself: Aravis would ask the name server for an unknown id.
+tl::expected<Ref<ArvCamera>, Error> find(const CameraOptions& options) {
+  showFake(options.fakeInterface);
+  std::string id = options.id;
+  if (!id.empty() && !isAddress(id)) {
+    const std::vector<CameraName> all = listCameras(options.fakeInterface);
+    const auto found = std::find_if(all.begin(), all.end(), [&](const CameraName& c) { return matches(c, id); });
+    if (found == all.end()) {
+      std::vector<std::string> ids;
+      for (const CameraName& camera : all) ids.push_back(camera.id);
+      return failed(EX_UNAVAILABLE, "there is no camera \"" + id + "\"",
+                    ids.empty() ? "no camera answers" : "there are: " + joined(ids));
+    }
+    // Twins of one id are told apart by their addresses.
+    id = isAddress(found->address) ? found->address : found->id;
+  }
+  Failure failure;
+  Ref<ArvCamera> camera(arv_camera_new(id.empty() ? nullptr : id.c_str(), failure.into()));
+  if (!camera)
+    return failed(EX_UNAVAILABLE, id.empty() ? "no camera answers" : "camera \"" + options.id + "\" does not answer",
+                  id.empty() ? "" : failure.text());
+  return camera;
+}
+
+/// Aravis opens a camera that another client controls as if nothing were amiss. Who holds it is not read while waiting:
+/// some cameras take that register's reading, by anybody, for their holder's heartbeat (Aravis's fake does).
+bool takeControl(ArvGvDevice* device, std::int64_t until_ns, const std::stop_token& stop) {
+  while (!arv_gv_device_is_controller(device) && !arv_gv_device_take_control(device, nullptr)) {
+    if (stop.stop_requested() || monotonicNow() > until_ns) return false;
+    pauseUntil(monotonicNow() + 200'000'000, stop);
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<CameraName> listCameras(bool withFake) {
+  showFake(withFake);
+  arv_update_device_list();
+  std::vector<CameraName> all;
+  for (unsigned i = 0; i < arv_get_n_devices(); ++i) all.push_back(nameInList(i));
+  return all;
+}
+
+CameraName nameOf(ArvCamera* camera) {
+  CameraName name;
+  name.vendor = text(arv_camera_get_vendor_name(camera, nullptr));
+  name.model = text(arv_camera_get_model_name(camera, nullptr));
+  name.serial = text(arv_camera_get_device_serial_number(camera, nullptr));
+  name.id = name.vendor + "-" + name.model + "-" + name.serial;
+  name.protocol = arv_camera_is_gv_device(camera)   ? "GigEVision"
+                  : arv_camera_is_uv_device(camera) ? "USB3Vision"
+                                                    : "Fake";
+  if (arv_camera_is_gv_device(camera)) {
+    auto* address =
+        G_INET_SOCKET_ADDRESS(arv_gv_device_get_device_address(ARV_GV_DEVICE(arv_camera_get_device(camera))));
+    char* dotted = g_inet_address_to_string(g_inet_socket_address_get_address(address));
+    name.address = text(dotted);
+    g_free(dotted);
+  }
+  return name;
+}
+
+tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening) {
+  // A camera forgets a client that died 3 s after its last heartbeat, and one try may take Aravis 2.5 s.
+  constexpr std::int64_t kPatience_ns = 8'000'000'000;
+  const std::int64_t until_ns = monotonicNow() + kPatience_ns;
+  auto camera = find(options);
+  if (!camera) return camera;
+  ArvDevice* device = arv_camera_get_device(camera->get());
+  if (!ARV_IS_GV_DEVICE(device) || arv_gv_device_is_controller(ARV_GV_DEVICE(device))) return camera;
+  const CameraName name = nameOf(camera->get());
+  const std::string held = "camera " + name.id + " at " + name.address + " is held by another client";
+  if (opening.say) opening.say(Weight::kWarning, held);
+  if (!takeControl(ARV_GV_DEVICE(device), until_ns, opening.stop)) return failed(EX_TEMPFAIL, held, "close that client");
+  return camera;
+}
+
+}  // namespace tractiond::capture

@@ -1,0 +1,117 @@
+// What the network between camera and host carries: packet sizes, receive buffers; and USB's memory.
+#include "daemon/capture/aravis.h"
+
+#include <dirent.h>
+#include <ifaddrs.h>
+#include <linux/if_ether.h>
+#include <net/if.h>
+#include <netinet/in.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+
+namespace tractiond::capture {
+namespace {
+
+/// 0: not known.
+int mtuOf(ArvGvDevice* device) {
+  auto* socketAddress = G_INET_SOCKET_ADDRESS(arv_gv_device_get_interface_address(device));
+  in_addr wanted{};
+  std::memcpy(&wanted, g_inet_address_to_bytes(g_inet_socket_address_get_address(socketAddress)), sizeof wanted);
+  ifaddrs* all = nullptr;
+  if (getifaddrs(&all) != 0) return 0;
+  ifreq request{};
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    sockaddr_in address{};
+    std::memcpy(&address, one->ifa_addr, sizeof address);
+    if (address.sin_addr.s_addr == wanted.s_addr) std::strncpy(request.ifr_name, one->ifa_name, IFNAMSIZ - 1);
+  }
+  freeifaddrs(all);
+  const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const bool known = probe >= 0 && request.ifr_name[0] != '\0' && ioctl(probe, SIOCGIFMTU, &request) == 0;
+  if (probe >= 0) close(probe);
+  return known ? request.ifr_mtu : 0;
+}
+
+/// Aravis hides its socket; among our own descriptors it is the one with the stream's port. -1: not found.
+int streamSocket(ArvStream* stream) {
+  const std::uint16_t port = arv_gv_stream_get_port(ARV_GV_STREAM(stream));
+  DIR* folder = opendir("/proc/self/fd");
+  int found = -1;
+  for (const dirent* entry = nullptr; folder != nullptr && found < 0 && (entry = readdir(folder)) != nullptr;) {
+    const int descriptor = static_cast<int>(std::strtol(entry->d_name, nullptr, 10));
+    sockaddr_in address{};
+    socklen_t length = sizeof address;
+    int type = 0;
+    socklen_t typeLength = sizeof type;
+    if (entry->d_name[0] != '.' && getsockopt(descriptor, SOL_SOCKET, SO_TYPE, &type, &typeLength) == 0 &&
+        type == SOCK_DGRAM && getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &length) == 0 &&
+        address.sin_family == AF_INET && ntohs(address.sin_port) == port)
+      found = descriptor;
+  }
+  if (folder != nullptr) closedir(folder);
+  return found;
+}
+
+}  // namespace
+
+/// Aravis sets the size with the first packet only, and that frame would be lost already. Returns what was granted.
+int setReceiveBuffer(ArvStream* stream, int size_bytes) {
+  g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size", size_bytes, nullptr);
+  const int descriptor = streamSocket(stream);
+  if (descriptor < 0) return 0;
+  setsockopt(descriptor, SOL_SOCKET, SO_RCVBUF, &size_bytes, sizeof size_bytes);
+  int doubled = 0;  // the kernel reports twice what it was asked for
+  socklen_t length = sizeof doubled;
+  return getsockopt(descriptor, SOL_SOCKET, SO_RCVBUF, &doubled, &length) == 0 ? doubled / 2 : 0;
+}
+
+/// The test that Aravis itself makes.
+bool packetSocketAllowed() {
+  const int probe = socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, htons(ETH_P_ALL));
+  if (probe >= 0) close(probe);
+  return probe >= 0;
+}
+
+tl::expected<std::vector<int>, Error> packetSizes(ArvCamera* camera, const CameraOptions& options) {
+  constexpr int kJumbo = 9000, kEthernet = 1500, kAnyNetwork = 576;
+  const int mtu = mtuOf(ARV_GV_DEVICE(arv_camera_get_device(camera)));
+  if (options.packetSize_bytes > 0) {
+    if (mtu > 0 && options.packetSize_bytes > mtu)
+      return failed(EX_CONFIG,
+                    "camera.packet_size_bytes = " + std::to_string(options.packetSize_bytes) +
+                        " is above the MTU of the camera's interface, " + std::to_string(mtu),
+                    "set it to 0, or raise the MTU");
+    return std::vector<int>{options.packetSize_bytes};
+  }
+  int largest = mtu > 0 ? std::min(mtu, kJumbo) : kEthernet;
+  ArvDevice* device = arv_camera_get_device(camera);
+  Failure failure;
+  gint64 low = 0, high = 0;
+  arv_device_get_integer_feature_bounds(device, "GevSCPSPacketSize", &low, &high, failure.into());
+  if (!failure && high > 0) largest = static_cast<int>(std::min<gint64>(largest, high));
+  if (arv_device_get_feature(device, "GevSCPSFireTestPacket") != nullptr) {
+    const guint tested = arv_camera_gv_auto_packet_size(camera, failure.into());
+    if (!failure && tested >= kAnyNetwork) largest = std::min(largest, static_cast<int>(tested));
+  }
+  std::vector<int> sizes{largest - largest % 4};
+  for (const int safe : {kEthernet, kAnyNetwork})
+    if (safe < sizes.back()) sizes.push_back(safe);
+  return sizes;
+}
+
+std::string usbMemoryWarning(std::size_t needed_bytes) {
+  std::ifstream file("/sys/module/usbcore/parameters/usbfs_memory_mb");
+  std::size_t limit_MiB = 0;  // 0: without limit
+  if (!(file >> limit_MiB) || limit_MiB == 0 || needed_bytes <= limit_MiB << 20) return {};
+  return "the buffers need " + std::to_string(needed_bytes >> 20) + " MiB, but USB devices may use " +
+         std::to_string(limit_MiB) + "; echo 1000 > /sys/module/usbcore/parameters/usbfs_memory_mb";
+}
+
+}  // namespace tractiond::capture

@@ -1,0 +1,408 @@
+// Strategy. First what the configuration lists as features, in its order, commands included: a loaded user set may
+// undo all that went before. Then tractiond's own keys, each in the order that cameras want: format, offsets to 0,
+// size, offsets, rate, exposure, gain, trigger, line, clock, link, chunks. Last what the session before this one found
+// the camera at: a camera that lost its power has forgotten it.
+#include "daemon/capture/aravis.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cmath>
+#include <utility>
+
+namespace tractiond::capture {
+namespace {
+
+using Result = tl::expected<void, Error>;
+
+std::vector<std::string> offeredFormats(ArvCamera* camera) {
+  guint count = 0;
+  const char** names = arv_camera_dup_available_pixel_formats_as_strings(camera, &count, nullptr);
+  return taken(names, count);
+}
+
+class Setter {
+ public:
+  Setter(ArvCamera* camera, CameraInfo& info)
+      : camera_(camera)
+      , device_(arv_camera_get_device(camera))
+      , info_(info) {}
+
+  Result apply(const CameraOptions& options, const Standing* before);
+
+ private:
+  Result set(const Feature& feature);
+  Result setFormat(const std::string& name);
+  Result setRegion(const CameraOptions& options);
+  Result setRate(double rate_Hz);
+  Result setTrigger(const CameraOptions& options);
+  Result setStrobe(const std::string& line);
+  Result setPtp();
+  Result setLink(const CameraOptions& options);
+  Result setChunks(const std::vector<std::string>& chunks);
+  Result setQuantity(const char* key, const char* unit, const Quantity& quantity, double value);
+  Result report(const char* key, const char* unit, double asked, double got, const Failure& failure);
+  void switchOff(const char* automatic);
+  void keep(const Standing& before, const CameraOptions& options);
+  void keepOne(const char* what, const char* unit, const Quantity& quantity, double before);
+  std::vector<std::string> triggersOn();
+
+  ArvCamera* camera_;
+  ArvDevice* device_;
+  CameraInfo& info_;
+};
+
+Result Setter::set(const Feature& feature) {
+  auto line = writeFeature(device_, feature);
+  if (!line) return tl::unexpected(line.error());
+  info_.settings.push_back(*std::move(line));
+  return {};
+}
+
+/// By its code: cameras spell the names differently (RGB8Packed).
+Result Setter::setFormat(const std::string& name) {
+  const std::string what = "the camera refuses camera.pixel_format = \"" + name + "\": ";
+  const PixelFormatTraits* known = pixelFormatByName(name);
+  if (known == nullptr) return failed(EX_CONFIG, what + "it is none of " + joined(pixelFormatNames()));
+  Failure failure;
+  if (arv_camera_get_pixel_format(camera_, failure.into()) != known->code()) {
+    guint count = 0;
+    gint64* codes = arv_camera_dup_available_pixel_formats(camera_, &count, failure.into());
+    const bool offered = codes != nullptr && std::find(codes, codes + count, gint64{known->code()}) != codes + count;
+    g_free(codes);
+    if (failure.noAnswer()) return failed(EX_UNAVAILABLE, "the camera does not answer: " + failure.text());
+    if (!offered) return failed(EX_CONFIG, what + "it offers " + joined(offeredFormats(camera_)));
+    arv_camera_set_pixel_format(camera_, known->code(), failure.into());
+    if (failure) return failed(failure.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG, what + failure.text());
+    if (arv_camera_get_pixel_format(camera_, failure.into()) != known->code())
+      return failed(EX_CONFIG, what + "it did not take it");
+  }
+  info_.settings.push_back("PixelFormat = " + name);
+  return {};
+}
+
+/// What a size may be depends on the offsets that stand: they go to 0 first, and to where they shall be last.
+Result Setter::setRegion(const CameraOptions& options) {
+  struct Axis {
+    const char *size, *offset;
+    int wanted, at;
+  };
+  const std::array<Axis, 2> axes{{{"Width", "OffsetX", options.width, options.offsetX},
+                                  {"Height", "OffsetY", options.height, options.offsetY}}};
+  for (const Axis& axis : axes) {
+    const bool movable = hasFeature(device_, axis.offset) &&
+                         arv_device_get_feature_access_mode(device_, axis.offset) != ARV_GC_ACCESS_MODE_RO;
+    if (axis.at > 0 && !movable)
+      return failed(EX_CONFIG, std::string("the camera's picture cannot be moved: it has no ") + axis.offset);
+    const gint64 stood = movable ? arv_device_get_integer_feature_value(device_, axis.offset, nullptr) : 0;
+    if (axis.wanted > 0) {
+      if (movable && stood != 0) arv_device_set_integer_feature_value(device_, axis.offset, 0, nullptr);
+      if (auto done = set({axis.size, std::int64_t{axis.wanted}}); !done) return done;
+    }
+    if (axis.at >= 0 && movable) {
+      if (auto done = set({axis.offset, std::int64_t{axis.at}}); !done) return done;
+    } else if (axis.wanted > 0 && stood != 0) {
+      gint64 low = 0, high = 0;
+      arv_device_get_integer_feature_bounds(device_, axis.offset, &low, &high, nullptr);
+      if (auto done = set({axis.offset, std::clamp<std::int64_t>(stood, low, high)}); !done) return done;
+    }
+  }
+  return {};
+}
+
+Result Setter::report(const char* key, const char* unit, double asked, double got, const Failure& failure) {
+  const std::string what = std::string("camera.") + key + " = " + number(asked);
+  if (failure.noAnswer()) return failed(EX_UNAVAILABLE, "the camera does not answer to " + what + ": " + failure.text());
+  if (failure) return failed(EX_CONFIG, "the camera refuses " + what + ": " + failure.text());
+  const double off = std::abs(got - asked);
+  info_.settings.push_back(std::string(key) + " = " + number(got) +
+                           (off > 1e-9 * std::abs(asked) ? " (asked: " + number(asked) + ")" : ""));
+  if (off > 0.01 * std::abs(asked))
+    info_.warnings.push_back("the camera made " + number(got) + " " + unit + " of " + what);
+  return {};
+}
+
+/// Of those that cameras spell in several ways, and as whole numbers or not.
+Result Setter::setQuantity(const char* key, const char* unit, const Quantity& quantity, double value) {
+  const std::string what = std::string("camera.") + key + " = " + number(value);
+  if (quantity.feature.empty()) return failed(EX_CONFIG, what + ": the camera has no such setting");
+  const double raw = value * quantity.perUnit;
+  const bool whole = ARV_IS_GC_INTEGER(arv_device_get_feature(device_, quantity.feature.c_str()));
+  Feature feature{quantity.feature, raw};
+  if (whole) feature.value = std::int64_t{std::llround(raw)};
+  if (auto written = writeFeature(device_, feature); !written) {
+    written.error().what = what + ": " + written.error().what;
+    return tl::unexpected(written.error());
+  }
+  return report(key, unit, value, readQuantity(device_, quantity).value_or(value), Failure());
+}
+
+/// A value that the camera changes by itself is none that was set.
+void Setter::switchOff(const char* automatic) {
+  if (!hasFeature(device_, automatic) || readFeature(device_, automatic) == "Off") return;
+  if (auto line = writeFeature(device_, {automatic, std::string("Off")})) info_.settings.push_back(*line);
+}
+
+std::vector<std::string> Setter::triggersOn() {
+  std::vector<std::string> on;
+  if (!hasFeature(device_, "TriggerMode")) return on;
+  if (!hasFeature(device_, "TriggerSelector")) {
+    if (readFeature(device_, "TriggerMode") == "On") on.emplace_back();
+    return on;
+  }
+  const std::string selected = readFeature(device_, "TriggerSelector");
+  guint count = 0;
+  const char** all = arv_camera_dup_available_enumerations_as_strings(camera_, "TriggerSelector", &count, nullptr);
+  for (const std::string& one : taken(all, count)) {
+    arv_device_set_string_feature_value(device_, "TriggerSelector", one.c_str(), nullptr);
+    if (readFeature(device_, "TriggerMode") == "On") on.push_back(one);
+  }
+  arv_device_set_string_feature_value(device_, "TriggerSelector", selected.c_str(), nullptr);
+  return on;
+}
+
+/// Aravis knows the names and switches of each make, but clears all triggers on the way: they are put back.
+Result Setter::setRate(double rate_Hz) {
+  const std::vector<std::string> on = triggersOn();
+  const std::string selected = readFeature(device_, "TriggerSelector");
+  Failure failure;
+  arv_camera_set_frame_rate(camera_, rate_Hz, failure.into());
+  const double got = failure ? 0.0 : arv_camera_get_frame_rate(camera_, failure.into());
+  if (auto done = report("frame_rate_hz", "frames/s", rate_Hz, got, failure); !done) return done;
+  for (const std::string& trigger : on) {
+    if (!trigger.empty()) arv_device_set_string_feature_value(device_, "TriggerSelector", trigger.c_str(), nullptr);
+    if (auto line = writeFeature(device_, {"TriggerMode", std::string("On")}); !line) return tl::unexpected(line.error());
+  }
+  if (!selected.empty()) arv_device_set_string_feature_value(device_, "TriggerSelector", selected.c_str(), nullptr);
+  return {};
+}
+
+Result Setter::setTrigger(const CameraOptions& options) {
+  if (options.trigger.empty()) return {};
+  const std::string what = "camera.trigger = \"" + options.trigger + "\": ";
+  Failure failure;
+  if (options.trigger == "off") {
+    if (hasFeature(device_, "TriggerSelector") || hasFeature(device_, "TriggerMode"))
+      arv_camera_clear_triggers(camera_, failure.into());
+  } else {
+    const std::string source = options.trigger == "software" ? "Software" : options.trigger;
+    guint count = 0;
+    const char** names = arv_camera_dup_available_trigger_sources(camera_, &count, failure.into());
+    const std::vector<std::string> sources = taken(names, count);
+    if (!failure && std::find(sources.begin(), sources.end(), source) == sources.end())
+      return failed(EX_CONFIG, what + "the camera has no such source; it has " + joined(sources));
+    if (!failure) arv_camera_set_trigger(camera_, source.c_str(), failure.into());
+  }
+  if (failure.noAnswer()) return failed(EX_UNAVAILABLE, "the camera does not answer to " + what + failure.text());
+  if (failure) return failed(EX_CONFIG, "the camera refuses " + what + failure.text());
+  info_.settings.push_back("trigger = " + options.trigger);
+  if (options.trigger != "off" && options.frameRate_Hz > 0) {
+    // Setting a trigger lifts the limit of the rate: it still bounds how fast triggers are followed.
+    for (const char* name : {"AcquisitionFrameRateEnable", "AcquisitionFrameRateEnabled"})
+      if (hasFeature(device_, name)) std::ignore = writeFeature(device_, {name, true});
+  }
+  return {};
+}
+
+Result Setter::setStrobe(const std::string& line) {
+  for (const Feature& feature :
+       {Feature{"LineSelector", line}, Feature{"LineMode", std::string("Output")},
+        Feature{"LineSource", std::string("ExposureActive")}}) {
+    // Lines that can only be outputs have no mode, or one that cannot be written.
+    if (feature.name == "LineMode" && (!hasFeature(device_, "LineMode") || readFeature(device_, "LineMode") == "Output"))
+      continue;
+    if (auto done = set(feature); !done) {
+      done.error().what = "camera.strobe_line = \"" + line + "\": " + done.error().what;
+      return done;
+    }
+  }
+  return {};
+}
+
+Result Setter::setPtp() {
+  const std::string name = firstFeature(device_, {"PtpEnable", "GevIEEE1588", "PtpMode"});
+  if (name.empty()) return failed(EX_CONFIG, "camera.ptp = true: the camera has no PTP", "set it to false");
+  if (name != "PtpMode") return set({name, true});
+  guint count = 0;
+  const char** entries = arv_device_dup_available_enumeration_feature_values_as_strings(device_, "PtpMode", &count, nullptr);
+  const std::vector<std::string> modes = taken(entries, count);
+  for (const char* mode : {"Slave", "SlaveOnly", "Auto", "On"})
+    if (std::find(modes.begin(), modes.end(), mode) != modes.end()) return set({"PtpMode", std::string(mode)});
+  return failed(EX_CONFIG, "camera.ptp = true: the camera's PtpMode is none that follows a master; it offers " + joined(modes));
+}
+
+Result Setter::setLink(const CameraOptions& options) {
+  Failure failure;
+  if (options.packetDelay_ns > 0 && arv_camera_is_gv_device(camera_)) {
+    arv_camera_gv_set_packet_delay(camera_, std::llround(options.packetDelay_ns), failure.into());
+    const auto got = failure ? 0.0 : static_cast<double>(arv_camera_gv_get_packet_delay(camera_, failure.into()));
+    if (auto done = report("packet_delay_ns", "ns", options.packetDelay_ns, got, failure); !done) return done;
+  }
+  if (options.throughput_bytes_per_s <= 0) return {};
+  if (!hasFeature(device_, "DeviceLinkThroughputLimit"))
+    return failed(EX_CONFIG, "camera.throughput_bytes_per_s: the camera has no DeviceLinkThroughputLimit",
+                  "use camera.packet_delay_ns");
+  if (hasFeature(device_, "DeviceLinkThroughputLimitMode"))
+    if (auto done = set({"DeviceLinkThroughputLimitMode", std::string("On")}); !done) return done;
+  return set({"DeviceLinkThroughputLimit", std::int64_t{options.throughput_bytes_per_s}});
+}
+
+Result Setter::setChunks(const std::vector<std::string>& chunks) {
+  if (chunks.empty()) return {};
+  const std::string what = "camera.chunks = " + joined(chunks) + ": ";
+  if (!arv_camera_are_chunks_available(camera_, nullptr))
+    return failed(EX_CONFIG, what + "the camera sends no chunk data");
+  guint count = 0;
+  const char** names = arv_camera_dup_available_enumerations_as_strings(camera_, "ChunkSelector", &count, nullptr);
+  const std::vector<std::string> offered = taken(names, count);
+  for (const std::string& chunk : chunks)
+    if (std::find(offered.begin(), offered.end(), chunk) == offered.end())
+      return failed(EX_CONFIG, what + "the camera offers " + joined(offered));
+  Failure failure;
+  std::string list;
+  for (const std::string& chunk : chunks) list += (list.empty() ? "" : ",") + chunk;
+  arv_camera_set_chunks(camera_, list.c_str(), failure.into());
+  if (failure) return failed(failure.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG, "the camera refuses " + what + failure.text());
+  info_.settings.push_back("chunks = " + joined(chunks));
+  return {};
+}
+
+void Setter::keepOne(const char* what, const char* unit, const Quantity& quantity, double before) {
+  const auto same = [&](const std::optional<double>& value) {
+    return value && std::abs(*value - before) <= 1e-3 * std::abs(before);
+  };
+  const std::optional<double> now = readQuantity(device_, quantity);
+  if (!now || same(now)) return;
+  const auto settings = info_.settings.size();
+  const bool kept = setQuantity(what, unit, quantity, before) && same(readQuantity(device_, quantity));
+  info_.settings.resize(settings);
+  const std::string old = number(before) + (*unit == '\0' ? "" : std::string(" ") + unit);
+  info_.warnings.push_back(std::string("the camera came back with ") + what + " = " + number(*now) +
+                           (kept ? "; set to " + old + " again, as before"
+                                 : " instead of " + old + ", which it does not take"));
+}
+
+void Setter::keep(const Standing& before, const CameraOptions& options) {
+  if (before.frameRate_Hz && options.frameRate_Hz <= 0 && arv_camera_is_frame_rate_available(camera_, nullptr)) {
+    const double now = arv_camera_get_frame_rate(camera_, nullptr);
+    if (std::abs(now - *before.frameRate_Hz) > 1e-3 * *before.frameRate_Hz) {
+      const bool kept = setRate(*before.frameRate_Hz).has_value();
+      info_.warnings.push_back("the camera came back with " + number(now) + " frames/s" +
+                               (kept ? "; set as before" : ", and does not take the rate from before"));
+    }
+  }
+  if (before.exposure_us && options.exposure_us <= 0)
+    keepOne("exposure_us", "us", exposureOf(device_), *before.exposure_us);
+  if (before.gain && !options.gain) keepOne("gain", "", gainOf(device_), *before.gain);
+}
+
+Result Setter::apply(const CameraOptions& options, const Standing* before) {
+  Result result;
+  for (std::size_t i = 0; result && i < options.features.size(); ++i) result = set(options.features[i]);
+  if (result && !options.pixelFormat.empty()) result = setFormat(options.pixelFormat);
+  if (result) result = setRegion(options);
+  if (result && options.frameRate_Hz > 0) result = setRate(options.frameRate_Hz);
+  if (result && options.exposure_us > 0) {
+    switchOff("ExposureAuto");
+    result = setQuantity("exposure_us", "us", exposureOf(device_), options.exposure_us);
+  }
+  if (result && options.gain) {
+    switchOff("GainAuto");
+    result = setQuantity("gain", "", gainOf(device_), *options.gain);
+  }
+  if (result) result = setTrigger(options);
+  if (result && !options.strobeLine.empty()) result = setStrobe(options.strobeLine);
+  if (result && options.ptp) result = setPtp();
+  if (result) result = setLink(options);
+  if (result) result = setChunks(options.chunks);
+  if (result && before != nullptr) keep(*before, options);
+  info_.triggered = !triggersOn().empty();
+  return result;
+}
+
+/// The camera chooses that by itself: what it stands at now it will not keep.
+bool isAutomatic(ArvDevice* device, const char* automatic) {
+  const std::string choice = readFeature(device, automatic);
+  return !choice.empty() && choice != "Off";
+}
+
+}  // namespace
+
+tl::expected<void, Error> applySettings(ArvCamera* camera, const CameraOptions& options, const Standing* before,
+                                        CameraInfo& info) {
+  return Setter(camera, info).apply(options, before);
+}
+
+tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info) {
+  Failure failure;
+  const ArvPixelFormat code = arv_camera_get_pixel_format(camera, failure.into());
+  if (failure) return failed(EX_UNAVAILABLE, "the camera does not tell its pixel format: " + failure.text());
+  const PixelFormatTraits* known = pixelFormatByCode(code);
+  if (known == nullptr) {
+    const std::vector<std::string> offered = offeredFormats(camera);
+    std::string own = text(arv_camera_get_pixel_format_as_string(camera, failure.into()));
+    if (own.empty()) {
+      std::array<char, 16> digits{};
+      std::snprintf(digits.data(), digits.size(), "0x%08X", code);
+      own = digits.data();
+    }
+    std::vector<std::string> readable;
+    for (const std::string& name : offered)
+      if (pixelFormatByName(name) != nullptr) readable.push_back(name);
+    return failed(EX_CONFIG,
+                  "the camera sends " + own + ", which cannot be read; it offers " +
+                      joined(offered),
+                  readable.empty() ? "none of these can be read" : "set camera.pixel_format to one of " + joined(readable));
+  }
+  gint x = 0, y = 0, width = 0, height = 0;
+  arv_camera_get_region(camera, &x, &y, &width, &height, failure.into());
+  if (failure || width <= 0 || height <= 0)
+    return failed(EX_UNAVAILABLE, "the camera does not tell the size of its picture", failure.text());
+  if (width > 65535 || height > 65535)
+    return failed(EX_UNAVAILABLE, "the camera claims a picture of " + std::to_string(width) + " x " +
+                                      std::to_string(height) + " pixels");
+  info.format = known->format;
+  info.shape = {width, height, known->size(width, height), code};
+  ArvDevice* device = arv_camera_get_device(camera);
+  if (arv_camera_is_frame_rate_available(camera, nullptr) && !isAutomatic(device, "AcquisitionFrameRateAuto")) {
+    const double rate_Hz = arv_camera_get_frame_rate(camera, failure.into());
+    if (!failure && rate_Hz > 0) info.standing.frameRate_Hz = rate_Hz;
+  }
+  if (!isAutomatic(device, "ExposureAuto")) info.standing.exposure_us = readQuantity(device, exposureOf(device));
+  if (!isAutomatic(device, "GainAuto")) info.standing.gain = readQuantity(device, gainOf(device));
+  info.frameRate_Hz = info.triggered ? 0.0 : info.standing.frameRate_Hz.value_or(0.0);
+  info.exposure_s = info.standing.exposure_us.value_or(0.0) * 1e-6;
+  return {};
+}
+
+CameraLink readLink(ArvCamera* camera, ArvStream* stream) {
+  ArvDevice* device = arv_camera_get_device(camera);
+  CameraLink link;
+  if (ARV_IS_GV_STREAM(stream))
+    arv_gv_stream_get_statistics(ARV_GV_STREAM(stream), &link.packetsResent, &link.packetsMissing);
+  for (const char* name : {"PtpStatus", "GevIEEE1588Status"}) {
+    if (const std::string state = readFeature(device, name); !state.empty()) {
+      link.ptp = Line(state);
+      break;
+    }
+  }
+  if (!link.ptp.view().empty()) {
+    for (const char* latch : {"PtpDataSetLatch", "GevIEEE1588DataSetLatch"})
+      if (hasFeature(device, latch)) arv_device_execute_command(device, latch, nullptr);
+    for (const char* name : {"PtpOffsetFromMaster", "GevIEEE1588OffsetFromMaster"}) {
+      const std::string offset = readFeature(device, name);
+      link.hasPtpOffset = !offset.empty();
+      link.ptpOffset_s = std::strtod(offset.c_str(), nullptr) * 1e-9;
+      if (link.hasPtpOffset) break;
+    }
+  }
+  for (const char* name : {"DeviceTemperature", "TemperatureAbs"}) {
+    const std::string temperature = readFeature(device, name);
+    link.hasTemperature = !temperature.empty();
+    link.temperature_C = std::strtod(temperature.c_str(), nullptr);
+    if (link.hasTemperature) break;
+  }
+  return link;
+}
+
+}  // namespace tractiond::capture

@@ -1,0 +1,389 @@
+// Strategy. The keeper owns the driver and lends it to the capture thread: offered, taken, given back with the reason.
+// The two meet under one mutex, which the capture thread touches only while it has no driver. A buffer that is out
+// when its driver goes carries the number of its session, and is discarded instead of given back.
+#include "daemon/capture/camera.h"
+
+#include "daemon/base/clock.h"
+
+#include <pthread.h>
+
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <cstring>
+#include <mutex>
+#include <utility>
+
+#include <xxhash.h>
+
+namespace tractiond::capture {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+/// At most one try a second; also how often a streaming camera's link is looked at.
+constexpr nanoseconds kTurn{1'000'000'000};
+/// A dead camera would hold us for ten seconds.
+constexpr milliseconds kPatienceAtEnd{500};
+
+/// Of 64 places all over the picture: the noise of a sensor alone makes it another in every picture.
+std::uint64_t contentOf(const std::uint8_t* data, std::size_t size) {
+  constexpr std::size_t kPlaces = 64;
+  std::array<std::uint64_t, kPlaces> sample{};
+  if (size < sizeof sample) return XXH3_64bits(data, size);
+  const std::size_t step = (size - sizeof(std::uint64_t)) / (kPlaces - 1);
+  for (std::size_t i = 0; i < kPlaces; ++i) std::memcpy(&sample[i], data + i * step, sizeof sample[i]);
+  return XXH3_64bits(sample.data(), sizeof sample);
+}
+
+}  // namespace
+
+// ---------------------------------------------------------------- keeper
+
+struct Camera::Keeper {
+  OpenDriver open;
+  bool wait = true;
+  std::stop_source stop;
+  std::atomic<CameraState> state{CameraState::kUnknown};
+  Mailbox<CameraVitals> vitals;
+  CameraVitals newest;  // the keeper's own
+
+  std::mutex mutex;
+  std::condition_variable changed;
+  // Guarded by the mutex.
+  Say say;          // empty once the camera is gone
+  Welcome welcome;  // likewise
+  std::shared_ptr<const CameraInfo> info;
+  Driver* offered = nullptr;  // for the capture thread to take
+  bool lent = false;          // the capture thread has it, or may take it
+  std::string lostWhy;
+  bool tried = false;  // the first try has ended
+  bool done = false;   // the thread is at its end
+  std::optional<Error> error;
+  std::optional<CameraStep> question;
+  std::optional<tl::expected<CameraReport, std::string>> answer;
+
+  void run();
+  std::unique_ptr<Driver> openOne(const CameraInfo* before);
+  void accompany(Driver& driver);
+  void end(Error why);
+  void show(CameraState now, const std::string& why);
+  void publish();
+  void tell(Weight weight, const std::string& line);
+  void tellOf(const CameraInfo& opened);
+  tl::expected<void, Error> greet(const CameraInfo& opened);
+};
+
+void Camera::Keeper::run() {
+  pthread_setname_np(pthread_self(), "camera-keeper");
+  std::shared_ptr<const CameraInfo> before;
+  while (!stop.stop_requested()) {
+    std::unique_ptr<Driver> driver = openOne(before.get());
+    if (!driver) break;
+    if (before) tell(Weight::kWarning, "camera " + before->name.id + " is back");
+    {
+      const std::lock_guard lock(mutex);
+      before = info;
+      offered = driver.get();
+      lent = true;
+      tried = true;
+      changed.notify_all();
+    }
+    show(CameraState::kStreaming, "");
+    accompany(*driver);
+  }
+  const std::lock_guard lock(mutex);
+  tried = done = true;
+  changed.notify_all();
+}
+
+/// None: stop was asked, or there is an error.
+std::unique_ptr<Driver> Camera::Keeper::openOne(const CameraInfo* before) {
+  const CameraState absent = before == nullptr ? CameraState::kWaiting : CameraState::kLost;
+  if (before == nullptr) show(absent, "");
+  std::string told;
+  for (int attempt = 0; !stop.stop_requested(); ++attempt) {
+    const std::int64_t next_ns = monotonicNow() + kTurn.count();
+    Opening opening{before, attempt, stop.get_token(), [this](Weight w, const std::string& line) { tell(w, line); }, {}};
+    opening.found = [this] { show(CameraState::kConnecting, ""); };
+    auto opened = open(opening);
+    std::optional<Error> problem;
+    if (!opened) {
+      problem = opened.error();
+    } else {
+      auto seen = std::make_shared<CameraInfo>((*opened)->info());
+      seen->session = before == nullptr ? 1 : before->session + 1;
+      if (before != nullptr && seen->shape != before->shape)
+        problem = Error{.exitCode = EX_UNAVAILABLE, .what = "camera " + seen->name.id + " came back with another picture"};
+      else if (auto welcomed = greet(*seen); !welcomed)
+        problem = welcomed.error();
+      if (!problem) {
+        tellOf(*seen);
+        const std::lock_guard lock(mutex);
+        info = std::move(seen);
+        return *std::move(opened);
+      }
+    }
+    if (stop.stop_requested()) break;
+    const bool worthIt = before != nullptr || (problem->exitCode == EX_UNAVAILABLE && wait);
+    if (!worthIt) return end(*problem), nullptr;
+    const std::string line = problem->message();
+    show(absent, line);
+    if (line != told) tell(before == nullptr ? Weight::kInfo : Weight::kWarning,
+                           (before == nullptr ? "waiting for a camera: " : "") + line);
+    told = line;
+    std::unique_lock lock(mutex);
+    tried = true;
+    changed.notify_all();
+    if (question) answer = tl::unexpected("the camera is not there: " + line), question.reset();
+    changed.wait_for(lock, nanoseconds(next_ns - monotonicNow()), [&] { return stop.stop_requested(); });
+  }
+  return nullptr;
+}
+
+/// While it streams: answers questions, looks at the link. Returns when the capture thread has given it back.
+void Camera::Keeper::accompany(Driver& driver) {
+  std::unique_lock lock(mutex);
+  std::int64_t look_ns = 0;
+  const auto due = [&] { return !lent || question.has_value() || stop.stop_requested(); };
+  for (;;) {
+    changed.wait_for(lock, nanoseconds(std::max<std::int64_t>(0, look_ns - monotonicNow())), due);
+    if (stop.stop_requested() && !lent) return;
+    if (!lent) {
+      const std::string why = lostWhy;
+      if (question) answer = tl::unexpected("the camera is lost: " + why), question.reset();
+      lock.unlock();
+      show(CameraState::kLost, why);
+      return tell(Weight::kWarning, "camera " + driver.info().name.id + " is lost: " + why);
+    }
+    if (stop.stop_requested()) {  // the capture thread gives it back in its own time
+      changed.wait(lock, [&] { return !lent; });
+      return;
+    }
+    if (question) {
+      const CameraStep step = *question;
+      lock.unlock();
+      auto result = driver.serve(step);
+      lock.lock();
+      answer = std::move(result);
+      question.reset();
+    }
+    if (monotonicNow() >= look_ns) {
+      lock.unlock();
+      newest.link = driver.link();
+      publish();
+      lock.lock();
+      look_ns = monotonicNow() + kTurn.count();
+    }
+  }
+}
+
+void Camera::Keeper::end(Error why) {
+  show(CameraState::kUnknown, why.message());
+  const std::lock_guard lock(mutex);
+  error = std::move(why);
+}
+
+void Camera::Keeper::show(CameraState now, const std::string& why) {
+  state.store(now, std::memory_order_relaxed);
+  newest.state = now;
+  if (!why.empty() || now == CameraState::kStreaming) newest.why = Line(why);
+  publish();
+}
+
+void Camera::Keeper::publish() {
+  vitals.put(newest);  // while the other side takes one, the next look brings it
+}
+
+void Camera::Keeper::tell(Weight weight, const std::string& line) {
+  const std::lock_guard lock(mutex);
+  if (say) say(weight, line);
+}
+
+void Camera::Keeper::tellOf(const CameraInfo& opened) {
+  tell(Weight::kInfo, opened.summary());
+  for (const std::string& setting : opened.settings) tell(Weight::kInfo, "camera: " + setting);
+  for (const std::string& warning : opened.warnings) tell(Weight::kWarning, warning);
+}
+
+tl::expected<void, Error> Camera::Keeper::greet(const CameraInfo& opened) {
+  const std::lock_guard lock(mutex);
+  return welcome ? welcome(opened) : tl::expected<void, Error>();
+}
+
+// ---------------------------------------------------------------- camera
+
+tl::expected<std::unique_ptr<Camera>, Error> Camera::open(OpenDriver driver, const CameraRules& rules, Ledger& ledger,
+                                                          Say say, Welcome welcome) {
+  auto keeper = std::make_shared<Keeper>();
+  keeper->open = std::move(driver);
+  keeper->wait = rules.wait;
+  keeper->say = std::move(say);
+  keeper->welcome = std::move(welcome);
+  std::unique_ptr<Camera> camera(new Camera(rules, ledger, keeper));
+  std::unique_lock lock(keeper->mutex);
+  keeper->changed.wait(lock, [&] { return keeper->tried; });
+  if (keeper->error) return tl::unexpected(*keeper->error);
+  return camera;
+}
+
+Camera::Camera(const CameraRules& rules, Ledger& ledger, std::shared_ptr<Keeper> keeper)
+    : rules_(rules)
+    , ledger_(ledger)
+    , keeper_(std::move(keeper))
+    , keeperThread_([shared = keeper_] { shared->run(); }) {}
+
+Camera::~Camera() {
+  keeper_->stop.request_stop();
+  std::unique_lock lock(keeper_->mutex);
+  keeper_->say = {};
+  keeper_->welcome = {};
+  keeper_->lent = false;
+  keeper_->changed.notify_all();
+  const bool done = keeper_->changed.wait_for(lock, kPatienceAtEnd, [&] { return keeper_->done; });
+  lock.unlock();
+  if (done)
+    keeperThread_.join();
+  else
+    keeperThread_.detach();  // it owns all that it still needs
+}
+
+std::shared_ptr<const CameraInfo> Camera::info() const {
+  const std::lock_guard lock(keeper_->mutex);
+  return keeper_->info;
+}
+
+CameraState Camera::state() const {
+  return keeper_->state.load(std::memory_order_relaxed);
+}
+
+bool Camera::takeVitals(CameraVitals& vitals) {
+  return keeper_->vitals.take(vitals);
+}
+
+void Camera::ask(const CameraStep& step) {
+  const std::lock_guard lock(keeper_->mutex);
+  if (!keeper_->lent) {
+    keeper_->answer = tl::unexpected<std::string>("there is no camera now");
+    return;
+  }
+  keeper_->question = step;
+  keeper_->changed.notify_all();
+}
+
+std::optional<tl::expected<CameraReport, std::string>> Camera::takeAnswer() {
+  const std::lock_guard lock(keeper_->mutex);
+  return std::exchange(keeper_->answer, std::nullopt);
+}
+
+Next Camera::next(Frame& frame, milliseconds timeout) {
+  if (ended_) return Next::kEnd;
+  if (driver_ == nullptr && !adopt(timeout)) return ended_ ? Next::kEnd : Next::kTimeout;
+  Buffer buffer;
+  const Popped popped = driver_->pop(buffer, timeout);
+  if (popped == Popped::kBuffer) {
+    const Next next = judge(frame, buffer);
+    if (next != Next::kFrame) {
+      driver_->giveBack(buffer.handle);
+      // Whole pictures of another shape: its settings were changed behind our back.
+      const std::int64_t silence_ns = buffer.arrival.host_ns - lastWhole_ns_;
+      if (rules_.silenceTimeout_ms > 0 && silence_ns > std::int64_t{rules_.silenceTimeout_ms} * 1'000'000 &&
+          buffer.arrival.complete && !(buffer.arrival.shape == driver_->info().shape))
+        giveUp("its pictures are no longer those agreed upon");
+    }
+    return next;
+  }
+  if (popped == Popped::kEnd) return end(driver_->end()), Next::kEnd;
+  if (popped == Popped::kGone) return giveUp("it is no longer under our control"), Next::kTimeout;
+  const std::int64_t silence_ns = monotonicNow() - lastArrival_ns_;
+  if (rules_.silenceTimeout_ms > 0 && !driver_->info().triggered &&
+      silence_ns > std::int64_t{rules_.silenceTimeout_ms} * 1'000'000) {
+    driver_->markSilent();
+    giveUp("it fell silent");
+  }
+  return Next::kTimeout;
+}
+
+Next Camera::judge(Frame& frame, const Buffer& buffer) {
+  Arrival arrival = buffer.arrival;
+  const std::int64_t real_ns = realNow();
+  lastArrival_ns_ = arrival.host_ns;
+  if (arrival.complete && buffer.data != nullptr) arrival.content = contentOf(buffer.data, arrival.shape.size);
+  const Judgement judgement = gate_->judge(arrival);
+  count(judgement, ledger_);
+  if (judgement.verdict != Verdict::kNew) return Next::kRejected;
+  lastWhole_ns_ = arrival.host_ns;
+  const DeviceClock::Moment captured = clock_.add(arrival, judgement, buffer.awaited);
+
+  const CameraInfo& info = driver_->info();
+  frame = Frame{};
+  frame.info.cameraFrameId = arrival.id;
+  frame.info.frameNumber = judgement.frameNumber;
+  frame.info.exposure_s = buffer.extras.exposure_s > 0 ? buffer.extras.exposure_s : info.exposure_s;
+  frame.info.extras = buffer.extras;
+  frame.info.discontinuity = judgement.discontinuity;
+  frame.info.times.device_ns = arrival.device_ns;
+  frame.info.times.received_ns = arrival.host_ns;
+  frame.info.times.receivedReal_ns = real_ns;
+  frame.info.times.captured_ns = captured.captured_ns;
+  frame.info.times.capturedError_ns = captured.error_ns;
+  frame.data = buffer.data;
+  frame.size = arrival.shape.size;
+  frame.width = arrival.shape.width;
+  frame.height = arrival.shape.height;
+  frame.stride = buffer.stride;
+  frame.format = info.format;
+  frame.token = buffer.handle;
+  frame.session = session_;
+  return Next::kFrame;
+}
+
+void Camera::recycle(Frame& frame) {
+  if (frame.token == nullptr) return;
+  void* handle = std::exchange(frame.token, nullptr);
+  frame.data = nullptr;
+  if (driver_ != nullptr && frame.session == session_)
+    driver_->giveBack(handle);
+  else
+    discard_(handle);
+}
+
+bool Camera::adopt(milliseconds timeout) {
+  std::unique_lock lock(keeper_->mutex);
+  keeper_->changed.wait_for(lock, timeout, [&] { return keeper_->offered != nullptr || keeper_->done; });
+  if (keeper_->offered == nullptr) {
+    if (keeper_->done && keeper_->error) end(*keeper_->error);
+    return false;
+  }
+  driver_ = std::exchange(keeper_->offered, nullptr);
+  session_ = keeper_->info->session;
+  lock.unlock();
+  discard_ = driver_->discard();
+  if (session_ == 1) {
+    FrameGate::Options options;
+    options.zeroIsAnId = driver_->info().zeroIsAnId;
+    options.memory = std::max(options.memory, static_cast<std::size_t>(rules_.buffers) + 64);
+    gate_.emplace(driver_->info().shape, options);
+  } else {
+    ledger_.reconnects.add();
+    gate_->restart();
+  }
+  lastArrival_ns_ = lastWhole_ns_ = monotonicNow();
+  return true;
+}
+
+void Camera::giveUp(const std::string& why) {
+  driver_ = nullptr;
+  const std::lock_guard lock(keeper_->mutex);
+  keeper_->lostWhy = why;
+  keeper_->lent = false;
+  keeper_->changed.notify_all();
+}
+
+void Camera::end(Error error) {
+  error_ = std::move(error);
+  ended_ = true;
+}
+
+}  // namespace tractiond::capture

@@ -1,0 +1,150 @@
+#include "daemon/capture/camera_list.h"
+
+#include "daemon/capture/aravis.h"
+
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+#include <netinet/in.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <set>
+
+namespace tractiond::capture {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string firstLine(const fs::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  return line;
+}
+
+/// Its address lies in no network of this host: it was seen, as discovery is broadcast, and cannot be spoken to.
+bool isElsewhere(const std::string& address) {
+  in_addr camera{};
+  ifaddrs* all = nullptr;
+  if (inet_pton(AF_INET, address.c_str(), &camera) != 1 || getifaddrs(&all) != 0) return false;
+  bool reached = false;
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_netmask == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    const auto own = reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr.s_addr;
+    const auto mask = reinterpret_cast<const sockaddr_in*>(one->ifa_netmask)->sin_addr.s_addr;
+    reached = reached || (own & mask) == (camera.s_addr & mask);
+  }
+  freeifaddrs(all);
+  return !reached;
+}
+
+/// Vendor and model by the camera's description, as Aravis writes them, of cameras whose registers have another byte
+/// order than they say and which the Aravis of Debian 12 does not know (later ones do).
+constexpr std::array<std::array<const char*, 2>, 12> kSwapped{{{"AT_Automation_Technology_GmbH", "C6_X_GigE"},
+                                                              {"DO3THINK", "MGV518"},
+                                                              {"EVK", "HELIOS"},
+                                                              {"IDS_Imaging_Development_Systems_GmbH", "GV_53FxLE_M"},
+                                                              {"IDS_Imaging_Development_Systems_GmbH", "GV_58CxLE_M"},
+                                                              {"IDS_Imaging_Development_Systems_GmbH", "GV_524xCP_NIR"},
+                                                              {"IDS_Imaging_Development_Systems_GmbH", "GV_599xCP_C"},
+                                                              {"NIT", "NSC1601GIGE"},
+                                                              {"Sony", "XCG_CPSeries"},
+                                                              {"TeledyneDALSA", "ICE"},
+                                                              {"Xenics", "Wildcat"},
+                                                              {"FLIR", "XscSeries"}}};
+
+}  // namespace
+
+std::string byteOrderNote(ArvDevice* device) {
+  ArvGcNode* root = arv_gc_get_node(arv_device_get_genicam(device), "RegisterDescription");
+  if (root == nullptr || !ARV_IS_GC_REGISTER_DESCRIPTION_NODE(root)) return {};
+  auto* description = ARV_GC_REGISTER_DESCRIPTION_NODE(root);
+  const std::string vendor = text(arv_gc_register_description_node_get_vendor_name(description));
+  const std::string model = text(arv_gc_register_description_node_get_model_name(description));
+  for (const auto& [knownVendor, knownModel] : kSwapped) {
+    if (vendor == knownVendor && model == knownModel)
+      return "registers of the " + vendor + " " + model +
+             " have another byte order than they say, which this Aravis (" + std::to_string(ARAVIS_MAJOR_VERSION) + "." +
+             std::to_string(ARAVIS_MINOR_VERSION) + "." + std::to_string(ARAVIS_MICRO_VERSION) +
+             ") may not know: numbers may be refused or read wrongly; a newer Aravis knows it";
+  }
+  return {};
+}
+
+std::vector<UsbCamera> usbCameras(const fs::path& sys, const fs::path& dev) {
+  std::vector<UsbCamera> cameras;
+  std::set<fs::path> seen;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(sys / "bus/usb/devices", none)) {
+    // An interface, "1-2:1.0", of its device, "1-2". Class EF, subclass 05: USB3 Vision.
+    const std::string name = entry.path().filename();
+    const auto colon = name.find(':');
+    if (colon == std::string::npos || firstLine(entry.path() / "bInterfaceClass") != "ef" ||
+        firstLine(entry.path() / "bInterfaceSubClass") != "05")
+      continue;
+    const fs::path device = entry.path().parent_path() / name.substr(0, colon);
+    if (!seen.insert(device).second) continue;
+    UsbCamera camera;
+    camera.vendor = firstLine(device / "manufacturer");
+    camera.product = firstLine(device / "product");
+    camera.serial = firstLine(device / "serial");
+    std::array<char, 16> place{};
+    std::snprintf(place.data(), place.size(), "%03d/%03d", std::atoi(firstLine(device / "busnum").c_str()),
+                  std::atoi(firstLine(device / "devnum").c_str()));
+    camera.node = dev / "bus/usb" / place.data();
+    camera.permitted = access(camera.node.c_str(), R_OK | W_OK) == 0;
+    cameras.push_back(std::move(camera));
+  }
+  std::sort(cameras.begin(), cameras.end(), [](const auto& a, const auto& b) { return a.node < b.node; });
+  return cameras;
+}
+
+std::vector<CameraSight> inspectCameras(bool withFake) {
+  std::vector<CameraSight> all;
+  for (const CameraName& name : listCameras(withFake)) {
+    CameraSight sight{.name = name, .obstacle = {}, .remedy = {}, .notes = {}};
+    if (name.protocol == "GigEVision" && isElsewhere(name.address)) {
+      sight.obstacle = "its address " + name.address + " is in no network of this host";
+      sight.remedy = "give it one with \"arv-tool-0.8 network\" or the maker's tool (persistent or forced IP)";
+    } else {
+      Failure failure;
+      const Ref<ArvCamera> camera(arv_camera_new(name.id.c_str(), failure.into()));
+      ArvDevice* device = camera ? arv_camera_get_device(camera.get()) : nullptr;
+      if (device == nullptr) {
+        sight.obstacle = "it does not open: " + failure.text();
+        sight.remedy = "power it off and on; look at its link light, the cable and the firewall";
+      } else if (ARV_IS_GV_DEVICE(device) && !arv_gv_device_is_controller(ARV_GV_DEVICE(device))) {
+        sight.obstacle = "another client holds it";
+        sight.remedy = "close that client; one that died loses it within some seconds";
+      } else if (const std::string note = byteOrderNote(device); !note.empty()) {
+        sight.notes.push_back(note);
+      }
+      if (device != nullptr && arv_camera_is_uv_device(camera.get())) {
+        const guint payload = arv_camera_get_payload(camera.get(), nullptr);
+        if (const std::string warning = usbMemoryWarning(payload * std::size_t{10}); !warning.empty())
+          sight.notes.push_back(warning);
+      }
+    }
+    all.push_back(std::move(sight));
+  }
+  for (const UsbCamera& usb : usbCameras()) {
+    const bool listed = std::any_of(all.begin(), all.end(), [&](const auto& s) { return s.name.serial == usb.serial; });
+    if (listed && usb.permitted) continue;
+    CameraSight sight;
+    sight.name.vendor = usb.vendor;
+    sight.name.model = usb.product;
+    sight.name.serial = usb.serial;
+    sight.name.protocol = "USB3Vision";
+    sight.name.physicalId = usb.node;
+    sight.obstacle = usb.permitted ? "Aravis does not see it" : "there is no permission to open " + usb.node.string();
+    sight.remedy = usb.permitted ? "unplug it and plug it in again"
+                                 : "install the udev rules and join the group tractiond, then plug it in again";
+    all.push_back(std::move(sight));
+  }
+  return all;
+}
+
+}  // namespace tractiond::capture

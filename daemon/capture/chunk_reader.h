@@ -1,0 +1,41 @@
+// What a camera sends behind the picture: its chunk data (GenICam GenTL / GigE Vision 2.0, "chunk data payload").
+#pragma once
+
+#include "daemon/capture/camera_info.h"
+#include "daemon/records/frame.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace tractiond::capture {
+
+/// Where one number lies in its chunk, by the camera's description.
+struct ChunkField {
+  enum class Meaning : std::uint8_t { kExposure_us, kGain, kTimestamp_ns, kFrameId, kLines };
+  Meaning meaning = Meaning::kExposure_us;
+  std::uint64_t chunk = 0;   ///< the chunk's id
+  std::size_t offset = 0;    ///< of the number in its chunk [bytes]
+  std::size_t length = 0;    ///< 1 to 8 bytes
+  bool isFloat = false;      ///< of 4 or 8 bytes
+  bool isSigned = false;     ///< of an integer
+  bool bigEndian = true;     ///< of the number
+  double perUnit = 1.0;      ///< what one count is worth in the meaning's unit
+};
+
+/// What was found.
+struct Chunks {
+  FrameExtras extras;
+  std::optional<std::int64_t> timestamp_ns;
+  std::optional<std::uint64_t> frameId;
+};
+
+/// Reads a buffer's chunks from its end: each is data, id and length. Allocates nothing.
+/// \param bigEndian of ids and lengths: GigE Vision's are, USB3 Vision's not
+/// \return the bytes of the picture at the buffer's start, at least `picture`; none: that is no chunk data
+std::optional<std::size_t> readChunks(std::span<const std::uint8_t> buffer, std::size_t picture, bool bigEndian,
+                                      std::span<const ChunkField> fields, Chunks& chunks);
+
+}  // namespace tractiond::capture

@@ -1,0 +1,52 @@
+// How a camera does, for the status.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+namespace tractiond {
+
+/// The numbers of the wire.
+enum class CameraState : std::uint8_t {
+  kUnknown,     ///< not looked for yet
+  kWaiting,     ///< not there yet; being looked for
+  kStreaming,   ///< open
+  kLost,        ///< was there and is gone; being looked for
+  kConnecting,  ///< found; being set up
+};
+
+/// A line of text that needs no memory of its own: what does not fit is cut off.
+class Line {
+ public:
+  Line() = default;
+  Line(std::string_view text)  // NOLINT(google-explicit-constructor): it is one
+      : size_(text.size() < text_.size() ? text.size() : text_.size()) {
+    std::memcpy(text_.data(), text.data(), size_);
+  }
+  std::string_view view() const { return {text_.data(), size_}; }
+
+ private:
+  std::array<char, 200> text_{};
+  std::size_t size_ = 0;
+};
+
+/// How the link to the camera does, since it was opened last.
+struct CameraLink {
+  std::uint64_t packetsResent = 0;   ///< asked for again, and come
+  std::uint64_t packetsMissing = 0;  ///< never come
+  Line ptp;                          ///< the camera's word for its state; empty: no PTP
+  double ptpOffset_s = 0.0;          ///< of the camera's clock from its master's, as it says
+  double temperature_C = 0.0;        ///< of the camera
+  bool hasPtpOffset = false, hasTemperature = false;
+};
+
+struct CameraVitals {
+  CameraState state = CameraState::kUnknown;
+  Line why;  ///< it is not streaming; empty: it is, or nobody knows
+  CameraLink link;
+};
+
+}  // namespace tractiond

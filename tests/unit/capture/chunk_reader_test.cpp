@@ -1,0 +1,102 @@
+#include "daemon/capture/chunk_reader.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdio>
+#include <random>
+#include <vector>
+
+namespace tractiond::capture {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+void append(Bytes& bytes, std::uint64_t value, int size, bool bigEndian) {
+  for (int i = 0; i < size; ++i)
+    bytes.push_back(static_cast<std::uint8_t>(value >> (8 * (bigEndian ? size - 1 - i : i))));
+}
+
+void chunk(Bytes& buffer, std::uint32_t id, const Bytes& data, bool bigEndian) {
+  buffer.insert(buffer.end(), data.begin(), data.end());
+  append(buffer, id, 4, bigEndian);
+  append(buffer, data.size(), 4, bigEndian);
+}
+
+TEST(ChunkReader, ReadsWhatGigEVisionPutsBehindThePicture) {
+  // By hand, from GigE Vision 2.0's chunk layout: data, then id and length, both big-endian.
+  Bytes buffer(12, 0x55);
+  chunk(buffer, 0x1002, {0x40, 0x93, 0x48, 0x00, 0x00, 0x00, 0x00, 0x00}, true);  // 1234.0 as a double
+  chunk(buffer, 0x1003, {0x00, 0x00, 0x00, 0x2a}, true);
+  const std::vector<ChunkField> fields{
+      {ChunkField::Meaning::kExposure_us, 0x1002, 0, 8, true, false, true},
+      {ChunkField::Meaning::kLines, 0x1003, 0, 4, false, false, true}};
+  Chunks found;
+  EXPECT_EQ(readChunks(buffer, 12, true, fields, found), 12U);
+  EXPECT_DOUBLE_EQ(found.extras.exposure_s, 1234e-6);
+  EXPECT_TRUE(found.extras.hasLines);
+  EXPECT_EQ(found.extras.lines, 42U);
+  EXPECT_FALSE(found.extras.hasGain);
+}
+
+TEST(ChunkReader, ThePictureMayBeAChunkItself) {
+  Bytes buffer;
+  chunk(buffer, 1, Bytes(300, 7), false);
+  chunk(buffer, 9, {4, 0}, false);
+  const std::vector<ChunkField> fields{{ChunkField::Meaning::kGain, 9, 0, 2, false, false, false, 0.5}};
+  Chunks found;
+  EXPECT_EQ(readChunks(buffer, 300, false, fields, found), 300U);
+  EXPECT_EQ(found.extras.gain, 2.0);
+}
+
+/// Any number of chunks of any size: all are found, whatever else there is.
+TEST(ChunkReader, ReadsAnyChunks) {
+  const std::uint64_t seed = std::random_device{}();
+  std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
+  std::mt19937_64 random(seed);
+  for (int round = 0; round < 500; ++round) {
+    const bool big = random() % 2 == 0;
+    const std::size_t picture = 1 + random() % 4000;
+    Bytes buffer(picture);
+    if (random() % 2 == 0) chunk(buffer = {}, 1, Bytes(picture), big);
+    const double exposure_us = static_cast<double>(1 + random() % 100'000);
+    const std::uint64_t id = random() % (1ULL << 40);
+    const auto noise = [&] { return Bytes(random() % 100, static_cast<std::uint8_t>(random())); };
+    chunk(buffer, 77, noise(), big);
+    Bytes data = noise();
+    const std::size_t offset = data.size();
+    append(data, std::bit_cast<std::uint32_t>(static_cast<float>(exposure_us)), 4, true);
+    chunk(buffer, 50, data, big);
+    chunk(buffer, 78, noise(), big);
+    data.clear();
+    append(data, id, 8, false);
+    chunk(buffer, 51, data, big);
+    const std::vector<ChunkField> fields{{ChunkField::Meaning::kExposure_us, 50, offset, 4, true, false, true},
+                                         {ChunkField::Meaning::kFrameId, 51, 0, 8, false, false, false}};
+    Chunks found;
+    ASSERT_EQ(readChunks(buffer, picture, big, fields, found), picture);
+    ASSERT_NEAR(found.extras.exposure_s, exposure_us * 1e-6, 1e-12);
+    ASSERT_EQ(found.frameId, id);
+  }
+}
+
+/// Whatever the bytes are, nothing beyond them is touched (the sanitizer watches), and a picture is never cut short.
+TEST(ChunkReader, SurvivesAnyBytes) {
+  std::mt19937_64 random(std::random_device{}());
+  const std::vector<ChunkField> fields{{ChunkField::Meaning::kTimestamp_ns, 1, 3, 8, false, false, true, 8.0},
+                                       {ChunkField::Meaning::kGain, 0, 0, 4, true, false, true}};
+  for (int round = 0; round < 20'000; ++round) {
+    Bytes buffer(random() % 200);
+    for (auto& byte : buffer) byte = static_cast<std::uint8_t>(random() % 4 == 0 ? random() % 256 : random() % 3);
+    const std::size_t picture = random() % 200;
+    Chunks found;
+    const auto size = readChunks(buffer, picture, random() % 2 == 0, fields, found);
+    if (size && buffer.size() > picture) {
+      ASSERT_GE(*size, picture);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tractiond::capture

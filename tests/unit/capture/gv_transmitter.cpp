@@ -1,0 +1,189 @@
+#include "tests/unit/capture/gv_transmitter.h"
+
+#include <arpa/inet.h>
+#include <arv.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstring>
+#include <stdexcept>
+
+namespace tractiond::test {
+namespace {
+
+constexpr std::uint32_t kUserSetLoad = 0x224;
+constexpr std::uint32_t kStreamPort = 0x0d00, kPacketSize = 0x0d04, kStreamAddress = 0x0d18;
+
+using Bytes = std::vector<std::uint8_t>;
+
+void put(Bytes& bytes, std::uint64_t value, int size) {
+  for (int i = size - 1; i >= 0; --i) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+}
+std::uint32_t take(const std::uint8_t* bytes, int size) {
+  std::uint32_t value = 0;
+  for (int i = 0; i < size; ++i) value = value << 8 | bytes[i];
+  return value;
+}
+
+}  // namespace
+
+GvTransmitter::GvTransmitter(const std::string& description)
+    : camera_(arv_fake_camera_new_full("T01", description.c_str()))
+    , control_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0))
+    , stream_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+  sockaddr_in at{};
+  at.sin_family = AF_INET;
+  at.sin_port = htons(3956);
+  at.sin_addr.s_addr = htonl(INADDR_ANY);
+  if (bind(control_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0) throw std::runtime_error("port 3956 is taken");
+  std::array<char, 32> name{};
+  std::strcpy(name.data(), "Tractiond");
+  arv_fake_camera_write_memory(camera_, 0x48, 32, name.data());
+  std::strcpy(name.data(), "Quirky");
+  arv_fake_camera_write_memory(camera_, 0x68, 32, name.data());
+  write(0x24, INADDR_LOOPBACK);  // its current address
+  write(0x093c, 0);              // ticks per second, both halves: 10^9
+  write(0x0940, 1'000'000'000);
+  thread_ = std::thread([this] { serve(); });
+}
+
+GvTransmitter::~GvTransmitter() {
+  ending_ = true;
+  thread_.join();
+  close(control_);
+  close(stream_);
+  g_object_unref(camera_);
+}
+
+std::uint32_t GvTransmitter::read(std::uint32_t address) const {
+  std::uint32_t value = 0;
+  arv_fake_camera_read_register(camera_, address, &value);
+  return value;
+}
+
+void GvTransmitter::write(std::uint32_t address, std::uint32_t value) {
+  arv_fake_camera_write_register(camera_, address, value);
+}
+
+bool GvTransmitter::streaming() const {
+  return read(0x124) == 1 && read(kStreamPort) != 0;
+}
+
+/// GigE Vision control protocol: command, size, id; the answer's command is one more.
+void GvTransmitter::serve() {
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point done = Clock::time_point::max();
+  while (!ending_) {
+    if (Clock::now() >= done) {
+      write(kUserSetLoad, 0);
+      done = Clock::time_point::max();
+    }
+    pollfd item{control_, POLLIN, 0};
+    if (poll(&item, 1, 5) <= 0) continue;
+    std::array<std::uint8_t, 1024> in{};
+    sockaddr_in from{};
+    socklen_t fromSize = sizeof from;
+    const ssize_t got = recvfrom(control_, in.data(), in.size(), 0, reinterpret_cast<sockaddr*>(&from), &fromSize);
+    if (got < 8 || in[0] != 0x42 || hanging_) continue;
+    const std::uint32_t command = take(&in[2], 2), id = take(&in[6], 2);
+    Bytes answer;
+    switch (command) {
+    case 0x02: {  // discovery
+      answer.resize(0xf8);
+      arv_fake_camera_read_memory(camera_, 0, 0xf8, answer.data());
+      break;
+    }
+    case 0x80:
+      put(answer, read(take(&in[8], 4)), 4);
+      break;
+    case 0x82: {
+      const std::uint32_t address = take(&in[8], 4), value = take(&in[12], 4);
+      if (address == hangsAt) {
+        hanging_ = true;
+        continue;
+      }
+      write(address, value);
+      if (address == kUserSetLoad && value == 1) {
+        write(0x110, 0);  // what it loads
+        write(0x210, 11);
+        done = Clock::now() + std::chrono::milliseconds(commandTakes_ms.load());
+      }
+      put(answer, 0, 2);
+      put(answer, 1, 2);
+      break;
+    }
+    case 0x84: {
+      const std::uint32_t address = take(&in[8], 4), size = take(&in[14], 2);
+      put(answer, address, 4);
+      answer.resize(4 + size);
+      arv_fake_camera_read_memory(camera_, address, size, answer.data() + 4);
+      break;
+    }
+    case 0x86: {
+      const std::uint32_t address = take(&in[8], 4);
+      arv_fake_camera_write_memory(camera_, address, static_cast<std::uint32_t>(got - 12), &in[12]);
+      put(answer, 0, 2);
+      put(answer, static_cast<std::uint64_t>(got - 12), 2);
+      break;
+    }
+    default:
+      continue;
+    }
+    Bytes out;
+    put(out, 0, 2);
+    put(out, command + 1, 2);
+    put(out, answer.size(), 2);
+    put(out, id, 2);
+    out.insert(out.end(), answer.begin(), answer.end());
+    sendto(control_, out.data(), out.size(), 0, reinterpret_cast<const sockaddr*>(&from), fromSize);
+  }
+}
+
+void GvTransmitter::send(const Picture& picture) const {
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(static_cast<std::uint16_t>(read(kStreamPort)));
+  to.sin_addr.s_addr = htonl(read(kStreamAddress));
+  const auto sendOne = [&](const Bytes& packet) {
+    sendto(stream_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  };
+  const auto header = [&](std::uint8_t kind, std::uint32_t packet) {
+    Bytes bytes;
+    put(bytes, 0, 2);
+    put(bytes, picture.id, 2);
+    put(bytes, kind, 1);
+    put(bytes, packet, 3);
+    return bytes;
+  };
+  Bytes leader = header(1, 0);
+  put(leader, 0, 2);
+  put(leader, picture.payloadType, 2);
+  put(leader, picture.device_ticks, 8);
+  put(leader, picture.format, 4);
+  put(leader, static_cast<std::uint64_t>(picture.width), 4);
+  put(leader, static_cast<std::uint64_t>(picture.height), 4);
+  put(leader, 0, 8);
+  put(leader, 0, 4);
+  sendOne(leader);
+  const std::size_t block = (read(kPacketSize) & 0xffff) - 36;
+  std::uint32_t packet = 1;
+  for (std::size_t at = 0; at < picture.bytes.size(); at += block, ++packet) {
+    Bytes payload = header(3, packet);
+    const std::size_t size = std::min(block, picture.bytes.size() - at);
+    payload.insert(payload.end(), picture.bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                   picture.bytes.begin() + static_cast<std::ptrdiff_t>(at + size));
+    sendOne(payload);
+  }
+  Bytes trailer = header(2, packet);
+  put(trailer, 0, 2);
+  put(trailer, picture.payloadType, 2);
+  put(trailer, static_cast<std::uint64_t>(picture.height), 4);
+  sendOne(trailer);
+}
+
+}  // namespace tractiond::test

@@ -1,0 +1,51 @@
+// A GigE Vision camera of which every byte on the wire is the test's: control as a camera answers it, pictures as the
+// test sends them. Aravis's own fake camera has a good clock and no chunk data.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+struct _ArvFakeCamera;
+
+namespace tractiond::test {
+
+class GvTransmitter {
+ public:
+  /// Listens at 127.0.0.1; `description` is a GenICam file.
+  explicit GvTransmitter(const std::string& description);
+  ~GvTransmitter();
+
+  std::uint32_t read(std::uint32_t address) const;
+  void write(std::uint32_t address, std::uint32_t value);
+  /// A client has started the acquisition and said where pictures go.
+  bool streaming() const;
+
+  struct Picture {
+    std::uint16_t id = 1;
+    std::uint64_t device_ticks = 0;  ///< of 1 ns
+    std::uint16_t payloadType = 1;   ///< 1: picture; 0x4001: picture with chunk data
+    int width = 0, height = 0;
+    std::uint32_t format = 0;
+    std::vector<std::uint8_t> bytes;  ///< with what lies behind the picture
+  };
+  void send(const Picture& picture) const;
+
+  /// The camera takes so long for commands in registers that clear themselves (UserSetLoad).
+  std::atomic<int> commandTakes_ms{0};
+  /// From a write to this register on it answers no more, as one that hangs. 0: never.
+  std::atomic<std::uint32_t> hangsAt{0};
+
+ private:
+  void serve();
+
+  _ArvFakeCamera* camera_;
+  int control_, stream_;
+  std::atomic<bool> ending_{false}, hanging_{false};
+  std::thread thread_;
+};
+
+}  // namespace tractiond::test

@@ -1,0 +1,206 @@
+// A camera with a driver of our choice: what the half that is the same for all of them makes of it.
+#include "daemon/base/clock.h"
+#include "daemon/capture/camera.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+namespace tractiond::capture {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::Contains;
+using testing::HasSubstr;
+
+/// What the test tells the driver to do next, shared with it.
+struct Script {
+  std::mutex mutex;
+  std::deque<Popped> pops;
+  CameraInfo info;
+  int sessions = 0, alive = 0, discarded = 0, given = 0;
+  std::optional<Error> refusal;
+  std::uint64_t id = 0;
+};
+
+class ScriptedDriver : public Driver {
+ public:
+  explicit ScriptedDriver(Script& script)
+      : script_(script)
+      , info_(script.info) {
+    ++script_.alive;
+  }
+  ~ScriptedDriver() override {
+    const std::lock_guard lock(script_.mutex);
+    --script_.alive;
+  }
+  const CameraInfo& info() const override { return info_; }
+  Popped pop(Buffer& buffer, milliseconds timeout) override {
+    std::unique_lock lock(script_.mutex);
+    if (script_.pops.empty()) {
+      lock.unlock();
+      std::this_thread::sleep_for(std::min(timeout, milliseconds(5)));
+      return Popped::kNothing;
+    }
+    const Popped popped = script_.pops.front();
+    script_.pops.pop_front();
+    if (popped != Popped::kBuffer) return popped;
+    buffer.arrival = {.complete = true, .shape = info_.shape, .id = ++script_.id, .device_ns = 0, .host_ns = monotonicNow()};
+    picture_[0] = static_cast<std::uint8_t>(script_.id);
+    buffer.data = picture_.data();
+    buffer.handle = &script_;
+    return Popped::kBuffer;
+  }
+  void giveBack(void*) override { ++script_.given; }
+  Discard discard() const override {
+    return [](void* script) { ++static_cast<Script*>(script)->discarded; };
+  }
+  tl::expected<CameraReport, std::string> serve(const CameraStep& step) override {
+    return CameraReport{.remarks = {step.name}};
+  }
+
+ private:
+  Script& script_;
+  CameraInfo info_;
+  std::array<std::uint8_t, 600> picture_{};
+};
+
+class OddCamera : public testing::Test {
+ protected:
+  OddCamera() {
+    script_.info.name.id = "Odd";
+    script_.info.shape = {20, 30, 600, 1};
+  }
+  void open(CameraRules rules = {.silenceTimeout_ms = 0}) {
+    auto camera = Camera::open(
+        [this](const Opening&) -> tl::expected<std::unique_ptr<Driver>, Error> {
+          const std::lock_guard lock(script_.mutex);
+          ++script_.sessions;
+          if (script_.refusal) return tl::unexpected(*script_.refusal);
+          return std::make_unique<ScriptedDriver>(script_);
+        },
+        rules, ledger_,
+        [this](Weight, const std::string& line) {
+          const std::lock_guard lock(script_.mutex);
+          said_.push_back(line);
+        },
+        [this](const CameraInfo& info) -> tl::expected<void, Error> {
+          welcomed_.push_back(info.session);
+          return {};
+        });
+    ASSERT_TRUE(camera) << camera.error().message();
+    camera_ = *std::move(camera);
+  }
+  void tell(std::initializer_list<Popped> pops) {
+    const std::lock_guard lock(script_.mutex);
+    script_.pops.insert(script_.pops.end(), pops);
+  }
+  Next nextOtherThan(Next dull, Frame& frame) {
+    const std::int64_t until_ns = monotonicNow() + 20'000'000'000;
+    Next next = dull;
+    while (next == dull && monotonicNow() < until_ns) next = camera_->next(frame, milliseconds(20));
+    return next;
+  }
+
+  Script script_;
+  Ledger ledger_;
+  std::vector<std::string> said_;
+  std::vector<unsigned> welcomed_;
+  std::unique_ptr<Camera> camera_;
+};
+
+TEST_F(OddCamera, OpensAgainInTheSameWayAndWelcomesEachSession) {
+  open();
+  Frame frame;
+  tell({Popped::kBuffer, Popped::kGone, Popped::kBuffer});
+  ASSERT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);
+  Frame later;
+  ASSERT_EQ(nextOtherThan(Next::kTimeout, later), Next::kFrame);
+  EXPECT_EQ(script_.sessions, 2);
+  EXPECT_EQ(welcomed_, (std::vector<unsigned>{1, 2}));
+  EXPECT_EQ(camera_->info()->session, 2U);
+  EXPECT_EQ(ledger_.reconnects.get(), 1U);
+  camera_->recycle(frame);  // of the session that is gone
+  EXPECT_EQ(script_.discarded, 1);
+  camera_->recycle(later);
+  EXPECT_EQ(script_.given, 1);
+  EXPECT_THAT(said_, Contains(HasSubstr("no longer under our control")));
+  camera_.reset();
+  EXPECT_EQ(script_.alive, 0);
+}
+
+TEST_F(OddCamera, AnswersQuestionsWhileItStreamsAndSaysWhyItCannot) {
+  open();
+  Frame frame;
+  const auto answer = [&] {
+    for (;;) {
+      camera_->next(frame, milliseconds(5));
+      if (auto said = camera_->takeAnswer()) return *said;
+    }
+  };
+  tell({Popped::kBuffer});
+  ASSERT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);
+  camera_->recycle(frame);
+  camera_->ask({.name = "Gain"});
+  EXPECT_EQ(answer()->remarks.at(0), "Gain");
+  {
+    const std::lock_guard lock(script_.mutex);
+    script_.refusal = Error{.exitCode = EX_UNAVAILABLE, .what = "no camera answers"};
+  }
+  tell({Popped::kGone});
+  while (camera_->state() != CameraState::kLost) camera_->next(frame, milliseconds(5));
+  camera_->ask({.name = "Gain"});
+  EXPECT_FALSE(answer());
+  CameraVitals vitals;
+  while (!camera_->takeVitals(vitals)) std::this_thread::yield();
+  EXPECT_EQ(vitals.state, CameraState::kLost);
+  EXPECT_FALSE(vitals.why.view().empty());
+}
+
+TEST_F(OddCamera, EndsWithTheErrorOfAFirstCameraThatCannotBeUsed) {
+  script_.refusal = Error{.exitCode = EX_UNAVAILABLE, .what = "no camera answers"};
+  open({.wait = true, .silenceTimeout_ms = 0});
+  EXPECT_EQ(camera_->state(), CameraState::kWaiting);
+  {
+    const std::lock_guard lock(script_.mutex);
+    script_.refusal = Error{.exitCode = EX_CONFIG, .what = "it refuses Gain"};
+  }
+  Frame frame;
+  EXPECT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kEnd);
+  EXPECT_EQ(camera_->error().what, "it refuses Gain");
+}
+
+TEST_F(OddCamera, IsLostWhenItFallsSilentUnlessItIsTriggered) {
+  script_.info.triggered = true;
+  open({.silenceTimeout_ms = 30});
+  Frame frame;
+  const std::int64_t until_ns = monotonicNow() + 200'000'000;
+  while (monotonicNow() < until_ns) camera_->next(frame, milliseconds(10));
+  EXPECT_EQ(script_.sessions, 1);
+  camera_.reset();
+  script_.info.triggered = false;
+  script_.sessions = 0;
+  open({.silenceTimeout_ms = 30});
+  while (script_.sessions < 2) camera_->next(frame, milliseconds(10));
+  EXPECT_THAT(said_, Contains(HasSubstr("fell silent")));
+}
+
+TEST_F(OddCamera, MayEndAtAnyMoment) {
+  for (int round = 0; round < 30; ++round) {
+    script_.pops.clear();
+    tell({Popped::kBuffer, Popped::kGone, Popped::kBuffer, Popped::kGone});
+    open();
+    Frame frame;
+    for (int i = 0; i < round % 6; ++i)
+      if (camera_->next(frame, milliseconds(2)) == Next::kFrame) camera_->recycle(frame);
+    camera_.reset();
+    EXPECT_EQ(script_.alive, 0);
+  }
+}
+
+}  // namespace
+}  // namespace tractiond::capture

@@ -1,0 +1,103 @@
+#include "daemon/capture/pipe_driver.h"
+
+#include "daemon/capture/camera.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+#include <random>
+#include <thread>
+
+namespace tractiond::capture {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::HasSubstr;
+
+class PipeDriverTest : public testing::Test {
+ protected:
+  PipeDriverTest() {
+    if (pipe(ends_) != 0) std::abort();
+    options_ = {.path = "/dev/fd/" + std::to_string(ends_[0]), .format = "BayerRG8", .width = 40, .height = 30, .buffers = 9};
+  }
+  ~PipeDriverTest() override { close(ends_[0]); }
+
+  /// Writes as any program would: in pieces that have nothing to do with pictures.
+  void feed(const std::vector<std::uint8_t>& bytes, std::uint64_t seed) {
+    writer_ = std::thread([this, bytes, seed] {
+      std::mt19937_64 random(seed);
+      for (std::size_t at = 0; at < bytes.size();) {
+        const std::size_t piece = std::min<std::size_t>(bytes.size() - at, 1 + random() % 3000);
+        if (write(ends_[1], bytes.data() + at, piece) < 0) break;
+        at += piece;
+      }
+      close(ends_[1]);
+    });
+  }
+  /// The first bytes of all pictures until the end.
+  std::vector<int> takeAll() {
+    std::vector<int> got;
+    auto camera = Camera::open(fromPipe(options_), {.wait = false}, ledger_);
+    EXPECT_TRUE(camera) << camera.error().message();
+    Frame frame;
+    for (Next next = Next::kTimeout; next != Next::kEnd;) {
+      next = (*camera)->next(frame, milliseconds(100));
+      if (next != Next::kFrame) continue;
+      got.push_back(frame.data[0]);
+      EXPECT_EQ(frame.stride, 40);
+      (*camera)->recycle(frame);
+    }
+    end_ = (*camera)->error();
+    writer_.join();
+    return got;
+  }
+
+  int ends_[2] = {};
+  PipeOptions options_;
+  Ledger ledger_;
+  std::thread writer_;
+  Error end_;
+};
+
+TEST_F(PipeDriverTest, HandsOnEveryPictureAndEnds) {
+  std::vector<std::uint8_t> bytes;
+  for (int i = 0; i < 100; ++i) bytes.insert(bytes.end(), 1200, static_cast<std::uint8_t>(i));
+  const std::uint64_t seed = std::random_device{}();
+  std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
+  feed(bytes, seed);
+  const std::vector<int> got = takeAll();
+  ASSERT_EQ(got.size(), 100U);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(got[static_cast<std::size_t>(i)], i);
+  EXPECT_EQ(end_.exitCode, EX_OK);
+  EXPECT_EQ(ledger_.losses(), 0U);
+}
+
+TEST_F(PipeDriverTest, NamesThePictureInWhichItEnds) {
+  feed(std::vector<std::uint8_t>(5 * 1200 + 700), 1);
+  EXPECT_EQ(takeAll().size(), 5U);
+  EXPECT_EQ(end_.exitCode, EX_DATAERR);
+  EXPECT_THAT(end_.message(), HasSubstr("end within number 6: 700 of 1200 bytes"));
+}
+
+TEST_F(PipeDriverTest, WantsToKnowWhatThePicturesAre) {
+  options_.format = "";
+  auto camera = Camera::open(fromPipe(options_), {.wait = false}, ledger_);
+  ASSERT_FALSE(camera);
+  EXPECT_EQ(camera.error().exitCode, EX_CONFIG);
+  EXPECT_THAT(camera.error().message(), HasSubstr("camera.pixel_format"));
+  close(ends_[1]);
+}
+
+TEST_F(PipeDriverTest, SaysThatAFileIsNotThere) {
+  options_.path = "/nowhere/pictures";
+  auto camera = Camera::open(fromPipe(options_), {.wait = false}, ledger_);
+  ASSERT_FALSE(camera);
+  EXPECT_EQ(camera.error().exitCode, EX_NOINPUT);
+  close(ends_[1]);
+}
+
+}  // namespace
+}  // namespace tractiond::capture

@@ -1,0 +1,287 @@
+// Cameras as they are, on the wire: clocks that are none, chunk data, short counters, settings that undo each other.
+// Prints how many of the whole frames that were sent came through, and how often one came that should not have.
+#include "daemon/base/clock.h"
+#include "daemon/capture/aravis_driver.h"
+#include "daemon/capture/camera.h"
+#include "tests/unit/capture/gv_transmitter.h"
+#include "tests/unit/capture/own_network.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstdio>
+#include <cstring>
+#include <random>
+#include <set>
+#include <thread>
+
+namespace tractiond::capture {
+namespace {
+
+using std::chrono::milliseconds;
+using test::GvTransmitter;
+using testing::Contains;
+using testing::HasSubstr;
+
+constexpr int kWidth = 64, kHeight = 48;
+constexpr std::uint32_t kRgb8Code = 0x02180014;
+constexpr std::size_t kPicture_bytes = std::size_t{kWidth} * kHeight * 3;
+
+class Quirks : public testing::Test {
+ protected:
+  Quirks()
+      : sender_(DESCRIPTIONS "/quirky.xml") {
+    options_.id = "127.0.0.1";
+    options_.wait = false;
+    options_.receiveBuffer_bytes = 2 << 20;
+    options_.packetSize_bytes = 1500;
+    options_.buffers = 30;
+    sender_.write(0x100, kWidth);
+    sender_.write(0x104, kHeight);
+    sender_.write(0x128, kRgb8Code);
+    std::printf("seed %llu\n", static_cast<unsigned long long>(seed_));
+  }
+  void open() {
+    auto camera = Camera::open(fromAravis(options_), {.wait = false, .silenceTimeout_ms = options_.silenceTimeout_ms},
+                               ledger_, [this](Weight, const std::string& line) { said_.push_back(line); });
+    ASSERT_TRUE(camera) << camera.error().message();
+    camera_ = *std::move(camera);
+  }
+  Error openFails() {
+    auto camera = Camera::open(fromAravis(options_), {.wait = false}, ledger_);
+    EXPECT_FALSE(camera);
+    return camera ? Error{} : camera.error();
+  }
+  /// While the driver waits for its first whole frame, pictures must flow. They are none of those that are counted.
+  void openStreaming() {
+    std::atomic<bool> open{false};
+    std::thread prelude([&] {
+      for (std::uint16_t id = 60'000; !open; ++id) {
+        if (sender_.streaming()) sender_.send(picture(id, 1));
+        std::this_thread::sleep_for(milliseconds(2));
+      }
+    });
+    this->open();
+    open = true;
+    prelude.join();
+    Frame frame;  // what is left of the prelude
+    while (camera_ && camera_->next(frame, milliseconds(50)) != Next::kTimeout)
+      if (frame.token != nullptr) camera_->recycle(frame);
+    preludeReceived_ = ledger_.received.get();
+    preludeLosses_ = ledger_.losses();
+  }
+  GvTransmitter::Picture picture(std::uint16_t id, std::uint64_t number) {
+    GvTransmitter::Picture picture{.id = id, .width = kWidth, .height = kHeight, .format = kRgb8Code, .bytes = {}};
+    picture.bytes.resize(kPicture_bytes);
+    for (auto& byte : picture.bytes) byte = static_cast<std::uint8_t>(random_());
+    std::memcpy(picture.bytes.data(), &number, sizeof number);
+    return picture;
+  }
+
+  const std::uint64_t seed_ = std::random_device{}();
+  std::mt19937_64 random_{seed_};
+  GvTransmitter sender_;
+  CameraOptions options_;
+  Ledger ledger_;
+  std::vector<std::string> said_;
+  std::unique_ptr<Camera> camera_;
+  std::uint64_t preludeReceived_ = 0, preludeLosses_ = 0;
+};
+
+/// A camera's clock at the moment of frame `i`, taken at `real_ns`; the payload behind the picture.
+struct Quirk {
+  const char* name;
+  std::uint64_t (*clock)(std::uint64_t i, std::uint64_t real_ns, std::mt19937_64& random);
+  std::size_t behind_bytes;
+  std::uint16_t firstId;
+  friend std::ostream& operator<<(std::ostream& out, const Quirk& quirk) { return out << quirk.name; }
+};
+
+class QuirksOf : public Quirks, public testing::WithParamInterface<Quirk> {};
+
+TEST_P(QuirksOf, LoseAndDoubleNothing) {
+  const Quirk& quirk = GetParam();
+  if (quirk.behind_bytes > 0) sender_.write(0x1f4, static_cast<std::uint32_t>(quirk.behind_bytes));
+  ASSERT_NO_FATAL_FAILURE(openStreaming());
+  constexpr std::uint64_t kFrames = 600;
+  std::set<std::uint64_t> seen;
+  std::uint64_t doubled = 0, wrong = 0;
+  const auto use = [&](milliseconds timeout) {
+    Frame frame;
+    const Next next = camera_->next(frame, timeout);
+    if (next != Next::kFrame) return next;
+    std::uint64_t number = 0;
+    std::memcpy(&number, frame.data, sizeof number);
+    doubled += seen.insert(number).second ? 0 : 1;
+    wrong += frame.size == kPicture_bytes ? 0 : 1;
+    EXPECT_LE(frame.info.times.captured_ns, frame.info.times.received_ns);
+    EXPECT_GT(frame.info.times.capturedError_ns, 0);
+    camera_->recycle(frame);
+    return next;
+  };
+  std::uint16_t id = quirk.firstId;
+  for (std::uint64_t i = 1; i <= kFrames; ++i) {
+    GvTransmitter::Picture one = picture(id, i);
+    one.device_ticks = quirk.clock(i, static_cast<std::uint64_t>(monotonicNow()), random_);
+    if (quirk.behind_bytes > 0) {  // one chunk that nobody knows
+      one.payloadType = 0x4001;
+      one.bytes.resize(kPicture_bytes + quirk.behind_bytes);
+      const std::uint32_t tail[2] = {__builtin_bswap32(0x7777U),
+                                     __builtin_bswap32(static_cast<std::uint32_t>(quirk.behind_bytes - 8))};
+      std::memcpy(one.bytes.data() + one.bytes.size() - 8, tail, 8);
+    }
+    sender_.send(one);
+    id = id == 65'535 ? 1 : static_cast<std::uint16_t>(id + 1);
+    std::this_thread::sleep_for(std::chrono::microseconds(1500));
+    use(milliseconds(20));
+  }
+  while (use(milliseconds(100)) != Next::kTimeout) {
+  }
+  std::printf("%-22s %llu sent, %zu used, %llu refused, %llu doubled\n", quirk.name,
+              static_cast<unsigned long long>(kFrames), seen.size(),
+              static_cast<unsigned long long>(ledger_.losses() - preludeLosses_),
+              static_cast<unsigned long long>(doubled));
+  EXPECT_EQ(seen.size(), kFrames);
+  EXPECT_EQ(doubled, 0U);
+  EXPECT_EQ(wrong, 0U);
+}
+
+std::uint64_t good(std::uint64_t, std::uint64_t real_ns, std::mt19937_64&) {
+  return real_ns;
+}
+std::uint64_t zero(std::uint64_t, std::uint64_t, std::mt19937_64&) {
+  return 0;
+}
+std::uint64_t wholeSeconds(std::uint64_t, std::uint64_t real_ns, std::mt19937_64&) {
+  return real_ns - real_ns % 1'000'000'000;
+}
+std::uint64_t backNowAndThen(std::uint64_t i, std::uint64_t real_ns, std::mt19937_64& random) {
+  static std::uint64_t behind_ns = 0;
+  if (i == 1) behind_ns = 0;
+  if (random() % 40 == 0) behind_ns += random() % 3'000'000'000;
+  return real_ns + 3'000'000'000'000 - behind_ns;
+}
+
+INSTANTIATE_TEST_SUITE_P(Cameras, QuirksOf,
+                         testing::Values(Quirk{"good_clock", good, 0, 60'500}, Quirk{"device_time_0", zero, 0, 60'500},
+                                         Quirk{"whole_seconds", wholeSeconds, 0, 60'500},
+                                         Quirk{"clock_jumps_back", backNowAndThen, 0, 60'500},
+                                         Quirk{"chunk_data_of_312", good, 312, 60'500},
+                                         Quirk{"ids_of_16_bits_wrap", good, 0, 65'300},
+                                         Quirk{"all_at_once", zero, 312, 65'300}),
+                         [](const auto& one) { return one.param.name; });
+
+// ---------------------------------------------------------------- chunks
+
+TEST_F(Quirks, ChunksTellWhatTheFrameWasTakenWith) {
+  sender_.write(0x1f4, 8 + 8 + 4 + 8 + 4 + 8);
+  ASSERT_NO_FATAL_FAILURE(openStreaming());
+  std::uint16_t id = 61'000;
+  for (int i = 0; i < 50; ++i) {
+    const double exposure_us = 10.0 + static_cast<double>(random_() % 100'000);
+    const auto gain = static_cast<float>(random_() % 40);
+    const auto lines = static_cast<std::uint32_t>(random_() % 16);
+    GvTransmitter::Picture one = picture(id++, 1000 + static_cast<std::uint64_t>(i));
+    one.device_ticks = static_cast<std::uint64_t>(monotonicNow());
+    one.payloadType = 0x4001;
+    const auto append = [&](std::uint64_t value, int size, bool big = true) {
+      for (int b = 0; b < size; ++b)
+        one.bytes.push_back(static_cast<std::uint8_t>(value >> (8 * (big ? size - 1 - b : b))));
+    };
+    append(std::bit_cast<std::uint64_t>(exposure_us), 8);
+    append(0x1001, 4);
+    append(8, 4);
+    append(std::bit_cast<std::uint32_t>(gain), 4, false);
+    append(0x1002, 4);
+    append(4, 4);
+    append(lines, 4);
+    append(0x1004, 4);
+    append(4, 4);
+    sender_.send(one);
+    Frame frame;
+    ASSERT_EQ(camera_->next(frame, milliseconds(1000)), Next::kFrame);
+    EXPECT_NEAR(frame.info.exposure_s, exposure_us * 1e-6, 1e-12);
+    EXPECT_EQ(frame.info.extras.gain, gain);
+    EXPECT_EQ(frame.info.extras.lines, lines);
+    camera_->recycle(frame);
+  }
+}
+
+// ---------------------------------------------------------------- settings
+
+TEST_F(Quirks, SelectorsAreSetAgainAndAgain) {
+  options_.features = {{"UserSetSelector", std::string("Default")},   {"UserSetLoad", true},
+                       {"BalanceRatioSelector", std::string("Red")},  {"BalanceRatio", std::int64_t{100}},
+                       {"BalanceRatioSelector", std::string("Blue")}, {"BalanceRatio", std::int64_t{200}}};
+  options_.gain = 7;  // after the user set that undoes it
+  sender_.commandTakes_ms = 150;
+  sender_.write(0x110, 3);
+  ASSERT_NO_FATAL_FAILURE(open());
+  EXPECT_EQ(sender_.read(0x210), 100U);
+  EXPECT_EQ(sender_.read(0x214), 200U);
+  EXPECT_EQ(sender_.read(0x110), 7U);
+  EXPECT_EQ(sender_.read(0x224), 0U) << "the load was waited for";
+  EXPECT_THAT(camera_->info()->settings, Contains("UserSetLoad executed"));
+}
+
+/// Whatever stood before, any region that fits the sensor can be had.
+TEST_F(Quirks, AnyRegionFollowsAnyOther) {
+  for (int round = 0; round < 12; ++round) {
+    const auto upTo = [&](int most) { return static_cast<int>(random_() % static_cast<std::uint64_t>(most + 1)); };
+    options_.width = 64 + 4 * upTo(496);
+    options_.height = 48 + upTo(2000);
+    options_.offsetX = upTo(1) == 0 ? -1 : upTo(2048 - options_.width);
+    options_.offsetY = upTo(1) == 0 ? -1 : upTo(2048 - options_.height);
+    options_.pixelFormat = "BayerRG8";
+    ASSERT_NO_FATAL_FAILURE(open());
+    EXPECT_EQ(sender_.read(0x100), static_cast<std::uint32_t>(options_.width));
+    EXPECT_EQ(sender_.read(0x104), static_cast<std::uint32_t>(options_.height));
+    if (options_.offsetX >= 0) {
+      EXPECT_EQ(sender_.read(0x130), static_cast<std::uint32_t>(options_.offsetX));
+    }
+    EXPECT_LE(sender_.read(0x130) + sender_.read(0x100), 2048U);
+    EXPECT_LE(sender_.read(0x134) + sender_.read(0x104), 2048U);
+    camera_.reset();
+  }
+}
+
+TEST_F(Quirks, ACameraThatForgotIsSetAsItWas) {
+  sender_.write(0x1f8, 500);  // 5 ms
+  sender_.write(0x110, 12);
+  options_.silenceTimeout_ms = 200;
+  ASSERT_NO_FATAL_FAILURE(open());
+  EXPECT_NEAR(camera_->info()->exposure_s, 5e-3, 1e-9);
+  // Its power goes and comes back: factory values.
+  sender_.write(0x1f8, 2000);
+  sender_.write(0x110, 0);
+  sender_.write(0x100, 2048);
+  Frame frame;
+  const std::int64_t until_ns = monotonicNow() + 20'000'000'000;
+  while (camera_->info()->session < 2 && monotonicNow() < until_ns) camera_->next(frame, milliseconds(20));
+  EXPECT_EQ(sender_.read(0x1f8), 500U);
+  EXPECT_EQ(sender_.read(0x110), 12U);
+  EXPECT_EQ(sender_.read(0x100), static_cast<std::uint32_t>(kWidth));
+  EXPECT_NEAR(camera_->info()->exposure_s, 5e-3, 1e-9);
+  EXPECT_THAT(said_, Contains(HasSubstr("came back with exposure_us = 20000; set to 5000 us again")));
+  EXPECT_THAT(said_, Contains(HasSubstr("came back with gain = 0; set to 12 again")));
+}
+
+TEST_F(Quirks, NoAnswerIsNoRefusal) {
+  options_.features = {{"Gain", std::int64_t{31}}, {"BalanceRatio", std::int64_t{5}}};
+  for (const std::uint32_t address : {0x110U, 0x210U}) {
+    sender_.hangsAt = address;
+    const Error error = openFails();
+    EXPECT_EQ(error.exitCode, EX_UNAVAILABLE) << error.message();
+    EXPECT_THAT(error.message(), HasSubstr("does not answer"));
+  }
+}
+
+}  // namespace
+}  // namespace tractiond::capture
+
+int main(int argc, char** argv) {
+  tractiond::test::enterOwnNetwork(argc, argv);
+  testing::InitGoogleMock(&argc, argv);
+  return RUN_ALL_TESTS();
+}
