@@ -1,0 +1,102 @@
+"""What `cmake --install` puts where; tools/uninstall; and the rules for USB3 Vision cameras."""
+
+import fnmatch
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import unittest
+
+from stubs import SOURCE, TOOLS, Stubs
+
+BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
+RULES = SOURCE / "systemd" / "udev.rules"
+
+
+class Install(unittest.TestCase):
+    def setUp(self):
+        self.stubs = Stubs(self)
+        self.prefix = self.stubs.scratch / "prefix"
+        code, text = self.stubs.run("cmake", "--install", BUILD, "--prefix", self.prefix)
+        self.assertEqual(code, 0, text)
+        self.list = self.stubs.folder / "build" / "install_manifest.txt"
+        self.list.parent.mkdir()
+        shutil.copy(BUILD / self.list.name, self.list)
+
+    def files(self):
+        return {str(path.relative_to(self.prefix)) for path in self.prefix.rglob("*") if not path.is_dir()}
+
+    def test_everything_is_where_it_is_looked_for(self):
+        files = self.files()
+        for wanted in ("bin/tractiond", "bin/tractionctl", "bin/traction-twin", "lib/systemd/system/tractiond@.service",
+                       "lib/sysusers.d/tractiond.conf", "lib/sysctl.d/60-tractiond.conf", "lib/tmpfiles.d/tractiond.conf",
+                       "lib/udev/rules.d/60-tractiond.rules", "share/tractiond/tractiond.toml"):
+            self.assertIn(wanted, files)
+
+    def test_uninstalling_leaves_nothing_of_ours_and_all_of_others(self):
+        other = self.prefix / "share" / "other" / "file"
+        other.parent.mkdir()
+        other.touch()
+        code, text = self.stubs.run(TOOLS / "uninstall", self.list.parent)
+        self.assertEqual(code, 0, text)
+        self.assertEqual(self.files(), {"share/other/file"})
+        self.assertEqual([path for path in self.prefix.rglob("*traction*")], [])
+        self.assertEqual(self.stubs.run(TOOLS / "uninstall", self.list.parent)[0], 66)  # there is nothing any more
+
+
+class Rules(unittest.TestCase):
+    """Read as udev reads them: keys, operators, values; patterns as of the shell, with | between alternatives."""
+
+    MATCH = {"ACTION", "SUBSYSTEM", "ENV{DEVTYPE}", "ENV{ID_USB_INTERFACES}"}
+    ASSIGN = {"GROUP", "MODE", "TAG"}
+
+    def rules(self):
+        for line in RULES.read_text().splitlines():
+            if line and not line.startswith("#"):
+                pairs = re.findall(r'([A-Z]+(?:\{\w+\})?)(==|!=|\+=|=)"([^"]*)"(?:, |$)', line)
+                self.assertEqual(", ".join(f'{key}{op}"{value}"' for key, op, value in pairs), line)
+                yield pairs
+
+    def apply(self, interfaces, action="add", subsystem="usb", kind="usb_device"):
+        event = {"ACTION": action, "SUBSYSTEM": subsystem, "ENV{DEVTYPE}": kind, "ENV{ID_USB_INTERFACES}": interfaces}
+        done = {}
+        for pairs in self.rules():
+            matches = True
+            for key, op, value in pairs:
+                if op in ("==", "!="):
+                    self.assertIn(key, self.MATCH)
+                    one = any(fnmatch.fnmatchcase(event[key], pattern) for pattern in value.split("|"))
+                    matches = matches and one == (op == "==")
+                else:
+                    self.assertIn(key, self.ASSIGN)
+            if matches:
+                done.update({key: value for key, op, value in pairs if op in ("=", "+=")})
+        return done
+
+    def test_cameras_of_the_standard_belong_to_the_group(self):
+        for interfaces in (":ef0500:ef0501:ef0502:", ":ef0500:", ":0e0100:ef0500:ef0502:", ":ef0502:ff0000:"):
+            done = self.apply(interfaces)
+            self.assertEqual((done.get("GROUP"), done.get("MODE")), ("tractiond", "0660"), interfaces)
+
+    def test_nothing_else_does(self):
+        for interfaces in (":030101:", ":ef0201:0e0100:", ":080650:", ":ff0500:", ":0eef05:", ""):
+            self.assertEqual(self.apply(interfaces), {}, interfaces)
+        self.assertEqual(self.apply(":ef0500:", action="remove"), {})
+        self.assertEqual(self.apply(":ef0500:", subsystem="block"), {})
+        self.assertEqual(self.apply(":ef0500:", kind="usb_interface"), {})
+
+    def test_the_group_is_made(self):
+        users = (SOURCE / "systemd" / "sysusers.conf").read_text()
+        self.assertRegex(users, r"(?m)^[ug] tractiond ")  # a user has a group of its name
+
+    def test_udev_understands_them(self):
+        udevadm = shutil.which("udevadm", path="/usr/bin:/bin:/usr/sbin:/sbin")
+        if not udevadm or "verify" not in subprocess.run([udevadm, "--help"], capture_output=True, text=True).stdout:
+            self.skipTest("udevadm verify came with systemd 254")
+        done = subprocess.run([udevadm, "verify", "--resolve-names=never", RULES], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
