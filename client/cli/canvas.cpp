@@ -13,6 +13,27 @@ std::size_t lengthOf(char lead) {
   return byte < 0x80 ? 1 : byte < 0xe0 ? 2 : byte < 0xf0 ? 3 : 4;
 }
 
+/// What resembles a glyph in ASCII, one character.
+std::string asciiOf(const std::string& glyph) {
+  if (glyph.size() == 1) return glyph;
+  constexpr std::array<std::pair<std::string_view, char>, 28> kAlike = {
+      {{"─", '-'},  {"│", '|'}, {"╭", '+'},  {"╮", '+'},  {"╰", '+'},  {"╯", '+'}, {"→", '>'},
+       {"↗", '/'},  {"↑", '^'}, {"↖", '\\'}, {"←", '<'},  {"↙", '/'},  {"↓", 'v'}, {"↘", '\\'},
+       {"⇒", '>'},  {"⇗", '/'}, {"⇑", '^'},  {"⇖", '\\'}, {"⇐", '<'},  {"⇙", '/'}, {"⇓", 'v'},
+       {"⇘", '\\'}, {"·", '.'}, {"×", 'x'},  {"±", '~'},  {"°", '\''}, {"✛", 'X'}, {"…", '.'}}};
+  for (const auto& [unicode, ascii] : kAlike) {
+    if (glyph == unicode) return {ascii};
+  }
+  // Braille, by the halves of the character in which there are dots.
+  if (glyph.size() == 3 && glyph[0] == '\xe2' && (glyph[1] & 0xfc) == 0xa0) {
+    const int dots = ((glyph[1] & 3) << 6) | (glyph[2] & 63);
+    constexpr int kUpper = 1 | 2 | 8 | 16;
+    const bool hasUpper = (dots & kUpper) != 0, hasLower = (dots & ~kUpper) != 0;
+    return {dots == 255 ? '#' : hasUpper && hasLower ? ':' : hasUpper ? '\'' : hasLower ? '.' : ' '};
+  }
+  return "?";
+}
+
 /// Of the 6 x 6 x 6 cube.
 int paletteIndex(Colour24 colour) {
   constexpr std::array<int, 6> kLevels = {0, 95, 135, 175, 215, 255};
@@ -96,7 +117,7 @@ void Canvas::frame(int column, int row, int width, int height, const Style& styl
   text(right, bottom, "╯", style);
 }
 
-std::string Canvas::render(Depth depth) const {
+std::string Canvas::render(Depth depth, Glyphs glyphs) const {
   std::string out = "\x1b[H";
   for (int row = 0; row < height_; ++row) {
     out += "\x1b[" + std::to_string(row + 1) + ";1H";
@@ -110,17 +131,19 @@ std::string Canvas::render(Depth depth) const {
         out += 'm';
         before = &cell.style;
       }
-      out += cell.glyph;
+      out += glyphs == Glyphs::kAscii ? asciiOf(cell.glyph) : cell.glyph;
     }
   }
   return out + "\x1b[0m";
 }
 
-std::string Canvas::plain() const {
+std::string Canvas::plain(Glyphs glyphs) const {
   std::string out;
   for (int row = 0; row < height_; ++row) {
-    for (int column = 0; column < width_; ++column)
-      out += cells_[static_cast<std::size_t>(row * width_ + column)].glyph;
+    for (int column = 0; column < width_; ++column) {
+      const std::string& glyph = cells_[static_cast<std::size_t>(row * width_ + column)].glyph;
+      out += glyphs == Glyphs::kAscii ? asciiOf(glyph) : glyph;
+    }
     out += '\n';
   }
   return out;

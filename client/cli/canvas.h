@@ -23,6 +23,11 @@ Colour24 mix(Colour24 from, Colour24 to, double share);
 
 enum class Depth { k256, kTrueColour };
 
+enum class Glyphs {
+  kUnicode,
+  kAscii,  ///< for a terminal that shows no others: each is put by one that resembles it
+};
+
 struct Style {
   Colour24 ink{205, 208, 216};
   Colour24 paper{14, 16, 24};
@@ -49,9 +54,9 @@ class Canvas {
   void frame(int column, int row, int width, int height, const Style& style);
 
   /// The page as it is sent to a terminal, from the top left corner.
-  std::string render(Depth depth) const;
+  std::string render(Depth depth, Glyphs glyphs = Glyphs::kUnicode) const;
   /// Its characters alone, a line a row.
-  std::string plain() const;
+  std::string plain(Glyphs glyphs = Glyphs::kUnicode) const;
 
  private:
   struct Cell {

@@ -16,6 +16,8 @@ constexpr double kShortestPatience_s = 0.4;
 constexpr double kLongestPatience_s = 3.0;
 constexpr std::int64_t kSilence_ns = 2'500'000'000;  ///< a daemon sends its status once a second
 
+const std::string kNoField = "no field comes";
+
 double seconds(std::int64_t ns) {
   return static_cast<double>(ns) * 1e-9;
 }
@@ -40,6 +42,7 @@ std::string duration(double seconds) {
 void Scene::add(Message message) {
   const auto& header = std::visit([](const auto& any) -> const Header& { return any.header; }, message);
   lastArrival_ns = header.arrived_ns;
+  heard_ = true;
   if (boot_ != header.boot) {
     if (boot_ != Id{}) {
       restarted_ns = lastArrival_ns;
@@ -72,6 +75,7 @@ void Scene::add(Message message) {
 
 void Scene::setConnected(bool isConnected, std::int64_t now_ns) {
   if (isConnected != connected_ || connectionChanged_ns_ == 0) connectionChanged_ns_ = now_ns;
+  heard_ = heard_ && (isConnected || !connected_);
   connected_ = isConnected;
   wasConnected_ = wasConnected_ || isConnected;
 }
@@ -86,8 +90,9 @@ bool Scene::isOld(std::int64_t now_ns) const {
 
 std::string Scene::reason(std::int64_t now_ns) const {
   if (!connected_) return wasConnected_ ? "tractiond is gone" : "looking for tractiond";
-  if (lastArrival_ns != 0 && now_ns - lastArrival_ns > kSilence_ns) return "tractiond is silent";
-  if (!status) return field ? "no field comes" : "tractiond is starting";
+  if (!heard_) return "tractiond is starting";
+  if (now_ns - lastArrival_ns > kSilence_ns) return "tractiond is silent";
+  if (!status) return field ? kNoField : "tractiond is starting";
   switch (status->camera) {
   case CameraState::kWaiting:
     return "tractiond waits for a camera";
@@ -101,7 +106,7 @@ std::string Scene::reason(std::int64_t now_ns) const {
     break;
   }
   // What the status says is of the second before it: perhaps of when fields still came.
-  if (field && statusArrival_ns_ < fieldArrival_ns_ + 1'000'000'000) return "no field comes";
+  if (field && statusArrival_ns_ < fieldArrival_ns_ + 1'000'000'000) return kNoField;
   if (status->received_hz == 0.0) return "the camera sends no frames";
   return field ? "no field is made of the frames" : "finding the markers and their rest pose";
 }
@@ -116,6 +121,7 @@ Scene::Trouble Scene::trouble(std::int64_t now_ns) const {
 }
 
 std::string Scene::sentence(const Trouble& trouble) const {
+  if (trouble.what == kNoField) return "no field for " + duration(trouble.since_s);
   if (fieldArrival_ns_ != 0) return trouble.what + ", no field for " + duration(trouble.since_s);
   return trouble.since_s < 2.0 ? trouble.what : trouble.what + ", for " + duration(trouble.since_s);
 }

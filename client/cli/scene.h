@@ -54,6 +54,7 @@ class Scene {
   std::string reason(std::int64_t now_ns) const;
 
   bool connected_ = false, wasConnected_ = false;
+  bool heard_ = false;  ///< something, since the connection before was lost
   std::int64_t connectionChanged_ns_ = 0;
   Id boot_{};
   std::int64_t fieldArrival_ns_ = 0, statusArrival_ns_ = 0;  ///< of this boot; 0: none

@@ -16,12 +16,23 @@ namespace {
 
 volatile std::sig_atomic_t stopSignal = 0;  // NOLINT(*-avoid-non-const-global-variables): signals know no objects
 
-void writeAll(std::string_view text) {
+bool writeAll(std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = write(STDOUT_FILENO, text.data(), text.size());
-    if (written < 0 && errno != EINTR) return;
+    if (written < 0 && errno != EINTR && errno != EAGAIN) return false;
     if (written > 0) text.remove_prefix(static_cast<std::size_t>(written));
   }
+  return true;
+}
+
+bool canBeDrawnOn() {
+  const char* name = std::getenv("TERM");
+  return name != nullptr && *name != '\0' && std::strcmp(name, "dumb") != 0;
+}
+
+Glyphs glyphsOfLocale() {
+  std::setlocale(LC_CTYPE, "");
+  return std::strcmp(nl_langinfo(CODESET), "UTF-8") == 0 ? Glyphs::kUnicode : Glyphs::kAscii;
 }
 
 Depth depthOfTerminal() {
@@ -33,14 +44,17 @@ Depth depthOfTerminal() {
 }  // namespace
 
 bool isTerminal() {
-  std::setlocale(LC_CTYPE, "");
-  const char* name = std::getenv("TERM");
-  return isatty(STDOUT_FILENO) && name != nullptr && std::strcmp(name, "dumb") != 0 &&
-         std::strcmp(nl_langinfo(CODESET), "UTF-8") == 0;
+  return isatty(STDOUT_FILENO) != 0 && canBeDrawnOn();
+}
+
+std::string viewHint() {
+  if (isatty(STDOUT_FILENO) == 0 || canBeDrawnOn()) return "";
+  return "TERM says that this terminal cannot be drawn on: one line a second instead of the live view";
 }
 
 Terminal::Terminal()
-    : depth_(depthOfTerminal()) {
+    : depth_(depthOfTerminal())
+    , glyphs_(glyphsOfLocale()) {
   if (isatty(STDIN_FILENO) && tcgetattr(STDIN_FILENO, &before_) == 0) {
     termios keys = before_;
     keys.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
@@ -61,8 +75,8 @@ Terminal::Size Terminal::size() const {
   return {window.ws_col, window.ws_row};
 }
 
-void Terminal::show(const Canvas& canvas) const {
-  writeAll(canvas.render(depth_));
+bool Terminal::show(const Canvas& canvas) const {
+  return writeAll(canvas.render(depth_, glyphs_));
 }
 
 char Terminal::waitForKey(std::chrono::milliseconds timeout) const {

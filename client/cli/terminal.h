@@ -9,8 +9,11 @@
 
 namespace traction::cli {
 
-/// Standard output is a terminal that shows Unicode.
+/// Standard output is a terminal on which a page can be drawn.
 bool isTerminal();
+
+/// Why there is no live view on a terminal, for people; empty: there is one, or no terminal.
+std::string viewHint();
 
 /// Takes the whole screen until it is destroyed; then everything is as before.
 class Terminal {
@@ -24,7 +27,10 @@ class Terminal {
     int width, height;
   };
   Size size() const;
-  void show(const Canvas& canvas) const;
+  /// False: the terminal is gone.
+  bool show(const Canvas& canvas) const;
+  /// By the locale.
+  Glyphs glyphs() const { return glyphs_; }
 
   /// Sleeps; returns early with the key that was pressed. 0: none, or a signal came.
   char waitForKey(std::chrono::milliseconds timeout) const;
@@ -33,6 +39,7 @@ class Terminal {
   termios before_{};
   bool hasKeys_ = false;
   Depth depth_;
+  Glyphs glyphs_;
 };
 
 /// From now on SIGINT, SIGTERM and SIGHUP are only remembered.

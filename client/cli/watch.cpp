@@ -92,15 +92,19 @@ void watch(const SubscriberOptions& options, double seconds) {
   rememberSignals();
   Receiver receiver(wanted);
   Scene last;
+  Glyphs glyphs = Glyphs::kUnicode;
   if (isLive) {
     const Terminal terminal;
+    glyphs = terminal.glyphs();
     Scale scale;
     last = loop(receiver, seconds, kPicture, [&](const Scene& scene, Clock::time_point now, Clock::duration left) {
       const auto [width, height] = terminal.size();
-      terminal.show(draw(scene, width, height, scale, nanoseconds(now), receiver.endpoint()));
+      const Canvas page = draw(scene, width, height, scale, nanoseconds(now), receiver.endpoint());
+      if (!terminal.show(page)) return false;
       return terminal.waitForKey(std::chrono::ceil<std::chrono::milliseconds>(left)) != 'q';
     });
   } else {
+    if (const std::string hint = viewHint(); !hint.empty()) std::fprintf(stderr, "tractionctl: %s\n", hint.c_str());
     std::optional<std::string> told;  // the trouble in the last line
     Clock::time_point due;
     last = loop(receiver, seconds, kPicture, [&](const Scene& scene, Clock::time_point now, Clock::duration left) {
@@ -120,6 +124,7 @@ void watch(const SubscriberOptions& options, double seconds) {
     std::printf("%llu fields received, %llu messages lost on the way\n", static_cast<unsigned long long>(last.fields),
                 static_cast<unsigned long long>(last.lost));
   }
+  if (glyphs == Glyphs::kAscii) std::printf("a finer picture in a UTF-8 locale: LC_ALL=C.UTF-8 tractionctl watch\n");
 }
 
 }  // namespace traction::cli

@@ -12,7 +12,7 @@ import time
 import unittest
 
 import zmq
-from ctl import NO_CAMERA, PROTOCOL, TEMPORARY, UNAVAILABLE, USAGE, Case, answer, ctl
+from ctl import NO_CAMERA, OUTPUT, PROTOCOL, TEMPORARY, UNAVAILABLE, USAGE, Case, answer, ctl
 from publisher import Publisher
 from traction.v1 import messages
 
@@ -149,7 +149,7 @@ class Tractionctl(Case):
                 self.assertTrue(line, pattern)
                 if re.search(pattern, line):
                     return time.monotonic() - start
-                self.assertNotIn("3.5", line)
+                self.assertNotIn("3.500", line)
 
         boot = bytes(range(16))
         socket = open_at("tcp://127.0.0.1:*")
@@ -160,7 +160,7 @@ class Tractionctl(Case):
         field.resultant_N.z = 3.5
         send("field", field)
         expect("force .* [+]3.500 N")
-        self.assertLess(expect("no force: no field comes, no field for 0[.][4-9] s"), 2)  # 0.4 s on a machine at leisure
+        self.assertLess(expect("no force: no field for 0[.][4-9] s"), 2)  # 0.4 s on a machine at leisure
         send("status", messages.Status(camera=messages.CAMERA_STATE_LOST))
         self.assertLess(expect(r"no force: the camera is lost, no field for \d.\d s"), 1)
         socket.close()
@@ -175,7 +175,7 @@ class Tractionctl(Case):
         child.send_signal(signal.SIGINT)
         self.assertEqual(child.wait(10), 0)
 
-    def in_terminal(self, endings, *words):
+    def in_terminal(self, endings, *words, **env):
         """Runs in a pseudo terminal, ends it by `endings(child, terminal)`; (exit code, output, settings kept)."""
         leader, terminal = pty.openpty()
         self.addCleanup(os.close, leader)
@@ -183,7 +183,7 @@ class Tractionctl(Case):
         termios.tcsetwinsize(terminal, (30, 100))
         before = termios.tcgetattr(terminal)
         child = self.start(*words, stdin=terminal, stdout=terminal, stderr=terminal, start_new_session=True,
-                           env={**os.environ, "LC_ALL": "C.UTF-8", "TERM": "xterm-256color"})
+                           env={**os.environ, "LC_ALL": "C.UTF-8", "TERM": "xterm-256color", **env})
         output = b""
         deadline = time.monotonic() + 60
         ended = False
@@ -219,6 +219,32 @@ class Tractionctl(Case):
         text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", out)
         for word in ("FORCE ON THE GEL", "+1.500", "-2.500", "into the gel", "q quits"):
             self.assertIn(word, text)
+
+    def test_watch_draws_in_ascii_where_the_locale_has_no_more(self):
+        code, out, _ = self.in_terminal(lambda child, _: child.send_signal(signal.SIGINT), "watch", *self.publisher(),
+                                        LC_ALL="C")
+        self.assertEqual(code, 0)
+        self.assertTrue(out.isascii())
+        text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", out)
+        for word in ("FORCE ON THE GEL", "+-----", "+1.500", "LC_ALL=C.UTF-8 tractionctl watch"):
+            self.assertIn(word, text)
+
+    def test_watch_says_why_there_is_no_live_view(self):
+        _, out, _ = self.in_terminal(lambda child, _: child.send_signal(signal.SIGINT), "watch", *self.publisher(),
+                                     TERM="dumb")
+        self.assertNotIn("\x1b", out)
+        self.assertRegex(out, r"\Atractionctl: TERM says .* one line a second instead of the live view\r\n")
+
+    def test_watch_ends_with_its_terminal(self):
+        leader, terminal = pty.openpty()
+        child = self.start("watch", *self.publisher(), stdin=terminal, stdout=terminal, stderr=subprocess.DEVNULL,
+                           env={**os.environ, "LC_ALL": "C.UTF-8", "TERM": "xterm-256color"})
+        os.close(terminal)
+        output = b""
+        while b"+3.500" not in output:
+            output += os.read(leader, 65536)
+        os.close(leader)
+        self.assertEqual(child.wait(20), OUTPUT)
 
 
 if __name__ == "__main__":
