@@ -36,7 +36,8 @@ tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* arg
   std::string format;
   CLI::App app("A gel and a GigE Vision camera that do not exist: serves a scenario's pictures.", "traction-twin");
   app.footer([] { return "Shipped scenarios: " + shippedNames(); });
-  app.add_option("SCENARIO", options.scenario, "TOML file, or name of a shipped scenario")->required();
+  app.set_version_flag("--version", "traction-twin " TRACTION_VERSION);
+  app.add_option("SCENARIO", options.scenario, "TOML file, or name of a shipped scenario");
   app.add_option("--address", options.address, "Local IPv4 address to serve on; the port is 3956")
       ->capture_default_str();
   app.add_option("--format", format, "Pixel format, in place of the scenario's")
@@ -49,12 +50,14 @@ tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* arg
   app.add_flag("--truth-markers", options.truth.markers, "With the displacement of every marker [px]");
   app.add_option("--lost-ratio", options.lostRatio, "Share of the stream's packets to lose")->check(CLI::Range(0., 1.));
   app.add_option("--seconds", options.seconds, "End after this time (0: on SIGINT or SIGTERM)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(0., 1e9));
   app.add_option("--cache", options.cache, "Directory in which to keep the gel's mechanics from start to start");
   app.add_option("--images", options.images,
                  "File of raw pictures of the scenario's size and format, to serve in a loop in place of drawing");
   try {
     app.parse(argc, argv);
+    // Asked for here, so that a wrong word is named first.
+    if (options.scenario.empty()) throw CLI::RequiredError("a scenario, such as " + shippedNames() + ",");
   } catch (const CLI::ParseError& error) {
     std::ostringstream out;
     const bool isHelp = error.get_exit_code() == 0;
@@ -62,7 +65,7 @@ tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* arg
       app.exit(error, out, out);
       return tl::unexpected(Failure{EX_OK, out.str()});
     }
-    return tl::unexpected(Failure{EX_USAGE, std::string(error.what()) + "; --help shows the options"});
+    return tl::unexpected(Failure{EX_USAGE, std::string(error.what()) + "; see traction-twin --help"});
   }
   if (!format.empty()) {
     options.format =

@@ -20,7 +20,7 @@ struct Options {
   std::filesystem::path images;  ///< empty: the scenario is drawn
 };
 
-/// The options; or how the program ends at once (help or a mistake), with exit code and text for the user.
+/// The options; or how the program ends at once (help, version or a mistake), with exit code and text for the user.
 tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* argv);
 
 /// The file of a scenario: a path as it is, a name among the shipped ones.

@@ -68,7 +68,8 @@ and the truth in `tests/evaluation/data` by `tools/evaluate --truth`. Errors are
 
 
 def main():
-    parser = argparse.ArgumentParser()
+    parser = argparse.ArgumentParser(prog="tools/evaluate")
+    parser.error = lambda what: parser.exit(64, f"evaluate: {what}; see tools/evaluate --help\n")
     parser.add_argument("--quick", action="store_true", help="fewer trials, no page")
     parser.add_argument(
         "--only", nargs="*", choices=ORDER, default=ORDER, help="anew; the page keeps its other sections"

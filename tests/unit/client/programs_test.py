@@ -1,0 +1,51 @@
+"""All programs and tools understand --help alike, and tell a word that they do not understand."""
+
+import os
+import pathlib
+import subprocess
+import unittest
+
+BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+PROGRAMS = ("tractiond", "tractionctl", "traction-twin")
+TOOLS = ("arm64", "evaluate", "lint", "test")
+USAGE = 64
+
+
+def run(program, *words, **options):
+    done = subprocess.run([program, *words], stdin=subprocess.DEVNULL, text=True, timeout=60,
+                          **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options})
+    return done.returncode, done.stdout, done.stderr
+
+
+class Programs(unittest.TestCase):
+    def helps(self, program):
+        code, out, err = run(program, "--help")
+        self.assertEqual((code, err), (0, ""), program)
+        self.assertIn(program.name, out)
+        for words in (["--nonsense"], ["--nonsense", "word"]):
+            code, out, err = run(program, *words)
+            self.assertEqual((code, out), (USAGE, ""), f"{program} {words}: {err}")
+            self.assertRegex(err, rf"\A{program.name}: [^\n]*see (tools/)?{program.name} --help\n\Z")
+
+    def test_programs(self):
+        for name in PROGRAMS:
+            with self.subTest(name):
+                self.helps(BUILD / "bin" / name)
+                code, out, err = run(BUILD / "bin" / name, "--version")
+                self.assertEqual((code, err), (0, ""))
+                self.assertRegex(out, rf"\A{name} \d+\.\d+\.\d+\n\Z")
+
+    def test_the_wrong_word_is_named(self):
+        for name in PROGRAMS:
+            _, _, err = run(BUILD / "bin" / name, "--nonsense")
+            self.assertIn("--nonsense", err)
+
+    def test_tools_do_nothing_else_when_they_are_asked_for_help(self):
+        for name in TOOLS:
+            with self.subTest(name):
+                self.helps(ROOT / "tools" / name)
+
+
+if __name__ == "__main__":
+    unittest.main()
