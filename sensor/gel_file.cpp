@@ -133,6 +133,9 @@ void readUncertainty(TomlTable& table, bool body, Uncertainty& uncertainty) {
   table.read("position_mm", std::span(uncertainty.position.data(), 3), {0.0, 1000, kMillimetres});
   table.read("rotation_rad", std::span(uncertainty.rotation.data(), 3), {0.0, 1.0});
   table.read("focal_distance_correlation", uncertainty.focalDistance, {-1.0, 1.0});
+  table.read("principal_px", uncertainty.principal_px, {0.0, 1e3});
+  table.read("k1", uncertainty.k1, {0.0, 10.0});
+  table.read("k2", uncertainty.k2, {0.0, 10.0});
 }
 
 void readPictureMotion(TomlTable& table, PictureMotion& motion) {
@@ -298,6 +301,14 @@ std::string gelText(const Sensor& sensor) {
           line("position_mm", list(uncertainty.position, kMillimetres)) +
           line("rotation_rad", list(uncertainty.rotation)) +
           line("focal_distance_correlation", number(uncertainty.focalDistance));
+  // Where nobody has measured the lens they are not written: a file that was calibrated before they existed keeps its
+  // hash.
+  const Uncertainty unmeasured;
+  if (uncertainty.principal_px != unmeasured.principal_px) {
+    text += line("principal_px", number(uncertainty.principal_px));
+  }
+  if (uncertainty.k1 != unmeasured.k1) text += line("k1", number(uncertainty.k1));
+  if (uncertainty.k2 != unmeasured.k2) text += line("k2", number(uncertainty.k2));
   const PictureMotion& motion = sensor.pictureMotion;
   text += "\n[picture_motion]\n" + line("shift_px", number(motion.shift_px)) + line("scale", number(motion.scale)) +
           line("roll_rad", number(motion.roll));

@@ -23,6 +23,9 @@ struct Uncertainty {
   /// Correlation of the errors of focal length and position.z: near 1 where only their quotient, the picture's scale,
   /// has been measured.
   double focalDistance = 0.0;
+  // What a calibration of the geometry starts from. By default the lens has been measured by nobody.
+  double principal_px = 5.0;  ///< of the principal point, in u and in v: a sensor's seat in its housing
+  double k1 = 1.0, k2 = 10.0;
 };
 
 /// How far the whole picture strays from frame to frame against that of the zero, by vibration and heat: standard

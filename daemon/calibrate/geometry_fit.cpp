@@ -38,7 +38,9 @@ class Problem {
       , deviation_(Eigen::VectorXd::Constant(unknowns_, std::numeric_limits<double>::infinity())) {
     const auto units = cameraUnits();
     deviation_[kFocal] = start.uncertainty.focal / units[kFocal];
-    deviation_.segment<2>(kPrincipal).setConstant(options.principal_px);
+    deviation_.segment<2>(kPrincipal).setConstant(start.uncertainty.principal_px / units[kPrincipal]);
+    deviation_[kDistortion] = start.uncertainty.k1 / units[kDistortion];
+    deviation_[kDistortion + 1] = start.uncertainty.k2 / units[kDistortion + 1];
     for (std::size_t i = 0; i < start.layers.size(); ++i) {
       auto ofLayer = deviation_.segment<kOfLayer>(kCamera + kOfLayer * static_cast<int>(i));
       ofLayer << options.depth, options.pitch, options.shift, options.shift;

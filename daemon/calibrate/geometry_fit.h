@@ -13,7 +13,6 @@ struct GeometryOptions {
   double depth = 0.05e-3;      ///< of each layer [m]: a good mould
   double pitch = 3e-4;         ///< of each layer, relative: 20 um over the field
   double shift = 0.05e-3;      ///< of a layer against the first, in x and y [m]
-  double principal_px = 5.0;   ///< of the principal point in the file: a sensor's seat in its housing
   double outlier = 5.0;        ///< deviations: markers beyond (dust, a misplaced one) do not count
   double allowance_px = 0.02;  ///< of a lens that k1 and k2 do not describe; a touch of some 10 gf shows as much
   int iterations = 60;         ///< a touch makes them many; without one five do
@@ -36,7 +35,7 @@ struct Geometry {
 
 /// Maximum a posteriori by Gauss-Newton: minimises over camera and pattern
 ///   sum over markers |seen - project(camera, pattern)|^2 / s^2 + sum (pattern error / its deviation)^2
-///     + ((focal - file) / (file's deviation))^2 + (|principal - file| / deviation)^2,
+///     + sum over focal length, principal point, k1, k2 ((number - file's) / (file's deviation))^2,
 /// s being the scatter that is left. Focal length and distance, principal point and lateral position are nearly one in
 /// a pattern that is nearly flat: only the parallax of the layers tells them apart, and it is as uncertain as the
 /// layers' depths. So the file's focal length and its deviation matter, and the covariance says what remains unknown.

@@ -44,6 +44,9 @@ void expectSame(const Sensor& a, const Sensor& b) {
   EXPECT_DOUBLE_EQ(a.uncertainty.layerDepth, b.uncertainty.layerDepth);
   EXPECT_DOUBLE_EQ(a.uncertainty.model, b.uncertainty.model);
   EXPECT_DOUBLE_EQ(a.uncertainty.focal, b.uncertainty.focal);
+  EXPECT_DOUBLE_EQ(a.uncertainty.principal_px, b.uncertainty.principal_px);
+  EXPECT_DOUBLE_EQ(a.uncertainty.k1, b.uncertainty.k1);
+  EXPECT_DOUBLE_EQ(a.uncertainty.k2, b.uncertainty.k2);
   EXPECT_TRUE(a.uncertainty.position.isApprox(b.uncertainty.position, 1e-15));
   EXPECT_TRUE(a.uncertainty.rotation.isApprox(b.uncertainty.rotation, 1e-15));
   EXPECT_DOUBLE_EQ(a.pictureMotion.shift_px, b.pictureMotion.shift_px);
@@ -95,7 +98,10 @@ TEST(GelFile, WhatIsWrittenIsRead) {
                         .model = 0.007,
                         .focal = 0.0013,
                         .position = {0.1e-3, 0.2e-3, 0.4e-3},
-                        .rotation = {0.001, 0.003, 0.005}};
+                        .rotation = {0.001, 0.003, 0.005},
+                        .principal_px = 0.21,
+                        .k1 = 0.0017,
+                        .k2 = 0.019};
   sensor.pictureMotion = {0.031, 2.5e-5, 3.5e-5};
   const auto read = parseGel(sensor::gelText(sensor), "written");
   ASSERT_TRUE(read.has_value()) << read.error().where << read.error().what;

@@ -1,0 +1,186 @@
+#include "lens/commands.h"
+#include "lens/lens_fit.h"
+#include "lens/picture_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <numbers>
+#include <utility>
+
+namespace lens {
+
+namespace {
+
+constexpr std::size_t kFewest = 5;  // pictures
+constexpr double kSmear = 2.5;      // times the others' width of an edge: out of focus, or moved
+constexpr double kReach = 0.7;      // of the way to the picture's corner, where the distortion is seen
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+/// A picture in which the board was found.
+struct View {
+  const std::string* file;
+  int width, height;
+  Corners corners;
+};
+
+std::string shape(int width, int height) {
+  return std::to_string(width) + " x " + std::to_string(height) + " px";
+}
+
+std::string fixed(double value, int digits) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+std::vector<View> look(const CalibrateOptions& options, Faults& faults) {
+  std::vector<View> views;
+  for (const std::string& file : options.pictures) {
+    const auto picture = readPicture(file);
+    if (!picture) {
+      faults.push_back(picture.error());
+      continue;
+    }
+    auto corners = findCorners(grey(*picture), options.board);
+    if (corners) {
+      views.push_back({&file, picture->cols, picture->rows, *std::move(corners)});
+    } else {
+      faults.push_back(fault(file, corners.error()));
+    }
+  }
+  return views;
+}
+
+/// The size that most pictures have.
+std::pair<int, int> usualSize(const std::vector<View>& views) {
+  std::map<std::pair<int, int>, int> counts;
+  for (const View& view : views) ++counts[{view.width, view.height}];
+  return std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; })->first;
+}
+
+/// What is wrong with a picture shows beside the others.
+void compare(const std::vector<View>& views, Faults& faults) {
+  if (views.empty()) return;
+  const auto [width, height] = usualSize(views);
+  std::vector<double> widths_px;
+  for (const View& view : views) widths_px.push_back(view.corners.edgeWidth_px);
+  const auto middle = widths_px.begin() + static_cast<std::ptrdiff_t>(widths_px.size() / 2);
+  std::ranges::nth_element(widths_px, middle);
+  for (const View& view : views) {
+    if (view.width != width || view.height != height) {
+      faults.push_back(
+          fault(*view.file, "has " + shape(view.width, view.height) + ", where the others have " + shape(width, height),
+                "another camera, or another region of it; all are to be of one camera as it will be used"));
+    } else if (view.corners.edgeWidth_px > kSmear * *middle) {
+      faults.push_back(fault(*view.file,
+                             "is blurred: edges are " + fixed(view.corners.edgeWidth_px, 1) + " px wide, " +
+                                 fixed(*middle, 1) + " px in the others",
+                             "it was out of focus or moved; leave it out"));
+    }
+  }
+}
+
+/// Share of the way from the principal point to the farthest corner of the picture up to which corners were seen.
+double reach(const std::vector<View>& views, const sensor::Camera& camera) {
+  double seen = 0.0, whole = 0.0;
+  for (const double u : {0.0, camera.width - 1.0}) {
+    for (const double v : {0.0, camera.height - 1.0}) {
+      whole = std::max(whole, (Eigen::Vector2d(u, v) - camera.principal_px).norm());
+    }
+  }
+  for (const View& view : views) {
+    const Eigen::Matrix2Xd apart = view.corners.place_px.colwise() - camera.principal_px;
+    seen = std::max(seen, apart.colwise().norm().maxCoeff());
+  }
+  return seen / whole;
+}
+
+void judge(const std::vector<View>& views, const LensFit& fit, Faults& faults) {
+  for (const int odd : fit.oddViews) {
+    const auto i = static_cast<std::size_t>(odd);
+    faults.push_back(fault(*views[i].file,
+                           "does not fit the others: " + fixed(fit.viewResidual_px[i], 2) + " px are left of it",
+                           "another lens or focus, a bent board, or moved while it was taken; leave it out"));
+  }
+  if (!faults.empty() || fit.outcome == LensFit::Outcome::kDone) return;
+  std::string files;
+  for (const View& view : views) files += (files.empty() ? "" : ", ") + *view.file;
+  std::string what = "do not tell the focal length";
+  if (fit.outcome == LensFit::Outcome::kDegenerate) {
+    what += ": the board is tilted by " + fixed(*std::ranges::max_element(fit.tilt) * kDegrees, 0) +
+            " degrees at most, and it would be known to " +
+            fixed(100.0 * fit.focalDeviation_px / fit.camera.focal_px, 1) + " % only";
+  }
+  faults.push_back(fault(files, what, "tilt the board by 20 to 45 degrees, to each side in turn"));
+}
+
+void print(const std::vector<View>& views, const LensFit& fit, const Board& board) {
+  std::printf("%zu pictures of a chessboard of %d x %d squares, %s:\n", views.size(), board.columns, board.rows,
+              shape(fit.camera.width, fit.camera.height).c_str());
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    std::printf("  %-32s tilted %2.0f degrees, edges %.1f px wide, %.3f px left\n", views[i].file->c_str(),
+                fit.tilt[i] * kDegrees, views[i].corners.edgeWidth_px, fit.viewResidual_px[i]);
+  }
+  std::printf("The lens, with standard deviations:\n");
+  printFigure("focal_px", fit.camera.focal_px, fit.focalDeviation_px, "px");
+  printFigure("principal_u_px", fit.camera.principal_px.x(), fit.principalDeviation_px.x(), "px");
+  printFigure("principal_v_px", fit.camera.principal_px.y(), fit.principalDeviation_px.y(), "px");
+  printFigure("k1", fit.camera.k1, fit.k1Deviation, "");
+  printFigure("k2", fit.camera.k2, fit.k2Deviation, "");
+  printFigure("residual_px", fit.residual_px, -1.0, "px");
+  const double seen = reach(views, fit.camera);
+  if (seen < kReach) {
+    std::printf(
+        "  note: the board was seen in the middle of the picture only, up to %.0f %% of the way to its corners: "
+        "k1 and k2 say nothing of what lies beyond\n",
+        100.0 * seen);
+  }
+}
+
+}  // namespace
+
+Done calibrate(const CalibrateOptions& options) {
+  auto sensor = loadGel(options.gel);
+  if (!sensor) return tl::unexpected(sensor.error());
+  Faults faults;
+  const std::vector<View> views = look(options, faults);
+  compare(views, faults);
+  if (!faults.empty()) return tl::unexpected(faults);
+  if (views.size() < kFewest) {
+    return tl::unexpected(Faults{fault("", std::to_string(views.size()) + " pictures are too few for a lens",
+                                       "at least " + std::to_string(kFewest) + ", better 15, each from another side")});
+  }
+  const auto [width, height] = usualSize(views);
+  sensor::Camera& camera = sensor->camera;
+  if (!options.gel.empty() && (camera.width != width || camera.height != height)) {
+    return tl::unexpected(Faults{fault(
+        options.gel, "has a camera of " + shape(camera.width, camera.height) + ", the pictures " + shape(width, height),
+        "take them with the camera's region of use, or mend camera.width_px and "
+        "camera.height_px")});
+  }
+  std::vector<Corners> corners;
+  for (const View& view : views) corners.push_back(view.corners);
+  const LensFit fit = fitLens(corners, options.board, width, height);
+  judge(views, fit, faults);
+  if (!faults.empty()) return tl::unexpected(faults);
+  print(views, fit, options.board);
+
+  camera.width = width;
+  camera.height = height;
+  camera.focal_px = fit.camera.focal_px;
+  camera.principal_px = fit.camera.principal_px;
+  camera.k1 = fit.camera.k1;
+  camera.k2 = fit.camera.k2;
+  sensor::Uncertainty& uncertainty = sensor->uncertainty;
+  uncertainty.focal = fit.focalDeviation_px / fit.camera.focal_px;
+  uncertainty.focalDistance = 0.0;
+  uncertainty.principal_px = fit.principalDeviation_px.maxCoeff();
+  uncertainty.k1 = fit.k1Deviation;
+  uncertainty.k2 = fit.k2Deviation;
+  return writeGel(options.output, *std::move(sensor),
+                  "The lens is from " + std::to_string(views.size()) + " pictures of a chessboard, by traction-lens.");
+}
+
+}  // namespace lens

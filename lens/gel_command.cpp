@@ -1,0 +1,44 @@
+#include "daemon/base/whole_file.h"
+#include "lens/commands.h"
+#include "sensor/gel_file.h"
+
+#include <cstdio>
+
+namespace lens {
+
+using tractiond::Error;
+
+Error fault(const std::string& where, std::string what, std::string remedy) {
+  return {.exitCode = EX_DATAERR, .what = std::move(what), .where = where, .remedy = std::move(remedy)};
+}
+
+tl::expected<sensor::Sensor, Faults> loadGel(const std::string& path) {
+  if (path.empty()) return sensor::Sensor{};
+  auto sensor = sensor::loadGel(path);
+  if (sensor) return *std::move(sensor);
+  const sensor::FileError& error = sensor.error();
+  const int code = error.unreadable ? EX_NOINPUT : error.isData ? EX_DATAERR : EX_CONFIG;
+  return tl::unexpected(Faults{{.exitCode = code, .what = error.what, .where = error.where}});
+}
+
+Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark) {
+  if (sensor.calibration) {
+    sensor.calibration.reset();
+    std::printf("The gel file's [calibration] is left out: calibrate again with tractionctl calibrate.\n");
+  }
+  const std::string text = "# " + remark + "\n" + sensor::gelText(sensor);
+  if (const std::error_code failed = tractiond::replaceWholeFile(path, text)) {
+    return tl::unexpected(
+        Faults{{.exitCode = EX_CANTCREAT, .what = "cannot be written: " + failed.message(), .where = path}});
+  }
+  std::printf("Written: %s\n", path.c_str());
+  return {};
+}
+
+void printFigure(const char* name, double value, double deviation, const char* unit) {
+  std::printf("  %-16s %12.7g", name, value);
+  if (deviation >= 0.0) std::printf(" +- %-8.2g", deviation);
+  std::printf(" %s\n", unit);
+}
+
+}  // namespace lens

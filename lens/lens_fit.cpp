@@ -1,0 +1,183 @@
+#include "lens/lens_fit.h"
+
+#include <Eigen/Cholesky>
+#include <opencv2/calib3d.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace lens {
+
+namespace {
+
+constexpr int kLens = 5;  // focal length, principal point, k1, k2
+constexpr int kPose = 6;
+constexpr double kGood_px = 1.0;  // left of a corner where the right minimum was found
+constexpr double kFrontal = 10.0 * CV_PI / 180.0;
+
+/// What OpenCV wants the camera to be.
+struct Model {
+  cv::Mat matrix = cv::Mat::eye(3, 3, CV_64F);
+  cv::Mat distortion = cv::Mat::zeros(5, 1, CV_64F);
+  std::vector<cv::Mat> rotations, translations;
+  double residual_px = -1.0;
+
+  bool isFinite() const {
+    if (!(residual_px >= 0.0) || !cv::checkRange(matrix) || !cv::checkRange(distortion)) return false;
+    const auto finite = [](const cv::Mat& m) { return cv::checkRange(m); };
+    return std::ranges::all_of(rotations, finite) && std::ranges::all_of(translations, finite);
+  }
+};
+
+std::vector<cv::Point3f> onBoard(const Board& board) {
+  std::vector<cv::Point3f> points;
+  for (int i = 0; i < board.corners(); ++i) {
+    // In squares: the size of the board is that of the poses alone.
+    const Eigen::Vector2f place = (board.corner(i) / board.square).cast<float>();
+    points.emplace_back(place.x(), place.y(), 0.0F);
+  }
+  return points;
+}
+
+/// From the views' own homographies, or from a guess of the focal length in picture widths.
+Model calibrated(const std::vector<Corners>& views, const Board& board, cv::Size size, double guess) {
+  std::vector<std::vector<cv::Point2f>> seen;
+  for (const Corners& view : views) {
+    auto& places = seen.emplace_back();
+    for (const auto& place : view.place_px.colwise()) {
+      places.emplace_back(static_cast<float>(place.x()), static_cast<float>(place.y()));
+    }
+  }
+  const std::vector<std::vector<cv::Point3f>> points(views.size(), onBoard(board));
+  int flags = cv::CALIB_FIX_ASPECT_RATIO | cv::CALIB_ZERO_TANGENT_DIST | cv::CALIB_FIX_K3;
+  Model model;
+  if (guess > 0.0) {
+    flags |= cv::CALIB_USE_INTRINSIC_GUESS;
+    model.matrix = (cv::Mat_<double>(3, 3) << guess * size.width, 0, 0.5 * (size.width - 1), 0, guess * size.width,
+                    0.5 * (size.height - 1), 0, 0, 1);
+  }
+  try {
+    model.residual_px =
+        cv::calibrateCamera(points, seen, size, model.matrix, model.distortion, model.rotations, model.translations,
+                            flags, {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 200, 1e-12});
+  } catch (const cv::Exception&) {  // views from which no start can be made
+    model.residual_px = -1.0;
+  }
+  return model;
+}
+
+Model best(const std::vector<Corners>& views, const Board& board, cv::Size size) {
+  Model found;
+  for (const double guess : {0.0, 1.0, 2.0, 4.0}) {
+    Model model = calibrated(views, board, size, guess);
+    if (!model.isFinite() || !(model.matrix.at<double>(0, 0) > 0.0)) continue;
+    if (!found.isFinite() || model.residual_px < 0.99 * found.residual_px) found = std::move(model);
+    if (found.residual_px < kGood_px) break;
+  }
+  return found;
+}
+
+/// What the views say together of the lens, poses eliminated, and what is left of the corners.
+class Information {
+ public:
+  explicit Information(const Model& model)
+      : model_(model) {}
+
+  void add(const Corners& view, const Board& board, std::size_t index) {
+    std::vector<cv::Point2f> places;
+    cv::Mat jacobian;
+    cv::projectPoints(onBoard(board), model_.rotations[index], model_.translations[index], model_.matrix,
+                      model_.distortion, places, jacobian, 1.0);
+    const auto rows = static_cast<Eigen::Index>(2 * places.size());
+    Eigen::MatrixXd byLens(rows, kLens), byPose(rows, kPose);
+    double squares = 0.0;
+    for (int i = 0; i < static_cast<int>(rows); ++i) {
+      const double* row = jacobian.ptr<double>(i);  // rotation, translation, fx, fy, cx, cy, k1, k2 ...
+      for (int k = 0; k < kPose; ++k) byPose(i, k) = row[k];
+      // With the aspect ratio held, fx is bound to fy: both columns are the one focal length's.
+      byLens.row(i) << row[6] + row[7], row[8], row[9], row[10], row[11];
+      const cv::Point2f place = places[static_cast<std::size_t>(i / 2)];
+      const double off = view.place_px(i % 2, i / 2) - (i % 2 == 0 ? place.x : place.y);
+      squares += off * off;
+    }
+    const Eigen::Matrix<double, kPose, kPose> ofPose = byPose.transpose() * byPose;
+    const Eigen::Matrix<double, kPose, kLens> mixed = byPose.transpose() * byLens;
+    information_ += byLens.transpose() * byLens - mixed.transpose() * ofPose.ldlt().solve(mixed);
+    squares_ += squares;
+    coordinates_ += rows;
+    ++views_;
+    residuals_px.push_back(std::sqrt(squares / static_cast<double>(rows)));
+  }
+
+  /// Deviations of focal length, principal point, k1, k2; not finite where the views do not tell.
+  Eigen::Matrix<double, kLens, 1> deviations() const {
+    const auto freedom = static_cast<double>(coordinates_ - kLens - kPose * views_);
+    const Eigen::Matrix<double, kLens, 1> scale = information_.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::LDLT<Eigen::Matrix<double, kLens, kLens>> factor(scale.asDiagonal() * information_ *
+                                                                  scale.asDiagonal());
+    const Eigen::Matrix<double, kLens, kLens> inverse = factor.solve(Eigen::Matrix<double, kLens, kLens>::Identity());
+    return (squares_ / freedom * inverse.diagonal()).cwiseSqrt().cwiseProduct(scale);
+  }
+
+  double residual_px() const { return std::sqrt(squares_ / static_cast<double>(coordinates_)); }
+
+  std::vector<double> residuals_px;
+
+ private:
+  const Model& model_;
+  Eigen::Matrix<double, kLens, kLens> information_ = Eigen::Matrix<double, kLens, kLens>::Zero();
+  double squares_ = 0.0;
+  Eigen::Index coordinates_ = 0, views_ = 0;
+};
+
+double tiltOf(const cv::Mat& rotation) {
+  cv::Mat turn;
+  cv::Rodrigues(rotation, turn);
+  return std::acos(std::min(1.0, std::abs(turn.at<double>(2, 2))));
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+}  // namespace
+
+LensFit fitLens(const std::vector<Corners>& views, const Board& board, int width_px, int height_px,
+                const LensFitOptions& options) {
+  LensFit fit;
+  const Model model = best(views, board, {width_px, height_px});
+  if (!model.isFinite()) return fit;
+
+  Information information(model);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    information.add(views[i], board, i);
+    fit.tilt.push_back(tiltOf(model.rotations[i]));
+  }
+  fit.viewResidual_px = information.residuals_px;
+  fit.residual_px = information.residual_px();
+  const double usual = median(fit.viewResidual_px);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (fit.viewResidual_px[i] > options.odd * usual) fit.oddViews.push_back(static_cast<int>(i));
+  }
+  fit.camera.width = width_px;
+  fit.camera.height = height_px;
+  fit.camera.focal_px = model.matrix.at<double>(0, 0);
+  fit.camera.principal_px = {model.matrix.at<double>(0, 2), model.matrix.at<double>(1, 2)};
+  fit.camera.k1 = model.distortion.at<double>(0);
+  fit.camera.k2 = model.distortion.at<double>(1);
+  const auto deviations = information.deviations();
+  fit.focalDeviation_px = deviations[0];
+  fit.principalDeviation_px = deviations.segment<2>(1);
+  fit.k1Deviation = deviations[3];
+  fit.k2Deviation = deviations[4];
+  const bool tells = deviations.allFinite() &&
+                     fit.focalDeviation_px <= options.largestFocalDeviation * fit.camera.focal_px &&
+                     std::ranges::count_if(fit.tilt, [](double tilt) { return tilt > kFrontal; }) >= 2;
+  fit.outcome = tells ? LensFit::Outcome::kDone : LensFit::Outcome::kDegenerate;
+  return fit;
+}
+
+}  // namespace lens

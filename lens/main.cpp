@@ -1,0 +1,82 @@
+// traction-lens: the camera and its lens before there are newtons.
+#include "lens/commands.h"
+
+#include <CLI/CLI.hpp>
+
+#include <iostream>
+#include <optional>
+
+namespace {
+
+using namespace lens;
+
+constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
+   0  done
+  64  the command line is wrong
+  65  a picture does not serve: damaged, blurred, of another board or camera, or all too alike
+  66  a file cannot be read
+  73  a file cannot be created
+  78  the gel file is wrong)";
+
+constexpr const char* kCalibrateHelp =
+    "Finds focal length, principal point and distortion in pictures of a chessboard, and writes them into a gel file. "
+    "Take 15 pictures before the gel is mounted, with the lens focused and locked as it will be used: the board as a "
+    "whole in each, tilted by 20 to 45 degrees to each side in turn, now here, now there, up to the picture's corners.";
+
+/// "9x6".
+std::optional<std::pair<int, int>> parseSquares(const std::string& text) {
+  int columns = 0, rows = 0, end = 0;
+  if (std::sscanf(text.c_str(), "%3dx%3d%n", &columns, &rows, &end) != 2) return std::nullopt;
+  if (static_cast<std::size_t>(end) != text.size()) return std::nullopt;
+  if (columns < 4 || rows < 4 || columns > 100 || rows > 100) return std::nullopt;
+  return std::pair(columns, rows);
+}
+
+int fail(int exitCode, const std::string& what) {
+  std::cerr << "traction-lens: " << what << '\n';
+  return exitCode;
+}
+
+/// One line a fault; the first one's code.
+int report(const Done& done) {
+  if (done) return EX_OK;
+  for (const tractiond::Error& error : done.error()) fail(error.exitCode, error.message());
+  return done.error().front().exitCode;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+  CLI::App app("Calibrates a camera's lens, and helps to make and to mount a gel.", "traction-lens");
+  app.set_version_flag("--version", "traction-lens " TRACTION_VERSION);
+  app.require_subcommand(0, 1);  // asked for below: a wrong word is named first
+  app.footer(kExitCodes);
+
+  CalibrateOptions calibration;
+  std::string squares;
+  double square_mm = 0.0;
+  auto* calibrate = app.add_subcommand("calibrate", kCalibrateHelp);
+  calibrate->add_option("PICTURES", calibration.pictures, "PNG, TIFF or JPEG")->required();
+  calibrate->add_option("--squares", squares, "of the board along its sides, black and white, as in 9x6")->required();
+  calibrate->add_option("--square-mm", square_mm, "side of a square")->required()->check(CLI::Range(0.1, 1000.0));
+  calibrate->add_option("--gel", calibration.gel, "gel file to write the lens into; without: the paper's sensor");
+  calibrate->add_option("--output", calibration.output, "gel file to be written")->required();
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& done) {
+    return app.exit(done);
+  } catch (const CLI::ParseError& error) {
+    return fail(EX_USAGE, std::string(error.what()) + "; see traction-lens --help");
+  }
+  if (calibrate->parsed()) {
+    const auto size = parseSquares(squares);
+    if (!size)
+      return fail(EX_USAGE, "--squares is to be two numbers of 4 or more, such as 9x6; see traction-lens --help");
+    calibration.board = {size->first, size->second, 1e-3 * square_mm};
+    return report(lens::calibrate(calibration));
+  }
+  return fail(EX_USAGE, "a command is needed; see traction-lens --help");
+} catch (const std::exception& error) {
+  return fail(EX_SOFTWARE, error.what());
+}

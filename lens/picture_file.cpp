@@ -1,0 +1,107 @@
+#include "lens/picture_file.h"
+
+#include "daemon/base/whole_file.h"
+
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <zlib.h>
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+namespace lens {
+
+namespace {
+
+using tractiond::Error;
+using namespace std::string_view_literals;
+
+constexpr std::uint32_t kLargestSide = 16384;  // px, as in the gel file
+constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n"sv;
+
+std::uint32_t bigEndian(const char* bytes) {
+  std::uint32_t value = 0;
+  for (int i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[i]);
+  return value;
+}
+
+/// Empty if all of it is there: length, type, data and check sum of each chunk up to the last. Decoders forgive some of
+/// what is missing, and leave grey where a marker was.
+std::string faultOfPng(std::string_view text) {
+  std::size_t at = kPng.size();
+  while (text.size() - at >= 12) {
+    const std::size_t length = bigEndian(&text[at]);
+    if (text.size() - at - 12 < length) break;
+    const std::string_view covered = text.substr(at + 4, length + 4);
+    const auto sum = crc32(0, reinterpret_cast<const Bytef*>(covered.data()), static_cast<uInt>(covered.size()));
+    if (sum != bigEndian(&text[at + 8 + length])) return "is damaged: a check sum of the PNG does not fit";
+    if (covered.starts_with("IHDR") && length >= 8 &&
+        (bigEndian(&text[at + 8]) > kLargestSide || bigEndian(&text[at + 12]) > kLargestSide)) {
+      return "is larger than 16384 px";
+    }
+    at += length + 12;
+    if (covered.starts_with("IEND")) return "";
+  }
+  return "is cut off: the PNG ends after " + std::to_string(text.size()) + " bytes, before its last chunk";
+}
+
+std::string fault(std::string_view text) {
+  if (text.empty()) return "is empty";
+  if (text.starts_with(kPng)) return faultOfPng(text);
+  if (text.starts_with("\xff\xd8\xff"sv)) {
+    return text.ends_with("\xff\xd9"sv) ? "" : "is cut off: the JPEG does not end as one does";
+  }
+  if (text.starts_with("II*\0"sv) || text.starts_with("MM\0*"sv)) return "";
+  return "is no PNG, TIFF or JPEG picture";
+}
+
+}  // namespace
+
+tl::expected<cv::Mat, Error> readPicture(const std::string& path) {
+  const auto bytes = tractiond::readWholeFile(path);
+  if (!bytes) {
+    return tl::unexpected(
+        Error{.exitCode = EX_NOINPUT, .what = "cannot be read: " + bytes.error().message(), .where = path});
+  }
+  const auto damaged = [&](std::string what) {
+    return tl::unexpected(Error{.exitCode = EX_DATAERR, .what = std::move(what), .where = path});
+  };
+  if (std::string what = fault({bytes->data(), bytes->size()}); !what.empty()) return damaged(std::move(what));
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);  // it would say on stderr what is said here
+  cv::Mat picture;
+  try {
+    picture = cv::imdecode(*bytes, cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
+    picture.release();
+  }
+  if (picture.empty()) return damaged("is damaged or cut off: it cannot be decoded");
+  if (picture.cols > int{kLargestSide} || picture.rows > int{kLargestSide}) return damaged("is larger than 16384 px");
+  if (picture.channels() != 1 && picture.channels() != 3) return damaged("is neither grey nor coloured");
+  if (picture.depth() != CV_8U) {
+    double most = 0.0;
+    cv::minMaxLoc(picture.reshape(1), nullptr, &most);
+    picture.convertTo(picture, CV_8U, most > 0.0 ? 255.0 / most : 1.0);
+  }
+  return picture;
+}
+
+cv::Mat grey(const cv::Mat& picture) {
+  if (picture.channels() == 1) return picture;
+  cv::Mat result;
+  cv::cvtColor(picture, result, cv::COLOR_BGR2GRAY);
+  return result;
+}
+
+tl::expected<void, Error> writePicture(const std::string& path, const cv::Mat& picture) {
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", picture, bytes);
+  const std::error_code failed =
+      tractiond::replaceWholeFile(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  if (!failed) return {};
+  return tl::unexpected(
+      Error{.exitCode = EX_CANTCREAT, .what = "cannot be written: " + failed.message(), .where = path});
+}
+
+}  // namespace lens

@@ -1,0 +1,181 @@
+#include "lens/commands.h"
+#include "lens/picture_file.h"
+#include "sensor/gel_file.h"
+#include "tests/unit/lens/random_views.h"
+#include "tests/unit/lens/workplace.h"
+
+#include <opencv2/imgproc.hpp>
+
+#include <algorithm>
+
+namespace lens {
+namespace {
+
+constexpr double kTilted[2] = {0.25, 0.8};  // rad
+
+/// A random lens and eight good pictures; each test spoils something.
+class CalibrateCommand : public Workplace {
+ protected:
+  CalibrateCommand()
+      : truth(draw.camera()) {
+    options.board = {9, 6, 10e-3};
+    options.output = path("out.toml");
+    for (int i = 0; i < 8; ++i) add(photograph(kTilted[0], kTilted[1]));
+  }
+
+  cv::Mat photograph(double least, double most, const Board& board = {9, 6, 10e-3}) {
+    return lens::photograph(truth, board, draw.pose(truth, board, least, most), draw.shot(), draw.generator);
+  }
+
+  void add(const cv::Mat& picture) {
+    options.pictures.push_back(path("view" + std::to_string(options.pictures.size()) + ".png"));
+    ASSERT_TRUE(writePicture(options.pictures.back(), picture));
+  }
+
+  /// Replaces one, at random.
+  std::string spoil(const cv::Mat& picture) {
+    const std::string& file = options.pictures[draw.generator() % options.pictures.size()];
+    EXPECT_TRUE(writePicture(file, picture));
+    return file;
+  }
+
+  /// Refused with this one fault, and nothing written.
+  void expectRefused(const std::string& where, const std::string& what, int code = EX_DATAERR) {
+    const Done done = calibrate(options);
+    ASSERT_FALSE(done);
+    ASSERT_EQ(done.error().size(), 1U) << done.error()[1].message();
+    EXPECT_EQ(done.error()[0].where, where);
+    EXPECT_NE(done.error()[0].what.find(what), std::string::npos) << done.error()[0].message();
+    EXPECT_EQ(done.error()[0].exitCode, code);
+    EXPECT_FALSE(std::filesystem::exists(options.output));
+  }
+
+  Draw draw{newSeed()};
+  TrueCamera truth;
+  CalibrateOptions options;
+};
+
+TEST_F(CalibrateCommand, WritesTheLensIntoTheGelFile) {
+  sensor::Sensor before;
+  before.gel.youngsModulus = 1.3e5;
+  before.camera.width = truth.width;
+  before.camera.height = truth.height;
+  before.calibration = sensor::Calibration{};
+  options.gel = path("in.toml");
+  write(options.gel, sensor::gelText(before));
+  ASSERT_TRUE(calibrate(options));
+  const auto after = sensor::loadGel(options.output);
+  ASSERT_TRUE(after) << after.error().what;
+  EXPECT_EQ(after->gel.youngsModulus, before.gel.youngsModulus);
+  EXPECT_EQ(after->camera.position, before.camera.position);
+  EXPECT_FALSE(after->calibration);
+  const sensor::Camera& found = after->camera;
+  EXPECT_EQ(found.width, truth.width);
+  EXPECT_EQ(found.height, truth.height);
+  // Five deviations: a test of the file, not of the fit.
+  EXPECT_NEAR(found.focal_px / truth.focal, 1.0, 5 * after->uncertainty.focal);
+  EXPECT_NEAR(found.principal_px.x(), truth.u0, 5 * after->uncertainty.principal_px);
+  EXPECT_NEAR(found.principal_px.y(), truth.v0, 5 * after->uncertainty.principal_px);
+  EXPECT_NEAR(found.k1, truth.k1, 5 * after->uncertainty.k1);
+  EXPECT_NEAR(found.k2, truth.k2, 5 * after->uncertainty.k2);
+  EXPECT_LT(after->uncertainty.focal, 2e-3);
+  EXPECT_LT(after->uncertainty.principal_px, 1.0);
+}
+
+TEST_F(CalibrateCommand, RefusesABoardOfAnotherSize) {
+  for (const Board& other : {Board{8, 5, 10e-3}, Board{10, 7, 10e-3}, Board{11, 8, 10e-3}, Board{9, 7, 10e-3}}) {
+    const cv::Mat spoilt = photograph(kTilted[0], kTilted[1], other);
+    const std::string& file = options.pictures[3];
+    ASSERT_TRUE(writePicture(file, spoilt));
+    const Done done = calibrate(options);
+    ASSERT_FALSE(done) << other.columns << " x " << other.rows;
+    ASSERT_EQ(done.error().size(), 1U);
+    EXPECT_EQ(done.error()[0].where, file);
+    EXPECT_NE(done.error()[0].what.find("9x6 squares"), std::string::npos);
+    std::printf("%d x %d: %s\n", other.columns, other.rows, done.error()[0].message().c_str());
+  }
+}
+
+TEST_F(CalibrateCommand, RefusesInnerCornersForSquares) {
+  options.board = {8, 5, 10e-3};
+  const Done done = calibrate(options);
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().size(), options.pictures.size());  // each by its name
+}
+
+TEST_F(CalibrateCommand, RefusesABlurredPicture) {
+  cv::Mat picture = photograph(kTilted[0], kTilted[1]);
+  cv::GaussianBlur(picture, picture, {}, 4.0);
+  expectRefused(spoil(picture), "is blurred");
+}
+
+TEST_F(CalibrateCommand, RefusesAPictureWithoutABoard) {
+  cv::Mat noise(truth.height, truth.width, CV_8UC1);
+  cv::theRNG().state = draw.generator();
+  cv::randu(noise, cv::Scalar(0), cv::Scalar(255));
+  expectRefused(spoil(noise), "shows no chessboard of 9x6 squares: it must lie");
+}
+
+TEST_F(CalibrateCommand, RefusesAPictureOfAnotherSize) {
+  cv::Mat picture = photograph(kTilted[0], kTilted[1]);
+  cv::resize(picture, picture, {}, 1.25, 1.25, cv::INTER_AREA);
+  expectRefused(spoil(picture), "where the others have");
+}
+
+TEST_F(CalibrateCommand, RefusesAPictureThroughAnotherLens) {
+  TrueCamera other = truth;
+  other.focal *= 1.3;
+  other.k1 -= 0.1;
+  const Board board = options.board;
+  const cv::Mat picture =
+      lens::photograph(other, board, draw.pose(other, board, 0.6, 0.8), draw.shot(), draw.generator);
+  expectRefused(spoil(picture), "does not fit the others");
+}
+
+TEST_F(CalibrateCommand, RefusesTooFew) {
+  options.pictures.resize(4);
+  expectRefused("", "4 pictures are too few");
+}
+
+TEST_F(CalibrateCommand, RefusesViewsFromTheFrontAlone) {
+  for (const std::string& file : options.pictures) ASSERT_TRUE(writePicture(file, photograph(0.0, 0.02)));
+  const Done done = calibrate(options);
+  ASSERT_FALSE(done);
+  std::printf("%s\n", done.error()[0].message().c_str());
+  EXPECT_NE(done.error()[0].what.find("do not tell the focal length"), std::string::npos);
+  EXPECT_NE(done.error()[0].where.find(options.pictures[7]), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(options.output));
+}
+
+TEST_F(CalibrateCommand, NamesEveryPictureThatDoesNotServe) {
+  const std::string whole = content(options.pictures[2]);
+  write(options.pictures[2], whole.substr(0, draw.generator() % whole.size()));
+  std::filesystem::remove(options.pictures[5]);
+  write(options.output, "what was there");
+  const Done done = calibrate(options);
+  ASSERT_FALSE(done);
+  ASSERT_EQ(done.error().size(), 2U);
+  EXPECT_EQ(done.error()[0].where, options.pictures[2]);
+  EXPECT_EQ(done.error()[1].where, options.pictures[5]);
+  EXPECT_EQ(done.error()[1].exitCode, EX_NOINPUT);
+  EXPECT_EQ(content(options.output), "what was there");
+}
+
+TEST_F(CalibrateCommand, RefusesAGelFileOfAnotherCamera) {
+  options.gel = path("in.toml");
+  sensor::Sensor other;
+  other.camera.width = 1280;
+  other.camera.height = 1024;
+  write(options.gel, sensor::gelText(other));
+  expectRefused(options.gel, "has a camera of 1280 x 1024 px");
+}
+
+TEST_F(CalibrateCommand, SaysWhenItCannotWrite) {
+  options.output = path("no/such/folder/out.toml");
+  const Done done = calibrate(options);
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error()[0].exitCode, EX_CANTCREAT);
+}
+
+}  // namespace
+}  // namespace lens

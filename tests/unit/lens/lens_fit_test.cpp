@@ -1,0 +1,112 @@
+#include "lens/lens_fit.h"
+#include "tests/unit/lens/random_views.h"
+#include "tests/unit/lens/workplace.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <random>
+
+namespace lens {
+namespace {
+
+constexpr int kPictures = 15;
+constexpr double kTilted[2] = {0.25, 0.8};  // rad
+
+/// Errors over their stated deviations: focal length, principal point, k1, k2.
+std::array<double, 5> pulls(const LensFit& fit, const TrueCamera& truth) {
+  return {(fit.camera.focal_px - truth.focal) / fit.focalDeviation_px,
+          (fit.camera.principal_px.x() - truth.u0) / fit.principalDeviation_px.x(),
+          (fit.camera.principal_px.y() - truth.v0) / fit.principalDeviation_px.y(),
+          (fit.camera.k1 - truth.k1) / fit.k1Deviation, (fit.camera.k2 - truth.k2) / fit.k2Deviation};
+}
+
+struct Coverage {
+  int lenses = 0;
+  std::array<int, 5> inside{};
+  double squares = 0.0;
+
+  void add(const std::array<double, 5>& pulls) {
+    ++lenses;
+    for (std::size_t i = 0; i < pulls.size(); ++i) {
+      inside[i] += std::abs(pulls[i]) <= 1.96 ? 1 : 0;
+      squares += pulls[i] * pulls[i];
+    }
+  }
+  double meanSquare() const { return squares / (5.0 * lenses); }
+  double share() const {
+    int sum = 0;
+    for (const int count : inside) sum += count;
+    return sum / (5.0 * lenses);
+  }
+};
+
+/// From pictures, corners found in them.
+TEST(LensFit, TruthIsInsideTheStatedIntervals) {
+  Draw draw(newSeed());
+  const Board board{10, 7, 10e-3};
+  constexpr int kLenses = 20;
+  Coverage coverage;
+  std::printf(
+      "        truth: focal     u0     v0      k1      k2 | focal +-      u0 +-      v0 +-      k1 +-       k2 +-"
+      "       | residual\n");
+  for (int i = 0; i < kLenses; ++i) {
+    const TrueCamera truth = draw.camera();
+    std::vector<Corners> views;
+    while (views.size() < kPictures) {
+      const BoardPose pose = draw.pose(truth, board, kTilted[0], kTilted[1]);
+      const auto corners = findCorners(photograph(truth, board, pose, draw.shot(), draw.generator), board);
+      ASSERT_TRUE(corners) << corners.error();
+      views.push_back(*corners);
+    }
+    const LensFit fit = fitLens(views, board, truth.width, truth.height);
+    ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
+    EXPECT_TRUE(fit.oddViews.empty());
+    coverage.add(pulls(fit, truth));
+    std::printf("%4d x %-4d %9.2f %6.1f %6.1f %7.4f %7.4f | %7.2f %.2f %6.1f %.2f %6.1f %.2f %7.4f %.4f %7.4f %.4f | "
+                "%.4f px\n",
+                truth.width, truth.height, truth.focal, truth.u0, truth.v0, truth.k1, truth.k2, fit.camera.focal_px,
+                fit.focalDeviation_px, fit.camera.principal_px.x(), fit.principalDeviation_px.x(),
+                fit.camera.principal_px.y(), fit.principalDeviation_px.y(), fit.camera.k1, fit.k1Deviation,
+                fit.camera.k2, fit.k2Deviation, fit.residual_px);
+  }
+  std::printf("inside the 95 %% interval, of %d lenses: focal %d, u0 %d, v0 %d, k1 %d, k2 %d; "
+              "all numbers %.1f %% (target 90 to 100 %%); mean square of error / deviation %.2f\n",
+              kLenses, coverage.inside[0], coverage.inside[1], coverage.inside[2], coverage.inside[3],
+              coverage.inside[4], 100 * coverage.share(), coverage.meanSquare());
+  EXPECT_GE(coverage.share(), 0.90);
+  EXPECT_LE(coverage.meanSquare(), 1.6);  // 1 if the deviations are true, which a hundred numbers show to +- 0.15
+}
+
+/// The same with corners that err as these do, without pictures: many lenses.
+TEST(LensFit, DeviationsAreTrue) {
+  Draw draw(newSeed());
+  const Board board{10, 7, 10e-3};
+  constexpr int kLenses = 300;
+  Coverage coverage;
+  for (int i = 0; i < kLenses; ++i) {
+    const TrueCamera truth = draw.camera();
+    std::normal_distribution<double> error(0.0, draw.between(0.01, 0.1));
+    std::vector<Corners> views(kPictures);
+    for (Corners& view : views) {
+      const BoardPose pose = draw.pose(truth, board, kTilted[0], kTilted[1]);
+      view.place_px.resize(2, board.corners());
+      for (int k = 0; k < board.corners(); ++k) {
+        view.place_px.col(k) =
+            seenAt(truth, pose, board.corner(k)) + Eigen::Vector2d(error(draw.generator), error(draw.generator));
+      }
+    }
+    const LensFit fit = fitLens(views, board, truth.width, truth.height);
+    ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
+    coverage.add(pulls(fit, truth));
+  }
+  std::printf(
+      "inside the 95 %% interval, of %d lenses: focal %.1f %%, u0 %.1f %%, v0 %.1f %%, k1 %.1f %%, k2 %.1f %%\n",
+      kLenses, 100.0 * coverage.inside[0] / kLenses, 100.0 * coverage.inside[1] / kLenses,
+      100.0 * coverage.inside[2] / kLenses, 100.0 * coverage.inside[3] / kLenses, 100.0 * coverage.inside[4] / kLenses);
+  for (const int inside : coverage.inside) EXPECT_NEAR(inside / double{kLenses}, 0.95, 0.05);
+}
+
+}  // namespace
+}  // namespace lens
