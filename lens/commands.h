@@ -26,6 +26,27 @@ struct CalibrateOptions {
 /// The lens from pictures of a chessboard.
 Done calibrate(const CalibrateOptions& options);
 
+struct PictureOptions {
+  std::string picture;  ///< file
+  std::string gel;      ///< file
+  std::string output;   ///< file: a gel file or a PNG picture
+};
+
+/// The camera's pose from one picture of the untouched gel, into a gel file.
+Done pose(const PictureOptions& options);
+
+/// The picture with the markers that were found.
+Done mark(const PictureOptions& options);
+
+struct SheetsOptions {
+  std::string gel;        ///< file; empty: the paper's
+  std::string directory;  ///< empty: this one
+  bool mirrored = false;
+};
+
+/// layer1.svg, layer2.svg ...: what is to be printed.
+Done writeSheets(const SheetsOptions& options);
+
 /// A gel file, or the paper's sensor for an empty path.
 tl::expected<sensor::Sensor, Faults> loadGel(const std::string& path);
 

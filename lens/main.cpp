@@ -62,6 +62,22 @@ int main(int argc, char** argv) try {
   calibrate->add_option("--gel", calibration.gel, "gel file to write the lens into; without: the paper's sensor");
   calibrate->add_option("--output", calibration.output, "gel file to be written")->required();
 
+  PictureOptions posing, marking;
+  auto* pose = app.add_subcommand(
+      "pose", "Finds where the camera is, from one picture of the untouched gel, however far off the gel file has it");
+  pose->add_option("PICTURE", posing.picture, "PNG, TIFF or JPEG")->required();
+  pose->add_option("--gel", posing.gel, "gel file with the lens and the layers")->required();
+  pose->add_option("--output", posing.output, "gel file to be written")->required();
+  auto* mark = app.add_subcommand("mark", "Draws the markers that are found in a picture of the untouched gel");
+  mark->add_option("PICTURE", marking.picture, "PNG, TIFF or JPEG")->required();
+  mark->add_option("--gel", marking.gel, "gel file")->required();
+  mark->add_option("--output", marking.output, "PNG to be written")->required();
+  SheetsOptions sheets;
+  auto* sheet = app.add_subcommand("sheet", "Writes each layer of markers as SVG, to be printed at true scale");
+  sheet->add_option("--gel", sheets.gel, "gel file; without: the paper's sensor");
+  sheet->add_option("--output-dir", sheets.directory, "for layer1.svg, layer2.svg; without: this one");
+  sheet->add_flag("--mirrored", sheets.mirrored, "for a transfer that turns the print over");
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& done) {
@@ -76,6 +92,9 @@ int main(int argc, char** argv) try {
     calibration.board = {size->first, size->second, 1e-3 * square_mm};
     return report(lens::calibrate(calibration));
   }
+  if (pose->parsed()) return report(lens::pose(posing));
+  if (mark->parsed()) return report(lens::mark(marking));
+  if (sheet->parsed()) return report(writeSheets(sheets));
   return fail(EX_USAGE, "a command is needed; see traction-lens --help");
 } catch (const std::exception& error) {
   return fail(EX_SOFTWARE, error.what());

@@ -1,0 +1,130 @@
+// What is done with one picture of a mounted gel: pose, mark.
+#include "lens/commands.h"
+#include "lens/first_pose.h"
+#include "lens/picture_file.h"
+#include "lens/rest_markers.h"
+
+#include <opencv2/imgproc.hpp>
+
+#include <cmath>
+#include <cstdio>
+
+namespace lens {
+
+namespace {
+
+using tractiond::calibrate::Geometry;
+
+constexpr double kMillimetres = 1e3;
+constexpr double kBadResidual_px = 0.5;  // a good pattern leaves hundredths
+
+/// A picture, the sensor that it should show, and its markers.
+struct Seen {
+  cv::Mat picture;
+  sensor::Sensor sensor;
+  RestMarkers markers;
+};
+
+tl::expected<Seen, Faults> look(const PictureOptions& options) {
+  auto sensor = loadGel(options.gel);
+  if (!sensor) return tl::unexpected(sensor.error());
+  auto picture = readPicture(options.picture);
+  if (!picture) return tl::unexpected(Faults{picture.error()});
+  auto markers = findMarkers(*picture, *sensor);
+  if (!markers) {
+    return tl::unexpected(Faults{
+        fault(options.picture, markers.error(), "is it this gel, sharp, untouched, lit in the markers' colours?")});
+  }
+  std::printf("%d of %d markers found\n", markers->count(), sensor->markerCount());
+  return Seen{*std::move(picture), *std::move(sensor), *std::move(markers)};
+}
+
+void print(const Geometry& found) {
+  const sensor::Camera& camera = found.camera;
+  const sensor::Uncertainty& known = found.uncertainty;
+  std::printf("The camera, with standard deviations:\n");
+  const char* positions[] = {"position_x_mm", "position_y_mm", "position_z_mm"};
+  const char* rotations[] = {"rotation_x_rad", "rotation_y_rad", "rotation_z_rad"};
+  for (int i = 0; i < 3; ++i) {
+    printFigure(positions[i], kMillimetres * camera.position[i], kMillimetres * known.position[i], "mm");
+  }
+  for (int i = 0; i < 3; ++i) printFigure(rotations[i], camera.rotation[i], known.rotation[i], "rad");
+  printFigure("focal_px", camera.focal_px, camera.focal_px * known.focal, "px");
+  printFigure("principal_u_px", camera.principal_px.x(), found.principalDeviation_px, "px");
+  printFigure("principal_v_px", camera.principal_px.y(), found.principalDeviation_px, "px");
+  printFigure("k1", camera.k1, found.k1Deviation, "");
+  printFigure("k2", camera.k2, found.k2Deviation, "");
+  printFigure("residual_px", found.residual_px, -1.0, "px");
+  if (found.outliers > 0)
+    std::printf("  note: %d markers are not where the others say, and do not count\n", found.outliers);
+  if (found.bulge.found()) {
+    std::printf("  note: something seems to touch the gel near x %.0f, y %.0f mm, or the lens has a distortion that k1 "
+                "and k2 do not describe\n",
+                kMillimetres * found.bulge.place.x(), kMillimetres * found.bulge.place.y());
+  }
+}
+
+/// Of what colour a circle is seen best on a marker.
+cv::Scalar pen(std::size_t layer) {
+  return layer == 0 ? cv::Scalar(255, 255, 0) : cv::Scalar(0, 255, 255);
+}
+
+}  // namespace
+
+Done pose(const PictureOptions& options) {
+  auto seen = look(options);
+  if (!seen) return tl::unexpected(seen.error());
+  const Geometry found = firstPose(seen->sensor, seen->markers);
+  if (found.outcome != Geometry::Outcome::kConverged) {
+    return tl::unexpected(Faults{fault(options.picture, "tells no pose: no camera sees the markers there",
+                                       "do layers, pitch and thickness in the gel file fit this gel?")});
+  }
+  if (found.residual_px > kBadResidual_px) {
+    char what[100];
+    std::snprintf(what, sizeof what, "does not fit the gel file: %.2f px are left of the markers' places",
+                  found.residual_px);
+    return tl::unexpected(Faults{fault(options.picture, what, "mend its layers, thickness and indices, or the lens")});
+  }
+  print(found);
+  sensor::Sensor& sensor = seen->sensor;
+  sensor.camera = found.camera;
+  sensor.uncertainty.focal = found.uncertainty.focal;
+  sensor.uncertainty.position = found.uncertainty.position;
+  sensor.uncertainty.rotation = found.uncertainty.rotation;
+  sensor.uncertainty.focalDistance = found.uncertainty.focalDistance;
+  return writeGel(options.output, std::move(sensor), "The camera's pose is from one rest picture, by traction-lens.");
+}
+
+Done mark(const PictureOptions& options) {
+  auto seen = look(options);
+  if (!seen) return tl::unexpected(seen.error());
+  cv::Mat marked = seen->picture;
+  if (marked.channels() == 1) cv::cvtColor(marked, marked, cv::COLOR_GRAY2BGR);
+  constexpr int kZoom = 2, kShift = 4;  // circles are placed to a sixteenth of a pixel
+  cv::resize(marked, marked, {}, kZoom, kZoom, cv::INTER_NEAREST);
+  const auto placed = [](float px) {  // the centre of a pixel, of those that it was blown up to
+    return static_cast<int>(std::lround((kZoom * (px + 0.5F) - 0.5F) * (1 << kShift)));
+  };
+  std::size_t marker = 0;
+  for (std::size_t layer = 0; layer < seen->sensor.layers.size(); ++layer) {
+    for (int i = 0; i < seen->sensor.layers[layer].count(); ++i, ++marker) {
+      const float u = seen->markers.place_px[2 * marker], v = seen->markers.place_px[2 * marker + 1];
+      const cv::Point centre(placed(u), placed(v));
+      if (seen->markers.present[marker] != 0) {
+        cv::circle(marked, centre, 5 << kShift, pen(layer), 1, cv::LINE_AA, kShift);
+      } else {
+        const cv::Point arm(4 << kShift, 4 << kShift), other(4 << kShift, -(4 << kShift));
+        cv::line(marked, centre - arm, centre + arm, {0, 0, 255}, 1, cv::LINE_AA, kShift);
+        cv::line(marked, centre - other, centre + other, {0, 0, 255}, 1, cv::LINE_AA, kShift);
+      }
+    }
+  }
+  if (const auto written = writePicture(options.output, marked); !written) {
+    return tl::unexpected(Faults{written.error()});
+  }
+  std::printf("Written: %s; twice as large, circles where markers are, crosses where they are missing\n",
+              options.output.c_str());
+  return {};
+}
+
+}  // namespace lens

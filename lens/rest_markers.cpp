@@ -1,0 +1,58 @@
+#include "lens/rest_markers.h"
+
+#include "daemon/track/nominal.h"
+#include "daemon/track/tracker.h"
+
+#include <opencv2/imgproc.hpp>
+
+#include <algorithm>
+
+namespace lens {
+
+namespace {
+
+constexpr int kZeroFrames = 4;  // of the one picture
+constexpr int kPatience = 100;  // frames: the tracker pauses between its searches of the whole picture
+
+}  // namespace
+
+int RestMarkers::count() const {
+  return static_cast<int>(std::ranges::count(present, 1));
+}
+
+tl::expected<RestMarkers, std::string> findMarkers(const cv::Mat& picture, const sensor::Sensor& sensor) {
+  using namespace tractiond;
+  if (picture.cols != sensor.camera.width || picture.rows != sensor.camera.height) {
+    return tl::unexpected("has " + std::to_string(picture.cols) + " x " + std::to_string(picture.rows) +
+                          " px, the gel file's camera " + std::to_string(sensor.camera.width) + " x " +
+                          std::to_string(sensor.camera.height));
+  }
+  if (const auto able = track::trackable(sensor); !able)
+    return tl::unexpected("cannot be searched: " + able.error().message());
+  cv::Mat coloured = picture;
+  if (picture.channels() == 1) cv::cvtColor(picture, coloured, cv::COLOR_GRAY2BGR);
+  if (!coloured.isContinuous()) coloured = coloured.clone();
+
+  Frame frame;
+  frame.data = coloured.data;
+  frame.width = coloured.cols;
+  frame.height = coloured.rows;
+  frame.stride = 3 * coloured.cols;
+  frame.size = static_cast<std::size_t>(frame.stride) * static_cast<std::size_t>(frame.height);
+  frame.format = PixelFormat::kBgr8;
+  track::TrackOptions options;
+  options.zeroFrames = kZeroFrames;
+  options.minValidFraction = 0.3;
+  track::Tracker tracker(sensor, options);
+  MarkerField field;
+  field.resize(sensor.markerCount());
+  RestPose rest;
+  for (int i = 0; i < kPatience; ++i) {
+    frame.info.frameNumber = frame.info.cameraFrameId = static_cast<std::uint64_t>(i + 1);
+    tracker.track(frame, field);
+    if (tracker.takeRestPose(rest)) return RestMarkers{rest.position_px, rest.present};
+  }
+  return tl::unexpected<std::string>("shows too few markers of this gel in their order");
+}
+
+}  // namespace lens
