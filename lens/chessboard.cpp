@@ -17,6 +17,7 @@ using Places = std::vector<cv::Point2f>;
 constexpr double kSaddle = 0.75;     // of the contrast: an outer corner of the board has a half, an inner one all
 constexpr double kEdgeLimit = 0.35;  // of a square: wider edges run into each other
 constexpr double kContrastLimit = 15.0;
+constexpr int kLeastOther = 16;    // corners of a board that is named in place of the right one
 constexpr int kSearched_px = 640;  // wide: boards are found in no more, and ten times faster than in all pixels
 
 /// Searched in a small copy, places of the picture itself. False: not there as a whole. `least`: the size found may be
@@ -73,13 +74,17 @@ bool goesOn(const cv::Mat& grey, const Places& places, cv::Size size) {
 std::string otherBoard(const cv::Mat& grey, const Board& board) {
   const std::string missing =
       "shows no chessboard of " + std::to_string(board.columns) + "x" + std::to_string(board.rows) + " squares";
-  cv::Size seen(3, 3);
+  cv::Size seen(4, 3);
   Places places;
-  if (!find(grey, seen, true, places)) {
+  // Noise has small boards in it, and of a large one often but a part is found: what goes on is not the whole.
+  if (!find(grey, seen, true, places) || seen.area() < kLeastOther || goesOn(grey, places, seen)) {
     return missing + ": it must lie in the picture as a whole, sharp, evenly lit, with a white margin around it";
   }
-  return missing + ", but " + std::to_string(seen.width + 1) + "x" + std::to_string(seen.height + 1) +
-         " of some other: count the squares along the sides, black and white, not the corners between them";
+  const auto [less, more] = std::minmax(seen.width + 1, seen.height + 1);
+  const bool isUpright = board.columns < board.rows;
+  return missing + ", but one of " + std::to_string(isUpright ? less : more) + "x" +
+         std::to_string(isUpright ? more : less) +
+         ": count the squares along the sides, black and white, not the corners between them";
 }
 
 double smallestSquare(const Places& places, cv::Size size) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace lens {
 
@@ -112,19 +111,23 @@ class Information {
 
   /// Deviations of focal length, principal point, k1, k2; not finite where the views do not tell.
   Eigen::Matrix<double, kLens, 1> deviations() const {
-    const auto freedom = static_cast<double>(coordinates_ - kLens - kPose * views_);
     const Eigen::Matrix<double, kLens, 1> scale = information_.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::LDLT<Eigen::Matrix<double, kLens, kLens>> factor(scale.asDiagonal() * information_ *
                                                                   scale.asDiagonal());
     const Eigen::Matrix<double, kLens, kLens> inverse = factor.solve(Eigen::Matrix<double, kLens, kLens>::Identity());
-    return (squares_ / freedom * inverse.diagonal()).cwiseSqrt().cwiseProduct(scale);
+    return (squares_ / static_cast<double>(freedom()) * inverse.diagonal()).cwiseSqrt().cwiseProduct(scale);
   }
 
+  double squares() const { return squares_; }
+  /// Of a coordinate, by what is left.
+  double scatter_px() const { return std::sqrt(squares_ / static_cast<double>(freedom())); }
   double residual_px() const { return std::sqrt(squares_ / static_cast<double>(coordinates_)); }
 
   std::vector<double> residuals_px;
 
  private:
+  Eigen::Index freedom() const { return coordinates_ - kLens - kPose * views_; }
+
   const Model& model_;
   Eigen::Matrix<double, kLens, kLens> information_ = Eigen::Matrix<double, kLens, kLens>::Zero();
   double squares_ = 0.0;
@@ -137,10 +140,19 @@ double tiltOf(const cv::Mat& rotation) {
   return std::acos(std::min(1.0, std::abs(turn.at<double>(2, 2))));
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
+/// The view that is left worst, if what it adds to the squares is far above what the others leave without it.
+std::optional<int> oddView(const std::vector<Corners>& views, const Board& board, cv::Size size, const Information& all,
+                           double limit) {
+  const auto worst = std::ranges::max_element(all.residuals_px) - all.residuals_px.begin();
+  std::vector<Corners> others = views;
+  others.erase(others.begin() + worst);
+  const Model model = best(others, board, size);
+  if (others.size() < 3 || !model.isFinite()) return std::nullopt;
+  Information rest(model);
+  for (std::size_t i = 0; i < others.size(); ++i) rest.add(others[i], board, i);
+  const double added = std::sqrt((all.squares() - rest.squares()) / (2.0 * board.corners() - kPose));
+  if (added <= limit * rest.scatter_px()) return std::nullopt;
+  return static_cast<int>(worst);
 }
 
 }  // namespace
@@ -158,10 +170,7 @@ LensFit fitLens(const std::vector<Corners>& views, const Board& board, int width
   }
   fit.viewResidual_px = information.residuals_px;
   fit.residual_px = information.residual_px();
-  const double usual = median(fit.viewResidual_px);
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    if (fit.viewResidual_px[i] > options.odd * usual) fit.oddViews.push_back(static_cast<int>(i));
-  }
+  fit.oddView = oddView(views, board, {width_px, height_px}, information, options.odd);
   fit.camera.width = width_px;
   fit.camera.height = height_px;
   fit.camera.focal_px = model.matrix.at<double>(0, 0);

@@ -4,13 +4,15 @@
 #include "lens/chessboard.h"
 #include "sensor/projection.h"
 
+#include <optional>
 #include <vector>
 
 namespace lens {
 
 struct LensFitOptions {
   double largestFocalDeviation = 0.01;  ///< relative: above, the views do not tell
-  double odd = 3.0;                     ///< times the others' residual: a view that is not of this lens
+  /// Times the residual that the other views have without it: a view that is not of their lens.
+  double odd = 3.0;
 };
 
 struct LensFit {
@@ -24,7 +26,7 @@ struct LensFit {
   double residual_px = 0.0;             ///< root mean square over all coordinates
   std::vector<double> viewResidual_px;  ///< of each view
   std::vector<double> tilt;             ///< of each view: angle of the board against the picture's plane [rad]
-  std::vector<int> oddViews;            ///< that do not fit the others; then the rest means little
+  std::optional<int> oddView;           ///< does not fit the others; then the rest means little
 };
 
 /// Least squares over camera and poses, sum over views and corners of |seen - project(camera, pose, corner)|^2, by

@@ -62,7 +62,7 @@ TEST(LensFit, TruthIsInsideTheStatedIntervals) {
     }
     const LensFit fit = fitLens(views, board, truth.width, truth.height);
     ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
-    EXPECT_TRUE(fit.oddViews.empty());
+    EXPECT_FALSE(fit.oddView) << *fit.oddView;
     coverage.add(pulls(fit, truth));
     std::printf("%4d x %-4d %9.2f %6.1f %6.1f %7.4f %7.4f | %7.2f %.2f %6.1f %.2f %6.1f %.2f %7.4f %.4f %7.4f %.4f | "
                 "%.4f px\n",
