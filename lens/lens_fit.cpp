@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace lens {
 
@@ -13,6 +14,7 @@ namespace {
 constexpr int kLens = 5;  // focal length, principal point, k1, k2
 constexpr int kPose = 6;
 constexpr double kGood_px = 1.0;  // left of a corner where the right minimum was found
+constexpr double kLittle_px = 0.1;
 constexpr double kFrontal = 10.0 * CV_PI / 180.0;
 
 /// What OpenCV wants the camera to be.
@@ -140,19 +142,39 @@ double tiltOf(const cv::Mat& rotation) {
   return std::acos(std::min(1.0, std::abs(turn.at<double>(2, 2))));
 }
 
-/// The view that is left worst, if what it adds to the squares is far above what the others leave without it.
+/// What the views but one leave without it.
+double squaresWithout(std::size_t left, std::vector<Corners> views, const Board& board, cv::Size size,
+                      double* scatter_px) {
+  views.erase(views.begin() + static_cast<std::ptrdiff_t>(left));
+  const Model model = best(views, board, size);
+  if (!model.isFinite()) return std::numeric_limits<double>::infinity();
+  Information rest(model);
+  for (std::size_t i = 0; i < views.size(); ++i) rest.add(views[i], board, i);
+  *scatter_px = rest.scatter_px();
+  return rest.squares();
+}
+
+/// The view that adds most to the squares, if that is far above what the others leave without it. Its own residual need
+/// not be the largest: one view through another lens bends the fit so that all share its error. Where little is left,
+/// there is none to share, and only the worst is tried.
 std::optional<int> oddView(const std::vector<Corners>& views, const Board& board, cv::Size size, const Information& all,
                            double limit) {
-  const auto worst = std::ranges::max_element(all.residuals_px) - all.residuals_px.begin();
-  std::vector<Corners> others = views;
-  others.erase(others.begin() + worst);
-  const Model model = best(others, board, size);
-  if (others.size() < 3 || !model.isFinite()) return std::nullopt;
-  Information rest(model);
-  for (std::size_t i = 0; i < others.size(); ++i) rest.add(others[i], board, i);
-  const double added = std::sqrt((all.squares() - rest.squares()) / (2.0 * board.corners() - kPose));
-  if (added <= limit * rest.scatter_px()) return std::nullopt;
-  return static_cast<int>(worst);
+  if (views.size() < 4) return std::nullopt;
+  const auto worst = static_cast<std::size_t>(std::ranges::max_element(all.residuals_px) - all.residuals_px.begin());
+  double least = std::numeric_limits<double>::infinity(), scatter_px = 0.0;
+  std::size_t odd = worst;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (i != worst && all.scatter_px() < kLittle_px) continue;
+    double scatter = 0.0;
+    const double squares = squaresWithout(i, views, board, size, &scatter);
+    if (squares >= least) continue;
+    least = squares;
+    scatter_px = scatter;
+    odd = i;
+  }
+  const double added = std::sqrt(std::max(0.0, all.squares() - least) / (2.0 * board.corners() - kPose));
+  if (added <= limit * scatter_px) return std::nullopt;
+  return static_cast<int>(odd);
 }
 
 }  // namespace
