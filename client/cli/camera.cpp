@@ -182,7 +182,7 @@ void camera(const ControlOptions& control, const std::vector<CameraStep>& steps,
       if (i == 0) throw;
       print(report, json);
       std::string words = error.what();
-      if (steps.size() > 1) words = steps[i].name + ": " + words + "; what stands before it was done";
+      words.insert(0, steps[i].name + ": ").append("; what stands before it was done");
       throw Error(error.code(), words);
     }
   }

@@ -32,7 +32,7 @@ class Notes {
   void look(bool isConnected, Clock::time_point now) {
     const bool late = now - start_ >= kPatience;
     if (!wasConnected_ && !isConnected && late) {
-      throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + subscriber_.endpoint());
+      throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + subscriber_.endpoint() + "; is tractiond running?");
     }
     if (wasConnected_ && isConnected != isConnected_)
       say(isConnected ? "tractiond is back" : "tractiond is gone; waiting for it");

@@ -4,6 +4,7 @@
 #include "client/cli/camera.h"
 #include "client/cli/commands.h"
 #include "client/cli/output.h"
+#include "proto/traction/v1/endpoints.h"
 
 #include <CLI/CLI.hpp>
 #include <sysexits.h>
@@ -42,6 +43,18 @@ int exitCodeOf(ErrorCode code) {
   return EX_SOFTWARE;
 }
 
+/// Of an option: a count.
+CLI::Validator integer(const std::string& what) {
+  return CLI::Validator(
+      [=](std::string& text) {
+        long value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        const bool isWhole = error == std::errc() && end == text.data() + text.size();
+        return isWhole && value >= 0 ? std::string() : "'" + text + "' is not " + what;
+      },
+      "");
+}
+
 /// Of an option: at least `least`. \param what such as "a time of 0 s or more, as in 2.5"
 CLI::Validator number(double least, const std::string& what) {
   return CLI::Validator(
@@ -59,6 +72,40 @@ int fail(int exitCode, const std::string& what) {
   return exitCode;
 }
 
+/// The command that was named, "tractionctl camera set", as far as it was understood.
+std::string commandOf(const CLI::App& app) {
+  const auto further = app.get_subcommands();
+  return app.get_name() + (further.empty() ? "" : " " + commandOf(*further[0]));
+}
+
+std::string namesOf(const CLI::App& app) {
+  std::string names;
+  for (const CLI::App* one : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names += (names.empty() ? "" : ", ") + one->get_name();
+  }
+  return names;
+}
+
+/// What is wrong, in words of ours where the parser's are hard to read.
+std::string sentence(const CLI::ParseError& error, const CLI::App& app, const std::vector<std::string>& words) {
+  const CLI::App* last = &app;
+  while (!last->get_subcommands().empty()) last = last->get_subcommands()[0];
+  const std::string what = error.what();
+  const std::string help = "; see " + commandOf(app) + " --help";
+  const auto code = static_cast<CLI::ExitCodes>(error.get_exit_code());
+  if (code == CLI::ExitCodes::ExtrasError) {
+    const auto extras = app.remaining(true);
+    const auto isExtra = [&](const std::string& word) { return std::ranges::find(extras, word) != extras.end(); };
+    const auto first = std::ranges::find_if(words, isExtra);  // the parser has them in an order of its own
+    const std::string word = first != words.end() ? *first : extras.at(0);
+    const std::string names = namesOf(*last);
+    if (word.rfind('-', 0) == 0 || names.empty()) return commandOf(app) + " does not understand '" + word + "'" + help;
+    return "'" + word + "' is none of " + names + help;
+  }
+  if (code == CLI::ExitCodes::ArgumentMismatch) return what.substr(0, what.find(':')) + " needs a value" + help;
+  return what + help;
+}
+
 /// tractionctl camera [list|get|set|run|white|temperature]
 class CameraCommand {
  public:
@@ -71,9 +118,9 @@ class CameraCommand {
                    "configuration.");
     list_->add_option("part", part_, "of their names, in capitals or not; without: all");
     list_->add_option("--category", categories_, "only those in it, AnalogControl say; may be given again");
-    get_->add_option("names", words_, "ExposureTime, BalanceRatio[Red]")->required();
-    set_->add_option("changes", words_, "ExposureTime=4000, one after another")->required();
-    run_->add_option("names", words_, "of commands, one after another")->required();
+    get_->add_option("names", words_, "ExposureTime, BalanceRatio[Red]");
+    set_->add_option("changes", words_, "ExposureTime=4000, one after another");
+    run_->add_option("names", words_, "of commands, one after another");
     for (CLI::App* one : {list_, get_, set_, run_, white_, temperature_}) one->add_flag("--json", json_, "as JSON");
   }
 
@@ -82,6 +129,11 @@ class CameraCommand {
   /// An exit code.
   int run(const ControlOptions& control) const {
     if (camera_.get_subcommands().empty()) return cli::cameraSummary(control, json_), EX_OK;
+    for (const auto& [command, example] :
+         {std::pair{get_, "ExposureTime"}, {set_, "ExposureTime=4000"}, {run_, "UserSetLoad"}}) {
+      if (!command->parsed() || !words_.empty()) continue;
+      return fail(EX_USAGE, "which? tractionctl camera " + command->get_name() + " " + example + ", say");
+    }
     std::vector<CameraStep> steps;
     for (const std::string& word : words_) {
       CameraStep step;
@@ -147,13 +199,14 @@ int main(int argc, char** argv) try {
                                                  {"all", kAllTopics}};
   echo->add_option("--topic", topic, "of the messages")->check(CLI::IsMember(&names))->capture_default_str();
   echo->add_option("--count", count, "of messages; without: until Ctrl-C")
-      ->check(number(0.0, "a number of messages, as in 100"));
+      ->check(integer("a number of messages, as in 100"));
   bool latest = false;
   echo->add_flag("--latest", latest,
                  "the newest field alone, from the endpoint 'latest': what is read late is replaced");
   auto* status = app.add_subcommand("status", "Tells how the daemon does, and where every frame went");
   status->add_flag("--json", json, "as JSON");
   auto* describe = app.add_subcommand("describe", "Prints the sensor's description as JSON");
+  describe->add_flag("--json", json, "as it is anyway");
   auto* zero = app.add_subcommand("zero", "Takes what the camera sees now as the unloaded gel");
   zero->add_flag("--json", json, "as JSON");
   cli::CalibrateOptions calibration;
@@ -165,7 +218,10 @@ int main(int argc, char** argv) try {
   calibrate->add_option("--weights", weights, "to be put on one after another: 100gf,200gf,500gf");
   calibrate->add_option("--seconds", calibration.seconds, "to look for the noise, and to wait for each weight")
       ->check(number(1e-9, "a time above 0 s, as in 30"));
-  calibrate->add_option("--name", calibration.name, "of the gel: the file's name begins with it");
+  calibrate->add_option("--name", calibration.name, "of the gel: the file's name begins with it")
+      ->check([](const std::string& text) {
+        return isValidName(text) ? "" : "'" + text + "' is no name for a gel: 1 to 24 of A-Z a-z 0-9 _ - are";
+      });
   calibrate->add_flag("--keep-zero", calibration.keepZero, "geometry from the zero in force, instead of a new one");
   calibrate->add_flag("--anyway", calibration.anyway, "also if something seems to touch the gel");
   calibrate->add_flag("--yes", calibration.yes, "do not wait for Enter");
@@ -195,7 +251,8 @@ int main(int argc, char** argv) try {
       if (const auto parsed = cli::parseWeights(weights)) {
         calibration.weights_N = *parsed;
       } else if (!weights.empty() || steps.empty() || std::ranges::find(steps, "weights") != steps.end()) {
-        return fail(EX_USAGE, "--weights is to be a list such as 100gf,200gf,500gf; see tractionctl --help");
+        return fail(EX_USAGE, (weights.empty() ? "which weights? " : "'" + weights + "' is no list of weights; ") +
+                                  std::string("--weights 100gf,200gf,500gf, say; units are gf, g, kgf, mN and N"));
       }
       cli::calibrate(control, calibration);
     }
@@ -207,12 +264,11 @@ int main(int argc, char** argv) try {
     cli::printLine(text.str().substr(0, text.str().find_last_not_of('\n') + 1));
     return EX_OK;
   } catch (const CLI::ParseError& error) {
-    return fail(EX_USAGE, std::string(error.what()) + "; see tractionctl --help");
+    return fail(EX_USAGE, sentence(error, app, {argv + 1, argv + argc}));
   } catch (const cli::NoCamera& error) {
     return fail(EX_NOINPUT, error.what());
   } catch (const Error& error) {
-    const bool isAbsent = error.code() == ErrorCode::kNoAnswer;
-    return fail(exitCodeOf(error.code()), std::string(error.what()) + (isAbsent ? "; is tractiond running?" : ""));
+    return fail(exitCodeOf(error.code()), error.what());
   }
 } catch (const cli::OutputError& error) {
   return fail(EX_IOERR, error.what());

@@ -68,7 +68,7 @@ class Receiver {
 
 void expectSomebody(const Receiver& receiver, const Scene& scene, Clock::duration elapsed) {
   if (scene.lastArrival_ns != 0 || scene.connected() || elapsed < kPatience) return;
-  throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + receiver.endpoint());
+  throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + receiver.endpoint() + "; is tractiond running?");
 }
 
 template <typename Step>

@@ -6,6 +6,8 @@
 #include <zmq.hpp>
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <filesystem>
 
 namespace traction {
@@ -18,25 +20,55 @@ void expectSocket(const std::string& endpoint) {
   if (endpoint.rfind(ipc, 0) != 0 || endpoint.rfind("ipc://@", 0) == 0) return;
   std::error_code ignored;
   if (!std::filesystem::is_socket(endpoint.substr(ipc.size()), ignored)) {
-    throw Error(ErrorCode::kNoAnswer, "nobody is at " + endpoint);
+    throw Error(ErrorCode::kNoAnswer, "nobody is at " + endpoint + "; is tractiond running?");
   }
 }
 
+/// Waits until somebody is at the other end. \throws Error where nobody is, or somebody else
+void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
+  const auto end = std::chrono::steady_clock::now() + options.timeout;
+  bool isSomebody = false;
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
+    zmq_pollitem_t item{monitor.handle(), 0, ZMQ_POLLIN, 0};
+    if (zmq_poll(&item, 1, std::max<long>(left.count(), 0)) <= 0) break;
+    zmq::message_t event, address;
+    zmq_msg_recv(event.handle(), monitor.handle(), ZMQ_DONTWAIT);
+    zmq_msg_recv(address.handle(), monitor.handle(), ZMQ_DONTWAIT);
+    std::uint16_t what = 0;
+    std::memcpy(&what, event.data(), sizeof what);
+    if (what == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) return;
+    isSomebody = isSomebody || what == ZMQ_EVENT_DISCONNECTED;  // without a handshake
+  }
+  throw Error(ErrorCode::kNoAnswer, isSomebody ? "who is at " + options.endpoint +
+                                                     " takes no requests; is it the endpoint 'control' of a tractiond?"
+                                               : "nobody is at " + options.endpoint + "; is tractiond running?");
+}
+
+/// \param timeout for the answer of who is there
 std::string ask(const ControlOptions& options, const std::string& request, std::chrono::milliseconds timeout) {
+  constexpr const char* kMonitor = "inproc://monitor";
   expectSocket(options.endpoint);
   zmq::context_t context(1);
   zmq::socket_t socket(context, zmq::socket_type::req);
+  zmq::socket_t monitor(context, zmq::socket_type::pair);
   socket.set(zmq::sockopt::linger, 0);
+  zmq_socket_monitor(socket.handle(), kMonitor, ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_DISCONNECTED);
+  monitor.connect(kMonitor);
   try {
     socket.connect(options.endpoint);
   } catch (const zmq::error_t& error) {
-    throw Error(ErrorCode::kBadEndpoint, "cannot connect to '" + options.endpoint + "': " + error.what());
+    throw badEndpoint(options.endpoint, error.what());
   }
+  expectPeer(monitor, options);
   socket.send(zmq::buffer(request), zmq::send_flags::none);
   zmq_pollitem_t item{socket.handle(), 0, ZMQ_POLLIN, 0};
   zmq::message_t reply;
   if (zmq_poll(&item, 1, timeout.count()) <= 0 || zmq_msg_recv(reply.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) {
-    throw Error(ErrorCode::kNoAnswer, "nobody answers at " + options.endpoint);
+    const double seconds = std::chrono::duration<double>(timeout).count();
+    throw Error(ErrorCode::kNoAnswer, "somebody is at " + options.endpoint + ", but has not answered within " +
+                                          std::to_string(std::lround(seconds)) +
+                                          " s; a tractiond that computes the inverse of a new gel answers later");
   }
   return reply.to_string();
 }

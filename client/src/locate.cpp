@@ -1,7 +1,5 @@
 #include "client/src/locate.h"
 
-#include "traction/error.h"
-
 #include <unistd.h>
 
 namespace traction {
@@ -21,6 +19,11 @@ std::vector<Endpoints> locate(const std::string& instance) {
   }
   if (instance == kDefaultInstance) return {tcpEndpoints()};
   return possible;
+}
+
+Error badEndpoint(const std::string& endpoint, const std::string& why) {
+  return {ErrorCode::kBadEndpoint,
+          "cannot connect to '" + endpoint + "': " + why + "; an endpoint is written tcp://HOST:PORT or ipc:///PATH"};
 }
 
 }  // namespace traction

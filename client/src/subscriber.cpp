@@ -86,14 +86,14 @@ struct Subscriber::Impl {
     socket.set(zmq::sockopt::tcp_keepalive_cnt, 3);
     if (latest) socket.set(zmq::sockopt::conflate, true);
     zmq_socket_monitor(socket.handle(), kMonitor,
-                       ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL |
-                           ZMQ_EVENT_HANDSHAKE_FAILED_AUTH);
+                       ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_CONNECT_RETRIED);
+    monitor.set(zmq::sockopt::rcvhwm, 0);  // events that nobody takes would stop ZeroMQ's thread
     monitor.connect(kMonitor);
     for (const std::string& each : endpoints) {
       try {
         socket.connect(each);
       } catch (const zmq::error_t& error) {
-        throw Error(ErrorCode::kBadEndpoint, "cannot connect to '" + each + "': " + error.what());
+        throw badEndpoint(each, error.what());
       }
     }
     // The stream to everything: a daemon of another version, or the wrong one of an instance's endpoints, is noticed
@@ -106,7 +106,6 @@ struct Subscriber::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  /// Taken always: events that nobody takes would stop ZeroMQ's thread in the end.
   void takeEvents() {
     zmq::message_t event;
     zmq::message_t address;
@@ -115,12 +114,16 @@ struct Subscriber::Impl {
       std::uint16_t what = 0;
       std::memcpy(&what, event.data(), sizeof what);
       zmq_msg_recv(address.handle(), monitor.handle(), ZMQ_DONTWAIT);
-      if (what == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) {
+      switch (what) {
+      case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
         connections.insert(address.to_string());
-      } else if (what == ZMQ_EVENT_DISCONNECTED) {  // also after a handshake that failed: there was no connection
+        break;
+      case ZMQ_EVENT_DISCONNECTED:  // also after a handshake that failed: there was no connection
         connections.erase(address.to_string());
-      } else {
         givenUp[address.to_string()] = Clock::now() + kRetry;
+        break;
+      default:  // ZeroMQ tries it again by itself
+        givenUp.erase(address.to_string());
       }
     }
   }

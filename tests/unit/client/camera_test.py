@@ -148,8 +148,8 @@ class CameraCommand(Case):
             self.fails(USAGE, f"'{word}' is not NAME=VALUE, as in ExposureTime=4000", "camera", "set", word,
                        *self.endpoints)
         self.fails(USAGE, "nonsense", "camera", "nonsense")
-        self.fails(USAGE, "names", "camera", "get")
-        self.fails(USAGE, "changes", "camera", "set")
+        for command in ("get", "set", "run"):
+            self.fails(USAGE, rf"which\? tractionctl camera {command} ", "camera", command)
         self.fails(UNAVAILABLE, r"is tractiond running\?", "camera", "list", "--instance", "absent")
         self.assertEqual(self.camera.asked, [])
 

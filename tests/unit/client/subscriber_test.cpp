@@ -308,15 +308,23 @@ TEST(Subscriber, HandshakesThatFailAreNoConnectionsAndAreNotHeldAgainstALaterOne
   }
 }
 
-TEST(Subscriber, PeerOfAnotherKindIsNoConnection) {
+TEST(Subscriber, PeerOfAnotherKindIsNoConnectionAndMayBeFollowedByAPublisher) {
   zmq::context_t context;
   zmq::socket_t replier(context, zmq::socket_type::rep);  // the control endpoint, say
   replier.bind("tcp://127.0.0.1:*");
-  Subscriber subscriber(at(replier.get(zmq::sockopt::last_endpoint)));
+  const std::string endpoint = replier.get(zmq::sockopt::last_endpoint);
+  Subscriber subscriber(at(endpoint));
   for (int i = 0; i < 50; ++i) {
     subscriber.receive(10ms);
     EXPECT_FALSE(subscriber.isConnected());
   }
+  replier.close();
+  context.close();
+  zmq::context_t other;
+  zmq::socket_t publisher(other, zmq::socket_type::xpub);
+  publisher.bind(endpoint);
+  for (int turn = 0; turn < 1000 && !subscriber.isConnected(); ++turn) subscriber.receive(10ms);
+  EXPECT_TRUE(subscriber.isConnected());
 }
 
 /// Publishes for as long as it lives.
@@ -419,6 +427,19 @@ class Forger {
   zmq::socket_t socket_{context_, zmq::socket_type::xpub};
   std::unique_ptr<Subscriber> subscriber_;
 };
+
+TEST(Subscriber, WhatCameBeforeTheEndOfADaemonIsReadAfterIt) {
+  constexpr int kFields = 100;
+  auto forger = std::make_unique<Forger>();
+  Subscriber subscriber = std::move(forger->subscriber());
+  for (int i = 1; i <= kFields; ++i) forger->field(static_cast<std::uint64_t>(i));
+  ASSERT_TRUE(subscriber.receive(10s));
+  std::this_thread::sleep_for(100ms);  // all have come
+  forger.reset();
+  while (subscriber.isConnected()) std::this_thread::sleep_for(1ms);
+  std::this_thread::sleep_for(300ms);  // longer than an endpoint is left alone that was given up
+  for (int i = 2; i <= kFields; ++i) ASSERT_TRUE(subscriber.receive(0ms)) << i;
+}
 
 TEST(Subscriber, GapsOfTheSequenceAreLosses) {
   Forger forger;

@@ -6,6 +6,7 @@ import pty
 import re
 import select
 import signal
+import socket
 import subprocess
 import termios
 import time
@@ -87,10 +88,27 @@ class Tractionctl(Case):
         self.fails(TEMPORARY, "only 12 of 1152 markers were found", "zero", *self.publisher(refuse))
 
     def test_absent_daemon_is_unavailable(self):
-        for command in ("status", "zero", "describe"):
+        for command in ("status", "zero", "describe", "trigger"):
             self.fails(UNAVAILABLE, r"is tractiond running\?", command, "--instance", "absent")
         for command in ("watch", "echo"):
             self.fails(UNAVAILABLE, r"is tractiond running\?", command, "--connect", "ipc://@traction-nobody")
+
+    def test_who_is_not_there_is_not_waited_for(self):
+        with socket.socket() as nobody:
+            nobody.bind(("127.0.0.1", 0))  # and does not listen
+            endpoint = f"tcp://127.0.0.1:{nobody.getsockname()[1]}"
+            for command in (["zero"], ["calibrate", "noise"], ["camera"]):
+                start = time.monotonic()
+                self.fails(UNAVAILABLE, rf"nobody is at {endpoint}; is tractiond running\?", *command, "--control",
+                           endpoint)
+                self.assertLess(time.monotonic() - start, 10)  # 3 s
+
+    def test_who_is_there_but_takes_no_requests_is_told(self):
+        _, stream, *_ = self.publisher()
+        self.fails(UNAVAILABLE, "takes no requests; is it the endpoint 'control'", "status", "--control", stream)
+        with zmq.Context() as context, context.socket(zmq.REP) as silent:
+            silent.bind("tcp://127.0.0.1:*")
+            self.fails(UNAVAILABLE, "has not answered within 3 s", "status", "--control", Publisher.endpoint(silent))
 
     def test_other_version_is_a_protocol_error(self):
         self.fails(PROTOCOL, "version 2", "status", *self.publisher(lambda _: messages.Reply(version=2)))
@@ -107,17 +125,30 @@ class Tractionctl(Case):
 
     def test_wrong_words_are_a_usage_error(self):
         self.fails(USAGE, "a command is needed")
-        self.fails(USAGE, "nonsense", "nonsense")
+        self.fails(USAGE, "'nonsense' is none of watch, echo, .*; see tractionctl --help", "nonsense")
+        self.fails(USAGE, "tractionctl status does not understand '--topic'; see tractionctl status --help", "status",
+                   "--topic", "x")
+        self.fails(USAGE, "tractionctl zero does not understand 'now'", "zero", "now")
+        self.fails(USAGE, "'nonsense' is none of list, get, set,", "camera", "nonsense")
+        self.fails(USAGE, "--instance needs a value; see tractionctl --help", "--instance")
+        self.fails(USAGE, "--seconds needs a value; see tractionctl watch --help", "watch", "--seconds")
+        for count in ("x", "1.5", "-1", "1e3", "99999999999999999999"):
+            self.fails(USAGE, f"--count: '{count}' is not a number of messages", "echo", f"--count={count}")
+        self.fails(USAGE, "--name: 'a b' is no name for a gel", "calibrate", "noise", "--name", "a b")
+        self.fails(USAGE, "which[?] tractionctl camera set ExposureTime=4000, say", "camera", "set")
         self.fails(USAGE, "--topic", "echo", "--topic", "nonsense")
         self.fails(USAGE, "nonsense", "calibrate", "nonsense")
         self.fails(USAGE, "--weights", "calibrate")
         for weights in ("100", "100lb", "0gf", "-5N", "nan N", "5N,", ","):
-            self.fails(USAGE, "--weights", "calibrate", "weights", f"--weights={weights}")
+            self.fails(USAGE, f"'{weights}' is no list of weights; --weights 100gf,", "calibrate", "weights",
+                       f"--weights={weights}")
         for seconds in ("-1", "x", "nan", "inf", "1s", "1e999"):
             self.fails(USAGE, f"--seconds: '{seconds}' is not a time of 0 s or more, as in 2.5;", "watch",
                        f"--seconds={seconds}")
         self.fails(USAGE, "instance", "watch", "--instance", "../etc")
-        self.fails(USAGE, "nonsense", "watch", "--connect", "nonsense")
+        for command, option in (("watch", "--connect"), ("status", "--control")):
+            self.fails(USAGE, "cannot connect to 'nonsense': .*; an endpoint is written tcp://HOST:PORT or ipc:///PATH",
+                       command, option, "nonsense")
 
     def test_watch_without_a_terminal_prints_a_line_a_second(self):
         code, out, err = ctl("watch", "--seconds", "2", *self.publisher())
