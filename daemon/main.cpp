@@ -1,6 +1,7 @@
 // Arguments in, exit code out.
 #include "daemon/arguments.h"
 #include "daemon/capture/camera_list.h"
+#include "daemon/capture/camera_plan.h"
 #include "daemon/config_toml.h"
 #include "daemon/instrument.h"
 #include "daemon/service.h"
@@ -28,6 +29,22 @@ int listCameras(bool withFake) {
     if (!obstacle.empty()) std::cout << "  cannot be opened: " << obstacle << "; " << remedy << "\n";
     for (const std::string& note : notes) std::cout << "  " << note << "\n";
   }
+  return EX_OK;
+}
+
+int plan(const std::string& file, const capture::CameraOptions& options) {
+  const auto plan = capture::planCamera(file, options);
+  if (!plan) return failed(plan.error());
+  const auto list = [](const std::vector<std::string>& items) {
+    std::string text;
+    for (const std::string& item : items) text += (text.empty() ? "" : ", ") + item;
+    return text.empty() ? std::string("none") : text;
+  };
+  std::cout << plan->vendor << " " << plan->model << "\n  format    " << plan->picture << " of " << list(plan->formats)
+            << "\n  rate      " << plan->rate << "\n  exposure  " << plan->exposure << "\n  gain      " << plan->gain
+            << "\n  triggers  " << plan->trigger << "\n  PTP       " << plan->clock << "\n  chunks    "
+            << plan->chunks << "\n  link      " << plan->link << "\n  set       " << list(plan->settings) << "\n";
+  for (const std::string& note : plan->notes) std::cout << "  note      " << note << "\n";
   return EX_OK;
 }
 
@@ -61,6 +78,7 @@ int main(int argc, char** argv) try {
   if (!config) return failed(config.error());
   config->camera.images = arguments->images;
   if (arguments->printConfig) return std::cout << configText(*config), EX_OK;
+  if (!arguments->description.empty()) return plan(arguments->description, config->camera);
   if (arguments->listCameras) return listCameras(config->camera.fakeInterface);
   return arguments->checkConfig ? checkConfig(*config) : serve(*config, *places);
 } catch (const std::exception& error) {

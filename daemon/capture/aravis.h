@@ -14,6 +14,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace tractiond::capture {
@@ -98,6 +99,11 @@ std::optional<double> readQuantity(ArvDevice* device, const Quantity& quantity);
 tl::expected<void, Error> applySettings(ArvCamera* camera, const CameraOptions& options, const Standing* before,
                                         CameraInfo& info);
 
+/// What the camera offers, as it spells the names; and those of them that can be read, the best first: as few bytes as
+/// colours need, then as few bits.
+std::vector<std::string> offeredFormats(ArvCamera* camera);
+std::vector<const PixelFormatTraits*> readableFormats(ArvCamera* camera);
+
 /// The picture as it will be sent; enters it, rate and exposure in the info. EX_CONFIG: a format that cannot be read.
 tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info);
 
@@ -106,6 +112,8 @@ CameraLink readLink(ArvCamera* camera, ArvStream* stream);
 
 // ---- camera_list.cpp
 
+/// Vendor and model by the camera's description.
+std::pair<std::string, std::string> makeOf(ArvDevice* device);
 /// Empty: nothing is known against it.
 std::string byteOrderNote(ArvDevice* device);
 

@@ -3,6 +3,7 @@
 #include "daemon/base/clock.h"
 #include "daemon/capture/aravis.h"
 #include "daemon/capture/camera_list.h"
+#include "daemon/capture/description_check.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -54,7 +55,12 @@ tl::expected<Ref<ArvCamera>, Error> find(const CameraOptions& options) {
     id = isAddress(found->address) ? found->address : found->id;
   }
   Failure failure;
-  Ref<ArvCamera> camera(arv_camera_new(id.empty() ? nullptr : id.c_str(), failure.into()));
+  const Ref<ArvDevice> device(arv_open_device(id.empty() ? nullptr : id.c_str(), failure.into()));
+  if (device) {
+    if (const std::string fault = faultOf(arv_device_get_genicam(device.get())); !fault.empty())
+      return failed(EX_UNAVAILABLE, fault, "its firmware may be damaged");
+  }
+  Ref<ArvCamera> camera(device ? arv_camera_new_with_device(device.get(), failure.into()) : nullptr);
   if (!camera)
     return failed(EX_UNAVAILABLE, id.empty() ? "no camera answers" : "camera \"" + options.id + "\" does not answer",
                   id.empty() ? "" : failure.text());

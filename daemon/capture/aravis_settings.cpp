@@ -8,18 +8,34 @@
 #include <array>
 #include <cstdio>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 namespace tractiond::capture {
-namespace {
-
-using Result = tl::expected<void, Error>;
 
 std::vector<std::string> offeredFormats(ArvCamera* camera) {
   guint count = 0;
   const char** names = arv_camera_dup_available_pixel_formats_as_strings(camera, &count, nullptr);
   return taken(names, count);
 }
+
+std::vector<const PixelFormatTraits*> readableFormats(ArvCamera* camera) {
+  guint count = 0;
+  gint64* codes = arv_camera_dup_available_pixel_formats(camera, &count, nullptr);
+  std::vector<const PixelFormatTraits*> formats;
+  for (guint i = 0; codes != nullptr && i < count; ++i)
+    if (const PixelFormatTraits* known = pixelFormatByCode(static_cast<std::uint32_t>(codes[i]))) formats.push_back(known);
+  g_free(codes);
+  const auto rank = [](const PixelFormatTraits* format) {
+    return std::tuple(format->colours == PixelColours::kMono, format->bits, format->bitsPerPixel);
+  };
+  std::stable_sort(formats.begin(), formats.end(), [&](const auto* a, const auto* b) { return rank(a) < rank(b); });
+  return formats;
+}
+
+namespace {
+
+using Result = tl::expected<void, Error>;
 
 class Setter {
  public:
@@ -33,6 +49,7 @@ class Setter {
  private:
   Result set(const Feature& feature);
   Result setFormat(const std::string& name);
+  Result chooseFormat();
   Result setRegion(const CameraOptions& options);
   Result setRate(double rate_Hz);
   Result setTrigger(const CameraOptions& options);
@@ -78,6 +95,19 @@ Result Setter::setFormat(const std::string& name) {
       return failed(EX_CONFIG, what + "it did not take it");
   }
   info_.settings.push_back("PixelFormat = " + name);
+  return {};
+}
+
+/// A camera that stands at a format which cannot be read is set to the best of those that can.
+Result Setter::chooseFormat() {
+  Failure failure;
+  const ArvPixelFormat stood = arv_camera_get_pixel_format(camera_, failure.into());
+  if (failure || pixelFormatByCode(stood) != nullptr) return {};  // readPicture says what is wrong
+  const std::vector<const PixelFormatTraits*> formats = readableFormats(camera_);
+  if (formats.empty()) return {};
+  const std::string own = text(arv_camera_get_pixel_format_as_string(camera_, failure.into()));
+  if (auto set = setFormat(std::string(formats.front()->name)); !set) return set;
+  info_.settings.back() += own.empty() ? " (chosen)" : " (chosen: " + own + " cannot be read)";
   return {};
 }
 
@@ -299,7 +329,7 @@ void Setter::keep(const Standing& before, const CameraOptions& options) {
 Result Setter::apply(const CameraOptions& options, const Standing* before) {
   Result result;
   for (std::size_t i = 0; result && i < options.features.size(); ++i) result = set(options.features[i]);
-  if (result && !options.pixelFormat.empty()) result = setFormat(options.pixelFormat);
+  if (result) result = options.pixelFormat.empty() ? chooseFormat() : setFormat(options.pixelFormat);
   if (result) result = setRegion(options);
   if (result && options.frameRate_Hz > 0) result = setRate(options.frameRate_Hz);
   if (result && options.exposure_us > 0) {
@@ -339,21 +369,19 @@ tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info) {
   if (failure) return failed(EX_UNAVAILABLE, "the camera does not tell its pixel format: " + failure.text());
   const PixelFormatTraits* known = pixelFormatByCode(code);
   if (known == nullptr) {
-    const std::vector<std::string> offered = offeredFormats(camera);
     std::string own = text(arv_camera_get_pixel_format_as_string(camera, failure.into()));
     if (own.empty()) {
       std::array<char, 16> digits{};
       std::snprintf(digits.data(), digits.size(), "0x%08X", code);
       own = digits.data();
     }
-    std::vector<std::string> readable;
-    for (const std::string& name : offered)
-      if (pixelFormatByName(name) != nullptr) readable.push_back(name);
+    const std::vector<std::string> offered = offeredFormats(camera);
     return failed(EX_CONFIG,
-                  "the camera sends " + own + ", which cannot be read; it offers " +
-                      joined(offered),
-                  readable.empty() ? "none of these can be read" : "set camera.pixel_format to one of " + joined(readable));
+                  "the camera sends " + own + ", which cannot be read" +
+                      (offered.empty() ? "" : ", and offers nothing else that can: " + joined(offered)),
+                  "formats that can be read: " + std::string(kPixelFormatsInWords));
   }
+  info.format = known->format;
   gint x = 0, y = 0, width = 0, height = 0;
   arv_camera_get_region(camera, &x, &y, &width, &height, failure.into());
   if (failure || width <= 0 || height <= 0)
@@ -361,7 +389,6 @@ tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info) {
   if (width > 65535 || height > 65535)
     return failed(EX_UNAVAILABLE, "the camera claims a picture of " + std::to_string(width) + " x " +
                                       std::to_string(height) + " pixels");
-  info.format = known->format;
   info.shape = {width, height, known->size(width, height), code};
   ArvDevice* device = arv_camera_get_device(camera);
   if (arv_camera_is_frame_rate_available(camera, nullptr) && !isAutomatic(device, "AcquisitionFrameRateAuto")) {

@@ -58,12 +58,16 @@ constexpr std::array<std::array<const char*, 2>, 12> kSwapped{{{"AT_Automation_T
 
 }  // namespace
 
-std::string byteOrderNote(ArvDevice* device) {
-  ArvGcNode* root = arv_gc_get_node(arv_device_get_genicam(device), "RegisterDescription");
+std::pair<std::string, std::string> makeOf(ArvDevice* device) {
+  ArvDomElement* root = arv_dom_document_get_document_element(ARV_DOM_DOCUMENT(arv_device_get_genicam(device)));
   if (root == nullptr || !ARV_IS_GC_REGISTER_DESCRIPTION_NODE(root)) return {};
   auto* description = ARV_GC_REGISTER_DESCRIPTION_NODE(root);
-  const std::string vendor = text(arv_gc_register_description_node_get_vendor_name(description));
-  const std::string model = text(arv_gc_register_description_node_get_model_name(description));
+  return {text(arv_gc_register_description_node_get_vendor_name(description)),
+          text(arv_gc_register_description_node_get_model_name(description))};
+}
+
+std::string byteOrderNote(ArvDevice* device) {
+  const auto [vendor, model] = makeOf(device);
   for (const auto& [knownVendor, knownModel] : kSwapped) {
     if (vendor == knownVendor && model == knownModel)
       return "registers of the " + vendor + " " + model +

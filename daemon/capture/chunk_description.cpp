@@ -70,6 +70,7 @@ ChunkDescription describeChunks(ArvDevice* device) {
       if (ticks_Hz > 0) field->perUnit = 1e9 / ticks_Hz;
     }
     all.fields.push_back(*field);
+    all.names.emplace_back(known.feature);
   }
   return all;
 }

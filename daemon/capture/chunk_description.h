@@ -11,6 +11,7 @@ namespace tractiond::capture {
 
 struct ChunkDescription {
   std::vector<ChunkField> fields;
+  std::vector<std::string> names;   ///< of these
   std::vector<std::string> unread;  ///< what the camera may send and cannot be read: it is computed, not stored
 };
 

@@ -1,0 +1,141 @@
+#include "daemon/capture/camera_plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+namespace tractiond::capture {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+std::string quirky() {
+  std::ifstream file(DESCRIPTIONS "/quirky.xml");
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+class CameraPlanTest : public testing::Test {
+ protected:
+  ~CameraPlanTest() override { std::remove(path_.c_str()); }
+  tl::expected<CameraPlan, Error> plan(const std::string& xml, const CameraOptions& options = {}) {
+    std::ofstream(path_) << xml;
+    return planCamera(path_, options);
+  }
+  static void replace(std::string& text, const std::string& what, const std::string& by) {
+    const auto at = text.find(what);
+    ASSERT_NE(at, std::string::npos) << what;
+    text.replace(at, what.size(), by);
+  }
+
+  std::string path_ = testing::TempDir() + "plan-" + std::to_string(getpid()) + ".xml";
+};
+
+TEST_F(CameraPlanTest, SaysWhatWouldBeDone) {
+  const auto planned = plan(quirky(), {.frameRate_Hz = 0, .exposure_us = 200, .chunks = {}});
+  ASSERT_TRUE(planned) << planned.error().message();
+  EXPECT_EQ(planned->vendor, "Tractiond");
+  EXPECT_EQ(planned->model, "Quirky");
+  EXPECT_EQ(planned->picture, "BayerRG8") << "the fewest bytes of those that have colours";
+  EXPECT_EQ(planned->formats.size(), 3U);
+  EXPECT_EQ(planned->rate, "none");
+  EXPECT_EQ(planned->exposure, "ExposureTime");
+  EXPECT_EQ(planned->gain, "Gain");
+  EXPECT_EQ(planned->chunks, "ChunkExposureTime, ChunkGain, ChunkFrameID, ChunkLineStatusAll");
+  EXPECT_THAT(planned->settings, Contains("exposure_us = 200"));
+  EXPECT_THAT(planned->notes, Contains(HasSubstr("ChunkTimestamp is computed")));
+}
+
+TEST_F(CameraPlanTest, AnExposureInMillisecondsIsOne) {
+  std::string xml = quirky();
+  replace(xml, "<Max>1000000</Max><Unit>us</Unit>", "<Max>1000000</Max><Unit>ms</Unit>");
+  replace(xml, "<Min>10</Min>", "<Min>0.01</Min>");
+  replace(xml, "FROM / 10", "FROM * 100");
+  replace(xml, "TO * 10", "TO / 100.0");
+  const auto planned = plan(xml, {.exposure_us = 2500});
+  ASSERT_TRUE(planned) << planned.error().message();
+  EXPECT_THAT(planned->settings, Contains("exposure_us = 2500"));
+}
+
+TEST_F(CameraPlanTest, RefusalsAreTheCameras) {
+  const auto planned = plan(quirky(), {.features = {{"BalanceRatio", std::int64_t{5000}}}});
+  ASSERT_FALSE(planned);
+  EXPECT_EQ(planned.error().exitCode, EX_CONFIG);
+  EXPECT_THAT(planned.error().message(), HasSubstr("it may be 0 to 4095"));
+}
+
+TEST_F(CameraPlanTest, NoDescriptionIsSaidToBeNone) {
+  for (const char* text : {"", "hello", "<html></html>", "<RegisterDescription", "<RegisterDescription/>"}) {
+    const auto planned = plan(text);
+    ASSERT_FALSE(planned) << text;
+    EXPECT_EQ(planned.error().exitCode, EX_DATAERR) << planned.error().message();
+  }
+  EXPECT_EQ(planCamera("/nowhere.xml", {}).error().exitCode, EX_NOINPUT);
+}
+
+TEST_F(CameraPlanTest, ACircleIsNamed) {
+  std::string xml = quirky();
+  replace(xml, "<pValue>GainReg</pValue>", "<pValue>BalanceRatio</pValue>");
+  replace(xml, "<pValue>BalanceReg</pValue>", "<pValue>Gain</pValue>");
+  const auto planned = plan(xml);
+  ASSERT_FALSE(planned);
+  EXPECT_THAT(planned.error().message(), HasSubstr("goes in a circle"));
+}
+
+/// Descriptions that a bad sector, a careless maker or an attacker could have made of a good one: a plan or a sentence,
+/// never the end of the process.
+TEST_F(CameraPlanTest, SurvivesDamagedDescriptions) {
+  const std::uint64_t seed = std::random_device{}();
+  std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
+  std::mt19937_64 random(seed);
+  const std::string good = quirky();
+  const auto at = [&](const std::string& text) { return random() % text.size(); };
+  std::vector<std::string> names;
+  for (std::size_t i = good.find("Name=\""); i != std::string::npos; i = good.find("Name=\"", i + 1))
+    names.push_back(good.substr(i + 6, good.find('"', i + 6) - i - 6));
+  for (int round = 0; round < 300; ++round) {
+    std::string xml = good;
+    for (std::uint64_t n = 1 + random() % 3; n > 0; --n) {
+      switch (random() % 5) {
+      case 0:
+        xml.resize(at(xml) + 1);
+        break;
+      case 1:
+        xml[at(xml)] = static_cast<char>(random());
+        break;
+      case 2: {  // a reference leads elsewhere
+        const auto from = xml.find("<pV", at(xml));
+        const auto open = from == std::string::npos ? from : xml.find('>', from);
+        const auto end = open == std::string::npos ? open : xml.find('<', open);
+        if (end != std::string::npos) xml.replace(open + 1, end - open - 1, names[random() % names.size()]);
+        break;
+      }
+      case 3: {  // a number is another
+        const auto from = xml.find_first_of("0123456789", at(xml));
+        const char* const numbers[] = {"-1", "99999999999999999999", "0x7fffffffffffffff", "1e400", "nan", ""};
+        if (from != std::string::npos) xml.replace(from, 1, numbers[random() % 6]);
+        break;
+      }
+      case 4: {
+        const auto from = at(xml);
+        xml.insert(at(xml), xml.substr(from, random() % 300));
+        break;
+      }
+      }
+      if (xml.empty()) break;
+    }
+    const auto planned = plan(xml, {.exposure_us = 100, .gain = 3});
+    if (!planned) {
+      EXPECT_FALSE(planned.error().what.empty());
+      EXPECT_TRUE(planned.error().exitCode == EX_DATAERR || planned.error().exitCode == EX_CONFIG);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tractiond::capture
