@@ -13,10 +13,10 @@ namespace lens {
 
 namespace {
 
-constexpr std::size_t kFewest = 5;       // pictures
-constexpr double kSmear = 2.5;           // times the others' width of an edge: out of focus, or moved
-constexpr double kBadResidual_px = 1.0;  // of all pictures: they are of no one lens
-constexpr double kReach = 0.7;           // of the way to the picture's corner, where the distortion is seen
+constexpr std::size_t kFewest = 5;     // pictures
+constexpr double kSmear = 2.5;         // times the others' width of an edge: out of focus, or moved
+constexpr double kNoOneLens_px = 1.0;  // of all pictures: they are of no one lens
+constexpr double kReach = 0.7;         // of the way to the picture's corner, where the distortion is seen
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 /// A picture in which the board was found.
@@ -99,7 +99,7 @@ double reach(const std::vector<View>& views, const sensor::Camera& camera) {
 }
 
 void judge(const std::vector<View>& views, const LensFit& fit, Faults& faults) {
-  if (fit.oddView || fit.residual_px > kBadResidual_px) {
+  if (fit.oddView || fit.residual_px > kNoOneLens_px) {
     const auto worst = std::ranges::max_element(fit.viewResidual_px) - fit.viewResidual_px.begin();
     const auto i = static_cast<std::size_t>(fit.oddView.value_or(static_cast<int>(worst)));
     faults.push_back(fault(*views[i].file,

@@ -40,7 +40,7 @@ Done mark(const PictureOptions& options);
 
 struct SheetsOptions {
   std::string gel;        ///< file; empty: the paper's
-  std::string directory;  ///< empty: this one
+  std::string directory;  ///< made if it is not there; empty: this one
   bool mirrored = false;
 };
 

@@ -11,8 +11,6 @@
 namespace lens {
 namespace {
 
-constexpr double kTilted[2] = {0.25, 0.8};  // rad
-
 /// A random lens and eight good pictures; each test spoils something.
 class CalibrateCommand : public Workplace {
  protected:

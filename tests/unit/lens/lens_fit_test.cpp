@@ -12,7 +12,6 @@ namespace lens {
 namespace {
 
 constexpr int kPictures = 15;
-constexpr double kTilted[2] = {0.25, 0.8};  // rad
 
 /// Errors over their stated deviations: focal length, principal point, k1, k2.
 std::array<double, 5> pulls(const LensFit& fit, const TrueCamera& truth) {

@@ -8,6 +8,8 @@
 
 namespace lens {
 
+constexpr double kTilted[2] = {0.25, 0.8};  // least and most that a board is tilted by, to tell a lens [rad]
+
 struct Draw {
   explicit Draw(unsigned seed)
       : generator(seed) {}
