@@ -181,6 +181,7 @@ tl::expected<void, Error> Instrument::welcome(const capture::CameraInfo& info) {
                                                     info.shape.width, info.shape.height, expected.width, expected.height),
                                 .remedy = "set camera.width_px and camera.height_px, or describe the gel's camera"});
   }
+  if (auto possible = track::trackable(sensor_, info.format); !possible) return possible;
   const std::string id = calibrate::cameraId(info.name.vendor, info.name.serial);
   if (sensor_.calibration && sensor_.calibration->camera != id) {
     return tl::unexpected(Error{

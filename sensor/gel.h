@@ -14,7 +14,8 @@ namespace sensor {
 /// Points, one per column, gel frame, metres.
 using Points = Eigen::Matrix3Xd;
 
-enum class Colour { kBlue, kRed };
+/// Of the light in which markers stand out; grey: in all light.
+enum class Colour { kBlue, kRed, kGreen, kGrey };
 
 /// A linear elastic block: bonded to the camera side's window at z = size.z(), its four sides and its top free.
 struct Gel {
@@ -33,6 +34,7 @@ struct MarkerLayer {
   double depth = 6e-3;                               ///< [m]
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< of the grid [m]
   double diameter = 0.6e-3;                          ///< of a marker [m]
+  bool darker = false;                               ///< than what surrounds the markers, in their light
 
   int count() const { return columns * rows; }
   Eigen::Vector3d position(int column, int row) const;  ///< [m]

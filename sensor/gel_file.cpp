@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <initializer_list>
 #include <optional>
+#include <utility>
 
 namespace sensor {
 
@@ -86,15 +87,39 @@ void readMaterial(TomlTable& table, bool body, Gel& gel) {
   table.read("height_mm", gel.size.y(), {0.1, 1e4, kMillimetres});
 }
 
+constexpr std::array<std::pair<const char*, Colour>, 4> kColours{
+    {{"blue", Colour::kBlue}, {"red", Colour::kRed}, {"green", Colour::kGreen}, {"grey", Colour::kGrey}}};
+constexpr std::array<std::pair<const char*, bool>, 2> kContrasts{{{"brighter", false}, {"darker", true}}};
+
+template <typename Words, typename Value>
+void readWord(TomlTable& table, const char* key, const Words& words, Value& value) {
+  std::string read, known;
+  table.read(key, read);
+  for (const auto& [word, meaning] : words) {
+    if (read == word) {
+      value = meaning;
+      return;
+    }
+    known += std::string(known.empty() ? "" : ", ") + '"' + word + '"';
+  }
+  if (table.has(key)) table.fail(key, "must be one of " + known);
+}
+
+template <typename Words, typename Value>
+std::string wordFor(const Words& words, Value value) {
+  for (const auto& [word, meaning] : words) {
+    if (meaning == value) return '"' + std::string(word) + '"';
+  }
+  return "";
+}
+
 MarkerLayer readLayer(TomlTable& table, bool body) {
   MarkerLayer layer;
   for (const std::string_view key : {"colour", "depth_mm"}) {
     if (!table.has(key) && !(body && key == "depth_mm")) table.fail(key, "is missing");
   }
-  std::string colour = "blue";
-  table.read("colour", colour);
-  if (colour != "blue" && colour != "red") table.fail("colour", "must be \"blue\" or \"red\"");
-  layer.colour = colour == "red" ? Colour::kRed : Colour::kBlue;
+  readWord(table, "colour", kColours, layer.colour);
+  readWord(table, "contrast", kContrasts, layer.darker);
   readGrid(table, body, layer.columns, layer.rows, layer.pitch, layer.centre);
   table.read("diameter_mm", layer.diameter, {0.01, 1000, kMillimetres});
   if (body) {
@@ -277,7 +302,8 @@ std::string gelText(const Sensor& sensor) {
   }
   text += line("thickness_mm", number(gel.size.z() * kMillimetres));
   for (const MarkerLayer& layer : sensor.layers) {
-    text += "\n[[layers]]\n" + line("colour", layer.colour == Colour::kRed ? "\"red\"" : "\"blue\"") + grid(layer) +
+    text += "\n[[layers]]\n" + line("colour", wordFor(kColours, layer.colour)) +
+            (layer.darker ? line("contrast", wordFor(kContrasts, true)) : "") + grid(layer) +
             (body ? "" : line("depth_mm", number(layer.depth * kMillimetres))) +
             line("diameter_mm", number(layer.diameter * kMillimetres));
   }

@@ -12,7 +12,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cmath>
 #include <condition_variable>
@@ -34,14 +33,6 @@ struct TextRegister {
   guint32 address, size;
 };
 constexpr TextRegister kVendorRegister{0x48, 32}, kModelRegister{0x68, 32};
-
-constexpr std::array<ArvPixelFormat, 6> kPixelFormats = {ARV_PIXEL_FORMAT_RGB_8_PACKED, ARV_PIXEL_FORMAT_BGR_8_PACKED,
-                                                         ARV_PIXEL_FORMAT_BAYER_RG_8,   ARV_PIXEL_FORMAT_BAYER_GR_8,
-                                                         ARV_PIXEL_FORMAT_BAYER_GB_8,   ARV_PIXEL_FORMAT_BAYER_BG_8};
-
-std::size_t sampleCount(Format format) {
-  return isBayer(format) ? 1 : 3;
-}
 
 void writeText(ArvFakeCamera* camera, const TextRegister& where, const char* text) {
   std::vector<char> padded(where.size, '\0');
@@ -113,7 +104,7 @@ class GvCamera::Impl {
     set(ARV_FAKE_CAMERA_REGISTER_SENSOR_HEIGHT, height_);
     set(ARV_FAKE_CAMERA_REGISTER_WIDTH, width_);
     set(ARV_FAKE_CAMERA_REGISTER_HEIGHT, height_);
-    set(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT, kPixelFormats[static_cast<std::size_t>(format_)]);
+    set(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT, traitsOf(format_).code);
     set(ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, period_us_);
     arv_fake_camera_set_fill_pattern(fake, &Impl::onFill, this);
   }
@@ -171,15 +162,14 @@ class GvCamera::Impl {
     // Aravis gives the memory, but at this moment a size of zero.
     std::size_t unknown = 0;
     auto* to = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &unknown)));
-    const auto wanted = std::find(kPixelFormats.begin(), kPixelFormats.end(), pixelFormat);
+    const Format* format = formatByCode(pixelFormat);
     const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
-    if (wanted == kPixelFormats.end()) {  // grey: the twin's markers have colours
+    if (format == nullptr) {
       const auto bits = ARV_PIXEL_FORMAT_BIT_PER_PIXEL(pixelFormat);
       std::memset(to, 0, static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * bits / 8);
       return;
     }
-    const auto format = static_cast<Format>(wanted - kPixelFormats.begin());
-    const Picture* picture = waitFor(format);
+    const Picture* picture = waitFor(*format);
     if (!picture) return;
     copyRegion(*picture, arv_buffer_get_image_x(buffer), arv_buffer_get_image_y(buffer), width, height, to);
     sent({arv_buffer_get_frame_id(buffer), static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer)), now_ns()});
@@ -212,16 +202,17 @@ class GvCamera::Impl {
     changed_.notify_all();
   }
 
-  /// The region of interest that the client has chosen.
+  /// The region of interest that the client has chosen, in whole bytes.
   void copyRegion(const Picture& picture, int x, int y, int width, int height, std::uint8_t* to) const {
-    const std::size_t sample = sampleCount(picture.format);
+    if (x == 0 && y == 0 && width == width_ && height == height_) {  // whose rows may begin within bytes
+      std::memcpy(to, picture.pixels.data(), picture.pixels.size());
+      return;
+    }
     const int columns = std::clamp(width_ - x, 0, width), rows = std::clamp(height_ - y, 0, height);
-    const std::size_t stride = static_cast<std::size_t>(width_) * sample;
-    const std::size_t rowSize = static_cast<std::size_t>(width) * sample;
-    const std::size_t copied = static_cast<std::size_t>(columns) * sample;
+    const auto bytes = [&](int pixels) { return twin::pictureSize(picture.format, pixels, 1); };
+    const std::size_t stride = bytes(width_), rowSize = bytes(width), copied = bytes(columns);
     for (int row = 0; row < height; ++row, to += rowSize) {
-      const std::size_t from =
-          row < rows ? static_cast<std::size_t>(y + row) * stride + static_cast<std::size_t>(x) * sample : 0;
+      const std::size_t from = row < rows ? static_cast<std::size_t>(y + row) * stride + bytes(x) : 0;
       const std::size_t size = row < rows ? copied : 0;
       std::memcpy(to, picture.pixels.data() + from, size);
       std::memset(to + size, 0, rowSize - size);

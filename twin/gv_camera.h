@@ -2,7 +2,7 @@
 #pragma once
 
 #include "twin/failure.h"
-#include "twin/optics.h"
+#include "twin/format.h"
 
 #include <tl/expected.hpp>
 

@@ -28,9 +28,7 @@ struct Shot {
 tl::expected<std::unique_ptr<Film>, Failure> openFilm(const Options& options, const Scenario& scenario) {
   if (options.images.empty()) return std::make_unique<GelFilm>(scenario, options.seed, options.cache);
   const sensor::Camera& camera = scenario.sensor.camera;
-  const std::size_t samples = isBayer(scenario.format) ? 1 : 3;
-  return RawFilm::open(options.images,
-                       samples * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+  return RawFilm::open(options.images, pictureSize(scenario.format, camera.width, camera.height));
 }
 
 /// Waits for the middle of the pause between two frames. A camera has a processor of its own: a daemon at work on the
@@ -66,7 +64,7 @@ tl::expected<void, Failure> run(const Options& options) {
   const auto shoot = [&](Shot& shot) {
     Picture& picture = shot.picture;
     picture.format = (*camera)->format();
-    picture.pixels.resize((isBayer(picture.format) ? 1U : 3U) * static_cast<std::size_t>(size.width * size.height));
+    picture.pixels.resize(pictureSize(picture.format, size.width, size.height));
     picture.number = next++;
     picture.time_s = time_s;
     time_s += (*camera)->framePeriod_s();
@@ -77,7 +75,7 @@ tl::expected<void, Failure> run(const Options& options) {
   for (Shot& shot : shots) shoot(shot);
 
   std::printf("ready %s %dx%d %s %g Hz %s\n", options.address.c_str(), size.width, size.height,
-              kFormatNames[static_cast<std::size_t>(scenario->format)], scenario->rate_hz, (*camera)->id().c_str());
+              traitsOf(scenario->format).name, scenario->rate_hz, (*camera)->id().c_str());
   std::fflush(stdout);
   const auto end =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.seconds));

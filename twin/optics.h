@@ -1,4 +1,4 @@
-// How the twin's camera sees the markers, and in which layout it sends them.
+// How the twin's camera sees the markers.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,9 +20,10 @@ struct Speck {
   double radius_px = 2.0;
 };
 
-/// A level is one step of the 8-bit picture. Defaults: the picture the project's accuracy figures are given for.
+/// A level is 1/255 of the range: one step of the 8-bit picture, 16 of one of 12 bits. Defaults: the picture the
+/// project's accuracy figures are given for.
 struct Optics {
-  double contrast = 100.0;   ///< of a marker above the background, in its own colour channel [levels]
+  double contrast = 100.0;   ///< of a marker above the background, in its own colour channel; below, if darker [levels]
   double background = 20.0;  ///< of the gel, in all channels [levels]
   double blur_px = 0.8;      ///< standard deviation of the Gaussian point spread
   double crossTalk = 0.2;    ///< share of the contrast that appears in each of the two other channels
@@ -38,12 +39,5 @@ struct Optics {
   std::vector<Highlight> highlights;
   std::vector<Speck> dust;
 };
-
-/// 8 bits per sample; named as in the GenICam pixel format naming convention.
-enum class Format { kRgb8, kBgr8, kBayerRG8, kBayerGR8, kBayerGB8, kBayerBG8 };
-
-inline bool isBayer(Format format) {
-  return format != Format::kRgb8 && format != Format::kBgr8;
-}
 
 }  // namespace twin

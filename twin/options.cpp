@@ -40,8 +40,9 @@ tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* arg
   app.add_option("SCENARIO", options.scenario, "TOML file, or name of a shipped scenario");
   app.add_option("--address", options.address, "Local IPv4 address to serve on; the port is 3956")
       ->capture_default_str();
-  app.add_option("--format", format, "Pixel format, in place of the scenario's")
-      ->check(CLI::IsMember(std::vector<std::string>(kFormatNames.begin(), kFormatNames.end())));
+  app.add_option("--format", format, "Pixel format, in place of the scenario's")->check([](const std::string& name) {
+    return formatByName(name) ? "" : "it is one of " + formatNames();
+  });
   app.add_option("--rate", options.rate_hz, "Frames per second, in place of the scenario's")
       ->check(CLI::Range(1., 1000.));
   app.add_option("--seed", options.seed, "Of the noise")->capture_default_str();
@@ -67,10 +68,7 @@ tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* arg
     }
     return tl::unexpected(Failure{EX_USAGE, std::string(error.what()) + "; see traction-twin --help"});
   }
-  if (!format.empty()) {
-    options.format =
-        static_cast<Format>(std::find(kFormatNames.begin(), kFormatNames.end(), format) - kFormatNames.begin());
-  }
+  if (!format.empty()) options.format = *formatByName(format);
   return options;
 }
 

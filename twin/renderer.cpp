@@ -25,20 +25,8 @@ constexpr float kDeviation = 4096.0F;  // of the noise table where it is scaled 
 constexpr int kLensStrips = 24;
 constexpr int kLanes = 4;  // stamps are this many pixels wide or a multiple of it
 
-enum Channel : std::size_t { kRed, kGreen, kBlue };
-
-/// Channels of two by two pixels.
-std::array<Channel, 4> mosaic(Format format) {
-  switch (format) {
-  case Format::kBayerGR8:
-    return {kGreen, kRed, kBlue, kGreen};
-  case Format::kBayerGB8:
-    return {kGreen, kBlue, kRed, kGreen};
-  case Format::kBayerBG8:
-    return {kBlue, kGreen, kGreen, kRed};
-  default:
-    return {kRed, kGreen, kGreen, kBlue};
-  }
+Channel channelOf(sensor::Colour colour) {
+  return colour == sensor::Colour::kBlue ? kBlue : colour == sensor::Colour::kRed ? kRed : kGreen;
 }
 
 std::int16_t limited(int units) {
@@ -66,7 +54,7 @@ Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format fo
     : format_(format)
     , width_(sensor.camera.width)
     , height_(sensor.camera.height)
-    , columns_(static_cast<std::size_t>(width_) * (isBayer(format) ? 1 : 3))
+    , columns_(static_cast<std::size_t>(width_) * samplesPerPixel(format))
     , blur_(optics.blur_px)
     , gain_(optics.contrast * kUnits)
     , shotNoise_(optics.shotNoise)
@@ -79,10 +67,10 @@ Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format fo
     const double y = position(v, height_);
     lightDown_.push_back(static_cast<float>(optics.lightSlope.y() * y - 0.5 * optics.lightFalloff * y * y));
   }
-  background_.reserve(pictureSize());
+  background_.reserve(columns_ * static_cast<std::size_t>(height_));
   for (int v = 0; v < height_; ++v) {
     for (std::size_t i = 0; i < columns_; ++i) {
-      const std::size_t u = isBayer(format) ? i : i / 3;
+      const std::size_t u = i / samplesPerPixel(format);
       double level = optics.background * (lightDown_[v] + lightAcross_[u]);
       for (const Highlight& highlight : optics.highlights) {
         const Eigen::Vector2d from = Eigen::Vector2d(static_cast<double>(u), v) - highlight.centre_px;
@@ -92,6 +80,7 @@ Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format fo
     }
   }
   light_.resize(background_.size());
+  if (traitsOf(format).bits > 8) deep_.resize(background_.size());
   prepareDust(optics.dust);
 
   const sensor::Projection project(sensor.camera, sensor.gel.size.z());
@@ -129,8 +118,10 @@ Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format fo
 Renderer::Layer Renderer::makeLayer(const sensor::MarkerLayer& layer, int firstMarker, double radius_px,
                                     const Optics& optics) const {
   Layer made{firstMarker, layer.count(), layer.depth, radius_px, {}, 0, {}};
-  made.weight.fill(static_cast<float>(optics.crossTalk));
-  made.weight[layer.colour == sensor::Colour::kBlue ? kBlue : kRed] = 1.0F;
+  const bool inAll = layer.colour == sensor::Colour::kGrey || traitsOf(format_).order == FormatTraits::Order::kGrey;
+  const float sign = layer.darker ? -1.0F : 1.0F;
+  made.weight.fill(sign * (inAll ? 1.0F : static_cast<float>(optics.crossTalk)));
+  if (!inAll) made.weight[channelOf(layer.colour)] = sign;
 
   const int half = static_cast<int>(std::floor(radius_px + blur_.reach()));
   made.patch = (2 * half + 2 + kLanes - 1) / kLanes * kLanes;
@@ -149,7 +140,7 @@ Renderer::Layer Renderer::makeLayer(const sensor::MarkerLayer& layer, int firstM
 }
 
 void Renderer::prepareDust(const std::vector<Speck>& dust) {
-  const std::size_t perPixel = isBayer(format_) ? 1 : 3;
+  const std::size_t perPixel = samplesPerPixel(format_);
   for (const Speck& speck : dust) {
     const int reach = static_cast<int>(std::ceil(speck.radius_px + blur_.reach()));
     const int half = std::min(reach, (kLargestPatch - 1) / 2), size = 2 * half + 1;
@@ -175,7 +166,19 @@ void Renderer::render(const Eigen::Matrix2Xd& markers_px, std::uint32_t seed, st
   }
   hideBehindNearer(markers_px);
   dim(brightness);
-  addNoise(seed, picture);
+  switch (traitsOf(format_).bits) {
+  case 8:
+    return addNoise<6, 0>(seed, picture);
+  case 10:
+    addNoise<4, 0>(seed, std::span(deep_));
+    break;
+  case 12:
+    addNoise<2, 0>(seed, std::span(deep_));
+    break;
+  default:
+    addNoise<0, 2>(seed, std::span(deep_));
+  }
+  pack(format_, deep_, picture);
 }
 
 void Renderer::dim(double brightness) {
@@ -219,8 +222,8 @@ void Renderer::add(const Layer& layer, int left, int top, int row, const float* 
   std::int16_t* line = light_.data() + static_cast<std::size_t>(v) * columns_;
   std::array<std::int16_t, 3 * kLargestPatch> added;
   int count = to - from;
-  if (isBayer(format_)) {
-    const std::array<Channel, 4> channels = mosaic(format_);
+  if (samplesPerPixel(format_) == 1) {
+    const std::array<Channel, 4>& channels = traitsOf(format_).cell;
     const std::size_t cell = 2 * static_cast<std::size_t>(v % 2);
     const std::array<float, 2> weight = {layer.weight[channels[cell]], layer.weight[channels[cell + 1]]};
     for (int i = from; i < to; ++i) {
@@ -228,7 +231,7 @@ void Renderer::add(const Layer& layer, int left, int top, int row, const float* 
     }
     line += left + from;
   } else {
-    const std::size_t first = format_ == Format::kBgr8 ? kBlue : kRed;
+    const std::size_t first = traitsOf(format_).order == FormatTraits::Order::kBgr ? kBlue : kRed;
     const std::array<float, 3> weight = {layer.weight[first], layer.weight[kGreen], layer.weight[2 - first]};
     for (int i = from; i < to; ++i) {
       const float value = brightness[i] * (light[i] + down);
@@ -304,7 +307,11 @@ void Renderer::hide(const Layer& layer, const Eigen::Vector2d& centre, double ne
   for (int row = 0; row < size; ++row) add(layer, left, top, row, patch_.data() + row * size);
 }
 
-void Renderer::addNoise(std::uint32_t seed, std::span<std::uint8_t> picture) {
+/// 2^kDown units make a step of the format, or 2^kUp steps a unit. Light of 255 levels is its brightest step, as of 8
+/// bits.
+template <int kDown, int kUp, typename Sample>
+void Renderer::addNoise(std::uint32_t seed, std::span<Sample> picture) {
+  constexpr int kMost = kUp > 0 ? 65535 : (256 << (6 - kDown)) - 1;
   const std::size_t columns = columns_;
   const auto perLevel = static_cast<float>(shotNoise_ * kUnits);  // variance in units^2 per unit of light
   const auto fixed = static_cast<float>(readNoise_ * readNoise_ * kUnits * kUnits);
@@ -312,18 +319,23 @@ void Renderer::addNoise(std::uint32_t seed, std::span<std::uint8_t> picture) {
     const std::uint64_t random = scrambled(std::uint64_t{seed} << 32U | static_cast<std::uint32_t>(v));
     const std::int16_t* noise = noise_.data() + random % kNoiseCount;
     const std::int16_t* light = light_.data() + static_cast<std::size_t>(v) * columns;
-    std::uint8_t* line = picture.data() + static_cast<std::size_t>(v) * columns;
-    const int half = kUnits / 2 - static_cast<int>(random >> 63U);  // rounding whole units is fair only on average
+    Sample* line = picture.data() + static_cast<std::size_t>(v) * columns;
+    // Rounding whole units is fair only on average.
+    const int half = kDown > 0 ? (1 << kDown) / 2 - static_cast<int>(random >> 63U) : 0;
     if (perLevel > 0.0F) {
       for (std::size_t i = 0; i < columns; ++i) {
         const float deviation = std::sqrt(fixed + perLevel * static_cast<float>(light[i]));
         const int units = light[i] + static_cast<int>(deviation * static_cast<float>(noise[i]) * (1.0F / kDeviation));
-        line[i] = static_cast<std::uint8_t>(std::clamp((units + half) >> 6, 0, 255));
+        line[i] = static_cast<Sample>(std::clamp((units + half) * (1 << kUp) >> kDown, 0, kMost));
       }
     } else {
       for (std::size_t i = 0; i < columns; ++i) {
-        const auto units = static_cast<std::int16_t>(light[i] + noise[i] + half);
-        line[i] = static_cast<std::uint8_t>(std::clamp<std::int16_t>(static_cast<std::int16_t>(units >> 6), 0, 255));
+        if constexpr (kUp == 0) {
+          const auto units = static_cast<std::int16_t>(light[i] + noise[i] + half);
+          line[i] = static_cast<Sample>(std::clamp<std::int16_t>(static_cast<std::int16_t>(units >> kDown), 0, kMost));
+        } else {
+          line[i] = static_cast<Sample>(std::clamp((light[i] + noise[i]) * (1 << kUp), 0, kMost));
+        }
       }
     }
   }

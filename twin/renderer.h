@@ -1,14 +1,15 @@
 // Draws the picture of the markers: what an ideal camera with these optics would send.
 //
 // level(u, v, channel) = brightness clear(u, v) {light(u, v) [background + sum over the markers of contrast
-// weight(channel) cover(u, v)] + highlights(u, v)} + noise, rounded and cut to 0 ... 255. cover is the share of the
-// visible part of the marker's disc in the pixel, after the blur; weight is 1 in the marker's own channel and crossTalk
-// in the others. A marker of a deeper layer, which is nearer to the camera, hides what is behind it. clear is 1 without
-// dust.
+// weight(channel) cover(u, v)] + highlights(u, v)} + noise, rounded to the format's steps and cut to 0 ... 255. cover
+// is the share of the visible part of the marker's disc in the pixel, after the blur; weight is 1 in the marker's own
+// channel and crossTalk in the others, 1 in all for grey markers and in grey pictures, and negative for dark markers. A
+// marker of a deeper layer, which is nearer to the camera, hides what is behind it. clear is 1 without dust.
 #pragma once
 
 #include "sensor/sensor.h"
 #include "twin/blur.h"
+#include "twin/format.h"
 #include "twin/optics.h"
 
 #include <array>
@@ -23,7 +24,7 @@ class Renderer {
  public:
   Renderer(const sensor::Sensor& sensor, const Optics& optics, Format format);
 
-  std::size_t pictureSize() const { return columns_ * static_cast<std::size_t>(height_); }  ///< bytes
+  std::size_t pictureSize() const { return twin::pictureSize(format_, width_, height_); }  ///< bytes
 
   /// Markers in the order of sensor::markerPositions, 2 x count [px]; one that is not finite is not drawn. The same
   /// seed gives the same noise. `picture` has pictureSize() bytes, rows without padding. `brightness`: of the LED now,
@@ -31,7 +32,7 @@ class Renderer {
   void render(const Eigen::Matrix2Xd& markers_px, std::uint32_t seed, std::span<std::uint8_t> picture,
               double brightness = 1.0);
 
-  /// The last picture before the noise, in 1 / kUnits of a level.
+  /// The last picture before the noise, in 1 / kUnits of 1/255 of the range.
   static constexpr int kUnits = 64;
   std::span<const std::int16_t> light() const { return light_; }
 
@@ -52,7 +53,8 @@ class Renderer {
   void sortIntoCells(const Eigen::Matrix2Xd& markers_px);
   void prepareDust(const std::vector<Speck>& dust);
   void dim(double brightness);
-  void addNoise(std::uint32_t seed, std::span<std::uint8_t> picture);
+  template <int kDown, int kUp, typename Sample>
+  void addNoise(std::uint32_t seed, std::span<Sample> picture);
 
   struct Shade {
     std::size_t sample;
@@ -71,7 +73,8 @@ class Renderer {
   std::vector<std::int16_t> light_;             ///< the picture in the making
   std::vector<std::int16_t> noise_;
   std::vector<float> patch_;
-  std::vector<Shade> shades_;  ///< of all dust
+  std::vector<Shade> shades_;        ///< of all dust
+  std::vector<std::uint16_t> deep_;  ///< samples of more than 8 bits
 
   // Markers by square cells of the picture, to find those that overlap.
   double cell_px_;

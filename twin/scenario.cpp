@@ -18,13 +18,12 @@ constexpr int kVersion = 1;
 constexpr double kMillimetres = 1e3;  // per metre
 
 void readStream(TomlTable& table, Scenario& scenario) {
-  std::string format = kFormatNames[static_cast<std::size_t>(scenario.format)];
-  table.read("pixel_format", format);
-  const auto found = std::find(kFormatNames.begin(), kFormatNames.end(), format);
-  if (found == kFormatNames.end()) {
-    table.fail("pixel_format", "must be RGB8, BGR8, BayerRG8, BayerGR8, BayerGB8 or BayerBG8");
+  std::string name = traitsOf(scenario.format).name;
+  table.read("pixel_format", name);
+  if (const Format* format = formatByName(name)) {
+    scenario.format = *format;
   } else {
-    scenario.format = static_cast<Format>(found - kFormatNames.begin());
+    table.fail("pixel_format", "must be one of " + formatNames());
   }
   table.read("rate_hz", scenario.rate_hz, {1, 1000});
 }

@@ -4,6 +4,7 @@
 #include "sensor/sensor.h"
 #include "sensor/toml_table.h"
 #include "twin/creep.h"
+#include "twin/format.h"
 #include "twin/optics.h"
 
 #include <array>
@@ -91,10 +92,6 @@ struct Resultant {
 
   void add(const ContactState& contact);
 };
-
-/// The names of the formats: "RGB8", "BayerRG8" ...
-inline constexpr std::array<const char*, 6> kFormatNames = {"RGB8",     "BGR8",     "BayerRG8",
-                                                            "BayerGR8", "BayerGB8", "BayerBG8"};
 
 tl::expected<Scenario, sensor::FileError> parseScenario(std::string_view text, const std::string& name);
 tl::expected<Scenario, sensor::FileError> loadScenario(const std::string& path);

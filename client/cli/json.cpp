@@ -1,5 +1,6 @@
 #include "client/cli/json.h"
 
+#include <array>
 #include <charconv>
 #include <cmath>
 
@@ -252,9 +253,9 @@ void put(Json& json, const Description& description) {
   json.close('}');
   json.key("layers").open('[');
   for (const MarkerLayer& layer : description.layers) {
-    json.open('{').key("colour").string(layer.colour == Colour::kBlue  ? "blue"
-                                        : layer.colour == Colour::kRed ? "red"
-                                                                       : "unknown");
+    constexpr std::array<const char*, 5> kColours = {"unknown", "blue", "red", "green", "grey"};
+    json.open('{').key("colour").string(kColours[static_cast<std::size_t>(layer.colour)]);
+    json.key("contrast").string(layer.darker ? "darker" : "brighter");
     put(json, layer.grid);
     json.key("depth_m").number(layer.depth_m);
     json.key("diameter_m").number(layer.diameter_m).close('}');

@@ -142,6 +142,21 @@ Camera cameraOf(const pb::Camera& from) {
   return camera;
 }
 
+Colour colourOf(pb::Colour colour) {
+  switch (colour) {
+  case pb::COLOUR_BLUE:
+    return Colour::kBlue;
+  case pb::COLOUR_RED:
+    return Colour::kRed;
+  case pb::COLOUR_GREEN:
+    return Colour::kGreen;
+  case pb::COLOUR_GREY:
+    return Colour::kGrey;
+  default:
+    return Colour::kUnknown;
+  }
+}
+
 Description descriptionOf(const pb::Description& from) {
   Description description;
   description.header = headerOf(from.header());
@@ -150,11 +165,8 @@ Description descriptionOf(const pb::Description& from) {
   description.topics.assign(from.topics().begin(), from.topics().end());
   description.gel = {from.gel().youngs_modulus_pa(), from.gel().poisson_ratio(), vectorOf(from.gel().size_m())};
   for (const pb::MarkerLayer& layer : from.layers()) {
-    const Colour colour = layer.colour() == pb::COLOUR_BLUE  ? Colour::kBlue
-                          : layer.colour() == pb::COLOUR_RED ? Colour::kRed
-                                                             : Colour::kUnknown;
     const Grid grid{layer.columns(), layer.rows(), layer.pitch_m(), vectorOf(layer.centre_m())};
-    description.layers.push_back({colour, grid, layer.depth_m(), layer.diameter_m()});
+    description.layers.push_back({colourOf(layer.colour()), grid, layer.depth_m(), layer.diameter_m(), layer.darker()});
   }
   const pb::NodeGrid& nodes = from.nodes();
   description.nodes = {nodes.columns(), nodes.rows(), nodes.pitch_m(), vectorOf(nodes.centre_m())};

@@ -125,8 +125,23 @@ void set(const RestPose& from, pb::Zero& to) {
   set(from.present, *to.mutable_marker_present());
 }
 
+pb::Colour wireColour(sensor::Colour colour) {
+  switch (colour) {
+  case sensor::Colour::kBlue:
+    return pb::COLOUR_BLUE;
+  case sensor::Colour::kRed:
+    return pb::COLOUR_RED;
+  case sensor::Colour::kGreen:
+    return pb::COLOUR_GREEN;
+  case sensor::Colour::kGrey:
+    return pb::COLOUR_GREY;
+  }
+  return pb::COLOUR_UNKNOWN;
+}
+
 void set(const sensor::MarkerLayer& from, pb::MarkerLayer& to) {
-  to.set_colour(from.colour == sensor::Colour::kBlue ? pb::COLOUR_BLUE : pb::COLOUR_RED);
+  to.set_colour(wireColour(from.colour));
+  to.set_darker(from.darker);
   to.set_columns(static_cast<std::uint32_t>(from.columns));
   to.set_rows(static_cast<std::uint32_t>(from.rows));
   to.set_pitch_m(from.pitch);

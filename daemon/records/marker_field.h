@@ -31,10 +31,12 @@ struct RestPose {
   float noise = 0.0F;                 ///< standard deviation of a pixel between rest frames, grey levels
   float shotNoise = 0.0F;             ///< by how much its variance grows with each grey level of light
   float light = 0.0F;                 ///< mean light at the markers' rims, where `noise` is stated, grey levels
-  std::array<float, 2> crossTalk{};   ///< share of red seen in the blue channel, of blue in the red channel
-  std::int64_t taken_ns = 0;          ///< CLOCK_REALTIME of the last rest frame
-  bool requested = false;             ///< taken because a person asked for it; false: by itself at the first start
-  Id id{};                            ///< hash of all of the above
+  /// Share of the other layer's colour that each layer's shows, in the order blue, red, green: of red seen in blue,
+  /// then of blue in red. 0 where colours do not tell the layers apart.
+  std::array<float, 2> crossTalk{};
+  std::int64_t taken_ns = 0;  ///< CLOCK_REALTIME of the last rest frame
+  bool requested = false;     ///< taken because a person asked for it; false: by itself at the first start
+  Id id{};                    ///< hash of all of the above
 };
 
 /// Displacements of all markers in one frame. Sized once, reused.

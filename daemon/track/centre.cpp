@@ -34,45 +34,77 @@ struct Shape<0> {
       , chunks(marker.chunks()) {}
 };
 
-template <int kStep, typename S>
-TRACTION_INLINE void load(const Plane& plane, S shape, const float* mask, int left, int top, float* out) {
-  const std::uint8_t* row = plane.first + top * plane.stride + left * kStep;
-  for (int y = 0; y < 2 * shape.half; ++y, row += plane.stride) {
+/// Rows of samples of one colour, `kStep` apart.
+template <typename Sample, int kStep>
+struct Rows {
+  using Type = Sample;
+  static constexpr int step = kStep;
+  static constexpr bool isWide = sizeof(Sample) == 2;
+};
+
+template <typename R>
+TRACTION_INLINE const typename R::Type* rowAt(const Plane& plane, int left, int top) {
+  return reinterpret_cast<const typename R::Type*>(plane.first + top * plane.stride) + left * R::step;
+}
+
+template <typename R>
+TRACTION_INLINE const typename R::Type* rowAfter(const Plane& plane, const typename R::Type* row) {
+  return reinterpret_cast<const typename R::Type*>(reinterpret_cast<const std::uint8_t*>(row) + plane.stride);
+}
+
+/// The window in levels, less those that are returned: squares of many bits would not fit into a float.
+template <typename R, typename S>
+TRACTION_INLINE float load(const Plane& plane, S shape, const float* mask, int left, int top, float* out) {
+  const auto* row = rowAt<R>(plane, left, top);
+  const int base = R::isWide ? *row : 0;
+  const float gain = plane.gain;
+  for (int y = 0; y < 2 * shape.half; ++y, row = rowAfter<R>(plane, row)) {
     for (int chunk = 0; chunk < shape.chunks; ++chunk, out += kLanes) {
-      const std::uint8_t* p = row + chunk * kLanes * kStep;
-      for (int i = 0; i < kLanes; ++i) out[i] = static_cast<float>(p[i * kStep]);
+      const auto* p = row + chunk * kLanes * R::step;
+      if constexpr (R::isWide) {
+        for (int i = 0; i < kLanes; ++i) out[i] = gain * static_cast<float>(p[i * R::step] - base);
+      } else {
+        for (int i = 0; i < kLanes; ++i) out[i] = static_cast<float>(p[i * R::step]);
+      }
     }
     if (2 * shape.half % kLanes != 0) {
       for (int i = 0; i < kLanes; ++i) out[i - kLanes] *= mask[i];
     }
   }
+  return R::isWide ? gain * static_cast<float>(base) : 0.0F;
+}
+
+/// Four times the other colour at a sample.
+template <typename R>
+TRACTION_INLINE int otherAt(const Plane& plane, const typename R::Type* p) {
+  if constexpr (R::step == 2) return p[plane.other[0]] + p[plane.other[1]] + p[plane.other[2]] + p[plane.other[3]];
+  return 4 * p[plane.other[0]];
 }
 
 /// As above, without the other colour's share.
-template <int kStep, typename S>
-TRACTION_INLINE void loadUnmixed(const Plane& plane, const CrossTalk& crossTalk, S shape, const float* mask, int left,
-                                 int top, float* out) {
-  const float gain = 1.0F / (1.0F - crossTalk.own * crossTalk.other), share = 0.25F * crossTalk.other;
-  const std::uint8_t* row = plane.first + top * plane.stride + left * kStep;
-  for (int y = 0; y < 2 * shape.half; ++y, row += plane.stride) {
+template <typename R, typename S>
+TRACTION_INLINE float loadUnmixed(const Plane& plane, const CrossTalk& crossTalk, S shape, const float* mask, int left,
+                                  int top, float* out) {
+  const float share = 0.25F * crossTalk.other;
+  const float gain = (R::isWide ? plane.gain : 1.0F) / (1.0F - crossTalk.own * crossTalk.other);
+  const auto* row = rowAt<R>(plane, left, top);
+  const int base = R::isWide ? *row : 0, otherBase = R::isWide ? otherAt<R>(plane, row) : 0;
+  for (int y = 0; y < 2 * shape.half; ++y, row = rowAfter<R>(plane, row)) {
     for (int chunk = 0; chunk < shape.chunks; ++chunk, out += kLanes) {
       for (int i = 0; i < kLanes; ++i) {
-        const std::uint8_t* p = row + (chunk * kLanes + i) * kStep;
-        int other = 4 * p[plane.other[0]];
-        if constexpr (kStep == 2) other = p[plane.other[0]] + p[plane.other[1]] + p[plane.other[2]] + p[plane.other[3]];
-        out[i] = gain * (static_cast<float>(*p) - share * static_cast<float>(other));
+        const auto* p = row + (chunk * kLanes + i) * R::step;
+        out[i] = gain * (static_cast<float>(*p - base) - share * static_cast<float>(otherAt<R>(plane, p) - otherBase));
       }
     }
     for (int i = 0; i < kLanes; ++i) out[i - kLanes] *= mask[i];
   }
+  return gain * (static_cast<float>(base) - share * static_cast<float>(otherBase));
 }
 
 /// Variance of an unmixed sample relative to a plain one's.
-template <int kStep>
-TRACTION_INLINE float unmixedNoise(const CrossTalk& crossTalk) {
+TRACTION_INLINE float unmixedNoise(const Plane& plane, const CrossTalk& crossTalk) {
   const float gain = 1.0F / (1.0F - crossTalk.own * crossTalk.other);
-  const float others = kStep == 2 ? 0.25F : 1.0F;  // the mean of four samples
-  return gain * gain * (1.0F + others * crossTalk.other * crossTalk.other);
+  return gain * gain * (1.0F + plane.otherNoise * crossTalk.other * crossTalk.other);
 }
 
 struct Sums {
@@ -85,8 +117,9 @@ TRACTION_INLINE float total(float* lane) {
   return (lane[0] + lane[1]) + (lane[2] + lane[3]);
 }
 
+/// `sign`: of the products with the weights, which are those of markers brighter than what surrounds them.
 template <typename S>
-TRACTION_INLINE Sums sums(S shape, const float* window, const float* weights) {
+TRACTION_INLINE Sums sums(S shape, const float* window, const float* weights, float sign) {
   const int samples = 2 * shape.half * shape.chunks * kLanes;
   alignas(64) float one[kSums], square[kSums], p0[kSums], p1[kSums], p2[kSums], p3[kSums], p4[kSums], p5[kSums];
   for (int i = 0; i < kSums; ++i) {
@@ -111,10 +144,11 @@ TRACTION_INLINE Sums sums(S shape, const float* window, const float* weights) {
     p4[i] = e;
     p5[i] = f;
   }
-  return {total(one), total(square), total(p0), total(p1), total(p2), total(p3), total(p4), total(p5)};
+  return {total(one),       total(square),    sign * total(p0), sign * total(p1),
+          sign * total(p2), sign * total(p3), sign * total(p4), sign * total(p5)};
 }
 
-template <int kStep, int kHalf>
+template <typename R, int kHalf>
 TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
                             const Guess& guess, Centre& centre) {
   const Shape<kHalf> shape(marker);
@@ -136,13 +170,10 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
     if (!(x >= lowX && x <= highX && y >= lowY && y <= highY)) break;
     const int across = static_cast<int>(x * kPhases + 0.5F), down = static_cast<int>(y * kPhases + 0.5F);
     const int left = across / kPhases - shape.half + 1, top = down / kPhases - shape.half + 1;
-    if (guess.mixed) {
-      loadUnmixed<kStep>(plane, crossTalk, shape, marker.mask(), left, top, window);
-    } else {
-      load<kStep>(plane, shape, marker.mask(), left, top, window);
-    }
+    const float base = guess.mixed ? loadUnmixed<R>(plane, crossTalk, shape, marker.mask(), left, top, window)
+                                   : load<R>(plane, shape, marker.mask(), left, top, window);
     const int index = down % kPhases * kPhases + across % kPhases;
-    const Sums sum = sums(shape, window, marker.weights(index));
+    const Sums sum = sums(shape, window, marker.weights(index), plane.sign);
     const MarkerTemplate::Phase& phase = marker.phase(index);
     const auto& solve = phase.solve;
     const auto& lean = phase.lean;
@@ -166,7 +197,7 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
       const float mean = sum.one / used;
       const float rest = sum.square - sum.one * mean - sum.p0 * sum.p0 - sum.p1 * sum.p1 - sum.p2 * sum.p2 -
                          sum.p3 * sum.p3 - sum.p4 * sum.p4 - sum.p5 * sum.p5;
-      const float noise = guess.mixed ? unmixedNoise<kStep>(crossTalk) : 1.0F;
+      const float noise = plane.noise * (guess.mixed ? unmixedNoise(plane, crossTalk) : 1.0F);
       centre.misfit = (rest > 0.0F ? rest : 0.0F) / ((used - 7.0F) * noise);
       const float perVariance = noise * plane.scale * plane.scale / (amplitude * amplitude);
       centre.variance = phase.variance * perVariance;
@@ -175,7 +206,7 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
       centre.slopeU = (phase.solveSlope[0] * sum.p4 + phase.solveSlope[1] * sum.p5) * inverseScale;
       centre.slopeV = phase.solveSlope[2] * sum.p5 * inverseScale;
       centre.slopeVariance = phase.slopeVariance * noise * inverseScale * inverseScale;
-      centre.level = mean + (0.5F - phase.cover) * amplitude;
+      centre.level = base + mean + (0.5F - phase.cover) * plane.sign * amplitude;
       centre.found = true;
       break;
     }
@@ -185,7 +216,7 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
 }
 
 /// The rows of a window that will soon be read: the machine does not foresee them.
-template <int kStep>
+template <typename R>
 TRACTION_INLINE void prefetch(const Plane& plane, int half, const Guess& guess) {
   const float inverseScale = 1.0F / plane.scale;
   const float x = (guess.u - plane.u0) * inverseScale, y = (guess.v - plane.v0) * inverseScale;
@@ -194,41 +225,72 @@ TRACTION_INLINE void prefetch(const Plane& plane, int half, const Guess& guess) 
         y < static_cast<float>(plane.height - half)))
     return;
   const int left = static_cast<int>(x) - half + 1, top = static_cast<int>(y) - half + 1;
-  const std::uint8_t* row = plane.first + top * plane.stride + left * kStep;
-  for (int i = 0; i < 2 * half; ++i, row += plane.stride) {
+  const auto* row = rowAt<R>(plane, left, top);
+  for (int i = 0; i < 2 * half; ++i, row = rowAfter<R>(plane, row)) {
     __builtin_prefetch(row);
-    __builtin_prefetch(row + 2 * half * kStep - 1);
+    __builtin_prefetch(row + 2 * half * R::step - 1);
   }
 }
 
-template <int kStep>
+template <typename R>
 TRACTION_INLINE void fitAll(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
                             const Guess* guesses, Centre* centres, std::size_t count) {
   switch (marker.half()) {
   case 3:
     for (std::size_t i = 0; i < count; ++i) {
-      if (i + kAhead < count) prefetch<kStep>(plane, 3, guesses[i + kAhead]);
-      fitOne<kStep, 3>(plane, marker, crossTalk, guesses[i], centres[i]);
+      if (i + kAhead < count) prefetch<R>(plane, 3, guesses[i + kAhead]);
+      fitOne<R, 3>(plane, marker, crossTalk, guesses[i], centres[i]);
     }
     break;
   case 4:
     for (std::size_t i = 0; i < count; ++i) {
-      if (i + kAhead < count) prefetch<kStep>(plane, 4, guesses[i + kAhead]);
-      fitOne<kStep, 4>(plane, marker, crossTalk, guesses[i], centres[i]);
+      if (i + kAhead < count) prefetch<R>(plane, 4, guesses[i + kAhead]);
+      fitOne<R, 4>(plane, marker, crossTalk, guesses[i], centres[i]);
     }
     break;
   default:
-    for (std::size_t i = 0; i < count; ++i) fitOne<kStep, 0>(plane, marker, crossTalk, guesses[i], centres[i]);
+    for (std::size_t i = 0; i < count; ++i) fitOne<R, 0>(plane, marker, crossTalk, guesses[i], centres[i]);
   }
 }
 
 TRACTION_VECTOR_CLONES
 void fit(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk, const Guess* guesses,
          Centre* centres, std::size_t count) {
-  if (plane.step == 3) {
-    fitAll<3>(plane, marker, crossTalk, guesses, centres, count);
-  } else {
-    fitAll<2>(plane, marker, crossTalk, guesses, centres, count);
+  switch (plane.step + (plane.wide ? 3 : 0)) {
+  case 1:
+    return fitAll<Rows<std::uint8_t, 1>>(plane, marker, crossTalk, guesses, centres, count);
+  case 2:
+    return fitAll<Rows<std::uint8_t, 2>>(plane, marker, crossTalk, guesses, centres, count);
+  case 3:
+    return fitAll<Rows<std::uint8_t, 3>>(plane, marker, crossTalk, guesses, centres, count);
+  case 4:
+    return fitAll<Rows<std::uint16_t, 1>>(plane, marker, crossTalk, guesses, centres, count);
+  case 5:
+    return fitAll<Rows<std::uint16_t, 2>>(plane, marker, crossTalk, guesses, centres, count);
+  default:
+    return fitAll<Rows<std::uint16_t, 3>>(plane, marker, crossTalk, guesses, centres, count);
+  }
+}
+
+void loadAny(const Plane& plane, const Shape<0>& shape, const float* mask, int left, int top, float* window) {
+  switch (plane.step + (plane.wide ? 3 : 0)) {
+  case 1:
+    load<Rows<std::uint8_t, 1>>(plane, shape, mask, left, top, window);
+    break;
+  case 2:
+    load<Rows<std::uint8_t, 2>>(plane, shape, mask, left, top, window);
+    break;
+  case 3:
+    load<Rows<std::uint8_t, 3>>(plane, shape, mask, left, top, window);
+    break;
+  case 4:
+    load<Rows<std::uint16_t, 1>>(plane, shape, mask, left, top, window);
+    break;
+  case 5:
+    load<Rows<std::uint16_t, 2>>(plane, shape, mask, left, top, window);
+    break;
+  default:
+    load<Rows<std::uint16_t, 3>>(plane, shape, mask, left, top, window);
   }
 }
 
@@ -236,7 +298,7 @@ void fit(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& cros
 
 void fitCentres(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
                 std::span<const Guess> guesses, std::span<Centre> centres) {
-  assert(guesses.size() == centres.size() && (plane.step == 2 || plane.step == 3));
+  assert(guesses.size() == centres.size() && (plane.step >= 1 && plane.step <= 3));
   fit(plane, marker, crossTalk, guesses.data(), centres.data(), guesses.size());
 }
 
@@ -250,13 +312,9 @@ float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, flo
   }
   const Shape<0> shape(marker);
   alignas(64) float window[MarkerTemplate::kMaxSamples];
-  if (plane.step == 3) {
-    load<3>(plane, shape, marker.mask(), left, top, window);
-  } else {
-    load<2>(plane, shape, marker.mask(), left, top, window);
-  }
+  loadAny(plane, shape, marker.mask(), left, top, window);
   const int index = down % kPhases * kPhases + across % kPhases;
-  const Sums sum = sums(shape, window, marker.weights(index));
+  const Sums sum = sums(shape, window, marker.weights(index), plane.sign);
   const MarkerTemplate::Phase& phase = marker.phase(index);
   return phase.solve[0] * sum.p0 + phase.solve[1] * sum.p1 + phase.solve[2] * sum.p2;
 }

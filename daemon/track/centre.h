@@ -19,7 +19,7 @@ struct Guess {
 /// What is there.
 struct Centre {
   float u = 0.0F, v = 0.0F;  ///< px; where not found, where the search ended
-  float amplitude = 0.0F;    ///< levels above the surroundings
+  float amplitude = 0.0F;    ///< levels above the surroundings; below them where the plane's markers are dark
   float misfit = 0.0F;       ///< mean square of what the template does not explain, as of plain samples [levels^2]
   float blurred = 0.0F;      ///< root of the sum of squares that more or less blur would explain [levels]
   float variance = 0.0F;     ///< of u and of v for unit noise [px^2 / level^2], the guessed slope being right
@@ -36,7 +36,8 @@ struct CrossTalk {
   float other = 0.0F;  ///< of the other colour in this plane
 };
 
-/// One centre per guess. A marker is caught from about its own radius away. Reentrant; allocates nothing.
+/// One centre per guess. Where the plane's markers are dark, amplitudes and slopes are those of its negative.
+///  A marker is caught from about its own radius away. Reentrant; allocates nothing.
 void fitCentres(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
                 std::span<const Guess> guesses, std::span<Centre> centres);
 

@@ -6,7 +6,7 @@
 namespace tractiond::track {
 namespace {
 
-constexpr float kTypicalNoise = 3.0F;  // levels, until it is measured
+constexpr float kTypicalNoise = 3.0F;  // 1/255 of the range, until it is measured
 // What the template may leave unexplained of something that is to be taken for a marker at all: rms as a share of the
 // amplitude, beyond twice the noise and what this gel's markers typically leave at rest.
 constexpr float kOddShape = 0.16F, kNoiseDeviations = 2.0F, kMostTypicalShape = 0.15F;
@@ -33,6 +33,11 @@ void CentreErrors::adopt(const RestPose& pose) {
   noise_ = pose.noise;
   shotNoise_ = pose.shotNoise;
   light_ = pose.light;
+  measured_ = true;
+}
+
+void CentreErrors::setUnit(float unit) {
+  if (!measured_) noise_ = kTypicalNoise * unit;
 }
 
 void CentreErrors::learnShape(std::span<const Centre> centres, std::span<const std::uint8_t> valid) {

@@ -20,6 +20,8 @@ class CentreErrors {
   /// The noise in force.
   void adopt(const RestPose& pose);
   float noise() const { return noise_; }  ///< standard deviation of a pixel [levels]
+  /// What a typical camera's is, as long as none is known. `unit`: levels in 1/255 of the range.
+  void setUnit(float unit);
 
   /// How far this gel's markers are from discs: from the present frame's.
   void learnShape(std::span<const Centre> centres, std::span<const std::uint8_t> valid);
@@ -48,6 +50,7 @@ class CentreErrors {
   float spacing_px_;
   float perZeroFrame_;
   float noise_;
+  bool measured_ = false;
   float shotNoise_ = 0.0F;     ///< variance per level
   float light_ = 0.0F;         ///< levels at which noise_ is stated
   float typicalShape_ = 0.0F;  ///< rms misfit of most markers beyond the noise, share of the amplitude

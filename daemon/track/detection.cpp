@@ -11,7 +11,7 @@ namespace tractiond::track {
 
 namespace {
 
-constexpr float kLeastContrast = 6.0F;  // levels
+constexpr float kLeastContrast = 6.0F;  // 1/255 of the range
 constexpr float kWeakest = 0.35F;       // of the median marker's response
 constexpr float kOtherColour = 0.6F;    // of the amplitude in the own colour
 constexpr float kOddShape = 0.35F;      // rms misfit, of the amplitude
@@ -31,11 +31,13 @@ Detector::Detector(int width_px, int height_px, int markers)
   spots_.reserve(most);
 }
 
+// Sums of 16 bits may overflow; those of a box are right all the same.
+template <typename Sample>
 void Detector::integrate(const Plane& plane) {
   const int pitch = plane.width + 1;
   std::fill_n(integral_.begin(), pitch, 0U);
   for (int y = 0; y < plane.height; ++y) {
-    const std::uint8_t* sample = plane.first + y * plane.stride;
+    const auto* sample = reinterpret_cast<const Sample*>(plane.first + y * plane.stride);
     const std::uint32_t* above = integral_.data() + y * pitch + 1;
     std::uint32_t* sum = integral_.data() + (y + 1) * pitch;
     *sum++ = 0;
@@ -58,7 +60,8 @@ void Detector::collectPeaks(const Plane& plane, const MarkerTemplate& marker) {
     return static_cast<float>(bottom[half + 1] - bottom[-half] - top[half + 1] + top[-half]);
   };
   const auto area = [](int half) { return static_cast<float>((2 * half + 1) * (2 * half + 1)); };
-  const float perInner = 1.0F / area(inner), perFrame = 1.0F / (area(outer) - area(gap));
+  const float perSum = plane.sign * plane.gain, least = kLeastContrast * plane.unit;
+  const float perInner = perSum / area(inner), perFrame = perSum / (area(outer) - area(gap));
 
   const int columns = (plane.width - 2 * outer) / step, rows = (plane.height - 2 * outer) / step;
   peaks_.clear();
@@ -74,7 +77,7 @@ void Detector::collectPeaks(const Plane& plane, const MarkerTemplate& marker) {
   for (int row = 1; row + 1 < rows; ++row) {
     for (int column = 1; column + 1 < columns; ++column) {
       const float* r = response_.data() + row * columns + column;
-      if (*r < kLeastContrast || *r < r[-1] || *r <= r[1]) continue;
+      if (*r < least || *r < r[-1] || *r <= r[1]) continue;
       if (*r < r[-columns] || *r < r[-columns - 1] || *r < r[-columns + 1]) continue;
       if (*r <= r[columns] || *r <= r[columns - 1] || *r <= r[columns + 1]) continue;
       if (peaks_.size() == peaks_.capacity()) {
@@ -90,7 +93,11 @@ void Detector::collectPeaks(const Plane& plane, const MarkerTemplate& marker) {
 
 std::span<const Spot> Detector::find(const Plane& own, const Plane& other, const MarkerTemplate& marker) {
   assert((own.width + 1) * static_cast<std::size_t>(own.height + 1) <= integral_.size());
-  integrate(own);
+  if (own.wide) {
+    integrate<std::uint16_t>(own);
+  } else {
+    integrate<std::uint8_t>(own);
+  }
   collectPeaks(own, marker);
   spots_.clear();
   if (peaks_.empty()) return spots_;
@@ -110,7 +117,8 @@ std::span<const Spot> Detector::find(const Plane& own, const Plane& other, const
   const float apart = own.scale * static_cast<float>(marker.radius());
   for (const Centre& centre : centres) {
     if (!centre.found || centre.misfit > kOddShape * kOddShape * centre.amplitude * centre.amplitude) continue;
-    if (amplitudeAt(other, marker, centre.u, centre.v) > kOtherColour * centre.amplitude) continue;
+    const bool coloured = other.first != nullptr;
+    if (coloured && amplitudeAt(other, marker, centre.u, centre.v) > kOtherColour * centre.amplitude) continue;
     bool again = false;
     grid_.near(centre.u, centre.v, apart,
                [&](int i) { again = again || std::hypot(spots_[i].u - centre.u, spots_[i].v - centre.v) < apart; });

@@ -21,7 +21,8 @@ class Detector {
   /// Size of the picture, and how many markers a colour has.
   Detector(int width_px, int height_px, int markers);
 
-  /// Strongest first; at most four times as many as there are markers. `marker` need only be about right.
+  /// Strongest first; at most four times as many as there are markers. `marker` need only be about right. `other` may
+  /// be none: then no spot is refused for its colour.
   std::span<const Spot> find(const Plane& own, const Plane& other, const MarkerTemplate& marker);
 
  private:
@@ -30,6 +31,7 @@ class Detector {
     int x, y;  ///< sample
   };
 
+  template <typename Sample>
   void integrate(const Plane& plane);
   void collectPeaks(const Plane& plane, const MarkerTemplate& marker);
 

@@ -19,6 +19,10 @@ float spacing(std::span<const Vector> places, const Lattice& lattice) {
   return std::sqrt(across.squared()) / static_cast<float>(lattice.columns - 1);
 }
 
+tl::unexpected<Error> error(std::string what, std::string remedy) {
+  return tl::make_unexpected(Error{EX_CONFIG, std::move(what), "", std::move(remedy)});
+}
+
 }  // namespace
 
 std::vector<Vector> nominalPlaces(const sensor::Sensor& sensor) {
@@ -46,14 +50,18 @@ float smallestSpacing(std::span<const Vector> places_px, std::span<const Lattice
 }
 
 tl::expected<void, Error> trackable(const sensor::Sensor& sensor) {
-  const auto error = [](std::string what, std::string remedy) {
-    return tl::make_unexpected(Error{EX_CONFIG, std::move(what), "", std::move(remedy)});
-  };
   if (sensor.layers.empty() || sensor.layers.size() > 2) {
     return error(std::to_string(sensor.layers.size()) + " marker layers", "one or two can be tracked");
   }
-  if (sensor.layers.size() == 2 && sensor.layers[0].colour == sensor.layers[1].colour) {
-    return error("two marker layers of the same colour", "give each its own");
+  if (sensor.layers.size() == 2 && sensor.layers[0].darker == sensor.layers[1].darker) {
+    const sensor::Colour first = sensor.layers[0].colour, second = sensor.layers[1].colour;
+    constexpr const char* kRemedy = "give each its own of blue, red and green, or one brighter and one darker markers";
+    if (first == second) return error("two marker layers of the same colour and contrast", kRemedy);
+    if (first == sensor::Colour::kGrey || second == sensor::Colour::kGrey) {
+      return error(
+          "two marker layers of the same contrast, one of them grey, which shows in the other's colour as well",
+          kRemedy);
+    }
   }
   const std::vector<Vector> places = nominalPlaces(sensor);
   for (const Lattice& lattice : latticesOf(sensor)) {
@@ -71,6 +79,15 @@ tl::expected<void, Error> trackable(const sensor::Sensor& sensor) {
     }
   }
   return {};
+}
+
+tl::expected<void, Error> trackable(const sensor::Sensor& sensor, PixelFormat format) {
+  const bool alike = sensor.layers.size() == 2 && sensor.layers[0].darker == sensor.layers[1].darker;
+  if (!alike || traitsOf(format).colours != PixelColours::kMono) return {};
+  return error(
+      "the picture is grey (" + std::string(traitsOf(format).name) +
+          "), and only their colours tell the gel's two layers of markers apart",
+      "choose a format with colours, or a gel with one layer, or with one of brighter and one of darker markers");
 }
 
 }  // namespace tractiond::track

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "daemon/base/error.h"
+#include "daemon/records/pixel_format.h"
 #include "daemon/track/lattice.h"
 #include "sensor/sensor.h"
 
@@ -12,9 +13,12 @@
 
 namespace tractiond::track {
 
-/// What the tracker cannot do: more than two layers or two of one colour, a grid below 4 x 4, markers smaller than a
+/// What the tracker cannot do: more than two layers or two that look alike, a grid below 4 x 4, markers smaller than a
 /// pixel's width in radius or so large or close that their windows meet.
 tl::expected<void, Error> trackable(const sensor::Sensor& sensor);
+
+/// What it cannot do with pictures of this format: two layers that only colours tell apart, in a grey picture.
+tl::expected<void, Error> trackable(const sensor::Sensor& sensor, PixelFormat format);
 
 /// Of all markers [px].
 std::vector<Vector> nominalPlaces(const sensor::Sensor& sensor);

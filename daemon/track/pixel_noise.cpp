@@ -9,9 +9,9 @@ namespace tractiond::track {
 
 namespace {
 
-constexpr int kLeast = 30;                     // pixels for a frame to count
-constexpr int kDarkest = 3, kBrightest = 250;  // levels; beyond, the noise is cut
-constexpr double kLeastContrast = 10.0;        // levels
+constexpr int kLeast = 30;                             // pixels for a frame to count
+constexpr float kDarkest = 3.0F, kBrightest = 250.0F;  // in 1/255 of the range; beyond, the noise is cut
+constexpr double kLeastContrast = 10.0;                // the same
 
 }  // namespace
 
@@ -22,7 +22,7 @@ PixelNoise::PixelNoise(int markers) {
 
 void PixelNoise::start() {
   for (Pixels* pixels : {&onMarkers_, &between_}) {
-    std::fill(pixels->before.begin(), pixels->before.end(), std::int16_t{-1});
+    std::fill(pixels->before.begin(), pixels->before.end(), -1.0F);
     pixels->variance = pixels->level = 0.0;
     pixels->frames = 0;
   }
@@ -30,37 +30,38 @@ void PixelNoise::start() {
 
 void PixelNoise::add(const Plane& plane, int first, std::span<const Vector> place_px, Vector between,
                      std::span<const std::uint8_t> valid) {
+  leastContrast_ = kLeastContrast * double{plane.unit};
   addTo(onMarkers_, plane, first, place_px, {}, valid);
   addTo(between_, plane, first, place_px, between, valid);
 }
 
 void PixelNoise::addTo(Pixels& pixels, const Plane& plane, int first, std::span<const Vector> place_px, Vector offset,
                        std::span<const std::uint8_t> valid) {
+  const float darkest = kDarkest * plane.unit, brightest = kBrightest * plane.unit;
   int count = 0;
   double sum = 0.0, square = 0.0, level = 0.0;
   for (std::size_t i = 0; i < place_px.size(); ++i) {
-    std::int16_t& before = pixels.before[static_cast<std::size_t>(first) + i];
+    float& before = pixels.before[static_cast<std::size_t>(first) + i];
     const Vector place = place_px[i] + offset;
     const float x = std::round((place.u - plane.u0) / plane.scale), y = std::round((place.v - plane.v0) / plane.scale);
     const bool inside =
         x >= 0.0F && y >= 0.0F && x < static_cast<float>(plane.width) && y < static_cast<float>(plane.height);
     if (!valid[i] || !inside) {
-      before = -1;
+      before = -1.0F;
       continue;
     }
-    const int now =
-        plane.first[static_cast<std::ptrdiff_t>(y) * plane.stride + static_cast<std::ptrdiff_t>(x) * plane.step];
-    if (before >= kDarkest && before <= kBrightest && now >= kDarkest && now <= kBrightest) {
-      const double difference = now - before;
+    const float now = plane.at(static_cast<std::ptrdiff_t>(x), static_cast<std::ptrdiff_t>(y));
+    if (before >= darkest && before <= brightest && now >= darkest && now <= brightest) {
+      const double difference = double{now} - double{before};
       ++count;
       sum += difference;
       square += difference * difference;
-      level += 0.5 * (now + before);
+      level += 0.5 * (double{now} + double{before});
     }
-    before = static_cast<std::int16_t>(now);
+    before = now;
   }
   if (count < kLeast) return;
-  pixels.variance += 0.5 * (square - sum * sum / count) / (count - 1);
+  pixels.variance += 0.5 * (square - sum * sum / count) / (count - 1) / double{plane.noise};
   pixels.level += level / count;
   ++pixels.frames;
 }
@@ -69,7 +70,7 @@ float PixelNoise::perLevel() const {
   if (onMarkers_.frames == 0 || between_.frames == 0) return 0.0F;
   const double contrast = onMarkers_.level / onMarkers_.frames - between_.level / between_.frames;
   const double growth = onMarkers_.variance / onMarkers_.frames - between_.variance / between_.frames;
-  return contrast > kLeastContrast ? static_cast<float>(std::max(growth / contrast, 0.0)) : 0.0F;
+  return std::abs(contrast) > leastContrast_ ? static_cast<float>(std::max(growth / contrast, 0.0)) : 0.0F;
 }
 
 }  // namespace tractiond::track

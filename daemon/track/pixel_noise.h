@@ -22,14 +22,14 @@ class PixelNoise {
   void add(const Plane& plane, int first, std::span<const Vector> place_px, Vector between,
            std::span<const std::uint8_t> valid);
 
-  /// Variance per level of brightness [levels]; 0 where none shows.
+  /// Variance of one of the camera's samples per level of brightness [levels]; 0 where none shows.
   float perLevel() const;
 
  private:
   struct Pixels {
-    std::vector<std::int16_t> before;  ///< per marker, its sample in the frame before; -1: none
-    double variance = 0.0;             ///< sum over frames of half the differences' variance [levels^2]
-    double level = 0.0;                ///< sum over frames of the mean level
+    std::vector<float> before;  ///< per marker, its level in the frame before; -1: none
+    double variance = 0.0;      ///< sum over frames of half the differences' variance [levels^2]
+    double level = 0.0;         ///< sum over frames of the mean level
     int frames = 0;
   };
 
@@ -37,6 +37,7 @@ class PixelNoise {
                     std::span<const std::uint8_t> valid);
 
   Pixels onMarkers_, between_;
+  double leastContrast_ = 0.0;  ///< levels
 };
 
 }  // namespace tractiond::track

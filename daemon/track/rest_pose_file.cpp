@@ -3,7 +3,6 @@
 
 #include "daemon/base/hash.h"
 #include "daemon/base/whole_file.h"
-#include "daemon/track/plane.h"
 #include "daemon/track/rest_pose.h"
 
 #include <algorithm>
@@ -49,6 +48,15 @@ bool sane(const RestPose& pose) {
          pose.shotNoise >= 0.0F;
 }
 
+/// Formats of one kind have the same levels at the same places.
+int kindOf(PixelFormat format) {
+  const PixelFormatTraits& traits = traitsOf(format);
+  const int depth = 4 * (traits.bits - 8);
+  if (traits.isBayer()) return depth + 1;
+  if (traits.colours == PixelColours::kMono) return depth + 2;
+  return depth + (traits.colours >= PixelColours::kYuyv ? 3 : 0);
+}
+
 }  // namespace
 
 std::filesystem::path restPosePath(const std::filesystem::path& stateDirectory) {
@@ -67,10 +75,11 @@ Id restPoseOwner(const sensor::Sensor& sensor, PixelFormat format) {
     hasher.value(layer.diameter);
     hasher.value(layer.centre.x());
     hasher.value(layer.centre.y());
+    if (layer.darker) hasher.value(layer.darker);
   }
   hasher.value(sensor.camera.width);
   hasher.value(sensor.camera.height);
-  hasher.value(isBayer(format) ? 1 : 0);
+  hasher.value(kindOf(format));
   return hasher.digest();
 }
 

@@ -15,7 +15,8 @@ namespace tractiond::track {
 
 std::filesystem::path restPosePath(const std::filesystem::path& stateDirectory);
 
-/// Hash of what a rest pose belongs to: the marker layers, the size of the picture, mosaic or not.
+/// Hash of what a rest pose belongs to: the marker layers, the size of the picture, and of its format the kind (mosaic,
+/// grey ...) and the bits.
 Id restPoseOwner(const sensor::Sensor& sensor, PixelFormat format);
 
 /// Nothing where there is no file. Fails (EX_DATAERR, EX_NOINPUT) where the file cannot be read, is cut short, damaged,

@@ -69,6 +69,7 @@ RestPose emptyPose(int markers) {
 Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
     : options_(options)
     , markers_(sensor.markerCount())
+    , planes_(sensor.layers)
     , nominal_(nominalPlaces(sensor))
     , spacing_px_(smallestSpacing(nominal_, latticesOf(sensor)))
     , detector_(sensor.camera.width, sensor.camera.height, markers_)
@@ -86,7 +87,8 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
   for (const sensor::MarkerLayer& layer : sensor.layers) deepest = std::max(deepest, layer.depth);
   for (std::size_t i = 0; i < lattices.size(); ++i) {
     const sensor::MarkerLayer& layer = sensor.layers[i];
-    layers_.push_back({lattices[i], layer.colour, markerRadius(sensor, layer), layer.depth >= deepest,
+    const bool second = lattices.size() == 2 && sensor.layers[1 - i].colour < layer.colour;
+    layers_.push_back({i, lattices[i], second ? 1 : 0, markerRadius(sensor, layer), layer.depth >= deepest,
                        Trust(lattices[i], spacing_px_)});
     layers_.back().spots.reserve(static_cast<std::size_t>(4 * markers_));
   }
@@ -108,8 +110,7 @@ void Tracker::restore(const RestPose& pose) {
   assert(pose.amplitude.size() == static_cast<std::size_t>(markers_));
   adopt(pose);
   for (Layer& layer : layers_) {
-    const bool blue = layer.colour == sensor::Colour::kBlue;
-    layer.crossTalk = {pose.crossTalk[blue ? 1 : 0], pose.crossTalk[blue ? 0 : 1]};
+    layer.crossTalk = {pose.crossTalk[1 - layer.rank], pose.crossTalk[layer.rank]};
   }
   zeroWasRequested_ = pose.requested;
   verified_ = false;
@@ -117,11 +118,12 @@ void Tracker::restore(const RestPose& pose) {
 
 Outcome Tracker::track(const Frame& frame, MarkerField& field) {
   ++frames_;
+  planes_.read(frame);
   for (Layer& layer : layers_) {
-    const bool blue = layer.colour == sensor::Colour::kBlue;
-    layer.plane = planeOf(frame, layer.colour);
-    layer.otherPlane = planeOf(frame, blue ? sensor::Colour::kRed : sensor::Colour::kBlue);
+    layer.plane = planes_.own(layer.index);
+    layer.otherPlane = planes_.other(layer.index);
   }
+  errors_.setUnit(layers_.front().plane.unit);
   searches_ = kSearches;
   acquireIn_ = std::max(0, acquireIn_ - 1);
   bool relabelled = false;
@@ -436,13 +438,13 @@ void Tracker::learnAppearance() {
   const auto places = [this](const Layer& layer) {
     std::vector<Guess> all, some;
     for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
-      if (labelled_[i]) all.push_back({place_[i].u, place_[i].v, 1.0F, mixed_[i] != 0});
+      if (labelled_[i]) all.push_back({place_[i].u, place_[i].v, layer.plane.unit, mixed_[i] != 0});
     }
     const std::size_t stride = all.size() / kAppearancePlaces + 1;
     for (std::size_t i = 0; i < all.size(); i += stride) some.push_back(all[i]);
     return some;
   };
-  if (!haveRest_ && layers_.size() == 2) {
+  if (!haveRest_ && planes_.mixes()) {
     for (std::size_t i = 0; i < 2; ++i) {
       Layer &own = layers_[i], &other = layers_[1 - i];
       own.crossTalk.own = other.crossTalk.other = crossTalkInto(own.plane, own.otherPlane, own.marker, places(own));
@@ -514,7 +516,7 @@ void Tracker::takeZero() {
   }
   for (const Layer& layer : layers_) {
     taker_.finish(layer.lattice, pose_);
-    pose_.crossTalk[layer.colour == sensor::Colour::kBlue ? 0 : 1] = layer.crossTalk.other;
+    pose_.crossTalk[static_cast<std::size_t>(layer.rank)] = layer.crossTalk.other;
   }
   pose_.noise = taker_.noise();
   pose_.shotNoise = pixelNoise_.perLevel();

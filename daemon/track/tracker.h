@@ -9,6 +9,7 @@
 #include "daemon/track/labelling.h"
 #include "daemon/track/lattice.h"
 #include "daemon/track/pixel_noise.h"
+#include "daemon/track/planes.h"
 #include "daemon/track/tear_finder.h"
 #include "daemon/track/zero.h"
 #include "sensor/sensor.h"
@@ -29,8 +30,8 @@ enum class Outcome {
   kNoRestPose,  ///< the first rest pose is still being taken: there is nothing to displace from
 };
 
-/// Thread-bound but for the three functions marked thread-safe. track() allocates nothing, except in the first frame in
-/// which markers are found.
+/// Thread-bound but for the three functions marked thread-safe. track() allocates nothing, except in the first frame of
+/// a pixel format and in the first one in which markers are found.
 ///
 /// A zero is verified, and the fields carry no kZeroUnverified, once
 /// - a zero was taken in this run because requestZero() was called, or
@@ -38,7 +39,7 @@ enum class Outcome {
 ///   larger than three deviations of the noise (rms over the markers): the unloaded picture agrees with it.
 class Tracker {
  public:
-  /// The sensor is trackable().
+  /// The sensor is trackable(), with the pictures' format as well.
   Tracker(const sensor::Sensor& sensor, const TrackOptions& options);
 
   /// Before the first frame. The pose has as many markers as the sensor.
@@ -58,14 +59,15 @@ class Tracker {
 
  private:
   struct Layer {
+    std::size_t index;  ///< of its planes
     Lattice lattice;
-    sensor::Colour colour;
+    int rank;  ///< in a rest pose's cross-talk
     double radius_px;
     bool nearer;  ///< to the camera than the other layer: its markers hide the other's
     Trust trust;
     MarkerTemplate marker = {};
     CrossTalk crossTalk = {};
-    Plane plane = {}, otherPlane = {};  ///< of this frame: its colour, the other colour
+    Plane plane = {}, otherPlane = {};  ///< of this frame
     std::vector<Spot> spots = {};
   };
 
@@ -105,6 +107,7 @@ class Tracker {
   TrackOptions options_;
   int markers_;
   std::vector<Layer> layers_;
+  Planes planes_;
   std::vector<Vector> nominal_;  ///< where the markers are by the sensor's description [px]
   float spacing_px_;
 

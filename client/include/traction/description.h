@@ -14,7 +14,8 @@ struct Gel {
   Vector3 size_m{};  ///< width, height, thickness [m]; centred on the origin in x and y
 };
 
-enum class Colour { kUnknown, kBlue, kRed };
+/// Of the light in which markers stand out; grey: in all.
+enum class Colour { kUnknown, kBlue, kRed, kGreen, kGrey };
 
 /// Index of a marker or node in its grid: row * columns + column, column along +x, row along +y (up in the picture).
 struct Grid {
@@ -34,6 +35,7 @@ struct MarkerLayer {
   Grid grid;
   double depth_m = 0.0;
   double diameter_m = 0.0;  ///< of a marker
+  bool darker = false;      ///< than what surrounds the markers, in their light
 };
 
 struct Camera {

@@ -19,6 +19,7 @@ void expectSame(const Sensor& a, const Sensor& b) {
   ASSERT_EQ(a.layers.size(), b.layers.size());
   for (std::size_t i = 0; i < a.layers.size(); ++i) {
     EXPECT_EQ(a.layers[i].colour, b.layers[i].colour);
+    EXPECT_EQ(a.layers[i].darker, b.layers[i].darker);
     EXPECT_EQ(a.layers[i].columns, b.layers[i].columns);
     EXPECT_EQ(a.layers[i].rows, b.layers[i].rows);
     EXPECT_DOUBLE_EQ(a.layers[i].diameter, b.layers[i].diameter);
@@ -87,7 +88,7 @@ TEST(GelFile, WhatIsWrittenIsRead) {
   Sensor sensor;
   sensor.gel = {1.234567e5, 0.4321, {61.7e-3, 59.3e-3, 15.1e-3}};
   sensor.layers.resize(1);
-  sensor.layers[0] = {sensor::Colour::kRed, 11, 7, 2.34567e-3, 5.1e-3, {-0.3e-3, 0.7e-3}, 0.45e-3};
+  sensor.layers[0] = {sensor::Colour::kGreen, 11, 7, 2.34567e-3, 5.1e-3, {-0.3e-3, 0.7e-3}, 0.45e-3, true};
   sensor.nodes = {9, 8, 3.3e-3, {0.1e-3, -0.2e-3}};
   sensor.camera = {800,  600,  1234.5, {401.25, 298.5}, -0.11, 0.013, {1e-3, 2e-3, 99e-3}, {0.01, -0.02, 0.03},
                    1.41, 1.49, 8e-3};
@@ -131,7 +132,10 @@ TEST(GelFile, ImpossibleSensorsAreRejectedWhereTheyAreWritten) {
       {"youngs_modulus_pa = 180000", "youngs_modulus_pa = \"soft\"", "gel.youngs_modulus_pa must be a number"},
       {"youngs_modulus_pa = 180000", "youngs_modulus_pa = nan", "gel.youngs_modulus_pa = nan must be"},
       {"columns = 24", "columns = 24.5", "layers[0].columns must be a whole number"},
-      {"colour = \"blue\"", "colour = \"green\"", "layers[0].colour must be \"blue\" or \"red\""},
+      {"colour = \"blue\"", "colour = \"pink\"",
+       "layers[0].colour must be one of \"blue\", \"red\", \"green\", \"grey\""},
+      {"contrast = \"brighter\"", "contrast = \"darkest\"",
+       "layers[0].contrast must be one of \"brighter\", \"darker\""},
       {"format = 1 ", "format = 2 ", "format = 2 is newer than this program"},
       {"format = 1 ", "format = 0 ", "format = 0 must be"},
       {"[uncertainty]", "[calibration]\ncamera = \"a\"\ndate = \"b\"\n[uncertainty]", "calibration.hash is missing"},

@@ -25,11 +25,9 @@ struct Bump {
   }
 };
 
+/// Both name formats by GenICam's codes.
 inline PixelFormat pixelFormatOf(twin::Format format) {
-  constexpr std::array<PixelFormat, 6> kFormats = {PixelFormat::kRgb8,     PixelFormat::kBgr8,
-                                                   PixelFormat::kBayerRG8, PixelFormat::kBayerGR8,
-                                                   PixelFormat::kBayerGB8, PixelFormat::kBayerBG8};
-  return kFormats[static_cast<std::size_t>(format)];
+  return static_cast<PixelFormat>(twin::traitsOf(format).code);
 }
 
 class Scene {
@@ -81,8 +79,8 @@ class Scene {
     frame_.size = picture_.size();
     frame_.width = sensor.camera.width;
     frame_.height = sensor.camera.height;
-    frame_.stride = frame_.width * (twin::isBayer(format_) ? 1 : 3);
     frame_.format = pixelFormatOf(format_);
+    frame_.stride = traitsOf(frame_.format).stride(frame_.width);
     return frame_;
   }
 
@@ -107,7 +105,7 @@ class Scene {
 
   /// A disc of brightness over what was shot last, in all colours.
   void smear(double u, double v, double radius_px, std::uint8_t level) {
-    const int step = twin::isBayer(format_) ? 1 : 3;
+    const auto step = static_cast<int>(twin::samplesPerPixel(format_));
     for (int y = 0; y < frame_.height; ++y) {
       for (int x = 0; x < frame_.width; ++x) {
         if (std::hypot(x - u, y - v) > radius_px) continue;

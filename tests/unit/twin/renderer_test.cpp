@@ -9,11 +9,13 @@
 
 namespace {
 
+using twin::Channel;
 using twin::Format;
+using twin::kBlue;
+using twin::kGreen;
+using twin::kRed;
 using twin::Optics;
 using twin::Renderer;
-
-enum Channel { kRed, kGreen, kBlue };
 
 Optics quiet() {
   Optics optics;

@@ -123,7 +123,7 @@ TEST(Scenario, MistakesAreNamedWithFileAndLine) {
   } cases[] = {
       {"[optics]\ncontrast = 3\n", "scenario.toml:3",
        "unknown key 'optics.contrast'; the nearest known key is 'optics.contrast_levels'"},
-      {"[stream]\npixel_format = \"Mono8\"\n", "scenario.toml:3", "stream.pixel_format must be"},
+      {"[stream]\npixel_format = \"Mono9\"\n", "scenario.toml:3", "stream.pixel_format must be"},
       {"[[contacts]]\ntime_s = [0, 1]\n", "scenario.toml:2", "contacts[0].radius_mm is missing"},
       {"[[contacts]]\nradius_mm = 2\ntime_s = [0, 1, 1]\n", "scenario.toml:4", "contacts[0].time_s must be ascending"},
       {"[[contacts]]\nradius_mm = 2\ntime_s = [0, 1]\nx_mm = [0, 1, 2]\n", "scenario.toml:5",
