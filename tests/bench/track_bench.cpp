@@ -9,10 +9,17 @@ namespace {
 
 enum class Motion { kStill, kPress, kStandingStart };
 
+/// Dark markers want a light gel.
+twin::Optics opticsOf(const sensor::Sensor& sensor) {
+  twin::Optics optics;
+  if (sensor.layers[1].darker) optics.background = 125.0;
+  return optics;
+}
+
 /// Pictures that follow each other, back and forth.
 struct Film {
-  Film(twin::Format format, Motion motion)
-      : scene({}, format) {
+  Film(twin::Format format, Motion motion, const sensor::Sensor& sensor)
+      : scene(opticsOf(sensor), format, sensor) {
     constexpr int kFrames = 64;
     for (int i = 0; i < kFrames; ++i) {
       Bump bump;
@@ -32,8 +39,11 @@ struct Film {
 };
 
 void track(benchmark::State& state, twin::Format format, Motion motion, bool gaps) {
-  Film film(format, motion);
-  Scene still({}, format);
+  sensor::Sensor sensor;
+  // A camera without colours sees both layers if one of them is dark.
+  sensor.layers[1].darker = twin::traitsOf(format).order == twin::FormatTraits::Order::kGrey;
+  Film film(format, motion, sensor);
+  Scene still(opticsOf(sensor), format, sensor);
   Tracking tracking(still);
   tracking.start(still);
   std::size_t next = 0;
@@ -50,6 +60,14 @@ BENCHMARK_CAPTURE(track, rgb8Press, twin::Format::kRgb8, Motion::kPress, false)-
 BENCHMARK_CAPTURE(track, rgb8SevenPixelStarts, twin::Format::kRgb8, Motion::kStandingStart, false)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(track, bayerPress, twin::Format::kBayerRG8, Motion::kPress, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(track, mono8Press, twin::Format::kMono8, Motion::kPress, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(track, mono12Press, twin::Format::kMono12, Motion::kPress, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(track, mono12pPress, twin::Format::kMono12p, Motion::kPress, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(track, mono10PackedPress, twin::Format::kMono10Packed, Motion::kPress, false)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(track, bayerRG12Press, twin::Format::kBayerRG12, Motion::kPress, false)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(track, rgb12Press, twin::Format::kRgb12, Motion::kPress, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(track, relabelled, twin::Format::kRgb8, Motion::kPress, true)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -28,6 +28,7 @@ struct Options {
   std::string twinGel;  // what the camera sees; empty: the same
   std::string config;   // [track] and [solve]
   twin::Optics optics;
+  std::string format = "RGB8";
   double given_px = -1.0;  // no pictures: displacements with this noise
   double extra_px = 0.0;   // noise added to what the tracker says
   int zeroEvery = 0;       // frames after which a new zero is taken; 0: one zero for all
@@ -140,7 +141,9 @@ void run(const Options& options) {
 
   const solve::Inverse inverse = expect(solve::loadOrCompute(sensor, config.solve, options.state));
   solve::Solver solver(inverse, sensor, config.solve);
-  Eye eye(seen, options.optics, options.seed);
+  const twin::Format* format = twin::formatByName(options.format);
+  if (format == nullptr) fail("no format " + options.format + ", but " + twin::formatNames());
+  Eye eye(seen, options.optics, options.seed, *format);
   const Eigen::Matrix2Xd rest = eye.look(eye.rest(), {});
   Eigen::Matrix2Xd last = rest;
   std::mt19937_64 generator(options.seed);
@@ -215,6 +218,8 @@ int main(int argc, char** argv) {
   app.add_option("--twin-gel", options.twinGel, "gel file of what the camera sees; default the same");
   app.add_option("--config", options.config, "configuration, of which [track] and [solve] count");
   app.add_option("--contrast", options.optics.contrast, "levels")->capture_default_str();
+  app.add_option("--background", options.optics.background, "levels")->capture_default_str();
+  app.add_option("--format", options.format, "of the pictures")->capture_default_str();
   app.add_option("--blur", options.optics.blur_px, "px")->capture_default_str();
   app.add_option("--cross-talk", options.optics.crossTalk)->capture_default_str();
   app.add_option("--noise", options.optics.readNoise, "levels")->capture_default_str();

@@ -45,6 +45,15 @@ def gel_text(
     )
 
 
+def one_layer_text(colour="grey", contrast="darker", depth=6):
+    """The paper's gel with its first layer alone, and markers of another look."""
+    text = gel_text()
+    text = text[: text.index('[[layers]]\ncolour = "red"')] + text[text.index("[camera]") :]
+    return text.replace('colour = "blue"', f'colour = "{colour}"\ncontrast = "{contrast}"').replace(
+        "depth_mm = 6", f"depth_mm = {depth}"
+    )
+
+
 class Found(dict):
     """Arrays by name, a row a frame."""
 

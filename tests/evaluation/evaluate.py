@@ -20,6 +20,7 @@ EXPERIMENTS = {  # in the order of the page
     "point_load": paper.point_load,
     "flat_disc": contacts.flat_disc,
     "bias": resultants.bias,
+    "monochrome": resultants.monochrome,
     "models": resultants.models,
     "two_contacts": contacts.two_contacts,
     "detection": contacts.detection,
@@ -52,6 +53,7 @@ MUST_REACH = [
     "centre",
     "centre, systematic",
     "calibration",
+    "monochrome",
 ]
 
 HEAD = """# Accuracy

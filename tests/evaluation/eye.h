@@ -65,10 +65,12 @@ inline sensor::Sensor loadSensor(const std::string& file) {
 class Eye {
  public:
   /// The sensor outlives it.
-  Eye(const sensor::Sensor& sensor, const twin::Optics& optics, unsigned seed)
+  Eye(const sensor::Sensor& sensor, const twin::Optics& optics, unsigned seed,
+      twin::Format format = twin::Format::kRgb8)
       : sensor_(sensor)
       , optics_(optics)
       , seed_(seed)
+      , format_(format)
       , project_(sensor.camera, sensor.gel.size.z())
       , markers_(sensor::markerPositions(sensor.layers))
       , places_(2, markers_.cols()) {}
@@ -90,7 +92,7 @@ class Eye {
       twin::Optics optics = optics_;
       optics.contrast *= brightness;
       optics.background *= brightness;
-      renderer = renderers_.try_emplace(brightness, sensor_, optics, twin::Format::kRgb8).first;
+      renderer = renderers_.try_emplace(brightness, sensor_, optics, format_).first;
     }
     picture_.resize(renderer->second.pictureSize());
     ++shots_;
@@ -101,7 +103,8 @@ class Eye {
     frame.size = picture_.size();
     frame.width = sensor_.camera.width;
     frame.height = sensor_.camera.height;
-    frame.stride = 3 * frame.width;
+    frame.format = static_cast<tractiond::PixelFormat>(twin::traitsOf(format_).code);
+    frame.stride = tractiond::traitsOf(frame.format).stride(frame.width);
     return frame;
   }
 
@@ -111,6 +114,7 @@ class Eye {
   const sensor::Sensor& sensor_;
   twin::Optics optics_;
   unsigned seed_;
+  twin::Format format_;
   sensor::Projection project_;
   sensor::Points markers_;
   Eigen::Matrix2Xd places_;

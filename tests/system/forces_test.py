@@ -22,10 +22,10 @@ def steady(fields, truth, settle=5):
 
 
 class Forces(unittest.TestCase):
-    def measure(self, scenario, fields, *options):
+    def measure(self, scenario, fields, *options, gel=None):
         with rig.Rig() as bench:
             twin = bench.twin(scenario, *options, ready=False)
-            daemon = bench.daemon()
+            daemon = bench.daemon(f'[sensor]\ngel_file = "{rig.SOURCE / "config/gels" / gel}"\n' if gel else "")
             subscriber = bench.subscribe(daemon)
             before = subscriber.collect(None, "status", until=lambda status: status.ledger.published > 0)[-1]
             messages = subscriber.collect(fields)
@@ -34,8 +34,8 @@ class Forces(unittest.TestCase):
             self.assertEqual(twin.stop(), 0, twin.output())
             return messages, rig.read_truth(twin), (before, after)
 
-    def check(self, scenario, *options, tolerance=0.02):
-        messages, truth, status = self.measure(scenario, 600, *options)
+    def check(self, scenario, *options, tolerance=0.02, gel=None):
+        messages, truth, status = self.measure(scenario, 600, *options, gel=gel)
         loaded = 0
         for true, measured in steady(messages, truth):
             mean = np.mean([rig.vector(field.resultant_N) for field in measured], axis=0)
@@ -81,6 +81,12 @@ class Forces(unittest.TestCase):
 
     def test_press_bayer(self):
         self.check("press", "--format", "BayerRG8")
+
+    def test_black_dots_behind_a_monochrome_camera(self):
+        self.check("black_dots", gel="black_dots.toml")
+
+    def test_black_dots_in_twelve_packed_bits(self):
+        self.check("black_dots", "--format", "Mono12p", gel="black_dots.toml")
 
     def test_missing_markers(self):
         self.check("missing_markers")

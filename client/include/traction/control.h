@@ -26,7 +26,7 @@ struct ZeroResult {
   Zero zero;                          ///< what was taken
   std::uint32_t markersPresent = 0;   ///< found in the picture
   std::uint32_t markersExpected = 0;  ///< of the gel
-  double noise_levels = 0.0;          ///< standard deviation of a pixel between the rest frames [grey levels]
+  double noise_levels = 0.0;          ///< standard deviation of a pixel between the rest frames [levels of the format]
   std::string remark;                 ///< why it may be no zero; empty where nothing speaks against it
 };
 

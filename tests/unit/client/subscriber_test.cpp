@@ -149,8 +149,10 @@ TEST_F(SubscriberTest, DescriptionArrivesFirstAndNumberByNumber) {
   EXPECT_EQ(description.gel.poissonRatio, 0.49);
   EXPECT_EQ(description.gel.size_m, (Vector3{0.1, 0.1, 0.04}));
   ASSERT_EQ(description.layers.size(), 2U);
-  EXPECT_EQ(description.layers[0].colour, Colour::kBlue);
+  EXPECT_EQ(description.layers[0].colour, Colour::kGreen);
+  EXPECT_TRUE(description.layers[0].darker);
   EXPECT_EQ(description.layers[1].colour, Colour::kRed);
+  EXPECT_FALSE(description.layers[1].darker);
   EXPECT_EQ(description.layers[1].depth_m, 8e-3);
   EXPECT_EQ(description.layers[1].diameter_m, 0.6e-3);
   EXPECT_EQ(description.layers[1].grid.centre_m, (Vector2{1.5e-3, 1.5e-3}));

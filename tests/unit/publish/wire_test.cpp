@@ -226,10 +226,11 @@ TEST(Wire, DescriptionArrivesNumberByNumber) {
   EXPECT_EQ(message.gel().size_m().y(), 0.2);
   EXPECT_EQ(message.gel().size_m().z(), 0.03);
   ASSERT_EQ(message.layers_size(), 2);
-  EXPECT_EQ(message.layers(0).colour(), pb::COLOUR_BLUE);
-  EXPECT_FALSE(message.layers(0).darker());
+  EXPECT_EQ(message.layers(0).colour(), pb::COLOUR_GREEN);
+  EXPECT_TRUE(message.layers(0).darker());
   const pb::MarkerLayer& red = message.layers(1);
   EXPECT_EQ(red.colour(), pb::COLOUR_RED);
+  EXPECT_FALSE(red.darker());
   EXPECT_EQ(red.columns(), 24U);
   EXPECT_EQ(red.rows(), 24U);
   EXPECT_EQ(red.pitch_m(), 3e-3);

@@ -1,5 +1,6 @@
 // Any format, any light, markers brighter or darker, one layer or two: the same displacements come out.
 #include "daemon/track/nominal.h"
+#include "tests/support/allocations.h"
 #include "tests/unit/track/scene.h"
 
 #include <gtest/gtest.h>
@@ -49,7 +50,10 @@ Comparison press(const sensor::Sensor& sensor, Format format, const twin::Optics
   for (int i = 1; i <= 10; ++i) {
     bump.peak_px = {0.8 * i, 0.45 * i};
     scene.displace(bump, 0.9);
-    tracking(scene.shoot());
+    const Frame& frame = scene.shoot();
+    const std::uint64_t before = support::allocations();
+    tracking(frame);
+    EXPECT_EQ(support::allocations(), before);
   }
   return compare(scene, tracking.field);
 }

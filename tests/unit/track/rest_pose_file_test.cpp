@@ -121,7 +121,14 @@ TEST_F(RestPoseFile, AnotherSensorsOrPicturesIsForeign) {
   other = sensor_;
   other.camera.width = 1280;
   EXPECT_FALSE(loadRestPose(path_, other, PixelFormat::kRgb8));
-  EXPECT_FALSE(loadRestPose(path_, sensor_, PixelFormat::kBayerRG8));
+  for (const PixelFormat format :
+       {PixelFormat::kBayerRG8, PixelFormat::kRgb12, PixelFormat::kMono8, PixelFormat::kYuv422_8}) {
+    EXPECT_FALSE(loadRestPose(path_, sensor_, format)) << traitsOf(format).name;
+  }
+  other = sensor_;
+  other.layers[0].darker = true;
+  EXPECT_FALSE(loadRestPose(path_, other, PixelFormat::kRgb8));
+  EXPECT_TRUE(loadRestPose(path_, sensor_, PixelFormat::kBgr8));
   EXPECT_TRUE(loadRestPose(path_, sensor_, PixelFormat::kRgb8));
 }
 
