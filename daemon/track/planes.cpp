@@ -16,7 +16,7 @@ namespace {
 /// Samples hold 16 of these to a level, above an offset that keeps them positive.
 constexpr int kYuvUnits = 16, kYuvOffset = 256;
 
-/// Of red, green and blue in a pixel of RGB, or in the two by two pixels of a mosaic (green: of the first).
+/// In a pixel of RGB or BGR.
 int redIndex(PixelColours colours) {
   return colours == PixelColours::kBgr ? 2 : 0;
 }

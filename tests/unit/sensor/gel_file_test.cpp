@@ -110,6 +110,15 @@ TEST(GelFile, WhatIsWrittenIsRead) {
   expectSame(parseGel(sensor::gelText(Sensor{}), "written").value(), Sensor{});
 }
 
+TEST(GelFile, BlackDotsAreOneLayerThatTakesLightAway) {
+  const auto read = sensor::loadGel(TRACTION_BLACK_DOTS);
+  ASSERT_TRUE(read.has_value()) << read.error().where << read.error().what;
+  ASSERT_EQ(read->layers.size(), 1U);
+  EXPECT_EQ(read->layers[0].colour, sensor::Colour::kGrey);
+  EXPECT_TRUE(read->layers[0].darker);
+  EXPECT_EQ(read->markerCount(), 576);
+}
+
 TEST(GelFile, UnknownKeyIsNamedWithLineAndNearestKey) {
   const std::string text = changed("poisson_ratio", "poison_ratio");
   const FileError error = fault(text);
