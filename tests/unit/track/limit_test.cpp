@@ -86,8 +86,8 @@ Figures measure(const Condition& c) {
   }
   scene.now = scene.rest;
   Tracking tracking(scene, {.zeroFrames = kZeroFrames});
-  RestPose pose;
-  EXPECT_TRUE(tracking.start(scene) && tracking.tracker.takeRestPose(pose)) << c.name;
+  RestPose zero;
+  EXPECT_TRUE(tracking.start(scene) && tracking.tracker.takeRestPose(zero)) << c.name;
   scene.change(c.now);
 
   Figures figures;
@@ -134,7 +134,7 @@ Figures measure(const Condition& c) {
                                        tracking.field.displacement_px[2 * i + 1]);
         const Eigen::Vector2d error = measured - (scene.now.col(i) - scene.rest.col(i));
         const double variance = tracking.field.variance_px2[i];
-        const Eigen::Vector2d rest(pose.position_px[2 * i], pose.position_px[2 * i + 1]);
+        const Eigen::Vector2d rest(zero.position_px[2 * i], zero.position_px[2 * i + 1]);
         centreSquare += (rest + measured - scene.now.col(i)).squaredNorm();
         sum[i] += error;
         squares[i] += error.squaredNorm();
