@@ -46,9 +46,9 @@ TEST_F(CameraPlanTest, SaysWhatWouldBeDone) {
   EXPECT_EQ(planned->rate, "none");
   EXPECT_EQ(planned->exposure, "ExposureTime");
   EXPECT_EQ(planned->gain, "Gain");
-  EXPECT_EQ(planned->chunks, "ChunkExposureTime, ChunkGain, ChunkFrameID, ChunkLineStatusAll");
+  EXPECT_EQ(planned->chunks, "ChunkExposureTime, ChunkGain, ChunkTimestamp, ChunkFrameID, ChunkLineStatusAll");
   EXPECT_THAT(planned->settings, Contains("exposure_us = 200"));
-  EXPECT_THAT(planned->notes, Contains(HasSubstr("ChunkTimestamp is computed")));
+  EXPECT_THAT(planned->notes, Contains(HasSubstr("ChunkFrameCounter is computed")));
 }
 
 TEST_F(CameraPlanTest, AnExposureInMillisecondsIsOne) {

@@ -175,7 +175,7 @@ INSTANTIATE_TEST_SUITE_P(Cameras, QuirksOf,
 // ---------------------------------------------------------------- chunks
 
 TEST_F(Quirks, ChunksTellWhatTheFrameWasTakenWith) {
-  sender_.write(0x1f4, 8 + 8 + 4 + 8 + 4 + 8);
+  sender_.write(0x1f4, 8 + 8 + 4 + 8 + 4 + 8 + 8 + 8);
   ASSERT_NO_FATAL_FAILURE(openStreaming());
   std::uint16_t id = 61'000;
   for (int i = 0; i < 50; ++i) {
@@ -198,12 +198,18 @@ TEST_F(Quirks, ChunksTellWhatTheFrameWasTakenWith) {
     append(lines, 4);
     append(0x1004, 4);
     append(4, 4);
+    const auto taken_ns = 8 * (random_() % (1ULL << 50));  // the leader knows no time, and the chunk counts in 8 ns
+    one.device_ticks = 0;
+    append(taken_ns / 8, 8);
+    append(0x1005, 4);
+    append(8, 4);
     sender_.send(one);
     Frame frame;
     ASSERT_EQ(camera_->next(frame, milliseconds(1000)), Next::kFrame);
     EXPECT_NEAR(frame.info.exposure_s, exposure_us * 1e-6, 1e-12);
     EXPECT_EQ(frame.info.extras.gain, gain);
     EXPECT_EQ(frame.info.extras.lines, lines);
+    EXPECT_EQ(static_cast<std::uint64_t>(frame.info.times.device_ns), taken_ns);
     camera_->recycle(frame);
   }
 }
