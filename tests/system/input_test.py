@@ -88,7 +88,7 @@ class Input(unittest.TestCase):
 
     def test_unknown_feature_of_the_camera(self):
         self.bench.twin("idle")
-        self.daemon(CONFIG, ["Brightness"], '[camera]\nid = "127.0.0.1"\n[camera.features]\nBrightness = 3\n')
+        self.daemon(CONFIG, ["Brightness"], '[camera]\nid = "127.0.0.1"\nfeatures = [{ Brightness = 3 }]\n')
 
     def test_port_in_use(self):
         with socket.socket() as taken:
