@@ -28,15 +28,15 @@ target_compile_options(traction_warnings INTERFACE -Wall -Wextra -Wshadow -Wconv
 
 # Four fifths of what the smaller files cost to compile are the headers of Eigen and the standard library. Which headers a
 # file needs it says itself: the dev preset and tools/lint read them one by one.
-option(TRACTION_PRECOMPILE "Read the headers that most files use once for all" OFF)
-if(TRACTION_PRECOMPILE)
+option(TRACTION_QUICK "Compile sooner: common headers are read once for all, tests are optimised less" OFF)
+if(TRACTION_QUICK)
   add_compile_options(-pthread)  # as Aravis's own flags: it defines a macro, which must not differ
 endif()
 
 # A target of nothing but the headers, for others of the same options. Code of libraries is independent of its position,
 # that of executables only among themselves: traction_headers(NAME LIBRARY|EXECUTABLE HEADER...)
 function(traction_headers name kind)
-  if(NOT TRACTION_PRECOMPILE)
+  if(NOT TRACTION_QUICK)
     return()
   endif()
   set(source ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)

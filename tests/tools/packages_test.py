@@ -94,10 +94,11 @@ class Progress(unittest.TestCase):
             "echo '0 upgraded, 12 newly installed, 0 to remove and 0 not upgraded.';"
             "echo 'Need to get 34.5 MB of archives.';"
             "echo 'dlstatus:3:41.7:Retrieving file 3 of 12'; sleep 1.2;"
-            "echo 'pmstatus:g++-12:66.6:Unpacking g++-12'; sleep 1.2")
+            "echo 'pmstatus:g++-12:66.6:Unpacking g++-12'; printf 'Unpacking g++-12 ...\\r\\n'; sleep 1.2")
         for words in ("12 to install", "34.5 MB to fetch", "41 % fetched (Retrieving file 3 of 12)",
                       "66 % unpacked and set up (g++-12)"):
             self.assertIn(words, text)
+        self.assertNotIn("Unpacking g++", text)  # nothing hides how far it is
 
     def test_speaks_at_once_and_every_second_whatever_the_command_does(self):
         _, text = self.run_script("printf half; sleep 4.2; echo ' a line'")
