@@ -72,12 +72,6 @@ int fail(int exitCode, const std::string& what) {
   return exitCode;
 }
 
-/// The command that was named, "tractionctl camera set", as far as it was understood.
-std::string commandOf(const CLI::App& app) {
-  const auto further = app.get_subcommands();
-  return app.get_name() + (further.empty() ? "" : " " + commandOf(*further[0]));
-}
-
 std::string namesOf(const CLI::App& app) {
   std::string names;
   for (const CLI::App* one : app.get_subcommands([](const CLI::App*) { return true; })) {
@@ -89,9 +83,13 @@ std::string namesOf(const CLI::App& app) {
 /// What is wrong, in words of ours where the parser's are hard to read.
 std::string sentence(const CLI::ParseError& error, const CLI::App& app, const std::vector<std::string>& words) {
   const CLI::App* last = &app;
-  while (!last->get_subcommands().empty()) last = last->get_subcommands()[0];
+  std::string command = app.get_name();  // as far as it was understood
+  while (!last->get_subcommands().empty()) {
+    last = last->get_subcommands()[0];
+    command += " " + last->get_name();
+  }
   const std::string what = error.what();
-  const std::string help = "; see " + commandOf(app) + " --help";
+  const std::string help = "; see " + command + " --help";
   const auto code = static_cast<CLI::ExitCodes>(error.get_exit_code());
   if (code == CLI::ExitCodes::ExtrasError) {
     const auto extras = app.remaining(true);
@@ -99,7 +97,7 @@ std::string sentence(const CLI::ParseError& error, const CLI::App& app, const st
     const auto first = std::ranges::find_if(words, isExtra);  // the parser has them in an order of its own
     const std::string word = first != words.end() ? *first : extras.at(0);
     const std::string names = namesOf(*last);
-    if (word.rfind('-', 0) == 0 || names.empty()) return commandOf(app) + " does not understand '" + word + "'" + help;
+    if (word.rfind('-', 0) == 0 || names.empty()) return command + " does not understand '" + word + "'" + help;
     return "'" + word + "' is none of " + names + help;
   }
   if (code == CLI::ExitCodes::ArgumentMismatch) return what.substr(0, what.find(':')) + " needs a value" + help;

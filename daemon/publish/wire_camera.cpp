@@ -30,15 +30,17 @@ static_assert(pb::CAMERA_FEATURE_ACCESS_READ == static_cast<int>(Access::kRead))
 static_assert(pb::CAMERA_FEATURE_ACCESS_WRITE == static_cast<int>(Access::kWrite));
 static_assert(pb::CAMERA_FEATURE_ACCESS_READ_WRITE == static_cast<int>(Access::kReadWrite));
 
+bool isWord(std::string_view text) {
+  constexpr std::string_view kAllowed = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_";
+  return !text.empty() && text.find_first_not_of(kAllowed) == std::string_view::npos;
+}
+
 /// GenICam's names, with a selector's entry in brackets perhaps.
 bool isName(std::string_view text) {
-  constexpr std::string_view kAllowed = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_";
-  if (text.size() > kLongestName) return false;
-  if (const std::size_t bracket = text.find('['); bracket != std::string_view::npos) {
-    if (text.back() != ']' || !isName(text.substr(bracket + 1, text.size() - bracket - 2))) return false;
-    text = text.substr(0, bracket);
-  }
-  return !text.empty() && text.find_first_not_of(kAllowed) == std::string_view::npos;
+  const std::size_t bracket = text.find('[');
+  if (bracket == std::string_view::npos) return text.size() <= kLongestName && isWord(text);
+  return text.size() <= kLongestName && text.back() == ']' && isWord(text.substr(0, bracket)) &&
+         isWord(text.substr(bracket + 1, text.size() - bracket - 2));
 }
 
 tl::expected<CameraStep, std::string> named(CameraStep::Kind kind, const std::string& name) {

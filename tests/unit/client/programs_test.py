@@ -8,7 +8,7 @@ import unittest
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 PROGRAMS = ("tractiond", "tractionctl", "traction-twin")
-TOOLS = ("arm64", "evaluate", "lint", "test")
+TOOLS = ("arm64", "bench", "build", "compare", "demo", "evaluate", "lint", "test", "uninstall")
 USAGE = 64
 
 
