@@ -3,8 +3,6 @@
 #include "daemon/track/nominal.h"
 #include "daemon/track/tracker.h"
 
-#include <opencv2/imgproc.hpp>
-
 #include <algorithm>
 
 namespace lens {
@@ -27,19 +25,20 @@ tl::expected<RestMarkers, std::string> findMarkers(const cv::Mat& picture, const
                           " px, the gel file's camera " + std::to_string(sensor.camera.width) + " x " +
                           std::to_string(sensor.camera.height));
   }
-  if (const auto able = track::trackable(sensor); !able)
-    return tl::unexpected("cannot be searched: " + able.error().message());
-  cv::Mat coloured = picture;
-  if (picture.channels() == 1) cv::cvtColor(picture, coloured, cv::COLOR_GRAY2BGR);
-  if (!coloured.isContinuous()) coloured = coloured.clone();
+  const bool isGrey = picture.channels() == 1;
+  const PixelFormat format = isGrey ? PixelFormat::kMono8 : PixelFormat::kBgr8;
+  for (const auto& able : {track::trackable(sensor), track::trackable(sensor, format)}) {
+    if (!able) return tl::unexpected("cannot be searched: " + able.error().message());
+  }
+  const cv::Mat whole = picture.isContinuous() ? picture : picture.clone();
 
   Frame frame;
-  frame.data = coloured.data;
-  frame.width = coloured.cols;
-  frame.height = coloured.rows;
-  frame.stride = 3 * coloured.cols;
+  frame.data = whole.data;
+  frame.width = whole.cols;
+  frame.height = whole.rows;
+  frame.stride = (isGrey ? 1 : 3) * whole.cols;
   frame.size = static_cast<std::size_t>(frame.stride) * static_cast<std::size_t>(frame.height);
-  frame.format = PixelFormat::kBgr8;
+  frame.format = format;
   track::TrackOptions options;
   options.zeroFrames = kZeroFrames;
   options.minValidFraction = 0.3;

@@ -91,7 +91,7 @@ std::string sheet(const sensor::Sensor& sensor, std::size_t index, const SheetOp
   text += format("<text x=\"%.6g\" y=\"%.6g\" stroke=\"none\">50 mm; layer %zu, %s, %.6g mm deep%s</text>\n", left,
                  base + 5.0, index + 1, nameOf(layer.colour), kMillimetres * layer.depth,
                  options.mirrored ? "; mirrored" : "");
-  text += format("</g>\n<g id=\"markers\" fill=\"%s\">\n", nameOf(layer.colour));
+  text += format("</g>\n<g id=\"markers\" fill=\"%s\">\n", layer.darker ? "black" : nameOf(layer.colour));
   Eigen::Index first = 0;
   for (std::size_t i = 0; i < index; ++i) first += sensor.layers[i].count();
   const sensor::Points markers = kMillimetres * sensor::markerPositions(sensor);

@@ -121,6 +121,31 @@ TEST_F(GelPictureCommands, MarkDrawsACircleOnEachMarker) {
   EXPECT_GT(circles, 0.95 * static_cast<double>(places.cols()));
 }
 
+/// Black dots behind a monochrome camera.
+TEST_F(GelPictureCommands, DarkDotsInAGreyPicture) {
+  truth.layers.resize(1);
+  truth.layers[0].colour = sensor::Colour::kGrey;
+  truth.layers[0].darker = true;
+  twin::Optics optics;
+  optics.background = 150.0;
+  twin::Renderer renderer(truth, optics, twin::Format::kMono8);
+  const sensor::Projection project(truth.camera, truth.gel.size.z());
+  const sensor::Points points = sensor::markerPositions(truth);
+  places.resize(2, points.cols());
+  for (Eigen::Index i = 0; i < points.cols(); ++i) places.col(i) = project(points.col(i));
+  cv::Mat picture(truth.camera.height, truth.camera.width, CV_8UC1);
+  renderer.render(places, static_cast<std::uint32_t>(generator()), {picture.data, picture.total()});
+  const auto found = findMarkers(picture, truth);
+  ASSERT_TRUE(found) << found.error();
+  EXPECT_EQ(found->count(), truth.markerCount());
+  for (Eigen::Index i = 0; i < places.size(); ++i) {
+    EXPECT_NEAR(found->place_px[static_cast<std::size_t>(i)], places.data()[i], 0.3);
+  }
+  // Two layers that only colours tell apart cannot be found in it.
+  truth.layers = sensor::paperLayers();
+  EXPECT_FALSE(findMarkers(picture, truth));
+}
+
 TEST_F(GelPictureCommands, WhatShowsNoGelIsRefused) {
   write(options.gel, sensor::gelText(truth));
   cv::Mat picture = photograph();
