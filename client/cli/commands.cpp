@@ -27,10 +27,26 @@ const char* sentence(CameraState state) {
   return "camera not opened yet";
 }
 
+std::string sentence(const Status& status) {
+  return sentence(status.camera) + (status.cameraWhy.empty() ? std::string() : " (" + status.cameraWhy + ")");
+}
+
+void print(const CameraLink& link) {
+  if (link.packetsResent + link.packetsMissing != 0) {
+    std::printf("          %llu packets sent again, %llu missing\n", Count{link.packetsResent},
+                Count{link.packetsMissing});
+  }
+  if (link.temperature_C) std::printf("          %.1f degrees Celsius\n", *link.temperature_C);
+  if (link.ptp.empty()) return;
+  std::printf("          PTP %s", link.ptp.c_str());
+  if (link.ptpOffset_s) std::printf(", %+.1f us from its master", *link.ptpOffset_s * 1e6);
+  std::printf("\n");
+}
+
 void print(const Status& status) {
   const Ledger& ledger = status.ledger;
   const auto ms = [](double seconds) { return seconds * 1e3; };
-  std::printf("%s: %s, up %.0f s, boot %s\n", status.header.sensor.c_str(), sentence(status.camera), status.uptime_s,
+  std::printf("%s: %s, up %.0f s, boot %s\n", status.header.sensor.c_str(), sentence(status).c_str(), status.uptime_s,
               toHex(status.header.boot).c_str());
   std::printf("rate      %.1f frames/s received, %.1f published\n", status.received_hz, status.published_hz);
   std::printf("latency   %.2f ms p50, %.2f p99, %.2f max (p50: track %.2f, solve %.2f, send %.2f)\n",
@@ -55,6 +71,7 @@ void print(const Status& status) {
   }
   std::printf("camera    %llu frames never arrived, %llu reconnects\n", Count{ledger.missing},
               Count{ledger.reconnects});
+  if (status.cameraLink) print(*status.cameraLink);
   if (const auto& drift = status.restDrift) {
     std::printf("zero      drifted by (%+.3f, %+.3f) px, scale %+.1e, roll %+.1e rad, markers %.3f px; untouched "
                 "%.0f s ago\n",
@@ -73,7 +90,7 @@ void status(const ControlOptions& options, bool json) {
     flushOutput();
   }
   if (status.camera != CameraState::kStreaming) {
-    throw NoCamera(std::string("no field can come: ") + sentence(status.camera));
+    throw NoCamera("no field can come: " + sentence(status));
   }
 }
 

@@ -129,6 +129,11 @@ const char* toString(CameraState state) {
   return "unknown";
 }
 
+void put(Json& json, const char* key, const std::optional<double>& number) {
+  json.key(key);
+  number ? json.number(*number) : json.null();
+}
+
 void put(Json& json, const char* topic, const Header& header) {
   json.key("topic").string(topic);
   json.key("sensor").string(header.sensor);
@@ -354,6 +359,19 @@ void put(Json& json, const Status& status) {
   constexpr std::array<const char*, 5> kLoops = {"capture", "track", "solve", "publish", "control"};
   for (std::size_t i = 0; i < kLoops.size(); ++i) json.key(kLoops[i]).number(status.turns[i]);
   json.close('}');
+  json.key("camera_why").string(status.cameraWhy);
+  json.key("camera_link");
+  if (const auto& link = status.cameraLink) {
+    json.open('{');
+    json.key("packets_resent").number(link->packetsResent);
+    json.key("packets_missing").number(link->packetsMissing);
+    json.key("ptp").string(link->ptp);
+    put(json, "ptp_offset_s", link->ptpOffset_s);
+    put(json, "temperature", link->temperature_C);
+    json.close('}');
+  } else {
+    json.null();
+  }
   json.key("rest_drift");
   if (const auto& drift = status.restDrift) {
     json.open('{');
@@ -417,11 +435,6 @@ void putValue(Json& json, const char* key, const std::string& text, CameraFeatur
              !(kind == Kind::kFloat && putNumber<double>(json, text))) {
     json.string(text);
   }
-}
-
-void put(Json& json, const char* key, const std::optional<double>& number) {
-  json.key(key);
-  number ? json.number(*number) : json.null();
 }
 
 void put(Json& json, const CameraFeature& feature) {

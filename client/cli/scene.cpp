@@ -93,11 +93,12 @@ std::string Scene::reason(std::int64_t now_ns) const {
   if (!heard_) return "tractiond is starting";
   if (now_ns - lastArrival_ns > kSilence_ns) return "tractiond is silent";
   if (!status) return field ? kNoField : "tractiond is starting";
+  const std::string why = status->cameraWhy.empty() ? "" : ": " + status->cameraWhy;
   switch (status->camera) {
   case CameraState::kWaiting:
-    return "tractiond waits for a camera";
+    return "tractiond waits for a camera" + why;
   case CameraState::kLost:
-    return "the camera is lost";
+    return "the camera is lost" + why;
   case CameraState::kConnecting:
     return "the camera is being set up";
   case CameraState::kUnknown:

@@ -22,7 +22,7 @@ class Clients(unittest.TestCase):
 
             twin.kill()
             watch.wait_for(r"no force: no field for 0[.]\d s")
-            watch.wait_for("no force: the camera is lost, no field for")
+            watch.wait_for("no force: the camera is lost.*, no field for")
             code, out = bench.ctl("status", *control)
             self.assertEqual(code, NO_CAMERA, out)
             self.assertIn("camera lost", out)

@@ -70,8 +70,9 @@ class Later {
     }
   }
   void frame() { scene.add(at(fieldOf(3, 4, {0.1F, 0.2F, 3.0F}))); }
-  void status(CameraState camera, double received_hz = 60.0) {
+  void status(CameraState camera, double received_hz = 60.0, const std::string& why = "") {
     Status status;
+    status.cameraWhy = why;
     status.camera = camera;
     status.received_hz = received_hz;
     scene.add(at(status));
@@ -194,6 +195,8 @@ TEST(Stale, ReasonIsTheCamerasOrTheDaemons) {
   EXPECT_EQ(later.after(0.3).what(), "");
   later.after(0.3).status(CameraState::kLost, 0.0);
   EXPECT_EQ(later.what(), "the camera is lost");
+  later.status(CameraState::kLost, 0.0, "it fell silent");
+  EXPECT_EQ(later.what(), "the camera is lost: it fell silent");
   later.after(1.0).status(CameraState::kStreaming, 0.0);
   EXPECT_EQ(later.what(), "the camera sends no frames");
   later.after(1.0).status(CameraState::kStreaming, 60.0);
