@@ -45,12 +45,12 @@ def gel_text(
     )
 
 
-def one_layer_text(colour="grey", contrast="darker", depth=6):
-    """The paper's gel with its first layer alone, and markers of another look."""
+def one_layer_text(colour="grey", contrast="darker", depth=6, centre_mm=0):
+    """The paper's gel with one layer, of markers of another look."""
     text = gel_text()
     text = text[: text.index('[[layers]]\ncolour = "red"')] + text[text.index("[camera]") :]
     return text.replace('colour = "blue"', f'colour = "{colour}"\ncontrast = "{contrast}"').replace(
-        "depth_mm = 6", f"depth_mm = {depth}"
+        "depth_mm = 6", f"depth_mm = {depth}\ncentre_mm = [{centre_mm}, {centre_mm}]"
     )
 
 
