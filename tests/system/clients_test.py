@@ -17,6 +17,7 @@ class Clients(unittest.TestCase):
             control = ["--control", daemon.endpoint["control"]]
             watch = bench.start(rig.BIN / "tractionctl", "watch", "--connect", daemon.endpoint["stream"])
             watch.wait_for(r"force [+-]", 60)
+            bench.subscribe(daemon).collect(2, "status")  # it is told once a second: the next is of when fields came
             code, out = bench.ctl("status", *control)
             self.assertEqual(code, 0, out)
 
