@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 namespace tractiond::track {
 
@@ -124,6 +125,7 @@ Outcome Tracker::track(const Frame& frame, MarkerField& field) {
     layer.otherPlane = planes_.other(layer.index);
   }
   errors_.setUnit(layers_.front().plane.unit);
+  heedRequest();
   searches_ = kSearches;
   acquireIn_ = std::max(0, acquireIn_ - 1);
   bool relabelled = false;
@@ -173,7 +175,7 @@ bool Tracker::acquire() {
   valid_ = labelled_;
   std::fill(wasValid_.begin(), wasValid_.end(), std::uint8_t{0});
   std::fill(velocity_.begin(), velocity_.end(), Vector{});
-  if (!haveAppearance_) learnAppearance();
+  if (!haveAppearance_) learnAppearance(labelled_);
   if (!haveRest_) assumeRest();
   markOverlaps();
   valid_.swap(labelled_);
@@ -194,6 +196,7 @@ bool Tracker::acquire() {
     }
   }
   errors_.learnShape(centres_, valid_);
+  newAppearance_ = false;
   finishFrame(true);
   if (countValid() >= kAcquireBelow * countWanted()) acquireIn_ = 0;
   return true;
@@ -220,6 +223,7 @@ void Tracker::follow() {
       if (wasTorn && wasValid_[i] && tears_.referenceValid()[i]) fitAt(layer, i, rest_[i] + tears_.reference_px()[i]);
     }
   }
+  if (std::exchange(newAppearance_, false)) errors_.learnShape(centres_, valid_);
   finishFrame(false);
 }
 
@@ -432,19 +436,20 @@ void Tracker::guessLost() {
   }
 }
 
-void Tracker::learnAppearance() {
+/// From the markers that are `seen`, where they are.
+void Tracker::learnAppearance(std::span<const std::uint8_t> seen) {
   for (Layer& layer : layers_) layer.marker = roughTemplate(layer.plane, layer.radius_px);
   markOverlaps();
-  const auto places = [this](const Layer& layer) {
+  const auto places = [&](const Layer& layer) {
     std::vector<Guess> all, some;
     for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
-      if (labelled_[i]) all.push_back({place_[i].u, place_[i].v, layer.plane.unit, mixed_[i] != 0});
+      if (seen[i]) all.push_back({place_[i].u, place_[i].v, layer.plane.unit, mixed_[i] != 0});
     }
     const std::size_t stride = all.size() / kAppearancePlaces + 1;
     for (std::size_t i = 0; i < all.size(); i += stride) some.push_back(all[i]);
     return some;
   };
-  if (!haveRest_ && planes_.mixes()) {
+  if ((!haveRest_ || (taking_ && takingRequested_)) && planes_.mixes()) {
     for (std::size_t i = 0; i < 2; ++i) {
       Layer &own = layers_[i], &other = layers_[1 - i];
       own.crossTalk.own = other.crossTalk.other = crossTalkInto(own.plane, own.otherPlane, own.marker, places(own));
@@ -454,6 +459,33 @@ void Tracker::learnAppearance() {
     layer.marker = fittingTemplate(layer.plane, layer.radius_px, layer.crossTalk, places(layer));
   }
   haveAppearance_ = true;
+}
+
+/// For the zero that is asked for. Where the picture is not followed, the next acquisition learns.
+void Tracker::relearnAppearance() {
+  haveAppearanceBefore_ = haveAppearance_;
+  for (Layer& layer : layers_) {
+    layer.markerBefore = layer.marker;
+    layer.crossTalkBefore = layer.crossTalk;
+  }
+  haveAppearance_ = false;
+  acquireIn_ = 0;
+  if (!following_) return;
+  learnAppearance(std::vector<std::uint8_t>(valid_));
+  errors_.forgetShape();
+  newAppearance_ = true;
+}
+
+/// A zero that was refused leaves nothing behind.
+void Tracker::restoreAppearance() {
+  if (!haveAppearanceBefore_) return;
+  for (Layer& layer : layers_) {
+    std::swap(layer.marker, layer.markerBefore);  // no allocation
+    std::swap(layer.crossTalk, layer.crossTalkBefore);
+  }
+  haveAppearance_ = true;
+  errors_.forgetShape();
+  newAppearance_ = true;
 }
 
 /// Until there is a rest pose, the first labelled picture stands in for it.
@@ -479,34 +511,57 @@ void Tracker::assumeRest() {
   std::fill(present_.begin(), present_.end(), std::uint8_t{1});
 }
 
-void Tracker::takeZero() {
-  if (poseWaits_) {
-    poseWaits_ = !finished_.put(pose_);
-    if (!poseWaits_) report(ZeroState::kTaken);
+bool Tracker::cancelZero() {
+  ZeroState seen = zeroState_.load(std::memory_order_relaxed);
+  while (seen == ZeroState::kRequested || seen == ZeroState::kTaking) {
+    if (zeroState_.compare_exchange_weak(seen, ZeroState::kNone, std::memory_order_relaxed)) return true;
+  }
+  return false;
+}
+
+/// Before a frame is looked at: begins the zero that was asked for, ends one that was taken back.
+void Tracker::heedRequest() {
+  if (taking_ && takingRequested_ && zeroState_.load(std::memory_order_relaxed) != ZeroState::kTaking) {
+    taking_ = false;
+    restoreAppearance();
   }
   ZeroState requested = ZeroState::kRequested;
-  if (zeroState_.compare_exchange_strong(requested, ZeroState::kTaking, std::memory_order_relaxed)) {
-    taking_ = takingRequested_ = true;
-    taker_.start();
-    pixelNoise_.start();
-  } else if (!haveRest_ && !taking_ && following_) {
-    taking_ = true;
-    takingRequested_ = false;
-    taker_.start();
-    pixelNoise_.start();
+  if (!zeroState_.compare_exchange_strong(requested, ZeroState::kTaking, std::memory_order_relaxed)) return;
+  beginZero(true);
+  relearnAppearance();
+}
+
+void Tracker::beginZero(bool requested) {
+  taking_ = true;
+  takingRequested_ = requested;
+  tornWhileTaking_ = 0;
+  taker_.start();
+  pixelNoise_.start();
+}
+
+void Tracker::takeZero() {
+  if (poseWaits_) poseWaits_ = !finished_.put(pose_);
+  if (!haveRest_ && !taking_ && following_) {
+    beginZero(false);
     ZeroState none = ZeroState::kNone;  // a refusal stays to be read until a zero is taken
     zeroState_.compare_exchange_strong(none, ZeroState::kTaking, std::memory_order_relaxed);
   }
-  if (!taking_ || torn_) return;
-  for (Layer& layer : layers_) {
-    pixelNoise_.add(layer.plane, layer.lattice.first, ofLayer(place_, layer), {0.5F * spacing_px_, 0.0F},
-                    ofLayer(valid_, layer));
+  if (!taking_) return;
+  ZeroState state = ZeroState::kTaking;
+  if (torn_) {
+    if (++tornWhileTaking_ > options_.zeroFrames) state = ZeroState::kTorn;
+  } else {
+    for (Layer& layer : layers_) {
+      pixelNoise_.add(layer.plane, layer.lattice.first, ofLayer(place_, layer), {0.5F * spacing_px_, 0.0F},
+                      ofLayer(valid_, layer));
+    }
+    state = taker_.add(place_, centres_, valid_);
   }
-  const ZeroState state = taker_.add(place_, centres_, valid_);
   if (state == ZeroState::kTaking) return;
   taking_ = false;
-  if (state != ZeroState::kTaken) {
-    report(state);
+  const bool stillAsked = report(state);
+  if (state != ZeroState::kTaken || !stillAsked) {
+    if (takingRequested_) restoreAppearance();
     return;
   }
   for (int i = 0; i < markers_; ++i) {
@@ -529,15 +584,18 @@ void Tracker::takeZero() {
   verified_ = takingRequested_;
   zeroWasRequested_ = takingRequested_;
   poseWaits_ = !finished_.put(pose_);
-  if (!poseWaits_) report(ZeroState::kTaken);
 }
 
-/// Unless a new zero was asked for meanwhile.
-void Tracker::report(ZeroState state) {
-  ZeroState seen = zeroState_.load(std::memory_order_relaxed);
-  while (seen != ZeroState::kRequested &&
-         !zeroState_.compare_exchange_weak(seen, state, std::memory_order_release, std::memory_order_relaxed)) {
+/// False: it was asked for and has been taken back meanwhile. What somebody asks for meanwhile stays asked for.
+bool Tracker::report(ZeroState state) {
+  if (takingRequested_) {
+    ZeroState taking = ZeroState::kTaking;
+    return zeroState_.compare_exchange_strong(taking, state, std::memory_order_relaxed);
   }
+  ZeroState seen = zeroState_.load(std::memory_order_relaxed);
+  while (seen != ZeroState::kRequested && !zeroState_.compare_exchange_weak(seen, state, std::memory_order_relaxed)) {
+  }
+  return true;
 }
 
 void Tracker::adopt(const RestPose& pose) {

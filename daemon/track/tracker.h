@@ -30,8 +30,9 @@ enum class Outcome {
   kNoRestPose,  ///< the first rest pose is still being taken: there is nothing to displace from
 };
 
-/// Thread-bound but for the three functions marked thread-safe. track() allocates nothing, except in the first frame of
-/// a pixel format and in the first one in which markers are found.
+/// Thread-bound but for the four functions marked thread-safe. track() allocates nothing, except in the first frame of
+/// a pixel format and in frames in which it learns what markers look like: the first in which markers are found, and the
+/// first after requestZero().
 ///
 /// A zero is verified, and the fields carry no kZeroUnverified, once
 /// - a zero was taken in this run because requestZero() was called, or
@@ -48,11 +49,17 @@ class Tracker {
   /// `field` has been sized for all markers. The frame has the size of the sensor's camera.
   Outcome track(const Frame& frame, MarkerField& field);
 
-  /// Takes a new zero from the next frames; meanwhile the old one stays in force. Thread-safe.
+  /// Takes a new zero from the next frames, at most 2 zeroFrames; meanwhile the old one stays in force. What markers
+  /// look like is learnt anew: the lens may have been refocused. Thread-safe.
   void requestZero() { zeroState_.store(ZeroState::kRequested, std::memory_order_relaxed); }
 
-  /// Thread-safe. After kTaken the pose can be taken.
-  ZeroState zeroState() const { return zeroState_.load(std::memory_order_acquire); }
+  /// Takes the request back: no zero will come of it. False: there is none to take back; after a requestZero() that
+  /// has not failed, its zero has been taken and can be had with takeRestPose() as soon as track() has returned.
+  /// Thread-safe.
+  bool cancelZero();
+
+  /// Thread-safe.
+  ZeroState zeroState() const { return zeroState_.load(std::memory_order_relaxed); }
 
   /// The newest finished rest pose, once, for keeping. Thread-safe, for one thread.
   bool takeRestPose(RestPose& pose) { return finished_.take(pose); }
@@ -67,6 +74,8 @@ class Tracker {
     Trust trust;
     MarkerTemplate marker = {};
     CrossTalk crossTalk = {};
+    MarkerTemplate markerBefore = {};  ///< the zero that is being taken
+    CrossTalk crossTalkBefore = {};
     Plane plane = {}, otherPlane = {};  ///< of this frame
     std::vector<Spot> spots = {};
   };
@@ -88,10 +97,14 @@ class Tracker {
   void write(const FrameInfo& info, bool relabelled, MarkerField& field);
 
   // The start and the zero.
-  void learnAppearance();
+  void learnAppearance(std::span<const std::uint8_t> seen);
+  void relearnAppearance();
+  void restoreAppearance();
   void assumeRest();
+  void heedRequest();
+  void beginZero(bool requested);
   void takeZero();
-  void report(ZeroState state);
+  bool report(ZeroState state);
   void adopt(const RestPose& pose);
 
   bool wanted(int marker) const { return present_[marker] || taking_; }
@@ -117,6 +130,7 @@ class Tracker {
   std::vector<std::uint8_t> present_;
   Id zero_{};
   bool haveRest_ = false, haveAppearance_ = false;
+  bool newAppearance_ = false;  ///< since the frame before
   bool zeroWasRequested_ = false, verified_ = false;
   int agreeing_ = 0;  ///< frames running that agree with the restored pose
 
@@ -148,6 +162,8 @@ class Tracker {
   ZeroTaker taker_;
   PixelNoise pixelNoise_;
   bool taking_ = false, takingRequested_ = false;
+  bool haveAppearanceBefore_ = false;
+  int tornWhileTaking_ = 0;
   RestPose pose_;  ///< in the making, or waiting for the mailbox
   bool poseWaits_ = false;
   std::atomic<ZeroState> zeroState_{ZeroState::kNone};

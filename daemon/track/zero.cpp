@@ -36,6 +36,9 @@ const char* describe(ZeroState state) {
     return "zero refused: markers moved while it was taken; keep the gel untouched and the camera still";
   case ZeroState::kTooFew:
     return "zero refused: too few markers were seen";
+  case ZeroState::kTorn:
+    return "zero refused: most pictures are torn, their rows of different moments; is the camera or its link "
+           "overloaded?";
   }
   return "";
 }

@@ -15,9 +15,10 @@ enum class ZeroState {
   kNone,       ///< none was asked for
   kRequested,  ///< asked for, not begun yet
   kTaking,     ///< frames are being averaged
-  kTaken,      ///< done: it is in force
+  kTaken,      ///< done: it comes into force
   kMoving,     ///< refused: markers moved more than their noise while the frames were taken
   kTooFew,     ///< refused: too few markers were seen
+  kTorn,       ///< refused: more than every second picture was torn
 };
 
 /// One line for people.

@@ -152,6 +152,133 @@ TEST(Zero, MarkersThatWereMissingAreTakenInAtTheNext) {
   EXPECT_LT(compare(scene, tracking.field).rms_px, 0.025);
 }
 
+TEST(Zero, WhatWasTakenBackNeverComes) {
+  // At any moment of its taking; whatever is then on the gel stays a load.
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 generator(seed);
+  Scene scene;
+  Tracking tracking(scene);
+  ASSERT_TRUE(tracking.start(scene));
+  RestPose pose;
+  ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+  const Id first = pose.id;
+  for (int round = 0; round < 5; ++round) {
+    scene.now = scene.rest;
+    tracking.tracker.requestZero();
+    shoot(scene, tracking, std::uniform_int_distribution(0, kZeroFrames - 1)(generator));
+    EXPECT_TRUE(tracking.tracker.cancelZero());
+    scene.displace(press(2.0));
+    shoot(scene, tracking, kZeroFrames + 2);
+    EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kNone);
+    EXPECT_FALSE(tracking.tracker.takeRestPose(pose));
+    EXPECT_EQ(tracking.field.zero, first);
+    EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
+  }
+  // Nor does a new request profit from the frames of the old one.
+  scene.now = scene.rest;
+  tracking.tracker.requestZero();
+  shoot(scene, tracking, kZeroFrames - 1);
+  ASSERT_TRUE(tracking.tracker.cancelZero());
+  tracking.tracker.requestZero();
+  shoot(scene, tracking, kZeroFrames - 1);
+  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaking);
+  shoot(scene, tracking, 1);
+  EXPECT_FALSE(tracking.tracker.cancelZero());  // too late
+  EXPECT_TRUE(tracking.tracker.takeRestPose(pose));
+  EXPECT_TRUE(pose.requested);
+}
+
+TEST(Zero, TakenBackAtTheFirstStartItIsTheFirstStarts) {
+  Scene scene;
+  Tracking tracking(scene);
+  tracking.tracker.requestZero();
+  shoot(scene, tracking, 10);
+  EXPECT_TRUE(tracking.tracker.cancelZero());
+  ASSERT_TRUE(tracking.start(scene, kZeroFrames + 2));
+  RestPose pose;
+  ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+  EXPECT_FALSE(pose.requested);
+  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
+}
+
+TEST(Zero, LearnsAnewWhatMarkersLookLike) {
+  // The lens has been refocused and its filter changed: as good as a tracker that has never seen anything else.
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<double> blur(0.6, 1.8), crossTalk(0.0, 0.4);
+  const auto drawn = [&] {
+    twin::Optics optics;
+    optics.blur_px = blur(generator);
+    optics.crossTalk = crossTalk(generator);
+    return optics;
+  };
+  for (int round = 0; round < 4; ++round) {
+    const twin::Optics before = drawn(), after = drawn();
+    SCOPED_TRACE("blur " + std::to_string(before.blur_px) + " then " + std::to_string(after.blur_px));
+    Scene scene(before), other(after);
+    Tracking tracking(scene), fresh(other);
+    ASSERT_TRUE(tracking.start(scene));
+    ASSERT_TRUE(fresh.start(other));
+    scene.change(after);
+    shoot(scene, tracking, 3);
+    RestPose learnt, expected;
+    ASSERT_TRUE(tracking.tracker.takeRestPose(learnt));
+    tracking.tracker.requestZero();
+    shoot(scene, tracking, kZeroFrames);
+    ASSERT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken) << describe(tracking.tracker.zeroState());
+    ASSERT_TRUE(tracking.tracker.takeRestPose(learnt));
+    ASSERT_TRUE(fresh.tracker.takeRestPose(expected));
+    for (const int c : {0, 1}) EXPECT_NEAR(learnt.crossTalk[c], expected.crossTalk[c], 0.02);
+    double ratio = 0.0;
+    for (std::size_t i = 0; i < learnt.amplitude.size(); ++i) ratio += learnt.amplitude[i] / expected.amplitude[i];
+    EXPECT_NEAR(ratio / static_cast<double>(learnt.amplitude.size()), 1.0, 0.01);
+  }
+}
+
+TEST(Zero, ThatIsRefusedLeavesTheAppearanceAsItWas) {
+  // What it learnt was learnt of a picture that somebody blurred for a moment.
+  twin::Optics blurred;
+  blurred.blur_px = 1.6;
+  Scene scene, other;
+  Tracking tracking(scene), calm(other);
+  ASSERT_TRUE(tracking.start(scene));
+  ASSERT_TRUE(calm.start(other));
+  tracking.tracker.requestZero();
+  for (int i = 0; i < kZeroFrames; ++i) {
+    for (Scene* each : {&scene, &other}) {
+      each->change(i == 0 ? blurred : twin::Optics{});
+      each->displace(press(0.05 * i));
+    }
+    shoot(scene, tracking, 1);
+    shoot(other, calm, 1);
+  }
+  ASSERT_GT(tracking.tracker.zeroState(), ZeroState::kTaken);
+  scene.now = scene.rest;
+  other.now = other.rest;
+  shoot(scene, tracking, 100);  // what was known of the surroundings is forgotten meanwhile
+  shoot(other, calm, 100);
+  for (std::size_t i = 0; i < tracking.field.displacement_px.size(); ++i) {
+    ASSERT_NEAR(tracking.field.displacement_px[i], calm.field.displacement_px[i], 1e-4);
+  }
+}
+
+TEST(Zero, IsRefusedWhereMostPicturesAreTorn) {
+  Scene scene;
+  Tracking tracking(scene);
+  ASSERT_TRUE(tracking.start(scene));
+  tracking.tracker.requestZero();
+  int frames = 0;
+  for (; frames < 4 * kZeroFrames && tracking.tracker.zeroState() <= ZeroState::kTaking; ++frames) {
+    const Frame& frame = scene.shoot();
+    if (frames % 3 != 0) scene.shift(160 + 80 * (frames % 3), 3);
+    tracking(frame);
+  }
+  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTorn);
+  EXPECT_LE(frames, 2 * kZeroFrames + 1);
+}
+
 RestPose restPose(Scene& scene, bool requested) {
   Tracking tracking(scene);
   EXPECT_TRUE(tracking.start(scene));
