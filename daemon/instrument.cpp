@@ -133,7 +133,9 @@ tl::expected<void, Error> Instrument::build() {
           .source = *camera_,
           .track =
               [this](const Frame& frame, MarkerField& markers) {
-                if (tracker_->track(frame, markers) != track::Outcome::kTracked) return false;
+                const bool tracked = tracker_->track(frame, markers) == track::Outcome::kTracked;
+                tracked_.add();
+                if (!tracked) return false;
                 newestMarkers_.put(markers);  // while control takes one, this one is not seen there
                 return true;
               },
@@ -251,7 +253,7 @@ void Instrument::meetCamera() {
     } else {
       spdlog::info("no zero is kept: the first {} still frames are taken for it", config_.track.zeroFrames);
     }
-    procedures_->welcome(calibrate::cameraId(info->name.vendor, info->name.serial), restored_);
+    procedures_->welcome(calibrate::cameraId(info->name.vendor, info->name.serial), info->frameRate_Hz, restored_);
   }
   describeCamera(*info);
 }
@@ -271,10 +273,11 @@ void Instrument::makeProcedures() {
                        .directory = stateDirectory_,
                        .progress = [this](double) { turns_.control.add(); }},
       ProcedureLinks{
-          .frames = ledger_.received,
+          .frames = tracked_,
           .markers = newestMarkers_,
-          .drift = newestDrift_,
+          .watched = watched_,
           .requestZero = [this] { tracker_->requestZero(); },
+          .cancelZero = [this] { return tracker_->cancelZero(); },
           .zeroState = [this] { return tracker_->zeroState(); },
           .takeRestPose = [this](RestPose& pose) { return tracker_->takeRestPose(pose); },
           .judge = [this](const RestPose& pose) { return calibrate::touchIn(sensor_, pose); },
@@ -295,12 +298,13 @@ void Instrument::makeProcedures() {
 }
 
 publish::Vitals Instrument::vitals() {
-  newestDrift_.take(drift_);
+  watched_.take(lastWatched_);
   if (camera_) camera_->takeVitals(cameraVitals_);
   return {.camera = cameraVitals_,
           .turns = {turns_.capture.get(), turns_.track.get(), turns_.solve.get(), turns_.publish.get(),
                     turns_.control.get()},
-          .drift = drift_};
+          .drift = lastWatched_.drift,
+          .zeroWithin_s = lastWatched_.zeroWithin_s};
 }
 
 std::string Instrument::statusLine() const {

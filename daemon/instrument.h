@@ -62,7 +62,8 @@ class Instrument {
   std::unique_ptr<track::Tracker> tracker_;
   std::unique_ptr<solve::Solver> solver_;
   Mailbox<MarkerField> newestMarkers_;  // from the tracking thread to control
-  Mailbox<RestDrift> newestDrift_;      // from control to the publishing thread
+  Mailbox<Watched> watched_;            // from control to the publishing thread
+  Counter tracked_;                     // frames that the tracker has looked at
   std::unique_ptr<publish::Publisher> publisher_;
   std::unique_ptr<publish::ControlServer> controlServer_;
   std::unique_ptr<capture::Camera> camera_;
@@ -74,7 +75,7 @@ class Instrument {
   bool cameraAsked_ = false;
 
   // The publishing thread's own.
-  RestDrift drift_;
+  Watched lastWatched_;
   CameraVitals cameraVitals_;
 };
 

@@ -2,15 +2,19 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace tractiond {
 namespace {
 
-/// A zero or a step of a calibration that was asked for fails when no frame comes for this long.
-constexpr std::int64_t kNoFrames_ns = 5'000'000'000;
-
 constexpr const char* kNoFrames = "no frames come from the camera";
+
+/// The rate is measured over at least this long.
+constexpr std::int64_t kRateOver_ns = 2'000'000'000;
+
+/// Of the frames that a zero may take: as many again may be torn, one may be under way.
+constexpr int kZeroFrames = 2, kUnderWay = 2;
 
 }  // namespace
 
@@ -26,8 +30,9 @@ Procedures::Procedures(const sensor::Sensor& sensor, ProcedureOptions options, P
   links_.markers.take(markers_);
 }
 
-void Procedures::welcome(const std::string& cameraId, const std::optional<RestPose>& restored) {
+void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored) {
   camera_ = cameraId;
+  if (rate_Hz_ == 0.0) rate_Hz_ = rate_Hz;
   zero_ = restored;
   if (!zero_) return;
   const std::string doubt = links_.judge(*zero_);
@@ -37,28 +42,34 @@ void Procedures::welcome(const std::string& cameraId, const std::optional<RestPo
 
 void Procedures::beginZero() {
   zeroAsked_ = true;
-  zeroPatience_ = patience();
+  lastForZero_ = seen();
+  zeroUntil_ns_ = lastForZero_.at_ns + static_cast<std::int64_t>(1e9 * zeroWithin_s());
   links_.requestZero();
 }
 
 void Procedures::beginStep(const CalibrationStep& step) {
-  stepPatience_ = patience();
+  using Kind = CalibrationStep::Kind;
+  const bool restsOnTheZero = step.kind != Kind::kStiffness && step.kind != Kind::kFinish;
+  if (zeroAsked_ && restsOnTheZero) refuseZero("a step of a calibration was asked for before the zero was taken");
+  lastForStep_ = seen();
   if (const auto result = calibration_.begin(step, zero_ ? &*zero_ : nullptr, camera_, options_.directory)) {
     if (*result && !(*result)->path.empty()) spdlog::info("calibrated gel file written: {}", (*result)->path);
-    links_.answerCalibration(*result);
+    answerStep(*result);
   }
 }
 
 void Procedures::turn() {
+  measureRate();
   if (links_.takeRestPose(finished_)) keepZero();
   watchMarkers();
   if (zeroAsked_) watchZero();
+  links_.watched.put({driftWatch_.drift(), zeroWithin_s()});
 }
 
 void Procedures::keepZero() {
   if (calibration_.running()) {
     calibration_.drop();
-    links_.answerCalibration(tl::unexpected<std::string>("a new zero was taken meanwhile"));
+    answerStep(tl::unexpected<std::string>("a new zero was taken meanwhile"));
   }
   const std::string moved = zero_ ? calibrate::movedBetween(sensor_, *zero_, finished_) : "";
   const std::string doubt = links_.judge(finished_);
@@ -69,17 +80,24 @@ void Procedures::keepZero() {
   spdlog::info("zero taken, {}{}", finished_.requested ? "as requested" : "by itself at the first start",
                moved.empty() ? "" : "; " + moved);
   if (!doubt.empty()) spdlog::warn("warning: this may be no zero: {}", doubt);
-  if (!finished_.requested) return;  // whoever asked meanwhile waits for the one he asked for
+  if (!zeroAsked_ || !finished_.requested) return;  // whoever asked meanwhile waits for the one he asked for
   if (kept) return answerZero(finished_, doubt);
   answerZero(tl::unexpected("the zero is in force but not kept: " + kept.error().message()));
 }
 
 void Procedures::watchZero() {
   const track::ZeroState state = links_.zeroState();
-  if (state == track::ZeroState::kMoving || state == track::ZeroState::kTooFew) {
-    return answerZero(tl::unexpected<std::string>(track::describe(state)));
+  if (track::isRefusal(state)) return answerZero(tl::unexpected<std::string>(track::describe(state)));
+  if (noFrames(lastForZero_)) return refuseZero(kNoFrames);
+  if (options_.clock() > zeroUntil_ns_) {
+    refuseZero(
+        fmt::format("zero refused: frames come too slowly for the {} that it is averaged over", options_.zeroFrames));
   }
-  if (noFrames(zeroPatience_)) answerZero(tl::unexpected<std::string>(kNoFrames));
+}
+
+void Procedures::refuseZero(const std::string& reason) {
+  // Where it is too late to take it back, the pose comes with one of the next turns, and is the answer.
+  if (links_.cancelZero() || links_.zeroState() != track::ZeroState::kTaken) answerZero(tl::unexpected(reason));
 }
 
 void Procedures::answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark) {
@@ -87,32 +105,50 @@ void Procedures::answerZero(const tl::expected<RestPose, std::string>& result, c
   links_.answerZero(result, remark);
 }
 
+void Procedures::answerStep(const calibrate::Result& result) {
+  links_.answerCalibration(result);
+}
+
 void Procedures::watchMarkers() {
   if (links_.markers.take(markers_)) {
     driftWatch_.add(markers_);
-    links_.drift.put(driftWatch_.drift());
     if (driftWatch_.takeWarning()) {
       const RestDrift& drift = driftWatch_.drift();
       spdlog::warn("warning: the untouched picture has drifted from the zero by ({:.3f}, {:.3f}) px, scale {:.1e}, "
                    "roll {:.1e} rad; take a new zero with nothing touching the gel: tractionctl zero",
                    drift.shiftU_px, drift.shiftV_px, drift.scale, drift.roll);
     }
-    if (const auto result = calibration_.add(markers_)) links_.answerCalibration(*result);
+    if (const auto result = calibration_.add(markers_)) answerStep(*result);
   }
-  if (calibration_.running() && noFrames(stepPatience_)) {
+  if (calibration_.running() && noFrames(lastForStep_)) {
     calibration_.drop();
-    links_.answerCalibration(tl::unexpected<std::string>(kNoFrames));
+    answerStep(tl::unexpected<std::string>(kNoFrames));
   }
 }
 
-Procedures::Patience Procedures::patience() const {
+void Procedures::measureRate() {
+  const Seen now = seen();
+  if (rateSince_.at_ns == 0) rateSince_ = now;
+  if (now.frames == rateSince_.frames || now.at_ns - rateSince_.at_ns < kRateOver_ns) return;
+  rate_Hz_ =
+      static_cast<double>(now.frames - rateSince_.frames) * 1e9 / static_cast<double>(now.at_ns - rateSince_.at_ns);
+  rateSince_ = now;
+}
+
+double Procedures::zeroWithin_s() const {
+  const double noFrames_s = 1e-9 * static_cast<double>(kNoFrames_ns);
+  const double frame_s = rate_Hz_ > 0.0 ? std::min(1.0 / rate_Hz_, noFrames_s) : noFrames_s;
+  return noFrames_s + frame_s * (kZeroFrames * options_.zeroFrames + kUnderWay);
+}
+
+Procedures::Seen Procedures::seen() const {
   return {links_.frames.get(), options_.clock()};
 }
 
-bool Procedures::noFrames(Patience& patience) const {
-  const Patience now = this->patience();
-  if (patience.frames != now.frames) patience = now;
-  return now.last_ns - patience.last_ns > kNoFrames_ns;
+bool Procedures::noFrames(Seen& last) const {
+  const Seen now = seen();
+  if (last.frames != now.frames) last = now;
+  return now.at_ns - last.at_ns > kNoFrames_ns;
 }
 
 }  // namespace tractiond

@@ -27,14 +27,21 @@ struct ProcedureOptions {
   std::int64_t (*clock)() = monotonicNow;   ///< [ns]
 };
 
+/// What the procedures have to say of themselves.
+struct Watched {
+  RestDrift drift;
+  double zeroWithin_s = 0.0;  ///< a zero that is asked for now is answered within this time [s]
+};
+
 /// What the procedures read, act upon and answer through. Called on their thread; all of it outlives them.
 struct ProcedureLinks {
-  const Counter& frames;          ///< as they come from the camera
+  const Counter& frames;          ///< that the tracker has looked at
   Mailbox<MarkerField>& markers;  ///< the newest, in
-  Mailbox<RestDrift>& drift;      ///< the newest, out
+  Mailbox<Watched>& watched;      ///< the newest, out
 
   // The tracker's.
   std::function<void()> requestZero;
+  std::function<bool()> cancelZero;
   std::function<track::ZeroState()> zeroState;
   std::function<bool(RestPose&)> takeRestPose;
 
@@ -49,19 +56,23 @@ struct ProcedureLinks {
   std::function<void(const calibrate::Result&)> answerCalibration;
 };
 
+/// Each request gets one answer: a zero within the time that is told of it, a step of a calibration within that of
+/// CalibrationOptions and twice kNoFrames_ns. When a zero's answer is an error, no zero comes of the request later.
 /// Thread-bound.
 class Procedures {
  public:
   /// The sensor in force outlives this.
   Procedures(const sensor::Sensor& sensor, ProcedureOptions options, ProcedureLinks links);
 
-  /// A camera has been opened. \param restored the zero kept from an earlier run, if there is one.
-  void welcome(const std::string& cameraId, const std::optional<RestPose>& restored);
+  /// The camera has been opened. \param rate_Hz of its frames; 0: it does not tell. \param restored the zero kept from
+  /// an earlier run, if there is one.
+  void welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored);
 
-  /// Somebody asks for a zero; the answer comes with the turn in which it is known.
+  /// Somebody asks for a zero; the answer comes with the turn in which it is known. Not while a zero is asked for.
   void beginZero();
 
-  /// Somebody asks for a step; a step that runs is dropped without an answer: its asker has been told.
+  /// Somebody asks for a step; a step that runs is dropped without an answer: its asker has been told. A step that
+  /// rests on the zero takes over from a zero that is asked for, and that one is answered.
   void beginStep(const CalibrationStep& step);
 
   /// Does what is due.
@@ -70,19 +81,26 @@ class Procedures {
   /// Somebody waits for a step: every frame should be looked at.
   bool hurried() const { return calibration_.running(); }
 
+  /// What is asked for fails when the tracker sees no frame for this long.
+  static constexpr std::int64_t kNoFrames_ns = 5'000'000'000;
+
  private:
-  /// When a frame came last, since something was asked for.
-  struct Patience {
+  /// Frames by a moment.
+  struct Seen {
     std::uint64_t frames = 0;
-    std::int64_t last_ns = 0;
+    std::int64_t at_ns = 0;
   };
 
   void keepZero();
   void watchZero();
-  void watchMarkers();
+  void refuseZero(const std::string& reason);
   void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark = "");
-  Patience patience() const;
-  bool noFrames(Patience& patience) const;
+  void watchMarkers();
+  void answerStep(const calibrate::Result& result);
+  void measureRate();
+  double zeroWithin_s() const;
+  Seen seen() const;
+  bool noFrames(Seen& last) const;
 
   const sensor::Sensor& sensor_;
   ProcedureOptions options_;
@@ -93,8 +111,11 @@ class Procedures {
   MarkerField markers_;
   calibrate::DriftWatch driftWatch_;
   calibrate::Calibration calibration_;
+  double rate_Hz_ = 0.0;  ///< 0: not known
+  Seen rateSince_;
   bool zeroAsked_ = false;
-  Patience zeroPatience_, stepPatience_;
+  std::int64_t zeroUntil_ns_ = 0;
+  Seen lastForZero_, lastForStep_;  ///< when a frame was seen last
 };
 
 }  // namespace tractiond

@@ -372,6 +372,7 @@ void put(Json& json, const Status& status) {
   } else {
     json.null();
   }
+  json.key("zero_within_s").number(status.zeroWithin_s);
   json.key("rest_drift");
   if (const auto& drift = status.restDrift) {
     json.open('{');

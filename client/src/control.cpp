@@ -14,6 +14,8 @@ namespace traction {
 
 namespace {
 
+constexpr double kLongestZero_s = 1e6;  // whoever says more is not believed
+
 /// A socket file that is not there would be waited for.
 void expectSocket(const std::string& endpoint) {
   const std::string_view ipc = "ipc://";
@@ -89,7 +91,18 @@ Description Control::description() const {
 }
 
 ZeroResult Control::zero() const {
-  return decodeZeroReply(ask(options_, encodeRequest(Request::kZero), options_.zeroTimeout));
+  return decodeZeroReply(ask(options_, encodeRequest(Request::kZero), std::max(options_.zeroTimeout, zeroTakes())));
+}
+
+/// A daemon may average over thousands of frames, and says how long that takes.
+std::chrono::milliseconds Control::zeroTakes() const {
+  constexpr std::chrono::duration<double> kOnTheWay(2.0);
+  try {
+    const std::chrono::duration<double> within(std::clamp(status().zeroWithin_s, 0.0, kLongestZero_s));
+    return std::chrono::duration_cast<std::chrono::milliseconds>(within + kOnTheWay);
+  } catch (const Error&) {  // of the zero itself the caller shall hear
+    return {};
+  }
 }
 
 CalibrationReport Control::calibrate(const CalibrationStep& step) const {

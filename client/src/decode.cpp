@@ -194,6 +194,7 @@ Status statusOf(const pb::Status& from) {
   Status status;
   status.header = headerOf(from.header());
   status.uptime_s = from.uptime_s();
+  status.zeroWithin_s = from.zero_within_s();
   switch (from.camera()) {
   case pb::CAMERA_STATE_WAITING:
     status.camera = CameraState::kWaiting;

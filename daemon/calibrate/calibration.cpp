@@ -106,16 +106,33 @@ std::optional<Result> Calibration::begin(const CalibrationStep& step, const Rest
   if (!(step.seconds > 0.0)) running_->seconds = step.kind == Kind::kNoise ? options_.noise_s : options_.patience_s;
   running_->seconds = std::min(running_->seconds, kLongest_s);
   begun_ns_ = 0;
+  frames_ = unusable_ = 0;
   return std::nullopt;
 }
 
 std::optional<Result> Calibration::add(const MarkerField& field) {
   if (!running_) return std::nullopt;
   if (begun_ns_ == 0) begun_ns_ = field.info.times.received_ns;
-  if ((field.flags & kFewMarkers) != 0) return std::nullopt;
-  auto result = running_->kind == Kind::kNoise ? noise(field) : weigh(field);
+  ++frames_;
+  std::optional<Result> result;
+  if ((field.flags & kFewMarkers) != 0) {
+    ++unusable_;
+  } else {
+    result = running_->kind == Kind::kNoise ? noise(field) : weigh(field);
+  }
+  if (!result) result = overdue(field);
   if (result) running_.reset();
   return result;
+}
+
+std::optional<Result> Calibration::overdue(const MarkerField& field) const {
+  const double looked_s = 1e-9 * static_cast<double>(field.info.times.received_ns - begun_ns_);
+  if (looked_s < running_->seconds + options_.grace_s) return std::nullopt;
+  if (2 * unusable_ > frames_) {
+    return refused(fmt::format("too few markers were seen in {} of {} frames: is something in front of the camera?",
+                               unusable_, frames_));
+  }
+  return refused(fmt::format("frames come too slowly: {} in {:.0f} s", frames_, looked_s));
 }
 
 Result Calibration::geometry(const RestPose& zero, bool anyway) {
@@ -172,7 +189,9 @@ Result Calibration::geometry(const RestPose& zero, bool anyway) {
 }
 
 std::optional<Result> Calibration::noise(const MarkerField& field) {
+  const int before = noise_->frames();
   noise_->add(field);
+  if (noise_->frames() == before) ++unusable_;
   const double looked_s = 1e-9 * static_cast<double>(field.info.times.received_ns - begun_ns_);
   if (looked_s < running_->seconds || noise_->frames() < options_.noise.fewestFrames) return std::nullopt;
   const RestNoise found = noise_->summary();
@@ -202,7 +221,10 @@ std::optional<Result> Calibration::weigh(const MarkerField& field) {
   const std::int64_t now_ns = field.info.times.received_ns;
   const PictureMotionFit fit(candidate_);
   const auto motion = fit({field.displacement_px, field.valid});
-  if (!motion) return std::nullopt;
+  if (!motion) {
+    ++unusable_;
+    return std::nullopt;
+  }
   std::vector<float> change(w.deformation.size());
   const auto changeFrom = [&](const std::vector<float>& from) {
     for (std::size_t i = 0; i < change.size(); ++i) change[i] = w.deformation[i] - from[i];

@@ -20,6 +20,7 @@ struct CalibrationOptions {
   int zeroFrames = 30;                      ///< that the zero was averaged over: its error is in all displacements
   double noise_s = 5.0;                     ///< of rest frames, where the request does not say
   double patience_s = 60;                   ///< for a weight, where the request does not say
+  double grace_s = 15;                      ///< beyond its time, that a step may take to have enough frames
   double settle_s = 1.5;                    ///< that a weight must have stood still: most of a gel's creep is over
   int weightFrames = 60;                    ///< averaged then
   double still_px = 0.02;                   ///< smooth displacement that is no motion
@@ -32,6 +33,9 @@ struct CalibrationOptions {
 
 using Result = tl::expected<CalibrationReport, std::string>;  ///< the error is a sentence for people
 
+/// A step that runs ends within its seconds and grace_s, by the frames' times, with a reason if it is an error; for a
+/// step that gets no frames, drop() is whoever gives them's.
+///
 /// Steps may be repeated and come in any order; each replaces its part of the sensor in force, and what was not
 /// measured stays as it is. The sensor in force itself does not change: the file counts from the next start.
 /// Thread-bound.
@@ -59,6 +63,7 @@ class Calibration {
   Result geometry(const RestPose& zero, bool anyway);
   std::optional<Result> noise(const MarkerField& field);
   std::optional<Result> weigh(const MarkerField& field);
+  std::optional<Result> overdue(const MarkerField& field) const;
   Result read();
   Result stiffness();
   Result finish(const std::string& name, const std::string& camera, const std::filesystem::path& directory);
@@ -74,6 +79,7 @@ class Calibration {
 
   std::optional<CalibrationStep> running_;
   std::int64_t begun_ns_ = 0;
+  int frames_ = 0, unusable_ = 0;  ///< of the step; of these, without enough markers
   std::unique_ptr<RestNoiseMeter> noise_;
   std::unique_ptr<Weighing> weighing_;
 };

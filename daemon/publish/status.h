@@ -14,6 +14,7 @@ struct Vitals {
   CameraVitals camera = {};
   std::array<std::uint64_t, 5> turns{};  ///< of the loops of capture, track, solve, publish, control
   RestDrift drift = {};
+  double zeroWithin_s = 0.0;  ///< a zero that is asked for now is answered within this time; 0: not known
 };
 
 struct Quantiles {

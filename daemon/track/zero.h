@@ -21,6 +21,10 @@ enum class ZeroState {
   kTorn,       ///< refused: more than every second picture was torn
 };
 
+inline bool isRefusal(ZeroState state) {
+  return state >= ZeroState::kMoving;
+}
+
 /// One line for people.
 const char* describe(ZeroState state);
 

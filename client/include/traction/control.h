@@ -16,7 +16,7 @@ struct ControlOptions {
   std::string instance = "default";               ///< of tractiond, on this machine
   std::string endpoint;                           ///< ZeroMQ's, "tcp://HOST:9874"; empty: found by the instance
   std::chrono::milliseconds timeout{3000};        ///< for an answer
-  std::chrono::milliseconds zeroTimeout{15'000};  ///< taking a zero needs frames of the camera
+  std::chrono::milliseconds zeroTimeout{15'000};  ///< at least; longer where the daemon's status says so
   std::chrono::milliseconds workTimeout{
       60'000};  ///< of the camera; for a step of a calibration, beside its time to look
 };
@@ -78,6 +78,8 @@ class TRACTION_EXPORT Control {
   const std::string& endpoint() const { return options_.endpoint; }
 
  private:
+  std::chrono::milliseconds zeroTakes() const;
+
   ControlOptions options_;
 };
 

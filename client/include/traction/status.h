@@ -86,6 +86,8 @@ struct Status {
   std::array<std::uint64_t, 5> turns{};
 
   std::optional<RestDrift> restDrift;  ///< none: nothing has been seen untouched since the zero or the start
+
+  double zeroWithin_s = 0.0;  ///< a zero that is asked for now is answered within this time; 0: not known
 };
 
 }  // namespace traction

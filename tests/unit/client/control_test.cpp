@@ -146,6 +146,32 @@ TEST_F(ControlTest, CameraTellsFeaturesWordByWord) {
   EXPECT_EQ(told.camera, "Acme-42");
 }
 
+TEST(Control, AZeroIsWaitedForAsLongAsTheDaemonSaysThatItMayTake) {
+  zmq::context_t context;
+  zmq::socket_t socket(context, zmq::socket_type::rep);
+  socket.bind("tcp://127.0.0.1:*");
+  std::thread daemon([&] {
+    zmq::message_t request;
+    for (bool zero = false; !zero && socket.recv(request);) {
+      v1::Request asked;
+      asked.ParseFromArray(request.data(), static_cast<int>(request.size()));
+      v1::Reply reply;
+      reply.set_version(1);
+      zero = asked.has_zero();
+      if (zero) {
+        std::this_thread::sleep_for(300ms);  // six times what the client would wait by itself
+        reply.mutable_zero()->set_markers_present(7);
+      } else {
+        reply.mutable_status()->set_zero_within_s(60.0);
+      }
+      socket.send(zmq::buffer(reply.SerializeAsString()), zmq::send_flags::none);
+    }
+  });
+  const Control control({.endpoint = socket.get(zmq::sockopt::last_endpoint), .timeout = 10s, .zeroTimeout = 50ms});
+  EXPECT_NO_THROW(EXPECT_EQ(control.zero().markersPresent, 7U));
+  daemon.join();
+}
+
 ErrorCode failureOf(const ControlOptions& options) {
   try {
     Control(options).status();

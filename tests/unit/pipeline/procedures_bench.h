@@ -7,10 +7,18 @@
 
 namespace tractiond {
 
-/// The tracker's side of a zero.
+/// The tracker's side of a zero, with a tracker's promises: nothing comes of what was taken back.
 struct FakeTracker {
   track::ZeroState state = track::ZeroState::kNone;
   std::optional<RestPose> finished;
+
+  bool asked() const { return state == track::ZeroState::kRequested || state == track::ZeroState::kTaking; }
+
+  bool cancel() {
+    const bool was = asked();
+    if (was) state = track::ZeroState::kNone;
+    return was;
+  }
 
   void finish(const RestPose& pose) {
     finished = pose;
@@ -19,7 +27,10 @@ struct FakeTracker {
 };
 
 struct ProceduresBench {
-  ProceduresBench() { now_ns = 1'000'000'000; }
+  explicit ProceduresBench(int averaged = 30)
+      : zeroFrames(averaged) {
+    now_ns = 1'000'000'000;
+  }
 
   RestPose pose(std::uint8_t id, bool requested) const {
     RestPose pose;
@@ -39,15 +50,35 @@ struct ProceduresBench {
     return step;
   }
 
+  /// A field of this moment in which nothing touches; with few markers, if so.
+  void field(bool few = false) {
+    MarkerField field;
+    field.resize(sensor.markerCount());
+    std::fill(field.valid.begin(), field.valid.end(), std::uint8_t{1});
+    std::fill(field.variance_px2.begin(), field.variance_px2.end(), 3e-4F);
+    field.validCount = sensor.markerCount();
+    field.flags = few ? kFewMarkers : 0U;
+    field.info.times.received_ns = now_ns;
+    frames.add();
+    markers.put(field);
+  }
+
+  double zeroWithin_s() {
+    Watched now;
+    watched.take(now);
+    return now.zeroWithin_s;
+  }
+
   void pass(std::int64_t ms) { now_ns += 1'000'000 * ms; }
   void turn() { procedures.turn(); }
 
   static inline std::int64_t now_ns = 0;  ///< what the clock says
 
+  const int zeroFrames;
   sensor::Sensor sensor;
   Counter frames;
   Mailbox<MarkerField> markers;
-  Mailbox<RestDrift> drift;
+  Mailbox<Watched> watched;
   FakeTracker tracker;
   std::string doubt;
   bool keepFails = false;
@@ -59,11 +90,12 @@ struct ProceduresBench {
   std::vector<calibrate::Result> stepAnswers;
 
   Procedures procedures{sensor,
-                        {.directory = "/nowhere", .clock = [] { return now_ns; }},
+                        {.zeroFrames = zeroFrames, .directory = "/nowhere", .clock = [] { return now_ns; }},
                         {.frames = frames,
                          .markers = markers,
-                         .drift = drift,
+                         .watched = watched,
                          .requestZero = [this] { tracker.state = track::ZeroState::kRequested; },
+                         .cancelZero = [this] { return tracker.cancel(); },
                          .zeroState = [this] { return tracker.state; },
                          .takeRestPose =
                              [this](RestPose& pose) {

@@ -35,7 +35,7 @@ TEST(Procedures, AZeroOfTheFirstStartAnswersNobody) {
 
 TEST(Procedures, ARestoredZeroIsJudgedAndDescribedAndNotKeptAgain) {
   ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", bench.pose(7, true));
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(7, true));
   EXPECT_EQ(bench.judged, 1);
   ASSERT_TRUE(bench.described);
   EXPECT_EQ(bench.described->id[0], 7);
@@ -53,26 +53,147 @@ TEST(Procedures, WhoAsksForAZeroIsToldThatItCannotBeKept) {
   EXPECT_NE(bench.zeroAnswers[0].error().find("in force but not kept"), std::string::npos);
 }
 
-TEST(Procedures, WithoutFramesAZeroIsRefused) {
+/// At a rate, for a time: turns as the daemon makes them.
+void run(ProceduresBench& bench, double seconds, double rate_Hz) {
+  const double begin_s = 1e-9 * static_cast<double>(bench.now_ns);
+  for (double next_s = begin_s, now_s = begin_s; now_s < begin_s + seconds; now_s += 0.1) {
+    for (; rate_Hz > 0.0 && next_s <= now_s; next_s += 1.0 / rate_Hz) bench.frames.add();
+    bench.turn();
+    bench.pass(100);
+  }
+}
+
+TEST(Procedures, AZeroThatWasRefusedIsNotAskedForAnyMore) {
   ProceduresBench bench;
   bench.procedures.beginZero();
-  for (int i = 0; i < 100; ++i) {  // as long as frames come, it may take its time
-    bench.pass(100);
-    bench.frames.add();
-    bench.turn();
-  }
-  EXPECT_TRUE(bench.zeroAnswers.empty());
-  for (int i = 0; i < 52; ++i) {
-    bench.pass(100);
-    bench.turn();
-  }
+  run(bench, 5.3, 0.0);
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);
   EXPECT_EQ(bench.zeroAnswers[0].error(), "no frames come from the camera");
+  EXPECT_FALSE(bench.tracker.asked());  // when frames return, what is then on the gel is a load
+  run(bench, 60.0, 60.0);
+  EXPECT_EQ(bench.zeroAnswers.size(), 1U);
+}
+
+TEST(Procedures, AsLongAsFramesComeAZeroMayTakeItsTime) {
+  ProceduresBench bench(10'000);
+  bench.procedures.welcome("Camera-1", 30.0, std::nullopt);
+  bench.procedures.beginZero();
+  run(bench, 340.0, 30.0);
+  EXPECT_TRUE(bench.zeroAnswers.empty());
+  EXPECT_TRUE(bench.tracker.asked());
+}
+
+TEST(Procedures, AZeroThatHasJustBeenTakenIsTheAnswerAlsoWhenItIsTooLate) {
+  ProceduresBench bench;
+  bench.procedures.beginZero();
+  run(bench, 5.05, 0.0);
+  bench.tracker.state = track::ZeroState::kTaken;  // its pose is on the way
+  run(bench, 1.0, 0.0);
+  EXPECT_TRUE(bench.zeroAnswers.empty());
+  bench.tracker.finish(bench.pose(1, true));
+  bench.turn();
+  ASSERT_EQ(bench.zeroAnswers.size(), 1U);
+  EXPECT_TRUE(bench.zeroAnswers[0]);
+}
+
+TEST(Procedures, ATrackersRefusalIsTheAnswer) {
+  for (const auto state : {track::ZeroState::kMoving, track::ZeroState::kTooFew, track::ZeroState::kTorn}) {
+    ProceduresBench bench;
+    bench.procedures.beginZero();
+    bench.tracker.state = state;
+    bench.turn();
+    bench.turn();
+    ASSERT_EQ(bench.zeroAnswers.size(), 1U);
+    EXPECT_EQ(bench.zeroAnswers[0].error(), track::describe(state));
+  }
+}
+
+TEST(Procedures, AStepThatRestsOnTheZeroTakesOverFromOneThatIsAskedFor) {
+  ProceduresBench bench;
+  bench.procedures.welcome("Camera-1", 60.0, bench.pose(1, true));
+  bench.procedures.beginZero();
+  CalibrationStep finish;
+  finish.kind = CalibrationStep::Kind::kFinish;
+  bench.procedures.beginStep(finish);
+  EXPECT_TRUE(bench.zeroAnswers.empty());
+  bench.procedures.beginStep(ProceduresBench::noise(5.0));
+  ASSERT_EQ(bench.zeroAnswers.size(), 1U);
+  EXPECT_FALSE(bench.zeroAnswers[0]);
+  EXPECT_FALSE(bench.tracker.asked());
+  EXPECT_TRUE(bench.procedures.hurried());
+}
+
+TEST(Procedures, StepsDoNotLengthenAZerosPatience) {
+  ProceduresBench bench;
+  bench.procedures.beginZero();
+  for (int i = 0; i < 9; ++i) {
+    CalibrationStep step;
+    step.kind = CalibrationStep::Kind::kStiffness;
+    bench.procedures.beginStep(step);
+    run(bench, 0.6, 0.0);
+  }
+  EXPECT_EQ(bench.zeroAnswers.size(), 1U);
+}
+
+TEST(Procedures, SaysHowLongAZeroMayTakeAndKeepsToIt) {
+  struct Case {
+    int frames;
+    double told_Hz, real_Hz;
+  };
+  for (const Case& c :
+       {Case{30, 60.0, 60.0}, {30, 0.0, 12.5}, {10'000, 30.0, 30.0}, {100, 60.0, 2.0}, {30, 0.0, 0.3}}) {
+    SCOPED_TRACE(testing::Message() << c.frames << " frames at " << c.real_Hz << " / s");
+    ProceduresBench bench(c.frames);
+    bench.procedures.welcome("Camera-1", c.told_Hz, std::nullopt);
+    run(bench, 10.0, c.real_Hz);
+    const double within_s = bench.zeroWithin_s();
+    EXPECT_GE(within_s, c.frames / c.real_Hz);
+    EXPECT_LE(within_s, 5.1 + 1.2 * (2 * c.frames + 2) / c.real_Hz);
+    bench.procedures.beginZero();
+    run(bench, within_s - 0.5, c.real_Hz);
+    EXPECT_TRUE(bench.zeroAnswers.empty());
+    run(bench, 1.0, c.real_Hz);
+    ASSERT_EQ(bench.zeroAnswers.size(), 1U);
+    EXPECT_NE(bench.zeroAnswers[0].error().find("too slowly"), std::string::npos) << bench.zeroAnswers[0].error();
+    EXPECT_FALSE(bench.tracker.asked());
+  }
+}
+
+TEST(Procedures, AStepEndsAlsoWhileMarkersAreFew) {
+  for (const auto kind : {CalibrationStep::Kind::kNoise, CalibrationStep::Kind::kWeight}) {
+    ProceduresBench bench;
+    bench.procedures.welcome("Camera-1", 60.0, bench.pose(1, true));
+    CalibrationStep step;
+    step.kind = kind;
+    step.weight_N = 1.0;
+    step.seconds = 3.0;
+    bench.procedures.beginStep(step);
+    for (int i = 0; i < 200 && bench.stepAnswers.empty(); ++i) {
+      bench.field(true);
+      bench.turn();
+      bench.pass(100);
+    }
+    ASSERT_EQ(bench.stepAnswers.size(), 1U);
+    EXPECT_TRUE(bench.stepAnswers[0].error().starts_with("too few markers")) << bench.stepAnswers[0].error();
+  }
+}
+
+TEST(Procedures, AStepWhoseFramesComeTooSlowlyEnds) {
+  ProceduresBench bench;
+  bench.procedures.welcome("Camera-1", 60.0, bench.pose(1, true));
+  bench.procedures.beginStep(ProceduresBench::noise(1.0));
+  for (int i = 0; i < 10 && bench.stepAnswers.empty(); ++i) {
+    bench.field();
+    bench.turn();
+    bench.pass(4000);
+  }
+  ASSERT_EQ(bench.stepAnswers.size(), 1U);
+  EXPECT_TRUE(bench.stepAnswers[0].error().starts_with("frames come too slowly")) << bench.stepAnswers[0].error();
 }
 
 TEST(Procedures, ANewZeroEndsTheStepThatRuns) {
   ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", bench.pose(1, true));
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
   bench.procedures.beginStep(ProceduresBench::noise(5.0));
   EXPECT_TRUE(bench.procedures.hurried());
   bench.procedures.beginZero();

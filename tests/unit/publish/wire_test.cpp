@@ -519,6 +519,15 @@ TEST(Wire, BytesOfACameraThatAreNoTextDoNotSpoilTheReply) {
   EXPECT_EQ(reply.camera().remarks(1), "a?b");
 }
 
+TEST(Wire, TheStatusSaysHowLongAZeroMayTake) {
+  Wire wire(description().identity);
+  Status status;
+  status.vitals.zeroWithin_s = 671.7;
+  pb::Status told;
+  ASSERT_TRUE(told.ParseFromString(statusBytes(wire, Ledger{}, status, heading())));
+  EXPECT_EQ(told.zero_within_s(), 671.7);
+}
+
 TEST(Wire, DriftIsToldWhereItIsKnown) {
   Wire wire(description().identity);
   Status status;
