@@ -27,8 +27,9 @@ struct FakeTracker {
 };
 
 struct ProceduresBench {
-  explicit ProceduresBench(int averaged = 30)
-      : zeroFrames(averaged) {
+  explicit ProceduresBench(int averaged = 30, const sensor::Sensor& inForce = {})
+      : zeroFrames(averaged)
+      , sensor(inForce) {
     now_ns = 1'000'000'000;
   }
 
@@ -83,6 +84,7 @@ struct ProceduresBench {
   std::string doubt;
   bool keepFails = false;
 
+  std::function<void(const RestPose&)> onKept;
   int judged = 0;
   std::optional<RestPose> described, kept;
   std::vector<tl::expected<RestPose, std::string>> zeroAnswers;
@@ -112,6 +114,7 @@ struct ProceduresBench {
                          .keep = [this](const RestPose& pose) -> tl::expected<void, Error> {
                            if (keepFails) return tl::unexpected(Error{.what = "the disk is full"});
                            kept = pose;
+                           if (onKept) onKept(pose);
                            return {};
                          },
                          .answerZero =
