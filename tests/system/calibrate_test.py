@@ -125,6 +125,29 @@ class Calibrate(unittest.TestCase):
         self.assertLess(np.abs(force - (0.6, 0, 3)).max(), 0.06)
         self.assertEqual(daemon.stop(), 0, daemon.output())
 
+    def test_the_twins_example_can_be_pasted(self):
+        """The page's own commands, in the page's order, in a shell that knows nothing else."""
+        page = (rig.SOURCE / "docs" / "calibration.md").read_text()
+        section = re.search("^## With the twin$(.*?)^## ", page, re.MULTILINE | re.DOTALL)[1]
+        blocks = re.findall("^```\n(.*?)^```$", section, re.MULTILINE | re.DOTALL)
+        self.assertEqual(len(blocks), 2, section)
+        folder = self.bench.folder / "page"
+        state = folder / "twin" / "state"  # with what does not depend on the page: the inverse, if it is known
+        state.mkdir(parents=True)
+        for cached in rig.cache_directory().glob("*.inverse"):
+            rig.copy_into(state, cached)
+        script = self.file("page.sh", f"set -e\ncd {folder}\n" + "".join(blocks))
+        shell = self.bench.start("sh", script, env={"PATH": f"{rig.BIN}:/usr/bin:/bin", "HOME": str(folder)})
+        self.assertEqual(shell.join(600), DONE, shell.output())
+        for made in state.glob("*.inverse"):
+            rig.copy_into(rig.cache_directory(), made)
+        found = re.search(r"youngs_modulus_pa +([0-9.e+]+)", shell.output())
+        self.assertIsNotNone(found, shell.output())
+        self.assertLess(abs(float(found[1]) / HIDDEN["youngs_modulus_pa"] - 1), 0.01)
+        self.assertIn("within 1 %", section)
+        written = re.search('gel_file = "(.*)"', (folder / "twin" / "calibrated.toml").read_text())[1]
+        self.assertIn('camera = "Traction-127-0-0-1"', pathlib.Path(written).read_text())
+
     def test_weights_in_the_wrong_order_are_noticed(self):
         _, daemon = self.running("calibrate")
         code, output = self.ctl(daemon, "calibrate", "weights", "--weights", "100gf,500gf,200gf", "--yes")

@@ -1,6 +1,7 @@
 """What a network and its inhabitants do to a stream: counted, never published, and the stream goes on."""
 
 import os
+import signal
 import time
 import unittest
 
@@ -59,6 +60,26 @@ class Faults(unittest.TestCase):
         self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))))
         self.assertEqual(self.ledger().missing, 0)
         self.end()
+
+    def test_a_zero_that_was_refused_does_not_come_when_frames_return(self):
+        twin = self.bench.twin("hold", ready=False)
+        daemon = self.bench.daemon()
+        subscriber = self.bench.subscribe(daemon)
+        before = subscriber.collect(until=lambda field: field.resultant_N.z > 3.8)[-1]
+        twin.child.send_signal(signal.SIGSTOP)
+        code, output = self.bench.ctl("--control", daemon.endpoint["control"], "zero")
+        twin.child.send_signal(signal.SIGCONT)
+        self.assertEqual(code, 75, output)
+        self.assertIn("no frames come", output)
+        stopped_ns = time.monotonic_ns()
+        # The load still stands there, twice as long as a zero takes.
+        subscriber.collect(until=lambda field: field.header.received_ns > stopped_ns)
+        after = subscriber.collect(120)[-1]
+        self.assertEqual(after.header.zero, before.header.zero)
+        self.assertGreater(after.resultant_N.z, 3.5)
+        self.assertTrue(after.header.flags & 1, "nobody has confirmed the zero")
+        self.assertEqual(daemon.stop(), 0, daemon.output())
+        self.assertNotIn("as requested", daemon.output())
 
     def test_lost_packets(self):
         self.begin("--lost-ratio", "0.002")

@@ -72,7 +72,7 @@ class Day {
     ++zeros_;
     zeroAsked_s_ = now_s();
     // As the status said before.
-    zeroUntil_s_ = now_s() + bench_.zeroWithin_s() + kTurn_s;
+    zeroUntil_s_ = now_s() + bench_.zeroWithin_s() + 2 * kTurn_s;  // to see that it is over, and to take the pose
     bench_.procedures.beginZero();
     look();
   }
@@ -86,7 +86,7 @@ class Day {
     step.weight_N = 1.0;
     stepAsked_s_ = now_s();
     stepUntil_s_ = now_s() + step.seconds + calibrate::CalibrationOptions{}.grace_s +
-                   2e-9 * static_cast<double>(Procedures::kNoFrames_ns) + kTurn_s;
+                   2.0 * (1e-9 * static_cast<double>(Procedures::kNoFrames_ns) + kTurn_s) + kTurn_s;
     bench_.procedures.beginStep(step);
     look();
   }
@@ -96,8 +96,9 @@ class Day {
     const double turn_s = uniform(0.003, kTurn_s);
     bench_.pass(static_cast<std::int64_t>(1e3 * turn_s));
     for (due_ += turn_s * rate_Hz_; due_ >= 1.0; due_ -= 1.0) frame();
-    if (late_ && chance(0.5)) bench_.tracker.finished = std::exchange(late_, std::nullopt);
     bench_.turn();
+    // A turn may come between the tracker's word that a zero is taken and the pose, in the middle of its frame.
+    if (late_) bench_.tracker.finished = std::exchange(late_, std::nullopt);
     look();
   }
 
@@ -184,7 +185,7 @@ TEST(Procedures, WhateverHappensEachRequestGetsOneAnswerInTime) {
     zeros += day.zeros();
     steps += day.steps();
     taken += day.taken();
-    if (HasFailure()) break;
+    if (HasFailure()) break;  // the seed is in the trace
   }
   std::printf("seed %u: %zu zeros asked for, %zu taken, %zu steps\n", first, zeros, taken, steps);
   EXPECT_GT(taken, zeros / 10);
