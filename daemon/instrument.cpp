@@ -192,13 +192,16 @@ tl::expected<void, Error> Instrument::welcome(const capture::CameraInfo& info) {
         .where = config_.sensor.gelFile,
         .remedy = "calibrate with this camera, starting from a gel file without [calibration]"});
   }
-  if (info.session > 1) return {};  // the same camera: its zero is in force
-  // A start that forgot the zero would call what presses now nothing.
-  auto pose = track::loadRestPose(track::restPosePath(stateDirectory_), sensor_, info.format);
-  if (!pose) {
-    pose.error().remedy = "with nothing touching the gel, delete it and start again: a new zero is then taken";
-    return tl::unexpected(pose.error());
+  if (info.session > 1) {  // the zero of the camera before is in force
+    if (id == cameraId_) return {};
+    return tl::unexpected(Error{.exitCode = EX_UNAVAILABLE,
+                                .what = fmt::format("camera {} is not {}, whose zero is in force", id, cameraId_),
+                                .remedy = "to use it, stop the daemon and set camera.id"});
   }
+  cameraId_ = id;
+  // A start that forgot the zero would call what presses now nothing.
+  auto pose = track::loadRestPose(track::restPosePath(stateDirectory_), sensor_, info.format, id);
+  if (!pose) return tl::unexpected(pose.error());
   restored_ = *std::move(pose);
   if (restored_) tracker_->restore(*restored_);
   return {};
@@ -253,7 +256,7 @@ void Instrument::meetCamera() {
     } else {
       spdlog::info("no zero is kept: the first {} still frames are taken for it", config_.track.zeroFrames);
     }
-    procedures_->welcome(calibrate::cameraId(info->name.vendor, info->name.serial), info->frameRate_Hz, restored_);
+    procedures_->welcome(cameraId_, info->frameRate_Hz, restored_);
   }
   describeCamera(*info);
 }
@@ -289,7 +292,7 @@ void Instrument::makeProcedures() {
           .keep =
               [this](const RestPose& pose) {
                 return track::saveRestPose(track::restPosePath(stateDirectory_), pose, sensor_,
-                                           camera_->info()->format);
+                                           camera_->info()->format, cameraId_);
               },
           .answerZero = [this](const auto& result,
                                const std::string& remark) { controlServer_->answerZero(result, remark); },

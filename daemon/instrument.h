@@ -57,6 +57,7 @@ class Instrument {
   Ledger ledger_;
   Turns turns_;
   publish::Description description_;  // after the start the control thread's
+  std::string cameraId_;              // as restored_
   std::optional<RestPose> restored_;  // written before the camera's first info() is there, read after
   solve::Inverse inverse_;
   std::unique_ptr<track::Tracker> tracker_;

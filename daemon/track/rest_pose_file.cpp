@@ -14,7 +14,9 @@ namespace tractiond::track {
 namespace {
 
 constexpr std::array<char, 8> kMagic = {'t', 'r', 'a', 'c', 'r', 'e', 's', 't'};
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
+constexpr std::uint32_t kWithoutCamera = 2;  ///< the version that did not say whose camera it was
+constexpr std::size_t kLongestCamera = 4096;
 
 struct Header {
   std::array<char, 8> magic = kMagic;
@@ -26,8 +28,10 @@ struct Header {
   float noise = 0.0F, shotNoise = 0.0F, light = 0.0F;
   std::array<float, 2> crossTalk{};
   std::uint32_t requested = 0;
+  std::uint32_t camera = 0;  ///< bytes of its name, behind the arrays
+  std::uint32_t unused = 0;
 };
-static_assert(sizeof(Header) == 80);  // no padding
+static_assert(sizeof(Header) == 88);  // no padding
 
 template <typename T>
 void append(std::vector<char>& bytes, const T* data, std::size_t count) {
@@ -84,7 +88,8 @@ Id restPoseOwner(const sensor::Sensor& sensor, PixelFormat format) {
 }
 
 tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem::path& path,
-                                                          const sensor::Sensor& sensor, PixelFormat format) {
+                                                          const sensor::Sensor& sensor, PixelFormat format,
+                                                          const std::string& camera) {
   const auto refuse = [&path](int exitCode, const std::string& reason) {
     return tl::make_unexpected(
         Error{exitCode, "the rest pose " + reason, path.string(),
@@ -99,11 +104,15 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
   if (bytes->size() < sizeof header) return refuse(EX_DATAERR, "is cut short");
   std::memcpy(&header, bytes->data(), sizeof header);
   if (header.magic != kMagic) return refuse(EX_DATAERR, "is not one: its first bytes are foreign");
+  if (header.version == kWithoutCamera) {
+    return refuse(EX_DATAERR, "is of an earlier version, which does not say whose camera it belongs to");
+  }
   if (header.version != kVersion) {
     return refuse(EX_DATAERR, "has version " + std::to_string(header.version) + ", this program writes " +
                                   std::to_string(kVersion));
   }
-  const std::size_t whole = sizeof header + bodySize(header.markers) + sizeof(Hash128);
+  if (header.camera > kLongestCamera) return refuse(EX_DATAERR, "is damaged: it makes no sense");
+  const std::size_t whole = sizeof header + bodySize(header.markers) + header.camera + sizeof(Hash128);
   if (bytes->size() < whole) return refuse(EX_DATAERR, "is cut short");
   if (bytes->size() > whole) return refuse(EX_DATAERR, "is damaged: too long");
   Hash128 checksum;
@@ -114,6 +123,13 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
   if (header.owner != restPoseOwner(sensor, format) ||
       header.markers != static_cast<std::uint32_t>(sensor.markerCount())) {
     return refuse(EX_DATAERR, "belongs to other marker layers or another picture format");
+  }
+  const std::string owner(bytes->data() + sizeof header + bodySize(header.markers), header.camera);
+  if (owner != camera) {
+    return tl::make_unexpected(
+        Error{EX_DATAERR, "the rest pose was taken with camera " + owner + ", this is " + camera, path.string(),
+              "use that camera (camera.id); or delete the file and, with the gel untouched, start and take a zero "
+              "(tractionctl zero)"});
   }
 
   RestPose pose;
@@ -140,8 +156,9 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
 }
 
 tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const RestPose& pose,
-                                       const sensor::Sensor& sensor, PixelFormat format) {
+                                       const sensor::Sensor& sensor, PixelFormat format, const std::string& camera) {
   Header header;
+  header.camera = static_cast<std::uint32_t>(std::min(camera.size(), kLongestCamera));
   header.markers = static_cast<std::uint32_t>(pose.amplitude.size());
   header.owner = restPoseOwner(sensor, format);
   header.id = pose.id;
@@ -157,6 +174,7 @@ tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const 
   append(bytes, pose.position_px.data(), pose.position_px.size());
   append(bytes, pose.amplitude.data(), pose.amplitude.size());
   append(bytes, pose.present.data(), pose.present.size());
+  append(bytes, camera.data(), header.camera);
   const Hash128 checksum = hash128(bytes.data(), bytes.size());
   append(bytes, checksum.data(), checksum.size());
 

@@ -10,6 +10,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 
 namespace tractiond::track {
 
@@ -20,12 +21,14 @@ std::filesystem::path restPosePath(const std::filesystem::path& stateDirectory);
 Id restPoseOwner(const sensor::Sensor& sensor, PixelFormat format);
 
 /// Nothing where there is no file. Fails (EX_DATAERR, EX_NOINPUT) where the file cannot be read, is cut short, damaged,
-/// of another version or of another sensor or picture: then a zero must be taken anew.
+/// of another version or of another sensor, picture or camera: then a zero must be taken anew. \param camera its name,
+/// at most 4096 bytes.
 tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem::path& path,
-                                                          const sensor::Sensor& sensor, PixelFormat format);
+                                                          const sensor::Sensor& sensor, PixelFormat format,
+                                                          const std::string& camera);
 
 /// All or nothing; on the disk when it returns. Makes the directory if it is missing. Fails with EX_CANTCREAT.
 tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const RestPose& pose,
-                                       const sensor::Sensor& sensor, PixelFormat format);
+                                       const sensor::Sensor& sensor, PixelFormat format, const std::string& camera);
 
 }  // namespace tractiond::track

@@ -45,7 +45,7 @@ class RestPoseFile : public testing::Test {
   }
   void write(const std::string& bytes) const { std::ofstream(path_, std::ios::binary) << bytes; }
 
-  auto load() const { return loadRestPose(path_, sensor_, PixelFormat::kRgb8); }
+  auto load() const { return loadRestPose(path_, sensor_, PixelFormat::kRgb8, "Camera-1"); }
 
   sensor::Sensor sensor_;
   fs::path directory_, path_;
@@ -59,7 +59,7 @@ TEST_F(RestPoseFile, NoFileIsNoPose) {
 
 TEST_F(RestPoseFile, ComesBackAsItWasSaved) {
   const RestPose saved = pose();
-  ASSERT_TRUE(saveRestPose(path_, saved, sensor_, PixelFormat::kBgr8));
+  ASSERT_TRUE(saveRestPose(path_, saved, sensor_, PixelFormat::kBgr8, "Camera-1"));
   const auto loaded = load();  // RGB8 and BGR8 are one family
   ASSERT_TRUE(loaded) << loaded.error().message();
   ASSERT_TRUE(loaded->has_value());
@@ -75,10 +75,10 @@ TEST_F(RestPoseFile, ComesBackAsItWasSaved) {
 
 TEST_F(RestPoseFile, ANewOneReplacesTheOldAndLeavesNothingBeside) {
   RestPose first = pose();
-  ASSERT_TRUE(saveRestPose(path_, first, sensor_, PixelFormat::kRgb8));
+  ASSERT_TRUE(saveRestPose(path_, first, sensor_, PixelFormat::kRgb8, "Camera-1"));
   first.noise = 3.0F;
   first.id = idOf(first);
-  ASSERT_TRUE(saveRestPose(path_, first, sensor_, PixelFormat::kRgb8));
+  ASSERT_TRUE(saveRestPose(path_, first, sensor_, PixelFormat::kRgb8, "Camera-1"));
   const auto loaded = load();
   ASSERT_TRUE(loaded && loaded->has_value());
   EXPECT_EQ((*loaded)->noise, 3.0F);
@@ -86,7 +86,7 @@ TEST_F(RestPoseFile, ANewOneReplacesTheOldAndLeavesNothingBeside) {
 }
 
 TEST_F(RestPoseFile, EveryTruncationIsNoticed) {
-  ASSERT_TRUE(saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8));
+  ASSERT_TRUE(saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8, "Camera-1"));
   const std::string whole = contents();
   for (std::size_t size = 0; size < whole.size(); size += size < 200 ? 1 : 499) {
     write(whole.substr(0, size));
@@ -99,7 +99,7 @@ TEST_F(RestPoseFile, EveryTruncationIsNoticed) {
 }
 
 TEST_F(RestPoseFile, EveryFlippedBitIsNoticed) {
-  ASSERT_TRUE(saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8));
+  ASSERT_TRUE(saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8, "Camera-1"));
   const std::string whole = contents();
   for (std::size_t at = 0; at < whole.size(); at += at < 200 ? 1 : 97) {
     std::string spoilt = whole;
@@ -113,37 +113,58 @@ TEST_F(RestPoseFile, EveryFlippedBitIsNoticed) {
 }
 
 TEST_F(RestPoseFile, AnotherSensorsOrPicturesIsForeign) {
-  ASSERT_TRUE(saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8));
+  ASSERT_TRUE(saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8, "Camera-1"));
   sensor::Sensor other = sensor_;
   other.layers[0].columns = 12;
   other.layers[0].rows = 48;  // as many markers
-  EXPECT_FALSE(loadRestPose(path_, other, PixelFormat::kRgb8));
+  EXPECT_FALSE(loadRestPose(path_, other, PixelFormat::kRgb8, "Camera-1"));
   other = sensor_;
   other.camera.width = 1280;
-  EXPECT_FALSE(loadRestPose(path_, other, PixelFormat::kRgb8));
+  EXPECT_FALSE(loadRestPose(path_, other, PixelFormat::kRgb8, "Camera-1"));
   for (const PixelFormat format :
        {PixelFormat::kBayerRG8, PixelFormat::kRgb12, PixelFormat::kMono8, PixelFormat::kYuv422_8}) {
-    EXPECT_FALSE(loadRestPose(path_, sensor_, format)) << traitsOf(format).name;
+    EXPECT_FALSE(loadRestPose(path_, sensor_, format, "Camera-1")) << traitsOf(format).name;
   }
   other = sensor_;
   other.layers[0].darker = true;
-  EXPECT_FALSE(loadRestPose(path_, other, PixelFormat::kRgb8));
-  EXPECT_TRUE(loadRestPose(path_, sensor_, PixelFormat::kBgr8));
-  EXPECT_TRUE(loadRestPose(path_, sensor_, PixelFormat::kRgb8));
+  EXPECT_FALSE(loadRestPose(path_, other, PixelFormat::kRgb8, "Camera-1"));
+  EXPECT_TRUE(loadRestPose(path_, sensor_, PixelFormat::kBgr8, "Camera-1"));
+  EXPECT_TRUE(loadRestPose(path_, sensor_, PixelFormat::kRgb8, "Camera-1"));
+}
+
+TEST_F(RestPoseFile, AnotherCamerasIsForeign) {
+  ASSERT_TRUE(saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8, "Camera-1"));
+  for (const char* other : {"Camera-2", "Camera-11", "Camera-", ""}) {
+    const auto loaded = loadRestPose(path_, sensor_, PixelFormat::kRgb8, other);
+    ASSERT_FALSE(loaded);
+    EXPECT_EQ(loaded.error().exitCode, EX_DATAERR);
+    EXPECT_EQ(loaded.error().what, "the rest pose was taken with camera Camera-1, this is " + std::string(other));
+  }
+}
+
+TEST_F(RestPoseFile, AnEarlierVersionDoesNotSayWhoseItIs) {
+  ASSERT_TRUE(saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8, "Camera-1"));
+  std::string bytes = contents();
+  bytes[8] = 2;
+  write(bytes);
+  const auto loaded = load();
+  ASSERT_FALSE(loaded);
+  EXPECT_NE(loaded.error().what.find("earlier version, which does not say whose camera"), std::string::npos);
+  EXPECT_NE(loaded.error().remedy.find("tractionctl zero"), std::string::npos);
 }
 
 TEST_F(RestPoseFile, NumbersThatMakeNoSenseAreNotBelieved) {
   RestPose wrong = pose();
   wrong.position_px[17] = std::numeric_limits<float>::quiet_NaN();
   wrong.id = idOf(wrong);
-  ASSERT_TRUE(saveRestPose(path_, wrong, sensor_, PixelFormat::kRgb8));
+  ASSERT_TRUE(saveRestPose(path_, wrong, sensor_, PixelFormat::kRgb8, "Camera-1"));
   EXPECT_FALSE(load());
 }
 
 TEST_F(RestPoseFile, WhatCannotBeWrittenIsSaid) {
   fs::create_directories(directory_);
   std::ofstream(directory_ / "state") << "a file where the directory should be";
-  const auto saved = saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8);
+  const auto saved = saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8, "Camera-1");
   ASSERT_FALSE(saved);
   EXPECT_EQ(saved.error().exitCode, EX_CANTCREAT);
 }
