@@ -9,8 +9,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
+#include <map>
 #include <set>
 
 namespace tractiond::capture {
@@ -25,20 +28,20 @@ std::string firstLine(const fs::path& path) {
   return line;
 }
 
-/// Its address lies in no network of this host: it was seen, as discovery is broadcast, and cannot be spoken to.
-bool isElsewhere(const std::string& address) {
+/// The interface in whose network an address lies; empty: in none.
+std::string interfaceTowards(const std::string& address) {
   in_addr camera{};
   ifaddrs* all = nullptr;
-  if (inet_pton(AF_INET, address.c_str(), &camera) != 1 || getifaddrs(&all) != 0) return false;
-  bool reached = false;
+  std::string found;
+  if (inet_pton(AF_INET, address.c_str(), &camera) != 1 || getifaddrs(&all) != 0) return found;
   for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
     if (one->ifa_addr == nullptr || one->ifa_netmask == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
     const auto own = reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr.s_addr;
     const auto mask = reinterpret_cast<const sockaddr_in*>(one->ifa_netmask)->sin_addr.s_addr;
-    reached = reached || (own & mask) == (camera.s_addr & mask);
+    if ((own & mask) == (camera.s_addr & mask)) found = one->ifa_name;
   }
   freeifaddrs(all);
-  return !reached;
+  return found;
 }
 
 /// Vendor and model by the camera's description, as Aravis writes them, of cameras whose registers have another byte
@@ -78,6 +81,15 @@ std::string byteOrderNote(ArvDevice* device) {
   return {};
 }
 
+std::string shareAdvice(int cameras, double link_bytes_per_s, int packet_bytes) {
+  if (cameras < 2 || link_bytes_per_s <= 0) return {};
+  const double share = 0.9 * link_bytes_per_s / cameras;
+  const double delay_ns = packet_bytes * (cameras - 1) / link_bytes_per_s * 1e9;
+  return std::to_string(cameras) + " cameras share this link: give each throughput_bytes_per_s = " +
+         std::to_string(std::llround(share)) + ", or packet_delay_ns = " + std::to_string(std::llround(delay_ns)) +
+         " with packets of " + std::to_string(packet_bytes) + " bytes";
+}
+
 std::vector<UsbCamera> usbCameras(const fs::path& sys, const fs::path& dev) {
   std::vector<UsbCamera> cameras;
   std::set<fs::path> seen;
@@ -108,9 +120,10 @@ std::vector<UsbCamera> usbCameras(const fs::path& sys, const fs::path& dev) {
 
 std::vector<CameraSight> inspectCameras(bool withFake) {
   std::vector<CameraSight> all;
+  std::map<std::string, std::vector<std::size_t>> onInterface;  // which of them
   for (const CameraName& name : listCameras(withFake)) {
     CameraSight sight{.name = name, .obstacle = {}, .remedy = {}, .notes = {}};
-    if (name.protocol == "GigEVision" && isElsewhere(name.address)) {
+    if (name.protocol == "GigEVision" && interfaceTowards(name.address).empty()) {
       sight.obstacle = "its address " + name.address + " is in no network of this host";
       sight.remedy = "give it one with \"arv-tool-0.8 network\" or the maker's tool (persistent or forced IP)";
     } else {
@@ -132,7 +145,16 @@ std::vector<CameraSight> inspectCameras(bool withFake) {
           sight.notes.push_back(warning);
       }
     }
+    if (name.protocol == "GigEVision" && sight.obstacle.empty())
+      onInterface[interfaceTowards(name.address)].push_back(all.size());
     all.push_back(std::move(sight));
+  }
+  for (const auto& [interface, sharers] : onInterface) {
+    const double mbit_per_s = std::atof(firstLine(fs::path("/sys/class/net") / interface / "speed").c_str());
+    const int mtu = std::atoi(firstLine(fs::path("/sys/class/net") / interface / "mtu").c_str());
+    const std::string advice = shareAdvice(static_cast<int>(sharers.size()), mbit_per_s * 1e6 / 8, std::min(mtu, 9000));
+    for (const std::size_t one : sharers)
+      if (!advice.empty()) all[one].notes.push_back(advice);
   }
   for (const UsbCamera& usb : usbCameras()) {
     const bool listed = std::any_of(all.begin(), all.end(), [&](const auto& s) { return s.name.serial == usb.serial; });

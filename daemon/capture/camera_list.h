@@ -22,6 +22,9 @@ struct CameraSight {
 /// As listCameras, and USB cameras that may not be opened. Opens each for a moment, so that it knows.
 std::vector<CameraSight> inspectCameras(bool withFake = false);
 
+/// How `cameras` share a link of `link_bytes_per_s`, in words, with the keys that make them.
+std::string shareAdvice(int cameras, double link_bytes_per_s, int packet_bytes);
+
 /// USB3 Vision cameras by their interface class, from the kernel's tables. \param sys normally /sys; \param dev /dev
 struct UsbCamera {
   std::string vendor, product, serial;
