@@ -1,9 +1,10 @@
 // A seed is a spot whose four neighbours lie most nearly where the reference says; the gel is calm there. From it the
 // lattice grows: always the node with the most labelled neighbours is next, its place is continued from theirs by a
 // plane through their displacements, and it takes the one spot that lies there. So steep regions are entered last and
-// from several sides. All labels may then be wrong by whole rows and columns, since a moved picture looks the same
-// inside: each such shift is scored by the markers that would lie beyond the lattice and by those that should be in the
-// picture but are not, a little by how far the picture moved, and by the layers' agreement.
+// from several sides. All labels may then be wrong by any number of rows and columns, since a moved picture looks the
+// same inside: the lattice grows as far as there are spots, and each shift is scored by the markers that would lie
+// beyond the described lattice and by those that should be in the picture but are not. How far the picture moved, and
+// the layers' agreement, count so little that at the start they decide only where the rims cannot be seen.
 #include "daemon/track/labelling.h"
 
 #include <algorithm>
@@ -18,98 +19,110 @@ constexpr float kReach = 0.40F;     // of the spacing, from the expected place t
 constexpr float kRunnerUp = 0.25F;  // of the spacing, by which the next spot must be farther
 constexpr float kSeedReach = 0.35F;
 constexpr int kSeeds = 4;
-constexpr float kOutsideCost = 2.0F;  // a spot that would be no marker; a marker without a spot costs 1
-constexpr float kMoveCost = 0.005F;   // per marker, for a picture that moved by one spacing
-constexpr float kLayerCost = 0.1F;    // per marker, for layers that are one spacing apart
-constexpr float kMargin_px = 6.0F;    // a marker nearer to the border need not be seen
+constexpr float kOutsideCost = 2.0F;      // a spot that would be no marker; a marker without a spot costs 1
+constexpr float kMoveCost = 0.005F;       // per marker, for a picture that moved by one spacing; grows with its square
+constexpr float kFirstMoveCost = 0.002F;  // the same where it is not known how far it lies; grows in proportion
+constexpr float kLayerCost = 0.03F;       // per marker, for layers that are one spacing apart
+constexpr float kMargin_px = 6.0F;        // a marker nearer to the border need not be seen
+constexpr std::size_t kBestShifts = 64;   // of a layer, that are looked at with the other's
+constexpr float kFull = 0.5F;             // of a column's visible nodes, to be one
+constexpr int kFewestOfColumn = 4;        // visible nodes, to say anything of a column
 
 }  // namespace
 
 Labeller::Labeller(const std::vector<Lattice>& lattices, int width_px, int height_px, int spots)
     : width_(static_cast<float>(width_px))
     , height_(static_cast<float>(height_px))
+    , seen_(lattices.size())
     , grid_(width_px, height_px, 16.0F, spots) {
   for (const Lattice& lattice : lattices) {
     Work work;
     work.lattice = lattice;
-    work.wide = {0, lattice.columns + 2 * kSlack, lattice.rows + 2 * kSlack};
-    const auto nodes = static_cast<std::size_t>(work.wide.count());
+    Wide& wide = work.wide;
+    wide.columns = lattice.columns;
+    wide.rows = lattice.rows;
+    wide.slackX = lattice.columns - 2;  // any two pictures of it that share a column
+    wide.slackY = lattice.rows - 2;
+    wide.lattice = {0, lattice.columns + 2 * wide.slackX, lattice.rows + 2 * wide.slackY};
+    const auto nodes = static_cast<std::size_t>(wide.lattice.count());
     work.reference.resize(nodes);
     work.displacement.resize(nodes);
     work.spot.resize(nodes);
-    work.has.resize(nodes);
-    work.tried.resize(nodes);
-    work.neighbours.resize(nodes);
+    for (auto* flags : {&work.has, &work.tried, &work.neighbours, &work.visible}) flags->resize(nodes);
+    work.open.reserve(nodes);
     work.taken.resize(static_cast<std::size_t>(spots));
-    work.visible.resize(nodes);
-    work.score.resize(kShift * kShift);
-    work.mean.resize(kShift * kShift);
+    const auto corners = static_cast<std::size_t>((wide.lattice.columns + 1) * (wide.lattice.rows + 1));
+    work.hasSum.resize(corners);
+    work.missingSum.resize(corners);
+    work.displacementSum.resize(corners);
+    work.shifts.reserve(static_cast<std::size_t>(wide.shifts()));
     works_.push_back(std::move(work));
   }
 }
 
-bool Labeller::label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px, double least,
-                     std::span<Vector> place_px, std::span<std::uint8_t> labelled) {
+bool Labeller::label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px,
+                     bool seenBefore, double least, std::span<Vector> place_px, std::span<std::uint8_t> labelled) {
   for (std::size_t layer = 0; layer < works_.size(); ++layer) {
     prepare(works_[layer], spots[layer], reference_px);
     if (!grow(works_[layer], spots[layer])) return false;
-    scoreShifts(works_[layer]);
+    look(works_[layer]);
+    scoreShifts(works_[layer], seenBefore);
   }
-
-  // Two layers at most: there are two colours.
-  const Work& one = works_.front();
-  const Work& other = works_.back();
-  const float perSpacing2 = 1.0F / (one.spacing * one.spacing);
-  const auto markers = static_cast<float>(one.lattice.count());
-  int bestOne = 0, bestOther = 0;
-  float best = -std::numeric_limits<float>::infinity();
-  for (int a = 0; a < kShift * kShift; ++a) {
-    for (int b = 0; b < kShift * kShift; ++b) {
-      if (works_.size() == 1 && a != b) continue;
-      const float apart2 = (one.mean[a] - other.mean[b]).squared() * perSpacing2;
-      const float score = one.score[a] + other.score[b] - kLayerCost * markers * apart2;
-      if (score > best) {
-        best = score;
-        bestOne = a;
-        bestOther = b;
-      }
-    }
-  }
-
+  chooseShifts();
   for (std::size_t layer = 0; layer < works_.size(); ++layer) {
     const Work& work = works_[layer];
-    const int shift = layer == 0 ? bestOne : bestOther;
-    const int x = shift % kShift - kSlack, y = shift / kShift - kSlack;
+    const int left = work.wide.slackX - work.chosen.x, low = work.wide.slackY - work.chosen.y;
     int found = 0;
     for (int row = 0; row < work.lattice.rows; ++row) {
       for (int column = 0; column < work.lattice.columns; ++column) {
         const int marker = work.lattice.at(column, row);
-        const int node = work.wide.at(column + kSlack - x, row + kSlack - y);
-        const bool inside = work.wide.has(column + kSlack - x, row + kSlack - y) && work.spot[node] >= 0;
-        labelled[marker] = inside ? 1 : 0;
-        if (!inside) continue;
+        const int node = work.wide.lattice.at(column + left, row + low);
+        labelled[marker] = work.has[node];
+        if (!work.has[node]) continue;
         const Spot& spot = spots[layer][work.spot[node]];
         place_px[marker] = {spot.u, spot.v};
         ++found;
       }
     }
     if (found < least * work.lattice.count()) return false;
+    seen_[layer] = extent(work);
+    seen_[layer].markers = found;
   }
   return true;
 }
 
+/// The shifts that fit best, and fit each other. Two layers at most: there are two colours.
+void Labeller::chooseShifts() {
+  Work& one = works_.front();
+  Work& other = works_.back();
+  one.chosen = one.shifts.front();
+  if (works_.size() == 1) return;
+  const float cost = kLayerCost * static_cast<float>(one.lattice.count()) / (one.spacing * one.spacing);
+  float best = -std::numeric_limits<float>::infinity();
+  for (const Shift& a : one.shifts) {
+    for (const Shift& b : other.shifts) {
+      const float score = a.score + b.score - cost * (a.mean - b.mean).squared();
+      if (score <= best) continue;
+      best = score;
+      one.chosen = a;
+      other.chosen = b;
+    }
+  }
+}
+
 void Labeller::prepare(Work& work, std::span<const Spot> spots, std::span<const Vector> reference) {
   const Lattice& lattice = work.lattice;
-  for (int row = 0; row < work.wide.rows; ++row) {
-    for (int column = 0; column < work.wide.columns; ++column) {
-      const int c = std::clamp(column - kSlack, 0, lattice.columns - 1),
-                r = std::clamp(row - kSlack, 0, lattice.rows - 1);
+  const Wide& wide = work.wide;
+  for (int row = 0; row < wide.lattice.rows; ++row) {
+    for (int column = 0; column < wide.lattice.columns; ++column) {
+      const int c = std::clamp(column - wide.slackX, 0, lattice.columns - 1),
+                r = std::clamp(row - wide.slackY, 0, lattice.rows - 1);
       const int inwardC = c > 0 ? c - 1 : c + 1, inwardR = r > 0 ? r - 1 : r + 1;
       const Vector border = reference[lattice.at(c, r)];
-      const auto overC = static_cast<float>(std::abs(column - kSlack - c)),
-                 overR = static_cast<float>(std::abs(row - kSlack - r));
-      work.reference[work.wide.at(column, row)] = border + overC * (border - reference[lattice.at(inwardC, r)]) +
-                                                  overR * (border - reference[lattice.at(c, inwardR)]);
+      const auto overC = static_cast<float>(std::abs(column - wide.slackX - c)),
+                 overR = static_cast<float>(std::abs(row - wide.slackY - r));
+      work.reference[wide.lattice.at(column, row)] = border + overC * (border - reference[lattice.at(inwardC, r)]) +
+                                                     overR * (border - reference[lattice.at(c, inwardR)]);
     }
   }
   const Vector across = reference[lattice.at(lattice.columns - 1, 0)] - reference[lattice.at(0, 0)];
@@ -147,16 +160,18 @@ bool Labeller::grow(Work& work, std::span<const Spot> spots) {
   std::array<Seed, kSeeds> seeds;
   seeds.fill({std::numeric_limits<float>::infinity(), -1, -1});
   const float reach = kSeedReach * work.spacing;
-  for (int row = kSlack + 1; row + 1 < work.wide.rows - kSlack; ++row) {
-    for (int column = kSlack + 1; column + 1 < work.wide.columns - kSlack; ++column) {
-      const int node = work.wide.at(column, row);
+  const Lattice& wide = work.wide.lattice;
+  const int left = work.wide.slackX, low = work.wide.slackY;
+  for (int row = low + 1; row + 1 < wide.rows - low; ++row) {
+    for (int column = left + 1; column + 1 < wide.columns - left; ++column) {
+      const int node = wide.at(column, row);
       const Vector at = work.reference[node];
       float distance = 0.0F;
       const int spot = nearest(work, spots, at, 0.75F * work.spacing, &distance, nullptr);
       if (spot < 0) continue;
       const Vector place{spots[spot].u, spots[spot].v};
       float cost = 0.0F;
-      for (const int neighbour : {node - 1, node + 1, node - work.wide.columns, node + work.wide.columns}) {
+      for (const int neighbour : {node - 1, node + 1, node - wide.columns, node + wide.columns}) {
         const Vector expected = place + (work.reference[neighbour] - at);
         if (nearest(work, spots, expected, reach, &distance, nullptr) < 0) distance = 2.0F * reach;
         cost += distance;
@@ -178,36 +193,40 @@ bool Labeller::grow(Work& work, std::span<const Spot> spots) {
 }
 
 void Labeller::setSpot(Work& work, std::span<const Spot> spots, int node, int spot) {
+  const Lattice& wide = work.wide.lattice;
   work.spot[node] = spot;
   work.has[node] = 1;
   work.taken[spot] = 1;
   work.displacement[node] = Vector{spots[spot].u, spots[spot].v} - work.reference[node];
-  const int column = node % work.wide.columns, row = node / work.wide.columns;
+  const int column = node % wide.columns, row = node / wide.columns;
   for (int y = -1; y <= 1; ++y) {
     for (int x = -1; x <= 1; ++x) {
-      if (work.wide.has(column + x, row + y)) ++work.neighbours[work.wide.at(column + x, row + y)];
+      if (!wide.has(column + x, row + y)) continue;
+      const int beside = wide.at(column + x, row + y);
+      if (work.neighbours[beside]++ == 0) work.open.push_back(beside);
     }
   }
 }
 
 int Labeller::growFrom(Work& work, std::span<const Spot> spots, int seed, int spot) {
+  const Lattice& wide = work.wide.lattice;
   std::fill(work.spot.begin(), work.spot.end(), -1);
-  std::fill(work.has.begin(), work.has.end(), std::uint8_t{0});
-  std::fill(work.tried.begin(), work.tried.end(), std::uint8_t{0});
-  std::fill(work.neighbours.begin(), work.neighbours.end(), std::uint8_t{0});
-  std::fill(work.taken.begin(), work.taken.end(), std::uint8_t{0});
+  for (auto* flags : {&work.has, &work.tried, &work.neighbours, &work.taken}) {
+    std::fill(flags->begin(), flags->end(), std::uint8_t{0});
+  }
+  work.open.clear();
   setSpot(work, spots, seed, spot);
   int grown = 1;
   for (;;) {
+    std::erase_if(work.open, [&](int node) { return work.has[node] != 0; });
     int next = -1;
-    for (int node = 0; node < work.wide.count(); ++node) {
-      if (work.has[node] || work.neighbours[node] <= work.tried[node]) continue;
+    for (const int node : work.open) {
+      if (work.neighbours[node] <= work.tried[node]) continue;
       if (next < 0 || work.neighbours[node] > work.neighbours[next]) next = node;
     }
     if (next < 0) return grown;
     work.tried[next] = work.neighbours[next];
-    const auto expected =
-        expectation(work.wide, next % work.wide.columns, next / work.wide.columns, work.displacement, work.has);
+    const auto expected = expectation(wide, next % wide.columns, next / wide.columns, work.displacement, work.has);
     if (!expected) continue;
     float distance = 0.0F, second = 0.0F;
     const int found =
@@ -218,44 +237,130 @@ int Labeller::growFrom(Work& work, std::span<const Spot> spots, int seed, int sp
   }
 }
 
-void Labeller::scoreShifts(Work& work) const {
-  for (int node = 0; node < work.wide.count(); ++node) {
-    if (work.has[node]) continue;
-    const auto expected =
-        expectation(work.wide, node % work.wide.columns, node / work.wide.columns, work.displacement, work.has);
-    const Vector place = work.reference[node] + (expected ? expected->value : Vector{});
-    const bool visible =
-        place.u > kMargin_px && place.v > kMargin_px && place.u < width_ - kMargin_px && place.v < height_ - kMargin_px;
-    work.visible[node] = visible ? 1.0F : 0.0F;
+/// Which nodes the picture ought to show, and the sums.
+void Labeller::look(Work& work) const {
+  const Lattice& wide = work.wide.lattice;
+  // Far from all spots the nearest tell: the whole lattice's mean motion by a plane, from all nodes that have a spot.
+  Vector mean, byX, byY;
+  float n = 0, mx = 0, my = 0;
+  for (int node = 0; node < wide.count(); ++node) {
+    if (!work.has[node]) continue;
+    n += 1.0F;
+    mx += static_cast<float>(node % wide.columns);
+    my += static_cast<float>(node / wide.columns);
+    mean = mean + work.displacement[node];
   }
-  const auto perSpacing2 = 1.0F / (work.spacing * work.spacing);
-  for (int shift = 0; shift < kShift * kShift; ++shift) {
-    const int x = shift % kShift - kSlack, y = shift / kShift - kSlack;
-    float score = 0.0F;
-    Vector sum;
-    int inside = 0;
-    for (int row = 0; row < work.wide.rows; ++row) {
-      for (int column = 0; column < work.wide.columns; ++column) {
-        const int node = work.wide.at(column, row);
-        const int toColumn = column - kSlack + x, toRow = row - kSlack + y;  // in the true lattice
-        const bool marker = work.lattice.has(toColumn, toRow);
-        if (work.has[node]) {
-          if (!marker) {
-            score -= kOutsideCost;
-            continue;
-          }
-          const Vector place = work.reference[node] + work.displacement[node];
-          sum = sum + (place - work.reference[work.wide.at(toColumn + kSlack, toRow + kSlack)]);
-          ++inside;
-        } else if (marker) {
-          score -= work.visible[node];
-        }
+  mx /= n;
+  my /= n;
+  mean = (1.0F / n) * mean;
+  float xx = 1.0F, xy = 0.0F, yy = 1.0F;
+  for (int node = 0; node < wide.count(); ++node) {
+    if (!work.has[node]) continue;
+    const float x = static_cast<float>(node % wide.columns) - mx, y = static_cast<float>(node / wide.columns) - my;
+    xx += x * x;
+    xy += x * y;
+    yy += y * y;
+    byX = byX + x * (work.displacement[node] - mean);
+    byY = byY + y * (work.displacement[node] - mean);
+  }
+  const float inverse = 1.0F / (xx * yy - xy * xy);
+  const Vector slopeX = inverse * (yy * byX - xy * byY), slopeY = inverse * (xx * byY - xy * byX);
+
+  const int pitch = wide.columns + 1;
+  for (int row = 0; row < wide.rows; ++row) {
+    for (int column = 0; column < wide.columns; ++column) {
+      const int node = wide.at(column, row);
+      Vector moved = work.displacement[node];
+      if (!work.has[node]) {
+        const auto expected = expectation(wide, column, row, work.displacement, work.has);
+        moved = expected ? expected->value
+                         : mean + (static_cast<float>(column) - mx) * slopeX + (static_cast<float>(row) - my) * slopeY;
       }
+      const Vector place = work.reference[node] + moved;
+      const bool inside = place.u > kMargin_px && place.v > kMargin_px && place.u < width_ - kMargin_px &&
+                          place.v < height_ - kMargin_px;
+      work.visible[node] = inside ? 1 : 0;
+      const int before = row * pitch + column, here = before + pitch + 1;
+      const auto sum = [&](auto& sums, auto value) {
+        sums[here] = sums[here - 1] + sums[before + 1] - sums[before] + value;
+      };
+      sum(work.hasSum, static_cast<int>(work.has[node]));
+      sum(work.missingSum, inside && !work.has[node] ? 1 : 0);
+      sum(work.displacementSum, work.has[node] ? moved : Vector{});
     }
-    const Vector mean = inside > 0 ? (1.0F / static_cast<float>(inside)) * sum : Vector{};
-    work.mean[shift] = mean;
-    work.score[shift] = score - kMoveCost * static_cast<float>(work.lattice.count()) * mean.squared() * perSpacing2;
   }
+}
+
+void Labeller::scoreShifts(Work& work, bool seenBefore) const {
+  const Wide& wide = work.wide;
+  const Lattice& lattice = work.lattice;
+  const int pitch = wide.lattice.columns + 1;
+  const int grown = work.hasSum.back();
+  const auto referenceAt = [&](int column, int row) {
+    return work.reference[wide.lattice.at(column + wide.slackX, row + wide.slackY)];
+  };
+  const Vector acrossX = (1.0F / static_cast<float>(lattice.columns - 1)) *
+                         (referenceAt(lattice.columns - 1, lattice.rows / 2) - referenceAt(0, lattice.rows / 2));
+  const Vector acrossY = (1.0F / static_cast<float>(lattice.rows - 1)) *
+                         (referenceAt(lattice.columns / 2, lattice.rows - 1) - referenceAt(lattice.columns / 2, 0));
+  work.shifts.clear();
+  for (int shift = 0; shift < wide.shifts(); ++shift) {
+    const int x = wide.xOf(shift), y = wide.yOf(shift);
+    const int low = (wide.slackY - y) * pitch + wide.slackX - x, high = low + lattice.rows * pitch;
+    const auto within = [&](const auto& sums) {
+      return sums[high + lattice.columns] - sums[high] - sums[low + lattice.columns] + sums[low];
+    };
+    const int inside = within(work.hasSum);
+    if (inside == 0) continue;
+    const Vector mean = (1.0F / static_cast<float>(inside)) * within(work.displacementSum) -
+                        static_cast<float>(x) * acrossX - static_cast<float>(y) * acrossY;
+    const float moved = std::sqrt(mean.squared()) / work.spacing;
+    const float cost = seenBefore ? kMoveCost * moved * moved : kFirstMoveCost * moved;
+    const float score = -kOutsideCost * static_cast<float>(grown - inside) -
+                        static_cast<float>(within(work.missingSum)) - cost * static_cast<float>(lattice.count());
+    work.shifts.push_back({score, x, y, mean});
+  }
+  const std::size_t best = std::min(kBestShifts, work.shifts.size());
+  std::partial_sort(work.shifts.begin(), work.shifts.begin() + static_cast<std::ptrdiff_t>(best), work.shifts.end(),
+                    [](const Shift& a, const Shift& b) { return a.score > b.score; });
+  work.shifts.resize(best);
+}
+
+/// A column is there if most of its nodes that the picture could show have spots; where it could show few, it is
+/// believed to be as described.
+LatticeSeen Labeller::extent(const Work& work) const {
+  const Wide& wide = work.wide;
+  const int left = wide.slackX - work.chosen.x, low = wide.slackY - work.chosen.y;
+  // Share of the line's visible nodes that have a spot; -1: too few could be seen.
+  const auto share = [&](bool column, int index) {
+    const int length = column ? work.lattice.rows : work.lattice.columns;
+    int visible = 0, there = 0;
+    for (int i = 0; i < length; ++i) {
+      const int x = left + (column ? index : i), y = low + (column ? i : index);
+      if (!wide.lattice.has(x, y)) return -1.0F;
+      const int node = wide.lattice.at(x, y);
+      if (!work.visible[node]) continue;
+      ++visible;
+      there += work.has[node];
+    }
+    return visible < kFewestOfColumn ? -1.0F : static_cast<float>(there) / static_cast<float>(visible);
+  };
+  const auto count = [&](bool column, int described) {
+    int seen = described;
+    for (const int step : {-1, 1}) {
+      const int rim = step < 0 ? 0 : described - 1;
+      int beyond = 0, missing = 0;
+      while (share(column, rim + step * (beyond + 1)) >= kFull) ++beyond;
+      while (missing < described) {
+        const float there = share(column, rim - step * missing);
+        if (there < 0.0F || there >= kFull) break;
+        ++missing;
+      }
+      seen += beyond - missing;
+    }
+    return seen;
+  };
+  return {count(true, work.lattice.columns), count(false, work.lattice.rows), 0};
 }
 
 }  // namespace tractiond::track

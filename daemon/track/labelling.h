@@ -9,26 +9,53 @@
 
 namespace tractiond::track {
 
+/// How many columns and rows of markers the picture shows, whatever the sensor's description says. Those that would lie
+/// outside the picture count as there.
+struct LatticeSeen {
+  int columns = 0, rows = 0;
+  int markers = 0;  ///< of the lattice described, labelled
+};
+
 /// Thread-bound. Allocates only in the constructor.
 class Labeller {
  public:
   Labeller(const std::vector<Lattice>& lattices, int width_px, int height_px, int spots);
 
-  /// `spots`: what was found of each layer's colour. `reference_px`: where the markers are expected, all layers; the
-  /// picture may be moved, turned and scaled against it, and the gel deformed, as long as neighbours' displacements
-  /// differ by less than about 0.4 of the spacing. Writes places and `labelled` (0 or 1), all layers.
+  /// `spots`: what was found of each layer's colour. `reference_px`: where the markers are expected, all layers. The
+  /// picture may lie anywhere against it, and be turned and scaled, and the gel deformed, as long as neighbours'
+  /// displacements differ by less than about 0.4 of the spacing. `seenBefore`: the reference is that of an earlier
+  /// picture, from which this one is not far. Writes places and `labelled` (0 or 1), all layers.
   /// False: some layer shows fewer than `least` of its markers; the outputs then mean nothing.
-  bool label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px, double least,
-             std::span<Vector> place_px, std::span<std::uint8_t> labelled);
+  bool label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px, bool seenBefore,
+             double least, std::span<Vector> place_px, std::span<std::uint8_t> labelled);
+
+  /// By the last label() that succeeded, one per layer.
+  std::span<const LatticeSeen> seen() const { return seen_; }
 
  private:
-  static constexpr int kSlack = 3;  ///< nodes beyond the lattice on each side: the seed's label may be wrong by it
-  static constexpr int kShift = 2 * kSlack + 1;
+  /// A lattice that continues that of a layer by `slack` on all sides, and a sum over each rectangle of it.
+  struct Wide {
+    int columns = 0, rows = 0;  ///< of the layer's lattice
+    int slackX = 0, slackY = 0;
+    Lattice lattice;  ///< first = 0
 
-  /// One layer while it is labelled, on a lattice that is kSlack wider on all sides.
+    int shiftsX() const { return 2 * slackX + 1; }
+    int shifts() const { return shiftsX() * (2 * slackY + 1); }
+    int xOf(int shift) const { return shift % shiftsX() - slackX; }
+    int yOf(int shift) const { return shift / shiftsX() - slackY; }
+  };
+
+  /// All labels moved by (x, y): how well the picture fits, and how far it then lies from the reference.
+  struct Shift {
+    float score = 0.0F;
+    int x = 0, y = 0;
+    Vector mean;  ///< px
+  };
+
+  /// One layer while it is labelled.
   struct Work {
-    Lattice lattice;                ///< the true one
-    Lattice wide;                   ///< with slack; first = 0
+    Lattice lattice;  ///< the true one
+    Wide wide;
     float spacing = 0.0F;           ///< px
     std::vector<Vector> reference;  ///< continued beyond the true lattice
     std::vector<Vector> displacement;
@@ -36,10 +63,13 @@ class Labeller {
     std::vector<std::uint8_t> has;         ///< spot >= 0
     std::vector<std::uint8_t> tried;       ///< number of labelled neighbours when it was last tried
     std::vector<std::uint8_t> neighbours;  ///< labelled ones among the eight nearest
+    std::vector<int> open;                 ///< nodes without a spot beside one with
     std::vector<std::uint8_t> taken;       ///< of a spot
-    std::vector<float> visible;            ///< of a node without a spot: 1 if its place is well within the picture
-    std::vector<float> score;              ///< kShift x kShift: how well the picture fits if all labels move by (x, y)
-    std::vector<Vector> mean;              ///< kShift x kShift: mean displacement then
+    std::vector<std::uint8_t> visible;     ///< of a node: its place is well within the picture
+    std::vector<int> hasSum, missingSum;   ///< of all nodes before, both ways: with a spot; visible without one
+    std::vector<Vector> displacementSum;
+    std::vector<Shift> shifts;  ///< the best, best first
+    Shift chosen;
   };
 
   void prepare(Work& work, std::span<const Spot> spots, std::span<const Vector> reference);
@@ -48,10 +78,14 @@ class Labeller {
   int nearest(const Work& work, std::span<const Spot> spots, Vector place, float reach, float* distance,
               float* second) const;
   void setSpot(Work& work, std::span<const Spot> spots, int node, int spot);
-  void scoreShifts(Work& work) const;
+  void look(Work& work) const;
+  void scoreShifts(Work& work, bool seenBefore) const;
+  void chooseShifts();
+  LatticeSeen extent(const Work& work) const;
 
   float width_, height_;
   std::vector<Work> works_;
+  std::vector<LatticeSeen> seen_;
   PointGrid grid_;
 };
 

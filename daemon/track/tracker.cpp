@@ -166,8 +166,8 @@ bool Tracker::acquire() {
     layer.spots.assign(found.begin(), found.end());
     spots[i] = layer.spots;
   }
-  if (!labeller_.label(std::span(spots).first(layers_.size()), haveRest_ ? rest_ : nominal_, kLabelled, labelPlace_,
-                       labelled_)) {
+  if (!labeller_.label(std::span(spots).first(layers_.size()), haveRest_ ? rest_ : nominal_, haveRest_, kLabelled,
+                       labelPlace_, labelled_)) {
     return false;
   }
   place_ = labelPlace_;
