@@ -111,7 +111,8 @@ tl::expected<void, Error> Instrument::build() {
                                                   [this](const auto& step) {
                                                     camera_->ask(step);
                                                     cameraAsked_ = true;
-                                                  }});
+                                                  },
+                                              .snapshot = [this] { gelWatch_->askSnapshot(); }});
   if (!server) return tl::unexpected(server.error());
   controlServer_ = *std::move(server);
 
@@ -121,7 +122,12 @@ tl::expected<void, Error> Instrument::build() {
   inverse_ = *std::move(inverse);
   description_.calibrated_ns = inverse_.computed_ns;
   publisher_->describe(description_);
-  tracker_ = std::make_unique<track::Tracker>(sensor_, config.track);
+  track::TrackOptions tracking = config.track;
+  tracking.awaitJudge = true;  // nothing is measured from a zero that the gel file may not fit
+  tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
+  gelWatch_ = std::make_unique<GelWatch>(sensor_, *tracker_, newestMarkerStatus_, [this](const auto& result) {
+    controlServer_->answerSnapshot(result, sensor_);
+  });
   solver_ = std::make_unique<solve::Solver>(inverse_, sensor_, config.solve);
   description_.detectionLimit_N = solver_->detectionLimit_N();
   publisher_->describe(description_);
@@ -135,6 +141,7 @@ tl::expected<void, Error> Instrument::build() {
               [this](const Frame& frame, MarkerField& markers) {
                 const bool tracked = tracker_->track(frame, markers) == track::Outcome::kTracked;
                 tracked_.add();
+                gelWatch_->takeFrame(frame);
                 if (!tracked) return false;
                 newestMarkers_.put(markers);  // while control takes one, this one is not seen there
                 return true;
@@ -147,7 +154,8 @@ tl::expected<void, Error> Instrument::build() {
       PipelineOptions{.markers = sensor_.markerCount(),
                       .nodes = sensor_.nodes.count(),
                       // Of a recording every picture counts; a camera's newest does.
-                      .whenFull = config.camera.images.empty() ? WhenFull::kEvictOldest : WhenFull::kWait}, ledger_, turns_);
+                      .whenFull = config.camera.images.empty() ? WhenFull::kEvictOldest : WhenFull::kWait},
+      ledger_, turns_);
   return {};
 }
 
@@ -160,16 +168,15 @@ tl::expected<void, Error> Instrument::openCamera() {
       spdlog::info(line);
   };
   const bool piped = !options.images.empty();
-  auto camera = capture::Camera::open(piped ? capture::fromPipe({.path = options.images,
-                                                                 .format = options.pixelFormat,
-                                                                 .width = options.width,
-                                                                 .height = options.height,
-                                                                 .buffers = options.buffers})
-                                            : capture::fromAravis(options),
-                                      {.wait = options.wait && !piped,
-                                       .silenceTimeout_ms = options.silenceTimeout_ms,
-                                       .buffers = options.buffers},
-                                      ledger_, say, [this](const auto& info) { return welcome(info); });
+  auto camera = capture::Camera::open(
+      piped ? capture::fromPipe({.path = options.images,
+                                 .format = options.pixelFormat,
+                                 .width = options.width,
+                                 .height = options.height,
+                                 .buffers = options.buffers})
+            : capture::fromAravis(options),
+      {.wait = options.wait && !piped, .silenceTimeout_ms = options.silenceTimeout_ms, .buffers = options.buffers},
+      ledger_, say, [this](const auto& info) { return welcome(info); });
   if (!camera) return tl::unexpected(camera.error());
   camera_ = *std::move(camera);
   return {};
@@ -178,10 +185,11 @@ tl::expected<void, Error> Instrument::openCamera() {
 tl::expected<void, Error> Instrument::welcome(const capture::CameraInfo& info) {
   const sensor::Camera& expected = sensor_.camera;
   if (info.shape.width != expected.width || info.shape.height != expected.height) {
-    return tl::unexpected(Error{.exitCode = EX_CONFIG,
-                                .what = fmt::format("the camera's picture is {} x {} pixels, the gel's is {} x {}",
-                                                    info.shape.width, info.shape.height, expected.width, expected.height),
-                                .remedy = "set camera.width_px and camera.height_px, or describe the gel's camera"});
+    return tl::unexpected(
+        Error{.exitCode = EX_CONFIG,
+              .what = fmt::format("the camera's picture is {} x {} pixels, the gel's is {} x {}", info.shape.width,
+                                  info.shape.height, expected.width, expected.height),
+              .remedy = "set camera.width_px and camera.height_px, or describe the gel's camera"});
   }
   if (auto possible = track::trackable(sensor_, info.format); !possible) return possible;
   const std::string id = calibrate::cameraId(info.name.vendor, info.name.serial);
@@ -234,7 +242,8 @@ tl::expected<void, Error> Instrument::stop() {
 }
 
 void Instrument::control(std::chrono::milliseconds timeout) {
-  controlServer_->serve(procedures_->hurried() || cameraAsked_ ? std::min(timeout, kHurriedTurn) : timeout);
+  controlServer_->serve(procedures_->hurried() || gelWatch_->hurried() || cameraAsked_ ? std::min(timeout, kHurriedTurn)
+                                                                                       : timeout);
   meetCamera();
   if (cameraAsked_) {
     if (const auto answer = camera_->takeAnswer()) {
@@ -243,6 +252,7 @@ void Instrument::control(std::chrono::milliseconds timeout) {
     }
   }
   procedures_->turn();
+  gelWatch_->turn();
 }
 
 /// Each session anew: it may have come back with other values.
@@ -283,7 +293,13 @@ void Instrument::makeProcedures() {
           .cancelZero = [this] { return tracker_->cancelZero(); },
           .zeroState = [this] { return tracker_->zeroState(); },
           .takeRestPose = [this](RestPose& pose) { return tracker_->takeRestPose(pose); },
-          .judge = [this](const RestPose& pose) { return calibrate::touchIn(sensor_, pose); },
+          .judge =
+              [this](const RestPose& pose) {
+                std::string doubt = gelWatch_->judge(pose);
+                const std::string touch = calibrate::touchIn(sensor_, pose);
+                if (!doubt.empty() && !touch.empty()) doubt += "; ";
+                return doubt + touch;
+              },
           .describe =
               [this](const RestPose& pose) {
                 description_.zero = pose;
@@ -291,8 +307,8 @@ void Instrument::makeProcedures() {
               },
           .keep =
               [this](const RestPose& pose) {
-                return track::saveRestPose(track::restPosePath(stateDirectory_), pose, sensor_,
-                                           camera_->info()->format, cameraId_);
+                return track::saveRestPose(track::restPosePath(stateDirectory_), pose, sensor_, camera_->info()->format,
+                                           cameraId_);
               },
           .answerZero = [this](const auto& result,
                                const std::string& remark) { controlServer_->answerZero(result, remark); },
@@ -302,11 +318,13 @@ void Instrument::makeProcedures() {
 
 publish::Vitals Instrument::vitals() {
   watched_.take(lastWatched_);
+  newestMarkerStatus_.take(markerStatus_);
   if (camera_) camera_->takeVitals(cameraVitals_);
   return {.camera = cameraVitals_,
           .turns = {turns_.capture.get(), turns_.track.get(), turns_.solve.get(), turns_.publish.get(),
                     turns_.control.get()},
           .drift = lastWatched_.drift,
+          .markers = markerStatus_,
           .zeroWithin_s = lastWatched_.zeroWithin_s};
 }
 

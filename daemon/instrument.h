@@ -3,6 +3,7 @@
 
 #include "daemon/capture/camera.h"
 #include "daemon/config.h"
+#include "daemon/gel_watch.h"
 #include "daemon/instance.h"
 #include "daemon/pipeline.h"
 #include "daemon/procedures.h"
@@ -62,9 +63,10 @@ class Instrument {
   solve::Inverse inverse_;
   std::unique_ptr<track::Tracker> tracker_;
   std::unique_ptr<solve::Solver> solver_;
-  Mailbox<MarkerField> newestMarkers_;  // from the tracking thread to control
-  Mailbox<Watched> watched_;            // from control to the publishing thread
-  Counter tracked_;                     // frames that the tracker has looked at
+  Mailbox<MarkerField> newestMarkers_;                 // from the tracking thread to control
+  Mailbox<Watched> watched_;                           // from control to the publishing thread
+  Mailbox<publish::MarkerStatus> newestMarkerStatus_;  // the same
+  Counter tracked_;                                    // frames that the tracker has looked at
   std::unique_ptr<publish::Publisher> publisher_;
   std::unique_ptr<publish::ControlServer> controlServer_;
   std::unique_ptr<capture::Camera> camera_;
@@ -72,12 +74,14 @@ class Instrument {
 
   // The control thread's own.
   std::unique_ptr<Procedures> procedures_;
+  std::unique_ptr<GelWatch> gelWatch_;
   unsigned describedSession_ = 0;  // of the camera
   bool cameraAsked_ = false;
 
   // The publishing thread's own.
   Watched lastWatched_;
   CameraVitals cameraVitals_;
+  publish::MarkerStatus markerStatus_;
 };
 
 }  // namespace tractiond

@@ -27,6 +27,41 @@ const char* sentence(CameraState state) {
   return "camera not opened yet";
 }
 
+const char* nameOf(Colour colour) {
+  switch (colour) {
+  case Colour::kBlue:
+    return "blue";
+  case Colour::kRed:
+    return "red";
+  case Colour::kGreen:
+    return "green";
+  case Colour::kGrey:
+    return "grey";
+  case Colour::kUnknown:
+    break;
+  }
+  return "unknown";
+}
+
+void printMarkers(const MarkerStatus& markers) {
+  if (markers.layers.empty()) return;
+  std::string text;
+  for (const MarkerStatus::Layer& layer : markers.layers) {
+    if (!text.empty()) text += ", ";
+    text += std::string(nameOf(layer.colour)) + " " + std::to_string(layer.found) + " of " +
+            std::to_string(layer.expected) + " (" + std::to_string(layer.inZero) + " in the zero)";
+  }
+  std::printf("markers   %s\n", text.c_str());
+  if (!markers.remark.empty()) std::printf("          %s\n", markers.remark.c_str());
+  for (const MarkerStatus::Finding& finding : markers.findings) {
+    if (!finding.contradicts) continue;
+    std::printf("          %s: %.5g by the gel file, %.5g by the picture", finding.name.c_str(), finding.expected,
+                finding.seen);
+    if (finding.deviation > 0.0) std::printf(" +- %.2g", finding.deviation);
+    std::printf("\n");
+  }
+}
+
 std::string sentence(const Status& status) {
   return sentence(status.camera) + (status.cameraWhy.empty() ? std::string() : " (" + status.cameraWhy + ")");
 }
@@ -72,6 +107,7 @@ void print(const Status& status) {
   std::printf("camera    %llu frames never arrived, %llu reconnects\n", Count{ledger.missing},
               Count{ledger.reconnects});
   if (status.cameraLink) print(*status.cameraLink);
+  printMarkers(status.markers);
   if (const auto& drift = status.restDrift) {
     std::printf("zero      drifted by (%+.3f, %+.3f) px, scale %+.1e, roll %+.1e rad, markers %.3f px; untouched "
                 "%.0f s ago\n",

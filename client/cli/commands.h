@@ -26,6 +26,8 @@ class NoCamera : public std::runtime_error {
 
 /// \throws NoCamera after it was printed, where no field can come
 void status(const ControlOptions& options, bool json);
+/// The next picture as a PNG file; `marked`: with what was found in it.
+void snapshot(const ControlOptions& options, const std::string& path, bool marked);
 void describe(const ControlOptions& options);
 void zero(const ControlOptions& options, bool json);
 

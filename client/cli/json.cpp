@@ -149,6 +149,7 @@ void put(Json& json, const char* topic, const Header& header) {
   if (header.flags & kTorn) json.string("torn");
   if (header.flags & kUnexplained) json.string("unexplained");
   if (header.flags & kOutOfRange) json.string("out_of_range");
+  if (header.flags & kGelMismatch) json.string("gel_mismatch");
   json.close(']');
   json.key("camera_frame_id").number(header.cameraFrameId);
   json.key("frame_number").number(header.frameNumber);
@@ -373,6 +374,27 @@ void put(Json& json, const Status& status) {
     json.null();
   }
   json.key("zero_within_s").number(status.zeroWithin_s);
+  constexpr std::array<const char*, 5> kColours = {"unknown", "blue", "red", "green", "grey"};
+  json.key("markers").open('{').key("layers").open('[');
+  for (const MarkerStatus::Layer& layer : status.markers.layers) {
+    json.open('{').key("colour").string(kColours[static_cast<std::size_t>(layer.colour)]);
+    json.key("expected").number(layer.expected);
+    json.key("found").number(layer.found);
+    json.key("in_zero").number(layer.inZero);
+    json.key("columns").number(layer.columns);
+    json.key("rows").number(layer.rows).close('}');
+  }
+  json.close(']');
+  json.key("remark").string(status.markers.remark);
+  json.key("findings").open('[');
+  for (const MarkerStatus::Finding& finding : status.markers.findings) {
+    json.open('{').key("name").string(finding.name);
+    json.key("expected").number(finding.expected);
+    json.key("seen").number(finding.seen);
+    json.key("deviation").number(finding.deviation);
+    json.key("contradicts").boolean(finding.contradicts).close('}');
+  }
+  json.close(']').close('}');
   json.key("rest_drift");
   if (const auto& drift = status.restDrift) {
     json.open('{');

@@ -203,6 +203,14 @@ int main(int argc, char** argv) try {
                  "the newest field alone, from the endpoint 'latest': what is read late is replaced");
   auto* status = app.add_subcommand("status", "Tells how the daemon does, and where every frame went");
   status->add_flag("--json", json, "as JSON");
+  std::string picturePath;
+  bool marked = false;
+  auto* snapshot = app.add_subcommand("snapshot", "Writes what the camera sees now as a PNG file");
+  snapshot->add_option("file", picturePath, "to write; an old one is replaced")->required();
+  snapshot->add_flag(
+      "--marked", marked,
+      "with rings in their colour around the markers found, crosses where they are lost, small dots where "
+      "the gel file has them, squares around whatever else looks like one");
   auto* describe = app.add_subcommand("describe", "Prints the sensor's description as JSON");
   describe->add_flag("--json", json, "as it is anyway");
   auto* zero = app.add_subcommand("zero", "Takes what the camera sees now as the unloaded gel");
@@ -238,6 +246,7 @@ int main(int argc, char** argv) try {
     }
     if (echo->parsed()) cli::echo(subscription, names.at(topic), count);
     if (status->parsed()) cli::status(control, json);
+    if (snapshot->parsed()) cli::snapshot(control, picturePath, marked);
     if (describe->parsed()) cli::describe(control);
     if (zero->parsed()) cli::zero(control, json);
     if (trigger->parsed()) cli::trigger(control);

@@ -132,6 +132,7 @@ std::vector<std::string> warnings(const Scene& scene, std::int64_t now_ns) {
   if (flags & kReacquiring) texts.push_back("markers labelled anew");
   if (flags & kTorn) texts.push_back("picture torn");
   if (flags & kUnexplained) texts.push_back("no forces explain this picture");
+  if (flags & kGelMismatch) texts.push_back("not the gel of the gel file: see tractionctl status");
   if (flags & kOutOfRange) texts.push_back("beyond the range of known uncertainty");
   if (flags & kDiscontinuity) texts.push_back("frames were lost before this one");
   return texts;

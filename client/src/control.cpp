@@ -105,6 +105,10 @@ std::chrono::milliseconds Control::zeroTakes() const {
   }
 }
 
+Snapshot Control::snapshot() const {
+  return decodeSnapshotReply(ask(options_, encodeRequest(Request::kSnapshot), options_.zeroTimeout));
+}
+
 CalibrationReport Control::calibrate(const CalibrationStep& step) const {
   constexpr double kPatience_s = 60.0;  // the daemon's for a weight, where none is said
   const bool looks = step.kind == CalibrationStep::Kind::kWeight || step.kind == CalibrationStep::Kind::kNoise;

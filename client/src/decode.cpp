@@ -250,6 +250,15 @@ Status statusOf(const pb::Status& from) {
     status.restDrift = RestDrift{drift.shift_u_px(), drift.shift_v_px(), drift.scale(),
                                  drift.roll_rad(),   drift.rms_px(),     drift.age_s()};
   }
+  for (const pb::LayerStatus& layer : from.markers().layers()) {
+    status.markers.layers.push_back(
+        {colourOf(layer.colour()), layer.expected(), layer.found(), layer.in_zero(), layer.columns(), layer.rows()});
+  }
+  status.markers.remark = from.markers().remark();
+  for (const pb::GelFinding& finding : from.markers().findings()) {
+    status.markers.findings.push_back(
+        {finding.name(), finding.expected(), finding.seen(), finding.deviation(), finding.contradicts()});
+  }
   status.turns = {turns.capture(), turns.track(), turns.solve(), turns.publish(), turns.control()};
   return status;
 }
@@ -424,6 +433,9 @@ std::string encodeRequest(Request request) {
   case Request::kZero:
     message.mutable_zero();
     break;
+  case Request::kSnapshot:
+    message.mutable_snapshot();
+    break;
   }
   return message.SerializeAsString();
 }
@@ -496,6 +508,42 @@ ZeroResult decodeZeroReply(std::string_view bytes) {
   const pb::Reply reply = replyOf(bytes, pb::Reply::kZero);
   const pb::ZeroReply& from = reply.zero();
   return {zeroOf(from.zero()), from.markers_present(), from.markers_expected(), from.noise_levels(), from.remark()};
+}
+
+Snapshot decodeSnapshotReply(std::string_view bytes) {
+  const pb::Reply reply = replyOf(bytes, pb::Reply::kSnapshot);
+  const pb::SnapshotReply& from = reply.snapshot();
+  Snapshot snapshot;
+  snapshot.width = from.width();
+  snapshot.height = from.height();
+  snapshot.channels = from.channels();
+  snapshot.reduced = std::max(from.reduced(), 1U);
+  const auto size = std::uint64_t{from.width()} * from.height() * from.channels();
+  require((from.channels() == 1 || from.channels() == 3) && from.levels().size() == size,
+          "the picture has not the size that it says");
+  snapshot.levels.assign(from.levels().begin(), from.levels().end());
+  snapshot.pixelFormat = from.pixel_format();
+  snapshot.frameNumber = from.frame_number();
+  snapshot.receivedReal_ns = from.received_real_ns();
+  const auto colourAt = [&from](char layer) {
+    const int index = static_cast<unsigned char>(layer);
+    return index < from.colours_size() ? colourOf(from.colours(index)) : Colour::kUnknown;
+  };
+  const auto placeOf = [](const auto& places, std::size_t i) {
+    return std::array<float, 2>{places[static_cast<int>(2 * i)], places[static_cast<int>(2 * i + 1)]};
+  };
+  const std::size_t markers = from.marker_state().size(), spots = from.spot_layer().size();
+  require(from.marker_layer().size() == markers && static_cast<std::size_t>(from.place_px_size()) == 2 * markers &&
+              static_cast<std::size_t>(from.spot_px_size()) == 2 * spots,
+          "the picture's arrays have different sizes");
+  for (std::size_t i = 0; i < markers; ++i) {
+    snapshot.markers.push_back({placeOf(from.place_px(), i), colourAt(from.marker_layer()[i]),
+                                static_cast<Snapshot::MarkerState>(std::min<char>(from.marker_state()[i], 3))});
+  }
+  for (std::size_t i = 0; i < spots; ++i) {
+    snapshot.spots.push_back({placeOf(from.spot_px(), i), colourAt(from.spot_layer()[i])});
+  }
+  return snapshot;
 }
 
 CalibrationReport decodeCalibrationReply(std::string_view bytes) {

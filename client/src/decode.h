@@ -15,7 +15,7 @@ Markers decodeMarkers(std::string_view bytes);
 Description decodeDescription(std::string_view bytes);
 Status decodeStatus(std::string_view bytes);
 
-enum class Request { kStatus, kDescription, kZero };
+enum class Request { kStatus, kDescription, kZero, kSnapshot };
 std::string encodeRequest(Request request);
 std::string encodeCalibration(const CalibrationStep& step);
 std::string encodeCameraStep(const CameraStep& step);
@@ -23,6 +23,7 @@ std::string encodeCameraStep(const CameraStep& step);
 // What the reply to a request holds. They throw Error kMalformed, kVersion, kRefused.
 Status decodeStatusReply(std::string_view bytes);
 Description decodeDescriptionReply(std::string_view bytes);
+Snapshot decodeSnapshotReply(std::string_view bytes);
 ZeroResult decodeZeroReply(std::string_view bytes);
 CalibrationReport decodeCalibrationReply(std::string_view bytes);
 CameraReport decodeCameraReply(std::string_view bytes);

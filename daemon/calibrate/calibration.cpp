@@ -50,6 +50,13 @@ tl::unexpected<std::string> refused(const std::string& sentence) {
 
 }  // namespace
 
+/// The reading that shows the gel's thickness best.
+struct Calibration::Heaviest {
+  ContactReading reading;
+  std::vector<float> mean, variance;
+  std::vector<std::uint8_t> valid;
+};
+
 /// A weight that is waited for: still, and not the one before; then its mean.
 struct Calibration::Weighing {
   explicit Weighing(std::size_t markers)
@@ -96,7 +103,10 @@ std::optional<Result> Calibration::begin(const CalibrationStep& step, const Rest
   if (step.kind == Kind::kGeometry) return geometry(*zero, step.anyway);
   if (step.kind == Kind::kWeight) {
     if (!(step.weight_N > 0.0) || !std::isfinite(step.weight_N)) return refused("a weight must press: it is above 0");
-    if (step.first) weights_.clear();
+    if (step.first) {
+      weights_.clear();
+      heaviest_.reset();
+    }
     if (!contactFit_) contactFit_ = std::make_unique<ContactFit>(inForce_, options_.progress);
     weighing_ = std::make_unique<Weighing>(zero->present.size());
   } else {
@@ -152,6 +162,7 @@ Result Calibration::geometry(const RestPose& zero, bool anyway) {
   candidate_.uncertainty.focalDistance = found.uncertainty.focalDistance;
   made().geometry = date();
   weights_.clear();  // read with another camera
+  heaviest_.reset();
   made().residual_px = found.residual_px;
 
   CalibrationReport report;
@@ -291,6 +302,9 @@ Result Calibration::read() {
   const auto reading = (*contactFit_)(candidate_.camera, candidate_.pictureMotion, {mean, valid}, variance);
   if (!reading) return refused("the markers' displacements are not those of a weight");
   weights_.push_back({running_->weight_N, reading->force.z(), std::sqrt(reading->covariance(2, 2))});
+  if (!heaviest_ || reading->force.z() > heaviest_->reading.force.z()) {
+    heaviest_ = std::make_unique<Heaviest>(Heaviest{*reading, mean, variance, valid});
+  }
   const double creep = first > 0.0 ? both / first - 1.0 : 0.0;
 
   CalibrationReport report;
@@ -331,7 +345,24 @@ Result Calibration::stiffness() {
                               found.ofEach[i], found.ofEach[i] * weights_[i].deviation_N / weights_[i].read_N});
   }
   if (weights_.size() < 2) report.remarks.push_back("one weight alone cannot be checked by another");
+  tellThickness(report);
   return report;
+}
+
+/// By the heaviest weight, which shows it best.
+void Calibration::tellThickness(CalibrationReport& report) {
+  if (!heaviest_) return;
+  if (!thicknessCheck_) thicknessCheck_ = std::make_unique<ThicknessCheck>(inForce_, *contactFit_, options_.progress);
+  const auto found = (*thicknessCheck_)(candidate_.camera, candidate_.pictureMotion,
+                                        {heaviest_->mean, heaviest_->valid}, heaviest_->variance, heaviest_->reading);
+  if (!found) return;
+  const double expected = inForce_.gel.size.z();
+  report.figures.push_back({"thickness_mm", 1e3 * found->thickness, 1e3 * found->deviation});
+  if (!found->contradicts(expected)) return;
+  report.remarks.push_back(fmt::format("under the heaviest weight the markers move as in a block {:.1f} ± {:.1f} mm "
+                                       "thick, the file's has {:.1f} mm: check "
+                                       "thickness_mm, and calibrate again",
+                                       1e3 * found->thickness, 1e3 * found->deviation, 1e3 * expected));
 }
 
 Result Calibration::finish(const std::string& name, const std::string& camera, const fs::path& directory) {

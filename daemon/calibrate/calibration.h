@@ -6,6 +6,7 @@
 #include "daemon/calibrate/geometry_fit.h"
 #include "daemon/calibrate/rest_noise.h"
 #include "daemon/calibrate/stiffness_fit.h"
+#include "daemon/calibrate/thickness_check.h"
 #include "daemon/records/calibration.h"
 
 #include <tl/expected.hpp>
@@ -59,6 +60,7 @@ class Calibration {
 
  private:
   struct Weighing;
+  struct Heaviest;
 
   Result geometry(const RestPose& zero, bool anyway);
   std::optional<Result> noise(const MarkerField& field);
@@ -66,6 +68,7 @@ class Calibration {
   std::optional<Result> overdue(const MarkerField& field) const;
   Result read();
   Result stiffness();
+  void tellThickness(CalibrationReport& report);
   Result finish(const std::string& name, const std::string& camera, const std::filesystem::path& directory);
   sensor::Calibration& made();
 
@@ -75,6 +78,8 @@ class Calibration {
   bool measured_ = false;
   std::vector<WeighedForce> weights_;
   std::unique_ptr<ContactFit> contactFit_;
+  std::unique_ptr<ThicknessCheck> thicknessCheck_;
+  std::unique_ptr<Heaviest> heaviest_;
   std::vector<float> lastWeight_px_;  ///< displacements under the weight read last; empty: none, or it was taken off
 
   std::optional<CalibrationStep> running_;

@@ -39,8 +39,8 @@ ContactFit::ContactFit(const sensor::Sensor& sensor, const sensor::elastic::Prog
     , markers_(sensor::markerPositions(sensor))
     , correction_(sensor.gel, markers_, {}, progress) {}
 
-Eigen::MatrixXd ContactFit::unitFields(const sensor::Projection& projection, const Eigen::Vector3d& shape,
-                                       bool roughly) const {
+Eigen::MatrixXd ContactFit::unitFields(const sensor::Projection& projection, const Eigen::Vector3d& shape, bool roughly,
+                                       double deeper) const {
   const Eigen::Vector2d place = shape.head<2>();
   const double radius = shape.z();
   const auto patch = sensor::elastic::hertz(place, radius, Eigen::Vector3d::UnitZ());
@@ -54,9 +54,9 @@ Eigen::MatrixXd ContactFit::unitFields(const sensor::Projection& projection, con
   for (Eigen::Index m = 0; m < markers_.cols(); ++m) {
     Eigen::Matrix3d u = Eigen::Matrix3d::Zero();
     for (Eigen::Index i = 0; i < patch.points.cols(); ++i) {
-      u += patch.forces(2, i) * sensor::elastic::halfSpaceDisplacement(markers_.col(m) - patch.points.col(i),
-                                                                       sensor_.gel.youngsModulus,
-                                                                       sensor_.gel.poissonRatio);
+      u += patch.forces(2, i) * sensor::elastic::halfSpaceDisplacement(
+                                    markers_.col(m) + deeper * Eigen::Vector3d::UnitZ() - patch.points.col(i),
+                                    sensor_.gel.youngsModulus, sensor_.gel.poissonRatio);
     }
     for (Eigen::Index i = 0; i < corners.cols(); ++i) u += share * corrections.block<3, 3>(3 * m, 3 * i);
     fields.middleRows<2>(2 * m) = projection.jacobian(markers_.col(m)) * u;

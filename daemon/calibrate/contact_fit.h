@@ -33,10 +33,17 @@ class ContactFit {
                                            const Displacements& displacements,
                                            std::span<const float> variance_px2) const;
 
+  /// 2 M x 3 [px/N]: unit forces along x, y, z on a contact of shape (x, y, radius), the markers being `deeper` [m]
+  /// than described.
+  Eigen::MatrixXd fields(const sensor::Camera& camera, const Eigen::Vector3d& shape, double deeper = 0.0) const {
+    return unitFields(sensor::Projection(camera, sensor_.gel.size.z()), shape, false, deeper);
+  }
+
  private:
   /// 2 M x 3 [px/N]: unit forces along x, y, z on a contact of shape (x, y, radius); roughly: the block's correction as
   /// that of a point.
-  Eigen::MatrixXd unitFields(const sensor::Projection& projection, const Eigen::Vector3d& shape, bool roughly) const;
+  Eigen::MatrixXd unitFields(const sensor::Projection& projection, const Eigen::Vector3d& shape, bool roughly,
+                             double deeper = 0.0) const;
 
   sensor::Sensor sensor_;
   sensor::Points markers_;

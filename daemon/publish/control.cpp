@@ -16,7 +16,7 @@ constexpr std::int64_t kLargestRequest = 65'536;
 constexpr int kWaitingReplies = 16;  ///< per peer; who does not read loses the rest
 constexpr int kRequestsPerTurn = 64;
 constexpr int kRequestsPerSecond = 1000;    ///< of one connection
-constexpr std::size_t kLargestAskers = 64;  ///< of one zero, of the camera
+constexpr std::size_t kLargestAskers = 64;  ///< of one zero, of one picture, of the camera
 
 }  // namespace
 
@@ -60,6 +60,11 @@ struct ControlServer::Impl {
       if (calibrator) reply(*calibrator, encodeErrorReply("another step of the calibration was asked for"));
       calibrator = peer;
       return handlers.calibrate(asked->calibration);
+    case Request::kSnapshot:
+      if (snapshotAskers.size() >= kLargestAskers) return reply(peer, encodeErrorReply("too many ask for a picture"));
+      snapshotAskers.push_back(peer);
+      if (snapshotAskers.size() == 1) handlers.snapshot();
+      return;
     case Request::kCamera:
       if (cameraAskers.size() >= kLargestAskers) return reply(peer, encodeErrorReply("too many ask for the camera"));
       return cameraAskers.push_back({peer, std::move(asked->camera)});
@@ -88,6 +93,7 @@ struct ControlServer::Impl {
   std::array<zmq::message_t, 3> request;
   std::size_t parts = 0;
   std::vector<std::string> zeroAskers;
+  std::vector<std::string> snapshotAskers;
   std::optional<std::string> calibrator;  ///< waits for the step that runs
   std::deque<CameraAsker> cameraAskers;   ///< the first is asked for, if any is
   bool cameraAsked = false;
@@ -143,6 +149,14 @@ void ControlServer::answerCamera(const tl::expected<CameraReport, std::string>& 
   const std::string peer = std::move(impl_->cameraAskers.front().peer);
   impl_->cameraAskers.pop_front();
   impl_->reply(peer, result ? encodeCameraReply(*result) : encodeErrorReply(result.error()));
+}
+
+void ControlServer::answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
+                                   const sensor::Sensor& sensor) {
+  const auto askers = std::exchange(impl_->snapshotAskers, {});
+  if (askers.empty()) return;
+  const std::string bytes = result ? encodeSnapshotReply(**result, sensor) : encodeErrorReply(result.error());
+  for (const std::string& peer : askers) impl_->reply(peer, bytes);
 }
 
 bool ControlServer::zeroPending() const {

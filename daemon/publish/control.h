@@ -1,10 +1,12 @@
-// Answers requests: status, description, zero, calibration, the camera's features.
+// Answers requests: status, description, zero, calibration, the camera's features, a picture.
 #pragma once
 
 #include "daemon/base/error.h"
 #include "daemon/records/calibration.h"
 #include "daemon/records/camera_features.h"
 #include "daemon/records/marker_field.h"
+#include "daemon/records/snapshot.h"
+#include "sensor/sensor.h"
 
 #include <tl/expected.hpp>
 
@@ -28,6 +30,8 @@ struct ControlHandlers {
   /// Begin what is asked of the camera. What came of it is told with answerCamera(), at once or later; what is asked
   /// meanwhile is passed on then.
   std::function<void(const CameraStep&)> camera = {};
+  /// Get the next picture. It is told with answerSnapshot(), later; further askers meanwhile share the answer.
+  std::function<void()> snapshot = {};
 };
 
 /// Thread-bound. A request that is malformed, too large (64 KiB) or unknown is answered with an error or dropped.
@@ -49,6 +53,9 @@ class ControlServer {
 
   /// What came of what was asked of the camera last.
   void answerCamera(const tl::expected<CameraReport, std::string>& result);
+
+  /// The picture, or a sentence why there is none, for all who asked.
+  void answerSnapshot(const tl::expected<const Snapshot*, std::string>& result, const sensor::Sensor& sensor);
 
   /// Somebody waits for answerZero().
   bool zeroPending() const;

@@ -2,18 +2,59 @@
 #pragma once
 
 #include "daemon/records/camera.h"
+#include "daemon/records/gel_report.h"
 #include "daemon/records/rest_drift.h"
+#include "sensor/gel.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <string_view>
 
 namespace tractiond::publish {
+
+/// Text that travels between threads without allocation; what is longer is cut.
+template <std::size_t kRoom>
+class FixedText {
+ public:
+  void assign(std::string_view text) {
+    size_ = std::min(text.size(), kRoom);
+    // Not within a character of UTF-8.
+    while (size_ < text.size() && size_ > 0 && (static_cast<unsigned char>(text[size_]) & 0xC0U) == 0x80U) --size_;
+    std::copy_n(text.begin(), size_, text_.begin());
+  }
+  std::string_view view() const { return {text_.data(), size_}; }
+
+ private:
+  std::array<char, kRoom> text_{};
+  std::size_t size_ = 0;
+};
+
+/// How many markers are found, and whether they are those of the gel file.
+struct MarkerStatus {
+  struct Layer {
+    sensor::Colour colour = sensor::Colour::kBlue;
+    int expected = 0, found = 0, inZero = 0;
+    LatticeSeen seen;
+  };
+  struct Finding {
+    FixedText<32> name;
+    double expected = 0.0, seen = 0.0, deviation = 0.0;
+    bool contradicts = false;
+  };
+  std::array<Layer, 2> layers{};
+  int layerCount = 0;
+  FixedText<1500> remark;
+  std::array<Finding, 24> findings{};
+  int findingCount = 0;
+};
 
 /// What the publisher does not know by itself.
 struct Vitals {
   CameraVitals camera = {};
   std::array<std::uint64_t, 5> turns{};  ///< of the loops of capture, track, solve, publish, control
   RestDrift drift = {};
+  MarkerStatus markers = {};
   double zeroWithin_s = 0.0;  ///< a zero that is asked for now is answered within this time; 0: not known
 };
 

@@ -20,6 +20,7 @@ namespace pb = traction::v1;
 namespace {
 
 constexpr std::uint32_t kVersion = 1;
+constexpr std::size_t kLargestPicture = 16U << 20U;  // of a snapshot [bytes]
 
 static_assert(static_cast<int>(pb::FLAG_ZERO_UNVERIFIED) == kZeroUnverified);
 static_assert(static_cast<int>(pb::FLAG_FEW_MARKERS) == kFewMarkers);
@@ -208,6 +209,32 @@ pb::Method methodOf(Method method) {
   return pb::METHOD_NONE;
 }
 
+/// Cleared elements keep their memory.
+void set(const MarkerStatus& from, pb::MarkerStatus& to) {
+  to.clear_layers();
+  for (int i = 0; i < from.layerCount; ++i) {
+    const MarkerStatus::Layer& layer = from.layers[i];
+    pb::LayerStatus& told = *to.add_layers();
+    told.set_colour(wireColour(layer.colour));
+    told.set_expected(static_cast<std::uint32_t>(layer.expected));
+    told.set_found(static_cast<std::uint32_t>(layer.found));
+    told.set_in_zero(static_cast<std::uint32_t>(layer.inZero));
+    told.set_columns(static_cast<std::uint32_t>(layer.seen.columns));
+    told.set_rows(static_cast<std::uint32_t>(layer.seen.rows));
+  }
+  to.mutable_remark()->assign(from.remark.view());
+  to.clear_findings();
+  for (int i = 0; i < from.findingCount; ++i) {
+    const MarkerStatus::Finding& finding = from.findings[i];
+    pb::GelFinding& told = *to.add_findings();
+    told.mutable_name()->assign(finding.name.view());
+    told.set_expected(finding.expected);
+    told.set_seen(finding.seen);
+    told.set_deviation(finding.deviation);
+    told.set_contradicts(finding.contradicts);
+  }
+}
+
 /// ByteSizeLong has just been called.
 void put(const google::protobuf::MessageLite& message, std::uint8_t* bytes) {
   message.SerializeWithCachedSizesToArray(bytes);
@@ -386,6 +413,7 @@ std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading
   } else {
     message.clear_rest_drift();
   }
+  set(status.vitals.markers, *message.mutable_markers());
   return message.ByteSizeLong();
 }
 
@@ -456,6 +484,8 @@ tl::expected<Asked, std::string> decodeRequest(std::string_view bytes) {
     return decodeStep(request.calibrate()).map([](CalibrationStep step) {
       return Asked{.request = Request::kCalibrate, .calibration = std::move(step)};
     });
+  case pb::Request::kSnapshot:
+    return Asked{.request = Request::kSnapshot};
   case pb::Request::kCamera:
     return decodeCameraStep(request.camera()).map([](CameraStep step) {
       return Asked{.request = Request::kCamera, .camera = std::move(step)};
@@ -504,6 +534,31 @@ std::string encodeCalibrationReply(const CalibrationReport& report) {
 std::string encodeCameraReply(const CameraReport& report) {
   pb::Reply reply;
   encode(report, *reply.mutable_camera());
+  return finish(reply);
+}
+
+std::string encodeSnapshotReply(const Snapshot& snapshot, const sensor::Sensor& sensor) {
+  pb::Reply reply;
+  pb::SnapshotReply& to = *reply.mutable_snapshot();
+  PlainPicture picture = plainPicture(snapshot.frame);
+  std::uint32_t reduced = 1;
+  for (; picture.levels.size() > kLargestPicture; reduced *= 2) picture = halved(picture);
+  to.set_width(static_cast<std::uint32_t>(picture.width));
+  to.set_height(static_cast<std::uint32_t>(picture.height));
+  to.set_channels(static_cast<std::uint32_t>(picture.channels));
+  to.set_levels(picture.levels.data(), picture.levels.size());
+  to.set_reduced(reduced);
+  to.set_pixel_format(std::string(traitsOf(snapshot.frame.format).name));
+  to.set_frame_number(snapshot.frame.info.frameNumber);
+  to.set_received_real_ns(snapshot.frame.info.times.receivedReal_ns);
+  to.mutable_place_px()->Add(snapshot.place_px.begin(), snapshot.place_px.end());
+  for (const MarkerState state : snapshot.state) to.mutable_marker_state()->push_back(static_cast<char>(state));
+  for (std::size_t i = 0; i < sensor.layers.size(); ++i) {
+    to.mutable_marker_layer()->append(static_cast<std::size_t>(sensor.layers[i].count()), static_cast<char>(i));
+    to.add_colours(wireColour(sensor.layers[i].colour));
+  }
+  to.mutable_spot_px()->Add(snapshot.spot_px.begin(), snapshot.spot_px.end());
+  to.set_spot_layer(snapshot.spotLayer.data(), snapshot.spotLayer.size());
   return finish(reply);
 }
 

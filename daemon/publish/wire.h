@@ -6,6 +6,7 @@
 #include "daemon/records/calibration.h"
 #include "daemon/records/camera_features.h"
 #include "daemon/records/ledger.h"
+#include "daemon/records/snapshot.h"
 #include "daemon/records/traction_field.h"
 
 #include <tl/expected.hpp>
@@ -68,7 +69,7 @@ class Wire {
 
 // --- control
 
-enum class Request { kStatus, kDescription, kZero, kCalibrate, kCamera };
+enum class Request { kStatus, kDescription, kZero, kCalibrate, kCamera, kSnapshot };
 
 /// A request with what it says.
 struct Asked {
@@ -86,6 +87,8 @@ std::string encodeReply(Request request, std::string_view message);
 std::string encodeZeroReply(const RestPose& zero, std::string_view remark);
 std::string encodeCalibrationReply(const CalibrationReport& report);
 std::string encodeCameraReply(const CameraReport& report);
+/// Reduced until it has at most 16 MiB. \param sensor whose markers they are.
+std::string encodeSnapshotReply(const Snapshot& snapshot, const sensor::Sensor& sensor);
 std::string encodeErrorReply(std::string_view error);
 
 }  // namespace tractiond::publish

@@ -20,6 +20,7 @@ enum Flags : std::uint32_t {
   kTorn = 1U << 4,            ///< the picture does not hang together: rows of another moment, or moved aside
   kUnexplained = 1U << 5,     ///< the picture shows displacements that no forces on the surface can make
   kOutOfRange = 1U << 6,      ///< the forces are beyond the range for which the uncertainty is known
+  kGelMismatch = 1U << 7,     ///< the rest picture contradicts the gel file: the field is not valid
 };
 
 /// The rest pose: where each marker of the unloaded gel is in the picture, and how it looks there.

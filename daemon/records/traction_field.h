@@ -33,7 +33,7 @@ struct TractionField {
   MarkerField markers;             ///< a copy of what the numbers were solved from
   std::vector<float> force_N;      ///< 3 N, node after node (x, y, z)
   std::vector<float> deviation_N;  ///< 3 N, standard deviation of each, of the noise alone; 0: nothing touches
-  bool valid = false;              ///< false: too few markers or a numeric failure; all numbers are 0
+  bool valid = false;              ///< false: too few markers, a wrong gel file or a numeric failure; all are 0
   Method method = Method::kNone;
   std::array<double, 3> resultant_N{};         ///< sum of the node forces
   std::array<double, 3> moment_Nm{};           ///< about the origin

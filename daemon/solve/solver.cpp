@@ -134,6 +134,7 @@ void Solver::solve(const MarkerField& markers, TractionField& field) noexcept {
   field.markers = markers;
   field.flags = markers.flags;
   clear(field);
+  if ((markers.flags & kGelMismatch) != 0) return;  // numbers of another gel
   if ((markers.flags & kFewMarkers) != 0 || !take(markers)) {
     field.flags |= kFewMarkers;
     counters_.fewMarkers.add();

@@ -17,7 +17,24 @@ constexpr float kOtherColour = 0.6F;    // of the amplitude in the own colour
 constexpr float kOddShape = 0.35F;      // rms misfit, of the amplitude
 constexpr int kSpotsPerMarker = 4;
 
+/// Inner box: 2 inner + 1 samples wide, inside the disc. Frame: from `gap` to `outer` from the centre. Places looked at
+/// are `step` apart.
+struct Boxes {
+  explicit Boxes(const MarkerTemplate& marker)
+      : inner(static_cast<int>(0.75 * marker.radius()))
+      , gap(marker.half() - 1)
+      , outer(marker.half() + 1)
+      , step(inner + 1) {}
+  int inner, gap, outer, step;
+};
+
 }  // namespace
+
+float Detector::border_px(const Plane& plane, const MarkerTemplate& marker) {
+  const Boxes boxes(marker);
+  // A peak is higher than what is one step farther out; and up to a step is left over at the far border.
+  return plane.scale * (static_cast<float>(boxes.outer) + 2.5F * static_cast<float>(boxes.step));
+}
 
 Detector::Detector(int width_px, int height_px, int markers)
     : markers_(markers)
@@ -50,9 +67,7 @@ void Detector::integrate(const Plane& plane) {
 }
 
 void Detector::collectPeaks(const Plane& plane, const MarkerTemplate& marker) {
-  // Inner box: 2 inner + 1 wide, inside the disc. Frame: from `gap` to `outer` samples from the centre.
-  const int inner = static_cast<int>(0.75 * marker.radius()), gap = marker.half() - 1, outer = marker.half() + 1;
-  const int step = inner + 1;
+  const auto [inner, gap, outer, step] = Boxes(marker);
   const int pitch = plane.width + 1;
   const auto box = [&](int x, int y, int half) {
     const std::uint32_t* top = integral_.data() + (y - half) * pitch + x;

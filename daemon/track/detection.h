@@ -25,6 +25,9 @@ class Detector {
   /// be none: then no spot is refused for its colour.
   std::span<const Spot> find(const Plane& own, const Plane& other, const MarkerTemplate& marker);
 
+  /// Nearer to the picture's border markers may not be found.
+  static float border_px(const Plane& plane, const MarkerTemplate& marker);
+
  private:
   struct Peak {
     float response;

@@ -23,7 +23,6 @@ constexpr float kOutsideCost = 2.0F;      // a spot that would be no marker; a m
 constexpr float kMoveCost = 0.005F;       // per marker, for a picture that moved by one spacing; grows with its square
 constexpr float kFirstMoveCost = 0.002F;  // the same where it is not known how far it lies; grows in proportion
 constexpr float kLayerCost = 0.03F;       // per marker, for layers that are one spacing apart
-constexpr float kMargin_px = 6.0F;        // a marker nearer to the border need not be seen
 constexpr std::size_t kBestShifts = 64;   // of a layer, that are looked at with the other's
 constexpr float kFull = 0.5F;             // of a column's visible nodes, to be one
 constexpr int kFewestOfColumn = 4;        // visible nodes, to say anything of a column
@@ -61,12 +60,12 @@ Labeller::Labeller(const std::vector<Lattice>& lattices, int width_px, int heigh
 }
 
 bool Labeller::label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px,
-                     bool seenBefore, double least, std::span<Vector> place_px, std::span<std::uint8_t> labelled) {
+                     const LabelOptions& options, std::span<Vector> place_px, std::span<std::uint8_t> labelled) {
   for (std::size_t layer = 0; layer < works_.size(); ++layer) {
     prepare(works_[layer], spots[layer], reference_px);
     if (!grow(works_[layer], spots[layer])) return false;
-    look(works_[layer]);
-    scoreShifts(works_[layer], seenBefore);
+    look(works_[layer], options.border_px);
+    scoreShifts(works_[layer], options.seenBefore);
   }
   chooseShifts();
   for (std::size_t layer = 0; layer < works_.size(); ++layer) {
@@ -84,9 +83,8 @@ bool Labeller::label(std::span<const std::span<const Spot>> spots, std::span<con
         ++found;
       }
     }
-    if (found < least * work.lattice.count()) return false;
+    if (found < options.least * work.lattice.count()) return false;
     seen_[layer] = extent(work);
-    seen_[layer].markers = found;
   }
   return true;
 }
@@ -238,7 +236,7 @@ int Labeller::growFrom(Work& work, std::span<const Spot> spots, int seed, int sp
 }
 
 /// Which nodes the picture ought to show, and the sums.
-void Labeller::look(Work& work) const {
+void Labeller::look(Work& work, float border_px) const {
   const Lattice& wide = work.wide.lattice;
   // Far from all spots the nearest tell: the whole lattice's mean motion by a plane, from all nodes that have a spot.
   Vector mean, byX, byY;
@@ -277,8 +275,8 @@ void Labeller::look(Work& work) const {
                          : mean + (static_cast<float>(column) - mx) * slopeX + (static_cast<float>(row) - my) * slopeY;
       }
       const Vector place = work.reference[node] + moved;
-      const bool inside = place.u > kMargin_px && place.v > kMargin_px && place.u < width_ - kMargin_px &&
-                          place.v < height_ - kMargin_px;
+      const bool inside =
+          place.u > border_px && place.v > border_px && place.u < width_ - border_px && place.v < height_ - border_px;
       work.visible[node] = inside ? 1 : 0;
       const int before = row * pitch + column, here = before + pitch + 1;
       const auto sum = [&](auto& sums, auto value) {
@@ -351,16 +349,18 @@ LatticeSeen Labeller::extent(const Work& work) const {
       const int rim = step < 0 ? 0 : described - 1;
       int beyond = 0, missing = 0;
       while (share(column, rim + step * (beyond + 1)) >= kFull) ++beyond;
-      while (missing < described) {
-        const float there = share(column, rim - step * missing);
-        if (there < 0.0F || there >= kFull) break;
-        ++missing;
+      // From the rim inwards to the first that is there. Those outside the picture count as missing only where one in
+      // the picture, farther in, is missing too.
+      for (int i = 0; i < described; ++i) {
+        const float there = share(column, rim - step * i);
+        if (there >= kFull) break;
+        if (there >= 0.0F) missing = i + 1;
       }
       seen += beyond - missing;
     }
     return seen;
   };
-  return {count(true, work.lattice.columns), count(false, work.lattice.rows), 0};
+  return {count(true, work.lattice.columns), count(false, work.lattice.rows)};
 }
 
 }  // namespace tractiond::track

@@ -1,6 +1,7 @@
 // Which spot is which marker.
 #pragma once
 
+#include "daemon/records/gel_report.h"
 #include "daemon/track/detection.h"
 #include "daemon/track/lattice.h"
 
@@ -9,11 +10,10 @@
 
 namespace tractiond::track {
 
-/// How many columns and rows of markers the picture shows, whatever the sensor's description says. Those that would lie
-/// outside the picture count as there.
-struct LatticeSeen {
-  int columns = 0, rows = 0;
-  int markers = 0;  ///< of the lattice described, labelled
+struct LabelOptions {
+  bool seenBefore = false;  ///< the reference is that of an earlier picture, from which this one is not far
+  double least = 0.3;       ///< of a layer's markers
+  float border_px = 0.0F;   ///< of the picture, where spots may not be found
 };
 
 /// Thread-bound. Allocates only in the constructor.
@@ -23,11 +23,10 @@ class Labeller {
 
   /// `spots`: what was found of each layer's colour. `reference_px`: where the markers are expected, all layers. The
   /// picture may lie anywhere against it, and be turned and scaled, and the gel deformed, as long as neighbours'
-  /// displacements differ by less than about 0.4 of the spacing. `seenBefore`: the reference is that of an earlier
-  /// picture, from which this one is not far. Writes places and `labelled` (0 or 1), all layers.
-  /// False: some layer shows fewer than `least` of its markers; the outputs then mean nothing.
-  bool label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px, bool seenBefore,
-             double least, std::span<Vector> place_px, std::span<std::uint8_t> labelled);
+  /// displacements differ by less than about 0.4 of the spacing. Writes places and `labelled` (0 or 1), all layers.
+  /// False: some layer shows fewer than options.least of its markers; the outputs then mean nothing.
+  bool label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px,
+             const LabelOptions& options, std::span<Vector> place_px, std::span<std::uint8_t> labelled);
 
   /// By the last label() that succeeded, one per layer.
   std::span<const LatticeSeen> seen() const { return seen_; }
@@ -78,7 +77,7 @@ class Labeller {
   int nearest(const Work& work, std::span<const Spot> spots, Vector place, float reach, float* distance,
               float* second) const;
   void setSpot(Work& work, std::span<const Spot> spots, int node, int spot);
-  void look(Work& work) const;
+  void look(Work& work, float border_px) const;
   void scoreShifts(Work& work, bool seenBefore) const;
   void chooseShifts();
   LatticeSeen extent(const Work& work) const;

@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <thread>
 #include <utility>
 
 namespace tractiond::track {
@@ -91,8 +92,11 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
     const bool second = lattices.size() == 2 && sensor.layers[1 - i].colour < layer.colour;
     layers_.push_back({i, lattices[i], second ? 1 : 0, markerRadius(sensor, layer), layer.depth >= deepest,
                        Trust(lattices[i], spacing_px_)});
+    layers_.back().described_px = layers_.back().radius_px;
     layers_.back().spots.reserve(static_cast<std::size_t>(4 * markers_));
+    sight_.layers[i].expected = lattices[i].count();
   }
+  sight_.layerCount = static_cast<int>(lattices.size());
   const auto count = static_cast<std::size_t>(markers_);
   rest_ = place_ = previous_ = labelPlace_ = nominal_;
   for (auto* vectors : {&velocity_, &displacement_, &increment_, &slope_}) vectors->resize(count);
@@ -141,9 +145,11 @@ Outcome Tracker::track(const Frame& frame, MarkerField& field) {
     if (countValid() < kAcquireBelow * countWanted() && acquireIn_ == 0) relabelled = acquire();
   }
   following_ = countValid() >= kFollowed * countWanted();
+  reportSight();
 
+  verdicts_.take(verdict_);
   write(frame.info, relabelled, field);
-  const bool tracked = haveRest_;
+  const bool tracked = haveRest_ && (!options_.awaitJudge || verdict_.zero == zero_);
   takeZero();
   return tracked ? Outcome::kTracked : Outcome::kNoRestPose;
 }
@@ -159,17 +165,21 @@ int Tracker::countWanted() const {
 bool Tracker::acquire() {
   acquireIn_ = kAcquirePause;
   std::array<std::span<const Spot>, 2> spots;
+  LabelOptions options{.seenBefore = haveRest_, .least = kLabelled};
   for (std::size_t i = 0; i < layers_.size(); ++i) {
     Layer& layer = layers_[i];
-    const MarkerTemplate rough = haveAppearance_ ? MarkerTemplate{} : roughTemplate(layer.plane, layer.radius_px);
-    const auto found = detector_.find(layer.plane, layer.otherPlane, haveAppearance_ ? layer.marker : rough);
+    const MarkerTemplate& marker = haveAppearance_ ? layer.marker : roughOf(layer);
+    const auto found = detector_.find(layer.plane, layer.otherPlane, marker);
+    options.border_px = std::max(options.border_px, Detector::border_px(layer.plane, marker));
     layer.spots.assign(found.begin(), found.end());
+    sight_.layers[i].spots = static_cast<int>(found.size());
     spots[i] = layer.spots;
   }
-  if (!labeller_.label(std::span(spots).first(layers_.size()), haveRest_ ? rest_ : nominal_, haveRest_, kLabelled,
-                       labelPlace_, labelled_)) {
+  if (!labeller_.label(std::span(spots).first(layers_.size()), haveRest_ ? rest_ : nominal_, options, labelPlace_,
+                       labelled_)) {
     return false;
   }
+  for (std::size_t i = 0; i < layers_.size(); ++i) sight_.layers[i].seen = labeller_.seen()[i];
   place_ = labelPlace_;
   previous_ = place_;
   valid_ = labelled_;
@@ -436,9 +446,96 @@ void Tracker::guessLost() {
   }
 }
 
+const MarkerTemplate& Tracker::roughOf(Layer& layer) {
+  if (layer.roughScale != layer.plane.scale) {
+    layer.rough = roughTemplate(layer.plane, layer.radius_px);
+    layer.roughScale = layer.plane.scale;
+  }
+  return layer.rough;
+}
+
+/// The camera may be nearer or farther than described: the markers are then as much larger or smaller as the pattern.
+void Tracker::learnSize(Layer& layer, std::span<const std::uint8_t> seen) {
+  const Lattice& lattice = layer.lattice;
+  float shown = 0.0F, described = 0.0F;
+  const auto add = [&](int one, int other) {
+    if (!seen[one] || !seen[other]) return;
+    shown += std::sqrt((place_[other] - place_[one]).squared());
+    described += std::sqrt((nominal_[other] - nominal_[one]).squared());
+  };
+  for (int row = 0; row + 1 < lattice.rows; ++row) {
+    for (int column = 0; column + 1 < lattice.columns; ++column) {
+      const int node = lattice.at(column, row);
+      add(node, node + 1);
+      add(node, node + lattice.columns);
+    }
+  }
+  if (described > 0.0F) layer.radius_px = layer.described_px * static_cast<double>(shown / described);
+}
+
+/// As many columns and rows as described.
+bool Tracker::latticesFit() const {
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    const LatticeSeen& seen = sight_.layers[i].seen;
+    const Lattice& lattice = layers_[i].lattice;
+    if (seen.columns != 0 && (seen.columns != lattice.columns || seen.rows != lattice.rows)) return false;
+  }
+  return true;
+}
+
+void Tracker::reportSight() {
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    MarkerSight::Layer& sight = sight_.layers[i];
+    const auto first = layers_[i].lattice.first, count = layers_[i].lattice.count();
+    const auto ones = [&](const std::vector<std::uint8_t>& flags) {
+      return static_cast<int>(std::count(flags.begin() + first, flags.begin() + first + count, 1));
+    };
+    sight.found = ones(valid_);
+    sight.inZero = haveRest_ ? ones(present_) : 0;
+  }
+  sight_.following = following_;
+  sights_.put(sight_);
+}
+
+void Tracker::prepare(Snapshot& snapshot) const {
+  const auto count = static_cast<std::size_t>(markers_);
+  snapshot.place_px.resize(2 * count);
+  snapshot.state.resize(count);
+  snapshot.spot_px.reserve(2 * 4 * count * layers_.size());
+  snapshot.spotLayer.reserve(4 * count * layers_.size());
+}
+
+void Tracker::show(Snapshot& snapshot) const {
+  for (int i = 0; i < markers_; ++i) {
+    const Vector place = following_ ? place_[i] : haveRest_ ? rest_[i] : nominal_[i];
+    snapshot.place_px[2 * i] = place.u;
+    snapshot.place_px[2 * i + 1] = place.v;
+    snapshot.state[i] = !following_   ? MarkerState::kSought
+                        : valid_[i]   ? MarkerState::kFound
+                        : present_[i] ? MarkerState::kLost
+                                      : MarkerState::kAbsent;
+  }
+  snapshot.spot_px.clear();
+  snapshot.spotLayer.clear();
+  for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
+    for (const Spot& spot : layers_[layer].spots) {
+      snapshot.spot_px.push_back(spot.u);
+      snapshot.spot_px.push_back(spot.v);
+      snapshot.spotLayer.push_back(static_cast<std::uint8_t>(layer));
+    }
+  }
+}
+
+void Tracker::judge(const Id& zero, bool fits) {
+  while (!verdicts_.put({zero, fits})) std::this_thread::yield();  // just being taken: some instructions
+}
+
 /// From the markers that are `seen`, where they are.
 void Tracker::learnAppearance(std::span<const std::uint8_t> seen) {
-  for (Layer& layer : layers_) layer.marker = roughTemplate(layer.plane, layer.radius_px);
+  for (Layer& layer : layers_) {
+    learnSize(layer, seen);
+    layer.marker = roughTemplate(layer.plane, layer.radius_px);
+  }
   markOverlaps();
   const auto places = [&](const Layer& layer) {
     std::vector<Guess> all, some;
@@ -636,7 +733,8 @@ void Tracker::write(const FrameInfo& info, bool relabelled, MarkerField& field) 
   agreeing_ = !few && square < kAgreement * kAgreement * expected ? agreeing_ + 1 : 0;
   if (zeroWasRequested_ && agreeing_ >= kAgreeingFrames) verified_ = true;
   field.flags = (verified_ ? 0U : kZeroUnverified) | (few ? kFewMarkers : 0U) |
-                (info.discontinuity ? kDiscontinuity : 0U) | (relabelled ? kReacquiring : 0U) | (torn_ ? kTorn : 0U);
+                (info.discontinuity ? kDiscontinuity : 0U) | (relabelled ? kReacquiring : 0U) | (torn_ ? kTorn : 0U) |
+                (latticesFit() && (verdict_.zero != zero_ || verdict_.fits) ? 0U : kGelMismatch);
 }
 
 }  // namespace tractiond::track

@@ -3,6 +3,8 @@
 
 #include "daemon/base/mailbox.h"
 #include "daemon/records/marker_field.h"
+#include "daemon/records/marker_sight.h"
+#include "daemon/records/snapshot.h"
 #include "daemon/track/centre.h"
 #include "daemon/track/centre_errors.h"
 #include "daemon/track/detection.h"
@@ -23,15 +25,16 @@ namespace tractiond::track {
 struct TrackOptions {
   int zeroFrames = 30;            ///< averaged for a rest pose: its error is then a fifth of one frame's
   double minValidFraction = 0.5;  ///< of the markers; below, the field is flagged kFewMarkers and no zero is taken
+  bool awaitJudge = false;        ///< a zero is only measured from once judge() has told of it
 };
 
 enum class Outcome {
   kTracked,     ///< the field holds this frame
-  kNoRestPose,  ///< the first rest pose is still being taken: there is nothing to displace from
+  kNoRestPose,  ///< the first rest pose is still being taken, or not judged yet: there is nothing to displace from
 };
 
-/// Thread-bound but for the four functions marked thread-safe. track() allocates nothing, except in the first frame of
-/// a pixel format and in frames in which it learns what markers look like: the first in which markers are found, and the
+/// Thread-bound but for the functions marked thread-safe. track() allocates nothing, except in the first frame of a
+/// pixel format and in frames in which it learns what markers look like: the first in which markers are found, and the
 /// first after requestZero().
 ///
 /// A zero is verified, and the fields carry no kZeroUnverified, once
@@ -64,13 +67,25 @@ class Tracker {
   /// The newest finished rest pose, once, for keeping. Thread-safe, for one thread.
   bool takeRestPose(RestPose& pose) { return finished_.take(pose); }
 
+  /// Does the gel file fit the picture that this zero was taken from? Where it does not, the fields carry kGelMismatch.
+  /// Thread-safe, for one thread.
+  void judge(const Id& zero, bool fits);
+
+  /// Of the newest frame, once. Thread-safe, for one thread.
+  bool takeSight(MarkerSight& sight) { return sights_.take(sight); }
+
+  /// Makes the room that show() needs. Allocates; reentrant.
+  void prepare(Snapshot& snapshot) const;
+  /// Where the markers are in the frame tracked last: all of a snapshot but the picture.
+  void show(Snapshot& snapshot) const;
+
  private:
   struct Layer {
     std::size_t index;  ///< of its planes
     Lattice lattice;
-    int rank;  ///< in a rest pose's cross-talk
-    double radius_px;
-    bool nearer;  ///< to the camera than the other layer: its markers hide the other's
+    int rank;          ///< in a rest pose's cross-talk
+    double radius_px;  ///< as described; once markers are labelled, as their spacing has it
+    bool nearer;       ///< to the camera than the other layer: its markers hide the other's
     Trust trust;
     MarkerTemplate marker = {};
     CrossTalk crossTalk = {};
@@ -78,6 +93,9 @@ class Tracker {
     CrossTalk crossTalkBefore = {};
     Plane plane = {}, otherPlane = {};  ///< of this frame
     std::vector<Spot> spots = {};
+    MarkerTemplate rough = {};  ///< for spots whose blur is not known yet
+    float roughScale = 0.0F;    ///< of the plane that it is for; 0: none yet
+    double described_px = 0.0;  ///< radius
   };
 
   // One frame.
@@ -97,6 +115,10 @@ class Tracker {
   void write(const FrameInfo& info, bool relabelled, MarkerField& field);
 
   // The start and the zero.
+  const MarkerTemplate& roughOf(Layer& layer);
+  bool latticesFit() const;
+  void reportSight();
+  void learnSize(Layer& layer, std::span<const std::uint8_t> seen);
   void learnAppearance(std::span<const std::uint8_t> seen);
   void relearnAppearance();
   void restoreAppearance();
@@ -168,6 +190,15 @@ class Tracker {
   bool poseWaits_ = false;
   std::atomic<ZeroState> zeroState_{ZeroState::kNone};
   Mailbox<RestPose> finished_;
+
+  struct Verdict {
+    Id zero{};
+    bool fits = false;
+  };
+  Verdict verdict_;
+  Mailbox<Verdict> verdicts_;
+  MarkerSight sight_;
+  Mailbox<MarkerSight> sights_;
 };
 
 }  // namespace tractiond::track

@@ -6,7 +6,9 @@
 #include "traction/error.h"
 #include "traction/status.h"
 
+#include <array>
 #include <chrono>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -47,6 +49,35 @@ struct CalibrationStep {
   std::string name;       ///< finish: the file's name begins with it
 };
 
+/// A picture of the camera, and what was found in it.
+struct Snapshot {
+  enum class MarkerState : std::uint8_t {
+    kSought,  ///< markers are not known yet: the place is where the gel file has it
+    kFound,
+    kLost,    ///< present in the zero, not found: the place is where its neighbours have it
+    kAbsent,  ///< not seen when the zero was taken
+  };
+  struct Marker {
+    std::array<float, 2> place_px{};  ///< right, down; of the camera's picture
+    Colour colour = Colour::kUnknown;
+    MarkerState state = MarkerState::kSought;
+  };
+  struct Spot {
+    std::array<float, 2> place_px{};
+    Colour colour = Colour::kUnknown;
+  };
+  std::uint32_t width = 0, height = 0;  ///< px
+  std::uint32_t channels = 0;           ///< bytes a pixel; 3: red, green, blue; 1: grey
+  std::uint32_t reduced = 1;            ///< pixels of the camera to one of this picture, in each direction
+  std::vector<std::uint8_t> levels;     ///< row after row
+  std::string pixelFormat;              ///< that the camera sent
+  std::uint64_t frameNumber = 0;
+  std::int64_t receivedReal_ns = 0;  ///< since 1970
+  std::vector<Marker> markers;
+  std::vector<Spot>
+      spots;  ///< whatever looks about like a marker, when the markers were last sought in a whole picture
+};
+
 struct CalibrationReport {
   struct Figure {
     std::string name;  ///< with its unit: "focal_px"
@@ -69,6 +100,8 @@ class TRACTION_EXPORT Control {
   Description description() const;  ///< the last one published
   /// Takes what the camera sees now as the unloaded gel, and waits for it.
   ZeroResult zero() const;
+  /// The next picture.
+  Snapshot snapshot() const;
   /// Carries a step out and waits for it.
   CalibrationReport calibrate(const CalibrationStep& step) const;
   /// Has a step carried out by the camera and waits for it.

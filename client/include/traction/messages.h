@@ -26,6 +26,7 @@ enum Flag : std::uint32_t {
   kTorn = 16,           ///< the picture does not hang together: rows of another moment, or moved aside
   kUnexplained = 32,    ///< the picture shows displacements that no forces on the surface can make
   kOutOfRange = 64,     ///< the forces are beyond the range for which the uncertainty is known
+  kGelMismatch = 128,   ///< the rest picture contradicts the gel file: the field is not valid
 };
 
 /// 3 x 3, row after row: x, y, z by x, y, z.

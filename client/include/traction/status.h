@@ -1,7 +1,7 @@
 // How the daemon does: published once a second, with or without frames.
 #pragma once
 
-#include "traction/messages.h"
+#include "traction/description.h"
 
 #include <optional>
 
@@ -66,6 +66,29 @@ struct RestDrift {
   double age_s = 0.0;      ///< since the last frame in which nothing touched
 };
 
+/// How many markers are found, and whether they are those of the gel file.
+struct MarkerStatus {
+  struct Layer {
+    Colour colour = Colour::kUnknown;
+    std::uint32_t expected = 0;  ///< of the gel file
+    std::uint32_t found = 0;     ///< in the newest frame
+    std::uint32_t inZero = 0;    ///< in the zero in force; 0: there is none
+    std::uint32_t columns = 0;   ///< that the picture showed when the markers were labelled last; 0: never
+    std::uint32_t rows = 0;
+  };
+  /// A number of the gel file, and what the rest picture shows instead.
+  struct Finding {
+    std::string name;  ///< with its unit: "pitch_mm"
+    double expected = 0.0;
+    double seen = 0.0;
+    double deviation = 0.0;    ///< standard, of their difference; 0: a number that is counted
+    bool contradicts = false;  ///< fields carry kGelMismatch
+  };
+  std::vector<Layer> layers;
+  std::string remark;  ///< for people: why markers are missing, what contradicts the gel file; empty: all is well
+  std::vector<Finding> findings;
+};
+
 struct Status {
   Header header;
   double uptime_s = 0.0;
@@ -85,6 +108,7 @@ struct Status {
   /// Turns of the loops of capture, track, solve, publish and control since the start: one that stands still hangs.
   std::array<std::uint64_t, 5> turns{};
 
+  MarkerStatus markers;
   std::optional<RestDrift> restDrift;  ///< none: nothing has been seen untouched since the zero or the start
 
   double zeroWithin_s = 0.0;  ///< a zero that is asked for now is answered within this time; 0: not known

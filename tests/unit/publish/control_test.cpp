@@ -25,7 +25,8 @@ class ControlTest : public testing::Test {
                                        .description = [bytes = description.SerializeAsString()] { return bytes; },
                                        .zero = [this] { ++zeros_; },
                                        .calibrate = [this](const CalibrationStep& step) { steps_.push_back(step); },
-                                       .camera = [this](const CameraStep& step) { camera(step); }});
+                                       .camera = [this](const CameraStep& step) { camera(step); },
+                                       .snapshot = [this] { ++snapshots_; }});
     if (!opened) throw std::runtime_error(opened.error().message());
     server_ = *std::move(opened);
   }
@@ -83,6 +84,7 @@ class ControlTest : public testing::Test {
   std::vector<CameraStep> cameraSteps_;
   zmq::context_t context_;
   int zeros_ = 0;
+  int snapshots_ = 0;
   std::vector<CalibrationStep> steps_;
   std::unique_ptr<ControlServer> server_;
 };
@@ -121,6 +123,19 @@ TEST_F(ControlTest, FailedZeroSaysWhy) {
   while (!server_->zeroPending()) server_->serve(10ms);
   server_->answerZero(tl::make_unexpected(std::string("only 12 of 1152 markers were found")));
   EXPECT_EQ(await(socket).error(), "only 12 of 1152 markers were found");
+}
+
+TEST_F(ControlTest, PictureIsForAllWhoAsked) {
+  const std::string wanted = request([](pb::Request& r) { r.mutable_snapshot(); });
+  auto one = connect(zmq::socket_type::req), two = connect(zmq::socket_type::req);
+  one.send(zmq::buffer(wanted), zmq::send_flags::none);
+  while (snapshots_ == 0) server_->serve(10ms);
+  two.send(zmq::buffer(wanted), zmq::send_flags::none);
+  for (int i = 0; i < 20; ++i) server_->serve(10ms);
+  EXPECT_EQ(snapshots_, 1);
+  server_->answerSnapshot(tl::make_unexpected(std::string("no frames come from the camera")), {});
+  EXPECT_EQ(await(one).error(), "no frames come from the camera");
+  EXPECT_EQ(await(two).error(), "no frames come from the camera");
 }
 
 TEST_F(ControlTest, StepOfACalibrationIsAnsweredWhenItIsDone) {

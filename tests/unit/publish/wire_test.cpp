@@ -287,7 +287,10 @@ TEST(Wire, EncodingAllocatesNothingAfterTheFirst) {
   DescriptionMessage description(publish::description(), {"one/"});
   TractionField field = traction(kMarkers, kNodes);
   const Ledger ledger;
-  const Status status;
+  Status status;
+  status.vitals.markers.layerCount = 2;
+  status.vitals.markers.findingCount = 15;
+  status.vitals.markers.remark.assign(std::string(1000, 'x'));
   Heading head = heading();
   std::vector<std::uint8_t> bytes(64 * 1024);
   std::uint64_t allocated = 0;
@@ -547,6 +550,78 @@ TEST(Wire, DriftIsToldWhereItIsKnown) {
   EXPECT_EQ(told.rest_drift().roll_rad(), 2e-4);
   EXPECT_EQ(told.rest_drift().rms_px(), 0.003);
   EXPECT_NEAR(told.rest_drift().age_s(), 2.0, 1e-9);
+}
+
+TEST(Wire, WhatIsFoundOfTheMarkersIsTold) {
+  Wire wire(description().identity);
+  Status status;
+  MarkerStatus& markers = status.vitals.markers;
+  markers.layerCount = 2;
+  markers.layers[1] = {sensor::Colour::kRed, 576, 3, 570, {24, 23}};
+  markers.remark.assign("pitch 2.91 ± 0.01");
+  markers.findingCount = 1;
+  markers.findings[0] = {.name = {}, .expected = 3.0, .seen = 2.91, .deviation = 0.01, .contradicts = true};
+  markers.findings[0].name.assign("pitch_mm");
+  pb::Status told;
+  for (int i = 0; i < 2; ++i) {  // nothing is left of the one before
+    ASSERT_TRUE(told.ParseFromString(statusBytes(wire, Ledger{}, status, heading())));
+    ASSERT_EQ(told.markers().layers_size(), 2);
+    const pb::LayerStatus& red = told.markers().layers(1);
+    EXPECT_EQ(red.colour(), pb::COLOUR_RED);
+    EXPECT_EQ(red.expected(), 576U);
+    EXPECT_EQ(red.found(), 3U);
+    EXPECT_EQ(red.in_zero(), 570U);
+    EXPECT_EQ(red.columns(), 24U);
+    EXPECT_EQ(red.rows(), 23U);
+    EXPECT_EQ(told.markers().remark(), "pitch 2.91 ± 0.01");
+    ASSERT_EQ(told.markers().findings_size(), 1);
+    const pb::GelFinding& pitch = told.markers().findings(0);
+    EXPECT_EQ(pitch.name(), "pitch_mm");
+    EXPECT_EQ(pitch.expected(), 3.0);
+    EXPECT_EQ(pitch.seen(), 2.91);
+    EXPECT_EQ(pitch.deviation(), 0.01);
+    EXPECT_TRUE(pitch.contradicts());
+  }
+}
+
+TEST(FixedText, IsCutBetweenCharacters) {
+  FixedText<4> text;
+  text.assign("abc±");
+  EXPECT_EQ(text.view(), "abc");
+  text.assign("ab±");
+  EXPECT_EQ(text.view(), "ab±");
+}
+
+TEST(Wire, ASnapshotHasThePictureAndItsMarkers) {
+  Snapshot snapshot;
+  const sensor::Sensor sensor;
+  const auto count = static_cast<std::size_t>(sensor.markerCount());
+  snapshot.bytes.assign(8000 * 6000, 7);  // more than is sent
+  snapshot.frame.data = snapshot.bytes.data();
+  snapshot.frame.size = snapshot.bytes.size();
+  snapshot.frame.width = snapshot.frame.stride = 8000;
+  snapshot.frame.height = 6000;
+  snapshot.frame.format = PixelFormat::kMono8;
+  snapshot.place_px.assign(2 * count, 5.5F);
+  snapshot.state.assign(count, MarkerState::kLost);
+  snapshot.spot_px = {1.0F, 2.0F};
+  snapshot.spotLayer = {1};
+  pb::Reply reply;
+  ASSERT_TRUE(reply.ParseFromString(encodeSnapshotReply(snapshot, sensor)));
+  const pb::SnapshotReply& told = reply.snapshot();
+  EXPECT_EQ(told.reduced(), 2U);
+  EXPECT_EQ(told.width(), 4000U);
+  EXPECT_EQ(told.levels().size(), 4000U * 3000U);
+  EXPECT_EQ(told.levels().back(), 7);
+  EXPECT_EQ(told.pixel_format(), "Mono8");
+  ASSERT_EQ(told.marker_state().size(), count);
+  EXPECT_EQ(told.marker_state()[0], pb::MARKER_STATE_LOST);
+  EXPECT_EQ(told.marker_layer()[575], 0);
+  EXPECT_EQ(told.marker_layer()[576], 1);
+  EXPECT_EQ(told.colours(1), pb::COLOUR_RED);
+  EXPECT_EQ(told.place_px_size(), static_cast<int>(2 * count));
+  EXPECT_EQ(told.spot_px(1), 2.0F);
+  EXPECT_EQ(told.spot_layer()[0], 1);
 }
 
 TEST(Wire, RandomBytesAreNoRequestAndNoHarm) {

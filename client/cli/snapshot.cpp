@@ -1,0 +1,150 @@
+// A picture of the camera as a PNG file, with rings around what was found.
+#include "client/cli/commands.h"
+#include "client/cli/output.h"
+
+#include <png.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+namespace traction::cli {
+
+namespace {
+
+constexpr float kRadius_px = 5.0F;  // of a mark
+
+struct Ink {
+  std::uint8_t red, green, blue;
+};
+
+/// Not the markers' own colours, which would not show on them.
+constexpr Ink kBlue = {90, 220, 255}, kRed = {255, 190, 60}, kLost = {255, 40, 255}, kExpected = {240, 240, 240};
+
+Ink inkOf(Colour colour) {
+  return colour == Colour::kRed ? kRed : kBlue;
+}
+
+/// Red, green, blue, to be drawn upon. Places are the camera's pixels.
+class Drawing {
+ public:
+  explicit Drawing(const Snapshot& snapshot)
+      : width_(static_cast<int>(snapshot.width))
+      , height_(static_cast<int>(snapshot.height))
+      , perPixel_(1.0F / static_cast<float>(snapshot.reduced))
+      , levels_(3 * static_cast<std::size_t>(snapshot.width) * snapshot.height) {
+    const std::size_t pixels = levels_.size() / 3;
+    for (std::size_t i = 0; i < pixels; ++i) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        levels_[3 * i + c] = snapshot.levels[snapshot.channels == 1 ? i : 3 * i + c];
+      }
+    }
+  }
+
+  void ring(std::array<float, 2> place, Ink ink) {
+    constexpr int kSteps = 64;
+    for (int i = 0; i < kSteps; ++i) {
+      const float angle = 6.2831853F * static_cast<float>(i) / kSteps;
+      dot(place, kRadius_px * std::cos(angle), kRadius_px * std::sin(angle), ink);
+    }
+  }
+
+  void cross(std::array<float, 2> place, Ink ink) {
+    for (float t = -kRadius_px; t <= kRadius_px; t += 0.5F) {
+      dot(place, t, t, ink);
+      dot(place, t, -t, ink);
+    }
+  }
+
+  void square(std::array<float, 2> place, Ink ink) {
+    for (float t = -kRadius_px; t <= kRadius_px; t += 0.5F) {
+      for (const float side : {-kRadius_px, kRadius_px}) {
+        dot(place, t, side, ink);
+        dot(place, side, t, ink);
+      }
+    }
+  }
+
+  void point(std::array<float, 2> place, Ink ink) {
+    for (const float du : {-0.5F, 0.5F}) {
+      for (const float dv : {-0.5F, 0.5F}) dot(place, du, dv, ink);
+    }
+  }
+
+  const std::vector<std::uint8_t>& levels() const { return levels_; }
+
+ private:
+  void dot(std::array<float, 2> place, float du, float dv, Ink ink) {
+    const auto pixel = [this](float at, float by) {
+      return static_cast<int>(std::lround(std::clamp(perPixel_ * (at + by), -1e6F, 1e6F)));
+    };
+    const int x = pixel(place[0], du), y = pixel(place[1], dv);
+    if (x < 0 || y < 0 || x >= width_ || y >= height_) return;
+    std::uint8_t* const to = levels_.data() + 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+                                                   static_cast<std::size_t>(x));
+    to[0] = ink.red;
+    to[1] = ink.green;
+    to[2] = ink.blue;
+  }
+
+  int width_, height_;
+  float perPixel_;
+  std::vector<std::uint8_t> levels_;
+};
+
+void mark(Drawing& drawing, const Snapshot& snapshot) {
+  using State = Snapshot::MarkerState;
+  const bool known = std::any_of(snapshot.markers.begin(), snapshot.markers.end(),
+                                 [](const auto& marker) { return marker.state != State::kSought; });
+  if (!known) {
+    for (const Snapshot::Spot& spot : snapshot.spots) drawing.square(spot.place_px, inkOf(spot.colour));
+  }
+  for (const Snapshot::Marker& marker : snapshot.markers) {
+    switch (marker.state) {
+    case State::kFound:
+      drawing.ring(marker.place_px, inkOf(marker.colour));
+      break;
+    case State::kLost:
+      drawing.cross(marker.place_px, kLost);
+      break;
+    case State::kSought:
+    case State::kAbsent:
+      drawing.point(marker.place_px, kExpected);
+      break;
+    }
+  }
+}
+
+}  // namespace
+
+void snapshot(const ControlOptions& options, const std::string& path, bool marked) {
+  const Snapshot snapshot = Control(options).snapshot();
+  Drawing drawing(snapshot);
+  if (marked) mark(drawing, snapshot);
+  const bool grey = snapshot.channels == 1 && !marked;
+
+  png_image image;
+  std::memset(&image, 0, sizeof image);
+  image.version = PNG_IMAGE_VERSION;
+  image.width = snapshot.width;
+  image.height = snapshot.height;
+  image.format = grey ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
+  const auto* levels = grey ? snapshot.levels.data() : drawing.levels().data();
+  if (png_image_write_to_file(&image, path.c_str(), 0, levels, 0, nullptr) == 0) {
+    throw OutputError("cannot write " + path + ": " + image.message);
+  }
+  const auto count = [&](Snapshot::MarkerState state) {
+    return std::count_if(snapshot.markers.begin(), snapshot.markers.end(),
+                         [state](const auto& marker) { return marker.state == state; });
+  };
+  std::printf("%s: %u x %u pixels of %s, frame %llu; of %zu markers %zd found, %zd lost, %zd not in the zero\n",
+              path.c_str(), snapshot.width, snapshot.height, snapshot.pixelFormat.c_str(),
+              static_cast<unsigned long long>(snapshot.frameNumber), snapshot.markers.size(),
+              static_cast<std::ptrdiff_t>(count(Snapshot::MarkerState::kFound)),
+              static_cast<std::ptrdiff_t>(count(Snapshot::MarkerState::kLost)),
+              static_cast<std::ptrdiff_t>(count(Snapshot::MarkerState::kAbsent)));
+  flushOutput();
+}
+
+}  // namespace traction::cli

@@ -1,0 +1,32 @@
+// Does the rest picture show the gel of the gel file? It knows the number of markers, their pitch, how far apart in
+// depth the layers lie, and where the camera is.
+#pragma once
+
+#include "daemon/records/gel_report.h"
+#include "sensor/sensor.h"
+
+#include <cstdint>
+#include <span>
+
+namespace tractiond::calibrate {
+
+/// What is worth an alarm. The deviations of the numbers themselves are the gel file's [uncertainty]; it says nothing
+/// of the pattern. After a calibration it knows the pose so well that heat would be an alarm: hence the floors.
+struct GelCheckOptions {
+  double alarm = 5.0;   ///< deviations: a gel that is as uncertain as its file says is called wrong once in 2e5 zeros
+  double pitch = 3e-4;  ///< deviation of the pitch, relative
+  double offset = 0.1e-3;         ///< of a layer's place against the first, in x and in y [m]
+  double leastPosition = 0.1e-3;  ///< floor of the deviation of the camera's position [m] ...
+  double leastRotation = 1e-3;    ///< ... rotation [rad] ...
+  double leastDistance = 1e-3;    ///< ... scale of the picture, relative ...
+  double leastDepth = 0.05e-3;    ///< ... and of a layer's depth [m]
+  double largestResidual = 0.1;   ///< of the spacing, root mean square: more is no such pattern
+};
+
+/// Fits the camera's pose and distortion, and the second layer's place and depth, to the markers' places, everything
+/// else being as the sensor has it, and compares. Tens of milliseconds. Reentrant.
+/// \param place_px 2 M, as in RestPose \param seen one per layer; empty: not known
+GelReport checkGel(const sensor::Sensor& sensor, std::span<const float> place_px, std::span<const std::uint8_t> present,
+                   std::span<const LatticeSeen> seen, const GelCheckOptions& options = {});
+
+}  // namespace tractiond::calibrate

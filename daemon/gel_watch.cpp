@@ -1,0 +1,179 @@
+#include "daemon/gel_watch.h"
+
+#include "daemon/calibrate/gel_check.h"
+#include "daemon/track/diagnosis.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cstring>
+
+namespace tractiond {
+
+namespace {
+
+constexpr double kMissing = 0.5;  // of a layer's markers: fewer are a reason to look
+
+std::int64_t ns(double seconds) {
+  return static_cast<std::int64_t>(1e9 * seconds);
+}
+
+bool isMissing(const MarkerSight& sight) {
+  const auto first = sight.layers.begin();
+  return sight.layerCount > 0 &&
+         (!sight.following || std::any_of(first, first + sight.layerCount,
+                                          [](const auto& layer) { return layer.found < kMissing * layer.expected; }));
+}
+
+}  // namespace
+
+GelWatch::GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<publish::MarkerStatus>& status,
+                   std::function<void(const SnapshotResult&)> answer, const GelWatchOptions& options)
+    : sensor_(sensor)
+    , tracker_(tracker)
+    , status_(status)
+    , answer_(std::move(answer))
+    , options_(options) {
+  tracker.prepare(*loan_.own());
+}
+
+std::string GelWatch::judge(const RestPose& zero) {
+  tracker_.takeSight(sight_);
+  zero_ = zero;
+  judging_ = true;
+  check();
+  return report_.remark.empty() ? ""
+                                : "the gel file does not fit the picture, and no forces are valid: " + report_.remark;
+}
+
+void GelWatch::check() {
+  std::vector<LatticeSeen> seen;
+  for (int i = 0; i < sight_.layerCount; ++i) {
+    judgedSeen_[i] = sight_.layers[i].seen;
+    if (judgedSeen_[i].columns != 0) seen.push_back(judgedSeen_[i]);
+  }
+  if (seen.size() != sensor_.layers.size()) seen.clear();
+  report_ = calibrate::checkGel(sensor_, zero_.position_px, zero_.present, seen);
+  tracker_.judge(zero_.id, report_.fits());
+}
+
+void GelWatch::turn() {
+  const std::int64_t now_ns = options_.clock();
+  if (foundAt_ns_ == 0) foundAt_ns_ = now_ns;
+  const bool fresh = tracker_.takeSight(sight_);
+  if (fresh && judging_) {
+    const bool changed = [&] {
+      for (int i = 0; i < sight_.layerCount; ++i) {
+        const LatticeSeen &now = sight_.layers[i].seen, &then = judgedSeen_[i];
+        if (now.columns != then.columns || now.rows != then.rows) return true;
+      }
+      return false;
+    }();
+    if (changed) {
+      const bool fitted = report_.fits();
+      check();
+      if (fitted && !report_.fits()) {
+        spdlog::warn("warning: the gel file does not fit the picture, and no forces are valid: {}", report_.remark);
+      }
+    }
+  }
+  if (fresh) watchMissing(now_ns);
+  watchSnapshot(now_ns);
+  if (fresh) tell();
+}
+
+void GelWatch::watchMissing(std::int64_t now_ns) {
+  if (!isMissing(sight_)) {
+    foundAt_ns_ = now_ns;
+    lookedAt_ns_ = 0;
+    if (!missing_.empty()) {
+      spdlog::info("the markers are found again");
+      missing_.clear();
+    }
+    return;
+  }
+  if (now_ns - foundAt_ns_ < ns(options_.patience_s)) return;
+  if (lookedAt_ns_ != 0 && now_ns - lookedAt_ns_ < ns(options_.between_s)) return;
+  lookedAt_ns_ = now_ns;
+  lookWanted_ = true;
+}
+
+void GelWatch::askSnapshot() {
+  askedAt_ns_ = options_.clock();
+}
+
+void GelWatch::watchSnapshot(std::int64_t now_ns) {
+  Snapshot* const snapshot = loan_.own();
+  if (snapshot && lent_) {
+    lent_ = false;
+    if (!snapshot->fits) {
+      snapshot->bytes.resize(snapshot->frame.size);
+    } else {
+      if (lookWanted_) look(*snapshot);
+      if (askedAt_ns_ != 0) {
+        askedAt_ns_ = 0;
+        answer_(snapshot);
+      }
+      lookWanted_ = false;
+    }
+  }
+  if (snapshot && (lookWanted_ || askedAt_ns_ != 0)) {
+    lent_ = true;
+    loan_.lend();
+  }
+  if (askedAt_ns_ != 0 && now_ns - askedAt_ns_ > ns(options_.longestWait_s)) {
+    askedAt_ns_ = 0;
+    answer_(tl::unexpected<std::string>("no frames come from the camera"));
+  }
+}
+
+void GelWatch::look(const Snapshot& snapshot) {
+  const bool first = missing_.empty();
+  missing_ = track::diagnose(sensor_, sight_, plainPicture(snapshot.frame));
+  const std::int64_t now_ns = options_.clock();
+  if (!first && now_ns - loggedAt_ns_ < ns(options_.betweenLines_s)) return;
+  loggedAt_ns_ = now_ns;
+  spdlog::warn("warning: too few markers are found: {}; tractionctl snapshot --marked shows it", missing_);
+}
+
+void GelWatch::tell() {
+  publish::MarkerStatus status;
+  status.layerCount = sight_.layerCount;
+  for (int i = 0; i < sight_.layerCount; ++i) {
+    const MarkerSight::Layer& from = sight_.layers[i];
+    status.layers[i] = {sensor_.layers[i].colour, from.expected, from.found, from.inZero, from.seen};
+  }
+  std::string remark = missing_;
+  if (judging_ && !report_.fits()) {
+    remark += (remark.empty() ? "" : "; ") + ("the gel file does not fit the picture: " + report_.remark);
+  }
+  status.remark.assign(remark);
+  if (judging_) {
+    for (const GelReport::Finding& from : report_.findings) {
+      if (status.findingCount == static_cast<int>(status.findings.size())) break;
+      publish::MarkerStatus::Finding& to = status.findings[status.findingCount++];
+      to.name.assign(from.name);
+      to.expected = from.expected;
+      to.seen = from.seen;
+      to.deviation = from.deviation;
+      to.contradicts = from.contradicts;
+    }
+  }
+  status_.put(status);
+}
+
+void GelWatch::takeFrame(const Frame& frame) {
+  Snapshot* const wanted = loan_.lent();
+  if (!wanted) return;
+  wanted->frame = frame;
+  wanted->frame.data = wanted->bytes.data();
+  wanted->frame.token = nullptr;
+  wanted->fits = frame.size <= wanted->bytes.size();
+  if (wanted->fits) {
+    std::memcpy(wanted->bytes.data(), frame.data, frame.size);
+    tracker_.show(*wanted);
+  }
+  loan_.giveBack();
+}
+
+}  // namespace tractiond

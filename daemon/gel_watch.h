@@ -1,0 +1,80 @@
+// Whether the markers are found and are those of the gel file; what the picture shows where they are not.
+#pragma once
+
+#include "daemon/base/clock.h"
+#include "daemon/base/loan.h"
+#include "daemon/base/mailbox.h"
+#include "daemon/publish/status.h"
+#include "daemon/records/gel_report.h"
+#include "daemon/records/snapshot.h"
+#include "daemon/track/tracker.h"
+
+#include <tl/expected.hpp>
+
+#include <functional>
+#include <string>
+
+namespace tractiond {
+
+struct GelWatchOptions {
+  double patience_s = 1.0;                 ///< for which markers must be missing before the picture is looked at
+  double between_s = 5.0;                  ///< two looks
+  double betweenLines_s = 30.0;            ///< two lines in the log of the same kind
+  double longestWait_s = 3.0;              ///< for a frame, when a snapshot is asked for
+  std::int64_t (*clock)() = monotonicNow;  ///< [ns]
+};
+
+/// Bound to the control thread, but for takeFrame().
+class GelWatch {
+ public:
+  using SnapshotResult = tl::expected<const Snapshot*, std::string>;
+
+  /// Sensor, tracker and status outlive this. `answer`: what came of askSnapshot(), within a turn().
+  GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<publish::MarkerStatus>& status,
+           std::function<void(const SnapshotResult&)> answer, const GelWatchOptions& options = {});
+
+  /// Compares the gel file with a zero, and tells the tracker. What contradicts, for people; empty: nothing.
+  std::string judge(const RestPose& zero);
+
+  /// Somebody wants to see the next picture.
+  void askSnapshot();
+
+  /// Does what is due.
+  void turn();
+
+  /// A zero is being taken: its judge should not sleep.
+  bool hurried() const { return tracker_.zeroState() == track::ZeroState::kTaking; }
+
+  /// On the tracking thread, after the frame was tracked: copies it if a picture is wanted. Allocates nothing.
+  void takeFrame(const Frame& frame);
+
+ private:
+  void check();
+  void watchMissing(std::int64_t now_ns);
+  void watchSnapshot(std::int64_t now_ns);
+  void look(const Snapshot& snapshot);
+  void tell();
+
+  const sensor::Sensor& sensor_;
+  track::Tracker& tracker_;
+  Mailbox<publish::MarkerStatus>& status_;
+  std::function<void(const SnapshotResult&)> answer_;
+  GelWatchOptions options_;
+
+  MarkerSight sight_;
+  RestPose zero_;
+  bool judging_ = false;  ///< there is a zero
+  std::array<LatticeSeen, 2> judgedSeen_;
+  GelReport report_;
+
+  std::int64_t foundAt_ns_ = 0;   ///< when the markers were found last, or the watch began
+  std::int64_t lookedAt_ns_ = 0;  ///< when the picture was looked at last
+  std::int64_t loggedAt_ns_ = 0;
+  std::string missing_;  ///< what was seen then
+
+  Loan<Snapshot> loan_;
+  bool lent_ = false, lookWanted_ = false;
+  std::int64_t askedAt_ns_ = 0;  ///< by somebody; 0: by nobody
+};
+
+}  // namespace tractiond

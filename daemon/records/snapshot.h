@@ -1,0 +1,46 @@
+// A copy of one picture, and what the tracker made of it.
+#pragma once
+
+#include "daemon/records/frame.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace tractiond {
+
+/// What has become of a marker.
+enum class MarkerState : std::uint8_t {
+  kSought,  ///< markers are not known yet: its place is where the gel file has it
+  kFound,
+  kLost,    ///< present in the zero, not found now: its place is where its neighbours have it
+  kAbsent,  ///< not seen when the zero was taken
+};
+
+struct Snapshot {
+  std::vector<std::uint8_t> bytes;  ///< as the camera sent them; the room is made before
+  bool fits = false;                ///< there was room; else frame.size says how much is needed
+  Frame frame;                      ///< its data is `bytes`
+
+  // By marker, in the order of sensor::markerPositions.
+  std::vector<float> place_px;  ///< 2 M, (u, v)
+  std::vector<MarkerState> state;
+
+  // Spots that look about like a marker of a layer, when the markers were last sought in the whole picture.
+  std::vector<float> spot_px;           ///< (u, v) of each
+  std::vector<std::uint8_t> spotLayer;  ///< of each
+};
+
+/// 8 bits a channel, rows without padding.
+struct PlainPicture {
+  int width = 0, height = 0;  ///< px
+  int channels = 3;           ///< 3: red, green, blue; 1: grey
+  std::vector<std::uint8_t> levels;
+};
+
+/// Of any format that can be read: the high 8 bits; colours of a mosaic from each cell of 2 x 2 pixels. For eyes.
+PlainPicture plainPicture(const Frame& frame);
+
+/// Of half the width and height: means of 2 x 2 pixels.
+PlainPicture halved(const PlainPicture& picture);
+
+}  // namespace tractiond

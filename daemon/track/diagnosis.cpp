@@ -1,0 +1,197 @@
+// The light first, for without it nothing else can be said. Then spots of other sizes, of other colours, dark ones;
+// then spots of the right look that do not lie as they should.
+#include "daemon/track/diagnosis.h"
+
+#include "daemon/track/appearance.h"
+#include "daemon/track/detection.h"
+#include "daemon/track/nominal.h"
+#include "daemon/track/plane.h"
+#include "sensor/colour_name.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+namespace tractiond::track {
+
+namespace {
+
+constexpr int kDark = 40, kFlat = 15;  // levels
+constexpr double kSaturated = 0.2;     // share of the pixels
+constexpr double kMany = 0.5;          // of the markers expected: spots worth being named
+constexpr std::array<double, 6> kSizes = {0.35, 0.5, 0.7, 1.5, 2.1, 3.0};
+constexpr double kOtherSpacing = 0.12;  // relative
+
+struct Light {
+  int darkest = 255, brightest = 0;
+  double saturated = 0.0;
+};
+
+Light lightOf(const PlainPicture& picture) {
+  Light light;
+  std::array<std::size_t, 256> count{};
+  for (const std::uint8_t level : picture.levels) ++count[level];
+  const std::size_t all = picture.levels.size();
+  // A thousandth on each side may be hot pixels and dust.
+  std::size_t below = 0;
+  for (int level = 0; level < 256; ++level) {
+    if (below <= all / 1000) light.darkest = level;
+    if (all - below > all / 1000) light.brightest = level;
+    below += count[static_cast<std::size_t>(level)];
+  }
+  light.saturated = static_cast<double>(count[255]) / static_cast<double>(all);
+  return light;
+}
+
+/// One channel of the picture as a plane, compared with another one.
+Plane channelOf(const PlainPicture& picture, int channel) {
+  Plane plane;
+  plane.first = picture.levels.data() + channel;
+  plane.stride = std::ptrdiff_t{picture.channels} * picture.width;
+  plane.step = picture.channels;
+  plane.width = picture.width;
+  plane.height = picture.height;
+  return plane;
+}
+
+class Looker {
+ public:
+  Looker(const sensor::Sensor& sensor, const PlainPicture& picture)
+      : picture_(picture)
+      , detector_(picture.width, picture.height, sensor.markerCount()) {}
+
+  /// Spots of this radius that stand out more in one channel than in the other (-1: whatever the other shows).
+  std::span<const Spot> spots(int channel, int other, double radius_px, bool dark) {
+    Plane own = channelOf(picture_, channel), beside;
+    if (other >= 0) beside = channelOf(picture_, other);
+    own.sign = beside.sign = dark ? -1.0F : 1.0F;
+    return detector_.find(own, beside, roughTemplate(own, radius_px));
+  }
+
+ private:
+  const PlainPicture& picture_;
+  Detector detector_;
+};
+
+/// Median distance to the nearest spot [px].
+std::optional<float> spacingOf(std::span<const Spot> spots) {
+  if (spots.size() < 10) return std::nullopt;
+  std::vector<float> nearest;
+  for (const Spot& spot : spots) {
+    float least = 1e9F;
+    for (const Spot& other : spots) {
+      if (&other != &spot) least = std::min(least, std::hypot(other.u - spot.u, other.v - spot.v));
+    }
+    nearest.push_back(least);
+  }
+  const auto middle = nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2);
+  std::ranges::nth_element(nearest, middle);
+  return *middle;
+}
+
+std::string aboutLayer(const sensor::Sensor& sensor, std::size_t index, const PlainPicture& picture, Looker& looker) {
+  const sensor::MarkerLayer& layer = sensor.layers[index];
+  const char* name = nameOf(layer.colour);
+  const double radius_px = markerRadius(sensor, layer);
+  const bool grey = picture.channels == 1;
+  const bool coloured = !grey && layer.colour != sensor::Colour::kGrey, dark = layer.darker;
+  const int own = grey ? 0 : layer.colour == sensor::Colour::kRed ? 0 : layer.colour == sensor::Colour::kBlue ? 2 : 1;
+  const int other = !coloured || own == 1 ? -1 : 2 - own;
+  const auto enough = static_cast<std::size_t>(kMany * layer.count());
+  const std::size_t asDescribed = looker.spots(own, other, radius_px, dark).size();
+
+  std::size_t most = 0;
+  double ofSize = 0.0;
+  for (const double size : kSizes) {
+    const double radius = size * radius_px;
+    if (radius < 0.8 || radius > 9.0) continue;
+    const std::size_t seen = looker.spots(own, other, radius, dark).size();
+    if (seen <= most) continue;
+    most = seen;
+    ofSize = size;
+  }
+  if (asDescribed < enough && most >= enough && most > 2 * asDescribed) {
+    return fmt::format("{} {} spots of about {:.1f} times the size: {}", most, name, ofSize,
+                       ofSize > 1.0 ? "is the lens out of focus, or the camera too near?"
+                                    : "is the camera too far away, or diameter_mm wrong?");
+  }
+  if (asDescribed < enough && coloured) {
+    constexpr std::array<const char*, 3> kChannels = {"red", "green", "blue"};
+    for (const int channel : {0, 1, 2}) {
+      if (channel == own) continue;
+      const std::size_t seen = looker.spots(channel, own, radius_px, dark).size();
+      if (seen < enough) continue;
+      return fmt::format("{} {} spots and {} {} ones: check the colours of the layers, and the camera's white balance",
+                         seen, kChannels[static_cast<std::size_t>(channel)], asDescribed, name);
+    }
+    const std::size_t white = looker.spots(own, -1, radius_px, dark).size();
+    if (white >= enough) {
+      return fmt::format(
+          "{} spots that are as bright in the other colour as in {}: check light, filter and white balance", white,
+          name);
+    }
+  }
+  if (asDescribed < enough) {
+    const std::size_t opposite = looker.spots(own, -1, radius_px, !dark).size();
+    if (opposite >= enough) {
+      return fmt::format("{} spots that are {} than what surrounds them: check darker of that layer", opposite,
+                         dark ? "brighter" : "darker");
+    }
+    return fmt::format("{} spots that look like {} markers", asDescribed, name);
+  }
+  const std::vector<Vector> places = nominalPlaces(sensor);
+  const Lattice lattice = latticesOf(sensor)[index];
+  const float expected = smallestSpacing(places, {&lattice, 1});
+  const auto seen = spacingOf(looker.spots(own, other, radius_px, dark));
+  if (seen && std::abs(*seen / expected - 1.0F) > kOtherSpacing) {
+    return fmt::format("{} {} spots, {:.1f} px apart instead of {:.1f}: check pitch_mm and the camera's distance",
+                       asDescribed, name, *seen, expected);
+  }
+  return fmt::format("{} {} spots that do not lie in a grid of {} x {}", asDescribed, name, layer.columns, layer.rows);
+}
+
+}  // namespace
+
+std::string diagnose(const sensor::Sensor& sensor, const MarkerSight& sight, const PlainPicture& picture) {
+  std::string text;
+  const auto add = [&](const std::string& part, const char* between) { text += (text.empty() ? "" : between) + part; };
+  bool fewSpots = false;
+  for (std::size_t i = 0; i < sensor.layers.size(); ++i) {
+    const MarkerSight::Layer& layer = sight.layers[i];
+    add(fmt::format("{}: {} of {} markers", nameOf(sensor.layers[i].colour), layer.found, layer.expected), ", ");
+    fewSpots = fewSpots || layer.found < kMany * layer.expected;
+  }
+  if (picture.levels.empty() || !fewSpots) return text;
+  const Light light = lightOf(picture);
+  if (light.brightest < kDark) {
+    add(fmt::format(
+            "the picture is dark: its brightest pixels have {} of 255 levels; light it, open the iris or expose longer",
+            light.brightest),
+        "; ");
+    return text;
+  }
+  if (light.saturated > kSaturated) {
+    add(fmt::format("{:.0f} % of the picture is saturated; less light, a smaller iris or a shorter exposure",
+                    100.0 * light.saturated),
+        "; ");
+    return text;
+  }
+  if (light.brightest - light.darkest < kFlat) {
+    add(fmt::format("the picture is even: all between {} and {} of 255 levels; is the lens covered?", light.darkest,
+                    light.brightest),
+        "; ");
+    return text;
+  }
+  Looker looker(sensor, picture);
+  for (std::size_t i = 0; i < sensor.layers.size(); ++i) {
+    if (sight.layers[i].found >= kMany * sight.layers[i].expected) continue;
+    add("seen: " + aboutLayer(sensor, i, picture, looker), "; ");
+  }
+  return text;
+}
+
+}  // namespace tractiond::track

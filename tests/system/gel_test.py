@@ -1,0 +1,150 @@
+"""A gel file that is not the gel's, a pose that is far off, and markers that cannot be seen: nothing wrong is published,
+and the daemon says what it sees instead."""
+
+import json
+import pathlib
+import struct
+import unittest
+import zlib
+
+import rig
+
+GEL_MISMATCH = 128
+REST = str(rig.SOURCE / "twin" / "scenarios" / "idle.toml")
+# Coarse nodes: an inverse takes no time.
+NODES = "[nodes]\ncolumns = 12\nrows = 12\npitch_mm = 6\n"
+LAYER = "[[layers]]\ncolour = \"{0}\"\ncolumns = {1}\nrows = {2}\npitch_mm = {3}\ncentre_mm = [{4}, {4}]\ndepth_mm = {5}\n"
+
+
+def layers(columns=24, rows=24, pitch=3.0, blue=6.0, red=8.0):
+    return LAYER.format("blue", columns, rows, pitch, 0, blue) + LAYER.format("red", columns, rows, pitch, 1.5, red)
+
+
+def png(path):
+    """(width, height, bytes a pixel, levels) of an 8-bit PNG, grey or RGB, read by its specification."""
+    data = path.read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    at, packed, header = 8, b"", None
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at:at + 8])
+        body = data[at + 8:at + 8 + size]
+        assert zlib.crc32(kind + body) == struct.unpack(">I", data[at + 8 + size:at + 12 + size])[0]
+        if kind == b"IHDR":
+            header = struct.unpack(">IIBBBBB", body)
+        if kind == b"IDAT":
+            packed += body
+        at += 12 + size
+    width, height, depth, colour, *_ = header
+    assert depth == 8 and colour in (0, 2)
+    step = 3 if colour == 2 else 1
+    lines, above, levels = zlib.decompress(packed), bytes(width * step), bytearray()
+    for row in range(height):
+        kind, *line = lines[row * (width * step + 1):(row + 1) * (width * step + 1)]
+        for i in range(len(line)) if kind else ():
+            left = line[i - step] if i >= step else 0
+            corner = above[i - step] if i >= step else 0
+            guess = left + above[i] - corner
+            paeth = min((abs(guess - left), 0, left), (abs(guess - above[i]), 1, above[i]),
+                        (abs(guess - corner), 2, corner))[2]
+            line[i] = (line[i] + (0, left, above[i], (left + above[i]) // 2, paeth)[kind]) & 255
+        levels += bytes(line)
+        above = line
+    return width, height, step, bytes(levels)
+
+
+class Gel(unittest.TestCase):
+    def setUp(self):
+        self.bench = self.enterContext(rig.Rig())
+
+    def file(self, name, text):
+        path = self.bench.folder / name
+        path.write_text("format = 1\n" + text)
+        return path
+
+    def daemon(self, gel):
+        return self.bench.daemon(f'[sensor]\ngel_file = "{self.file("gel.toml", gel)}"\n')
+
+    def ctl(self, daemon, *words, seconds=60):
+        return self.bench.ctl("--control", daemon.endpoint["control"], *words, seconds=seconds)
+
+    def expect_nothing_wrong(self, daemon, subscriber, count=60):
+        for field in subscriber.collect(count):
+            self.assertTrue(field.header.flags & GEL_MISMATCH)
+            self.assertFalse(field.valid)
+            self.assertEqual([field.resultant_N.x, field.resultant_N.y, field.resultant_N.z], [0, 0, 0])
+            self.assertFalse(any(field.force_N))
+
+    def test_wrong_numbers_in_the_gel_file_are_noticed_before_a_force_is_published(self):
+        scenario = self.file("press.toml", "period_s = 1000\n[[contacts]]\nshape = \"hertz\"\nradius_mm = 4\n"
+                             "time_s = [20, 21]\nforce_z_n = [0, 3]\n")
+        for name, gel, says in (("pitch", layers(pitch=2.91), r"pitch is 2\.910 mm by the file"),
+                                ("number", layers(columns=20, rows=20), r"the file has 20 x 20 blue markers"),
+                                ("swapped", layers(blue=8, red=6), r"exchanged"),
+                                ("depth", layers(red=9.6), r"3\.60 mm below")):
+            with self.subTest(name), rig.Rig() as bench:
+                self.bench = bench
+                file = self.file(name + ".toml", gel + NODES)
+                bench.twin(scenario, truth=False)
+                daemon = bench.daemon(f'[sensor]\ngel_file = "{file}"\n')
+                fields = bench.subscribe(daemon, "traction/v1/default/field/")
+                daemon.wait_for(r"does not fit the picture.*" + says, 60)
+                self.expect_nothing_wrong(daemon, fields)
+                code, output = self.ctl(daemon, "status", "--json")
+                self.assertEqual(code, 0, output)
+                markers = json.loads(output)["markers"]
+                self.assertRegex(markers["remark"], says)
+                self.assertTrue(any(finding["contradicts"] for finding in markers["findings"]))
+                self.assertEqual(daemon.stop(), 0)
+
+    def test_a_pose_that_is_far_off_is_no_hindrance_and_is_mended_by_a_calibration(self):
+        self.bench.twin(REST, truth=False)
+        daemon = self.daemon("[camera]\nposition_mm = [11, -13, 167]\nrotation_rad = [0.05, -0.05, 0.05]\n" + NODES)
+        fields = self.bench.subscribe(daemon, "traction/v1/default/field/")
+        daemon.wait_for(r"the camera's pose in the file is off by 19\.\d mm .* and \d\.\d\d°.*tractionctl calibrate", 60)
+        self.expect_nothing_wrong(daemon, fields, 20)
+        code, output = self.ctl(daemon, "calibrate", "geometry", "--yes", "--json", seconds=120)
+        self.assertEqual(code, 0, output)
+        code, output = self.ctl(daemon, "calibrate", "finish", "--json")
+        self.assertEqual(code, 0, output)
+        path = pathlib.Path(json.loads(output.splitlines()[-1])["path"])
+        self.assertEqual(daemon.stop(), 0)
+        mended = self.bench.daemon(f'[sensor]\ngel_file = "{path}"\n', state=self.bench.folder / "mended")
+        for field in self.bench.subscribe(mended, "traction/v1/default/field/").collect(20):
+            self.assertFalse(field.header.flags & GEL_MISMATCH)
+            self.assertTrue(field.valid)
+
+    def test_why_markers_are_not_found(self):
+        for optics, says in (("contrast_levels = 8\nbackground_levels = 2\n", r"the picture is dark"),
+                             ("contrast_levels = 255\nbackground_levels = 255\n", r"saturated")):
+            with self.subTest(says), rig.Rig() as bench:
+                self.bench = bench
+                bench.twin(self.file("light.toml", "[optics]\n" + optics), truth=False)
+                daemon = bench.daemon()
+                daemon.wait_for(r"too few markers are found: blue: 0 of 576 markers, red: 0 of 576 markers; .*" + says, 60)
+                code, output = self.ctl(daemon, "status")
+                self.assertRegex(output, r"markers +blue 0 of 576 \(0 in the zero\), red 0 of 576")
+                picture = bench.folder / "dark.png"
+                code, output = self.ctl(daemon, "snapshot", str(picture), "--marked")
+                self.assertEqual(code, 0, output)
+                self.assertEqual(png(picture)[:3], (640, 480, 3))
+
+    def test_a_snapshot_shows_the_picture_and_what_was_found_in_it(self):
+        self.bench.twin(REST, truth=False)
+        daemon = self.bench.daemon()
+        daemon.wait_for("zero taken", 60)
+        plain, marked = self.bench.folder / "plain.png", self.bench.folder / "marked.png"
+        code, output = self.ctl(daemon, "snapshot", str(plain))
+        self.assertEqual(code, 0, output)
+        self.assertRegex(output, r"640 x 480 pixels of RGB8, frame \d+; of 1152 markers 11\d\d found")
+        code, output = self.ctl(daemon, "snapshot", str(marked), "--marked")
+        self.assertEqual(code, 0, output)
+        ring = bytes([90, 220, 255])  # of blue markers
+        self.assertEqual(png(plain)[3].count(ring), 0)
+        self.assertGreater(png(marked)[3].count(ring), 1000)
+        code, output = self.ctl(daemon, "snapshot", "/nowhere/picture.png")
+        self.assertNotEqual(code, 0)
+        self.assertIn("/nowhere/picture.png", output)
+
+
+if __name__ == "__main__":
+    unittest.main()

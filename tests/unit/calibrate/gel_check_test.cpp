@@ -1,0 +1,193 @@
+// Pictures of one gel, and the file of another.
+#include "daemon/calibrate/gel_check.h"
+#include "tests/unit/track/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+namespace tractiond::calibrate {
+namespace {
+
+/// What the daemon would find in pictures of `truth`, had it this gel file. Nothing: no zero could be taken.
+std::optional<GelReport> judged(const sensor::Sensor& truth, const sensor::Sensor& file, unsigned seed = 1,
+                                twin::Format format = twin::Format::kRgb8) {
+  track::Scene scene({}, format, truth);
+  scene.remove(0.03, seed);
+  track::Tracker tracker(file, {});
+  MarkerField field;
+  field.resize(file.markerCount());
+  RestPose pose;
+  for (int i = 0; i < 45; ++i) {
+    tracker.track(scene.shoot(), field);
+    if (!tracker.takeRestPose(pose)) continue;
+    MarkerSight sight;
+    EXPECT_TRUE(tracker.takeSight(sight));
+    std::vector<LatticeSeen> seen;
+    for (int k = 0; k < sight.layerCount; ++k) seen.push_back(sight.layers[static_cast<std::size_t>(k)].seen);
+    return checkGel(file, pose.position_px, pose.present, seen);
+  }
+  return std::nullopt;
+}
+
+const GelReport::Finding& find(const GelReport& report, const std::string& name) {
+  for (const GelReport::Finding& finding : report.findings) {
+    if (finding.name == name) return finding;
+  }
+  ADD_FAILURE() << name;
+  static const GelReport::Finding none;
+  return none;
+}
+
+/// The numbers that a gel file may have wrong, drawn as far off as it says they may be.
+struct Draw {
+  explicit Draw(unsigned seed)
+      : random(seed) {}
+  double normal(double deviation) { return std::normal_distribution<double>(0.0, deviation)(random); }
+
+  sensor::Sensor trueSensor(const sensor::Sensor& file) {
+    sensor::Sensor truth = file;
+    const sensor::Uncertainty& known = file.uncertainty;
+    truth.camera.focal_px *= 1.0 + normal(known.focal);
+    truth.camera.principal_px += Eigen::Vector2d(normal(known.principal_px), normal(known.principal_px));
+    for (int axis = 0; axis < 3; ++axis) {
+      truth.camera.position[axis] += normal(known.position[axis]);
+      truth.camera.rotation[axis] += normal(known.rotation[axis]);
+    }
+    for (sensor::MarkerLayer& layer : truth.layers) layer.depth += normal(known.layerDepth);
+    return truth;
+  }
+
+  std::mt19937 random;
+};
+
+TEST(GelCheck, AGelAsUncertainAsItsFileSaysIsNoAlarm) {
+  constexpr unsigned kSeed = 4711;
+  constexpr int kGels = 60;
+  Draw draw(kSeed);
+  int alarms = 0;
+  double largest = 0.0;
+  for (int i = 0; i < kGels; ++i) {
+    const sensor::Sensor file;
+    const auto report = judged(draw.trueSensor(file), file, static_cast<unsigned>(i),
+                               i % 2 ? twin::Format::kBayerRG8 : twin::Format::kRgb8);
+    ASSERT_TRUE(report) << i;
+    if (!report->fits()) ++alarms;
+    EXPECT_TRUE(report->fits()) << i << ": " << report->remark;
+    for (const auto& finding : report->findings) {
+      if (finding.deviation > 0.0) {
+        largest = std::max(largest, std::abs(finding.seen - finding.expected) / finding.deviation);
+      }
+    }
+  }
+  std::printf("seed %u: %d alarms in %d gels, the largest difference %.1f deviations\n", kSeed, alarms, kGels, largest);
+  EXPECT_EQ(alarms, 0);
+}
+
+TEST(GelCheck, AWrongPitchIsNoticed) {
+  Draw draw(1);
+  for (const double error : {-0.03, 0.03}) {
+    for (unsigned i = 0; i < 6; ++i) {
+      sensor::Sensor file;
+      const sensor::Sensor truth = draw.trueSensor(file);
+      for (sensor::MarkerLayer& layer : file.layers) layer.pitch *= 1.0 + error;
+      const auto report = judged(truth, file, i);
+      ASSERT_TRUE(report);
+      EXPECT_FALSE(report->fits());
+      const auto& pitch = find(*report, "pitch_mm");
+      EXPECT_TRUE(pitch.contradicts);
+      EXPECT_NEAR(pitch.seen, 3.0, 5.0 * pitch.deviation);
+      if (i == 0) std::printf("%s\n", report->remark.c_str());
+    }
+  }
+}
+
+TEST(GelCheck, AnotherNumberOfMarkersIsNoticedBothWaysRound) {
+  const auto grid = [](int columns, int rows) {
+    sensor::Sensor sensor;
+    for (sensor::MarkerLayer& layer : sensor.layers) {
+      layer.columns = columns;
+      layer.rows = rows;
+    }
+    return sensor;
+  };
+  for (const auto& [columns, rows] : {std::pair(20, 20), {25, 24}, {23, 24}, {24, 23}, {20, 24}, {24, 21}}) {
+    for (const bool inFile : {false, true}) {
+      const auto report =
+          inFile ? judged(grid(24, 24), grid(columns, rows)) : judged(grid(columns, rows), grid(24, 24));
+      ASSERT_TRUE(report) << columns << " x " << rows;
+      EXPECT_FALSE(report->fits()) << columns << " x " << rows << (inFile ? " in the file" : " in the picture");
+      std::printf("%d x %d %s: %s\n", columns, rows, inFile ? "in the file" : "in the picture", report->remark.c_str());
+    }
+  }
+}
+
+TEST(GelCheck, ExchangedLayersAreNoticed) {
+  Draw draw(2);
+  for (const bool centresToo : {false, true}) {
+    for (unsigned i = 0; i < 4; ++i) {
+      sensor::Sensor file;
+      const sensor::Sensor truth = draw.trueSensor(file);
+      std::swap(file.layers[0].depth, file.layers[1].depth);
+      if (centresToo) std::swap(file.layers[0].centre, file.layers[1].centre);
+      const auto report = judged(truth, file, i);
+      ASSERT_TRUE(report);
+      EXPECT_FALSE(report->fits());
+      EXPECT_TRUE(centresToo || report->remark.find("exchanged") != std::string::npos) << report->remark;
+      if (i == 0) std::printf("%s\n", report->remark.c_str());
+    }
+  }
+}
+
+TEST(GelCheck, ALayersDepthThatIsAFifthOffIsNoticed) {
+  Draw draw(3);
+  for (const std::size_t layer : {0, 1}) {
+    for (const double share : {0.8, 1.2}) {
+      for (unsigned i = 0; i < 4; ++i) {
+        sensor::Sensor file;
+        const sensor::Sensor truth = draw.trueSensor(file);
+        file.layers[layer].depth *= share;
+        const auto report = judged(truth, file, i);
+        ASSERT_TRUE(report);
+        EXPECT_TRUE(find(*report, "layer_distance_mm").contradicts);
+        if (i == 0) std::printf("%s\n", report->remark.c_str());
+      }
+    }
+  }
+}
+
+TEST(GelCheck, AWrongPoseIsMeasured) {
+  Draw draw(4);
+  for (unsigned i = 0; i < 10; ++i) {
+    const sensor::Sensor truth;
+    sensor::Sensor file;
+    const auto direction = [&] { return Eigen::Vector3d(draw.normal(1), draw.normal(1), draw.normal(1)).normalized(); };
+    file.camera.position += 20e-3 * direction();
+    file.camera.rotation += 5.0 * M_PI / 180.0 * direction();
+    const auto report = judged(truth, file, i);
+    ASSERT_TRUE(report) << i;
+    EXPECT_FALSE(report->fits());
+    if (i == 0) std::printf("%s\n", report->remark.c_str());
+    EXPECT_NE(report->remark.find("tractionctl calibrate"), std::string::npos);
+    EXPECT_NEAR(find(*report, "camera_x_mm").seen, 0.0, 0.2) << i;
+    EXPECT_NEAR(find(*report, "camera_y_mm").seen, 0.0, 0.2) << i;
+    EXPECT_NEAR(find(*report, "camera_z_mm").seen, 157.0, 0.2) << i;
+    EXPECT_NEAR(find(*report, "camera_rotation_z_rad").seen, 0.0, 2e-3) << i;
+  }
+}
+
+TEST(GelCheck, OneLayerIsEnough) {
+  sensor::Sensor file;
+  file.layers.pop_back();
+  const auto right = judged(file, file);
+  ASSERT_TRUE(right);
+  EXPECT_TRUE(right->fits()) << right->remark;
+  sensor::Sensor truth = file;
+  truth.layers[0].pitch *= 0.97;
+  const auto wrong = judged(truth, file);
+  ASSERT_TRUE(wrong);
+  EXPECT_FALSE(wrong->fits());
+}
+
+}  // namespace
+}  // namespace tractiond::calibrate
