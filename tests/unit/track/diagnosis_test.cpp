@@ -34,7 +34,7 @@ TEST(Diagnosis, CountsWhatIsFound) {
 
 TEST(Diagnosis, ADarkPicture) {
   twin::Optics optics;
-  optics.contrast = 7.0;
+  optics.contrast = 4.0;
   optics.background = 3.0;
   for (const auto format : {twin::Format::kRgb8, twin::Format::kBayerGR8}) {
     EXPECT_TRUE(contains(said(optics, format), "dark"));
@@ -57,7 +57,7 @@ TEST(Diagnosis, AnEvenPicture) {
 
 TEST(Diagnosis, MarkersOfAnotherSize) {
   sensor::Sensor truth;
-  for (sensor::MarkerLayer& layer : truth.layers) layer.diameter = 1.4e-3;
+  for (sensor::MarkerLayer& layer : truth.layers) layer.diameter = 2e-3;
   Scene scene({}, twin::Format::kRgb8, truth);
   EXPECT_TRUE(contains(said(sensor::Sensor{}, scene), "times the size"));
 }
