@@ -12,7 +12,7 @@ struct ThicknessReading {
   double thickness = 0.0;  ///< by the pattern [m]
   double deviation = 0.0;  ///< of it against the file's: noise, what the file says of Poisson's ratio, depths and the
                            ///< thickness itself [m]
-  double alarm = 5.0;      ///< deviations: a gel that is as its file says is called wrong once in 2e6 weights
+  double alarm = 5.0;      ///< deviations
 
   bool contradicts(double expected) const {
     return thickness - expected > alarm * deviation || expected - thickness > alarm * deviation;
