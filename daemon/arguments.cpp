@@ -33,7 +33,8 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   app.add_flag("--check-config", arguments.checkConfig, "check the configuration and the gel file, and exit");
   app.add_flag("--print-config", arguments.printConfig, "print the configuration with every key, and exit");
   app.add_flag("--cameras", arguments.listCameras, "list the cameras in sight and what keeps them, and exit");
-  app.add_option("--plan", arguments.description, "say what would be done with a camera of this GenICam file, and exit");
+  app.add_option("--plan", arguments.description,
+                 "say what would be done with a camera of this GenICam file, and exit");
   app.add_option("--images", arguments.images, "raw pictures from a file (-: standard input) instead of a camera");
   app.set_version_flag("--version", std::string("tractiond " TRACTIOND_VERSION));
   app.footer(kExitCodes);

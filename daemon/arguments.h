@@ -10,7 +10,7 @@ namespace tractiond {
 struct Arguments {
   Places places;
   std::string description;  ///< of a camera, to say what would be done with it; empty: none
-  std::string images;  ///< empty: a camera
+  std::string images;       ///< empty: a camera
   bool checkConfig = false, printConfig = false, listCameras = false;
 };
 

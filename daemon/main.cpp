@@ -42,8 +42,8 @@ int plan(const std::string& file, const capture::CameraOptions& options) {
   };
   std::cout << plan->vendor << " " << plan->model << "\n  format    " << plan->picture << " of " << list(plan->formats)
             << "\n  rate      " << plan->rate << "\n  exposure  " << plan->exposure << "\n  gain      " << plan->gain
-            << "\n  triggers  " << plan->trigger << "\n  PTP       " << plan->clock << "\n  chunks    "
-            << plan->chunks << "\n  link      " << plan->link << "\n  set       " << list(plan->settings) << "\n";
+            << "\n  triggers  " << plan->trigger << "\n  PTP       " << plan->clock << "\n  chunks    " << plan->chunks
+            << "\n  link      " << plan->link << "\n  set       " << list(plan->settings) << "\n";
   for (const std::string& note : plan->notes) std::cout << "  note      " << note << "\n";
   return EX_OK;
 }

@@ -12,7 +12,7 @@ namespace twin {
 
 namespace {
 
-constexpr double kCacheVersion = 1.0;       // of the correction's cache
+constexpr double kCacheVersion = 1.0;  // of the correction's cache
 constexpr double kNodeSpacing = 5e-3;  // [m] one more interpolation node for each of these
 constexpr int kFewestNodes = 5;
 
@@ -46,7 +46,8 @@ Eigen::MatrixXd blockCorrection(const sensor::Gel& gel, const sensor::Points& ma
   for (int axis = 0; axis < 2; ++axis) {
     options.clearance = std::min(options.clearance, 0.5 * gel.size[axis] - sources.row(axis).cwiseAbs().maxCoeff());
   }
-  std::vector<double> key = {kCacheVersion, gel.youngsModulus, gel.poissonRatio, double(options.degree), options.clearance};
+  std::vector<double> key = {kCacheVersion, gel.youngsModulus, gel.poissonRatio, double(options.degree),
+                             options.clearance};
   append(key, gel.size);
   append(key, markers);
   append(key, sources);

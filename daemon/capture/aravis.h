@@ -85,8 +85,8 @@ tl::expected<CameraReport, std::string> serveFeatures(ArvCamera* camera, const C
 
 /// A quantity that cameras spell in several ways, in one unit: ExposureTime, ExposureTimeAbs in us; Gain, GainRaw.
 struct Quantity {
-  std::string feature;     ///< the first of its names that the camera has; empty: none
-  double perUnit = 1.0;    ///< the camera's number for one of ours
+  std::string feature;   ///< the first of its names that the camera has; empty: none
+  double perUnit = 1.0;  ///< the camera's number for one of ours
 };
 Quantity exposureOf(ArvDevice* device);
 Quantity gainOf(ArvDevice* device);

@@ -70,7 +70,8 @@ tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOpti
     wanted.pixelFormat = traitsOf(before->format).name;
     // Not the first camera found, but the same one. Its address answers fastest, and may be a new one.
     const bool byAddress = opening.attempt % 2 == 0 && !before->name.address.empty();
-    if (options.id.empty()) wanted.id = byAddress ? before->name.address : before->name.vendor + "-" + before->name.serial;
+    if (options.id.empty())
+      wanted.id = byAddress ? before->name.address : before->name.vendor + "-" + before->name.serial;
   }
   auto connected = connectCamera(wanted, opening);
   if (!connected) return tl::unexpected(connected.error());
@@ -176,7 +177,8 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes) {
 
 AravisDriver::Proof AravisDriver::awaitWholeFrame() const {
   // Four frames, should they be slow; of a camera that waits for its trigger nothing comes.
-  const double patience_s = info_.triggered ? 0.1 : std::clamp(info_.frameRate_Hz > 0 ? 4.0 / info_.frameRate_Hz : 1.0, 1.0, 5.0);
+  const double patience_s =
+      info_.triggered ? 0.1 : std::clamp(info_.frameRate_Hz > 0 ? 4.0 / info_.frameRate_Hz : 1.0, 1.0, 5.0);
   const std::int64_t until_ns = monotonicNow() + std::llround(patience_s * 1e9);
   int broken = 0;
   while (broken < 3) {

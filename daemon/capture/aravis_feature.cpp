@@ -177,7 +177,8 @@ Done writeInteger(ArvDevice* device, const Feature& feature) {
   arv_device_set_integer_feature_value(device, name, *value, failure.into());
   if (failure) {
     const gint64 step = arv_device_get_integer_feature_increment(device, name, nullptr);
-    if (!failure.noAnswer() && step > 1) return refuse(feature, failure.text(), "it goes in steps of " + std::to_string(step));
+    if (!failure.noAnswer() && step > 1)
+      return refuse(feature, failure.text(), "it goes in steps of " + std::to_string(step));
     return refuse(feature, failure);
   }
   const gint64 got = arv_device_get_integer_feature_value(device, name, failure.into());

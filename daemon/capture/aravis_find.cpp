@@ -117,7 +117,8 @@ tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, 
   const CameraName name = nameOf(camera->get());
   const std::string held = "camera " + name.id + " at " + name.address + " is held by another client";
   if (opening.say) opening.say(Weight::kWarning, held);
-  if (!takeControl(ARV_GV_DEVICE(device), until_ns, opening.stop)) return failed(EX_TEMPFAIL, held, "close that client");
+  if (!takeControl(ARV_GV_DEVICE(device), until_ns, opening.stop))
+    return failed(EX_TEMPFAIL, held, "close that client");
   return camera;
 }
 

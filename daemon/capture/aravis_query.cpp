@@ -165,11 +165,17 @@ CameraFeature Query::describe(const std::string& name, const std::string& catego
   for (const std::string& selector : selectorsOf(node))
     feature.selected.push_back(selector + "=" + readFeature(device_, selector));
   for (const Feature& one : configured_)
-    if (one.name == name) feature.configured = std::visit([](const auto& v) {
-      if constexpr (std::is_same_v<std::decay_t<decltype(v)>, std::string>) return v;
-      else if constexpr (std::is_same_v<std::decay_t<decltype(v)>, bool>) return std::string(v ? "true" : "false");
-      else return number(static_cast<double>(v));
-    }, one.value);
+    if (one.name == name)
+      feature.configured = std::visit(
+          [](const auto& v) {
+            if constexpr (std::is_same_v<std::decay_t<decltype(v)>, std::string>)
+              return v;
+            else if constexpr (std::is_same_v<std::decay_t<decltype(v)>, bool>)
+              return std::string(v ? "true" : "false");
+            else
+              return number(static_cast<double>(v));
+          },
+          one.value);
   const auto before = std::find_if(first_.begin(), first_.end(), [&](const auto& one) { return one.first == name; });
   if (before != first_.end()) feature.first = before->second;
   return feature;
@@ -179,10 +185,11 @@ Answer Query::list(const CameraStep& step) {
   const std::string wanted = lower(step.matching);
   for (const Place& place : places_) {
     if (!wanted.empty() && lower(place.name).find(wanted) == std::string::npos) continue;
-    const bool within = step.categories.empty() ||
-                        std::any_of(step.categories.begin(), step.categories.end(), [&](const std::string& category) {
-                          return ("/" + lower(place.category) + "/").find("/" + lower(category) + "/") != std::string::npos;
-                        });
+    const bool within =
+        step.categories.empty() ||
+        std::any_of(step.categories.begin(), step.categories.end(), [&](const std::string& category) {
+          return ("/" + lower(place.category) + "/").find("/" + lower(category) + "/") != std::string::npos;
+        });
     if (!within) continue;
     const auto leaf = place.category.substr(place.category.rfind('/') + 1);
     report_.features.push_back(describe(place.name, leaf));
@@ -197,7 +204,8 @@ Answer Query::with(const std::string& name, const std::function<Answer(const std
   if (node == nullptr || !ARV_IS_GC_FEATURE_NODE(node)) {
     std::string close;
     for (const Place& place : places_)
-      if (lower(place.name).find(lower(wanted.feature)) != std::string::npos) close += (close.empty() ? "" : ", ") + place.name;
+      if (lower(place.name).find(lower(wanted.feature)) != std::string::npos)
+        close += (close.empty() ? "" : ", ") + place.name;
     return tl::unexpected("the camera has no feature " + wanted.feature + (close.empty() ? "" : "; it has " + close));
   }
   if (wanted.choice.empty()) return work(wanted.feature);
@@ -231,7 +239,8 @@ Answer Query::write(const std::string& name, const std::string& value) {
     } else if (ARV_IS_GC_INTEGER(node) && !ARV_IS_GC_ENUMERATION(node)) {
       std::int64_t whole = 0;
       const auto done = std::from_chars(value.data(), end, whole);
-      if (done.ec != std::errc() || done.ptr != end) return tl::unexpected(feature + " is a whole number, not " + value);
+      if (done.ec != std::errc() || done.ptr != end)
+        return tl::unexpected(feature + " is a whole number, not " + value);
       setting.value = whole;
     } else if (ARV_IS_GC_FLOAT(node)) {
       double real = 0;

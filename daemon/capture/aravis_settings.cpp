@@ -6,8 +6,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <cmath>
+#include <cstdio>
 #include <tuple>
 #include <utility>
 
@@ -24,7 +24,8 @@ std::vector<const PixelFormatTraits*> readableFormats(ArvCamera* camera) {
   gint64* codes = arv_camera_dup_available_pixel_formats(camera, &count, nullptr);
   std::vector<const PixelFormatTraits*> formats;
   for (guint i = 0; codes != nullptr && i < count; ++i)
-    if (const PixelFormatTraits* known = pixelFormatByCode(static_cast<std::uint32_t>(codes[i]))) formats.push_back(known);
+    if (const PixelFormatTraits* known = pixelFormatByCode(static_cast<std::uint32_t>(codes[i])))
+      formats.push_back(known);
   g_free(codes);
   const auto rank = [](const PixelFormatTraits* format) {
     return std::tuple(format->colours == PixelColours::kMono, format->bits, format->bitsPerPixel);
@@ -117,8 +118,8 @@ Result Setter::setRegion(const CameraOptions& options) {
     const char *size, *offset;
     int wanted, at;
   };
-  const std::array<Axis, 2> axes{{{"Width", "OffsetX", options.width, options.offsetX},
-                                  {"Height", "OffsetY", options.height, options.offsetY}}};
+  const std::array<Axis, 2> axes{
+      {{"Width", "OffsetX", options.width, options.offsetX}, {"Height", "OffsetY", options.height, options.offsetY}}};
   for (const Axis& axis : axes) {
     const bool movable = hasFeature(device_, axis.offset) &&
                          arv_device_get_feature_access_mode(device_, axis.offset) != ARV_GC_ACCESS_MODE_RO;
@@ -142,7 +143,8 @@ Result Setter::setRegion(const CameraOptions& options) {
 
 Result Setter::report(const char* key, const char* unit, double asked, double got, const Failure& failure) {
   const std::string what = std::string("camera.") + key + " = " + number(asked);
-  if (failure.noAnswer()) return failed(EX_UNAVAILABLE, "the camera does not answer to " + what + ": " + failure.text());
+  if (failure.noAnswer())
+    return failed(EX_UNAVAILABLE, "the camera does not answer to " + what + ": " + failure.text());
   if (failure) return failed(EX_CONFIG, "the camera refuses " + what + ": " + failure.text());
   const double off = std::abs(got - asked);
   info_.settings.push_back(std::string(key) + " = " + number(got) +
@@ -158,8 +160,8 @@ Result Setter::setQuantity(const char* key, const char* unit, const Quantity& qu
   if (quantity.feature.empty()) return failed(EX_CONFIG, what + ": the camera has no such setting");
   const double raw = value * quantity.perUnit;
   const bool whole = ARV_IS_GC_INTEGER(arv_device_get_feature(device_, quantity.feature.c_str()));
-  Feature feature{quantity.feature, raw};
-  if (whole) feature.value = std::int64_t{std::llround(raw)};
+  const Feature feature =
+      whole ? Feature{quantity.feature, std::int64_t{std::llround(raw)}} : Feature{quantity.feature, raw};
   if (auto written = writeFeature(device_, feature); !written) {
     written.error().what = what + ": " + written.error().what;
     return tl::unexpected(written.error());
@@ -201,7 +203,8 @@ Result Setter::setRate(double rate_Hz) {
   if (auto done = report("frame_rate_hz", "frames/s", rate_Hz, got, failure); !done) return done;
   for (const std::string& trigger : on) {
     if (!trigger.empty()) arv_device_set_string_feature_value(device_, "TriggerSelector", trigger.c_str(), nullptr);
-    if (auto line = writeFeature(device_, {"TriggerMode", std::string("On")}); !line) return tl::unexpected(line.error());
+    if (auto line = writeFeature(device_, {"TriggerMode", std::string("On")}); !line)
+      return tl::unexpected(line.error());
   }
   if (!selected.empty()) arv_device_set_string_feature_value(device_, "TriggerSelector", selected.c_str(), nullptr);
   return {};
@@ -235,11 +238,11 @@ Result Setter::setTrigger(const CameraOptions& options) {
 }
 
 Result Setter::setStrobe(const std::string& line) {
-  for (const Feature& feature :
-       {Feature{"LineSelector", line}, Feature{"LineMode", std::string("Output")},
-        Feature{"LineSource", std::string("ExposureActive")}}) {
+  for (const Feature& feature : {Feature{"LineSelector", line}, Feature{"LineMode", std::string("Output")},
+                                 Feature{"LineSource", std::string("ExposureActive")}}) {
     // Lines that can only be outputs have no mode, or one that cannot be written.
-    if (feature.name == "LineMode" && (!hasFeature(device_, "LineMode") || readFeature(device_, "LineMode") == "Output"))
+    if (feature.name == "LineMode" &&
+        (!hasFeature(device_, "LineMode") || readFeature(device_, "LineMode") == "Output"))
       continue;
     if (auto done = set(feature); !done) {
       done.error().what = "camera.strobe_line = \"" + line + "\": " + done.error().what;
@@ -254,11 +257,13 @@ Result Setter::setPtp() {
   if (name.empty()) return failed(EX_CONFIG, "camera.ptp = true: the camera has no PTP", "set it to false");
   if (name != "PtpMode") return set({name, true});
   guint count = 0;
-  const char** entries = arv_device_dup_available_enumeration_feature_values_as_strings(device_, "PtpMode", &count, nullptr);
+  const char** entries =
+      arv_device_dup_available_enumeration_feature_values_as_strings(device_, "PtpMode", &count, nullptr);
   const std::vector<std::string> modes = taken(entries, count);
   for (const char* mode : {"Slave", "SlaveOnly", "Auto", "On"})
     if (std::find(modes.begin(), modes.end(), mode) != modes.end()) return set({"PtpMode", std::string(mode)});
-  return failed(EX_CONFIG, "camera.ptp = true: the camera's PtpMode is none that follows a master; it offers " + joined(modes));
+  return failed(EX_CONFIG,
+                "camera.ptp = true: the camera's PtpMode is none that follows a master; it offers " + joined(modes));
 }
 
 Result Setter::setLink(const CameraOptions& options) {
@@ -292,7 +297,8 @@ Result Setter::setChunks(const std::vector<std::string>& chunks) {
   std::string list;
   for (const std::string& chunk : chunks) list += (list.empty() ? "" : ",") + chunk;
   arv_camera_set_chunks(camera_, list.c_str(), failure.into());
-  if (failure) return failed(failure.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG, "the camera refuses " + what + failure.text());
+  if (failure)
+    return failed(failure.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG, "the camera refuses " + what + failure.text());
   info_.settings.push_back("chunks = " + joined(chunks));
   return {};
 }
@@ -307,9 +313,9 @@ void Setter::keepOne(const char* what, const char* unit, const Quantity& quantit
   const bool kept = setQuantity(what, unit, quantity, before) && same(readQuantity(device_, quantity));
   info_.settings.resize(settings);
   const std::string old = number(before) + (*unit == '\0' ? "" : std::string(" ") + unit);
-  info_.warnings.push_back(std::string("the camera came back with ") + what + " = " + number(*now) +
-                           (kept ? "; set to " + old + " again, as before"
-                                 : " instead of " + old + ", which it does not take"));
+  info_.warnings.push_back(
+      std::string("the camera came back with ") + what + " = " + number(*now) +
+      (kept ? "; set to " + old + " again, as before" : " instead of " + old + ", which it does not take"));
 }
 
 void Setter::keep(const Standing& before, const CameraOptions& options) {

@@ -6,6 +6,7 @@
 #include "daemon/base/clock.h"
 
 #include <pthread.h>
+#include <xxhash.h>
 
 #include <array>
 #include <atomic>
@@ -13,8 +14,6 @@
 #include <cstring>
 #include <mutex>
 #include <utility>
-
-#include <xxhash.h>
 
 namespace tractiond::capture {
 namespace {
@@ -105,7 +104,8 @@ std::unique_ptr<Driver> Camera::Keeper::openOne(const CameraInfo* before) {
   std::string told;
   for (int attempt = 0; !stop.stop_requested(); ++attempt) {
     const std::int64_t next_ns = monotonicNow() + kTurn.count();
-    Opening opening{before, attempt, stop.get_token(), [this](Weight w, const std::string& line) { tell(w, line); }, {}};
+    Opening opening{
+        before, attempt, stop.get_token(), [this](Weight w, const std::string& line) { tell(w, line); }, {}};
     opening.found = [this] { show(CameraState::kConnecting, ""); };
     auto opened = open(opening);
     std::optional<Error> problem;
@@ -115,7 +115,8 @@ std::unique_ptr<Driver> Camera::Keeper::openOne(const CameraInfo* before) {
       auto seen = std::make_shared<CameraInfo>((*opened)->info());
       seen->session = before == nullptr ? 1 : before->session + 1;
       if (before != nullptr && seen->shape != before->shape)
-        problem = Error{.exitCode = EX_UNAVAILABLE, .what = "camera " + seen->name.id + " came back with another picture"};
+        problem =
+            Error{.exitCode = EX_UNAVAILABLE, .what = "camera " + seen->name.id + " came back with another picture"};
       else if (auto welcomed = greet(*seen); !welcomed)
         problem = welcomed.error();
       if (!problem) {
@@ -130,8 +131,9 @@ std::unique_ptr<Driver> Camera::Keeper::openOne(const CameraInfo* before) {
     if (!worthIt) return end(*problem), nullptr;
     const std::string line = problem->message();
     show(absent, line);
-    if (line != told) tell(before == nullptr ? Weight::kInfo : Weight::kWarning,
-                           (before == nullptr ? "waiting for a camera: " : "") + line);
+    if (line != told)
+      tell(before == nullptr ? Weight::kInfo : Weight::kWarning,
+           (before == nullptr ? "waiting for a camera: " : "") + line);
     told = line;
     std::unique_lock lock(mutex);
     tried = true;

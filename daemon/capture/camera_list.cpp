@@ -46,18 +46,19 @@ std::string interfaceTowards(const std::string& address) {
 
 /// Vendor and model by the camera's description, as Aravis writes them, of cameras whose registers have another byte
 /// order than they say and which the Aravis of Debian 12 does not know (later ones do).
-constexpr std::array<std::array<const char*, 2>, 12> kSwapped{{{"AT_Automation_Technology_GmbH", "C6_X_GigE"},
-                                                              {"DO3THINK", "MGV518"},
-                                                              {"EVK", "HELIOS"},
-                                                              {"IDS_Imaging_Development_Systems_GmbH", "GV_53FxLE_M"},
-                                                              {"IDS_Imaging_Development_Systems_GmbH", "GV_58CxLE_M"},
-                                                              {"IDS_Imaging_Development_Systems_GmbH", "GV_524xCP_NIR"},
-                                                              {"IDS_Imaging_Development_Systems_GmbH", "GV_599xCP_C"},
-                                                              {"NIT", "NSC1601GIGE"},
-                                                              {"Sony", "XCG_CPSeries"},
-                                                              {"TeledyneDALSA", "ICE"},
-                                                              {"Xenics", "Wildcat"},
-                                                              {"FLIR", "XscSeries"}}};
+constexpr std::array<std::array<const char*, 2>, 12> kSwapped{
+    {{"AT_Automation_Technology_GmbH", "C6_X_GigE"},
+     {"DO3THINK", "MGV518"},
+     {"EVK", "HELIOS"},
+     {"IDS_Imaging_Development_Systems_GmbH", "GV_53FxLE_M"},
+     {"IDS_Imaging_Development_Systems_GmbH", "GV_58CxLE_M"},
+     {"IDS_Imaging_Development_Systems_GmbH", "GV_524xCP_NIR"},
+     {"IDS_Imaging_Development_Systems_GmbH", "GV_599xCP_C"},
+     {"NIT", "NSC1601GIGE"},
+     {"Sony", "XCG_CPSeries"},
+     {"TeledyneDALSA", "ICE"},
+     {"Xenics", "Wildcat"},
+     {"FLIR", "XscSeries"}}};
 
 }  // namespace
 
@@ -74,8 +75,8 @@ std::string byteOrderNote(ArvDevice* device) {
   for (const auto& [knownVendor, knownModel] : kSwapped) {
     if (vendor == knownVendor && model == knownModel)
       return "registers of the " + vendor + " " + model +
-             " have another byte order than they say, which this Aravis (" + std::to_string(ARAVIS_MAJOR_VERSION) + "." +
-             std::to_string(ARAVIS_MINOR_VERSION) + "." + std::to_string(ARAVIS_MICRO_VERSION) +
+             " have another byte order than they say, which this Aravis (" + std::to_string(ARAVIS_MAJOR_VERSION) +
+             "." + std::to_string(ARAVIS_MINOR_VERSION) + "." + std::to_string(ARAVIS_MICRO_VERSION) +
              ") may not know: numbers may be refused or read wrongly; a newer Aravis knows it";
   }
   return {};
@@ -85,9 +86,10 @@ std::string shareAdvice(int cameras, double link_bytes_per_s, int packet_bytes) 
   if (cameras < 2 || link_bytes_per_s <= 0) return {};
   const double share = 0.9 * link_bytes_per_s / cameras;
   const double delay_ns = packet_bytes * (cameras - 1) / link_bytes_per_s * 1e9;
-  return std::to_string(cameras) + " cameras share this link: give each throughput_bytes_per_s = " +
-         std::to_string(std::llround(share)) + ", or packet_delay_ns = " + std::to_string(std::llround(delay_ns)) +
-         " with packets of " + std::to_string(packet_bytes) + " bytes";
+  return std::to_string(cameras) +
+         " cameras share this link: give each throughput_bytes_per_s = " + std::to_string(std::llround(share)) +
+         ", or packet_delay_ns = " + std::to_string(std::llround(delay_ns)) + " with packets of " +
+         std::to_string(packet_bytes) + " bytes";
 }
 
 std::vector<UsbCamera> usbCameras(const fs::path& sys, const fs::path& dev) {

@@ -20,7 +20,8 @@ struct Feature {
 struct CameraOptions {
   /// Device id, "Vendor-Serial", IP address or MAC address; empty: the first camera found.
   std::string id = {};
-  /// Raw pictures from this file ("-": standard input) take a camera's place; empty: they do not. From the command line.
+  /// Raw pictures from this file ("-": standard input) take a camera's place; empty: they do not. From the command
+  /// line.
   std::string images = {};
   /// A camera that is not there yet is waited for; false: that is an error.
   bool wait = true;
@@ -30,17 +31,17 @@ struct CameraOptions {
 
   // Then these in their order. Zero, empty, or -1 for an offset: as the camera stands.
   std::string pixelFormat = {};    ///< a name of records/pixel_format.h
-  int width = 0, height = 0;  ///< px
+  int width = 0, height = 0;       ///< px
   int offsetX = -1, offsetY = -1;  ///< px
   double frameRate_Hz = 0.0;
-  double exposure_us = 0.0;        ///< whatever the camera's name for it; switches its automatic off
-  std::optional<double> gain = {};      ///< in the camera's own unit; likewise
-  std::string trigger = {};             ///< "off", "software", or the source's name in the camera: "Line1"
-  std::string strobeLine = {};          ///< follows the exposure: "Line2"
-  bool ptp = false;                ///< the camera's clock follows its network's
-  double packetDelay_ns = 0.0;     ///< between two packets of a network camera
-  int throughput_bytes_per_s = 0;  ///< that the camera sends at most
-  std::vector<std::string> chunks = {}; ///< sent with each frame: "ExposureTime", "Gain", "Timestamp" ...
+  double exposure_us = 0.0;              ///< whatever the camera's name for it; switches its automatic off
+  std::optional<double> gain = {};       ///< in the camera's own unit; likewise
+  std::string trigger = {};              ///< "off", "software", or the source's name in the camera: "Line1"
+  std::string strobeLine = {};           ///< follows the exposure: "Line2"
+  bool ptp = false;                      ///< the camera's clock follows its network's
+  double packetDelay_ns = 0.0;           ///< between two packets of a network camera
+  int throughput_bytes_per_s = 0;        ///< that the camera sends at most
+  std::vector<std::string> chunks = {};  ///< sent with each frame: "ExposureTime", "Gain", "Timestamp" ...
 
   /// With headers. 0: the interface's MTU, at most 9000; smaller if no whole frame arrives so.
   int packetSize_bytes = 0;

@@ -39,7 +39,8 @@ tl::expected<CameraPlan, Error> planCamera(const std::string& file, const Camera
   xml.erase(0, begin);
 
   // What is wrong is said below, in one line.
-  g_log_set_handler("XML", GLogLevelFlags(G_LOG_LEVEL_MASK), [](auto...) {}, nullptr);
+  g_log_set_handler(
+      "XML", GLogLevelFlags(G_LOG_LEVEL_MASK), [](auto...) {}, nullptr);
   Failure failure;
   const Ref<ArvDevice> device = makePaperDevice(xml, failure);
   if (!device) return refuse(failure.text());

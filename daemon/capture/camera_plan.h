@@ -13,9 +13,9 @@ namespace tractiond::capture {
 
 struct CameraPlan {
   std::string vendor, model;
-  std::vector<std::string> settings;  ///< that would be made, as "Name = value"
-  std::string picture;                ///< "640 x 480 BayerRG8"
-  std::vector<std::string> formats;   ///< that it offers and that can be read
+  std::vector<std::string> settings;                               ///< that would be made, as "Name = value"
+  std::string picture;                                             ///< "640 x 480 BayerRG8"
+  std::vector<std::string> formats;                                ///< that it offers and that can be read
   std::string rate, exposure, gain, trigger, clock, chunks, link;  ///< the features that would be used, or "none"
   std::vector<std::string> notes;
 };

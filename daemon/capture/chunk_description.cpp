@@ -1,6 +1,6 @@
 // Strategy. A chunk's number is a feature that leads, by pValue, to a register at an address within a port, and the
-// port names the chunk. What is computed on the way is mostly a scale: its formula is tried at three numbers, once. What
-// is no scale (offsets, bit masks) is left out and named: it would have to be evaluated for every frame.
+// port names the chunk. What is computed on the way is mostly a scale: its formula is tried at three numbers, once.
+// What is no scale (offsets, bit masks) is left out and named: it would have to be evaluated for every frame.
 #include "daemon/capture/chunk_description.h"
 
 #include <array>

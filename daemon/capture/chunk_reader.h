@@ -16,13 +16,13 @@ namespace tractiond::capture {
 struct ChunkField {
   enum class Meaning : std::uint8_t { kExposure_us, kGain, kTimestamp_ns, kFrameId, kLines };
   Meaning meaning = Meaning::kExposure_us;
-  std::uint64_t chunk = 0;   ///< the chunk's id
-  std::size_t offset = 0;    ///< of the number in its chunk [bytes]
-  std::size_t length = 0;    ///< 1 to 8 bytes
-  bool isFloat = false;      ///< of 4 or 8 bytes
-  bool isSigned = false;     ///< of an integer
-  bool bigEndian = true;     ///< of the number
-  double perUnit = 1.0;      ///< what one count is worth in the meaning's unit
+  std::uint64_t chunk = 0;  ///< the chunk's id
+  std::size_t offset = 0;   ///< of the number in its chunk [bytes]
+  std::size_t length = 0;   ///< 1 to 8 bytes
+  bool isFloat = false;     ///< of 4 or 8 bytes
+  bool isSigned = false;    ///< of an integer
+  bool bigEndian = true;    ///< of the number
+  double perUnit = 1.0;     ///< what one count is worth in the meaning's unit
 };
 
 /// What was found.

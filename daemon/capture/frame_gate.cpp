@@ -160,8 +160,8 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     const bool believed = current_->distrust == 0;
     // A clock that stands still has not jumped: it is none.
     const bool jumped = believed && fit == Fit::kByTheHosts && arrival.device_ns != current_->device_ns;
-    return accept(next, static_cast<std::uint64_t>(advance(current_->id, arrival.id)),
-                  believed != (next.distrust == 0), jumped);
+    return accept(next, static_cast<std::uint64_t>(advance(current_->id, arrival.id)), believed != (next.distrust == 0),
+                  jumped);
   }
 
   const Fit further = candidate_ ? follows(*candidate_, arrival) : Fit::kNone;

@@ -87,8 +87,9 @@ void beginClass(gpointer given, gpointer /*data*/) {
 }
 
 GType paperType() {
-  static const GType type = g_type_register_static_simple(ARV_TYPE_DEVICE, "TractionPaperDevice", sizeof(PaperDeviceClass),
-                                                          beginClass, sizeof(PaperDevice), begin, GTypeFlags{});
+  static const GType type =
+      g_type_register_static_simple(ARV_TYPE_DEVICE, "TractionPaperDevice", sizeof(PaperDeviceClass), beginClass,
+                                    sizeof(PaperDevice), begin, GTypeFlags{});
   return type;
 }
 

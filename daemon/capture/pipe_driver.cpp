@@ -72,11 +72,12 @@ Popped PipeDriver::pop(Buffer& buffer, std::chrono::milliseconds timeout) {
     if (got <= 0) {
       const std::string of = path_ == "-" ? "standard input" : path_;
       if (got < 0)
-        end_ = {.exitCode = EX_IOERR, .what = "pictures cannot be read: " + std::string(std::strerror(errno)), .where = of};
+        end_ = {
+            .exitCode = EX_IOERR, .what = "pictures cannot be read: " + std::string(std::strerror(errno)), .where = of};
       else if (filled_ > 0)
         end_ = {.exitCode = EX_DATAERR,
-                .what = "the pictures end within number " + std::to_string(count_ + 1) + ": " + std::to_string(filled_) +
-                        " of " + std::to_string(picture.size()) + " bytes",
+                .what = "the pictures end within number " + std::to_string(count_ + 1) + ": " +
+                        std::to_string(filled_) + " of " + std::to_string(picture.size()) + " bytes",
                 .where = of,
                 .remedy = "camera.width_px, height_px and pixel_format must be those of the pictures"};
       return Popped::kEnd;

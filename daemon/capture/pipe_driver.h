@@ -9,8 +9,8 @@
 namespace tractiond::capture {
 
 struct PipeOptions {
-  std::string path = "-";   ///< "-": standard input
-  std::string format;       ///< a name of records/pixel_format.h
+  std::string path = "-";     ///< "-": standard input
+  std::string format;         ///< a name of records/pixel_format.h
   int width = 0, height = 0;  ///< px
   int buffers = 10;
 };

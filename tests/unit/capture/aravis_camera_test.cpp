@@ -38,11 +38,10 @@ class AravisCameraTest : public testing::Test {
   }
 
   tl::expected<std::unique_ptr<Camera>, Error> openWith(Ledger& ledger, const Say& say = {}) {
-    return Camera::open(fromAravis(options_),
-                        {.wait = options_.wait,
-                         .silenceTimeout_ms = options_.silenceTimeout_ms,
-                         .buffers = options_.buffers},
-                        ledger, say);
+    return Camera::open(
+        fromAravis(options_),
+        {.wait = options_.wait, .silenceTimeout_ms = options_.silenceTimeout_ms, .buffers = options_.buffers}, ledger,
+        say);
   }
   void open() {
     auto opened = openWith(ledger_);
@@ -223,10 +222,9 @@ TEST_F(AravisCameraTest, AppliesSettingsInOrderAndReadsThemBack) {
   EXPECT_EQ(fake_->read(ARV_FAKE_CAMERA_REGISTER_GAIN_RAW), 7U);
   EXPECT_EQ(fake_->read(ARV_FAKE_CAMERA_REGISTER_EXPOSURE_TIME_US), 2500U) << "tractiond's own keys come last";
   const CameraInfo info = *camera_->info();
-  EXPECT_THAT(info.settings,
-              ElementsAre("GainRaw = 3", "ExposureTimeAbs = 1234 (asked: 1234.4)", "GainRaw = 7", "TriggerMode = Off",
-                          "PixelFormat = BayerRG8", "Width = 128", "Height = 96", HasSubstr("frame_rate_hz = 60.0024"),
-                          "exposure_us = 2500"));
+  EXPECT_THAT(info.settings, ElementsAre("GainRaw = 3", "ExposureTimeAbs = 1234 (asked: 1234.4)", "GainRaw = 7",
+                                         "TriggerMode = Off", "PixelFormat = BayerRG8", "Width = 128", "Height = 96",
+                                         HasSubstr("frame_rate_hz = 60.0024"), "exposure_us = 2500"));
   EXPECT_THAT(info.warnings, IsEmpty());
   EXPECT_EQ(info.shape.width, 128);
   EXPECT_EQ(info.shape.height, 96);

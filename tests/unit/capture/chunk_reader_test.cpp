@@ -29,9 +29,8 @@ TEST(ChunkReader, ReadsWhatGigEVisionPutsBehindThePicture) {
   Bytes buffer(12, 0x55);
   chunk(buffer, 0x1002, {0x40, 0x93, 0x48, 0x00, 0x00, 0x00, 0x00, 0x00}, true);  // 1234.0 as a double
   chunk(buffer, 0x1003, {0x00, 0x00, 0x00, 0x2a}, true);
-  const std::vector<ChunkField> fields{
-      {ChunkField::Meaning::kExposure_us, 0x1002, 0, 8, true, false, true},
-      {ChunkField::Meaning::kLines, 0x1003, 0, 4, false, false, true}};
+  const std::vector<ChunkField> fields{{ChunkField::Meaning::kExposure_us, 0x1002, 0, 8, true, false, true},
+                                       {ChunkField::Meaning::kLines, 0x1003, 0, 4, false, false, true}};
   Chunks found;
   EXPECT_EQ(readChunks(buffer, 12, true, fields, found), 12U);
   EXPECT_DOUBLE_EQ(found.extras.exposure_s, 1234e-6);

@@ -169,7 +169,8 @@ TEST(CaptureClock, OwnsUpToFramesThatWaitedInAQueue) {
 
 TEST(CaptureClock, ACoarseCameraClockIsWorthItsResolution) {
   std::mt19937 random(1);
-  for (const std::int64_t resolution_ns : {std::int64_t{1'000'000}, std::int64_t{4'000'000}, std::int64_t{10'000'000}}) {
+  for (const std::int64_t resolution_ns :
+       {std::int64_t{1'000'000}, std::int64_t{4'000'000}, std::int64_t{10'000'000}}) {
     CaptureClock clock;
     std::exponential_distribution<double> delay(1.0 / 200'000);
     std::int64_t taken_ns = 5'000'000'000;

@@ -40,7 +40,8 @@ GvTransmitter::GvTransmitter(const std::string& description)
   at.sin_family = AF_INET;
   at.sin_port = htons(3956);
   at.sin_addr.s_addr = htonl(INADDR_ANY);
-  if (bind(control_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0) throw std::runtime_error("port 3956 is taken");
+  if (bind(control_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0)
+    throw std::runtime_error("port 3956 is taken");
   std::array<char, 32> name{};
   std::strcpy(name.data(), "Tractiond");
   arv_fake_camera_write_memory(camera_, 0x48, 32, name.data());

@@ -1,6 +1,5 @@
-#include "daemon/capture/memory_driver.h"
-
 #include "daemon/capture/camera.h"
+#include "daemon/capture/memory_driver.h"
 
 #include <gtest/gtest.h>
 

@@ -49,7 +49,8 @@ class ScriptedDriver : public Driver {
     const Popped popped = script_.pops.front();
     script_.pops.pop_front();
     if (popped != Popped::kBuffer) return popped;
-    buffer.arrival = {.complete = true, .shape = info_.shape, .id = ++script_.id, .device_ns = 0, .host_ns = monotonicNow()};
+    buffer.arrival = {
+        .complete = true, .shape = info_.shape, .id = ++script_.id, .device_ns = 0, .host_ns = monotonicNow()};
     picture_[0] = static_cast<std::uint8_t>(script_.id);
     buffer.data = picture_.data();
     buffer.handle = &script_;

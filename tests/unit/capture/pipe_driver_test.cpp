@@ -1,6 +1,5 @@
-#include "daemon/capture/pipe_driver.h"
-
 #include "daemon/capture/camera.h"
+#include "daemon/capture/pipe_driver.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,7 +20,8 @@ class PipeDriverTest : public testing::Test {
  protected:
   PipeDriverTest() {
     if (pipe(ends_) != 0) std::abort();
-    options_ = {.path = "/dev/fd/" + std::to_string(ends_[0]), .format = "BayerRG8", .width = 40, .height = 30, .buffers = 9};
+    options_ = {
+        .path = "/dev/fd/" + std::to_string(ends_[0]), .format = "BayerRG8", .width = 40, .height = 30, .buffers = 9};
   }
   ~PipeDriverTest() override { close(ends_[0]); }
 
