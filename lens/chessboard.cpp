@@ -80,7 +80,7 @@ std::string otherBoard(const cv::Mat& grey, const Board& board) {
   if (!find(grey, seen, true, places) || seen.area() < kLeastOther || goesOn(grey, places, seen)) {
     return missing + ": it must lie in the picture as a whole, sharp, evenly lit, with a white margin around it";
   }
-  const auto [less, more] = std::minmax(seen.width + 1, seen.height + 1);
+  const auto [less, more] = std::minmax({seen.width + 1, seen.height + 1});
   const bool isUpright = board.columns < board.rows;
   return missing + ", but one of " + std::to_string(isUpright ? less : more) + "x" +
          std::to_string(isUpright ? more : less) +

@@ -46,6 +46,8 @@ TEST(LensFit, TruthIsInsideTheStatedIntervals) {
   Draw draw(newSeed());
   const Board board{10, 7, 10e-3};
   constexpr int kLenses = 20;
+  constexpr int kUnfound = kLenses * kPictures / 50;  // OpenCV's search misses one board in some hundreds
+  int unfound = 0;
   Coverage coverage;
   std::printf(
       "        truth: focal     u0     v0      k1      k2 | focal +-      u0 +-      v0 +-      k1 +-       k2 +-"
@@ -56,8 +58,10 @@ TEST(LensFit, TruthIsInsideTheStatedIntervals) {
     while (views.size() < kPictures) {
       const BoardPose pose = draw.pose(truth, board, kTilted[0], kTilted[1]);
       const auto corners = findCorners(photograph(truth, board, pose, draw.shot(), draw.generator), board);
-      ASSERT_TRUE(corners) << corners.error();
-      views.push_back(*corners);
+      if (corners)
+        views.push_back(*corners);
+      else
+        ASSERT_LE(++unfound, kUnfound) << corners.error();  // a person takes that picture again
     }
     const LensFit fit = fitLens(views, board, truth.width, truth.height);
     ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
@@ -70,6 +74,7 @@ TEST(LensFit, TruthIsInsideTheStatedIntervals) {
                 fit.camera.principal_px.y(), fit.principalDeviation_px.y(), fit.camera.k1, fit.k1Deviation,
                 fit.camera.k2, fit.k2Deviation, fit.residual_px);
   }
+  std::printf("boards that were not found: %d of %d\n", unfound, unfound + kLenses * kPictures);
   std::printf("inside the 95 %% interval, of %d lenses: focal %d, u0 %d, v0 %d, k1 %d, k2 %d; "
               "all numbers %.1f %% (target 90 to 100 %%); mean square of error / deviation %.2f\n",
               kLenses, coverage.inside[0], coverage.inside[1], coverage.inside[2], coverage.inside[3],

@@ -134,7 +134,9 @@ TEST(Wire, MarkersArriveNumberByNumber) {
   EXPECT_EQ(std::vector<float>(message.displacement_px().begin(), message.displacement_px().end()),
             markers.displacement_px);
   EXPECT_EQ(std::vector<float>(message.variance_px2().begin(), message.variance_px2().end()), markers.variance_px2);
-  EXPECT_EQ(message.marker_valid(), std::string(kMarkers - 1, '\1') + '\0');
+  std::string valid(kMarkers, '\1');
+  valid.back() = '\0';
+  EXPECT_EQ(message.marker_valid(), valid);
   EXPECT_EQ(message.valid_markers(), kMarkers - 1U);
 }
 
