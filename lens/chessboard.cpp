@@ -1,5 +1,7 @@
 #include "lens/chessboard.h"
 
+#include "lens/corner_grid.h"
+
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -12,75 +14,67 @@ namespace lens {
 
 namespace {
 
-using Places = std::vector<cv::Point2f>;
-
-constexpr double kSaddle = 0.75;     // of the contrast: an outer corner of the board has a half, an inner one all
 constexpr double kEdgeLimit = 0.35;  // of a square: wider edges run into each other
 constexpr double kContrastLimit = 15.0;
 constexpr int kLeastOther = 16;    // corners of a board that is named in place of the right one
+const cv::Size kLeastBoard(3, 3);  // corners: where a search for any board begins
 constexpr int kSearched_px = 640;  // wide: boards are found in no more, and ten times faster than in all pixels
 
-/// Searched in a small copy, places of the picture itself. False: not there as a whole. `least`: the size found may be
-/// larger than the one given, and is then put there.
-bool find(const cv::Mat& grey, cv::Size& corners, bool least, Places& places) {
+/// A part of a board, or all of it, searched in a small copy; places of the picture itself. OpenCV's search skips rows,
+/// and takes corners of the border for inner ones, once in some hundred pictures: what it gives is a start. `least`:
+/// the size found may be larger.
+CornerGrid search(const cv::Mat& grey, cv::Size size, bool least) {
   const double scale = std::min(1.0, static_cast<double>(kSearched_px) / grey.cols);
   cv::Mat small, found;
   cv::resize(grey, small, {}, scale, scale, cv::INTER_AREA);
-  if (!cv::findChessboardCornersSB(small, corners, places, least ? cv::CALIB_CB_LARGER : 0, found)) return false;
-  corners = found.size();
-  for (cv::Point2f& place : places) {
+  CornerGrid grid;
+  if (!cv::findChessboardCornersSB(small, size, grid.places, least ? cv::CALIB_CB_LARGER : 0, found)) return {};
+  grid.size = least ? found.size() : size;
+  if (grid.places.size() != static_cast<std::size_t>(grid.size.area())) return {};
+  for (cv::Point2f& place : grid.places) {
     place.x = static_cast<float>((place.x + 0.5) / scale - 0.5);
     place.y = static_cast<float>((place.y + 0.5) / scale - 0.5);
   }
+  return grid;
+}
+
+/// The board as it lies in the picture, whatever its size.
+CornerGrid boardIn(const cv::Mat& grey, cv::Size expected) {
+  const CornerGrid board = grown(grey, search(grey, expected, false));
+  return board.size.area() > 0 ? board : grown(grey, search(grey, kLeastBoard, true));
+}
+
+/// Of the expected size, if it has that, turned: x to the right of y, the first corner above the last.
+bool arrange(CornerGrid& grid, cv::Size size) {
+  if (grid.size != size) {
+    if (grid.size != cv::Size(size.height, size.width)) return false;
+    CornerGrid turned{size, {}};
+    for (int y = 0; y < size.height; ++y) {
+      for (int x = 0; x < size.width; ++x) turned.places.push_back(grid.at(y, x));
+    }
+    grid = std::move(turned);
+  }
+  const cv::Point2f along = grid.at(1, 0) - grid.at(0, 0), across = grid.at(0, 1) - grid.at(0, 0);
+  if (along.cross(across) < 0.0) {  // rows from the other side
+    CornerGrid mirrored{size, {}};
+    for (int y = size.height - 1; y >= 0; --y) {
+      for (int x = 0; x < size.width; ++x) mirrored.places.push_back(grid.at(x, y));
+    }
+    grid = std::move(mirrored);
+  }
+  const cv::Point2f first = grid.places.front(), last = grid.places.back();
+  if (first.x + first.y > last.x + last.y) std::ranges::reverse(grid.places);
   return true;
 }
 
-/// Mean over a small square; not finite outside the picture.
-double levelAt(const cv::Mat& grey, cv::Point2f place) {
-  constexpr int kHalf = 1;
-  const int u = static_cast<int>(std::lround(place.x)), v = static_cast<int>(std::lround(place.y));
-  if (u < kHalf || v < kHalf || u >= grey.cols - kHalf || v >= grey.rows - kHalf) return std::nan("");
-  return cv::mean(grey(cv::Rect(u - kHalf, v - kHalf, 2 * kHalf + 1, 2 * kHalf + 1)))[0];
-}
-
-/// (light - dark) of the four squares around a corner, by steps of a third of a square.
-double saddle(const cv::Mat& grey, cv::Point2f corner, cv::Point2f along, cv::Point2f across) {
-  const cv::Point2f one = (along + across) / 3.0F, other = (along - across) / 3.0F;
-  return 0.5 * std::abs(levelAt(grey, corner + one) + levelAt(grey, corner - one) - levelAt(grey, corner + other) -
-                        levelAt(grey, corner - other));
-}
-
-/// Whether beyond the outermost corners on some side there is another row of them: the board has more squares.
-bool goesOn(const cv::Mat& grey, const Places& places, cv::Size size) {
-  const auto at = [&](int x, int y) { return places[static_cast<std::size_t>(y * size.width + x)]; };
-  for (int side = 0; side < 4; ++side) {
-    const bool isRow = side < 2, isFirst = side % 2 == 0;
-    const int count = isRow ? size.width : size.height, depth = isRow ? size.height : size.width;
-    const int last = isFirst ? 0 : depth - 1, before = isFirst ? 1 : depth - 2;
-    int saddles = 0;
-    for (int i = 0; i < count; ++i) {
-      const cv::Point2f border = isRow ? at(i, last) : at(last, i), inner = isRow ? at(i, before) : at(before, i);
-      const int next = i + 1 < count ? i + 1 : i - 1;
-      const cv::Point2f along = (isRow ? at(next, last) : at(last, next)) - border, outward = border - inner;
-      saddles +=
-          saddle(grey, border + outward, along, outward) > kSaddle * saddle(grey, border, along, outward) ? 1 : 0;
-    }
-    if (2 * saddles > count) return true;
-  }
-  return false;
-}
-
 /// What is there in place of the board.
-std::string otherBoard(const cv::Mat& grey, const Board& board) {
+std::string otherBoard(const CornerGrid& seen, const Board& board) {
   const std::string missing =
       "shows no chessboard of " + std::to_string(board.columns) + "x" + std::to_string(board.rows) + " squares";
-  cv::Size seen(4, 3);
-  Places places;
-  // Noise has small boards in it, and of a large one often but a part is found: what goes on is not the whole.
-  if (!find(grey, seen, true, places) || seen.area() < kLeastOther || goesOn(grey, places, seen)) {
+  if (seen.size.area() < kLeastOther) {  // noise has small boards in it
     return missing + ": it must lie in the picture as a whole, sharp, evenly lit, with a white margin around it";
   }
-  const auto [less, more] = std::minmax({seen.width + 1, seen.height + 1});
+  const auto [less, more] = std::minmax({seen.size.width + 1, seen.size.height + 1});
   const bool isUpright = board.columns < board.rows;
   return missing + ", but one of " + std::to_string(isUpright ? less : more) + "x" +
          std::to_string(isUpright ? more : less) +
@@ -110,14 +104,10 @@ Eigen::Vector2d Board::corner(int index) const {
 }
 
 tl::expected<Corners, std::string> findCorners(const cv::Mat& grey, const Board& board) {
-  Places places;
   const cv::Size size(board.columns - 1, board.rows - 1);
-  cv::Size found = size;
-  if (!find(grey, found, false, places) || found != size) return tl::unexpected(otherBoard(grey, board));
-  if (goesOn(grey, places, size)) {
-    return tl::unexpected("shows a chessboard of more than " + std::to_string(board.columns) + "x" +
-                          std::to_string(board.rows) + " squares");
-  }
+  CornerGrid grid = boardIn(grey, size);
+  if (!arrange(grid, size)) return tl::unexpected(otherBoard(grid, board));
+  Places& places = grid.places;
   Corners corners;
   corners.smallestSquare_px = smallestSquare(places, size);
   const cv::Scalar across = cv::estimateChessboardSharpness(grey, size, places, 0.8F, false);

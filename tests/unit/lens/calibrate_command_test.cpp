@@ -89,7 +89,14 @@ TEST_F(CalibrateCommand, RefusesABoardOfAnotherSize) {
     ASSERT_FALSE(done) << other.columns << " x " << other.rows;
     ASSERT_EQ(done.error().size(), 1U);
     EXPECT_EQ(done.error()[0].where, file);
-    EXPECT_NE(done.error()[0].what.find("9x6 squares"), std::string::npos);
+    EXPECT_NE(done.error()[0].what.find("shows no chessboard of 9x6 squares"), std::string::npos);
+    EXPECT_FALSE(std::filesystem::exists(options.output));
+    // Its true size, or none: no other.
+    const std::string size = std::to_string(other.columns) + "x" + std::to_string(other.rows);
+    const std::size_t named = done.error()[0].what.find(", but one of ");
+    if (named != std::string::npos) {
+      EXPECT_NE(done.error()[0].what.find(", but one of " + size + ":"), std::string::npos);
+    }
     std::printf("%d x %d: %s\n", other.columns, other.rows, done.error()[0].message().c_str());
   }
 }

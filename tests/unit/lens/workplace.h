@@ -1,10 +1,11 @@
-// A folder of its own for each test, and a seed that is new in each run.
+// A folder of its own for each test, and a seed that is new in each run unless one is given.
 #pragma once
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -13,8 +14,10 @@
 
 namespace lens {
 
+/// TRACTION_SEED repeats a run.
 inline unsigned newSeed() {
-  const unsigned seed = std::random_device{}();
+  const char* given = std::getenv("TRACTION_SEED");
+  const unsigned seed = given != nullptr ? static_cast<unsigned>(std::stoul(given)) : std::random_device{}();
   std::printf("seed %u\n", seed);
   return seed;
 }
