@@ -10,8 +10,8 @@
 namespace lens {
 namespace {
 
-constexpr double kOff = 4e-3;                       // along each axis [m]
-constexpr double kTurned = 1.0 * 3.14159265 / 180;  // about each axis [rad]
+constexpr double kOff = 20e-3;                      // along each axis [m]
+constexpr double kTurned = 5.0 * 3.14159265 / 180;  // about each axis [rad]
 
 /// A gel behind a camera that is not where the gel file has it.
 class GelPictureCommands : public Workplace {
