@@ -28,8 +28,10 @@ std::int64_t nanoseconds(Clock::time_point time) {
 class Receiver {
  public:
   explicit Receiver(const SubscriberOptions& options)
-      : subscriber_(options)
-      , thread_([this] { run(); }) {}
+      : subscriber_(options) {
+    scene_.setConnected(false, nanoseconds(Clock::now()));
+    thread_ = std::thread([this] { run(); });
+  }
   ~Receiver() {
     stop_ = true;
     thread_.join();
