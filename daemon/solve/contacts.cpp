@@ -403,7 +403,8 @@ void Contacts::solveAtRim(ContactStep& step, const Picture& picture, const Hill&
   }
 }
 
-int Contacts::list(ContactStep& step, const Picture& picture, std::array<Contact, kMaxContacts>& contacts) {
+int Contacts::list(ContactStep& step, const Picture& picture, double trust,
+                   std::array<Contact, kMaxContacts>& contacts) {
   divide(step);
   atRim_.share = 0.0;
   const auto strength = [](const Contact& contact) {
@@ -447,7 +448,7 @@ int Contacts::list(ContactStep& step, const Picture& picture, std::array<Contact
   }
   if (count == 1) {
     const double certainty =
-        (1.0 - fade(sure_deviations, kFaint_deviations)) * fade(rival_deviations, kRival_deviations);
+        trust * (1.0 - fade(sure_deviations, kFaint_deviations)) * fade(rival_deviations, kRival_deviations);
     solveAtRim(step, picture, hills[0], certainty);
     if (atRim_.share > 0.0) {
       measure(step);

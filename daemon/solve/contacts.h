@@ -19,8 +19,9 @@ class Contacts {
   Contacts(const Inverse& inverse, const sensor::Sensor& sensor);
 
   /// Lists the contacts of what `step` solved from `picture`, strongest first, at most kMaxContacts. Returns their
-  /// number. A lone contact near the rim of the nodes is solved for again, around the patch that it looks like.
-  int list(ContactStep& step, const Picture& picture, std::array<Contact, kMaxContacts>& contacts);
+  /// number. A lone contact near the rim of the nodes is solved for again, around the patch that it looks like, as far
+  /// as the step is trusted: `trust` 0 leaves the step as it is, 1 trusts it wholly.
+  int list(ContactStep& step, const Picture& picture, double trust, std::array<Contact, kMaxContacts>& contacts);
 
   /// What the last list() solved around.
   struct AtRim {

@@ -280,8 +280,8 @@ void Solver::combine(double share, TractionField& field) {
   }
   if (share > 0.0) {
     if (share >= 0.5) {
-      field.contactCount =
-          contacts_.list(contact_, {row_.data(), missing_.coordinates(), squares_, noise_px_}, field.contacts);
+      field.contactCount = contacts_.list(contact_, {row_.data(), missing_.coordinates(), squares_, noise_px_},
+                                          2.0 * share - 1.0, field.contacts);
       field.strength = contact_.lambda();
     }
     field.pictureMotion = contact_.motion();

@@ -465,6 +465,30 @@ TEST_F(ContactTest, AGrowingContactIsReadWithoutAStepThroughTheFallback) {
   EXPECT_TRUE(contact && blend && face);
 }
 
+// What no force explains grows from nothing, and the whole face takes over: also from a contact at the rim.
+TEST_F(ContactTest, ACornerIsReadWithoutAStepThroughTheFallback) {
+  const VectorXd still = noise(), strange = noise();
+  const Vector3d force(2.0, -1.0, 3.0);
+  const VectorXd image = press({-33e-3, -33e-3}, 2.5e-3).image * force + still;
+  Vector3d last = Vector3d::Zero();
+  double largest = 0.0, whole = 0.0;
+  bool contact = false, blend = false, face = false;
+  for (int step = 0; step <= 600; ++step) {
+    solve(image + 0.02 * step * strange);
+    if (step > 0) {
+      largest = std::max(largest, (resultant() - last).norm());
+      whole += (resultant() - last).norm();
+    }
+    last = resultant();
+    contact |= field_.method == Method::kContact;
+    blend |= field_.method == Method::kBlend;
+    face |= field_.method == Method::kWholeFace;
+  }
+  EXPECT_TRUE(contact && blend && face);
+  EXPECT_LT(largest, 0.04 * whole);
+  std::printf("largest step %.2f gf of %.1f gf\n", largest / kGramForce, whole / kGramForce);
+}
+
 TEST_F(ContactTest, DoubtfulMarkersAreTakenOut) {
   const Press patch = press({0.0, 0.0}, 2.5e-3);
   const VectorXd image = patch.image.col(2) * 2.0 + noise();
