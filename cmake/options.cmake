@@ -31,6 +31,10 @@ target_compile_options(traction_warnings INTERFACE -Wall -Wextra -Wshadow -Wconv
 option(TRACTION_QUICK "Compile sooner: common headers are read once for all, tests are optimised less" OFF)
 if(TRACTION_QUICK)
   add_compile_options(-pthread)  # as Aravis's own flags: it defines a macro, which must not differ
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    # A seventh of the compiler's time goes into keeping its memory small. At most 0.6 GB more for each file.
+    add_compile_options(--param=ggc-min-expand=1000 --param=ggc-min-heapsize=524288)
+  endif()
 endif()
 
 # A target of nothing but the headers, for others of the same options. Code of libraries is independent of its position,
