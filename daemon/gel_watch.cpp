@@ -42,6 +42,7 @@ std::string GelWatch::judge(const RestPose& zero) {
   zero_ = zero;
   judging_ = true;
   check();
+  tell();  // before anybody hears of it and asks
   return report_.remark.empty() ? ""
                                 : "the gel file does not fit the picture, and no forces are valid: " + report_.remark;
 }
