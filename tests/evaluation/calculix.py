@@ -124,9 +124,16 @@ def fine(thickness):
     return Mesh(across, across, [0, 1, 2, 3, 4.5, 6, 8, *BELOW_MARKERS[thickness], thickness])
 
 
-def thicker(thickness, by):
-    """fine(), stretched below the markers."""
+def deep(thickness):
+    """fine() with layers of 1 mm above the markers, for the influence of points close above them: fine() errs by up to
+    0.4 % of the peak there, this by 0.1."""
     x, y, z = fine(thickness).planes
+    return Mesh(x, y, np.unique(np.concatenate([np.arange(0, 9), z[z > 8]])))
+
+
+def thicker(thickness, by, mesh=fine):
+    """A mesh, stretched below the markers."""
+    x, y, z = mesh(thickness).planes
     return Mesh(x, y, np.where(z > 8, 8 + (z - 8) * (thickness + by - 8) / (thickness - 8), z))
 
 

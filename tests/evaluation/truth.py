@@ -297,6 +297,10 @@ def main(folder, wanted):
             linear(thickness, poisson, sets, folder)
     if not wanted or "strayed" in wanted:
         strayed(folder)
+    if not wanted or "influence" in wanted:
+        import influence
+
+        influence.main(folder)
 
 
 if __name__ == "__main__":
