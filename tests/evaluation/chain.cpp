@@ -3,8 +3,10 @@
 // pictures, the displacements are given to the solver with noise of a known size.
 //
 // Reads from JOB: displacement.f64 (frames x markers x 3, m); and, where they are there, missing.u8 (frames x markers),
-// picture.f64 (frames x 5: how the picture strays: shift along u, v [px], scale - 1, roll [rad], brightness) and
-// options. Writes each figure of a frame to JOB/NAME.f64 (frames x columns), and "columns" with a line for each.
+// picture.f64 (frames x 5: how the picture strays: shift along u, v [px], scale - 1, roll [rad], brightness),
+// scatter.f64 (markers x 3, m: where the gel's own markers sit beside the gel file's places), highlight.f64 (frames x
+// 4: a highlight's centre u, v [px], radius [px] and strength [levels]) and options. Writes each figure of a frame to
+// JOB/NAME.f64 (frames x columns), and "columns" with a line for each.
 #include "daemon/base/clock.h"
 #include "daemon/config_toml.h"
 #include "daemon/solve/inverse_cache.h"
@@ -31,6 +33,8 @@ struct Options {
   std::string format = "RGB8";
   double given_px = -1.0;  // no pictures: displacements with this noise
   double extra_px = 0.0;   // noise added to what the tracker says
+  bool sameNoise = false;  // in every frame the same given noise
+  bool litAtZero = false;  // the highlight was there when the zero was taken
   int zeroEvery = 0;       // frames after which a new zero is taken; 0: one zero for all
   double largestStep_px = 1.5;
   unsigned seed = 1;
@@ -101,18 +105,27 @@ struct Job {
       : markers(markerCount)
       , displacement(readAll<double>(options.job / "displacement.f64"))
       , missing(readAll<std::uint8_t>(options.job / "missing.u8"))
-      , stray(readAll<Stray>(options.job / "picture.f64")) {
+      , stray(readAll<Stray>(options.job / "picture.f64"))
+      , scatter(readAll<double>(options.job / "scatter.f64"))
+      , highlight(readAll<std::array<double, 4>>(options.job / "highlight.f64")) {
     const std::size_t count = static_cast<std::size_t>(markerCount);
     frames = displacement.size() / (3 * count);
     if (frames == 0 || displacement.size() != 3 * count * frames) fail("displacement.f64 is not frames x markers x 3");
     if (!missing.empty() && missing.size() != count * frames) fail("missing.u8 is not frames x markers");
     if (!stray.empty() && stray.size() != frames) fail("picture.f64 is not frames x 5");
+    if (!scatter.empty() && scatter.size() != 3 * count) fail("scatter.f64 is not markers x 3");
+    if (!highlight.empty() && highlight.size() != frames) fail("highlight.f64 is not frames x 4");
   }
 
   Eigen::Map<const sensor::Points> at(std::size_t frame) const {
     return {displacement.data() + frame * 3 * static_cast<std::size_t>(markers), 3, markers};
   }
   Stray strayAt(std::size_t frame) const { return stray.empty() ? Stray{} : stray[frame]; }
+  twin::Highlight highlightAt(std::size_t frame) const {
+    if (highlight.empty()) return {.strength = 0.0};
+    const auto& [u, v, radius, strength] = highlight[frame];
+    return {{u, v}, radius, strength};
+  }
   bool isMissing(std::size_t frame, Eigen::Index marker) const {
     return !missing.empty() && missing[frame * static_cast<std::size_t>(markers) + static_cast<std::size_t>(marker)];
   }
@@ -122,6 +135,8 @@ struct Job {
   std::vector<double> displacement;
   std::vector<std::uint8_t> missing;
   std::vector<Stray> stray;
+  std::vector<double> scatter;
+  std::vector<std::array<double, 4>> highlight;
 };
 
 void addNoise(double sigma_px, std::mt19937_64& generator, MarkerField& field) {
@@ -144,6 +159,7 @@ void run(const Options& options) {
   const twin::Format* format = twin::formatByName(options.format);
   if (format == nullptr) fail("no format " + options.format + ", but " + twin::formatNames());
   Eye eye(seen, options.optics, options.seed, *format);
+  if (!job.scatter.empty()) eye.scatter(Eigen::Map<const sensor::Points>(job.scatter.data(), 3, job.markers));
   const Eigen::Matrix2Xd rest = eye.look(eye.rest(), {});
   Eigen::Matrix2Xd last = rest;
   std::mt19937_64 generator(options.seed);
@@ -176,12 +192,15 @@ void run(const Options& options) {
       }
       markers.validCount = static_cast<int>(std::count(markers.valid.begin(), markers.valid.end(), 1));
       markers.info.frameNumber = frame;
+      if (options.sameNoise) generator.seed(options.seed);
       addNoise(options.given_px, generator, markers);
     } else {
       if (!tracker || (options.zeroEvery > 0 && frame % static_cast<std::size_t>(options.zeroEvery) == 0)) {
+        eye.light(options.litAtZero ? job.highlightAt(frame) : twin::Highlight{.strength = 0.0});
         tracker = trackerAtRest(sensor, config.track, eye, markers);
         last = rest;
       }
+      eye.light(job.highlightAt(frame));
       // A load is not put on in one frame: the way there is shown, and not judged.
       const double way = (here - last).colwise().norm().maxCoeff();
       const int steps = static_cast<int>(std::ceil(way / options.largestStep_px));
@@ -224,6 +243,8 @@ int main(int argc, char** argv) {
   app.add_option("--cross-talk", options.optics.crossTalk)->capture_default_str();
   app.add_option("--noise", options.optics.readNoise, "levels")->capture_default_str();
   app.add_option("--given", options.given_px, "no pictures: displacements with this noise [px]");
+  app.add_flag("--same-noise", options.sameNoise, "the given noise is the same in every frame");
+  app.add_flag("--lit-at-zero", options.litAtZero, "the highlight is there when the zero is taken");
   app.add_option("--extra", options.extra_px, "noise added to the tracker's displacements [px]");
   app.add_option("--zero-every", options.zeroEvery, "frames after which a new zero is taken");
   app.add_option("--seed", options.seed)->capture_default_str();

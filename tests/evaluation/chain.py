@@ -73,26 +73,36 @@ def state_directory(*texts):
     return path
 
 
-def run(displacement, gel=None, twin_gel=None, solve="", missing=None, stray=None, state=None, **options):
+ARRAYS = {
+    "missing": ("missing.u8", np.uint8),
+    "stray": ("picture.f64", float),
+    "scatter": ("scatter.f64", float),
+    "highlight": ("highlight.f64", float),
+}
+
+
+def run(displacement, gel=None, twin_gel=None, solve="", state=None, **given):
     """displacement: frames x markers x 3 [m]. `gel`, `twin_gel`: texts of gel files, what the daemon believes and what
-    the camera sees. `solve`: lines of the configuration's [solve]. `missing`: frames x markers, 1 where not drawn.
-    `stray`: frames x 5, shift u, v [px], scale - 1, roll [rad], brightness. `state`: where inverses are kept.
-    Others: the program's options.
+    the camera sees. `solve`: lines of the configuration's [solve]. `state`: where inverses are kept. Arrays of ARRAYS:
+    `missing`, frames x markers, 1 where not drawn; `stray`, frames x 5, shift u, v [px], scale - 1, roll [rad],
+    brightness; `scatter`, markers x 3 [m], how far the gel's markers sit from the gel file's places; `highlight`,
+    frames x 4, centre u, v [px], radius [px], strength [levels]. Others: the program's options; one that is True is a
+    flag.
     """
     with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
         job, gel = pathlib.Path(name), gel or gel_text()
         np.ascontiguousarray(displacement, float).tofile(job / "displacement.f64")
         command = [BUILD / "bin/evaluation_chain", job, "--state", state or state_directory(gel, solve)]
-        if missing is not None:
-            np.asarray(missing).astype(np.uint8).tofile(job / "missing.u8")
-        if stray is not None:
-            np.ascontiguousarray(stray, float).tofile(job / "picture.f64")
+        for key in ARRAYS.keys() & given.keys():
+            file, kind = ARRAYS[key]
+            if (array := given.pop(key)) is not None:
+                np.ascontiguousarray(array, kind).tofile(job / file)
         for key, text in (("gel", gel), ("twin-gel", twin_gel), ("config", solve and f"[solve]\n{solve}\n")):
             if text:
                 (job / key).write_text(text)
                 command += [f"--{key}", job / key]
-        for key, value in options.items():
-            command += ["--" + key.replace("_", "-"), str(value)]
+        for key, value in given.items():
+            command += ["--" + key.replace("_", "-")] + ([] if value is True else [str(value)])
         result = subprocess.run(
             list(map(str, command)), capture_output=True, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "2"}
         )

@@ -16,6 +16,7 @@
 #include <memory>
 #include <random>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace evaluation {
@@ -75,6 +76,20 @@ class Eye {
       , markers_(sensor::markerPositions(sensor.layers))
       , places_(2, markers_.cols()) {}
 
+  /// From now on the markers sit beside their places by so much [m, 3 x M].
+  void scatter(Eigen::Ref<const sensor::Points> by) { markers_ = sensor::markerPositions(sensor_.layers) + by; }
+
+  /// From now on there is this highlight alone; none without strength.
+  void light(const twin::Highlight& highlight) {
+    const auto key = [](const twin::Highlight& one) {
+      return std::tuple(one.centre_px.x(), one.centre_px.y(), one.radius_px, one.strength);
+    };
+    if (key(highlight) == key(highlight_)) return;
+    highlight_ = highlight;
+    optics_.highlights.assign(highlight.strength > 0.0 ? 1 : 0, highlight);
+    renderers_.clear();
+  }
+
   /// Where markers displaced by `displacement` [m, 3 x M] appear, in a picture that strays.
   const Eigen::Matrix2Xd& look(Eigen::Ref<const sensor::Points> displacement, const Stray& stray) {
     const Eigen::Vector2d centre = sensor_.camera.principal_px;
@@ -120,6 +135,7 @@ class Eye {
   Eigen::Matrix2Xd places_;
   std::map<double, twin::Renderer> renderers_;
   std::vector<std::uint8_t> picture_;
+  twin::Highlight highlight_{.strength = 0.0};
   std::uint32_t shots_ = 0;
 };
 

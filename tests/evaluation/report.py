@@ -1,22 +1,46 @@
 """What the evaluation prints, and docs/accuracy.md: each figure beside its target, each picture beside the paper's."""
 
 import pathlib
+import re
+import subprocess
 
 import numpy as np
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
-PICTURES = SOURCE / "docs" / "accuracy"
+PAGE = SOURCE / "docs" / "accuracy.md"
+PICTURES = PAGE.with_suffix("")
 
 
 def rms(values, axis=None):
     return np.sqrt(np.mean(np.square(values), axis=axis))
 
 
+def commit():
+    """The last one that changed what is measured, and whether there are changes since."""
+
+    def git(*words):
+        command = ["git", "-C", SOURCE, *words, "--", "daemon", "sensor", "twin"]
+        return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
+
+    return (git("log", "-1", "--format=%h") or "unknown") + (", changed" if git("status", "--porcelain") else "")
+
+
+def rewrite_page(head, order, anew):
+    """`anew`: text by experiment; the page keeps its others, in this order."""
+    texts = {}
+    for part in re.split(r"\n(?=## )", PAGE.read_text())[1:]:
+        name = re.search(r"--only (\w+)", part).group(1)
+        texts[name] = texts.get(name, "") + "\n" + part
+    texts.update(anew)
+    PAGE.write_text("\n".join([head, *(texts[name].rstrip("\n") + "\n" for name in order if name in texts)]))
+
+
 class Report:
     """Of one experiment."""
 
-    def __init__(self, experiment, write=False):
-        self.experiment, self.write = experiment, write  # write: pictures, and text for the page
+    def __init__(self, experiment, write=False, seed=0, pictures=True):
+        self.experiment, self.write = experiment, write  # write: figures, and text for the page
+        self.seed, self.pictures = seed, pictures  # of what is drawn anew each time; False: no camera pictures there
         self.text, self.rows = [], []
         self.missed = []
 
@@ -48,22 +72,26 @@ class Report:
         rows = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)] + ["| " + " | ".join(l) + " |" for l in lines]
         self.text.append("\n".join(rows) + "\n")
 
-    def picture(self, name, draw, caption):
-        """`draw` gets the axes."""
-        if not self.write:
+    def picture(self, name, draw, caption, panels=None, instead=None):
+        """`draw` gets the axes; with `panels` (rows, columns) an array of them. `instead`: the folder where there is no
+        page."""
+        if not self.write and not instead:
             return
+        folder = PICTURES if self.write else instead
         self._end_table()
         import matplotlib
 
         matplotlib.use("Agg")
         from matplotlib import pyplot
 
-        PICTURES.mkdir(parents=True, exist_ok=True)
-        figure, axes = pyplot.subplots(figsize=(6, 3.6), dpi=90)
+        folder.mkdir(parents=True, exist_ok=True)
+        figure, axes = pyplot.subplots(*(panels or (1, 1)), figsize=(12, 5.6) if panels else (6, 3.6), dpi=90)
         draw(axes)
-        axes.grid(alpha=0.3)
+        for one in np.ravel(axes):
+            one.grid(alpha=0.3)
         figure.tight_layout()
-        figure.savefig(PICTURES / f"{name}.png", metadata={"Software": None})
+        figure.savefig(folder / f"{name}.png", metadata={"Software": None})
+        print(f"   picture: {folder / name}.png", flush=True)
         pyplot.close(figure)
         self.text.append(f"![{caption}](accuracy/{name}.png)\n\n{caption}\n")
 
