@@ -1,6 +1,7 @@
 #include "lens/chessboard.h"
 
 #include "lens/corner_grid.h"
+#include "lens/saddle_fit.h"
 
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -124,6 +125,8 @@ tl::expected<Corners, std::string> findCorners(const cv::Mat& grey, const Board&
   // The wider the window, the less noise; half a square holds the two edges that cross and no other.
   const int half = std::max(2, static_cast<int>(0.4 * corners.smallestSquare_px));
   cv::cornerSubPix(grey, places, {half, half}, {-1, -1}, {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 100, 1e-4});
+  constexpr double kRise = 2.563;  // from 10 to 90 % of an edge, in deviations of its blur
+  fitSaddles(grey, std::max(3.0, 0.42 * corners.smallestSquare_px), std::max(0.4, corners.edgeWidth_px / kRise), grid);
   corners.place_px.resize(2, board.corners());
   for (int i = 0; i < board.corners(); ++i) {
     const cv::Point2f place = places[static_cast<std::size_t>(i)];

@@ -104,20 +104,28 @@ class Information {
     }
     const Eigen::Matrix<double, kPose, kPose> ofPose = byPose.transpose() * byPose;
     const Eigen::Matrix<double, kPose, kLens> mixed = byPose.transpose() * byLens;
-    information_ += byLens.transpose() * byLens - mixed.transpose() * ofPose.ldlt().solve(mixed);
+    const Lens ofLens = byLens.transpose() * byLens - mixed.transpose() * ofPose.ldlt().solve(mixed);
+    information_ += ofLens;
+    views_.push_back({ofLens, squares, rows});
     squares_ += squares;
     coordinates_ += rows;
-    ++views_;
     residuals_px.push_back(std::sqrt(squares / static_cast<double>(rows)));
   }
 
-  /// Deviations of focal length, principal point, k1, k2; not finite where the views do not tell.
+  /// Deviations of focal length, principal point, k1, k2; not finite where the views do not tell. Every view has noise
+  /// of its own, by what is left of it: the views count alike in the fit, and so the covariance is
+  /// A^-1 (sum s_v^2 A_v) A^-1, A = sum A_v.
   Eigen::Matrix<double, kLens, 1> deviations() const {
     const Eigen::Matrix<double, kLens, 1> scale = information_.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::LDLT<Eigen::Matrix<double, kLens, kLens>> factor(scale.asDiagonal() * information_ *
-                                                                  scale.asDiagonal());
-    const Eigen::Matrix<double, kLens, kLens> inverse = factor.solve(Eigen::Matrix<double, kLens, kLens>::Identity());
-    return (squares_ / static_cast<double>(freedom()) * inverse.diagonal()).cwiseSqrt().cwiseProduct(scale);
+    const Eigen::LDLT<Lens> factor(scale.asDiagonal() * information_ * scale.asDiagonal());
+    const Lens inverse = factor.solve(Lens::Identity()), covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
+    Lens noise = Lens::Zero();
+    for (const View& view : views_) {
+      // Of the lens's unknowns, the view takes what it tells of them.
+      const double taken = (covariance * view.ofLens).trace();
+      noise += view.squares / (static_cast<double>(view.coordinates) - kPose - taken) * view.ofLens;
+    }
+    return (covariance * noise * covariance).diagonal().cwiseSqrt();
   }
 
   double squares() const { return squares_; }
@@ -128,12 +136,20 @@ class Information {
   std::vector<double> residuals_px;
 
  private:
-  Eigen::Index freedom() const { return coordinates_ - kLens - kPose * views_; }
+  using Lens = Eigen::Matrix<double, kLens, kLens>;
+  struct View {
+    Lens ofLens;  ///< what it tells of the lens, its pose eliminated [1 / px^2 by a noise of 1 px]
+    double squares;
+    Eigen::Index coordinates;
+  };
+
+  Eigen::Index freedom() const { return coordinates_ - kLens - kPose * static_cast<Eigen::Index>(views_.size()); }
 
   const Model& model_;
-  Eigen::Matrix<double, kLens, kLens> information_ = Eigen::Matrix<double, kLens, kLens>::Zero();
+  Lens information_ = Lens::Zero();
+  std::vector<View> views_;
   double squares_ = 0.0;
-  Eigen::Index coordinates_ = 0, views_ = 0;
+  Eigen::Index coordinates_ = 0;
 };
 
 double tiltOf(const cv::Mat& rotation) {

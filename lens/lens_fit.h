@@ -31,8 +31,8 @@ struct LensFit {
 
 /// Least squares over camera and poses, sum over views and corners of |seen - project(camera, pose, corner)|^2, by
 /// OpenCV's Levenberg and Marquardt with our lens: one focal length, k1, k2, no tangential part. The covariance is our
-/// own, s^2 (J^T J)^-1 with s^2 = residual / (2 corners - unknowns): OpenCV 4.6 counts a corner as one measurement, not
-/// two, and so states deviations that are 1.4 times too large. Reentrant.
+/// own, with the noise of each view by its own residual: OpenCV 4.6 has one noise for all, and counts a corner as one
+/// measurement, not two, and so states deviations that are 1.4 times too large. Reentrant.
 LensFit fitLens(const std::vector<Corners>& views, const Board& board, int width_px, int height_px,
                 const LensFitOptions& options = {});
 
