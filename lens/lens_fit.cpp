@@ -174,7 +174,7 @@ double squaresWithout(std::size_t left, std::vector<Corners> views, const Board&
 /// not be the largest: one view through another lens bends the fit so that all share its error. Where little is left,
 /// there is none to share, and only the worst is tried.
 std::optional<int> oddView(const std::vector<Corners>& views, const Board& board, cv::Size size, const Information& all,
-                           double limit) {
+                           const LensFitOptions& options) {
   if (views.size() < 4) return std::nullopt;
   const auto worst = static_cast<std::size_t>(std::ranges::max_element(all.residuals_px) - all.residuals_px.begin());
   double least = std::numeric_limits<double>::infinity(), scatter_px = 0.0;
@@ -189,7 +189,7 @@ std::optional<int> oddView(const std::vector<Corners>& views, const Board& board
     odd = i;
   }
   const double added = std::sqrt(std::max(0.0, all.squares() - least) / (2.0 * board.corners() - kPose));
-  if (added <= limit * scatter_px) return std::nullopt;
+  if (added <= std::max(options.odd * scatter_px, options.leastOdd_px)) return std::nullopt;
   return static_cast<int>(odd);
 }
 
@@ -208,7 +208,7 @@ LensFit fitLens(const std::vector<Corners>& views, const Board& board, int width
   }
   fit.viewResidual_px = information.residuals_px;
   fit.residual_px = information.residual_px();
-  fit.oddView = oddView(views, board, {width_px, height_px}, information, options.odd);
+  fit.oddView = oddView(views, board, {width_px, height_px}, information, options);
   fit.camera.width = width_px;
   fit.camera.height = height_px;
   fit.camera.focal_px = model.matrix.at<double>(0, 0);

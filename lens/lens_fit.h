@@ -13,6 +13,8 @@ struct LensFitOptions {
   double largestFocalDeviation = 0.01;  ///< relative: above, the views do not tell
   /// Times the residual that the other views have without it: a view that is not of their lens.
   double odd = 3.0;
+  /// Of a coordinate: less is noise, which one view may have several times more of than the others.
+  double leastOdd_px = 0.06;
 };
 
 struct LensFit {
