@@ -32,7 +32,7 @@ struct FrameInfo {
   std::uint64_t cameraFrameId = 0;  ///< as the camera counts (16 bit on GigE Vision 1.x: it wraps)
   std::uint64_t frameNumber =
       0;  ///< counted up from the start of the daemon; jumps where the camera's ids say frames were lost
-  double exposure_s = 0.0;     ///< as sent with the frame, else as set; 0: the camera does not tell
+  double exposure_s = 0.0;  ///< as sent with the frame, else as set; 0: the camera does not tell
   FrameExtras extras;
   bool discontinuity = false;  ///< the ids or the clock jumped since the frame before: positions may have moved far
   FrameTimes times;

@@ -73,12 +73,12 @@ struct Header {
   Id zero{};                   ///< of the rest pose that displacements are counted from
   std::uint32_t flags = 0;     ///< or-ed Flag
 
-  std::uint64_t cameraFrameId = 0;   ///< as the camera counts; 16 bit on GigE Vision 1.x
-  std::uint64_t frameNumber = 0;     ///< counted up; jumps where frames of the camera were lost
-  std::int64_t deviceTime_ns = 0;    ///< the camera's own clock
-  double exposure_s = 0.0;           ///< as sent with the frame, else as set; 0: the camera does not tell
-  std::optional<double> gain;                ///< as sent with the frame, in the camera's own unit
-  std::optional<std::uint64_t> lineStatus;   ///< as sent with the frame: levels of the camera's lines, line 0 lowest
+  std::uint64_t cameraFrameId = 0;          ///< as the camera counts; 16 bit on GigE Vision 1.x
+  std::uint64_t frameNumber = 0;            ///< counted up; jumps where frames of the camera were lost
+  std::int64_t deviceTime_ns = 0;           ///< the camera's own clock
+  double exposure_s = 0.0;                  ///< as sent with the frame, else as set; 0: the camera does not tell
+  std::optional<double> gain;               ///< as sent with the frame, in the camera's own unit
+  std::optional<std::uint64_t> lineStatus;  ///< as sent with the frame: levels of the camera's lines, line 0 lowest
   std::int64_t receivedReal_ns = 0;  ///< CLOCK_REALTIME of the daemon's host when the frame came from the camera driver
 
   // CLOCK_MONOTONIC of the daemon's host.
