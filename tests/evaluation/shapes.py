@@ -218,10 +218,9 @@ def place_beyond(points, pressure, generator):
     moved = place_inside(points, generator)
     axis, side = generator.integers(2), generator.choice([-1, 1])
     along = side * points[axis]
-    order = np.argsort(along)[::-1]
-    share = generator.uniform(0.05, 0.5)
-    at = along[order][np.searchsorted(np.cumsum(pressure[order]), share)]
-    shift = min(OUTERMOST + 1e-6 - at, influence.HALF_WIDTH - 3e-3 - along.max())
+    rows, row_of = np.unique(-along.round(6), return_inverse=True)  # the outermost first; points of one go beyond together
+    beyond = np.searchsorted(np.cumsum(np.bincount(row_of, pressure)), generator.uniform(0.05, 0.5), side="right")
+    shift = min(OUTERMOST + 2e-6 + rows[max(beyond, 1) - 1], influence.HALF_WIDTH - 3e-3 - along.max())
     moved[axis] = side * (along + shift)
     return moved
 
