@@ -322,6 +322,10 @@ def other_gels(report, generator):
     straight = [np.median(results[0][1]), np.quantile(results[0][1], 0.95)]
     lines, off = [], 0.0
     for gel, (unit, ratio) in zip(gels, results):
+        if np.isinf(unit):
+            lines.append((gel.label, "none", "–", "–"))
+            off = np.inf
+            continue
         figures = [np.median(ratio), np.quantile(ratio, 0.95)]
         off = max(off, *(figure / by for figure, by in zip(figures, straight)))
         lines.append((gel.label, f"{unit:.2g} gf", *[f"{figure:.2f}" for figure in figures]))

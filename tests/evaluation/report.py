@@ -35,6 +35,15 @@ def rewrite_page(head, order, anew):
     PAGE.write_text("\n".join([head, *(texts[name].rstrip("\n") + "\n" for name in order if name in texts)]))
 
 
+def shrink(path):
+    """To a picture of few colours, a quarter as large."""
+    from PIL import Image
+
+    with Image.open(path) as picture:
+        small = picture.convert("RGB").quantize(32)
+    small.save(path, optimize=True)
+
+
 class Report:
     """Of one experiment."""
 
@@ -91,6 +100,8 @@ class Report:
             one.grid(alpha=0.3)
         figure.tight_layout()
         figure.savefig(folder / f"{name}.png", metadata={"Software": None})
+        if panels:
+            shrink(folder / f"{name}.png")
         print(f"   picture: {folder / name}.png", flush=True)
         pyplot.close(figure)
         self.text.append(f"![{caption}](accuracy/{name}.png)\n\n{caption}\n")
