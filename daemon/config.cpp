@@ -213,7 +213,7 @@ std::vector<Key> keysOf(Config& config) {
           &camera.packetTimeout_us, {100, 1e6}},
       {"camera", "frame_retention_us", "us", "A frame whose packets stay away for longer is given up.",
           &camera.frameRetention_us, {1000, 10e6}},
-      {"camera", "packet_socket", "", "Receive past the IP stack: needs CAP_NET_RAW; late or nothing on the loopback.",
+      {"camera", "packet_socket", "", "Receive past the IP stack, unfiltered: needs CAP_NET_RAW; late on the loopback.",
           choice(camera.packetSocket,
                  {{"off", PacketSocket::kOff}, {"auto", PacketSocket::kAuto}, {"on", PacketSocket::kOn}})},
       {"camera", "buffers", "frames", "For the driver to fill; up to 7 are on their way to the tracker.",

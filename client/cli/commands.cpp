@@ -71,6 +71,10 @@ void print(const CameraLink& link) {
     std::printf("          %llu packets sent again, %llu missing\n", Count{link.packetsResent},
                 Count{link.packetsMissing});
   }
+  if (link.packetsRefused != 0) {
+    std::printf("          %llu packets refused: not the camera's, or there was no room for them\n",
+                Count{link.packetsRefused});
+  }
   if (link.temperature_C) std::printf("          %.1f degrees Celsius\n", *link.temperature_C);
   if (link.ptp.empty()) return;
   std::printf("          PTP %s", link.ptp.c_str());

@@ -366,6 +366,7 @@ void put(Json& json, const Status& status) {
     json.open('{');
     json.key("packets_resent").number(link->packetsResent);
     json.key("packets_missing").number(link->packetsMissing);
+    json.key("packets_refused").number(link->packetsRefused);
     json.key("ptp").string(link->ptp);
     put(json, "ptp_offset_s", link->ptpOffset_s);
     put(json, "temperature", link->temperature_C);

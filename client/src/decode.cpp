@@ -217,6 +217,7 @@ Status statusOf(const pb::Status& from) {
     CameraLink& to = status.cameraLink.emplace();
     to.packetsResent = link.packets_resent();
     to.packetsMissing = link.packets_missing();
+    to.packetsRefused = link.packets_refused();
     to.ptp = link.ptp();
     if (link.has_ptp_offset_s()) to.ptpOffset_s = link.ptp_offset_s();
     if (link.has_temperature()) to.temperature_C = link.temperature();

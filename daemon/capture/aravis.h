@@ -5,6 +5,7 @@
 #include "daemon/capture/camera_info.h"
 #include "daemon/capture/camera_options.h"
 #include "daemon/capture/driver.h"
+#include "daemon/capture/stream_filter.h"
 #include "daemon/records/camera_features.h"
 
 #include <arv.h>
@@ -124,6 +125,14 @@ tl::expected<std::vector<int>, Error> packetSizes(ArvCamera* camera, const Camer
 
 /// Returns what the kernel granted.
 int setReceiveBuffer(ArvStream* stream, int size_bytes);
+
+/// From here on the kernel lets through to the stream what its camera can have sent, and nothing that came before is
+/// left. To be called before the stream has buffers: until then Aravis throws away every packet.
+tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shape);
+/// Packets that the kernel kept from the stream: not the camera's, or there was no room for them.
+std::uint64_t packetsRefused(ArvStream* stream);
+/// As far as the camera says.
+StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t payload_bytes);
 
 bool packetSocketAllowed();
 

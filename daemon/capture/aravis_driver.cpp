@@ -48,6 +48,7 @@ class AravisDriver : public Driver {
   Ref<ArvStream> stream_;
   CameraInfo info_;
   std::size_t payload_ = 0;  ///< bytes of a buffer
+  bool portIsTrue_ = true;   ///< the camera sends from the port that it names
   ChunkDescription chunks_;
   std::vector<std::pair<std::string, std::string>> first_;  ///< features as they were before people wrote them
 };
@@ -117,9 +118,18 @@ tl::expected<void, Error> AravisDriver::start() {
   const auto sizes = packetSizes(camera, options_);
   if (!sizes) return tl::unexpected(sizes.error());
   Proof proof = Proof::kNothing;
+  portIsTrue_ = !info_.triggered;  // of a camera that waits, nothing comes to prove it
   for (std::size_t i = 0; i < sizes->size() && (i == 0 || proof == Proof::kBroken); ++i) {
     if (auto started = startStream((*sizes)[i]); !started) return started;
     proof = awaitWholeFrame();
+    if (proof != Proof::kNothing || !portIsTrue_ || packetsRefused(stream_.get()) == 0) continue;
+    portIsTrue_ = false;
+    if (auto started = startStream((*sizes)[i]); !started) return started;
+    proof = awaitWholeFrame();
+    if (proof != Proof::kNothing)
+      info_.warnings.push_back(
+          "the camera does not send from the port that it says it does (GevSCSP); packets from any "
+          "port of its address are taken");
   }
   info_.packetSizeVerified = proof == Proof::kWhole;
   if (proof == Proof::kBroken)
@@ -150,11 +160,6 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes) {
   stream_.reset(arv_camera_create_stream(camera, nullptr, nullptr, failure.into()));
 #endif
   if (!stream_) return failed(EX_UNAVAILABLE, "the camera's stream cannot be opened", failure.text());
-  if (ARV_IS_GV_STREAM(stream_.get())) {
-    g_object_set(stream_.get(), "packet-timeout", static_cast<guint>(options_.packetTimeout_us), "frame-retention",
-                 static_cast<guint>(options_.frameRetention_us), nullptr);
-    info_.receiveBuffer_bytes = setReceiveBuffer(stream_.get(), options_.receiveBuffer_bytes);
-  }
   const guint payload = arv_camera_get_payload(camera, failure.into());
   constexpr guint kMost = 1U << 30;
   if (failure || payload < info_.shape.size || payload > kMost)
@@ -163,6 +168,16 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes) {
                       std::to_string(info_.shape.size),
                   failure ? failure.text() : "");
   payload_ = payload;
+  if (ARV_IS_GV_STREAM(stream_.get())) {
+    if (!info_.packetSocket) {
+      StreamShape shape = streamShape(camera, info_.packetSize_bytes, payload);
+      if (!portIsTrue_) shape.cameraPort = 0;
+      if (auto guarded = guardStream(stream_.get(), shape); !guarded) return guarded;
+    }
+    g_object_set(stream_.get(), "packet-timeout", static_cast<guint>(options_.packetTimeout_us), "frame-retention",
+                 static_cast<guint>(options_.frameRetention_us), nullptr);
+    info_.receiveBuffer_bytes = setReceiveBuffer(stream_.get(), options_.receiveBuffer_bytes);
+  }
   for (int i = 0; i < options_.buffers; ++i) {
     ArvBuffer* buffer = arv_buffer_new(payload, nullptr);
     std::size_t unused = 0;

@@ -4,6 +4,7 @@
 #include <dirent.h>
 #include <ifaddrs.h>
 #include <linux/if_ether.h>
+#include <linux/sock_diag.h>
 #include <net/if.h>
 #include <netinet/in.h>
 #include <sys/ioctl.h>
@@ -11,6 +12,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -70,6 +72,41 @@ int setReceiveBuffer(ArvStream* stream, int size_bytes) {
   int doubled = 0;  // the kernel reports twice what it was asked for
   socklen_t length = sizeof doubled;
   return getsockopt(descriptor, SOL_SOCKET, SO_RCVBUF, &doubled, &length) == 0 ? doubled / 2 : 0;
+}
+
+StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t payload_bytes) {
+  ArvDevice* device = arv_camera_get_device(camera);
+  auto* address = G_INET_SOCKET_ADDRESS(arv_gv_device_get_device_address(ARV_GV_DEVICE(device)));
+  StreamShape shape{.packetSize_bytes = packetSize_bytes, .payload_bytes = payload_bytes};
+  std::memcpy(&shape.cameraAddress, g_inet_address_to_bytes(g_inet_socket_address_get_address(address)), 4);
+  shape.cameraAddress = ntohl(shape.cameraAddress);
+  Failure failure;
+  const gint64 port = arv_device_get_integer_feature_value(device, "ArvGevSCSP", failure.into());
+  if (!failure && port > 0 && port < 65536) shape.cameraPort = static_cast<std::uint16_t>(port);
+  shape.extendedIds = readFeature(device, "GevGVSPExtendedIDMode") == "On";
+  return shape;
+}
+
+tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shape) {
+  const int descriptor = streamSocket(stream);
+  std::vector<sock_filter> code = streamFilter(shape);
+  const sock_fprog program{static_cast<unsigned short>(code.size()), code.data()};
+  arv_stream_stop_thread(stream, FALSE);
+  const bool attached = setsockopt(descriptor, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program) == 0;
+  const int why = errno;
+  // What came before the filter did.
+  for (char byte = 0; attached && recv(descriptor, &byte, 1, MSG_DONTWAIT) >= 0;) {
+  }
+  arv_stream_start_thread(stream);
+  if (attached) return {};
+  return failed(EX_OSERR, "the stream's socket cannot be guarded against packets that are not the camera's",
+                descriptor < 0 ? "it is not found in /proc/self/fd" : std::strerror(why));
+}
+
+std::uint64_t packetsRefused(ArvStream* stream) {
+  std::uint32_t memory[SK_MEMINFO_VARS] = {};
+  socklen_t length = sizeof memory;
+  return getsockopt(streamSocket(stream), SOL_SOCKET, SO_MEMINFO, memory, &length) == 0 ? memory[SK_MEMINFO_DROPS] : 0;
 }
 
 /// The test that Aravis itself makes.

@@ -411,8 +411,10 @@ tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info) {
 CameraLink readLink(ArvCamera* camera, ArvStream* stream) {
   ArvDevice* device = arv_camera_get_device(camera);
   CameraLink link;
-  if (ARV_IS_GV_STREAM(stream))
+  if (ARV_IS_GV_STREAM(stream)) {
     arv_gv_stream_get_statistics(ARV_GV_STREAM(stream), &link.packetsResent, &link.packetsMissing);
+    link.packetsRefused = packetsRefused(stream);
+  }
   for (const char* name : {"PtpStatus", "GevIEEE1588Status"}) {
     if (const std::string state = readFeature(device, name); !state.empty()) {
       link.ptp = Line(state);

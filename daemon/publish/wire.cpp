@@ -105,6 +105,7 @@ void set(const CameraVitals& from, pb::Status& to) {
   pb::CameraLink& link = *to.mutable_camera_link();
   link.set_packets_resent(from.link.packetsResent);
   link.set_packets_missing(from.link.packetsMissing);
+  link.set_packets_refused(from.link.packetsRefused);
   link.set_ptp(from.link.ptp.view().data(), from.link.ptp.view().size());
   link.clear_ptp_offset_s();
   link.clear_temperature();

@@ -37,6 +37,7 @@ class Line {
 struct CameraLink {
   std::uint64_t packetsResent = 0;   ///< asked for again, and come
   std::uint64_t packetsMissing = 0;  ///< never come
+  std::uint64_t packetsRefused = 0;  ///< kept from the stream: not its camera's, or there was no room for them
   Line ptp;                          ///< the camera's word for its state; empty: no PTP
   double ptpOffset_s = 0.0;          ///< of the camera's clock from its master's, as it says
   double temperature_C = 0.0;        ///< of the camera

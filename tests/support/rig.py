@@ -226,9 +226,10 @@ class Forger:
     LEADER, TRAILER, PAYLOAD = 1, 2, 3
     RGB8, BAYER_RG8 = 0x02180014, 0x01080009
 
-    def __init__(self, address, port):
+    def __init__(self, address, port, source=""):
         self.target = (address, port)
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind((source, 0))
 
     def close(self):
         self.socket.close()

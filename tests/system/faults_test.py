@@ -1,6 +1,7 @@
 """What a network and its inhabitants do to a stream: counted, never published, and the stream goes on."""
 
 import os
+import random
 import signal
 import time
 import unittest
@@ -27,13 +28,21 @@ class Faults(unittest.TestCase):
     def stream(self, count):
         self.published += self.subscriber.collect(count)
 
-    def forger(self):
-        forger = rig.Forger("127.0.0.1", rig.stream_port(self.daemon))
+    def forger(self, source="127.0.0.1"):
+        """At the camera's own address, unless it says another."""
+        forger = rig.Forger("127.0.0.1", rig.stream_port(self.daemon), source)
         self.addCleanup(forger.close)
         return forger
 
     def ledger(self):
         return self.subscriber.collect(1, "status")[0].ledger
+
+    def refused(self):
+        return self.subscriber.collect(1, "status")[0].camera_link.packets_refused
+
+    def memory(self):
+        with open(f"/proc/{self.daemon.child.pid}/statm") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
     def end(self):
         """Every published frame is one that the camera sent, newer than the one before, and reads what it shows."""
@@ -94,6 +103,40 @@ class Faults(unittest.TestCase):
         for size in (1, 8, 16, 36, 44, 1000, PACKET):
             forger.raw(bytes(size))
             self.stream(15)
+        self.end()
+
+    def test_packets_that_end_a_driver_or_fill_its_memory(self):
+        self.begin()
+        memory = self.memory()
+        for source in ("127.0.0.1", "127.0.0.2"):
+            forger = self.forger(source)
+            for _ in range(200):
+                forger.raw(bytes([0, 0, 0, 0, 0x82] + 10 * [0] + [1, 0xff, 0xff, 0xff, 0xfe]))  # 64 GB, by its number
+                forger.packet(7, random.randrange(65536), 1, bytes(7))  # multipart
+                forger.packet(rig.Forger.TRAILER, random.randrange(65536), 0xfffffe, bytes(8))
+                frame = (self.published[-1].header.camera_frame_id + random.randrange(4)) % 65535
+                forger.packet(rig.Forger.TRAILER, frame, 0, bytes(8))
+                forger.packet(rig.Forger.PAYLOAD, frame, 500, bytes(1000))
+                forger.raw(bytes(6) + frame.to_bytes(2, "big") + bytes([0x83]) + bytes(50))  # ids of the other width
+                forger.raw(os.urandom(random.randrange(PACKET)))
+            self.stream(20)
+        self.assertLess(self.memory() - memory, 50 << 20)
+        self.assertGreater(self.refused(), 1000)
+        self.end()
+
+    def test_a_stranger_that_is_faster_than_the_camera(self):
+        self.begin("--rate", "10")
+        before = self.ledger()
+        forger = self.forger("127.0.0.2")
+        picture = os.urandom(3 * WIDTH * HEIGHT)
+        for _ in range(15):  # each true frame has been sent once, before the camera does
+            forger.frame((self.published[-1].header.camera_frame_id + 1) % 65535, picture, WIDTH, HEIGHT, time.time_ns(),
+                         chunk=PACKET)
+            self.stream(1)
+        after = self.ledger()
+        for loss in ("incomplete", "wrong_size", "stale", "implausible"):
+            self.assertEqual(getattr(after, loss), getattr(before, loss), loss)
+        self.assertGreater(self.refused(), 15 * 100)
         self.end()
 
     def test_one_forged_future_frame(self):

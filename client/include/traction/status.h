@@ -19,6 +19,7 @@ enum class CameraState {
 struct CameraLink {
   std::uint64_t packetsResent = 0;     ///< asked for again, and come
   std::uint64_t packetsMissing = 0;    ///< never come
+  std::uint64_t packetsRefused = 0;    ///< kept from the stream: not its camera's, or there was no room for them
   std::string ptp;                     ///< the camera's word for its PTP state; empty: it has none
   std::optional<double> ptpOffset_s;   ///< of the camera's clock from its master's, as the camera says
   std::optional<double> temperature_C;

@@ -449,7 +449,7 @@ TEST_P(AravisCameraIntruder, GetsNoOldBufferHandedOn) {
     ASSERT_NO_FATAL_FAILURE(stream(20));  // each newer than the one before
   }
   EXPECT_EQ(ledger_.received.get() - ledger_.losses(), 150U);
-  EXPECT_EQ(ledger_.stale.get(), 5U) << "Aravis calls each of them a success";
+  EXPECT_EQ(ledger_.stale.get(), 0U) << "Aravis calls each of them a success, had it reached it";
 }
 
 INSTANTIATE_TEST_SUITE_P(ZeroBytes, AravisCameraIntruder, testing::Values(8, 44, 1000, 8972));

@@ -17,7 +17,7 @@ namespace tractiond::test {
 namespace {
 
 constexpr std::uint32_t kUserSetLoad = 0x224;
-constexpr std::uint32_t kStreamPort = 0x0d00, kPacketSize = 0x0d04, kStreamAddress = 0x0d18;
+constexpr std::uint32_t kStreamPort = 0x0d00, kPacketSize = 0x0d04, kStreamAddress = 0x0d18, kSourcePort = 0x0d1c;
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -42,6 +42,13 @@ GvTransmitter::GvTransmitter(const std::string& description)
   at.sin_addr.s_addr = htonl(INADDR_ANY);
   if (bind(control_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0)
     throw std::runtime_error("port 3956 is taken");
+  at.sin_port = 0;
+  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof at;
+  if (bind(stream_, reinterpret_cast<const sockaddr*>(&at), size) != 0 ||
+      getsockname(stream_, reinterpret_cast<sockaddr*>(&at), &size) != 0)
+    throw std::runtime_error("no port to send from");
+  write(kSourcePort, ntohs(at.sin_port));
   std::array<char, 32> name{};
   std::strcpy(name.data(), "Tractiond");
   arv_fake_camera_write_memory(camera_, 0x48, 32, name.data());

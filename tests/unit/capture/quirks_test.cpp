@@ -6,8 +6,11 @@
 #include "tests/unit/capture/gv_transmitter.h"
 #include "tests/unit/capture/own_network.h"
 
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <bit>
 #include <cstdio>
@@ -171,6 +174,48 @@ INSTANTIATE_TEST_SUITE_P(Cameras, QuirksOf,
                                          Quirk{"ids_of_16_bits_wrap", good, 0, 65'300},
                                          Quirk{"all_at_once", zero, 312, 65'300}),
                          [](const auto& one) { return one.param.name; });
+
+// ---------------------------------------------------------------- who sends
+
+TEST_F(Quirks, NobodyElseSendsAPicture) {
+  ASSERT_NO_FATAL_FAILURE(openStreaming());
+  EXPECT_THAT(said_, testing::Not(Contains(HasSubstr("GevSCSP"))));
+  const int elsewhere = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);  // at the camera's address, on another port
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(static_cast<std::uint16_t>(sender_.read(0x0d00)));
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const auto forge = [&](std::uint16_t id) {
+    for (std::uint8_t packet = 1; packet < 6; ++packet) {
+      std::vector<std::uint8_t> bytes(1472, 0xee);
+      const std::uint8_t header[] = {0, 0,     static_cast<std::uint8_t>(id >> 8), static_cast<std::uint8_t>(id), 3, 0,
+                                     0, packet};
+      std::memcpy(bytes.data(), header, sizeof header);
+      sendto(elsewhere, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    }
+  };
+  Frame frame;
+  for (std::uint16_t id = 61'000; id < 61'100; ++id) {
+    forge(id);
+    const GvTransmitter::Picture one = picture(id, id);
+    sender_.send(one);
+    ASSERT_EQ(camera_->next(frame, milliseconds(1000)), Next::kFrame);
+    EXPECT_EQ(std::memcmp(frame.data, one.bytes.data(), kPicture_bytes), 0);
+    camera_->recycle(frame);
+  }
+  close(elsewhere);
+  EXPECT_EQ(ledger_.losses(), preludeLosses_);
+}
+
+TEST_F(Quirks, ACameraThatNamesAnotherPortIsHeardAllTheSame) {
+  sender_.write(0x0d1c, 5);
+  ASSERT_NO_FATAL_FAILURE(openStreaming());
+  EXPECT_THAT(said_, Contains(HasSubstr("does not send from the port that it says it does")));
+  sender_.send(picture(61'000, 1));
+  Frame frame;
+  ASSERT_EQ(camera_->next(frame, milliseconds(1000)), Next::kFrame);
+  camera_->recycle(frame);
+}
 
 // ---------------------------------------------------------------- chunks
 

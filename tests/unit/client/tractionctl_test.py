@@ -44,19 +44,22 @@ class Tractionctl(Case):
                 told.status.camera_why = why
                 told.status.camera_link.temperature = 41.5
                 told.status.camera_link.packets_resent = 3
+                told.status.camera_link.packets_refused = 7
                 return told
             for why in ("", "it does not answer"):
                 endpoints = self.publisher(reply)
                 words += f" ({why})" if why else ""
                 code, out, err = ctl("status", *endpoints)
                 self.assertEqual(code, NO_CAMERA)
-                self.assertIn("3 packets sent again, 0 missing\n          41.5 degrees Celsius\n", out)
+                self.assertIn("3 packets sent again, 0 missing\n"
+                              "          7 packets refused: not the camera's, or there was no room for them\n          41.5 degrees Celsius\n", out)
                 self.assertIn("gel: " + words, out)
                 self.assertEqual(err, f"tractionctl: no field can come: {words}\n")
                 code, out, err = ctl("status", "--json", *endpoints)
                 self.assertEqual((code, json.loads(out)["camera"]), (NO_CAMERA, name))
                 self.assertEqual(json.loads(out)["camera_why"], why)
-                self.assertEqual(json.loads(out)["camera_link"], {"packets_resent": 3, "packets_missing": 0, "ptp": "",
+                self.assertEqual(json.loads(out)["camera_link"], {"packets_resent": 3, "packets_missing": 0,
+                                                                  "packets_refused": 7, "ptp": "",
                                                                   "ptp_offset_s": None, "temperature": 41.5})
                 self.assertEqual(err.count("\n"), 1)
 

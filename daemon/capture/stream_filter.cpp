@@ -1,0 +1,123 @@
+#include "daemon/capture/stream_filter.h"
+
+#include <initializer_list>
+#include <utility>
+
+namespace tractiond::capture {
+namespace {
+
+constexpr std::uint32_t kUdpHeader = 8;  // where a socket's filter sees the packet begin
+constexpr std::uint32_t kStatus = kUdpHeader, kKind = kUdpHeader + 4;
+constexpr std::uint32_t kLeader = 1, kTrailer = 2, kData = 3, kExtendedIds = 0x80;
+constexpr std::uint32_t kWhole = 0xffffffff;
+// Payload types: a picture, chunk data alone, a picture whose chunk data has a format of its own.
+constexpr std::uint32_t kPicture = 1, kChunks = 4, kPictureAndChunks = 5, kChunksFollow = 0x4000;
+constexpr std::uint32_t kChunkLeader_bytes = 12, kPictureLeader_bytes = 36;
+
+/// Instructions with names for where they jump; resolved once all are there.
+class Program {
+ public:
+  enum Label { kNext, kRefuse, kTake, kTrailerFollows, kDataFollows, kErrorFollows, kPictureFollows, kLabels };
+
+  void load(std::uint16_t width, std::uint32_t at) { add(BPF_LD | width | BPF_ABS, at); }
+  void loadLength() { add(BPF_LD | BPF_W | BPF_LEN, 0); }
+  void mask(std::uint32_t bits) { add(BPF_ALU | BPF_AND | BPF_K, bits); }
+  void jump(std::uint16_t test, std::uint32_t value, Label yes, Label no) {
+    jumps_.push_back({code_.size(), yes, no});
+    add(static_cast<std::uint16_t>(BPF_JMP | test | BPF_K), value);
+  }
+  void give(std::uint32_t bytes) { add(BPF_RET | BPF_K, bytes); }
+  void here(Label label) { places_[label] = code_.size(); }
+
+  std::vector<sock_filter> resolved() {
+    for (const Jump& jump : jumps_) {
+      const auto distance = [&](Label label) {
+        return static_cast<std::uint8_t>(label == kNext ? 0 : places_[label] - jump.at - 1);
+      };
+      code_[jump.at].jt = distance(jump.yes);
+      code_[jump.at].jf = distance(jump.no);
+    }
+    return std::move(code_);
+  }
+
+ private:
+  struct Jump {
+    std::size_t at;
+    Label yes, no;
+  };
+  void add(std::uint16_t code, std::uint32_t value) { code_.push_back({code, 0, 0, value}); }
+
+  std::vector<sock_filter> code_;
+  std::vector<Jump> jumps_;
+  std::size_t places_[kLabels] = {};
+};
+
+}  // namespace
+
+std::vector<sock_filter> streamFilter(const StreamShape& shape) {
+  const std::uint32_t data = kUdpHeader + static_cast<std::uint32_t>(shape.header_bytes());
+  const std::uint32_t idWidth = shape.extendedIds ? kExtendedIds : 0;
+  const std::uint32_t blocks = shape.blocks(), block = static_cast<std::uint32_t>(shape.block_bytes());
+  Program program;
+  const auto loadId = [&] {
+    program.load(BPF_W, shape.extendedIds ? kUdpHeader + 16 : kKind);
+    if (!shape.extendedIds) program.mask(0xffffff);
+  };
+  const auto expectLength = [&](std::uint32_t least, std::uint32_t most, Program::Label then) {
+    program.loadLength();
+    program.jump(BPF_JGE, least, Program::kNext, Program::kRefuse);
+    program.jump(BPF_JGT, most, Program::kRefuse, then);
+  };
+
+  // Whoever sent it.
+  program.load(BPF_W, static_cast<std::uint32_t>(SKF_NET_OFF) + 12);
+  program.jump(BPF_JEQ, shape.cameraAddress, Program::kNext, Program::kRefuse);
+  if (shape.cameraPort != 0) {
+    program.load(BPF_H, 0);
+    program.jump(BPF_JEQ, shape.cameraPort, Program::kNext, Program::kRefuse);
+  }
+  expectLength(data, kWhole, Program::kNext);
+  program.load(BPF_H, kStatus);
+  program.jump(BPF_JSET, 0x8000, Program::kErrorFollows, Program::kNext);
+  program.load(BPF_B, kKind);
+  program.jump(BPF_JEQ, kData | idWidth, Program::kDataFollows, Program::kNext);
+  program.jump(BPF_JEQ, kTrailer | idWidth, Program::kTrailerFollows, Program::kNext);
+  program.jump(BPF_JEQ, kLeader | idWidth, Program::kNext, Program::kRefuse);
+
+  loadId();
+  program.jump(BPF_JEQ, 0, Program::kNext, Program::kRefuse);
+  expectLength(data + kChunkLeader_bytes, kWhole, Program::kNext);
+  program.load(BPF_H, data + 2);
+  program.mask(0xffff & ~kChunksFollow);
+  program.jump(BPF_JEQ, kPicture, Program::kPictureFollows, Program::kNext);
+  program.jump(BPF_JEQ, kPictureAndChunks, Program::kPictureFollows, Program::kNext);
+  program.jump(BPF_JEQ, kChunks, Program::kTake, Program::kRefuse);
+  program.here(Program::kPictureFollows);
+  expectLength(data + kPictureLeader_bytes, kWhole, Program::kTake);
+
+  program.here(Program::kErrorFollows);
+  program.load(BPF_B, kKind);
+  program.jump(BPF_JEQ, kTrailer | idWidth, Program::kTrailerFollows, Program::kNext);
+  program.jump(BPF_JEQ, kData | idWidth, Program::kNext, Program::kRefuse);
+  loadId();
+  program.jump(BPF_JGT, blocks + 1, Program::kRefuse, Program::kTake);
+
+  program.here(Program::kTrailerFollows);
+  loadId();
+  program.jump(BPF_JGE, 2, Program::kNext, Program::kRefuse);
+  program.jump(BPF_JGT, blocks + 1, Program::kRefuse, Program::kTake);
+
+  program.here(Program::kDataFollows);
+  loadId();
+  program.jump(BPF_JGE, 1, Program::kNext, Program::kRefuse);
+  program.jump(BPF_JGT, blocks, Program::kRefuse, Program::kNext);
+  expectLength(data + 1, data + block, Program::kTake);
+
+  program.here(Program::kTake);
+  program.give(kWhole);
+  program.here(Program::kRefuse);
+  program.give(0);
+  return program.resolved();
+}
+
+}  // namespace tractiond::capture
