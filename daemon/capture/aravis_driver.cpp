@@ -241,8 +241,8 @@ void AravisDriver::describe(ArvBuffer* from, Buffer& buffer) const {
   arrival.shape.size = std::min(size, payload_);
   if (arrival.shape.size > info_.shape.size && arv_buffer_has_chunks(from)) {
     Chunks found;
-    const auto picture = readChunks({data, arrival.shape.size}, info_.shape.size, info_.zeroIsAnId ? false : true,
-                                    chunks_.fields, found);
+    const auto picture =
+        readChunks({data, arrival.shape.size}, info_.shape.size, !info_.zeroIsAnId, chunks_.fields, found);
     if (picture) arrival.shape.size = *picture;
     buffer.extras = found.extras;
     if (arrival.device_ns == 0 && found.timestamp_ns) arrival.device_ns = *found.timestamp_ns;

@@ -55,9 +55,9 @@ class Program {
 }  // namespace
 
 std::vector<sock_filter> streamFilter(const StreamShape& shape) {
-  const std::uint32_t data = kUdpHeader + static_cast<std::uint32_t>(shape.header_bytes());
+  const std::uint32_t data = kUdpHeader + static_cast<std::uint32_t>(shape.headerBytes());
   const std::uint32_t idWidth = shape.extendedIds ? kExtendedIds : 0;
-  const std::uint32_t blocks = shape.blocks(), block = static_cast<std::uint32_t>(shape.block_bytes());
+  const std::uint32_t blocks = shape.blocks(), block = static_cast<std::uint32_t>(shape.blockBytes());
   Program program;
   const auto loadId = [&] {
     program.load(BPF_W, shape.extendedIds ? kUdpHeader + 16 : kKind);

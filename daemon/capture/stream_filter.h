@@ -22,11 +22,11 @@ struct StreamShape {
   bool extendedIds = false;         ///< 64-bit block ids and 32-bit packet ids
 
   /// Bytes of GVSP's own header, and of a frame in each of its packets but the last.
-  int header_bytes() const { return extendedIds ? 20 : 8; }
-  int block_bytes() const { return packetSize_bytes - 28 - header_bytes(); }
+  int headerBytes() const { return extendedIds ? 20 : 8; }
+  int blockBytes() const { return packetSize_bytes - 28 - headerBytes(); }
   /// Packets of data in the largest frame: leader and trailer come on top.
   std::uint32_t blocks() const {
-    const auto block = static_cast<std::size_t>(block_bytes());
+    const auto block = static_cast<std::size_t>(blockBytes());
     return static_cast<std::uint32_t>((payload_bytes + block - 1) / block);
   }
 };

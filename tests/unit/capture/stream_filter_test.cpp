@@ -109,8 +109,8 @@ class StreamFilter : public testing::Test {
 
   /// Near what is right: every number is often at its limit or one beside it.
   Packet drawPacket(const StreamShape& shape) {
-    const std::size_t header = static_cast<std::size_t>(chance(95) ? shape.header_bytes() : 28 - shape.header_bytes());
-    const std::uint64_t blocks = shape.blocks(), block = static_cast<std::uint64_t>(shape.block_bytes());
+    const std::size_t header = static_cast<std::size_t>(chance(95) ? shape.headerBytes() : 28 - shape.headerBytes());
+    const std::uint64_t blocks = shape.blocks(), block = static_cast<std::uint64_t>(shape.blockBytes());
     const int format = chance(90) ? static_cast<int>(between(1, 3)) : static_cast<int>(between(0, 127));
     const std::uint64_t bodies[] = {0, 1, 11, 12, 35, 36, 60, block - 1, block, block + 1, between(0, block + 40)};
     Packet packet;
