@@ -1,6 +1,7 @@
 #include "client/cli/calibrate.h"
 
 #include "client/cli/json.h"
+#include "client/cli/output.h"
 
 #include <unistd.h>
 
@@ -42,7 +43,7 @@ class Guide {
   void say(const std::string& sentence) const {
     if (options_.json) return;
     std::printf("%s\n", sentence.c_str());
-    std::fflush(stdout);
+    flushOutput();
   }
 
   void instruct(const std::string& sentence) const {
@@ -55,7 +56,7 @@ class Guide {
   void report(const std::string& step, const CalibrationReport& report) const {
     if (options_.json) {
       std::printf("%s\n", toJson(step, report).c_str());
-      std::fflush(stdout);
+      flushOutput();
       return;
     }
     for (const CalibrationReport::Figure& figure : report.figures) {
@@ -64,7 +65,7 @@ class Guide {
       std::printf("\n");
     }
     for (const std::string& remark : report.remarks) std::printf("  note: %s\n", remark.c_str());
-    std::fflush(stdout);
+    flushOutput();
   }
 
   void geometry() const {

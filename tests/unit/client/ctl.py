@@ -54,8 +54,8 @@ class Case(unittest.TestCase):
         return ["--connect", publisher.endpoint(publisher.stream), "--control", publisher.endpoint(publisher.control)]
 
     def start(self, *words, **options):
-        child = subprocess.Popen([PROGRAM, *words], **{"stderr": subprocess.PIPE, "text": True,
-                                                        "start_new_session": True, **options})
+        child = subprocess.Popen([PROGRAM, *words], **{"stdin": subprocess.DEVNULL, "stderr": subprocess.PIPE,
+                                                        "text": True, "start_new_session": True, **options})
         self.addCleanup(self.end, child)
         return child
 

@@ -25,6 +25,14 @@ class Tractionctl(Case):
             with self.subTest(command), open("/dev/full", "wb") as full:
                 self.ends_at_once(self.start(*command, *self.publisher(), stdout=full), "No space left on device")
 
+    def test_nobody_is_asked_what_the_disk_has_swallowed(self):
+        person, terminal = os.openpty()
+        with open("/dev/full", "wb") as full:
+            child = self.start("calibrate", "--weights", "1N", *self.publisher(), stdin=terminal, stdout=full)
+            self.ends_at_once(child, "No space left on device")
+        os.close(person)
+        os.close(terminal)
+
     def test_status_tells_where_frames_went(self):
         endpoints = self.publisher()
         code, out, _ = ctl("status", *endpoints)
