@@ -8,20 +8,20 @@
 namespace traction {
 
 enum class CameraState {
-  kUnknown,    ///< not opened yet
-  kWaiting,    ///< not there yet; being looked for
-  kStreaming,  ///< open
-  kLost,       ///< was there and is gone; being looked for
+  kUnknown,     ///< not opened yet
+  kWaiting,     ///< not there yet; being looked for
+  kStreaming,   ///< open
+  kLost,        ///< was there and is gone; being looked for
   kConnecting,  ///< found; being set up
 };
 
 /// Of the link to the camera since it was opened last.
 struct CameraLink {
-  std::uint64_t packetsResent = 0;     ///< asked for again, and come
-  std::uint64_t packetsMissing = 0;    ///< never come
-  std::uint64_t packetsRefused = 0;    ///< kept from the stream: not its camera's, or there was no room for them
-  std::string ptp;                     ///< the camera's word for its PTP state; empty: it has none
-  std::optional<double> ptpOffset_s;   ///< of the camera's clock from its master's, as the camera says
+  std::uint64_t packetsResent = 0;    ///< asked for again, and come
+  std::uint64_t packetsMissing = 0;   ///< never come
+  std::uint64_t packetsRefused = 0;   ///< kept from the stream: not its camera's, or there was no room for them
+  std::string ptp;                    ///< the camera's word for its PTP state; empty: it has none
+  std::optional<double> ptpOffset_s;  ///< of the camera's clock from its master's, as the camera says
   std::optional<double> temperature_C;
 };
 
