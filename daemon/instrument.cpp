@@ -69,7 +69,8 @@ Instrument::Instrument(Config config, OwnDirectory state, OwnDirectory runtime)
 
 Instrument::~Instrument() = default;
 
-tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& config, const Places& places) {
+tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& config, const Places& places,
+                                                                  std::function<std::uint64_t()> logLinesLost) {
   auto sensor = loadSensor(config.sensor.gelFile);
   if (!sensor) return tl::unexpected(sensor.error());
   auto state = OwnDirectory::claim(places.state, "state directory");
@@ -80,6 +81,7 @@ tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& 
       new Instrument(completed(config, places), *std::move(state), *std::move(runtime)));
   instrument->sensor_ = *std::move(sensor);
   instrument->stateDirectory_ = places.state;
+  instrument->logLinesLost_ = std::move(logLinesLost);
   if (auto built = instrument->build(); !built) return tl::unexpected(built.error());
   return instrument;
 }
@@ -325,7 +327,8 @@ publish::Vitals Instrument::vitals() {
                     turns_.control.get()},
           .drift = lastWatched_.drift,
           .markers = markerStatus_,
-          .zeroWithin_s = lastWatched_.zeroWithin_s};
+          .zeroWithin_s = lastWatched_.zeroWithin_s,
+          .logLinesLost = logLinesLost_ ? logLinesLost_() : 0};
 }
 
 std::string Instrument::statusLine() const {

@@ -14,6 +14,7 @@
 #include "daemon/track/tracker.h"
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,7 +29,9 @@ class Instrument {
  public:
   /// First what fails fast: the gel, the directories, the sockets; then the inverse (seconds, once per gel) and the
   /// camera. Nothing is left behind on an error.
-  static tl::expected<std::unique_ptr<Instrument>, Error> make(const Config& config, const Places& places);
+  /// \param logLinesLost asked from the publisher's thread once a second
+  static tl::expected<std::unique_ptr<Instrument>, Error> make(const Config& config, const Places& places,
+                                                               std::function<std::uint64_t()> logLinesLost = {});
   ~Instrument();
 
   void start();
@@ -52,6 +55,7 @@ class Instrument {
 
   // In the order of their making, which is the reverse of their unmaking.
   Config config_;
+  std::function<std::uint64_t()> logLinesLost_;
   OwnDirectory state_, runtime_;
   std::filesystem::path stateDirectory_;
   sensor::Sensor sensor_;

@@ -4,12 +4,17 @@
 #include "daemon/capture/camera_plan.h"
 #include "daemon/config_toml.h"
 #include "daemon/instrument.h"
+#include "daemon/line_writer.h"
 #include "daemon/service.h"
 
-#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/details/null_mutex.h>
+#include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <iostream>
+#include <memory>
+#include <utility>
 
 namespace {
 
@@ -53,13 +58,32 @@ int checkConfig(const Config& config) {
   return sensor ? EX_OK : failed(sensor.error());
 }
 
+/// No flush: the writer writes at once.
+class LogSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
+ public:
+  explicit LogSink(std::shared_ptr<LineWriter> log)
+      : log_(std::move(log)) {}
+
+ private:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    log_->write("tractiond: " + std::string(message.payload.data(), message.payload.size()));
+  }
+  void flush_() override {}
+
+  std::shared_ptr<LineWriter> log_;
+};
+
 int serve(const Config& config, const Places& places) {
   catchStopSignals();
-  auto logger = spdlog::stderr_logger_mt("tractiond");
-  logger->set_pattern("tractiond: %v");
+  const auto log = std::make_shared<LineWriter>(STDERR_FILENO);
+  auto logger = std::make_shared<spdlog::logger>("tractiond", std::make_shared<LogSink>(log));
   logger->set_level(spdlog::level::from_str(config.logLevel));
   spdlog::set_default_logger(logger);
-  auto instrument = Instrument::make(config, places);
+  const auto failed = [&](const Error& error) {
+    log->write("tractiond: " + error.message());
+    return error.exitCode;
+  };
+  auto instrument = Instrument::make(config, places, [log] { return log->lost(); });
   if (!instrument) return failed(instrument.error());
   (*instrument)->start();
   run((*instrument)->hooks());

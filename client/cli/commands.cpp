@@ -117,6 +117,10 @@ void print(const Status& status) {
                 "%.0f s ago\n",
                 drift->shiftU_px, drift->shiftV_px, drift->scale, drift->roll, drift->rms_px, drift->age_s);
   }
+  if (status.logLinesLost != 0) {
+    std::printf("log       %llu lines lost: whoever reads it was too slow, or its disk is full\n",
+                Count{status.logLinesLost});
+  }
 }
 
 }  // namespace

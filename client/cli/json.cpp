@@ -375,6 +375,7 @@ void put(Json& json, const Status& status) {
     json.null();
   }
   json.key("zero_within_s").number(status.zeroWithin_s);
+  json.key("log_lines_lost").number(status.logLinesLost);
   constexpr std::array<const char*, 5> kColours = {"unknown", "blue", "red", "green", "grey"};
   json.key("markers").open('{').key("layers").open('[');
   for (const MarkerStatus::Layer& layer : status.markers.layers) {

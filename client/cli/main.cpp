@@ -45,26 +45,24 @@ int exitCodeOf(ErrorCode code) {
 
 /// Of an option: a count.
 CLI::Validator integer(const std::string& what) {
-  return CLI::Validator(
-      [=](std::string& text) {
-        long value = 0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        const bool isWhole = error == std::errc() && end == text.data() + text.size();
-        return isWhole && value >= 0 ? std::string() : "'" + text + "' is not " + what;
-      },
-      "");
+  return {[=](std::string& text) {
+            long value = 0;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+            const bool isWhole = error == std::errc() && end == text.data() + text.size();
+            return isWhole && value >= 0 ? std::string() : "'" + text + "' is not " + what;
+          },
+          ""};
 }
 
 /// Of an option: at least `least`. \param what such as "a time of 0 s or more, as in 2.5"
 CLI::Validator number(double least, const std::string& what) {
-  return CLI::Validator(
-      [=](std::string& text) {
-        double value = 0.0;
-        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        const bool isWhole = error == std::errc() && end == text.data() + text.size();
-        return isWhole && std::isfinite(value) && value >= least ? std::string() : "'" + text + "' is not " + what;
-      },
-      "");
+  return {[=](std::string& text) {
+            double value = 0.0;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+            const bool isWhole = error == std::errc() && end == text.data() + text.size();
+            return isWhole && std::isfinite(value) && value >= least ? std::string() : "'" + text + "' is not " + what;
+          },
+          ""};
 }
 
 int fail(int exitCode, const std::string& what) {

@@ -354,16 +354,22 @@ class Panel {
   int column_, row_, width_, bottom_;
 };
 
-void drawPanel(Panel panel, const Scene& scene, std::int64_t now_ns, const std::string& untold) {
+/// What is no more stands in brackets: also where colours are not seen.
+std::string inBrackets(const std::string& number, bool isOld) {
+  return isOld ? "(" + number + ")" : number;
+}
+
+/// Rows of each half of the panel that are always there.
+constexpr int kNumbers = 6, kPictures = 6;
+
+void drawForce(Panel& panel, const Scene& scene, std::int64_t now_ns, const std::string& untold) {
   const Field none;
   const Field& field = scene.field ? *scene.field : none;
   const bool isKnown = scene.field && field.valid;
   const Scene::Trouble trouble = scene.trouble(now_ns);
   const bool isOld = !trouble.what.empty();
   const Style& strong = isKnown && !isOld ? kBright : kDim;
-  // What is no more stands in brackets: also where colours are not seen.
-  const auto old = [&](const std::string& number) { return isOld ? "(" + number + ")" : number; };
-  const auto known = [&](const std::string& number) { return isKnown ? old(number) : "-"; };
+  const auto known = [&](const std::string& number) { return isKnown ? inBrackets(number, isOld) : "-"; };
   const Vector3& force = field.resultant_N;
   const double total = length(force), tangential = std::hypot(force[0], force[1]);
   if (!untold.empty()) panel.heading(untold, kWarning);
@@ -403,13 +409,14 @@ void drawPanel(Panel panel, const Scene& scene, std::int64_t now_ns, const std::
                listed ? "" : "large or unexplained: whole face");
   }
 
-  constexpr int kNumbers = 6, kPictures = 6;
   if (panel.left() >= kNumbers + kPictures + 2) {
     panel.skip();
     panel.pictures(isKnown && !isOld ? force : Vector3{}, scene.history());
   }
   if (panel.left() > kNumbers) panel.skip();
+}
 
+void drawLink(Panel& panel, const Scene& scene, std::int64_t now_ns) {
   panel.line("rate", format("%.1f", scene.rate_hz(now_ns)), "fields/s");
   if (const auto latency = scene.latency(now_ns)) {
     panel.line("latency", format("%.2f", latency->p50_ms), format("ms, p99 %.2f", latency->p99_ms));
@@ -432,10 +439,18 @@ void drawPanel(Panel panel, const Scene& scene, std::int64_t now_ns, const std::
       expected += std::size_t{layer.grid.columns} * layer.grid.rows;
     }
   }
-  const auto last = [&](const std::string& number) { return scene.field ? old(number) : "-"; };
+  const bool isOld = !scene.trouble(now_ns).what.empty();
+  const auto last = [&](const std::string& number) { return !scene.field ? "-" : inBrackets(number, isOld); };
+  const Field none;
+  const Field& field = scene.field ? *scene.field : none;
   panel.line("markers", last(count(field.validMarkers)), "of " + count(expected), isOld ? kDim : kPlain);
   panel.line("residual", last(format("%.3f", field.residual_px)), "px", isOld ? kDim : kPlain);
   panel.line("zero", zeroAge(scene), scene.description && scene.description->zero ? "old" : "");
+}
+
+void drawPanel(Panel panel, const Scene& scene, std::int64_t now_ns, const std::string& untold) {
+  drawForce(panel, scene, now_ns, untold);
+  drawLink(panel, scene, now_ns);
 }
 
 void drawBar(Canvas& canvas, const Scene& scene, std::string_view endpoint) {

@@ -195,6 +195,7 @@ Status statusOf(const pb::Status& from) {
   status.header = headerOf(from.header());
   status.uptime_s = from.uptime_s();
   status.zeroWithin_s = from.zero_within_s();
+  status.logLinesLost = from.log_lines_lost();
   switch (from.camera()) {
   case pb::CAMERA_STATE_WAITING:
     status.camera = CameraState::kWaiting;

@@ -56,6 +56,7 @@ struct Vitals {
   RestDrift drift = {};
   MarkerStatus markers = {};
   double zeroWithin_s = 0.0;  ///< a zero that is asked for now is answered within this time; 0: not known
+  std::uint64_t logLinesLost = 0;
 };
 
 struct Quantiles {

@@ -365,6 +365,7 @@ std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading
   set(heading, *message.mutable_header());
   message.set_uptime_s(status.uptime_s);
   message.set_zero_within_s(status.vitals.zeroWithin_s);
+  message.set_log_lines_lost(status.vitals.logLinesLost);
   set(status.vitals.camera, message);
 
   pb::Ledger& account = *message.mutable_ledger();

@@ -35,11 +35,11 @@ PATIENCE = float(os.environ.get("TRACTION_PATIENCE", "1"))
 class Process:
     """A child whose lines can be waited for, and which never outlives the test."""
 
-    def __init__(self, *command, env=None):
+    def __init__(self, *command, env=None, stderr=subprocess.STDOUT):
         self.command = [str(word) for word in command]
         self.lines = []
         self.child = subprocess.Popen(
-            self.command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
+            self.command, stdout=subprocess.PIPE, stderr=stderr, stdin=subprocess.DEVNULL,
             env={**os.environ, **(env or {})}, start_new_session=True)
         os.set_blocking(self.child.stdout.fileno(), False)
         self._partial = b""
@@ -119,8 +119,8 @@ class Rig(contextlib.ExitStack):
         self.folder = pathlib.Path(self.enter_context(tempfile.TemporaryDirectory(prefix="traction-")))
         return self
 
-    def start(self, *command, env=None):
-        process = Process(*command, env=env)
+    def start(self, *command, **options):
+        process = Process(*command, **options)
         self.callback(process.kill)
         return process
 
@@ -135,7 +135,7 @@ class Rig(contextlib.ExitStack):
             process.wait_for("ready", 60)
         return process
 
-    def daemon(self, config="", *options, instance="default", camera="127.0.0.1", state=None, env=None, ready=True):
+    def daemon(self, config="", *options, instance="default", camera="127.0.0.1", state=None, ready=True, **process):
         """`config` is TOML text put behind the camera's address; the solver's cache is shared between tests."""
         base = self.folder / instance
         (base / "run").mkdir(parents=True, exist_ok=True)
@@ -146,7 +146,7 @@ class Rig(contextlib.ExitStack):
         file = base / "tractiond.toml"
         file.write_text(config if camera is None else f'[camera]\nid = "{camera}"\n' + config)
         process = self.start(BIN / "tractiond", "--instance", instance, "--config", file, "--state", state,
-                             "--runtime", base / "run", *options, env=env)
+                             "--runtime", base / "run", *options, **process)
         process.endpoint = {name: f"ipc://{base / 'run' / name}" for name in ("stream", "latest", "control")}
         process.state = state
         if ready:

@@ -112,7 +112,8 @@ struct Status {
   MarkerStatus markers;
   std::optional<RestDrift> restDrift;  ///< none: nothing has been seen untouched since the zero or the start
 
-  double zeroWithin_s = 0.0;  ///< a zero that is asked for now is answered within this time; 0: not known
+  double zeroWithin_s = 0.0;       ///< a zero that is asked for now is answered within this time; 0: not known
+  std::uint64_t logLinesLost = 0;  ///< of the daemon's log, whose reader was too slow or whose disk was full
 };
 
 }  // namespace traction
