@@ -75,6 +75,7 @@ class LogSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
 
 int serve(const Config& config, const Places& places) {
   catchStopSignals();
+  if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
   const auto log = std::make_shared<LineWriter>(STDERR_FILENO);
   auto logger = std::make_shared<spdlog::logger>("tractiond", std::make_shared<LogSink>(log));
   logger->set_level(spdlog::level::from_str(config.logLevel));

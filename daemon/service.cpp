@@ -2,6 +2,7 @@
 
 #include "daemon/base/event.h"
 
+#include <sys/resource.h>
 #include <systemd/sd-daemon.h>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <string>
 
 namespace tractiond {
 namespace {
@@ -47,6 +49,19 @@ void catchStopSignals() {
   action.sa_flags = SA_RESTART;
   for (const int signal : kStopSignals) sigaction(signal, &action, nullptr);
   maskStopSignals(SIG_BLOCK);
+}
+
+tl::expected<void, Error> raiseDescriptorLimit() {
+  constexpr rlim_t kFewest = 256;
+  rlimit limit{};
+  getrlimit(RLIMIT_NOFILE, &limit);
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+  if (limit.rlim_max >= kFewest) return {};
+  return tl::unexpected(Error{.exitCode = EX_OSERR,
+                              .what = std::to_string(limit.rlim_max) + " file descriptors are too few: each subscriber "
+                                                                       "takes one",
+                              .remedy = "allow 65536 (LimitNOFILE= of the service, ulimit -n)"});
 }
 
 StageWatch::StageWatch(const Turns& turns)

@@ -1,7 +1,10 @@
 // The daemon as a service: signals, and what systemd wants to know.
 #pragma once
 
+#include "daemon/base/error.h"
 #include "daemon/records/turns.h"
+
+#include <tl/expected.hpp>
 
 #include <array>
 #include <functional>
@@ -13,6 +16,10 @@ namespace tractiond {
 /// thread of ours starts: they inherit that it does not disturb them. (OpenBLAS's threads, which are there before
 /// main(), may take the signal as well.)
 void catchStopSignals();
+
+/// Every connection takes a descriptor, and ZeroMQ and GLib end the process where none is left: so it takes as many as it
+/// may have. Fails with EX_OSERR where those are too few for anything.
+tl::expected<void, Error> raiseDescriptorLimit();
 
 /// Has every stage made a turn since it was asked last?
 class StageWatch {

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import resource
 import socket
 import unittest
 
@@ -59,6 +60,29 @@ class Service(unittest.TestCase):
         self.assertEqual(daemon.stop(), 0)
         self.wait_for("STOPPING=1")
         os.close(reader)
+
+    def test_with_more_connections_than_descriptors_at_first(self):
+        limit = resource.getrlimit(resource.RLIMIT_NOFILE)
+        self.addCleanup(resource.setrlimit, resource.RLIMIT_NOFILE, limit)
+        self.assertGreater(limit[1], 2000, "the hard limit of descriptors is too low for this test")
+        self.bench.twin("idle")
+        resource.setrlimit(resource.RLIMIT_NOFILE, (1024, limit[1]))  # what a login has; inherited
+        daemon = self.bench.daemon()
+        resource.setrlimit(resource.RLIMIT_NOFILE, (limit[1], limit[1]))
+        subscriber = self.bench.subscribe(daemon)
+        subscriber.collect(10)
+        for name in ("stream", "latest", "control"):  # and say nothing
+            for _ in range(500):
+                silent = self.enterContext(socket.socket(socket.AF_UNIX, socket.SOCK_STREAM))
+                silent.connect(daemon.endpoint[name].removeprefix("ipc://"))
+        subscriber.collect(60)
+        self.assertEqual(daemon.stop(), 0, daemon.output())
+
+    def test_with_too_few_descriptors(self):
+        daemon = self.bench.start("prlimit", "--nofile=100:100", rig.BIN / "tractiond", "--state", self.bench.folder / "s",
+                                  "--runtime", self.bench.folder / "r")
+        self.assertEqual(daemon.join(), os.EX_OSERR, daemon.output())
+        self.assertRegex(daemon.output(), r"tractiond: 100 file descriptors are too few.*LimitNOFILE")
 
 
 if __name__ == "__main__":
