@@ -200,7 +200,7 @@ tl::expected<void, Error> Instrument::welcome(const capture::CameraInfo& info) {
         .exitCode = EX_CONFIG,
         .what = fmt::format("the gel file was calibrated with camera {}, this is {}", sensor_.calibration->camera, id),
         .where = config_.sensor.gelFile,
-        .remedy = "calibrate with this camera, starting from a gel file without [calibration]"});
+        .remedy = "calibrate with this camera, starting from a gel file without calibration"});
   }
   if (info.session > 1) {  // the zero of the camera before is in force
     if (id == cameraId_) return {};

@@ -24,7 +24,7 @@ tl::expected<sensor::Sensor, Faults> loadGel(const std::string& path) {
 Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark) {
   if (sensor.calibration) {
     sensor.calibration.reset();
-    std::printf("The gel file's [calibration] is left out: calibrate again with tractionctl calibrate.\n");
+    std::printf("The gel file's calibration is left out: calibrate again with tractionctl calibrate.\n");
   }
   const std::string text = "# " + remark + "\n" + sensor::gelText(sensor);
   if (const std::error_code failed = tractiond::replaceWholeFile(path, text)) {

@@ -292,7 +292,19 @@ std::string gelText(const Sensor& sensor) {
                 : line("pitch_mm", number(of.pitch * kMillimetres)) + line("centre_mm", list(of.centre, kMillimetres)));
   };
   const Gel& gel = sensor.gel;
-  std::string text = line("format", std::to_string(kVersion));
+  std::string text;
+  if (const auto& made = sensor.calibration) {
+    // First, and the hash before all: a file that is cut short anywhere is no file without a calibration.
+    const auto mark = [&](const std::string& key, const std::string& value) {
+      return line("calibration." + key, value);
+    };
+    text += mark("hash", quoted(made->hash)) + mark("camera", quoted(made->camera)) + mark("date", quoted(made->date)) +
+            mark("geometry", quoted(made->geometry)) + mark("residual_px", number(made->residual_px)) +
+            mark("noise", quoted(made->noise)) + mark("noise_px", number(made->noise_px)) +
+            mark("stiffness", quoted(made->stiffness)) + mark("weights_n", list(made->weights)) +
+            mark("readings_n", list(made->readings)) + mark("linearity", number(made->linearity)) + "\n";
+  }
+  text += line("format", std::to_string(kVersion));
   text += "\n[gel]\n" + line("youngs_modulus_pa", number(gel.youngsModulus));
   if (body) {
     text += line("influence_file", quoted(std::filesystem::absolute(sensor.body->file)));
@@ -338,14 +350,6 @@ std::string gelText(const Sensor& sensor) {
   const PictureMotion& motion = sensor.pictureMotion;
   text += "\n[picture_motion]\n" + line("shift_px", number(motion.shift_px)) + line("scale", number(motion.scale)) +
           line("roll_rad", number(motion.roll));
-  if (const auto& made = sensor.calibration) {
-    text += "\n[calibration]\n" + line("camera", quoted(made->camera)) + line("date", quoted(made->date)) +
-            line("geometry", quoted(made->geometry)) + line("residual_px", number(made->residual_px)) +
-            line("noise", quoted(made->noise)) + line("noise_px", number(made->noise_px)) +
-            line("stiffness", quoted(made->stiffness)) + line("weights_n", list(made->weights)) +
-            line("readings_n", list(made->readings)) + line("linearity", number(made->linearity)) +
-            line("hash", quoted(made->hash));
-  }
   return text;
 }
 

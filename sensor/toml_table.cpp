@@ -25,6 +25,21 @@ std::string text(double value) {
   return buffer.data();
 }
 
+constexpr int kMostParts = 100;
+
+/// Of a key such as a.b.c with more parts than anybody writes; 0: there is none. The parser follows each part one call
+/// deeper, until its stack is at its end.
+int lineOfEndlessKey(std::string_view text) {
+  int line = 1, parts = 1;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\n') ++line;
+    if (std::string_view("\n=,[]{}#").find(c) != std::string_view::npos) parts = 1;
+    if (c == '.' && i + 1 < text.size() && text[i + 1] != '.' && ++parts > kMostParts) return line;
+  }
+  return 0;
+}
+
 /// Levenshtein 1966: the fewest letters to insert, remove or replace.
 std::size_t distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -101,6 +116,10 @@ TomlTable::TomlTable(std::shared_ptr<Document> document, const void* node, std::
 tl::expected<TomlTable, FileError> TomlTable::parse(std::string_view text, const std::string& file) {
   auto document = std::make_shared<Document>();
   document->file = file;
+  if (const int line = lineOfEndlessKey(text); line > 0) {
+    return tl::unexpected(FileError{file + ":" + std::to_string(line),
+                                    "has a key of more than " + std::to_string(kMostParts) + " parts"});
+  }
   try {
     document->root = toml::parse(text, file);
   } catch (const toml::parse_error& error) {
@@ -111,12 +130,20 @@ tl::expected<TomlTable, FileError> TomlTable::parse(std::string_view text, const
 }
 
 tl::expected<TomlTable, FileError> TomlTable::load(const std::string& path) {
+  constexpr std::uintmax_t kLargest_bytes = 4 << 20;
+  const auto unreadable = [&path](const std::string& why) {
+    return tl::unexpected(FileError{path, "cannot be read: " + why, true});
+  };
+  // Of a pipe or a device nobody knows when it ends, or begins.
+  std::error_code error;
+  const auto kind = std::filesystem::status(path, error).type();
+  if (kind == std::filesystem::file_type::directory) return unreadable("it is a directory");
+  if (!error && kind != std::filesystem::file_type::regular) return unreadable("it is no regular file");
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) return unreadable(error.message());
+  if (size > kLargest_bytes) return unreadable("it is larger than 4 MiB");
   std::ifstream stream(path);
-  const bool directory = std::filesystem::is_directory(path);  // it opens, and throws when it is read
-  if (!stream || directory) {
-    const char* reason = directory ? "it is a directory" : std::strerror(errno);
-    return tl::unexpected(FileError{path, std::string("cannot be read: ") + reason, true});
-  }
+  if (!stream) return unreadable(std::strerror(errno));
   return parse(std::string{std::istreambuf_iterator<char>(stream), {}}, path);
 }
 

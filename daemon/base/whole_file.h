@@ -2,6 +2,7 @@
 #pragma once
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <tl/expected.hpp>
 #include <unistd.h>
 
@@ -15,10 +16,15 @@
 
 namespace tractiond {
 
-/// All bytes of a file. Fails with the reason.
+/// All bytes of a regular file: a pipe or a device has no end. Fails with the reason.
 inline tl::expected<std::vector<char>, std::error_code> readWholeFile(const std::filesystem::path& path) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return tl::unexpected(std::error_code(errno, std::generic_category()));
+  struct stat status = {};
+  if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) {
+    close(file);
+    return tl::unexpected(std::make_error_code(std::errc::not_supported));
+  }
   std::vector<char> bytes;
   std::size_t size = 0;
   for (;;) {

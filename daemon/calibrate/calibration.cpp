@@ -413,7 +413,7 @@ tl::expected<void, Error> verifyCalibration(const sensor::Sensor& sensor, const 
   return tl::unexpected(Error{.exitCode = EX_CONFIG,
                               .what = "the gel file was changed after its calibration: its hash does not fit",
                               .where = path,
-                              .remedy = "calibrate again, or delete its [calibration] to vouch for it yourself"});
+                              .remedy = "calibrate again, or delete its lines of calibration to vouch for it yourself"});
 }
 
 std::string cameraId(const std::string& vendor, const std::string& serial) {

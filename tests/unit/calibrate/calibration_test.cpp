@@ -178,6 +178,13 @@ TEST_F(CalibrationTest, TheFileSaysWhatWasMeasuredAndIsVerified) {
   EXPECT_NEAR(written->calibration->residual_px, 0.003, 0.0005);
   EXPECT_DOUBLE_EQ(written->gel.youngsModulus, sensor_.gel.youngsModulus);
   EXPECT_TRUE(verifyCalibration(*written, "gel.toml"));
+  const std::string text = sensor::gelText(*written);
+  for (std::size_t size = 0; size < text.size(); ++size) {
+    const auto cut = sensor::parseGel(text.substr(0, size), "gel.toml");
+    EXPECT_FALSE(cut && verifyCalibration(*cut, "gel.toml") && sensor::gelText(*cut) != text)
+        << "taken, cut short after:\n"
+        << text.substr(0, size);
+  }
   sensor::Sensor changed = *written;
   changed.gel.youngsModulus *= 1.01;
   EXPECT_FALSE(verifyCalibration(changed, "gel.toml"));

@@ -1,6 +1,8 @@
 #include "sensor/gel_file.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
@@ -200,6 +202,32 @@ TEST(GelFile, SyntaxErrorsAndMissingFilesAreErrors) {
     EXPECT_TRUE(missing.error().unreadable);
     EXPECT_EQ(missing.error().where, path);
   }
+}
+
+TEST(GelFile, WhatIsNoFileIsNotWaitedFor) {
+  const std::string pipe = testing::TempDir() + "/gel." + std::to_string(getpid());
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::string& path : {pipe, std::string("/dev/zero"), std::string("/dev/null")}) {
+    const auto none = sensor::loadGel(path);
+    ASSERT_FALSE(none.has_value());
+    EXPECT_EQ(none.error().what, "cannot be read: it is no regular file");
+  }
+  unlink(pipe.c_str());
+}
+
+TEST(GelFile, EndlessKeysAreRefused) {
+  for (const char* form : {"format = 1\n%s = 1\n", "format = 1\n[%s]\n", "format = 1\na = {%s = 1}\n"}) {
+    std::string text = form, key = "a";
+    for (int i = 0; i < 100'000; ++i) key += ".a";
+    text.replace(text.find("%s"), 2, key);
+    const FileError error = fault(text);
+    EXPECT_EQ(error.where, "gel.toml:2");
+    EXPECT_EQ(error.what, "has a key of more than 100 parts");
+  }
+  EXPECT_TRUE(parseGel("# ....................................................................................\n"
+                       "# ...................................................................................... a.b\n"
+                       "format = 1\n",
+                       "gel.toml"));
 }
 
 }  // namespace
