@@ -22,7 +22,8 @@ struct Script {
   std::mutex mutex;
   std::deque<Popped> pops;
   CameraInfo info;
-  int sessions = 0, alive = 0, discarded = 0, given = 0;
+  std::atomic<int> sessions{0};  // counted by the camera's thread
+  int alive = 0, discarded = 0, given = 0;
   std::optional<Error> refusal;
   std::uint64_t id = 0;
 };
@@ -187,6 +188,7 @@ TEST_F(OddCamera, IsLostWhenItFallsSilentUnlessItIsTriggered) {
   script_.sessions = 0;
   open({.silenceTimeout_ms = 30});
   while (script_.sessions < 2) camera_->next(frame, milliseconds(10));
+  camera_.reset();  // and its thread, which is the one that says so
   EXPECT_THAT(said_, Contains(HasSubstr("fell silent")));
 }
 
