@@ -24,7 +24,7 @@ constexpr int kLook_ms = 100;  // for the end, while the reader stands still
 }  // namespace
 
 struct LineWriter::Shared {
-  int descriptor;
+  int descriptor = -1;
   LineWriterOptions options;
 
   std::mutex mutex;
