@@ -2,8 +2,10 @@
 
 import contextlib
 import os
+import queue
 import resource
 import socket
+import threading
 import unittest
 
 import rig
@@ -13,15 +15,21 @@ class Service(unittest.TestCase):
     def setUp(self):
         self.bench = self.enterContext(rig.Rig())
         self.systemd = self.enterContext(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM))
-        self.systemd.settimeout(60 * rig.PATIENCE)
         path = str(self.bench.folder / "notify")
         self.systemd.bind(path)
         self.env = {"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "2000000"}
+        self.notices = queue.Queue()
+        threading.Thread(target=self.read, daemon=True).start()
+
+    def read(self):
+        """Always, as systemd does: a daemon waits for whoever reads no notices."""
+        while True:
+            self.notices.put(self.systemd.recv(4096).decode().splitlines())
 
     def wait_for(self, wanted):
         lines = []
         while wanted not in lines:
-            lines = self.systemd.recv(4096).decode().splitlines()
+            lines = self.notices.get(timeout=60 * rig.PATIENCE)
         return lines
 
     def check(self, daemon):

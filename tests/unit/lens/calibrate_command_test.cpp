@@ -159,6 +159,7 @@ TEST_F(CalibrateCommand, NamesEveryPictureThatDoesNotServe) {
   write(options.output, "what was there");
   const Done done = calibrate(options);
   ASSERT_FALSE(done);
+  for (const auto& fault : done.error()) std::printf("%s\n", fault.message().c_str());
   ASSERT_EQ(done.error().size(), 2U);
   EXPECT_EQ(done.error()[0].where, options.pictures[2]);
   EXPECT_EQ(done.error()[1].where, options.pictures[5]);

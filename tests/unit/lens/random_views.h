@@ -61,10 +61,13 @@ struct Draw {
     constexpr double kMargin = 0.5;  // squares
     for (const double x : {-1.0 - kMargin, 0.5 * board.columns, board.columns - 1.0 + kMargin}) {
       for (const double y : {-1.0 - kMargin, 0.5 * board.rows, board.rows - 1.0 + kMargin}) {
-        const Eigen::Vector2d place = seenAt(camera, pose, board.square * Eigen::Vector2d(x, y));
+        const Eigen::Vector3d point = pose.turn * Eigen::Vector3d(board.square * x, board.square * y, 0.0) + pose.shift;
+        const Eigen::Vector2d place = camera.project(point);
         if (!(place.x() > 3 && place.y() > 3 && place.x() < camera.width - 4 && place.y() < camera.height - 4)) {
           return false;
         }
+        // A lens folds what is far outside back into the picture.
+        if ((camera.ray(place.x(), place.y()) - point.hnormalized()).norm() > 1e-6) return false;
       }
     }
     return true;
