@@ -107,7 +107,7 @@ tl::expected<void, Error> Instrument::build() {
   auto server = publish::ControlServer::open(config.controlEndpoints,
                                              {.status = [this] { return publisher_->lastStatus(); },
                                               .description = [this] { return publisher_->lastDescription(); },
-                                              .zero = [this] { procedures_->beginZero(); },
+                                              .zero = [this](const auto& request) { procedures_->beginZero(request); },
                                               .calibrate = [this](const auto& step) { procedures_->beginStep(step); },
                                               .camera =
                                                   [this](const auto& step) {
@@ -268,9 +268,16 @@ void Instrument::meetCamera() {
     } else {
       spdlog::info("no zero is kept: the first {} still frames are taken for it", config_.track.zeroFrames);
     }
-    procedures_->welcome(cameraId_, info->frameRate_Hz, restored_);
+    procedures_->welcome(cameraId_, info->frameRate_Hz, restored_, earlierZero(*info));
   }
   describeCamera(*info);
+}
+
+/// It only serves to undo: where it is of no use, it is as if it were not there.
+std::optional<RestPose> Instrument::earlierZero(const capture::CameraInfo& info) const {
+  const auto pose = track::loadRestPose(track::earlierPosePath(stateDirectory_), sensor_, info.format, cameraId_);
+  if (!pose) spdlog::warn("warning: the zero cannot be undone: {}", pose.error().message());
+  return pose.value_or(std::nullopt);
 }
 
 void Instrument::describeCamera(const capture::CameraInfo& info) {
@@ -295,23 +302,22 @@ void Instrument::makeProcedures() {
           .cancelZero = [this] { return tracker_->cancelZero(); },
           .zeroState = [this] { return tracker_->zeroState(); },
           .takeRestPose = [this](RestPose& pose) { return tracker_->takeRestPose(pose); },
-          .judge =
-              [this](const RestPose& pose) {
-                std::string doubt = gelWatch_->judge(pose);
-                const std::string touch = calibrate::touchIn(sensor_, pose);
-                if (!doubt.empty() && !touch.empty()) doubt += "; ";
-                return doubt + touch;
-              },
+          .putBack = [this](const RestPose& pose) { return tracker_->putBack(pose); },
+          .judge = [this](const RestPose& pose) { return gelWatch_->judge(pose); },
           .describe =
               [this](const RestPose& pose) {
                 description_.zero = pose;
                 publisher_->describe(description_);
               },
-          .keep =
-              [this](const RestPose& pose) {
-                return track::saveRestPose(track::restPosePath(stateDirectory_), pose, sensor_, camera_->info()->format,
-                                           cameraId_);
-              },
+          .keep = [this](const RestPose& pose, const RestPose* before) -> tl::expected<void, Error> {
+            const auto save = [this](const std::filesystem::path& path, const RestPose& one) {
+              return track::saveRestPose(path, one, sensor_, camera_->info()->format, cameraId_);
+            };
+            if (before) {
+              if (auto saved = save(track::earlierPosePath(stateDirectory_), *before); !saved) return saved;
+            }
+            return save(track::restPosePath(stateDirectory_), pose);
+          },
           .answerZero = [this](const auto& result,
                                const std::string& remark) { controlServer_->answerZero(result, remark); },
           .answerCalibration = [this](const auto& result) { controlServer_->answerCalibration(result); },

@@ -48,6 +48,7 @@ class Instrument {
   void control(std::chrono::milliseconds timeout);
   tl::expected<void, Error> openCamera();
   void meetCamera();
+  std::optional<RestPose> earlierZero(const capture::CameraInfo& info) const;
   void describeCamera(const capture::CameraInfo& info);
   void makeProcedures();
   publish::Vitals vitals();

@@ -1,5 +1,7 @@
 #include "daemon/procedures.h"
 
+#include "daemon/calibrate/zero_check.h"
+
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -30,18 +32,25 @@ Procedures::Procedures(const sensor::Sensor& sensor, ProcedureOptions options, P
   links_.markers.take(markers_);
 }
 
-void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored) {
+void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
+                         const std::optional<RestPose>& before) {
   camera_ = cameraId;
   if (rate_Hz_ == 0.0) rate_Hz_ = rate_Hz;
   zero_ = restored;
+  before_ = before;
   if (!zero_) return;
-  const std::string doubt = links_.judge(*zero_);
+  std::string doubt = links_.judge(*zero_);
+  if (const std::string touch = calibrate::touchIn(sensor_, *zero_); !touch.empty()) {
+    doubt += (doubt.empty() ? "" : "; ") + touch;
+  }
   if (!doubt.empty()) spdlog::warn("warning: the zero that was kept may be none: {}", doubt);
   links_.describe(*zero_);
 }
 
-void Procedures::beginZero() {
+void Procedures::beginZero(const ZeroRequest& request) {
   zeroAsked_ = true;
+  request_ = request;
+  if (request.undo) return undoZero();
   lastForZero_ = seen();
   zeroUntil_ns_ = lastForZero_.at_ns + static_cast<std::int64_t>(1e9 * zeroWithin_s());
   links_.requestZero();
@@ -60,29 +69,71 @@ void Procedures::beginStep(const CalibrationStep& step) {
 
 void Procedures::turn() {
   measureRate();
+  if (puttingBack_) puttingBack_ = !links_.putBack(*zero_);
   if (links_.takeRestPose(finished_)) keepZero();
   watchMarkers();
   if (zeroAsked_) watchZero();
   links_.watched.put({driftWatch_.drift(), zeroWithin_s()});
 }
 
-void Procedures::keepZero() {
-  if (calibration_.running()) {
-    calibration_.drop();
-    answerStep(tl::unexpected<std::string>("a new zero was taken meanwhile"));
+void Procedures::undoZero() {
+  if (!zero_ || !before_) return answerZero(tl::unexpected<std::string>("no zero is known that was in force before"));
+  if (const auto kept = links_.keep(*before_, &*zero_); !kept) {
+    return answerZero(tl::unexpected("the zero is not put back, for it cannot be kept: " + kept.error().message()));
   }
+  dropStep();
+  std::swap(zero_, before_);
+  putBack();
+  links_.describe(*zero_);
+  spdlog::info("the zero before is in force again, as {} asks", request_.asker);
+  answerZero(*zero_);
+}
+
+void Procedures::keepZero() {
+  dropStep();
   const std::string moved = zero_ ? calibrate::movedBetween(sensor_, *zero_, finished_) : "";
-  const std::string doubt = links_.judge(finished_);
-  zero_ = finished_;
+  // What nobody has vouched for is no measure of a touch.
+  const std::string touch = zero_ && zero_->requested ? calibrate::touchSince(sensor_, *zero_, finished_)
+                                                      : calibrate::touchIn(sensor_, finished_);
+  if (finished_.requested) finished_.requestedBy = request_.asker;
+  if (finished_.requested && zero_) {
+    std::string reason;
+    if (!touch.empty() && !request_.anyway) {
+      reason = touch + "; take it away and ask again, or zero anyway";
+    } else if (const auto kept = links_.keep(finished_, &*zero_); !kept) {
+      reason = "it cannot be kept: " + kept.error().message();
+    }
+    if (!reason.empty()) {
+      putBack();
+      spdlog::warn("warning: the zero that {} asks for is refused, and the one before stays in force: {}",
+                   request_.asker, reason);
+      return answerZero(tl::unexpected("zero refused, the one before stays in force: " + reason));
+    }
+  } else if (const auto kept = links_.keep(finished_, nullptr); !kept) {
+    spdlog::error("the zero is in force but not kept: {}", kept.error().message());
+  }
+  std::string doubt = links_.judge(finished_);
+  if (!doubt.empty() && !touch.empty()) doubt += "; ";
+  doubt += touch;
+  before_ = std::exchange(zero_, finished_);
   links_.describe(finished_);
-  const auto kept = links_.keep(finished_);
-  if (!kept) spdlog::error("the zero is in force but not kept: {}", kept.error().message());
-  spdlog::info("zero taken, {}{}", finished_.requested ? "as requested" : "by itself at the first start",
-               moved.empty() ? "" : "; " + moved);
+  spdlog::info("zero taken, {}{}{}",
+               finished_.requested ? "as requested by " + request_.asker : "by itself at the first start",
+               request_.anyway && finished_.requested ? ", anyway" : "", moved.empty() ? "" : "; " + moved);
   if (!doubt.empty()) spdlog::warn("warning: this may be no zero: {}", doubt);
-  if (!zeroAsked_ || !finished_.requested) return;  // whoever asked meanwhile waits for the one he asked for
-  if (kept) return answerZero(finished_, doubt);
-  answerZero(tl::unexpected("the zero is in force but not kept: " + kept.error().message()));
+  if (zeroAsked_ && finished_.requested) answerZero(finished_, doubt);  // else he waits for the one he asked for
+}
+
+/// Until the tracker has it, what it measures goes nowhere: that zero is not judged.
+void Procedures::putBack() {
+  links_.judge(*zero_);
+  puttingBack_ = !links_.putBack(*zero_);
+}
+
+void Procedures::dropStep() {
+  if (!calibration_.running()) return;
+  calibration_.drop();
+  answerStep(tl::unexpected<std::string>("a new zero was taken meanwhile"));
 }
 
 void Procedures::watchZero() {

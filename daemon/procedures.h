@@ -9,6 +9,7 @@
 #include "daemon/calibrate/calibration.h"
 #include "daemon/calibrate/drift_watch.h"
 #include "daemon/records/rest_drift.h"
+#include "daemon/records/zero_request.h"
 #include "daemon/track/zero.h"
 
 #include <tl/expected.hpp>
@@ -44,12 +45,14 @@ struct ProcedureLinks {
   std::function<bool()> cancelZero;
   std::function<track::ZeroState()> zeroState;
   std::function<bool(RestPose&)> takeRestPose;
+  std::function<bool(const RestPose&)> putBack;  ///< false: try again later
 
   /// Every zero comes by here before it is described, the restored one too. What speaks against it, for people: empty,
   /// or a sentence.
   std::function<std::string(const RestPose&)> judge;
-  std::function<void(const RestPose&)> describe;                   ///< tells subscribers of the zero in force
-  std::function<tl::expected<void, Error>(const RestPose&)> keep;  ///< writes it into the state directory
+  std::function<void(const RestPose&)> describe;  ///< tells subscribers of the zero in force
+  /// Writes it into the state directory, and the one before it where there is one.
+  std::function<tl::expected<void, Error>(const RestPose&, const RestPose* before)> keep;
 
   // The control server's.
   std::function<void(const tl::expected<RestPose, std::string>&, const std::string& remark)> answerZero;
@@ -65,11 +68,13 @@ class Procedures {
   Procedures(const sensor::Sensor& sensor, ProcedureOptions options, ProcedureLinks links);
 
   /// The camera has been opened. \param rate_Hz of its frames; 0: it does not tell. \param restored the zero kept from
-  /// an earlier run, if there is one.
-  void welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored);
+  /// an earlier run, if there is one. \param before the one that it replaced.
+  void welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
+               const std::optional<RestPose>& before = {});
 
-  /// Somebody asks for a zero; the answer comes with the turn in which it is known. Not while a zero is asked for.
-  void beginZero();
+  /// Somebody asks for a zero; the answer comes with the turn in which it is known. Not while a zero is asked for. A
+  /// zero in which something seems to touch, or that cannot be kept, is refused, and the one before put back.
+  void beginZero(const ZeroRequest& request);
 
   /// Somebody asks for a step; a step that runs is dropped without an answer: its asker has been told. A step that
   /// rests on the zero takes over from a zero that is asked for, and that one is answered.
@@ -91,7 +96,10 @@ class Procedures {
     std::int64_t at_ns = 0;
   };
 
+  void undoZero();
   void keepZero();
+  void putBack();
+  void dropStep();
   void watchZero();
   void refuseZero(const std::string& reason);
   void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark = "");
@@ -107,6 +115,8 @@ class Procedures {
   ProcedureLinks links_;
   std::string camera_;            ///< empty: none yet
   std::optional<RestPose> zero_;  ///< in force
+  std::optional<RestPose> before_;
+  bool puttingBack_ = false;  ///< zero_, when the tracker takes it
   RestPose finished_;
   MarkerField markers_;
   calibrate::DriftWatch driftWatch_;
@@ -114,6 +124,7 @@ class Procedures {
   double rate_Hz_ = 0.0;  ///< 0: not known
   Seen rateSince_;
   bool zeroAsked_ = false;
+  ZeroRequest request_;
   std::int64_t zeroUntil_ns_ = 0;
   Seen lastForZero_, lastForStep_;  ///< when a frame was seen last
 };

@@ -71,7 +71,7 @@ class Guide {
   void geometry() const {
     if (!options_.keepZero) {
       instruct("Geometry: take everything off the gel and keep the camera still");
-      const ZeroResult zero = control_.zero();
+      const ZeroResult zero = control_.zero({.anyway = options_.anyway});
       say("  zero taken: " + std::to_string(zero.markersPresent) + " of " + std::to_string(zero.markersExpected) +
           " markers");
     }

@@ -142,14 +142,16 @@ void describe(const ControlOptions& options) {
   printLine(toJson(Control(options).description()));
 }
 
-void zero(const ControlOptions& options, bool json) {
-  const ZeroResult result = Control(options).zero();
-  if (json) {
+void zero(const ControlOptions& options, const ZeroCommand& command) {
+  const Control control(options);
+  const ZeroResult result = command.undo ? control.undoZero() : control.zero({.anyway = command.anyway});
+  if (command.json) {
     printLine(toJson(result));
     return;
   }
-  std::printf("zero taken: %u of %u markers, pixel noise %.1f grey levels, id %s\n", result.markersPresent,
-              result.markersExpected, result.noise_levels, toHex(result.zero.id).c_str());
+  std::printf("zero %s: %u of %u markers, pixel noise %.1f grey levels, id %s\n",
+              command.undo ? "of before in force again" : "taken", result.markersPresent, result.markersExpected,
+              result.noise_levels, toHex(result.zero.id).c_str());
   if (!result.remark.empty()) std::printf("but: %s\n", result.remark.c_str());
 }
 

@@ -29,6 +29,9 @@ void status(const ControlOptions& options, bool json);
 /// The next picture as a PNG file; `marked`: with what was found in it.
 void snapshot(const ControlOptions& options, const std::string& path, bool marked);
 void describe(const ControlOptions& options);
-void zero(const ControlOptions& options, bool json);
+struct ZeroCommand {
+  bool anyway = false, undo = false, json = false;
+};
+void zero(const ControlOptions& options, const ZeroCommand& command);
 
 }  // namespace traction::cli

@@ -245,6 +245,7 @@ void put(Json& json, const Zero& zero) {
   json.key("id").string(toHex(zero.id));
   json.key("time_ns").number(zero.time_ns);
   json.key("requested").boolean(zero.requested);
+  json.key("requested_by").string(zero.requestedBy);
 }
 
 void put(Json& json, const Description& description) {

@@ -212,7 +212,10 @@ int main(int argc, char** argv) try {
   auto* describe = app.add_subcommand("describe", "Prints the sensor's description as JSON");
   describe->add_flag("--json", json, "as it is anyway");
   auto* zero = app.add_subcommand("zero", "Takes what the camera sees now as the unloaded gel");
-  zero->add_flag("--json", json, "as JSON");
+  cli::ZeroCommand zeroing;
+  auto* anyway = zero->add_flag("--anyway", zeroing.anyway, "also if something seems to touch the gel");
+  zero->add_flag("--undo", zeroing.undo, "instead: puts the zero before in force again")->excludes(anyway);
+  zero->add_flag("--json", zeroing.json, "as JSON");
   cli::CalibrateOptions calibration;
   std::string weights;
   auto* calibrate = app.add_subcommand(
@@ -246,7 +249,7 @@ int main(int argc, char** argv) try {
     if (status->parsed()) cli::status(control, json);
     if (snapshot->parsed()) cli::snapshot(control, picturePath, marked);
     if (describe->parsed()) cli::describe(control);
-    if (zero->parsed()) cli::zero(control, json);
+    if (zero->parsed()) cli::zero(control, zeroing);
     if (trigger->parsed()) cli::trigger(control);
     if (camera) {
       if (const int code = camera.run(control); code != EX_OK) return code;

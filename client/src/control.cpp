@@ -90,8 +90,13 @@ Description Control::description() const {
   return decodeDescriptionReply(ask(options_, encodeRequest(Request::kDescription), options_.timeout));
 }
 
-ZeroResult Control::zero() const {
-  return decodeZeroReply(ask(options_, encodeRequest(Request::kZero), std::max(options_.zeroTimeout, zeroTakes())));
+ZeroResult Control::zero(const ZeroOptions& options) const {
+  return decodeZeroReply(
+      ask(options_, encodeZero({.anyway = options.anyway}), std::max(options_.zeroTimeout, zeroTakes())));
+}
+
+ZeroResult Control::undoZero() const {
+  return decodeZeroReply(ask(options_, encodeZero({.undo = true}), options_.timeout));
 }
 
 /// A daemon may average over thousands of frames, and says how long that takes.

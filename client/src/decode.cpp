@@ -93,6 +93,7 @@ Zero zeroOf(const pb::Zero& from) {
   zero.id = idOf(from.id());
   zero.time_ns = from.time_ns();
   zero.requested = from.requested();
+  zero.requestedBy = from.requested_by();
   zero.restPosition_px = vectorsOf<2>(from.rest_position_px());
   zero.markerPresent = maskOf(from.marker_present());
   require(zero.markerPresent.size() == zero.restPosition_px.size(), "the rest pose's mask has another size");
@@ -432,13 +433,18 @@ std::string encodeRequest(Request request) {
   case Request::kDescription:
     message.mutable_description();
     break;
-  case Request::kZero:
-    message.mutable_zero();
-    break;
   case Request::kSnapshot:
     message.mutable_snapshot();
     break;
   }
+  return message.SerializeAsString();
+}
+
+std::string encodeZero(const ZeroRequest& zero) {
+  pb::Request message;
+  message.set_version(kVersion);
+  message.mutable_zero()->set_anyway(zero.anyway);
+  message.mutable_zero()->set_undo(zero.undo);
   return message.SerializeAsString();
 }
 

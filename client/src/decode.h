@@ -15,8 +15,14 @@ Markers decodeMarkers(std::string_view bytes);
 Description decodeDescription(std::string_view bytes);
 Status decodeStatus(std::string_view bytes);
 
-enum class Request { kStatus, kDescription, kZero, kSnapshot };
+enum class Request { kStatus, kDescription, kSnapshot };
 std::string encodeRequest(Request request);
+
+struct ZeroRequest {
+  bool anyway = false;
+  bool undo = false;
+};
+std::string encodeZero(const ZeroRequest& zero);
 std::string encodeCalibration(const CalibrationStep& step);
 std::string encodeCameraStep(const CameraStep& step);
 

@@ -3,6 +3,7 @@
 #include "daemon/base/clock.h"
 #include "daemon/base/hash.h"
 #include "daemon/base/whole_file.h"
+#include "daemon/calibrate/zero_check.h"
 #include "sensor/gel_file.h"
 
 #include <spdlog/fmt/fmt.h>
@@ -36,12 +37,6 @@ std::string utc(const char* format) {
 
 std::string date() {
   return utc("%Y-%m-%dT%H:%M:%SZ");
-}
-
-std::string touching(const Bulge& bulge) {
-  return fmt::format(
-      "something seems to touch the gel near ({:.0f}, {:.0f}) mm: the markers there are displaced by {:.2f} px",
-      1e3 * bulge.place.x(), 1e3 * bulge.place.y(), bulge.size_px);
 }
 
 tl::unexpected<std::string> refused(const std::string& sentence) {
@@ -410,10 +405,11 @@ std::string calibrationHash(const sensor::Sensor& sensor) {
 
 tl::expected<void, Error> verifyCalibration(const sensor::Sensor& sensor, const std::string& path) {
   if (!sensor.calibration || sensor.calibration->hash == calibrationHash(sensor)) return {};
-  return tl::unexpected(Error{.exitCode = EX_CONFIG,
-                              .what = "the gel file was changed after its calibration: its hash does not fit",
-                              .where = path,
-                              .remedy = "calibrate again, or delete its lines of calibration to vouch for it yourself"});
+  return tl::unexpected(
+      Error{.exitCode = EX_CONFIG,
+            .what = "the gel file was changed after its calibration: its hash does not fit",
+            .where = path,
+            .remedy = "calibrate again, or delete its lines of calibration to vouch for it yourself"});
 }
 
 std::string cameraId(const std::string& vendor, const std::string& serial) {
@@ -422,28 +418,6 @@ std::string cameraId(const std::string& vendor, const std::string& serial) {
     if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '_';
   }
   return id;
-}
-
-std::string movedBetween(const sensor::Sensor& sensor, const RestPose& before, const RestPose& after) {
-  std::vector<float> moved(after.position_px);
-  std::vector<std::uint8_t> both(after.present);
-  for (std::size_t i = 0; i < both.size(); ++i) {
-    both[i] = after.present[i] != 0 && before.present[i] != 0 ? 1 : 0;
-    moved[2 * i] -= before.position_px[2 * i];
-    moved[2 * i + 1] -= before.position_px[2 * i + 1];
-  }
-  const auto motion = PictureMotionFit(sensor)({moved, both});
-  if (!motion) return "";
-  return fmt::format("the picture is moved by ({:+.3f}, {:+.3f}) px, scale {:+.1e}, roll {:+.1e} rad, the markers by "
-                     "{:.3f} px besides, against the zero before",
-                     motion->value[0], motion->value[1], motion->value[2], motion->value[3], motion->rms_px);
-}
-
-std::string touchIn(const sensor::Sensor& sensor, const RestPose& zero, const GeometryOptions& options) {
-  if (sensor.body) return "";  // no flat layers, whose bulge would show it
-  const Geometry found = fitGeometry(sensor, zero.position_px, zero.present, options);
-  if (found.outcome != Geometry::Outcome::kConverged || !found.bulge.found()) return "";
-  return touching(found.bulge);
 }
 
 }  // namespace tractiond::calibrate

@@ -98,10 +98,4 @@ tl::expected<void, Error> verifyCalibration(const sensor::Sensor& sensor, const 
 /// What a gel file calls a camera; as `tractiond --cameras` does, but for characters that TOML would have to escape.
 std::string cameraId(const std::string& vendor, const std::string& serial);
 
-/// How the whole picture has moved from one zero to another, for people; empty where no markers are in both.
-std::string movedBetween(const sensor::Sensor& sensor, const RestPose& before, const RestPose& after);
-
-/// What seems to touch the gel in this zero: empty, or a sentence for people.
-std::string touchIn(const sensor::Sensor& sensor, const RestPose& zero, const GeometryOptions& options = {});
-
 }  // namespace tractiond::calibrate

@@ -69,11 +69,21 @@ struct ControlServer::Impl {
       if (cameraAskers.size() >= kLargestAskers) return reply(peer, encodeErrorReply("too many ask for the camera"));
       return cameraAskers.push_back({peer, std::move(asked->camera)});
     case Request::kZero:
-      break;
+      asked->zero.asker = peerName(request[2]);
+      return askZero(peer, asked->zero);
     }
+  }
+
+  void askZero(const std::string& peer, const ZeroRequest& wanted) {
     if (zeroAskers.size() >= kLargestAskers) return reply(peer, encodeErrorReply("too many ask for a zero"));
+    const bool first = zeroAskers.empty();
+    if (!first && (wanted.undo || wanted.anyway != zeroAsked.anyway)) {
+      return reply(peer, encodeErrorReply("a zero is being taken; ask again"));
+    }
     zeroAskers.push_back(peer);
-    if (zeroAskers.size() == 1) handlers.zero();
+    if (!first) return;
+    zeroAsked = wanted;
+    handlers.zero(wanted);
   }
 
   /// One after another: a camera is not asked two things at a time.
@@ -93,6 +103,7 @@ struct ControlServer::Impl {
   std::array<zmq::message_t, 3> request;
   std::size_t parts = 0;
   std::vector<std::string> zeroAskers;
+  ZeroRequest zeroAsked;  ///< by the first of them
   std::vector<std::string> snapshotAskers;
   std::optional<std::string> calibrator;  ///< waits for the step that runs
   std::deque<CameraAsker> cameraAskers;   ///< the first is asked for, if any is

@@ -6,6 +6,7 @@
 #include "daemon/records/camera_features.h"
 #include "daemon/records/marker_field.h"
 #include "daemon/records/snapshot.h"
+#include "daemon/records/zero_request.h"
 #include "sensor/sensor.h"
 
 #include <tl/expected.hpp>
@@ -22,9 +23,9 @@ namespace tractiond::publish {
 struct ControlHandlers {
   std::function<std::string()> status;       ///< Publisher::lastStatus
   std::function<std::string()> description;  ///< Publisher::lastDescription
-  /// Begin to take a zero. What came of it is told with answerZero(), at once or later; further askers meanwhile are
-  /// not passed on and share the answer.
-  std::function<void()> zero;
+  /// Begin to take a zero, or put the one before back. What came of it is told with answerZero(), at once or later;
+  /// who asks for the same meanwhile is not passed on and shares the answer.
+  std::function<void(const ZeroRequest&)> zero;
   /// Begin a step. What came of it is told with answerCalibration(), at once or later.
   std::function<void(const CalibrationStep&)> calibrate = {};
   /// Begin what is asked of the camera. What came of it is told with answerCamera(), at once or later; what is asked

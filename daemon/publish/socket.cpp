@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdio>
 #include <filesystem>
 #include <optional>
 
@@ -136,6 +137,15 @@ void removeFiles(const std::vector<std::string>& bound) {
   for (const std::string& endpoint : bound) {
     if (hasFile(endpoint)) std::filesystem::remove(endpoint.substr(kIpc.size()), ignored);
   }
+}
+
+std::string peerName(zmq::message_t& message) {
+  const char* const address = zmq_msg_gets(message.handle(), "Peer-Address");
+  if (address == nullptr || *address == '\0') return "somebody";
+  // ZeroMQ's name for a process: host:uid:gid:pid, the host being this one.
+  int uid = 0, gid = 0, pid = 0;
+  if (std::sscanf(address, "localhost:%d:%d:%d", &uid, &gid, &pid) != 3) return address;
+  return "uid " + std::to_string(uid) + ", pid " + std::to_string(pid);
 }
 
 void PeerLimit::count(zmq::message_t& message, const std::vector<std::string>& bound) {

@@ -24,6 +24,9 @@ tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const 
 /// Removes the files of ipc endpoints, which ZeroMQ 4.3 leaves behind. For those who have bound them.
 void removeFiles(const std::vector<std::string>& bound);
 
+/// Who sent a message, for people: the address, or "uid 1000, pid 4711" of a process on this host.
+std::string peerName(zmq::message_t& message);
+
 /// Cuts off peers that send too much.
 class PeerLimit {
  public:

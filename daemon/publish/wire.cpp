@@ -125,6 +125,7 @@ void set(const RestPose& from, pb::Zero& to) {
   to.set_requested(from.requested);
   set(from.position_px, *to.mutable_rest_position_px());
   set(from.present, *to.mutable_marker_present());
+  to.set_requested_by(from.requestedBy);
 }
 
 pb::Colour wireColour(sensor::Colour colour) {
@@ -481,7 +482,7 @@ tl::expected<Asked, std::string> decodeRequest(std::string_view bytes) {
   case pb::Request::kDescription:
     return Asked{.request = Request::kDescription};
   case pb::Request::kZero:
-    return Asked{.request = Request::kZero};
+    return Asked{.request = Request::kZero, .zero = {.anyway = request.zero().anyway(), .undo = request.zero().undo()}};
   case pb::Request::kCalibrate:
     return decodeStep(request.calibrate()).map([](CalibrationStep step) {
       return Asked{.request = Request::kCalibrate, .calibration = std::move(step)};

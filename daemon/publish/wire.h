@@ -8,6 +8,7 @@
 #include "daemon/records/ledger.h"
 #include "daemon/records/snapshot.h"
 #include "daemon/records/traction_field.h"
+#include "daemon/records/zero_request.h"
 
 #include <tl/expected.hpp>
 
@@ -74,6 +75,7 @@ enum class Request { kStatus, kDescription, kZero, kCalibrate, kCamera, kSnapsho
 /// A request with what it says.
 struct Asked {
   Request request = Request::kStatus;
+  ZeroRequest zero = {};             ///< kZero, without its asker
   CalibrationStep calibration = {};  ///< kCalibrate
   CameraStep camera = {};            ///< kCamera
 };

@@ -38,6 +38,7 @@ struct RestPose {
   std::int64_t taken_ns = 0;  ///< CLOCK_REALTIME of the last rest frame
   bool requested = false;     ///< taken because a person asked for it; false: by itself at the first start
   Id id{};                    ///< hash of all of the above
+  std::string requestedBy;    ///< who asked, for people
 };
 
 /// Displacements of all markers in one frame. Sized once, reused.

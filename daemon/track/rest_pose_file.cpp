@@ -16,7 +16,7 @@ namespace {
 constexpr std::array<char, 8> kMagic = {'t', 'r', 'a', 'c', 'r', 'e', 's', 't'};
 constexpr std::uint32_t kVersion = 3;
 constexpr std::uint32_t kWithoutCamera = 2;  ///< the version that did not say whose camera it was
-constexpr std::size_t kLongestCamera = 4096;
+constexpr std::size_t kLongestName = 4096;
 
 struct Header {
   std::array<char, 8> magic = kMagic;
@@ -29,7 +29,7 @@ struct Header {
   std::array<float, 2> crossTalk{};
   std::uint32_t requested = 0;
   std::uint32_t camera = 0;  ///< bytes of its name, behind the arrays
-  std::uint32_t unused = 0;
+  std::uint32_t asker = 0;   ///< bytes of who asked for the zero, behind that
 };
 static_assert(sizeof(Header) == 88);  // no padding
 
@@ -65,6 +65,10 @@ int kindOf(PixelFormat format) {
 
 std::filesystem::path restPosePath(const std::filesystem::path& stateDirectory) {
   return stateDirectory / "rest.pose";
+}
+
+std::filesystem::path earlierPosePath(const std::filesystem::path& stateDirectory) {
+  return stateDirectory / "earlier.pose";
 }
 
 Id restPoseOwner(const sensor::Sensor& sensor, PixelFormat format) {
@@ -111,8 +115,9 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
     return refuse(EX_DATAERR, "has version " + std::to_string(header.version) + ", this program writes " +
                                   std::to_string(kVersion));
   }
-  if (header.camera > kLongestCamera) return refuse(EX_DATAERR, "is damaged: it makes no sense");
-  const std::size_t whole = sizeof header + bodySize(header.markers) + header.camera + sizeof(Hash128);
+  if (header.camera > kLongestName || header.asker > kLongestName)
+    return refuse(EX_DATAERR, "is damaged: it makes no sense");
+  const std::size_t whole = sizeof header + bodySize(header.markers) + header.camera + header.asker + sizeof(Hash128);
   if (bytes->size() < whole) return refuse(EX_DATAERR, "is cut short");
   if (bytes->size() > whole) return refuse(EX_DATAERR, "is damaged: too long");
   Hash128 checksum;
@@ -150,6 +155,7 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
   pose.crossTalk = header.crossTalk;
   pose.taken_ns = header.taken_ns;
   pose.requested = header.requested != 0;
+  pose.requestedBy.assign(next + header.camera, header.asker);
   pose.id = header.id;
   if (!sane(pose) || idOf(pose) != pose.id) return refuse(EX_DATAERR, "is damaged: its numbers make no sense");
   return pose;
@@ -158,7 +164,8 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
 tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const RestPose& pose,
                                        const sensor::Sensor& sensor, PixelFormat format, const std::string& camera) {
   Header header;
-  header.camera = static_cast<std::uint32_t>(std::min(camera.size(), kLongestCamera));
+  header.camera = static_cast<std::uint32_t>(std::min(camera.size(), kLongestName));
+  header.asker = static_cast<std::uint32_t>(std::min(pose.requestedBy.size(), kLongestName));
   header.markers = static_cast<std::uint32_t>(pose.amplitude.size());
   header.owner = restPoseOwner(sensor, format);
   header.id = pose.id;
@@ -175,6 +182,7 @@ tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const 
   append(bytes, pose.amplitude.data(), pose.amplitude.size());
   append(bytes, pose.present.data(), pose.present.size());
   append(bytes, camera.data(), header.camera);
+  append(bytes, pose.requestedBy.data(), header.asker);
   const Hash128 checksum = hash128(bytes.data(), bytes.size());
   append(bytes, checksum.data(), checksum.size());
 

@@ -16,6 +16,9 @@ namespace tractiond::track {
 
 std::filesystem::path restPosePath(const std::filesystem::path& stateDirectory);
 
+/// Of the zero that was in force before.
+std::filesystem::path earlierPosePath(const std::filesystem::path& stateDirectory);
+
 /// Hash of what a rest pose belongs to: the marker layers, the size of the picture, and of its format the kind (mosaic,
 /// grey ...) and the bits.
 Id restPoseOwner(const sensor::Sensor& sensor, PixelFormat format);

@@ -82,7 +82,9 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
     , taker_(markers_, options.zeroFrames, options.minValidFraction)
     , pixelNoise_(markers_)
     , pose_(emptyPose(markers_))
-    , finished_(emptyPose(markers_)) {
+    , finished_(emptyPose(markers_))
+    , returned_(emptyPose(markers_))
+    , back_(emptyPose(markers_)) {
   assert(trackable(sensor));
   const std::vector<Lattice> lattices = latticesOf(sensor);
   double deepest = 0.0;
@@ -129,6 +131,7 @@ Outcome Tracker::track(const Frame& frame, MarkerField& field) {
     layer.otherPlane = planes_.other(layer.index);
   }
   errors_.setUnit(layers_.front().plane.unit);
+  heedReturned();
   heedRequest();
   searches_ = kSearches;
   acquireIn_ = std::max(0, acquireIn_ - 1);
@@ -676,6 +679,7 @@ void Tracker::takeZero() {
   pose_.taken_ns = realNow();
   pose_.requested = takingRequested_;
   pose_.id = idOf(pose_);
+  before_ = {zero_, verified_};
   adopt(pose_);
   errors_.learnShape(centres_, valid_);
   verified_ = takingRequested_;
@@ -693,6 +697,15 @@ bool Tracker::report(ZeroState state) {
   while (seen != ZeroState::kRequested && !zeroState_.compare_exchange_weak(seen, state, std::memory_order_relaxed)) {
   }
   return true;
+}
+
+void Tracker::heedReturned() {
+  if (!returned_.take(back_)) return;
+  const Standing now{zero_, verified_};
+  adopt(back_);
+  verified_ = before_.zero == zero_ && before_.verified;
+  zeroWasRequested_ = back_.requested;
+  before_ = now;
 }
 
 void Tracker::adopt(const RestPose& pose) {

@@ -67,6 +67,10 @@ class Tracker {
   /// The newest finished rest pose, once, for keeping. Thread-safe, for one thread.
   bool takeRestPose(RestPose& pose) { return finished_.take(pose); }
 
+  /// Puts a zero in force that was before, from the next frame on: it is verified if it was when it was replaced last.
+  /// It must be judged anew. False: try again later. Thread-safe, for one thread.
+  bool putBack(const RestPose& pose) { return returned_.put(pose); }
+
   /// Does the gel file fit the picture that this zero was taken from? Where it does not, the fields carry kGelMismatch.
   /// Thread-safe, for one thread.
   void judge(const Id& zero, bool fits);
@@ -128,6 +132,7 @@ class Tracker {
   void takeZero();
   bool report(ZeroState state);
   void adopt(const RestPose& pose);
+  void heedReturned();
 
   bool wanted(int marker) const { return present_[marker] || taking_; }
   int countValid() const;
@@ -154,6 +159,11 @@ class Tracker {
   bool haveRest_ = false, haveAppearance_ = false;
   bool newAppearance_ = false;  ///< since the frame before
   bool zeroWasRequested_ = false, verified_ = false;
+  struct Standing {
+    Id zero{};
+    bool verified = false;
+  };
+  Standing before_;   ///< of the zero that this one replaced
   int agreeing_ = 0;  ///< frames running that agree with the restored pose
 
   // Per marker. A marker that is lost has a place too: where its neighbours say it is.
@@ -189,7 +199,8 @@ class Tracker {
   RestPose pose_;  ///< in the making, or waiting for the mailbox
   bool poseWaits_ = false;
   std::atomic<ZeroState> zeroState_{ZeroState::kNone};
-  Mailbox<RestPose> finished_;
+  Mailbox<RestPose> finished_, returned_;
+  RestPose back_;
 
   struct Verdict {
     Id zero{};

@@ -157,18 +157,34 @@ class Calibrate(unittest.TestCase):
         self.assertEqual(code, TEMPORARY, output)
         self.assertIn("nothing has been measured", output)
 
-    def test_a_touched_rest_pose_is_noticed(self):
+    def test_a_load_is_not_zeroed_by_mistake(self):
         _, daemon = self.running(self.file("scenario.toml", "format = 1\nperiod_s = 1000\n[[contacts]]\nradius_mm = 3\n"
                                            "x_mm = 12\ntime_s = [4, 5]\nforce_z_n = [0, 0.5]\n"))
-        self.bench.subscribe(daemon).collect(None, until=lambda field: field.resultant_N.z > 0.4)
+        subscriber = self.bench.subscribe(daemon)
+        subscriber.collect(None, until=lambda field: field.resultant_N.z > 0.4)
         time.sleep(1.5 * rig.PATIENCE)
         code, output = self.ctl(daemon, "zero")
+        self.assertEqual(code, TEMPORARY, output)
+        self.assertIn("zero refused, the one before stays in force: something seems to touch the gel near", output)
+        daemon.wait_for("is refused, and the one before stays in force")
+        self.assertGreater(subscriber.collect(100)[-1].resultant_N.z, 0.4)
+
+        code, output = self.ctl(daemon, "zero", "--anyway")
         self.assertEqual(code, DONE, output)
-        self.assertIn("something seems to touch the gel near", output)
-        self.assertIn("this may be no zero", "\n".join(daemon.lines) if daemon.read(1.0) else daemon.output())
+        self.assertIn("but: something seems to touch the gel near", output)
+        daemon.wait_for("this may be no zero")
+        subscriber.collect(None, until=lambda field: field.resultant_N.z < 0.1)
+        code, output = self.ctl(daemon, "describe")
+        self.assertRegex(json.loads(output)["rest_pose"]["requested_by"], r"uid \d+, pid \d+|127\.0\.0\.1")
         code, output = self.ctl(daemon, "calibrate", "geometry", "--keep-zero")
         self.assertEqual(code, TEMPORARY, output)
         self.assertIn("take it away", output)
+
+        code, output = self.ctl(daemon, "zero", "--undo")
+        self.assertEqual(code, DONE, output)
+        self.assertIn("zero of before in force again", output)
+        field = subscriber.collect(None, until=lambda field: field.resultant_N.z > 0.4)[-1]
+        self.assertTrue(field.header.flags & 1, "nobody has confirmed that zero")
 
     def test_drift_is_published_and_not_mended(self):
         _, daemon = self.running(self.file(
@@ -189,7 +205,7 @@ class Calibrate(unittest.TestCase):
         self.assertIn("drifted by (+0.", output)
         code, _ = self.ctl(daemon, "zero")
         self.assertEqual(code, DONE)
-        daemon.wait_for(r"zero taken, as requested; the picture is moved by \(\+0\.(29|30)")
+        daemon.wait_for(r"zero taken, as requested by .*; the picture is moved by \(\+0\.(29|30)")
         after = statuses.collect(4, "status")[-1].rest_drift
         self.assertLess(abs(after.shift_u_px), 0.01)
 

@@ -23,9 +23,13 @@ struct ControlOptions {
       60'000};  ///< of the camera; for a step of a calibration, beside its time to look
 };
 
-/// What came of zero().
+struct ZeroOptions {
+  bool anyway = false;  ///< also if something seems to touch the gel
+};
+
+/// What came of zero() or undoZero().
 struct ZeroResult {
-  Zero zero;                          ///< what was taken
+  Zero zero;                          ///< what was taken, or is in force again
   std::uint32_t markersPresent = 0;   ///< found in the picture
   std::uint32_t markersExpected = 0;  ///< of the gel
   double noise_levels = 0.0;          ///< standard deviation of a pixel between the rest frames [levels of the format]
@@ -99,7 +103,9 @@ class TRACTION_EXPORT Control {
   Status status() const;            ///< the last one published
   Description description() const;  ///< the last one published
   /// Takes what the camera sees now as the unloaded gel, and waits for it.
-  ZeroResult zero() const;
+  ZeroResult zero(const ZeroOptions& options = {}) const;
+  /// Puts the zero before in force again; the one in force is then the one before.
+  ZeroResult undoZero() const;
   /// The next picture.
   Snapshot snapshot() const;
   /// Carries a step out and waits for it.

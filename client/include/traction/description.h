@@ -79,6 +79,7 @@ struct Zero {
   bool requested = false;                             ///< true: a person asked for it; false: taken at the first start
   std::vector<std::array<float, 2>> restPosition_px;  ///< (u, v) in the picture
   std::vector<std::uint8_t> markerPresent;            ///< 1: seen in the rest frames
+  std::string requestedBy;                            ///< who asked, for people
 };
 
 /// A body of any shape with its own Green's functions. `layers` and `nodes` of the description then say who is whose

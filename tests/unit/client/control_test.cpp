@@ -25,7 +25,7 @@ class ControlTest : public testing::Test {
     auto opened = tractiond::publish::ControlServer::open(
         {"tcp://127.0.0.1:*"}, {.status = [bytes = status.SerializeAsString()] { return bytes; },
                                 .description = [bytes = description.SerializeAsString()] { return bytes; },
-                                .zero = [this] { server_->answerZero(zero_); },
+                                .zero = [this](const auto&) { server_->answerZero(zero_); },
                                 .camera =
                                     [this](const tractiond::CameraStep& step) {
                                       step_ = step;

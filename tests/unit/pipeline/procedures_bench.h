@@ -86,7 +86,9 @@ struct ProceduresBench {
 
   std::function<void(const RestPose&)> onKept;
   int judged = 0;
-  std::optional<RestPose> described, kept;
+  Id lastJudged{};
+  std::optional<RestPose> described, kept, keptBefore, putBack;
+  bool busy = false;
   std::vector<tl::expected<RestPose, std::string>> zeroAnswers;
   std::string remark;
   std::vector<calibrate::Result> stepAnswers;
@@ -105,15 +107,23 @@ struct ProceduresBench {
                                if (there) pose = *std::exchange(tracker.finished, std::nullopt);
                                return there;
                              },
+                         .putBack =
+                             [this](const RestPose& pose) {
+                               if (busy) return false;
+                               putBack = pose;
+                               return true;
+                             },
                          .judge =
-                             [this](const RestPose&) {
+                             [this](const RestPose& pose) {
                                ++judged;
+                               lastJudged = pose.id;
                                return doubt;
                              },
                          .describe = [this](const RestPose& pose) { described = pose; },
-                         .keep = [this](const RestPose& pose) -> tl::expected<void, Error> {
+                         .keep = [this](const RestPose& pose, const RestPose* before) -> tl::expected<void, Error> {
                            if (keepFails) return tl::unexpected(Error{.what = "the disk is full"});
                            kept = pose;
+                           keptBefore = before ? std::optional(*before) : std::nullopt;
                            if (onKept) onKept(pose);
                            return {};
                          },

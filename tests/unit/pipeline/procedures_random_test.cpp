@@ -73,7 +73,7 @@ class Day {
     zeroAsked_s_ = now_s();
     // As the status said before.
     zeroUntil_s_ = now_s() + bench_.zeroWithin_s() + 2 * kTurn_s;  // to see that it is over, and to take the pose
-    bench_.procedures.beginZero();
+    bench_.procedures.beginZero({});
     look();
   }
 

@@ -9,7 +9,7 @@ namespace {
 TEST(Procedures, AFinishedZeroIsJudgedDescribedKeptAndAnswered) {
   ProceduresBench bench;
   bench.doubt = "it looks pressed";
-  bench.procedures.beginZero();
+  bench.procedures.beginZero({});
   EXPECT_EQ(bench.tracker.state, track::ZeroState::kRequested);
   bench.tracker.finish(bench.pose(1, true));
   bench.turn();
@@ -26,7 +26,7 @@ TEST(Procedures, AFinishedZeroIsJudgedDescribedKeptAndAnswered) {
 
 TEST(Procedures, AZeroOfTheFirstStartAnswersNobody) {
   ProceduresBench bench;
-  bench.procedures.beginZero();
+  bench.procedures.beginZero({});
   bench.tracker.finish(bench.pose(1, false));
   bench.turn();
   EXPECT_TRUE(bench.described && bench.kept);
@@ -42,15 +42,102 @@ TEST(Procedures, ARestoredZeroIsJudgedAndDescribedAndNotKeptAgain) {
   EXPECT_FALSE(bench.kept);
 }
 
-TEST(Procedures, WhoAsksForAZeroIsToldThatItCannotBeKept) {
+TEST(Procedures, AZeroThatCannotBeKeptIsRefusedAndTheOneBeforePutBack) {
   ProceduresBench bench;
-  bench.keepFails = true;
-  bench.procedures.beginZero();
-  bench.tracker.finish(bench.pose(1, true));
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+  bench.keepFails = bench.busy = true;
+  bench.procedures.beginZero({});
+  bench.tracker.finish(bench.pose(2, true));
   bench.turn();
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);
   ASSERT_FALSE(bench.zeroAnswers[0]);
-  EXPECT_NE(bench.zeroAnswers[0].error().find("in force but not kept"), std::string::npos);
+  EXPECT_NE(bench.zeroAnswers[0].error().find("cannot be kept: the disk is full"), std::string::npos);
+  EXPECT_EQ(bench.described->id[0], 1);
+  EXPECT_FALSE(bench.putBack);
+  bench.busy = false;
+  bench.turn();
+  ASSERT_TRUE(bench.putBack);
+  EXPECT_EQ(bench.putBack->id[0], 1);
+  EXPECT_EQ(bench.lastJudged[0], 1);  // else its fields would not be sent
+}
+
+/// Neighbours agree.
+RestPose pressed(const ProceduresBench& bench, std::uint8_t id, float peak_px) {
+  RestPose pose = bench.pose(id, true);
+  for (int i = 0; i < 4; ++i) {
+    for (int k = 0; k < 4; ++k) pose.position_px[2 * (24 * (10 + i) + 10 + k)] += peak_px;
+  }
+  return pose;
+}
+
+TEST(Procedures, AZeroInWhichSomethingTouchesIsRefusedUnlessItIsWantedAnyway) {
+  ProceduresBench bench;
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+  bench.procedures.beginZero({.asker = "10.0.0.7"});
+  bench.tracker.finish(pressed(bench, 2, 0.3F));
+  bench.turn();
+  ASSERT_EQ(bench.zeroAnswers.size(), 1U);
+  ASSERT_FALSE(bench.zeroAnswers[0]);
+  EXPECT_NE(bench.zeroAnswers[0].error().find("something seems to touch the gel near"), std::string::npos);
+  EXPECT_FALSE(bench.kept);
+  EXPECT_EQ(bench.described->id[0], 1);
+  ASSERT_TRUE(bench.putBack);
+  EXPECT_EQ(bench.putBack->id[0], 1);
+
+  bench.procedures.beginZero({.anyway = true, .asker = "10.0.0.7"});
+  bench.tracker.finish(pressed(bench, 3, 0.3F));
+  bench.turn();
+  ASSERT_EQ(bench.zeroAnswers.size(), 2U);
+  ASSERT_TRUE(bench.zeroAnswers[1]);
+  EXPECT_NE(bench.remark.find("something seems to touch"), std::string::npos);
+  EXPECT_EQ(bench.kept->id[0], 3);
+  EXPECT_EQ(bench.keptBefore->id[0], 1);
+  EXPECT_EQ(bench.described->requestedBy, "10.0.0.7");
+}
+
+TEST(Procedures, WhatHeatDoesIsNoTouch) {
+  ProceduresBench bench;
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+  bench.procedures.beginZero({});
+  bench.tracker.finish(pressed(bench, 2, 0.015F));
+  bench.turn();
+  ASSERT_EQ(bench.zeroAnswers.size(), 1U);
+  EXPECT_TRUE(bench.zeroAnswers[0]);
+}
+
+TEST(Procedures, AZeroIsUndoneAndThatAsWell) {
+  ProceduresBench bench;
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+  bench.procedures.beginZero({.undo = true});
+  ASSERT_EQ(bench.zeroAnswers.size(), 1U);
+  EXPECT_FALSE(bench.zeroAnswers[0]) << "there is none before";
+
+  bench.procedures.beginZero({.anyway = true});
+  bench.tracker.finish(bench.pose(2, true));
+  bench.turn();
+  for (const int id : {1, 2, 1}) {
+    bench.procedures.beginZero({.undo = true});
+    ASSERT_TRUE(bench.zeroAnswers.back());
+    EXPECT_EQ(bench.zeroAnswers.back()->id[0], id);
+    EXPECT_EQ(bench.described->id[0], id);
+    EXPECT_EQ(bench.putBack->id[0], id);
+    EXPECT_EQ(bench.kept->id[0], id);
+    EXPECT_EQ(bench.keptBefore->id[0], 3 - id);
+  }
+  EXPECT_EQ(bench.zeroAnswers.size(), 5U);
+
+  bench.keepFails = true;
+  bench.procedures.beginZero({.undo = true});
+  EXPECT_FALSE(bench.zeroAnswers.back());
+  EXPECT_EQ(bench.described->id[0], 1);
+}
+
+TEST(Procedures, AZeroIsUndoneAlsoAfterARestart) {
+  ProceduresBench bench;
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(2, true), bench.pose(1, true));
+  bench.procedures.beginZero({.undo = true});
+  ASSERT_TRUE(bench.zeroAnswers.back());
+  EXPECT_EQ(bench.putBack->id[0], 1);
 }
 
 /// At a rate, for a time: turns as the daemon makes them.
@@ -65,7 +152,7 @@ void run(ProceduresBench& bench, double seconds, double rate_Hz) {
 
 TEST(Procedures, AZeroThatWasRefusedIsNotAskedForAnyMore) {
   ProceduresBench bench;
-  bench.procedures.beginZero();
+  bench.procedures.beginZero({});
   run(bench, 5.3, 0.0);
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);
   EXPECT_EQ(bench.zeroAnswers[0].error(), "no frames come from the camera");
@@ -77,7 +164,7 @@ TEST(Procedures, AZeroThatWasRefusedIsNotAskedForAnyMore) {
 TEST(Procedures, AsLongAsFramesComeAZeroMayTakeItsTime) {
   ProceduresBench bench(10'000);
   bench.procedures.welcome("Camera-1", 30.0, std::nullopt);
-  bench.procedures.beginZero();
+  bench.procedures.beginZero({});
   run(bench, 340.0, 30.0);
   EXPECT_TRUE(bench.zeroAnswers.empty());
   EXPECT_TRUE(bench.tracker.asked());
@@ -85,7 +172,7 @@ TEST(Procedures, AsLongAsFramesComeAZeroMayTakeItsTime) {
 
 TEST(Procedures, AZeroThatHasJustBeenTakenIsTheAnswerAlsoWhenItIsTooLate) {
   ProceduresBench bench;
-  bench.procedures.beginZero();
+  bench.procedures.beginZero({});
   run(bench, 5.05, 0.0);
   bench.tracker.state = track::ZeroState::kTaken;  // its pose is on the way
   run(bench, 1.0, 0.0);
@@ -99,7 +186,7 @@ TEST(Procedures, AZeroThatHasJustBeenTakenIsTheAnswerAlsoWhenItIsTooLate) {
 TEST(Procedures, ATrackersRefusalIsTheAnswer) {
   for (const auto state : {track::ZeroState::kMoving, track::ZeroState::kTooFew, track::ZeroState::kTorn}) {
     ProceduresBench bench;
-    bench.procedures.beginZero();
+    bench.procedures.beginZero({});
     bench.tracker.state = state;
     bench.turn();
     bench.turn();
@@ -111,7 +198,7 @@ TEST(Procedures, ATrackersRefusalIsTheAnswer) {
 TEST(Procedures, AStepThatRestsOnTheZeroTakesOverFromOneThatIsAskedFor) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 60.0, bench.pose(1, true));
-  bench.procedures.beginZero();
+  bench.procedures.beginZero({});
   CalibrationStep finish;
   finish.kind = CalibrationStep::Kind::kFinish;
   bench.procedures.beginStep(finish);
@@ -125,7 +212,7 @@ TEST(Procedures, AStepThatRestsOnTheZeroTakesOverFromOneThatIsAskedFor) {
 
 TEST(Procedures, StepsDoNotLengthenAZerosPatience) {
   ProceduresBench bench;
-  bench.procedures.beginZero();
+  bench.procedures.beginZero({});
   for (int i = 0; i < 9; ++i) {
     CalibrationStep step;
     step.kind = CalibrationStep::Kind::kStiffness;
@@ -149,7 +236,7 @@ TEST(Procedures, SaysHowLongAZeroMayTakeAndKeepsToIt) {
     const double within_s = bench.zeroWithin_s();
     EXPECT_GE(within_s, c.frames / c.real_Hz);
     EXPECT_LE(within_s, 5.1 + 1.2 * (2 * c.frames + 2) / c.real_Hz);
-    bench.procedures.beginZero();
+    bench.procedures.beginZero({});
     run(bench, within_s - 0.5, c.real_Hz);
     EXPECT_TRUE(bench.zeroAnswers.empty());
     run(bench, 1.0, c.real_Hz);
@@ -196,7 +283,7 @@ TEST(Procedures, ANewZeroEndsTheStepThatRuns) {
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
   bench.procedures.beginStep(ProceduresBench::noise(5.0));
   EXPECT_TRUE(bench.procedures.hurried());
-  bench.procedures.beginZero();
+  bench.procedures.beginZero({});
   bench.tracker.finish(bench.pose(2, true));
   bench.turn();
   ASSERT_EQ(bench.stepAnswers.size(), 1U);

@@ -4,6 +4,7 @@
 #include "traction/v1/control.pb.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <random>
 
@@ -23,7 +24,11 @@ class ControlTest : public testing::Test {
     auto opened = ControlServer::open({"tcp://127.0.0.1:*"},
                                       {.status = [bytes = status.SerializeAsString()] { return bytes; },
                                        .description = [bytes = description.SerializeAsString()] { return bytes; },
-                                       .zero = [this] { ++zeros_; },
+                                       .zero =
+                                           [this](const ZeroRequest& asked) {
+                                             ++zeros_;
+                                             zero_ = asked;
+                                           },
                                        .calibrate = [this](const CalibrationStep& step) { steps_.push_back(step); },
                                        .camera = [this](const CameraStep& step) { camera(step); },
                                        .snapshot = [this] { ++snapshots_; }});
@@ -84,6 +89,7 @@ class ControlTest : public testing::Test {
   std::vector<CameraStep> cameraSteps_;
   zmq::context_t context_;
   int zeros_ = 0;
+  ZeroRequest zero_;
   int snapshots_ = 0;
   std::vector<CalibrationStep> steps_;
   std::unique_ptr<ControlServer> server_;
@@ -115,6 +121,37 @@ TEST_F(ControlTest, ZeroIsAnsweredWhenItIsTakenForAllWhoAsked) {
   EXPECT_FALSE(server_->zeroPending());
   EXPECT_EQ(await(one).zero().markers_present(), 2U);
   EXPECT_EQ(await(two).zero().markers_expected(), 3U);
+}
+
+TEST_F(ControlTest, WhoAsksForAnotherZeroMeanwhileIsSentAway) {
+  auto one = connect(zmq::socket_type::req);
+  one.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero(); })), zmq::send_flags::none);
+  while (!server_->zeroPending()) server_->serve(10ms);
+  EXPECT_FALSE(zero_.anyway || zero_.undo);
+  EXPECT_EQ(zero_.asker, "127.0.0.1");
+  EXPECT_EQ(ask(request([](pb::Request& r) { r.mutable_zero()->set_anyway(true); })).error(),
+            "a zero is being taken; ask again");
+  EXPECT_EQ(ask(request([](pb::Request& r) { r.mutable_zero()->set_undo(true); })).error(),
+            "a zero is being taken; ask again");
+  server_->answerZero(RestPose{});
+  EXPECT_TRUE(await(one).error().empty());
+  auto two = connect(zmq::socket_type::req);
+  two.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero()->set_undo(true); })), zmq::send_flags::none);
+  while (!server_->zeroPending()) server_->serve(10ms);
+  EXPECT_TRUE(zero_.undo);
+}
+
+TEST_F(ControlTest, ALocalAskerIsNamedByItsProcess) {
+  auto local = ControlServer::open(
+      {"ipc://@tractiond-control-test-" + std::to_string(getpid())},
+      {.status = {}, .description = {}, .zero = [this](const ZeroRequest& asked) { zero_ = asked; }});
+  ASSERT_TRUE(local);
+  zmq::socket_t socket(context_, zmq::socket_type::req);
+  socket.set(zmq::sockopt::linger, 0);
+  socket.connect((*local)->endpoints().at(0));
+  socket.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero(); })), zmq::send_flags::none);
+  while (!(*local)->zeroPending()) (*local)->serve(10ms);
+  EXPECT_EQ(zero_.asker, "uid " + std::to_string(getuid()) + ", pid " + std::to_string(getpid()));
 }
 
 TEST_F(ControlTest, FailedZeroSaysWhy) {

@@ -35,6 +35,7 @@ class RestPoseFile : public testing::Test {
     pose.crossTalk = {0.2F, 0.1F};
     pose.taken_ns = 1234567890123456789;
     pose.requested = true;
+    pose.requestedBy = "uid 1000, pid 4711";
     pose.id = idOf(pose);
     return pose;
   }
@@ -70,6 +71,7 @@ TEST_F(RestPoseFile, ComesBackAsItWasSaved) {
   EXPECT_EQ((*loaded)->crossTalk, saved.crossTalk);
   EXPECT_EQ((*loaded)->taken_ns, saved.taken_ns);
   EXPECT_EQ((*loaded)->requested, saved.requested);
+  EXPECT_EQ((*loaded)->requestedBy, saved.requestedBy);
   EXPECT_EQ((*loaded)->id, saved.id);
 }
 

@@ -67,6 +67,53 @@ TEST(Zero, TheOldStaysInForceUntilTheNewIsComplete) {
   EXPECT_LT(largest, 0.2);
 }
 
+TEST(Zero, TheOneBeforeIsPutBackAsItWas) {
+  Scene scene;
+  Tracking tracking(scene);
+  ASSERT_TRUE(tracking.start(scene));
+  const auto zero = [&] {
+    tracking.tracker.requestZero();
+    shoot(scene, tracking, kZeroFrames + 1);
+    RestPose pose;
+    EXPECT_TRUE(tracking.tracker.takeRestPose(pose));
+    return pose;
+  };
+  const RestPose before = zero();
+  scene.displace(press(4.0));
+  const RestPose mistaken = zero();
+  EXPECT_EQ(tracking.field.zero, mistaken.id);
+  ASSERT_TRUE(tracking.tracker.putBack(before));
+  shoot(scene, tracking, 1);
+  EXPECT_EQ(tracking.field.zero, before.id);
+  EXPECT_FALSE(tracking.field.flags & kZeroUnverified);  // what it was before
+  EXPECT_EQ(compare(scene, tracking.field).wrong, 0);    // by the true displacements from the first zero
+
+  ASSERT_TRUE(tracking.tracker.putBack(mistaken));
+  shoot(scene, tracking, 1);
+  EXPECT_EQ(tracking.field.zero, mistaken.id);
+  EXPECT_FALSE(tracking.field.flags & kZeroUnverified);
+}
+
+TEST(Zero, PutBackFromAnEarlierRunIsUnverifiedUntilThePictureAgrees) {
+  Scene scene;
+  Tracking first(scene), tracking(scene);
+  ASSERT_TRUE(first.start(scene));
+  first.tracker.requestZero();
+  shoot(scene, first, kZeroFrames + 1);
+  RestPose earlier;
+  ASSERT_TRUE(first.tracker.takeRestPose(earlier));
+
+  ASSERT_TRUE(tracking.start(scene));
+  scene.displace(press(2.0));
+  ASSERT_TRUE(tracking.tracker.putBack(earlier));
+  shoot(scene, tracking, 20);
+  EXPECT_EQ(tracking.field.zero, earlier.id);
+  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
+  scene.now = scene.rest;
+  shoot(scene, tracking, 15);
+  EXPECT_FALSE(tracking.field.flags & kZeroUnverified);
+}
+
 TEST(Zero, IsRefusedWhileMarkersMove) {
   struct Case {
     const char* name;

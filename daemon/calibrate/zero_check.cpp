@@ -1,0 +1,65 @@
+#include "daemon/calibrate/zero_check.h"
+
+#include "daemon/calibrate/drift_watch.h"
+#include "daemon/calibrate/geometry_fit.h"
+
+#include <spdlog/fmt/fmt.h>
+
+namespace tractiond::calibrate {
+namespace {
+
+/// Of the markers from one zero to another.
+struct Moved {
+  std::vector<float> value_px;
+  std::vector<std::uint8_t> valid;
+
+  Moved(const RestPose& before, const RestPose& after)
+      : value_px(after.position_px)
+      , valid(after.present) {
+    for (std::size_t i = 0; i < valid.size(); ++i) {
+      valid[i] = after.present[i] != 0 && before.present[i] != 0 ? 1 : 0;
+      value_px[2 * i] -= before.position_px[2 * i];
+      value_px[2 * i + 1] -= before.position_px[2 * i + 1];
+    }
+  }
+};
+
+}  // namespace
+
+std::string touching(const Bulge& bulge) {
+  return fmt::format(
+      "something seems to touch the gel near ({:.0f}, {:.0f}) mm: the markers there are displaced by {:.2f} px",
+      1e3 * bulge.place.x(), 1e3 * bulge.place.y(), bulge.size_px);
+}
+
+std::string movedBetween(const sensor::Sensor& sensor, const RestPose& before, const RestPose& after) {
+  const Moved moved(before, after);
+  const auto motion = PictureMotionFit(sensor)({moved.value_px, moved.valid});
+  if (!motion) return "";
+  return fmt::format("the picture is moved by ({:+.3f}, {:+.3f}) px, scale {:+.1e}, roll {:+.1e} rad, the markers by "
+                     "{:.3f} px besides, against the zero before",
+                     motion->value[0], motion->value[1], motion->value[2], motion->value[3], motion->rms_px);
+}
+
+std::string touchSince(const sensor::Sensor& sensor, const RestPose& before, const RestPose& after) {
+  Moved moved(before, after);
+  const PictureMotionFit fit(sensor);
+  const auto motion = fit({moved.value_px, moved.valid});
+  if (!motion) return "";
+  for (std::size_t i = 0; i < moved.valid.size(); ++i) {
+    const Eigen::Vector2d common = fit.at(static_cast<int>(i), motion->value);
+    moved.value_px[2 * i] -= static_cast<float>(common.x());
+    moved.value_px[2 * i + 1] -= static_cast<float>(common.y());
+  }
+  const Bulge bulge = largestBulge(sensor, {moved.value_px, moved.valid}, DriftOptions{}.allowance_px);
+  return bulge.found() ? touching(bulge) : "";
+}
+
+std::string touchIn(const sensor::Sensor& sensor, const RestPose& zero) {
+  if (sensor.body) return "";  // no flat layers, whose bulge would show it
+  const Geometry found = fitGeometry(sensor, zero.position_px, zero.present, {});
+  if (found.outcome != Geometry::Outcome::kConverged || !found.bulge.found()) return "";
+  return touching(found.bulge);
+}
+
+}  // namespace tractiond::calibrate
