@@ -35,10 +35,21 @@ Choice choice(std::string& value, std::vector<std::string> words) {
   return {std::move(words), [&value] { return value; }, [&value](const std::string& word) { value = word; }};
 }
 
-std::string endpointFault(const std::vector<std::string>& endpoints) {
+bool isOnThisHost(std::string_view endpoint) {
+  return endpoint.starts_with("ipc://") ||
+         std::ranges::any_of(std::array{"tcp://127.", "tcp://localhost:", "tcp://lo:", "tcp://[::1]:"},
+                             [&](const char* start) { return endpoint.starts_with(start); });
+}
+
+std::string endpointFault(const std::vector<std::string>& endpoints, bool insecure) {
   for (const std::string& endpoint : endpoints) {
     if (!endpoint.starts_with("tcp://") && !endpoint.starts_with("ipc://")) {
       return "holds \"" + endpoint + "\", which is neither tcp://ADDRESS:PORT nor ipc://PATH";
+    }
+    if (!insecure && !isOnThisHost(endpoint)) {
+      return "holds \"" + endpoint +
+             "\", which other hosts reach, and nobody there is asked who he is; "
+             "publish.insecure = true allows that";
     }
   }
   return "";
@@ -156,7 +167,9 @@ std::vector<Key> keysOf(Config& config) {
   const auto name = [&value = config.sensor.name]() -> std::string {
     return value.empty() || traction::isValidName(value) ? "" : "must be 1 to 24 of A-Z, a-z, 0-9, _ and -";
   };
-  const auto endpoints = [](const std::vector<std::string>& list) { return [&list] { return endpointFault(list); }; };
+  const auto endpoints = [&config](const std::vector<std::string>& list) {
+    return [&list, &config] { return endpointFault(list, config.insecure); };
+  };
   capture::CameraOptions& camera = config.camera;
   solve::SolveOptions& solve = config.solve;
   publish::PublishOptions& publish = config.publish;
@@ -243,6 +256,8 @@ std::vector<Key> keysOf(Config& config) {
       {"solve", "min_press_newton", "N", "Normal force above which there is a centre of pressure.",
           &solve.minPressForCentre_N, {0, 1000}},
 
+      {"publish", "insecure", "", "Endpoints may be where other hosts reach them: whoever does reads, zeroes and calibrates.",
+          &config.insecure},
       {"publish", "stream", "", "Endpoints of all messages; empty: the instance's own.",
           &publish.stream, {}, endpoints(publish.stream)},
       {"publish", "latest", "", "Endpoints of the newest field alone; empty: the instance's own.",

@@ -25,6 +25,7 @@ struct Config {
   track::TrackOptions track;
   solve::SolveOptions solve;
   publish::PublishOptions publish;
+  bool insecure = false;                      ///< endpoints may be beyond this host
   std::vector<std::string> controlEndpoints;  ///< empty, as those in `publish`: the instance's
   std::string logLevel = "info";
 };

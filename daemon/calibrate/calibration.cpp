@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 using Kind = CalibrationStep::Kind;
 
 constexpr double kLongest_s = 3600.0;    // of a step
+constexpr int kMostFiles = 100;          // in the state directory: whoever may ask may ask for ever
 constexpr double kFarFromTheFile = 3.0;  // deviations of the focal length that are worth a remark
 constexpr double kBadResidual_px = 0.3;
 constexpr double kCreeping = 0.005;    // growth of a load's displacement between the halves of its reading
@@ -37,6 +38,15 @@ std::string utc(const char* format) {
 
 std::string date() {
   return utc("%Y-%m-%dT%H:%M:%SZ");
+}
+
+int gelFilesIn(const fs::path& directory) {
+  std::error_code error;
+  int count = 0;
+  for (fs::directory_iterator entry(directory, error), end; !error && entry != end; entry.increment(error)) {
+    if (entry->path().extension() == ".toml") ++count;
+  }
+  return count;
 }
 
 tl::unexpected<std::string> refused(const std::string& sentence) {
@@ -361,13 +371,20 @@ void Calibration::tellThickness(CalibrationReport& report) {
 }
 
 Result Calibration::finish(const std::string& name, const std::string& camera, const fs::path& directory) {
-  if (!measured_) return refused("nothing has been measured since the start of the daemon");
+  if (!measured_) {
+    return refused("nothing has been measured since " +
+                   (written_.empty() ? "the start of the daemon" : written_ + " was written"));
+  }
   if (camera.empty()) return refused("no camera has been seen yet");
   sensor::Sensor sensor = candidate_;
   sensor::Calibration& record = *sensor.calibration;
   record.camera = camera;
   record.date = date();
   record.hash = calibrationHash(sensor);
+  if (gelFilesIn(directory) >= kMostFiles) {
+    return refused(
+        fmt::format("{} holds {} gel files: delete those that are not used", directory.string(), kMostFiles));
+  }
   const std::string stem = (name.empty() ? "gel" : name) + "-" + utc("%Y%m%dT%H%M%SZ");
   fs::path path = directory / (stem + ".toml");
   std::error_code ignored;
@@ -376,8 +393,10 @@ Result Calibration::finish(const std::string& name, const std::string& camera, c
   if (const std::error_code error = replaceWholeFile(path, text)) {
     return refused(path.string() + " cannot be written: " + error.message());
   }
+  measured_ = false;
+  written_ = path.string();
   CalibrationReport report;
-  report.path = path.string();
+  report.path = written_;
   report.remarks.push_back("it counts once sensor.gel_file names it and tractiond is started again");
   return report;
 }

@@ -75,7 +75,8 @@ class Calibration {
   const sensor::Sensor& inForce_;
   CalibrationOptions options_;
   sensor::Sensor candidate_;  ///< in force, with what has been measured
-  bool measured_ = false;
+  bool measured_ = false;     ///< something that no file has yet
+  std::string written_;       ///< the last file; empty: none
   std::vector<WeighedForce> weights_;
   std::unique_ptr<ContactFit> contactFit_;
   std::unique_ptr<ThicknessCheck> thicknessCheck_;

@@ -149,6 +149,19 @@ TEST_F(CalibrationTest, WhatCannotBeIsRefused) {
   EXPECT_FALSE(*begin(weight(std::nan(""))));
 }
 
+TEST_F(CalibrationTest, NoMoreThanAHundredFilesAreWritten) {
+  for (int i = 0; i < 100; ++i) std::ofstream(folder_ / (std::to_string(i) + ".toml"));
+  CalibrationStep step;
+  step.kind = Kind::kGeometry;
+  ASSERT_TRUE(*begin(step));
+  step.kind = Kind::kFinish;
+  const auto full = begin(step);
+  ASSERT_FALSE(*full);
+  EXPECT_NE(full->error().find("holds 100 gel files: delete"), std::string::npos) << full->error();
+  std::filesystem::remove(folder_ / "7.toml");
+  EXPECT_TRUE(*begin(step));
+}
+
 TEST_F(CalibrationTest, TheFileSaysWhatWasMeasuredAndIsVerified) {
   CalibrationStep step;
   step.kind = Kind::kGeometry;
@@ -163,8 +176,15 @@ TEST_F(CalibrationTest, TheFileSaysWhatWasMeasuredAndIsVerified) {
   ASSERT_TRUE(*noise) << noise->error();
   step.kind = Kind::kFinish;
   step.name = "left";
-  const auto one = begin(step), two = begin(step);
-  ASSERT_TRUE(one && *one && two && *two);
+  const auto one = begin(step), again = begin(step);
+  ASSERT_TRUE(one && *one && again);
+  ASSERT_FALSE(*again);
+  EXPECT_EQ(again->error(), "nothing has been measured since " + (*one)->path + " was written");
+  CalibrationStep geometryAgain;
+  geometryAgain.kind = Kind::kGeometry;
+  ASSERT_TRUE(*begin(geometryAgain));
+  const auto two = begin(step);
+  ASSERT_TRUE(two && *two);
   EXPECT_NE((*one)->path, (*two)->path);
 
   const auto written = sensor::loadGel((*one)->path);

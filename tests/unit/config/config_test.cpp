@@ -2,6 +2,7 @@
 #include "daemon/config_toml.h"
 
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -57,6 +58,7 @@ model = "half-space"
 regularisation = 0.00123
 [publish]
 stream = ["tcp://*:1234", "ipc:///run/x"]
+insecure = true
 )");
   ASSERT_TRUE(config) << config.error().message();
   const std::string text = configText(*config);
@@ -72,6 +74,23 @@ stream = ["tcp://*:1234", "ipc:///run/x"]
   EXPECT_EQ(again->camera.packetSocket, capture::PacketSocket::kAuto);
   EXPECT_EQ(again->solve.regularisation, 0.00123);
   EXPECT_EQ(again->publish.stream.size(), 2U);
+}
+
+TEST(Config, BindsToThisHostAloneUnlessToldOtherwise) {
+  for (const char* key : {"stream", "latest", "control"}) {
+    for (const char* own : {"tcp://127.0.0.1:1", "tcp://127.3.2.1:*", "tcp://localhost:1", "tcp://lo:1",
+                            "tcp://[::1]:1", "ipc:///run/x", "ipc://@x"}) {
+      EXPECT_TRUE(parsed(fmt::format("[publish]\n{} = [\"{}\"]\n", key, own))) << own;
+    }
+    for (const char* open : {"tcp://*:1", "tcp://0.0.0.0:1", "tcp://[::]:1", "tcp://eth0:1", "tcp://10.0.0.7:1",
+                             "tcp://localhost.example:1", "tcp://lo0:1", "tcp://1270:1"}) {
+      const std::string text = fmt::format("[publish]\n{} = [\"tcp://127.0.0.1:1\", \"{}\"]\n", key, open);
+      const auto refused = parsed(text);
+      ASSERT_FALSE(refused) << open;
+      EXPECT_NE(refused.error().message().find("publish.insecure = true"), std::string::npos);
+      EXPECT_TRUE(parsed(text + "insecure = true\n")) << open;
+    }
+  }
 }
 
 TEST(Config, KeepsTheFeaturesInTheOrderOfTheFile) {
