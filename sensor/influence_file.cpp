@@ -3,7 +3,9 @@
 #include "sensor/numpy_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <utility>
 
@@ -109,6 +111,41 @@ tl::expected<Eigen::MatrixXd, FileError> influence(const NumpyFile& file, std::s
       RowMajor::Map(array->values.data(), static_cast<Eigen::Index>(flat[0]), static_cast<Eigen::Index>(flat[1])));
 }
 
+/// By how much a force moves the marker nearest to it, along the force, in parts of force / (E distance): the median
+/// over the nodes. A third under a half-space's surface, less near what the body is glued to, some more in a thin
+/// shell.
+double compliance(const Body& body) {
+  std::vector<double> all;
+  for (Eigen::Index n = 0; n < body.nodes.cols(); ++n) {
+    Eigen::Index m = 0;
+    const double distance =
+        std::sqrt((body.markers.colwise() - body.nodes.col(n)).colwise().squaredNorm().minCoeff(&m));
+    if (distance > 0.0) {
+      all.push_back(body.influence.block<3, 3>(3 * m, 3 * n).trace() / 3.0 * body.youngsModulus * distance);
+    }
+  }
+  if (all.empty()) return 1.0;
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  return *middle;
+}
+
+/// A matrix with the wrong sign or unit.
+tl::expected<void, FileError> checkCompliance(const NumpyFile& file, const Body& body) {
+  constexpr double kLeast = 1e-3, kMost = 100.0;
+  const double found = compliance(body);
+  if (found <= 0.0) {
+    return tl::unexpected(file.fault("influence", "moves the markers against the force: it must hold the displacements "
+                                                  "by forces on the body, both in the gel frame"));
+  }
+  if (found >= kLeast && found <= kMost) return {};
+  std::array<char, 32> factor{};
+  std::snprintf(factor.data(), factor.size(), "%.0e", found);
+  return tl::unexpected(file.fault("influence", std::string("moves the markers by ") + factor.data() +
+                                                    " of force / (youngs_modulus distance), and no body does: it must "
+                                                    "hold metres per newton"));
+}
+
 /// Mean distance of neighbours in the grid.
 double meanPitch(const Points& points, Eigen::Index first, int columns, int rows) {
   double sum = 0.0;
@@ -146,13 +183,15 @@ tl::expected<Body, FileError> loadBody(const std::string& path) {
   if (!surface) return tl::unexpected(surface.error());
   auto matrix = influence(*file, markerCount, nodeCount);
   if (!matrix) return tl::unexpected(matrix.error());
-  return Body{.file = path,
-              .youngsModulus = *modulus,
-              .influence = *std::move(matrix),
-              .nodes = *std::move(nodes),
-              .normals = *std::move(inward),
-              .areas = *std::move(surface),
-              .markers = *std::move(markers)};
+  Body body{.file = path,
+            .youngsModulus = *modulus,
+            .influence = *std::move(matrix),
+            .nodes = *std::move(nodes),
+            .normals = *std::move(inward),
+            .areas = *std::move(surface),
+            .markers = *std::move(markers)};
+  if (auto sound = checkCompliance(*file, body); !sound) return tl::unexpected(sound.error());
+  return body;
 }
 
 tl::expected<void, FileError> setBody(Sensor& sensor, Body body) {

@@ -10,8 +10,8 @@
 
 namespace sensor {
 
-/// Fails for what numpy.savez() did not write, and where an array is missing, not finite or of another shape than the
-/// others ask for.
+/// Fails for what numpy.savez() did not write, where an array is missing, not finite or of another shape than the
+/// others ask for, and where the matrix has the wrong sign or unit for a body of its stiffness.
 tl::expected<Body, FileError> loadBody(const std::string& path);
 
 /// Gives the sensor the body: grids, spacings and depths of layers and nodes become the body's means. Fails where it

@@ -37,7 +37,7 @@ std::vector<Member> whole() {
   return {
       {"format", npz::text("traction-influence/1")},
       {"units", npz::text("SI")},
-      {"youngs_modulus", npz::numbers("", {2e5})},
+      {"youngs_modulus", npz::numbers("", {2e3})},
       {"influence", npz::numbers("4, 3, 6, 3", counted(9 * kMarkers * kNodes))},
       {"node_positions", npz::numbers("6, 3", counted(3 * kNodes))},
       {"node_normals", npz::numbers("6, 3", inward())},
@@ -83,7 +83,7 @@ class InfluenceFile : public testing::Test {
 };
 
 void expectWhole(const Body& body) {
-  EXPECT_EQ(body.youngsModulus, 2e5);
+  EXPECT_EQ(body.youngsModulus, 2e3);
   ASSERT_EQ(body.influence.rows(), 3 * kMarkers);
   ASSERT_EQ(body.influence.cols(), 3 * kNodes);
   for (int i = 0; i < 3 * kMarkers; ++i) {
@@ -187,6 +187,19 @@ TEST_F(InfluenceFile, EveryFaultIsNamed) {
   }
 }
 
+TEST_F(InfluenceFile, WrongSignsAndUnitsAreNoticed) {
+  const auto times = [](double factor) {
+    std::vector<double> values = counted(9 * kMarkers * kNodes);
+    for (double& value : values) value *= factor;
+    return with("influence", npz::numbers("4, 3, 6, 3", values));
+  };
+  EXPECT_NE(fault(times(-1.0)).find("against the force"), std::string::npos) << fault(times(-1.0));
+  for (const double factor : {1e3, 1e6, 1e-6}) {
+    EXPECT_NE(fault(times(factor)).find("metres per newton"), std::string::npos) << fault(times(factor));
+  }
+  EXPECT_TRUE(load(times(0.1)));
+}
+
 TEST_F(InfluenceFile, WhatSavezDoesNotWriteIsRefused) {
   std::vector<Member> members = whole();
   members[3].method = 8;
@@ -241,7 +254,7 @@ TEST_F(InfluenceFile, GelFileNamesItBesideItself) {
   ASSERT_TRUE(sensor) << sensor.error().what;
   ASSERT_TRUE(sensor->body);
   expectWhole(*sensor->body);
-  EXPECT_EQ(sensor->gel.youngsModulus, 2e5);
+  EXPECT_EQ(sensor->gel.youngsModulus, 2e3);
   EXPECT_TRUE(sensor::markerPositions(*sensor).isApprox(sensor->body->markers));
   EXPECT_TRUE(sensor::nodePositions(*sensor).isApprox(sensor->body->nodes));
   EXPECT_NEAR(sensor->layers[0].depth, 7.5e-3, 1e-12);
