@@ -26,6 +26,9 @@ tl::expected<Places, Error> located(Places places);
 /// Fills in the instance's own endpoints and name where the configuration leaves them empty.
 Config completed(Config config, const Places& places);
 
+/// Those of a completed configuration's endpoints.
+std::vector<std::filesystem::path> socketFiles(const Config& completed);
+
 /// A directory that is ours alone while this lives: locked itself, so that no lock file can stay behind.
 class OwnDirectory {
  public:

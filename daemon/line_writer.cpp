@@ -82,6 +82,10 @@ LineWriter::LineWriter(int descriptor, const LineWriterOptions& options)
 }
 
 LineWriter::~LineWriter() {
+  drain();
+}
+
+void LineWriter::drain() {
   std::unique_lock lock(shared_->mutex);
   shared_->ending = true;
   shared_->come.notify_all();

@@ -23,8 +23,11 @@ class LineWriter {
   explicit LineWriter(int descriptor, const LineWriterOptions& options = {});
   LineWriter(const LineWriter&) = delete;
   LineWriter& operator=(const LineWriter&) = delete;
-  /// Waits no longer than its patience.
+  /// As drain().
   ~LineWriter();
+
+  /// Waits for the reader, no longer than its patience. Nothing is written after it. Any thread.
+  void drain();
 
   /// Any thread. \param line without its end
   void write(std::string_view line);

@@ -12,8 +12,11 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace {
@@ -84,7 +87,15 @@ int serve(const Config& config, const Places& places) {
     log->write("tractiond: " + error.message());
     return error.exitCode;
   };
+  std::optional<StopWhileStarting> starting([&] {
+    std::error_code ignored;
+    for (const auto& file : socketFiles(completed(config, places))) std::filesystem::remove(file, ignored);
+    log->write("tractiond: stopped before it ran");
+    log->drain();
+    std::_Exit(EX_OK);
+  });
   auto instrument = Instrument::make(config, places, [log] { return log->lost(); });
+  starting.reset();
   if (!instrument) return failed(instrument.error());
   (*instrument)->start();
   run((*instrument)->hooks());

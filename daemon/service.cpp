@@ -9,8 +9,11 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <condition_variable>
 #include <csignal>
+#include <mutex>
 #include <string>
+#include <utility>
 
 namespace tractiond {
 namespace {
@@ -50,6 +53,21 @@ void catchStopSignals() {
   for (const int signal : kStopSignals) sigaction(signal, &action, nullptr);
   maskStopSignals(SIG_BLOCK);
 }
+
+StopWhileStarting::StopWhileStarting(std::function<void()> leave, milliseconds patience)
+    : thread_([leave = std::move(leave), patience](const std::stop_token& started) {
+      constexpr milliseconds kTurn{50};
+      maskStopSignals(SIG_UNBLOCK);
+      while (!stopRequest().wait(kTurn)) {
+        if (started.stop_requested()) return;
+      }
+      stopRequest().signal();  // for run()
+      std::mutex mutex;
+      std::condition_variable_any changed;
+      std::unique_lock lock(mutex);
+      changed.wait_for(lock, started, patience, [] { return false; });
+      if (!started.stop_requested()) leave();
+    }) {}
 
 tl::expected<void, Error> raiseDescriptorLimit() {
   constexpr rlim_t kFewest = 256;

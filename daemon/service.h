@@ -7,8 +7,10 @@
 #include <tl/expected.hpp>
 
 #include <array>
+#include <chrono>
 #include <functional>
 #include <string>
+#include <thread>
 
 namespace tractiond {
 
@@ -17,8 +19,21 @@ namespace tractiond {
 /// main(), may take the signal as well.)
 void catchStopSignals();
 
-/// Every connection takes a descriptor, and ZeroMQ and GLib end the process where none is left: so it takes as many as it
-/// may have. Fails with EX_OSERR where those are too few for anything.
+/// While it lives, what is started may take its time, and a stop signal does not wait for it: an inverse takes seconds,
+/// a camera that another program holds ten. After catchStopSignals().
+class StopWhileStarting {
+ public:
+  /// \param leave ends the process, on a thread of its own, when it is still starting `patience` after the signal.
+  /// Otherwise run() returns at once.
+  explicit StopWhileStarting(std::function<void()> leave,
+                             std::chrono::milliseconds patience = std::chrono::milliseconds(500));
+
+ private:
+  std::jthread thread_;
+};
+
+/// Every connection takes a descriptor, and ZeroMQ and GLib end the process where none is left: so it takes as many as
+/// it may have. Fails with EX_OSERR where those are too few for anything.
 tl::expected<void, Error> raiseDescriptorLimit();
 
 /// Has every stage made a turn since it was asked last?

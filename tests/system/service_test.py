@@ -3,9 +3,12 @@
 import contextlib
 import os
 import queue
+import random
+import re
 import resource
 import socket
 import threading
+import time
 import unittest
 
 import rig
@@ -50,6 +53,27 @@ class Service(unittest.TestCase):
         daemon = self.bench.daemon(env=self.env)
         daemon.wait_for("waiting for a camera")
         self.check(daemon)
+
+    def test_stops_while_an_inverse_is_computed(self):
+        gel = (rig.SOURCE / "config/gels/paper.toml").read_text()
+        path = self.bench.folder / "new.toml"
+        path.write_text(re.sub(r"(?m)^youngs_modulus_pa.*", f"youngs_modulus_pa = {random.uniform(1e5, 3e5)}", gel))
+        daemon = self.bench.daemon(f'[sensor]\ngel_file = "{path}"\n', env=self.env, ready=False)
+        daemon.wait_for("computing its inverse")
+        self.assertEqual(daemon.stop(), 0, daemon.output())
+        self.assertIn("stopped before it ran", daemon.output())
+        self.assertNotIn("computing its inverse, 100 %", daemon.output())
+        self.assertEqual(os.listdir(self.bench.folder / "default" / "run"), [])
+
+    def test_stops_while_another_holds_the_camera(self):
+        self.bench.twin("idle")
+        self.bench.subscribe(self.bench.daemon()).collect(1)
+        second = self.bench.daemon(instance="second", env=self.env, ready=False)
+        second.wait_for("is held by another client")
+        begin = time.monotonic()
+        self.assertEqual(second.stop(), 0, second.output())
+        self.assertIn("stopped before it ran", second.output())  # else it would have waited for ten seconds
+        print(f"\n  stopped in {time.monotonic() - begin:.2f} s")
 
     def test_with_a_log_that_nobody_reads(self):
         reader, writer = os.pipe()
