@@ -113,12 +113,16 @@ tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, 
   auto camera = find(options);
   if (!camera) return camera;
   ArvDevice* device = arv_camera_get_device(camera->get());
-  if (!ARV_IS_GV_DEVICE(device) || arv_gv_device_is_controller(ARV_GV_DEVICE(device))) return camera;
-  const CameraName name = nameOf(camera->get());
-  const std::string held = "camera " + name.id + " at " + name.address + " is held by another client";
-  if (opening.say) opening.say(Weight::kWarning, held);
-  if (!takeControl(ARV_GV_DEVICE(device), until_ns, opening.stop))
-    return failed(EX_TEMPFAIL, held, "close that client");
+  if (!ARV_IS_GV_DEVICE(device)) return camera;
+  if (!arv_gv_device_is_controller(ARV_GV_DEVICE(device))) {
+    const CameraName name = nameOf(camera->get());
+    const std::string held = "camera " + name.id + " at " + name.address + " is held by another client";
+    if (opening.say) opening.say(Weight::kWarning, held);
+    if (!takeControl(ARV_GV_DEVICE(device), until_ns, opening.stop))
+      return failed(EX_TEMPFAIL, held, "close that client");
+  }
+  // It may still send to who held it before and died; some go on with that (Aravis's fake does).
+  arv_camera_stop_acquisition(camera->get(), nullptr);
   return camera;
 }
 

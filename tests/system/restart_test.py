@@ -1,6 +1,8 @@
 """A restart while something presses must not zero the load."""
 
+import random
 import signal
+import time
 import unittest
 
 import numpy as np
@@ -28,6 +30,22 @@ class Restart(unittest.TestCase):
                 self.assertGreater(true[2], 3.8)
                 self.assertLess(abs(field.resultant_N.z - true[2]), 0.4)
                 self.assertTrue(field.header.flags & 1, "nothing has shown yet that the zero still holds")
+
+    def test_killed_at_any_moment_the_first_try_has_frames(self):
+        with rig.Rig() as bench:
+            bench.twin("idle")
+            daemon = bench.daemon()
+            waits = []
+            for _ in range(6):
+                bench.subscribe(daemon).collect(random.randrange(1, 90))
+                daemon.stop(signal.SIGKILL)
+                killed = time.monotonic()
+                time.sleep(random.uniform(0.0, 3.2))  # also when the camera has just forgotten, or is about to
+                daemon = bench.daemon(state=daemon.state)
+                bench.subscribe(daemon).collect(1)
+                waits.append(time.monotonic() - killed)
+                self.assertNotIn("no frame seen yet", daemon.output())
+            print("\n  first field after", " ".join(f"{wait:.1f}" for wait in sorted(waits)), "s")
 
 
 if __name__ == "__main__":
