@@ -40,6 +40,7 @@ class AravisDriver : public Driver {
   tl::expected<void, Error> startStream(int packetSize_bytes);
   Proof awaitWholeFrame() const;
   void describe(ArvBuffer* from, Buffer& buffer) const;
+  std::uint64_t framesThrown();
 
   CameraOptions options_;
   std::atomic<bool> controlLost_{false};  // set by Aravis's heartbeat thread: outlives the camera
@@ -48,7 +49,8 @@ class AravisDriver : public Driver {
   Ref<ArvStream> stream_;
   CameraInfo info_;
   std::size_t payload_ = 0;  ///< bytes of a buffer
-  bool portIsTrue_ = true;   ///< the camera sends from the port that it names
+  std::uint64_t framePackets_ = 0, packetsIgnored_ = 0;
+  bool portIsTrue_ = true;  ///< the camera sends from the port that it names
   ChunkDescription chunks_;
   std::vector<std::pair<std::string, std::string>> first_;  ///< features as they were before people wrote them
 };
@@ -169,8 +171,9 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes) {
                   failure ? failure.text() : "");
   payload_ = payload;
   if (ARV_IS_GV_STREAM(stream_.get())) {
+    StreamShape shape = streamShape(camera, info_.packetSize_bytes, payload);
+    framePackets_ = shape.blocks() + 2;  // with leader and trailer
     if (!info_.packetSocket) {
-      StreamShape shape = streamShape(camera, info_.packetSize_bytes, payload);
       if (!portIsTrue_) shape.cameraPort = 0;
       if (auto guarded = guardStream(stream_.get(), shape); !guarded) return guarded;
     }
@@ -220,8 +223,16 @@ Popped AravisDriver::pop(Buffer& buffer, milliseconds timeout) {
   if (popped == nullptr) return Popped::kNothing;
   buffer.arrival.host_ns = monotonicNow();
   buffer.handle = popped;
+  buffer.arrival.thrown = framesThrown();
   describe(popped, buffer);
   return Popped::kBuffer;
+}
+
+/// Since it was asked last. Frames that are up to a hundred older than the newest, Aravis takes for late.
+std::uint64_t AravisDriver::framesThrown() {
+  if (framePackets_ == 0) return 0;
+  const std::uint64_t ignored = arv_stream_get_info_uint64_by_name(stream_.get(), "n_ignored_packets");
+  return (ignored - std::exchange(packetsIgnored_, ignored)) / framePackets_;
 }
 
 void AravisDriver::describe(ArvBuffer* from, Buffer& buffer) const {

@@ -112,6 +112,16 @@ bool FrameGate::seenBefore(const Arrival& arrival) const {
   });
 }
 
+/// A driver throws away what is a little older than its newest frame, and so the first frames of a counter that starts
+/// anew. No more than the time since the last new frame has room for: packets may also come twice.
+std::uint64_t FrameGate::thrownBefore(const Track& next, std::uint64_t step) const {
+  if (thrown_ == 0 || !current_) return 0;
+  const std::int64_t pace = current_->pace_ns;
+  if (pace <= 0) return thrown_;
+  const auto room = static_cast<std::uint64_t>((next.host_ns - current_->host_ns + pace / 2) / pace);
+  return room > step ? std::min(thrown_, room - step) : 0;
+}
+
 Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped) {
   Judgement judgement;
   judgement.verdict = Verdict::kNew;
@@ -123,19 +133,23 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
       judgement.missing -= arrived_.test(d) ? 1 : 0;
     judgement.missing -= std::min(judgement.missing, arrivedUnnamed_);
   }
-  frameNumber_ += step;
+  const std::uint64_t thrown = thrownBefore(next, step);
+  judgement.missing += thrown;
+  frameNumber_ += step + thrown;
   judgement.frameNumber = frameNumber_;
   judgement.newTimeline = newTimeline;
-  judgement.discontinuity = current_ && (jumped || step > 1);
+  judgement.discontinuity = current_ && (jumped || step > 1 || thrown > 0);
   current_ = next;
   candidate_.reset();
   reopened_ = false;
   arrived_.reset();
   arrivedUnnamed_ = 0;
+  thrown_ = 0;
   return judgement;
 }
 
 Judgement FrameGate::judge(const Arrival& arrival) {
+  thrown_ += arrival.thrown;
   const auto refuse = [&](Verdict verdict) {
     markArrived(arrival);
     Judgement judgement;

@@ -21,6 +21,7 @@ struct Arrival {
   std::int64_t device_ns = 0;  ///< the camera's clock; whatever it says
   std::int64_t host_ns = 0;    ///< CLOCK_MONOTONIC when the buffer was taken from the driver; never falls
   std::uint64_t content = 0;   ///< a hash of what is in the picture
+  std::uint64_t thrown = 0;    ///< frames' worth of packets that the driver threw away since the buffer before
 };
 
 enum class Verdict { kNew, kIncomplete, kWrongSize, kWrongFormat, kStale, kImplausible };
@@ -29,7 +30,7 @@ struct Judgement {
   Verdict verdict = Verdict::kIncomplete;
   // The rest is meant for kNew only.
   std::uint64_t frameNumber = 0;  ///< from 1 on; jumps where the ids say that frames were not used or never arrived
-  std::uint64_t missing = 0;      ///< frames since the last new one of which nothing arrived
+  std::uint64_t missing = 0;      ///< frames since the last new one of which nothing arrived, or not past the driver
   bool discontinuity = false;     ///< the frame number jumped, or the ids or the camera's clock start afresh
   bool newTimeline = false;       ///< what was learnt of the camera's clock no longer holds
   bool timed = false;             ///< the camera's clock can be believed; false: it is absent, coarse, or goes wrong
@@ -88,6 +89,7 @@ class FrameGate {
   Fit follows(const Track& track, const Arrival& arrival) const;
   std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const;
   Judgement accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped);
+  std::uint64_t thrownBefore(const Track& next, std::uint64_t step) const;
   void markArrived(const Arrival& arrival);
   bool seenBefore(const Arrival& arrival) const;
 
@@ -99,6 +101,7 @@ class FrameGate {
   std::uint64_t frameNumber_ = 0;
   std::bitset<32768> arrived_;  ///< [d]: something with the id d after the last new frame arrived, and was not used
   std::uint64_t arrivedUnnamed_ = 0;  ///< incomplete buffers that kept an older id: the packet with theirs was lost
+  std::uint64_t thrown_ = 0;          ///< by the driver since the last new frame
   std::vector<Seen> history_;         ///< the last whole pictures, a ring
   std::size_t historyCount_ = 0;
 };

@@ -101,6 +101,38 @@ struct Quirk {
   friend std::ostream& operator<<(std::ostream& out, const Quirk& quirk) { return out << quirk.name; }
 };
 
+TEST_F(Quirks, ACounterThatStartsAnewLosesNothingUnseen) {
+  ASSERT_NO_FATAL_FAILURE(openStreaming());
+  // Aravis takes what is up to a hundred older than its newest for late, and throws it away.
+  const std::uint64_t reset = 2 + random_() % 150;
+  constexpr std::uint64_t kFrames = 400;
+  std::uint64_t used = 0, firstNumber = 0, lastNumber = 0, jumps = 0;
+  std::uint16_t id = 1;
+  for (std::uint64_t i = 1; i <= kFrames; ++i) {
+    GvTransmitter::Picture one = picture(id, i);
+    one.device_ticks = static_cast<std::uint64_t>(monotonicNow());
+    sender_.send(one);
+    id = i == reset ? 1 : static_cast<std::uint16_t>(id + 1);
+    Frame frame;
+    std::this_thread::sleep_for(milliseconds(3));
+    if (camera_->next(frame, milliseconds(2)) != Next::kFrame) continue;
+    ++used;
+    jumps += frame.info.discontinuity && firstNumber != 0 ? 1 : 0;
+    if (firstNumber == 0) firstNumber = frame.info.frameNumber;
+    lastNumber = frame.info.frameNumber;
+    camera_->recycle(frame);
+  }
+  const std::uint64_t lost = ledger_.missing.get(), refused = ledger_.losses() - preludeLosses_;
+  std::printf("reset after %llu: %llu used, %llu missing, %llu refused of %llu\n",
+              static_cast<unsigned long long>(reset), static_cast<unsigned long long>(used),
+              static_cast<unsigned long long>(lost), static_cast<unsigned long long>(refused),
+              static_cast<unsigned long long>(kFrames));
+  EXPECT_GT(used, kFrames / 2);
+  EXPECT_EQ(used + lost + refused, kFrames);
+  EXPECT_GE(jumps, 1U);
+  EXPECT_EQ(lastNumber - firstNumber + 1, used + lost);
+}
+
 class QuirksOf : public Quirks, public testing::WithParamInterface<Quirk> {};
 
 TEST_P(QuirksOf, LoseAndDoubleNothing) {
