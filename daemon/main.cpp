@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <new>
 #include <optional>
 #include <utility>
 
@@ -106,6 +107,7 @@ int serve(const Config& config, const Places& places) {
 }  // namespace
 
 int main(int argc, char** argv) try {
+  if (const auto enough = checkAddressSpace(); !enough) std::_Exit(failed(enough.error()));
   const auto arguments = parseArguments(argc, argv);
   if (!arguments) return arguments.error();
   const auto places = located(arguments->places);
@@ -117,6 +119,8 @@ int main(int argc, char** argv) try {
   if (!arguments->description.empty()) return plan(arguments->description, config->camera);
   if (arguments->listCameras) return listCameras(config->camera.fakeInterface);
   return arguments->checkConfig ? checkConfig(*config) : serve(*config, *places);
+} catch (const std::bad_alloc&) {
+  return failed({.exitCode = EX_OSERR, .what = "there is no memory left", .remedy = "see MemoryMax= of the service"});
 } catch (const std::exception& error) {
   return failed({.exitCode = EX_OSERR, .what = error.what()});
 }

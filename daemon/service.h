@@ -36,6 +36,10 @@ class StopWhileStarting {
 /// it may have. Fails with EX_OSERR where those are too few for anything.
 tl::expected<void, Error> raiseDescriptorLimit();
 
+/// Libraries hang or end the process where memory is refused, some already when it ends. Fails with EX_OSERR where the
+/// address space is limited to less than an inverse, the threads' stacks and a camera's buffers take.
+tl::expected<void, Error> checkAddressSpace();
+
 /// Has every stage made a turn since it was asked last?
 class StageWatch {
  public:

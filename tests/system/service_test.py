@@ -110,6 +110,13 @@ class Service(unittest.TestCase):
         subscriber.collect(60)
         self.assertEqual(daemon.stop(), 0, daemon.output())
 
+    @unittest.skipIf(rig.PATIENCE > 1, "sanitizers take terabytes of it")
+    def test_with_too_little_address_space(self):
+        for size in (random.randrange(150 << 20, 2 << 30) for _ in range(4)):
+            daemon = self.bench.start("prlimit", f"--as={size}", rig.BIN / "tractiond", "--state", "/nowhere")
+            self.assertEqual(daemon.join(), 71, daemon.output())
+            self.assertRegex(daemon.output(), r"tractiond: \d+ MiB of address space are too few; allow 2048 MiB or more")
+
     def test_with_too_few_descriptors(self):
         daemon = self.bench.start("prlimit", "--nofile=100:100", rig.BIN / "tractiond", "--state", self.bench.folder / "s",
                                   "--runtime", self.bench.folder / "r")
