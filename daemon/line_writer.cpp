@@ -56,7 +56,7 @@ struct LineWriter::Shared {
 
   void tellLost() {
     if (lostHere == 0) return;
-    waiting += "tractiond: " + std::to_string(std::exchange(lostHere, 0)) +
+    waiting += options.prefix + std::to_string(std::exchange(lostHere, 0)) +
                " lines of this log are lost: whoever reads it was too slow\n";
   }
 

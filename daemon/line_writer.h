@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <string_view>
 
 namespace tractiond {
@@ -12,6 +13,7 @@ namespace tractiond {
 struct LineWriterOptions {
   std::size_t most_bytes = std::size_t{256} << 10;  ///< that wait for the reader; what comes on top is lost
   std::chrono::milliseconds patience{500};          ///< at the end, for what still waits
+  std::string prefix = "tractiond: ";               ///< of the line that says how many are lost
 };
 
 /// Writes lines to a descriptor from a thread of its own. A pipe that is full, or a terminal that stands still, holds

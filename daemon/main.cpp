@@ -10,6 +10,7 @@
 #include <spdlog/details/null_mutex.h>
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
+#include <systemd/sd-daemon.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -24,8 +25,29 @@ namespace {
 
 using namespace tractiond;
 
+/// What a line of the log begins with.
+std::string prefix(spdlog::level::level_enum level) {
+  if (!logsToJournal()) return "tractiond: ";
+  switch (level) {
+  case spdlog::level::critical:
+  case spdlog::level::err:
+    return SD_ERR;
+  case spdlog::level::warn:
+    return SD_WARNING;
+  case spdlog::level::debug:
+  case spdlog::level::trace:
+    return SD_DEBUG;
+  default:
+    return SD_INFO;
+  }
+}
+
+std::string line(const Error& error) {
+  return prefix(spdlog::level::err) + error.message();
+}
+
 int failed(const Error& error) {
-  std::cerr << "tractiond: " << error.message() << "\n";
+  std::cerr << line(error) << "\n";
   return error.exitCode;
 }
 
@@ -70,7 +92,7 @@ class LogSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
 
  private:
   void sink_it_(const spdlog::details::log_msg& message) override {
-    log_->write("tractiond: " + std::string(message.payload.data(), message.payload.size()));
+    log_->write(prefix(message.level).append(message.payload.data(), message.payload.size()));
   }
   void flush_() override {}
 
@@ -80,18 +102,19 @@ class LogSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
 int serve(const Config& config, const Places& places) {
   catchStopSignals();
   if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
-  const auto log = std::make_shared<LineWriter>(STDERR_FILENO);
+  const auto log =
+      std::make_shared<LineWriter>(STDERR_FILENO, LineWriterOptions{.prefix = prefix(spdlog::level::warn)});
   auto logger = std::make_shared<spdlog::logger>("tractiond", std::make_shared<LogSink>(log));
   logger->set_level(spdlog::level::from_str(config.logLevel));
   spdlog::set_default_logger(logger);
   const auto failed = [&](const Error& error) {
-    log->write("tractiond: " + error.message());
+    log->write(line(error));
     return error.exitCode;
   };
   std::optional<StopWhileStarting> starting([&] {
     std::error_code ignored;
     for (const auto& file : socketFiles(completed(config, places))) std::filesystem::remove(file, ignored);
-    log->write("tractiond: stopped before it ran");
+    log->write(prefix(spdlog::level::info) + "stopped before it ran");
     log->drain();
     std::_Exit(EX_OK);
   });

@@ -3,7 +3,9 @@
 #include "daemon/base/event.h"
 
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <systemd/sd-daemon.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -11,6 +13,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <csignal>
+#include <cstdlib>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -92,6 +95,13 @@ tl::expected<void, Error> checkAddressSpace() {
                               .remedy = "allow " + std::to_string(kLeast_MiB) +
                                         " MiB or more (LimitAS= of the service, ulimit -v); to bound what it really "
                                         "uses, MemoryMax="});
+}
+
+bool logsToJournal() {
+  const char* const stream = std::getenv("JOURNAL_STREAM");  // device:inode
+  struct stat own {};
+  return stream != nullptr && fstat(STDERR_FILENO, &own) == 0 &&
+         std::to_string(own.st_dev) + ":" + std::to_string(own.st_ino) == stream;
 }
 
 StageWatch::StageWatch(const Turns& turns)

@@ -40,6 +40,10 @@ tl::expected<void, Error> raiseDescriptorLimit();
 /// address space is limited to less than an inverse, the threads' stacks and a camera's buffers take.
 tl::expected<void, Error> checkAddressSpace();
 
+/// Standard error goes to systemd's journal, which reads a line's priority from its start (sd-daemon(3)) and knows by
+/// itself who writes.
+bool logsToJournal();
+
 /// Has every stage made a turn since it was asked last?
 class StageWatch {
  public:

@@ -75,6 +75,27 @@ class Service(unittest.TestCase):
         self.assertIn("stopped before it ran", second.output())  # else it would have waited for ten seconds
         print(f"\n  stopped in {time.monotonic() - begin:.2f} s")
 
+    def test_the_journal_is_told_what_is_a_warning(self):
+        reader, writer = os.pipe()
+        stat = os.fstat(writer)
+        env = {**self.env, "JOURNAL_STREAM": f"{stat.st_dev}:{stat.st_ino}"}
+        self.bench.twin("idle", "--rate", "30")
+        daemon = self.bench.daemon(env=env, ready=False, stderr=writer)
+        self.wait_for("READY=1")
+        self.bench.subscribe(daemon).collect(1)
+        self.assertEqual(daemon.stop(), 0)
+        wrong = self.bench.daemon("frame_rte_hz = 1\n", env=env, ready=False, stderr=writer)
+        self.assertEqual(wrong.join(), 78)
+        os.close(writer)
+        with os.fdopen(reader) as log:
+            lines = log.read().splitlines()
+        for line in lines:
+            self.assertRegex(line, r"^<[3467]>(?!tractiond)")
+        self.assertTrue([line for line in lines if line.startswith("<6>running")], lines)
+        self.assertRegex(lines[-1], "^<3>.*frame_rte_hz")
+        for line in lines:
+            self.assertEqual(line.startswith("<4>"), "warning: " in line, line)
+
     def test_with_a_log_that_nobody_reads(self):
         reader, writer = os.pipe()
         os.set_blocking(writer, False)
