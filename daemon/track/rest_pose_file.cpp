@@ -191,7 +191,7 @@ tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const 
   if (!error) error = replaceWholeFile(path, bytes);
   if (!error) return {};
   return tl::make_unexpected(Error{EX_CANTCREAT, "the rest pose cannot be written: " + error.message(), path.string(),
-                                   "until it can, a restart takes its zero anew"});
+                                   "make room, or let the service's user write there"});
 }
 
 }  // namespace tractiond::track

@@ -1,0 +1,67 @@
+"""Every warning and error of the daemon is explained in docs/operations.md, and what is explained there exists."""
+
+import pathlib
+import re
+import unittest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+SAYS = re.compile(r"""spdlog::(?:warn|error)\( | warnings\.push_back\( | Weight::kWarning, | failed\(\s*EX_\w+\s*, |
+                      \.what\s*= | Error\{\s*EX_\w+, | giveUp\( | EX_\w+\s*:\s*EX_\w+,""", re.X)
+STRING = r'"((?:[^"\\]|\\.)*)"'
+SHORTEST = 12  # letters that tell a message from others
+# Words of other pages: what a calibration answers, what is passed on, what is no message.
+ELSEWHERE = ("daemon/calibrate/calibration.cpp", "daemon/capture/camera_plan.cpp")
+
+
+def plain(text):
+    return re.sub(r"\s+", " ", text)
+
+
+def statement(text, start):
+    """From a place to the semicolon that ends it."""
+    return re.match(rf'(?:{STRING}|[^";])*', text[start:])[0]
+
+
+def fixed(text):
+    """The first piece between what varies that tells it from others, or the longest."""
+    pieces = [piece.strip(" :;,()") for piece in re.split(r"\{[^}]*\}|…", text)]
+    return next((piece for piece in pieces if len(piece) >= SHORTEST), max(pieces, key=len))
+
+
+def messages():
+    """(where, the longest fixed piece of the first part)."""
+    for path in sorted((SOURCE / "daemon").rglob("*.cpp")):
+        if str(path.relative_to(SOURCE)) in ELSEWHERE:
+            continue
+        text = path.read_text()
+        for match in SAYS.finditer(text):
+            joined = re.sub(r'"\s*\n\s*"', "", statement(text, match.end()))
+            pieces = [fixed(plain(piece).replace('\\"', '"').removeprefix("warning: "))
+                      for piece in re.findall(STRING, joined)]
+            pieces = [piece for piece in pieces if len(piece) >= SHORTEST]
+            if pieces:
+                line = text.count("\n", 0, match.start()) + 1
+                yield f"{path.relative_to(SOURCE)}:{line}", pieces[0]
+
+
+class Operations(unittest.TestCase):
+    page = plain((SOURCE / "docs/operations.md").read_text())
+
+    def test_every_message_is_explained(self):
+        found = list(messages())
+        self.assertGreater(len(found), 60)
+        missing = [f"{where}: {piece}" for where, piece in found if piece not in self.page]
+        self.assertEqual(missing, [], "\n" + "\n".join(missing))
+
+    def test_what_is_explained_exists(self):
+        code = plain(re.sub(r'"\s*\n\s*"', "", "\n".join(
+            path.read_text() for path in (SOURCE / "daemon").rglob("*.cpp")))).replace('\\"', '"')
+        for row in re.findall(r"^\| (`.*?) \|", (SOURCE / "docs/operations.md").read_text(), re.M):
+            for said in re.findall(r"`([^`]*)`", row):
+                if re.match(r"[a-z_]+[.a-z_,]*$", said):
+                    continue  # a number of the status
+                self.assertTrue(fixed(said) in code, said)
+
+
+if __name__ == "__main__":
+    unittest.main()
