@@ -564,6 +564,7 @@ void Tracker::learnAppearance(std::span<const std::uint8_t> seen) {
 /// For the zero that is asked for. Where the picture is not followed, the next acquisition learns.
 void Tracker::relearnAppearance() {
   haveAppearanceBefore_ = haveAppearance_;
+  appearanceBeforeOf_ = zero_;
   for (Layer& layer : layers_) {
     layer.markerBefore = layer.marker;
     layer.crossTalkBefore = layer.crossTalk;
@@ -578,7 +579,7 @@ void Tracker::relearnAppearance() {
 
 /// A zero that was refused leaves nothing behind.
 void Tracker::restoreAppearance() {
-  if (!haveAppearanceBefore_) return;
+  if (!std::exchange(haveAppearanceBefore_, false)) return;
   for (Layer& layer : layers_) {
     std::swap(layer.marker, layer.markerBefore);  // no allocation
     std::swap(layer.crossTalk, layer.crossTalkBefore);
@@ -702,6 +703,11 @@ bool Tracker::report(ZeroState state) {
 void Tracker::heedReturned() {
   if (!returned_.take(back_)) return;
   const Standing now{zero_, verified_};
+  if (haveAppearanceBefore_ && appearanceBeforeOf_ == back_.id) {
+    restoreAppearance();  // the other one is kept for that zero
+    haveAppearanceBefore_ = true;
+    appearanceBeforeOf_ = zero_;
+  }
   adopt(back_);
   verified_ = before_.zero == zero_ && before_.verified;
   zeroWasRequested_ = back_.requested;

@@ -67,8 +67,8 @@ class Tracker {
   /// The newest finished rest pose, once, for keeping. Thread-safe, for one thread.
   bool takeRestPose(RestPose& pose) { return finished_.take(pose); }
 
-  /// Puts a zero in force that was before, from the next frame on: it is verified if it was when it was replaced last.
-  /// It must be judged anew. False: try again later. Thread-safe, for one thread.
+  /// Puts a zero in force that was before, from the next frame on: verified if it was when it was replaced last, and
+  /// with what markers looked like then. It must be judged anew. False: try again later. Thread-safe, for one thread.
   bool putBack(const RestPose& pose) { return returned_.put(pose); }
 
   /// Does the gel file fit the picture that this zero was taken from? Where it does not, the fields carry kGelMismatch.
@@ -195,6 +195,7 @@ class Tracker {
   PixelNoise pixelNoise_;
   bool taking_ = false, takingRequested_ = false;
   bool haveAppearanceBefore_ = false;
+  Id appearanceBeforeOf_{};  ///< the zero that was in force with it
   int tornWhileTaking_ = 0;
   RestPose pose_;  ///< in the making, or waiting for the mailbox
   bool poseWaits_ = false;
