@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstdio>
 #include <filesystem>
 #include <optional>
 
@@ -140,12 +139,13 @@ void removeFiles(const std::vector<std::string>& bound) {
 }
 
 std::string peerName(zmq::message_t& message) {
+  constexpr std::string_view kThisHost = "localhost:";  // and uid:gid:pid of a process
   const char* const address = zmq_msg_gets(message.handle(), "Peer-Address");
-  if (address == nullptr || *address == '\0') return "somebody";
-  // ZeroMQ's name for a process: host:uid:gid:pid, the host being this one.
-  int uid = 0, gid = 0, pid = 0;
-  if (std::sscanf(address, "localhost:%d:%d:%d", &uid, &gid, &pid) != 3) return address;
-  return "uid " + std::to_string(uid) + ", pid " + std::to_string(pid);
+  const std::string name = address == nullptr ? "" : address;
+  if (name.empty()) return "somebody";
+  if (!name.starts_with(kThisHost)) return name;
+  const std::size_t uid = kThisHost.size();
+  return "uid " + name.substr(uid, name.find(':', uid) - uid) + ", pid " + name.substr(name.rfind(':') + 1);
 }
 
 void PeerLimit::count(zmq::message_t& message, const std::vector<std::string>& bound) {
