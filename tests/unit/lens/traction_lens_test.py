@@ -52,6 +52,22 @@ def rays(camera):
     return np.concatenate([ray, np.ones(ray.shape[:2] + (1,))], axis=-1)
 
 
+def step(x):
+    """By how much a place on the board changes from one fine sample to the next: an edge is as wide."""
+    return np.maximum(*(np.abs(one) for one in np.gradient(x)))
+
+
+def inside(x, squares):
+    """1 on the board, 0 beside it."""
+    return np.clip(x / step(x) + 0.5, 0, 1) * np.clip((squares - x) / step(x) + 0.5, 0, 1)
+
+
+def stripes(x, squares):
+    """1 and -1 from square to square of a row, 0 beside the board: the mean over a sample's width."""
+    half = step(x) / 2
+    return inside(x, squares) * (np.abs((x - half) % 2 - 1) - np.abs((x + half) % 2 - 1)) / (2 * half)
+
+
 def board_picture(camera, ray, draw, noise):
     """A board in the picture as a whole, tilted by 15 to 45 degrees."""
     rows, columns = independent.SHAPE
@@ -68,8 +84,8 @@ def board_picture(camera, ray, draw, noise):
     plane = np.linalg.inv(np.stack([pose[:, 0], pose[:, 1], shift], axis=1))
     place = ray @ plane.T
     x, y = place[..., 0] / place[..., 2], place[..., 1] / place[..., 2]
-    dark = (x >= 0) & (y >= 0) & (x < COLUMNS) & (y < ROWS) & ((np.floor(x) + np.floor(y)) % 2 == 0)
-    levels = np.where(dark, 40.0, 200.0)
+    dark = 0.5 * (inside(x, COLUMNS) * inside(y, ROWS) + stripes(x, COLUMNS) * stripes(y, ROWS))
+    levels = 200.0 - 160.0 * dark
     for axis in (0, 1):  # a lens's blur, of two thirds of a pixel
         levels = sum(w * np.roll(levels, s, axis) for s, w in ((-2, 0.2), (-1, 0.2), (0, 0.2), (1, 0.2), (2, 0.2)))
     levels = levels.reshape(rows, FINE, columns, FINE).mean(axis=(1, 3))
