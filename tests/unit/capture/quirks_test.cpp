@@ -60,8 +60,8 @@ class Quirks : public testing::Test {
   void openStreaming() {
     std::atomic<bool> open{false};
     std::thread prelude([&] {
-      for (std::uint16_t id = 60'000; !open; ++id) {
-        if (sender_.streaming()) sender_.send(picture(id, 1));
+      for (; !open; ++nextId_) {
+        if (sender_.streaming()) sender_.send(picture(nextId_, 1));
         std::this_thread::sleep_for(milliseconds(2));
       }
     });
@@ -89,6 +89,7 @@ class Quirks : public testing::Test {
   Ledger ledger_;
   std::vector<std::string> said_;
   std::unique_ptr<Camera> camera_;
+  std::uint16_t nextId_ = 60'000;  ///< what follows the prelude, of which some may have been left
   std::uint64_t preludeReceived_ = 0, preludeLosses_ = 0;
 };
 
@@ -227,7 +228,8 @@ TEST_F(Quirks, NobodyElseSendsAPicture) {
     }
   };
   Frame frame;
-  for (std::uint16_t id = 61'000; id < 61'100; ++id) {
+  for (int i = 0; i < 100; ++i) {
+    const std::uint16_t id = nextId_++;
     forge(id);
     const GvTransmitter::Picture one = picture(id, id);
     sender_.send(one);
@@ -243,7 +245,7 @@ TEST_F(Quirks, ACameraThatNamesAnotherPortIsHeardAllTheSame) {
   sender_.write(0x0d1c, 5);
   ASSERT_NO_FATAL_FAILURE(openStreaming());
   EXPECT_THAT(said_, Contains(HasSubstr("does not send from the port that it says it does")));
-  sender_.send(picture(61'000, 1));
+  sender_.send(picture(nextId_, 1));
   Frame frame;
   ASSERT_EQ(camera_->next(frame, milliseconds(1000)), Next::kFrame);
   camera_->recycle(frame);
@@ -254,7 +256,7 @@ TEST_F(Quirks, ACameraThatNamesAnotherPortIsHeardAllTheSame) {
 TEST_F(Quirks, ChunksTellWhatTheFrameWasTakenWith) {
   sender_.write(0x1f4, 8 + 8 + 4 + 8 + 4 + 8 + 8 + 8);
   ASSERT_NO_FATAL_FAILURE(openStreaming());
-  std::uint16_t id = 61'000;
+  std::uint16_t id = nextId_;
   for (int i = 0; i < 50; ++i) {
     const double exposure_us = 10.0 + static_cast<double>(random_() % 100'000);
     const auto gain = static_cast<float>(random_() % 40);
