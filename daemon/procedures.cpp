@@ -18,6 +18,11 @@ constexpr std::int64_t kRateOver_ns = 2'000'000'000;
 /// Of the frames that a zero may take: as many again may be torn, one may be under way.
 constexpr int kZeroFrames = 2, kUnderWay = 2;
 
+/// Two sentences, either of which may be empty.
+std::string both(const std::string& one, const std::string& other) {
+  return one + (one.empty() || other.empty() ? "" : "; ") + other;
+}
+
 }  // namespace
 
 Procedures::Procedures(const sensor::Sensor& sensor, ProcedureOptions options, ProcedureLinks links)
@@ -39,10 +44,7 @@ void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std:
   zero_ = restored;
   before_ = before;
   if (!zero_) return;
-  std::string doubt = links_.judge(*zero_);
-  if (const std::string touch = calibrate::touchIn(sensor_, *zero_); !touch.empty()) {
-    doubt += (doubt.empty() ? "" : "; ") + touch;
-  }
+  const std::string doubt = both(links_.judge(*zero_), calibrate::touchIn(sensor_, *zero_));
   if (!doubt.empty()) spdlog::warn("warning: the zero that was kept may be none: {}", doubt);
   links_.describe(*zero_);
 }
@@ -112,9 +114,7 @@ void Procedures::keepZero() {
   } else if (const auto kept = links_.keep(finished_, nullptr); !kept) {
     spdlog::error("the zero is in force but not kept: {}", kept.error().message());
   }
-  std::string doubt = links_.judge(finished_);
-  if (!doubt.empty() && !touch.empty()) doubt += "; ";
-  doubt += touch;
+  const std::string doubt = both(links_.judge(finished_), touch);
   before_ = std::exchange(zero_, finished_);
   links_.describe(finished_);
   spdlog::info("zero taken, {}{}{}",
