@@ -9,6 +9,7 @@ import pathlib
 import re
 import signal
 import subprocess
+import sys
 import time
 import unittest
 
@@ -100,18 +101,25 @@ class Demo(unittest.TestCase):
         self.assertEqual(ended, 69, text)
         self.assertIn("no field was measured", text)
 
-    def test_killed_without_warning_it_takes_everything_with_it(self):
+    def begins_a_view_and_gets(self, end):
         self.stand_in(ctl='[ "$1" = echo ] && exec sleep 1000; echo in sight; exec sleep 1000')
+        with subprocess.Popen([*OWN_NETWORK, DEMO, "--programs", self.programs], env=self.stubs.env,
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                              start_new_session=True) as demo:
+            self.assertEqual(demo.stdout.readline(), b"in sight\n")
+            demo.send_signal(end)
+        deadline = time.monotonic() + 20
+        while os.listdir(self.stubs.scratch) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        self.tearDown()
+
+    def test_killed_without_warning_it_takes_everything_with_it(self):
         for end in (signal.SIGKILL, signal.SIGTERM, signal.SIGHUP):
-            with subprocess.Popen([*OWN_NETWORK, DEMO, "--programs", self.programs], env=self.stubs.env,
-                                  stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-                                  start_new_session=True) as demo:
-                self.assertEqual(demo.stdout.readline(), b"in sight\n")
-                demo.send_signal(end)
-            deadline = time.monotonic() + 20
-            while os.listdir(self.stubs.scratch) and time.monotonic() < deadline:
-                time.sleep(0.1)
-            self.tearDown()
+            self.begins_a_view_and_gets(end)
+
+    def test_ended_before_a_pipe_was_opened_it_does_not_wait_for_it(self):
+        self.stubs.add("python3", f'sleep 3; exec {sys.executable} "$@"')
+        self.begins_a_view_and_gets(signal.SIGTERM)
 
     # What it says.
 
