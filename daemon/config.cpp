@@ -3,43 +3,8 @@
 #include "daemon/records/pixel_format.h"
 #include "proto/traction/v1/endpoints.h"
 
-#include <algorithm>
-#include <array>
-#include <cctype>
-#include <cmath>
-#include <cstdio>
-#include <utility>
-
 namespace tractiond {
 namespace {
-
-template <typename Enum>
-Choice choice(Enum& value, std::vector<std::pair<std::string, Enum>> meanings) {
-  Choice result;
-  for (const auto& [word, meaning] : meanings) result.words.push_back(word);
-  result.get = [&value, meanings] {
-    for (const auto& [word, meaning] : meanings) {
-      if (meaning == value) return word;
-    }
-    return std::string();
-  };
-  result.set = [&value, meanings](const std::string& chosen) {
-    for (const auto& [word, meaning] : meanings) {
-      if (word == chosen) value = meaning;
-    }
-  };
-  return result;
-}
-
-Choice choice(std::string& value, std::vector<std::string> words) {
-  return {std::move(words), [&value] { return value; }, [&value](const std::string& word) { value = word; }};
-}
-
-bool isOnThisHost(std::string_view endpoint) {
-  return endpoint.starts_with("ipc://") ||
-         std::ranges::any_of(std::array{"tcp://127.", "tcp://localhost:", "tcp://lo:", "tcp://[::1]:"},
-                             [&](const char* start) { return endpoint.starts_with(start); });
-}
 
 std::string endpointFault(const std::vector<std::string>& endpoints, bool insecure) {
   for (const std::string& endpoint : endpoints) {
@@ -55,111 +20,10 @@ std::string endpointFault(const std::vector<std::string>& endpoints, bool insecu
   return "";
 }
 
-std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char letter : text) {
-    if (letter == '"' || letter == '\\') {
-      result += '\\';
-      result += letter;
-    } else if (static_cast<unsigned char>(letter) < 0x20 || letter == 0x7f) {
-      std::array<char, 8> code{};
-      std::snprintf(code.data(), code.size(), "\\u%04X", static_cast<unsigned>(letter));
-      result += code.data();
-    } else {
-      result += letter;
-    }
-  }
-  return result + '"';
-}
-
 std::string pixelFormatFault(const std::string& name) {
   if (name.empty() || pixelFormatByName(name) != nullptr) return "";
   return quoted(name) + " is none that can be read: " + std::string(kPixelFormatsInWords);
 }
-
-/// The shortest decimal that reads back as the same number; whole ones without an exponent.
-std::string number(double value) {
-  if (value == std::trunc(value) && std::abs(value) < 1e15) return std::to_string(static_cast<std::int64_t>(value));
-  std::array<char, 40> text{};
-  for (int digits = 1; digits <= 17; ++digits) {
-    std::snprintf(text.data(), text.size(), "%.*g", digits, value);
-    if (std::stod(text.data()) == value) break;
-  }
-  return text.data();
-}
-
-/// A value as it is written in TOML; empty: not set.
-struct Written {
-  const sensor::Range& range;
-
-  std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
-  std::string operator()(const int* value) const { return number(*value * range.perUnit); }
-  std::string operator()(const double* value) const { return number(*value * range.perUnit); }
-  std::string operator()(const std::optional<double>* value) const {
-    return *value ? number(**value * range.perUnit) : "";
-  }
-  std::string operator()(const std::string* value) const { return quoted(*value); }
-  std::string operator()(const std::vector<std::string>* value) const {
-    std::string list;
-    for (const std::string& one : *value) list += (list.empty() ? "" : ", ") + quoted(one);
-    return "[" + list + "]";
-  }
-  std::string operator()(const Choice& value) const { return quoted(value.get()); }
-  std::string operator()(const std::vector<capture::Feature>* value) const;
-};
-
-struct ScalarText {
-  std::string operator()(bool value) const { return value ? "true" : "false"; }
-  std::string operator()(std::int64_t value) const { return std::to_string(value); }
-  std::string operator()(const std::string& value) const { return quoted(value); }
-  std::string operator()(double value) const {
-    std::string text = number(value);  // with a point or an exponent: else it would read back as a whole number
-    return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
-  }
-};
-
-bool isBareKey(const std::string& name) {
-  return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char letter) {
-    return std::isalnum(letter) || letter == '_' || letter == '-';
-  });
-}
-
-std::string written(const Key& key) {
-  return std::visit(Written{key.range}, key.value);
-}
-
-/// "default 5; 0 to 10 ms"
-std::string limits(const Key& key, const std::string& standard) {
-  std::string text = "default " + (standard.empty() ? "none" : standard);
-  if (const auto* choice = std::get_if<Choice>(&key.value)) {
-    text += ";";
-    for (std::size_t i = 0; i < choice->words.size(); ++i) text += (i ? ", " : " ") + quoted(choice->words[i]);
-  } else if (key.range.least < key.range.most) {
-    text += "; " + number(key.range.least) + " to " + number(key.range.most);
-    if (!key.unit.empty()) text += " " + std::string(key.unit);
-  }
-  return text;
-}
-
-std::string featuresText(const std::vector<capture::Feature>& features) {
-  std::string text;
-  for (const capture::Feature& feature : features) {
-    text += (text.empty() ? "\n" : ",\n") + ("  { " + (isBareKey(feature.name) ? feature.name : quoted(feature.name)));
-    text += " = " + std::visit(ScalarText{}, feature.value) + " }";
-  }
-  return text.empty() ? "[]" : "[" + text + "\n]";
-}
-
-std::string Written::operator()(const std::vector<capture::Feature>* value) const {
-  return featuresText(*value);
-}
-
-constexpr const char* kFeaturesHelp =
-    "# Each as one { Name = value }, set in the order of the list and read back; a command is { Name = true } and is\n"
-    "# waited for. The same name may come again, as for selectors:\n"
-    "# features = [ { UserSetSelector = \"Default\" }, { UserSetLoad = true },\n"
-    "#              { BalanceRatioSelector = \"Red\" }, { BalanceRatio = 1.4 },\n"
-    "#              { BalanceRatioSelector = \"Blue\" }, { BalanceRatio = 1.8 } ]\n";
 
 }  // namespace
 
@@ -227,7 +91,7 @@ std::vector<Key> keysOf(Config& config) {
       {"camera", "frame_retention_us", "us", "A frame whose packets stay away for longer is given up.",
           &camera.frameRetention_us, {1000, 10e6}},
       {"camera", "packet_socket", "", "Receive past the IP stack, unfiltered: needs CAP_NET_RAW; late on the loopback.",
-          choice(camera.packetSocket,
+          choiceOf(camera.packetSocket,
                  {{"off", PacketSocket::kOff}, {"auto", PacketSocket::kAuto}, {"on", PacketSocket::kOn}})},
       {"camera", "buffers", "frames", "For the driver to fill; up to 7 are on their way to the tracker.",
           &camera.buffers, {9, 1000}},
@@ -242,7 +106,7 @@ std::vector<Key> keysOf(Config& config) {
           &config.track.minValidFraction, {0.1, 1}},
 
       {"solve", "model", "", "Of the gel: the finite block, or the half-space of the paper.",
-          choice(solve.model, {{"block", Model::kBlock}, {"half-space", Model::kHalfSpace}})},
+          choiceOf(solve.model, {{"block", Model::kBlock}, {"half-space", Model::kHalfSpace}})},
       {"solve", "regularisation", "", "Tikhonov's, relative to the largest singular value of the influence matrix.",
           &solve.regularisation, {1e-6, 1}},
       {"solve", "contact_aware", "", "Solve for the nodes alone that carry something, where the contact is small enough.",
@@ -268,30 +132,18 @@ std::vector<Key> keysOf(Config& config) {
           &publish.highWaterMark, {1, 100'000}},
 
       {"log", "level", "", "Of what goes to standard error.",
-          choice(config.logLevel, {"debug", "info", "warning", "error"})},
+          choiceOf(config.logLevel, {"debug", "info", "warning", "error"})},
   };
   // clang-format on
 }
 
 std::string configText(const Config& config) {
   Config copy = config, standard;
-  const std::vector<Key> keys = keysOf(copy);
-  const std::vector<Key> standards = keysOf(standard);
-  std::string text = "# Every key of tractiond: its meaning, default, range and unit. Any may be left out.\n"
-                     "# The instance NAME reads /etc/tractiond/NAME.toml. Its own endpoints are ipc sockets in its "
-                     "runtime directory,\n"
-                     "# and for the instance \"default\" also tcp on the loopback, ports 9872 to 9874.\n";
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    const Key& key = keys[i];
-    const bool first = i == 0 || keys[i - 1].section != key.section;
-    if (first) text += "\n[" + std::string(key.section) + "]\n";
-    const std::string value = written(key);
-    text += (first ? "# " : "\n# ") + std::string(key.help) + "\n";
-    if (key.name == "features") text += kFeaturesHelp;
-    text += (value.empty() ? "#" : "") + std::string(key.name) + " = " + (value.empty() ? "0" : value);
-    text += "  # " + limits(key, written(standards[i])) + "\n";
-  }
-  return text;
+  return tableText("# Every key of tractiond: its meaning, default, range and unit. Any may be left out.\n"
+                   "# The instance NAME reads /etc/tractiond/NAME.toml. Its own endpoints are ipc sockets in its "
+                   "runtime directory,\n"
+                   "# and for the instance \"default\" also tcp on the loopback, ports 9872 to 9874.\n",
+                   keysOf(copy), keysOf(standard));
 }
 
 }  // namespace tractiond

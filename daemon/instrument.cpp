@@ -228,7 +228,7 @@ void Instrument::start() {
 }
 
 ServiceHooks Instrument::hooks() {
-  return {turns_, [this] { return pipeline_->ended(); }, [this] { return statusLine(); }};
+  return {loopsOf(turns_), [this] { return pipeline_->ended(); }, [this] { return statusLine(); }};
 }
 
 tl::expected<void, Error> Instrument::stop() {

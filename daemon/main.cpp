@@ -4,46 +4,21 @@
 #include "daemon/capture/camera_plan.h"
 #include "daemon/config_toml.h"
 #include "daemon/instrument.h"
-#include "daemon/line_writer.h"
+#include "daemon/log.h"
 #include "daemon/service.h"
-
-#include <spdlog/details/null_mutex.h>
-#include <spdlog/sinks/base_sink.h>
-#include <spdlog/spdlog.h>
-#include <systemd/sd-daemon.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
-#include <memory>
 #include <new>
 #include <optional>
-#include <utility>
 
 namespace {
 
 using namespace tractiond;
 
-/// What a line of the log begins with.
-std::string prefix(spdlog::level::level_enum level) {
-  if (!logsToJournal()) return "tractiond: ";
-  switch (level) {
-  case spdlog::level::critical:
-  case spdlog::level::err:
-    return SD_ERR;
-  case spdlog::level::warn:
-    return SD_WARNING;
-  case spdlog::level::debug:
-  case spdlog::level::trace:
-    return SD_DEBUG;
-  default:
-    return SD_INFO;
-  }
-}
-
 std::string line(const Error& error) {
-  return prefix(spdlog::level::err) + error.message();
+  return logLine("tractiond", spdlog::level::err, error.message());
 }
 
 int failed(const Error& error) {
@@ -84,29 +59,10 @@ int checkConfig(const Config& config) {
   return sensor ? EX_OK : failed(sensor.error());
 }
 
-/// No flush: the writer writes at once.
-class LogSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
- public:
-  explicit LogSink(std::shared_ptr<LineWriter> log)
-      : log_(std::move(log)) {}
-
- private:
-  void sink_it_(const spdlog::details::log_msg& message) override {
-    log_->write(prefix(message.level).append(message.payload.data(), message.payload.size()));
-  }
-  void flush_() override {}
-
-  std::shared_ptr<LineWriter> log_;
-};
-
 int serve(const Config& config, const Places& places) {
   catchStopSignals();
   if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
-  const auto log =
-      std::make_shared<LineWriter>(STDERR_FILENO, LineWriterOptions{.prefix = prefix(spdlog::level::warn)});
-  auto logger = std::make_shared<spdlog::logger>("tractiond", std::make_shared<LogSink>(log));
-  logger->set_level(spdlog::level::from_str(config.logLevel));
-  spdlog::set_default_logger(logger);
+  const auto log = startLog("tractiond", config.logLevel);
   const auto failed = [&](const Error& error) {
     log->write(line(error));
     return error.exitCode;
@@ -114,7 +70,7 @@ int serve(const Config& config, const Places& places) {
   std::optional<StopWhileStarting> starting([&] {
     std::error_code ignored;
     for (const auto& file : socketFiles(completed(config, places))) std::filesystem::remove(file, ignored);
-    log->write(prefix(spdlog::level::info) + "stopped before it ran");
+    log->write(logLine("tractiond", spdlog::level::info, "stopped before it ran"));
     log->drain();
     std::_Exit(EX_OK);
   });

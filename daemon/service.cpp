@@ -14,6 +14,7 @@
 #include <condition_variable>
 #include <csignal>
 #include <cstdlib>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -104,19 +105,21 @@ bool logsToJournal() {
          std::to_string(own.st_dev) + ":" + std::to_string(own.st_ino) == stream;
 }
 
-StageWatch::StageWatch(const Turns& turns)
-    : stages_{&turns.capture, &turns.track, &turns.solve, &turns.publish, &turns.control} {
+std::vector<const Counter*> loopsOf(const Turns& turns) {
+  return {&turns.capture, &turns.track, &turns.solve, &turns.publish, &turns.control};
+}
+
+StageWatch::StageWatch(std::vector<const Counter*> loops)
+    : loops_(std::move(loops))
+    , seen_(loops_.size()) {
   allAdvanced();
 }
 
 bool StageWatch::allAdvanced() {
-  std::array<std::uint64_t, 5> now{};
-  bool all = true;
-  for (std::size_t i = 0; i < stages_.size(); ++i) {
-    now[i] = stages_[i]->get();
-    all = all && now[i] != seen_[i];
-  }
-  if (all) seen_ = now;
+  std::vector<std::uint64_t> now;
+  for (const Counter* loop : loops_) now.push_back(loop->get());
+  const bool all = std::ranges::equal(now, seen_, std::ranges::not_equal_to());
+  if (all) seen_ = std::move(now);
   return all;
 }
 
@@ -125,7 +128,7 @@ void run(const ServiceHooks& hooks) {
   const bool watched = sd_watchdog_enabled(0, &deadline_us) > 0;
   // Asked four times within the watchdog's patience: a stage may take half of it for one turn.
   const milliseconds look = watched ? std::min(kLook, milliseconds(deadline_us / 4000)) : kLook;
-  StageWatch watch(hooks.turns);
+  StageWatch watch(hooks.loops);
   sd_notify(0, ("READY=1\nSTATUS=" + hooks.statusLine()).c_str());
   maskStopSignals(SIG_UNBLOCK);
   while (!stopRequest().wait(look) && !hooks.ended()) {

@@ -1,4 +1,4 @@
-// The daemon as a service: signals, and what systemd wants to know.
+// A program as a service: signals, and what systemd wants to know.
 #pragma once
 
 #include "daemon/base/error.h"
@@ -6,11 +6,11 @@
 
 #include <tl/expected.hpp>
 
-#include <array>
 #include <chrono>
 #include <functional>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace tractiond {
 
@@ -44,25 +44,28 @@ tl::expected<void, Error> checkAddressSpace();
 /// itself who writes.
 bool logsToJournal();
 
-/// Has every stage made a turn since it was asked last?
+/// Of all five stages.
+std::vector<const Counter*> loopsOf(const Turns& turns);
+
+/// Has every loop made a turn since it was asked last?
 class StageWatch {
  public:
-  explicit StageWatch(const Turns& turns);
+  explicit StageWatch(std::vector<const Counter*> loops);
   bool allAdvanced();
 
  private:
-  std::array<const Counter*, 5> stages_;
-  std::array<std::uint64_t, 5> seen_{};
+  std::vector<const Counter*> loops_;
+  std::vector<std::uint64_t> seen_;
 };
 
 struct ServiceHooks {
-  const Turns& turns;                       ///< of the running pipeline; all five stages
-  std::function<bool()> ended;              ///< the pipeline has come to its end by itself
+  std::vector<const Counter*> loops;        ///< of the running program, each counting its turns
+  std::function<bool()> ended;              ///< it has come to its end by itself
   std::function<std::string()> statusLine;  ///< for `systemctl status`
 };
 
-/// Tells systemd that the service is ready, feeds its watchdog while every stage advances, and returns on SIGTERM or
-/// SIGINT or when the pipeline has ended. Without systemd it only waits.
+/// Tells systemd that the service is ready, feeds its watchdog while every loop advances, and returns on SIGTERM or
+/// SIGINT or when it has ended. Without systemd it only waits.
 void run(const ServiceHooks& hooks);
 
 }  // namespace tractiond

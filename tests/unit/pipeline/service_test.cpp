@@ -59,7 +59,7 @@ struct Fixture {
     }
   }
   ServiceHooks hooks() {
-    return {turns, [this] { return look(), ended.load(); }, [] { return std::string("well"); }};
+    return {loopsOf(turns), [this] { return look(), ended.load(); }, [] { return std::string("well"); }};
   }
 
   Turns turns;
@@ -69,7 +69,7 @@ struct Fixture {
 
 TEST(StageWatch, WantsATurnOfEveryStage) {
   Turns turns;
-  StageWatch watch(turns);
+  StageWatch watch(loopsOf(turns));
   EXPECT_FALSE(watch.allAdvanced());
   const auto stages = {&turns.capture, &turns.track, &turns.solve, &turns.publish};
   for (Counter* stage : stages) stage->add();

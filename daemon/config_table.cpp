@@ -1,0 +1,194 @@
+#include "daemon/config_table.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <map>
+
+namespace tractiond {
+namespace {
+
+using sensor::TomlTable;
+
+/// The shortest decimal that reads back as the same number; whole ones without an exponent.
+std::string number(double value) {
+  if (value == std::trunc(value) && std::abs(value) < 1e15) return std::to_string(static_cast<std::int64_t>(value));
+  std::array<char, 40> text{};
+  for (int digits = 1; digits <= 17; ++digits) {
+    std::snprintf(text.data(), text.size(), "%.*g", digits, value);
+    if (std::stod(text.data()) == value) break;
+  }
+  return text.data();
+}
+
+/// A value as it is written in TOML; empty: not set.
+struct Written {
+  const sensor::Range& range;
+
+  std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
+  std::string operator()(const int* value) const { return number(*value * range.perUnit); }
+  std::string operator()(const double* value) const { return number(*value * range.perUnit); }
+  std::string operator()(const std::optional<double>* value) const {
+    return *value ? number(**value * range.perUnit) : "";
+  }
+  std::string operator()(const std::string* value) const { return quoted(*value); }
+  std::string operator()(const std::vector<std::string>* value) const {
+    std::string list;
+    for (const std::string& one : *value) list += (list.empty() ? "" : ", ") + quoted(one);
+    return "[" + list + "]";
+  }
+  std::string operator()(const Choice& value) const { return quoted(value.get()); }
+  std::string operator()(const std::vector<capture::Feature>* value) const;
+};
+
+struct ScalarText {
+  std::string operator()(bool value) const { return value ? "true" : "false"; }
+  std::string operator()(std::int64_t value) const { return std::to_string(value); }
+  std::string operator()(const std::string& value) const { return quoted(value); }
+  std::string operator()(double value) const {
+    std::string text = number(value);  // with a point or an exponent: else it would read back as a whole number
+    return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
+  }
+};
+
+bool isBareKey(const std::string& name) {
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char letter) {
+    return std::isalnum(letter) || letter == '_' || letter == '-';
+  });
+}
+
+std::string written(const Key& key) {
+  return std::visit(Written{key.range}, key.value);
+}
+
+/// "default 5; 0 to 10 ms"
+std::string limits(const Key& key, const std::string& standard) {
+  std::string text = "default " + (standard.empty() ? "none" : standard);
+  if (const auto* choice = std::get_if<Choice>(&key.value)) {
+    text += ";";
+    for (std::size_t i = 0; i < choice->words.size(); ++i) text += (i ? ", " : " ") + quoted(choice->words[i]);
+  } else if (key.range.least < key.range.most) {
+    text += "; " + number(key.range.least) + " to " + number(key.range.most);
+    if (!key.unit.empty()) text += " " + std::string(key.unit);
+  }
+  return text;
+}
+
+std::string featuresText(const std::vector<capture::Feature>& features) {
+  std::string text;
+  for (const capture::Feature& feature : features) {
+    text += (text.empty() ? "\n" : ",\n") + ("  { " + (isBareKey(feature.name) ? feature.name : quoted(feature.name)));
+    text += " = " + std::visit(ScalarText{}, feature.value) + " }";
+  }
+  return text.empty() ? "[]" : "[" + text + "\n]";
+}
+
+std::string Written::operator()(const std::vector<capture::Feature>* value) const {
+  return featuresText(*value);
+}
+
+constexpr const char* kFeaturesHelp =
+    "# Each as one { Name = value }, set in the order of the list and read back; a command is { Name = true } and is\n"
+    "# waited for. The same name may come again, as for selectors:\n"
+    "# features = [ { UserSetSelector = \"Default\" }, { UserSetLoad = true },\n"
+    "#              { BalanceRatioSelector = \"Red\" }, { BalanceRatio = 1.4 },\n"
+    "#              { BalanceRatioSelector = \"Blue\" }, { BalanceRatio = 1.8 } ]\n";
+
+/// Reads the value of one key, each type in its way.
+struct Reader {
+  TomlTable& table;
+  const Key& key;
+
+  void operator()(bool* value) const { table.read(key.name, *value); }
+  void operator()(std::string* value) const { table.read(key.name, *value); }
+  void operator()(std::vector<std::string>* value) const { table.read(key.name, *value); }
+  void operator()(int* value) const { table.read(key.name, *value, key.range); }
+  void operator()(double* value) const { table.read(key.name, *value, key.range); }
+  void operator()(std::optional<double>* value) const {
+    if (!table.has(key.name)) return;
+    table.read(key.name, value->emplace(), key.range);
+  }
+  void operator()(std::vector<capture::Feature>* value) const {
+    for (TomlTable& group : table.tables(key.name)) {
+      for (auto& [name, scalar] : group.entries()) value->push_back({std::move(name), std::move(scalar)});
+    }
+  }
+  void operator()(const Choice& choice) const {
+    std::string word = choice.get();
+    table.read(key.name, word);
+    if (std::find(choice.words.begin(), choice.words.end(), word) != choice.words.end()) return choice.set(word);
+    std::string known;
+    for (const std::string& one : choice.words) known += (known.empty() ? "" : ", ") + ('"' + one + '"');
+    table.fail(key.name, "= \"" + word + "\" must be one of " + known);
+  }
+};
+
+}  // namespace
+
+Choice choiceOf(std::string& value, std::vector<std::string> words) {
+  return {std::move(words), [&value] { return value; }, [&value](const std::string& word) { value = word; }};
+}
+
+bool isOnThisHost(std::string_view endpoint) {
+  return endpoint.starts_with("ipc://") ||
+         std::ranges::any_of(std::array{"tcp://127.", "tcp://localhost:", "tcp://lo:", "tcp://[::1]:"},
+                             [&](const char* start) { return endpoint.starts_with(start); });
+}
+
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char letter : text) {
+    if (letter == '"' || letter == '\\') {
+      result += '\\';
+      result += letter;
+    } else if (static_cast<unsigned char>(letter) < 0x20 || letter == 0x7f) {
+      std::array<char, 8> code{};
+      std::snprintf(code.data(), code.size(), "\\u%04X", static_cast<unsigned>(letter));
+      result += code.data();
+    } else {
+      result += letter;
+    }
+  }
+  return result + '"';
+}
+
+std::string tableText(const std::string& introduction, const std::vector<Key>& keys,
+                      const std::vector<Key>& standards) {
+  std::string text = introduction;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const Key& key = keys[i];
+    const bool first = i == 0 || keys[i - 1].section != key.section;
+    if (first) text += "\n[" + std::string(key.section) + "]\n";
+    const std::string value = written(key);
+    text += (first ? "# " : "\n# ") + std::string(key.help) + "\n";
+    if (std::holds_alternative<std::vector<capture::Feature>*>(key.value)) text += kFeaturesHelp;
+    text += (value.empty() ? "#" : "") + std::string(key.name) + " = " + (value.empty() ? "0" : value);
+    text += "  # " + limits(key, written(standards[i])) + "\n";
+  }
+  return text;
+}
+
+Error asError(const sensor::FileError& error) {
+  return {.exitCode = error.unreadable ? EX_NOINPUT : EX_CONFIG,
+          .what = error.what,
+          .where = error.where,
+          .remedy = error.unreadable ? "without a configuration file the defaults hold" : ""};
+}
+
+tl::expected<void, Error> readTable(TomlTable& root, const std::vector<Key>& keys) {
+  std::map<std::string_view, std::optional<TomlTable>> sections;
+  for (const Key& key : keys) {
+    auto section = sections.find(key.section);
+    if (section == sections.end()) section = sections.emplace(key.section, root.table(key.section)).first;
+    if (!section->second) continue;
+    std::visit(Reader{*section->second, key}, key.value);
+    if (const std::string fault = key.fault(); !fault.empty()) section->second->fail(key.name, fault);
+  }
+  if (auto sound = root.finish(); !sound) return tl::unexpected(asError(sound.error()));
+  return {};
+}
+
+}  // namespace tractiond
