@@ -25,6 +25,26 @@ std::string pixelFormatFault(const std::string& name) {
   return quoted(name) + " is none that can be read: " + std::string(kPixelFormatsInWords);
 }
 
+/// What the picture is, and where the gel is in it, stays: the zero rests on it.
+bool isLive(const Key& key) {
+  constexpr std::array<std::string_view, 14> kOfTheCamera = {"features",
+                                                             "frame_rate_hz",
+                                                             "exposure_us",
+                                                             "gain",
+                                                             "trigger",
+                                                             "strobe_line",
+                                                             "ptp",
+                                                             "chunks",
+                                                             "packet_delay_ns",
+                                                             "throughput_bytes_per_s",
+                                                             "packet_size_bytes",
+                                                             "receive_buffer_bytes",
+                                                             "packet_timeout_us",
+                                                             "frame_retention_us"};
+  return key.section == "log" ||
+         (key.section == "camera" && std::ranges::find(kOfTheCamera, key.name) != kOfTheCamera.end());
+}
+
 }  // namespace
 
 std::vector<Key> keysOf(Config& config) {
@@ -41,7 +61,7 @@ std::vector<Key> keysOf(Config& config) {
   using sensor::elastic::Model;
 
   // clang-format off
-  return {
+  std::vector<Key> keys = {
       {"sensor", "name", "", "Of the sensor, in topics and messages; empty: the name of the instance.",
           &config.sensor.name, {}, name},
       {"sensor", "gel_file", "", "What the sensor is made of, see gels/paper.toml beside this file; empty: as there.",
@@ -135,11 +155,20 @@ std::vector<Key> keysOf(Config& config) {
           choiceOf(config.logLevel, {"debug", "info", "warning", "error"})},
   };
   // clang-format on
+  for (Key& key : keys) key.live = isLive(key);
+  return keys;
+}
+
+std::vector<Change> changesBetween(const Config& before, const Config& after) {
+  Config one = before, other = after;
+  return changesBetween(keysOf(one), keysOf(other));
 }
 
 std::string configText(const Config& config) {
   Config copy = config, standard;
   return tableText("# Every key of tractiond: its meaning, default, range and unit. Any may be left out.\n"
+                   "# Those marked \"reload\" can be changed while it runs (systemctl reload, SIGHUP); the others need "
+                   "a restart.\n"
                    "# The instance NAME reads /etc/tractiond/NAME.toml. Its own endpoints are ipc sockets in its "
                    "runtime directory,\n"
                    "# and for the instance \"default\" also tcp on the loopback, ports 9872 to 9874.\n",

@@ -30,6 +30,9 @@ struct Config {
 /// Every key, section after section: parsing, checking and printing all go by it.
 std::vector<Key> keysOf(Config& config);
 
+/// As those of their tables.
+std::vector<Change> changesBetween(const Config& before, const Config& after);
+
 /// The text of a configuration file with every key and its meaning. parse() gives the same configuration back.
 std::string configText(const Config& config);
 

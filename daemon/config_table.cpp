@@ -74,7 +74,7 @@ std::string limits(const Key& key, const std::string& standard) {
     text += "; " + number(key.range.least) + " to " + number(key.range.most);
     if (!key.unit.empty()) text += " " + std::string(key.unit);
   }
-  return text;
+  return text + (key.live ? "; reload" : "");
 }
 
 std::string featuresText(const std::vector<capture::Feature>& features) {
@@ -169,6 +169,16 @@ std::string tableText(const std::string& introduction, const std::vector<Key>& k
     text += "  # " + limits(key, written(standards[i])) + "\n";
   }
   return text;
+}
+
+std::vector<Change> changesBetween(const std::vector<Key>& before, const std::vector<Key>& after) {
+  std::vector<Change> changes;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const Key& key = before[i];
+    Change change{std::string(key.section) + "." + std::string(key.name), written(key), written(after[i]), key.live};
+    if (change.before != change.after) changes.push_back(std::move(change));
+  }
+  return changes;
 }
 
 Error asError(const sensor::FileError& error) {

@@ -35,6 +35,7 @@ struct Key {
       value;
   sensor::Range range{0, 0};                               ///< of numbers, as in the file
   std::function<std::string()> fault = [] { return ""; };  ///< what is wrong with the value, if anything
+  bool live = false;                                       ///< changes while the program runs
 };
 
 Choice choiceOf(std::string& value, std::vector<std::string> words);
@@ -66,6 +67,16 @@ std::string quoted(const std::string& text);
 /// The text of a configuration file with every key and its meaning, behind `introduction`. \param standards the same
 /// keys of a default configuration
 std::string tableText(const std::string& introduction, const std::vector<Key>& keys, const std::vector<Key>& standards);
+
+/// A key that is not the same in two configurations, with its values as they are written.
+struct Change {
+  std::string key;  ///< "camera.exposure_us"
+  std::string before, after;
+  bool live = false;  ///< as in Key
+};
+
+/// Of two tables of the same keys.
+std::vector<Change> changesBetween(const std::vector<Key>& before, const std::vector<Key>& after);
 
 /// What is wrong with a file of words.
 Error asError(const sensor::FileError& error);

@@ -231,6 +231,37 @@ ServiceHooks Instrument::hooks() {
   return {loopsOf(turns_), [this] { return pipeline_->ended(); }, [this] { return statusLine(); }};
 }
 
+tl::expected<std::vector<std::string>, Error> Instrument::reload(const Config& completed) {
+  const auto gel = loadSensor(completed.sensor.gelFile);
+  if (!gel) return tl::unexpected(gel.error());
+  const bool piped = !config_.camera.images.empty();
+  std::vector<std::string> news, bound;
+  bool ofCamera = false;
+  for (const Change& change : changesBetween(config_, completed)) {
+    const bool camera = change.key.starts_with("camera.");
+    ofCamera = ofCamera || camera;
+    if (change.live && !(camera && piped))
+      news.push_back(fmt::format("{} = {} (was {})", change.key, change.after.empty() ? "none" : change.after,
+                                 change.before.empty() ? "none" : change.before));
+    else
+      bound.push_back(change.key);
+  }
+  if (bound.empty() && solve::inverseId(*gel, config_.solve) != description_.identity.calibration)
+    bound.emplace_back("what sensor.gel_file holds");
+  if (!bound.empty()) {
+    return tl::unexpected(Error{.exitCode = EX_CONFIG,
+                                .what = fmt::format("not while it runs: {}", fmt::join(bound, ", ")),
+                                .remedy = "restart the service"});
+  }
+  config_.logLevel = completed.logLevel;
+  spdlog::set_level(spdlog::level::from_str(completed.logLevel));
+  if (ofCamera) {
+    config_.camera = completed.camera;
+    camera_->reopen(capture::fromAravis(config_.camera));
+  }
+  return news;
+}
+
 tl::expected<void, Error> Instrument::stop() {
   pipeline_->stop();
   spdlog::info("stopped: {}", account(ledger_));

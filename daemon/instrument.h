@@ -18,6 +18,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace tractiond {
 
@@ -36,6 +37,11 @@ class Instrument {
 
   void start();
   ServiceHooks hooks();
+
+  /// Takes what is new in a configuration, or nothing of it where something in it is wrong or needs a restart: that is
+  /// the error. \return what is new, "camera.gain = 2 (was 1)". A camera that refuses it says so, and is opened as
+  /// before.
+  tl::expected<std::vector<std::string>, Error> reload(const Config& completed);
 
   /// Stops the pipeline and closes the account. Fails with what made the pipeline end by itself, or with EX_SOFTWARE
   /// when the ledger does not balance.

@@ -7,11 +7,14 @@
 #include "daemon/log.h"
 #include "daemon/service.h"
 
+#include <spdlog/spdlog.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <new>
 #include <optional>
+#include <vector>
 
 namespace {
 
@@ -24,6 +27,12 @@ std::string line(const Error& error) {
 int failed(const Error& error) {
   std::cerr << line(error) << "\n";
   return error.exitCode;
+}
+
+tl::expected<Config, Error> configured(const Arguments& arguments, const Places& places) {
+  auto config = places.config.empty() ? tl::expected<Config, Error>() : loadConfig(places.config);
+  if (config) config->camera.images = arguments.images;
+  return config;
 }
 
 int listCameras(bool withFake) {
@@ -59,8 +68,22 @@ int checkConfig(const Config& config) {
   return sensor ? EX_OK : failed(sensor.error());
 }
 
-int serve(const Config& config, const Places& places) {
-  catchStopSignals();
+/// All of what is new in the configuration, or nothing.
+void reload(Instrument& instrument, const Arguments& arguments) {
+  const auto places = located(arguments.places);
+  auto config = places ? configured(arguments, *places) : tl::unexpected(places.error());
+  const auto news = config ? instrument.reload(completed(*std::move(config), *places))
+                           : tl::expected<std::vector<std::string>, Error>(tl::unexpected(config.error()));
+  if (!news)
+    spdlog::error("the configuration stays as it was: {}", news.error().message());
+  else if (news->empty())
+    spdlog::info("nothing in the configuration has changed");
+  else
+    for (const std::string& one : *news) spdlog::info("new in the configuration: {}", one);
+}
+
+int serve(const Arguments& arguments, const Config& config, const Places& places) {
+  catchSignals();
   if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
   const auto log = startLog("tractiond", config.logLevel);
   const auto failed = [&](const Error& error) {
@@ -78,7 +101,9 @@ int serve(const Config& config, const Places& places) {
   starting.reset();
   if (!instrument) return failed(instrument.error());
   (*instrument)->start();
-  run((*instrument)->hooks());
+  ServiceHooks hooks = (*instrument)->hooks();
+  hooks.reload = [&] { reload(**instrument, arguments); };
+  run(hooks);
   const auto stopped = (*instrument)->stop();
   return stopped ? EX_OK : failed(stopped.error());
 }
@@ -91,13 +116,12 @@ int main(int argc, char** argv) try {
   if (!arguments) return arguments.error();
   const auto places = located(arguments->places);
   if (!places) return failed(places.error());
-  auto config = places->config.empty() ? tl::expected<Config, Error>() : loadConfig(places->config);
+  const auto config = configured(*arguments, *places);
   if (!config) return failed(config.error());
-  config->camera.images = arguments->images;
   if (arguments->printConfig) return std::cout << configText(*config), EX_OK;
   if (!arguments->description.empty()) return plan(arguments->description, config->camera);
   if (arguments->listCameras) return listCameras(config->camera.fakeInterface);
-  return arguments->checkConfig ? checkConfig(*config) : serve(*config, *places);
+  return arguments->checkConfig ? checkConfig(*config) : serve(*arguments, *config, *places);
 } catch (const std::bad_alloc&) {
   return failed({.exitCode = EX_OSERR, .what = "there is no memory left", .remedy = "see MemoryMax= of the service"});
 } catch (const std::exception& error) {

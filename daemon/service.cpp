@@ -1,5 +1,6 @@
 #include "daemon/service.h"
 
+#include "daemon/base/clock.h"
 #include "daemon/base/event.h"
 
 #include <sys/resource.h>
@@ -27,45 +28,71 @@ using std::chrono::milliseconds;
 /// Between two looks at the pipeline when there is no watchdog; also how often the status line changes.
 constexpr milliseconds kLook{1000};
 
-constexpr std::array kStopSignals = {SIGTERM, SIGINT};
+constexpr std::array kSignals = {SIGTERM, SIGINT, SIGHUP};
 
-Event& stopRequest() {
-  static Event event;
-  return event;
+struct Requests {
+  Event stop, reload;
+};
+
+Requests& requests() {
+  static Requests requests;
+  return requests;
 }
 
 void onStopSignal(int) {
   const int before = errno;
-  stopRequest().signal();
+  requests().stop.signal();
   errno = before;
 }
 
-void maskStopSignals(int how) {
+void onReloadSignal(int) {
+  const int before = errno;
+  requests().reload.signal();
+  errno = before;
+}
+
+void maskSignals(int how) {
   sigset_t signals;
   sigemptyset(&signals);
-  for (const int signal : kStopSignals) sigaddset(&signals, signal);
+  for (const int signal : kSignals) sigaddset(&signals, signal);
   pthread_sigmask(how, &signals, nullptr);
+}
+
+/// Both events at once, for as long as nothing is asked. \return whether to stop.
+bool wait(milliseconds timeout) {
+  std::array<pollfd, 2> items{{{requests().stop.fd(), POLLIN, 0}, {requests().reload.fd(), POLLIN, 0}}};
+  poll(items.data(), items.size(), static_cast<int>(timeout.count()));
+  return requests().stop.wait(milliseconds(0));
+}
+
+void reload(const ServiceHooks& hooks) {
+  sd_notify(0, ("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(monotonicNow() / 1000)).c_str());
+  if (hooks.reload) hooks.reload();
+  sd_notify(0, "READY=1");
 }
 
 }  // namespace
 
-void catchStopSignals() {
-  stopRequest().clear();  // made here, not in the handler
-  struct sigaction action {};
-  action.sa_handler = onStopSignal;
-  action.sa_flags = SA_RESTART;
-  for (const int signal : kStopSignals) sigaction(signal, &action, nullptr);
-  maskStopSignals(SIG_BLOCK);
+void catchSignals() {
+  requests();  // made here, not in the handler
+  const bool onTerminal = isatty(STDERR_FILENO) == 1;
+  for (const int signal : kSignals) {
+    struct sigaction action {};
+    action.sa_handler = signal == SIGHUP && !onTerminal ? onReloadSignal : onStopSignal;
+    action.sa_flags = SA_RESTART;
+    sigaction(signal, &action, nullptr);
+  }
+  maskSignals(SIG_BLOCK);
 }
 
 StopWhileStarting::StopWhileStarting(std::function<void()> leave, milliseconds patience)
     : thread_([leave = std::move(leave), patience](const std::stop_token& started) {
       constexpr milliseconds kTurn{50};
-      maskStopSignals(SIG_UNBLOCK);
-      while (!stopRequest().wait(kTurn)) {
+      maskSignals(SIG_UNBLOCK);
+      while (!requests().stop.wait(kTurn)) {
         if (started.stop_requested()) return;
       }
-      stopRequest().signal();  // for run()
+      requests().stop.signal();  // for run()
       std::mutex mutex;
       std::condition_variable_any changed;
       std::unique_lock lock(mutex);
@@ -130,8 +157,9 @@ void run(const ServiceHooks& hooks) {
   const milliseconds look = watched ? std::min(kLook, milliseconds(deadline_us / 4000)) : kLook;
   StageWatch watch(hooks.loops);
   sd_notify(0, ("READY=1\nSTATUS=" + hooks.statusLine()).c_str());
-  maskStopSignals(SIG_UNBLOCK);
-  while (!stopRequest().wait(look) && !hooks.ended()) {
+  maskSignals(SIG_UNBLOCK);
+  while (!wait(look) && !hooks.ended()) {
+    if (requests().reload.wait(milliseconds(0))) reload(hooks);
     sd_notify(0, ("STATUS=" + hooks.statusLine()).c_str());
     if (watch.allAdvanced()) sd_notify(0, "WATCHDOG=1");
   }

@@ -14,13 +14,13 @@
 
 namespace tractiond {
 
-/// SIGTERM and SIGINT from now on only let run() return. To be called by the thread that calls run(), before the first
-/// thread of ours starts: they inherit that it does not disturb them. (OpenBLAS's threads, which are there before
-/// main(), may take the signal as well.)
-void catchStopSignals();
+/// SIGTERM and SIGINT from now on only let run() return, and SIGHUP lets it reload; on a terminal that hangs up, SIGHUP
+/// ends it too. To be called by the thread that calls run(), before the first thread of ours starts: they inherit that
+/// it does not disturb them. (OpenBLAS's threads, which are there before main(), may take the signal as well.)
+void catchSignals();
 
 /// While it lives, what is started may take its time, and a stop signal does not wait for it: an inverse takes seconds,
-/// a camera that another program holds ten. After catchStopSignals().
+/// a camera that another program holds ten. After catchSignals().
 class StopWhileStarting {
  public:
   /// \param leave ends the process, on a thread of its own, when it is still starting `patience` after the signal.
@@ -62,10 +62,11 @@ struct ServiceHooks {
   std::vector<const Counter*> loops;        ///< of the running program, each counting its turns
   std::function<bool()> ended;              ///< it has come to its end by itself
   std::function<std::string()> statusLine;  ///< for `systemctl status`
+  std::function<void()> reload = {};        ///< the configuration
 };
 
-/// Tells systemd that the service is ready, feeds its watchdog while every loop advances, and returns on SIGTERM or
-/// SIGINT or when it has ended. Without systemd it only waits.
+/// Tells systemd that the service is ready, feeds its watchdog while every loop advances, reloads on SIGHUP, and returns
+/// on SIGTERM or SIGINT or when it has ended. Without systemd it only waits.
 void run(const ServiceHooks& hooks);
 
 }  // namespace tractiond

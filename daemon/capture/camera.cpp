@@ -42,9 +42,11 @@ std::uint64_t contentOf(const std::uint8_t* data, std::size_t size) {
 
 struct Camera::Keeper {
   OpenDriver open;
+  OpenDriver former;  // what `open` was, until the camera has been opened by it; else empty
   bool wait = true;
   std::stop_source stop;
   std::atomic<CameraState> state{CameraState::kUnknown};
+  std::atomic<bool> renewing{false};  // there is an `openNext`
   Mailbox<CameraVitals> vitals;
   CameraVitals newest;  // the keeper's own
 
@@ -53,6 +55,7 @@ struct Camera::Keeper {
   // Guarded by the mutex.
   Say say;          // empty once the camera is gone
   Welcome welcome;  // likewise
+  OpenDriver openNext;
   std::shared_ptr<const CameraInfo> info;
   Driver* offered = nullptr;  // for the capture thread to take
   bool lent = false;          // the capture thread has it, or may take it
@@ -66,6 +69,7 @@ struct Camera::Keeper {
   void run();
   std::unique_ptr<Driver> openOne(const CameraInfo* before);
   void accompany(Driver& driver);
+  void renew();
   void end(Error why);
   void show(CameraState now, const std::string& why);
   void publish();
@@ -78,9 +82,10 @@ void Camera::Keeper::run() {
   pthread_setname_np(pthread_self(), "camera-keeper");
   std::shared_ptr<const CameraInfo> before;
   while (!stop.stop_requested()) {
+    const bool renewed = renewing;
     std::unique_ptr<Driver> driver = openOne(before.get());
     if (!driver) break;
-    if (before) tell(Weight::kWarning, "camera " + before->name.id + " is back");
+    if (before && !renewed) tell(Weight::kWarning, "camera " + before->name.id + " is back");
     {
       const std::lock_guard lock(mutex);
       before = info;
@@ -104,6 +109,7 @@ std::unique_ptr<Driver> Camera::Keeper::openOne(const CameraInfo* before) {
   std::string told;
   for (int attempt = 0; !stop.stop_requested(); ++attempt) {
     const std::int64_t next_ns = monotonicNow() + kTurn.count();
+    renew();
     Opening opening{
         before, attempt, stop.get_token(), [this](Weight w, const std::string& line) { tell(w, line); }, {}};
     opening.found = [this] { show(CameraState::kConnecting, ""); };
@@ -115,11 +121,11 @@ std::unique_ptr<Driver> Camera::Keeper::openOne(const CameraInfo* before) {
       auto seen = std::make_shared<CameraInfo>((*opened)->info());
       seen->session = before == nullptr ? 1 : before->session + 1;
       if (before != nullptr && seen->shape != before->shape)
-        problem =
-            Error{.exitCode = EX_UNAVAILABLE, .what = "camera " + seen->name.id + " came back with another picture"};
+        problem = Error{.exitCode = EX_CONFIG, .what = "camera " + seen->name.id + " came back with another picture"};
       else if (auto welcomed = greet(*seen); !welcomed)
         problem = welcomed.error();
       if (!problem) {
+        former = {};
         tellOf(*seen);
         const std::lock_guard lock(mutex);
         info = std::move(seen);
@@ -127,6 +133,12 @@ std::unique_ptr<Driver> Camera::Keeper::openOne(const CameraInfo* before) {
       }
     }
     if (stop.stop_requested()) break;
+    if (former && problem->exitCode != EX_UNAVAILABLE && problem->exitCode != EX_TEMPFAIL) {
+      tell(Weight::kWarning,
+           "the camera does not take what is new in the configuration, and is opened as before: " + problem->message());
+      open = std::exchange(former, {});
+      continue;
+    }
     const bool worthIt = before != nullptr || (problem->exitCode == EX_UNAVAILABLE && wait);
     if (!worthIt) return end(*problem), nullptr;
     const std::string line = problem->message();
@@ -139,9 +151,16 @@ std::unique_ptr<Driver> Camera::Keeper::openOne(const CameraInfo* before) {
     tried = true;
     changed.notify_all();
     if (question) answer = tl::unexpected("the camera is not there: " + line), question.reset();
-    changed.wait_for(lock, nanoseconds(next_ns - monotonicNow()), [&] { return stop.stop_requested(); });
+    changed.wait_for(lock, nanoseconds(next_ns - monotonicNow()), [&] { return stop.stop_requested() || renewing; });
   }
   return nullptr;
+}
+
+void Camera::Keeper::renew() {
+  const std::lock_guard lock(mutex);
+  if (!renewing.exchange(false)) return;
+  if (!former) former = std::move(open);
+  open = std::exchange(openNext, {});
 }
 
 /// While it streams: answers questions, looks at the link. Returns when the capture thread has given it back.
@@ -156,6 +175,7 @@ void Camera::Keeper::accompany(Driver& driver) {
       const std::string why = lostWhy;
       if (question) answer = tl::unexpected("the camera is lost: " + why), question.reset();
       lock.unlock();
+      if (renewing) return show(CameraState::kConnecting, "");
       show(CameraState::kLost, why);
       return tell(Weight::kWarning, "camera " + driver.info().name.id + " is lost: " + why);
     }
@@ -264,6 +284,13 @@ bool Camera::takeVitals(CameraVitals& vitals) {
   return keeper_->vitals.take(vitals);
 }
 
+void Camera::reopen(OpenDriver driver) {
+  const std::lock_guard lock(keeper_->mutex);
+  keeper_->openNext = std::move(driver);
+  keeper_->renewing = true;
+  keeper_->changed.notify_all();
+}
+
 void Camera::ask(const CameraStep& step) {
   const std::lock_guard lock(keeper_->mutex);
   if (!keeper_->lent) {
@@ -281,6 +308,7 @@ std::optional<tl::expected<CameraReport, std::string>> Camera::takeAnswer() {
 
 Next Camera::next(Frame& frame, milliseconds timeout) {
   if (ended_) return Next::kEnd;
+  if (driver_ != nullptr && keeper_->renewing.load(std::memory_order_relaxed)) giveUp("");
   if (driver_ == nullptr && !adopt(timeout)) return ended_ ? Next::kEnd : Next::kTimeout;
   Buffer buffer;
   const Popped popped = driver_->pop(buffer, timeout);

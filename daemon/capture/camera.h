@@ -56,6 +56,10 @@ class Camera : public FrameSource {
   /// The newest, if it has changed since it was taken last. For one thread; waits for nobody.
   bool takeVitals(CameraVitals& vitals);
 
+  /// From now on the camera is opened so: one that streams is given back, and opened anew at once. Where the camera
+  /// refuses, that is told, and it is opened as before. Any thread.
+  void reopen(OpenDriver driver);
+
   /// Asks the camera; the answer can be taken some time later, also where the camera is gone. One question at a time.
   /// Both for one thread.
   void ask(const CameraStep& step);

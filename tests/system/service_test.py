@@ -6,6 +6,7 @@ import queue
 import random
 import re
 import resource
+import signal
 import socket
 import threading
 import time
@@ -74,6 +75,37 @@ class Service(unittest.TestCase):
         self.assertEqual(second.stop(), 0, second.output())
         self.assertIn("stopped before it ran", second.output())  # else it would have waited for ten seconds
         print(f"\n  stopped in {time.monotonic() - begin:.2f} s")
+
+    def test_takes_all_that_is_new_in_its_configuration_or_nothing(self):
+        self.bench.twin("idle")
+        daemon = self.bench.daemon("frame_rate_hz = 60\n", env=self.env)
+        subscriber = self.bench.subscribe(daemon)
+        subscriber.collect(10)
+        file = self.bench.folder / "default" / "tractiond.toml"
+        first = file.read_text()
+
+        def reload(text, answer):
+            file.write_text(text)
+            daemon.child.send_signal(signal.SIGHUP)
+            self.wait_for("RELOADING=1")
+            self.wait_for("READY=1")
+            daemon.wait_for(answer)
+
+        rate = random.randint(20, 45)
+        for wrong, answer in ((first + "gain = \n", "stays as it was: .*tractiond.toml:4: "),
+                              (first.replace("60", "0.5e9"), "stays as it was: .*frame_rate_hz"),
+                              (first.replace("60", "50") + "width_px = 320\n[publish]\nhigh_water_mark = 7\n",
+                               "not while it runs: camera.width_px, publish.high_water_mark; restart the service"),
+                              (first + '[sensor]\ngel_file = "/nowhere.toml"\n', "stays as it was: /nowhere.toml"),
+                              (first, "nothing in the configuration has changed")):
+            reload(wrong, answer)
+        reload(first.replace("60", str(rate)), f"new in the configuration: camera.frame_rate_hz = {rate} [(]was 60[)]")
+        daemon.wait_for(f"{rate}(\\.0)? frames/s")
+        self.assertTrue(subscriber.collect(10)[-1].valid)
+        reload(first.replace("60", "50") + "features = [{ NoSuchFeature = 1 }]\n", "is opened as before: .*NoSuchFeature")
+        self.assertTrue(subscriber.collect(10)[-1].valid)
+        self.assertEqual(daemon.stop(), 0, daemon.output())
+        self.assertNotIn("no zero is kept", daemon.output().split("nothing in the configuration")[1])
 
     def test_the_journal_is_told_what_is_a_warning(self):
         reader, writer = os.pipe()

@@ -192,6 +192,45 @@ TEST_F(OddCamera, IsLostWhenItFallsSilentUnlessItIsTriggered) {
   EXPECT_THAT(said_, Contains(HasSubstr("fell silent")));
 }
 
+TEST_F(OddCamera, IsOpenedAnewAsItIsToldOrAsBeforeWhereThatIsRefused) {
+  open();
+  Frame frame;
+  const auto streams = [&](unsigned session) {
+    tell({Popped::kBuffer});
+    while (nextOtherThan(Next::kTimeout, frame) != Next::kFrame) tell({Popped::kBuffer});
+    EXPECT_EQ(frame.session, session);
+    camera_->recycle(frame);
+  };
+  const auto opensWith = [&](std::string name, std::optional<Error> refusal, int width = 20) -> OpenDriver {
+    return [=, this, tries = 0](const Opening&) mutable -> tl::expected<std::unique_ptr<Driver>, Error> {
+      const std::lock_guard lock(script_.mutex);
+      if (refusal && (refusal->exitCode != EX_UNAVAILABLE || ++tries < 2)) return tl::unexpected(*refusal);
+      script_.info.name.model = name;
+      script_.info.shape.width = width;
+      return std::make_unique<ScriptedDriver>(script_);
+    };
+  };
+  streams(1);
+  camera_->reopen(opensWith("new", {}));
+  streams(2);
+  EXPECT_EQ(camera_->info()->name.model, "new");
+  EXPECT_THAT(said_, testing::Not(Contains(HasSubstr("lost"))));
+
+  camera_->reopen(opensWith("refused", Error{.exitCode = EX_CONFIG, .what = "no such exposure"}));
+  streams(3);
+  camera_->reopen(opensWith("of another width", {}, 10));
+  streams(4);
+  EXPECT_EQ(camera_->info()->name.model, "new");
+  EXPECT_THAT(said_, Contains(HasSubstr("opened as before: no such exposure")));
+  EXPECT_THAT(said_, Contains(HasSubstr("opened as before: camera Odd came back with another picture")));
+
+  camera_->reopen(opensWith("later", Error{.exitCode = EX_UNAVAILABLE, .what = "asleep"}));
+  streams(5);
+  EXPECT_EQ(camera_->info()->name.model, "later") << "no answer is no refusal";
+  EXPECT_EQ(script_.alive, 1);
+  EXPECT_EQ(ledger_.reconnects.get(), 4U);
+}
+
 TEST_F(OddCamera, MayEndAtAnyMoment) {
   for (int round = 0; round < 30; ++round) {
     script_.pops.clear();

@@ -188,6 +188,18 @@ TEST(Config, RefusesNumbersThatAreNone) {
   EXPECT_NE(errorOf("[camera]\npixel_format = \"Mono7\"\n"), "");
 }
 
+TEST(Config, SaysWhatChangedBetweenTwoAndWhatOfItAReloadTakes) {
+  EXPECT_TRUE(changesBetween({}, *parsed("[camera]\nexposure_us = 0\n")).empty());
+  const auto changes = changesBetween(*parsed("[camera]\ngain = 1.5\n"),
+                                      *parsed("[camera]\nwidth_px = 640\nexposure_us = 250.5\n[publish]\nstream = "
+                                              "[\"ipc:///x\"]\n[log]\nlevel = \"debug\"\n"));
+  std::string text;
+  for (const Change& change : changes)
+    text += fmt::format("{} {} {} {}\n", change.key, change.before, change.after, change.live);
+  EXPECT_EQ(text, "camera.width_px 0 640 false\ncamera.exposure_us 0 250.5 true\ncamera.gain 1.5  true\n"
+                  "publish.stream [] [\"ipc:///x\"] false\nlog.level \"info\" \"debug\" true\n");
+}
+
 TEST(Config, FindsTheGelFileBesideItself) {
   const auto folder = std::filesystem::temp_directory_path() / ("config-" + std::to_string(getpid()));
   std::filesystem::create_directory(folder);

@@ -115,7 +115,7 @@ TEST(Service, ReturnsOnASignalWhicheverThreadTakesIt) {
     NotifySocket systemd;
     pid_t thread = 0;
     std::thread service([&] {
-      catchStopSignals();
+      catchSignals();
       thread = gettid();
       run(fixture.hooks());
     });
@@ -128,6 +128,29 @@ TEST(Service, ReturnsOnASignalWhicheverThreadTakesIt) {
     systemd.skipTo("STOPPING=1");
     service.join();
   }
+}
+
+TEST(Service, ReloadsOnAHangupAndIsReadyAgain) {
+  NotifySocket systemd;
+  Fixture fixture;
+  std::atomic<int> reloads{0};
+  std::thread service([&] {
+    catchSignals();
+    ServiceHooks hooks = fixture.hooks();
+    hooks.reload = [&] { ++reloads; };
+    run(hooks);
+  });
+  systemd.skipTo("WATCHDOG=1");
+  for (int i = 1; i <= 3; ++i) {
+    kill(getpid(), SIGHUP);
+    while (!systemd.next().starts_with("RELOADING=1\nMONOTONIC_USEC=")) {
+    }
+    systemd.skipTo("READY=1");
+    EXPECT_EQ(reloads, i);
+  }
+  systemd.skipTo("WATCHDOG=1");
+  fixture.ended = true;
+  service.join();
 }
 
 }  // namespace
