@@ -4,6 +4,7 @@
 #include "daemon/base/clock.h"
 #include "daemon/capture/aravis.h"
 #include "daemon/capture/chunk_description.h"
+#include "daemon/capture/gvcp_search.h"
 
 #include <algorithm>
 #include <atomic>
@@ -27,6 +28,9 @@ class AravisDriver : public Driver {
   Discard discard() const override {
     return [](void* handle) { g_object_unref(handle); };
   }
+  bool answers() override {
+    return info_.identity.empty() || search_.ask(info_.name.address, kAnswer) == info_.identity;
+  }
   void markSilent() override { silent_ = true; }
   CameraLink link() override { return readLink(camera_.get(), stream_.get()); }
   tl::expected<CameraReport, std::string> serve(const CameraStep& step) override {
@@ -35,6 +39,7 @@ class AravisDriver : public Driver {
 
  private:
   enum class Proof { kWhole, kBroken, kNothing };
+  static constexpr milliseconds kAnswer{100};
 
   tl::expected<void, Error> start();
   tl::expected<void, Error> startStream(int packetSize_bytes);
@@ -45,6 +50,7 @@ class AravisDriver : public Driver {
   CameraOptions options_;
   std::atomic<bool> controlLost_{false};  // set by Aravis's heartbeat thread: outlives the camera
   std::atomic<bool> silent_{false};
+  GvcpSearch search_;
   Ref<ArvCamera> camera_;
   Ref<ArvStream> stream_;
   CameraInfo info_;
@@ -71,10 +77,15 @@ tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOpti
     wanted.width = before->shape.width;
     wanted.height = before->shape.height;
     wanted.pixelFormat = traitsOf(before->format).name;
-    // Not the first camera found, but the same one. Its address answers fastest, and may be a new one.
-    const bool byAddress = opening.attempt % 2 == 0 && !before->name.address.empty();
-    if (options.id.empty())
-      wanted.id = byAddress ? before->name.address : before->name.vendor + "-" + before->name.serial;
+    // Not the first camera found, but the same one, as soon as it answers; it may have a new address.
+    if (before->identity.empty() || !driver->search_.usable()) {
+      if (options.id.empty()) wanted.id = before->name.vendor + "-" + before->name.serial;
+    } else {
+      constexpr milliseconds kPatience{1000};
+      wanted.id = driver->search_.locate(before->identity, before->name.address, kPatience, opening.stop);
+      if (wanted.id.empty())
+        return failed(EX_UNAVAILABLE, "camera " + before->name.id + " does not answer", before->name.address);
+    }
   }
   auto connected = connectCamera(wanted, opening);
   if (!connected) return tl::unexpected(connected.error());
@@ -85,6 +96,7 @@ tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOpti
   info.name = nameOf(camera);
   if (before != nullptr && (info.name.vendor != before->name.vendor || info.name.serial != before->name.serial))
     return failed(EX_UNAVAILABLE, "another camera answers, " + info.name.id);
+  if (!info.name.address.empty()) info.identity = driver->search_.ask(info.name.address, kAnswer);
   g_signal_connect(arv_camera_get_device(camera), "control-lost",
                    G_CALLBACK(+[](ArvDevice*, std::atomic<bool>* lost) { lost->store(true); }), &driver->controlLost_);
 

@@ -8,10 +8,13 @@
 #include <pthread.h>
 #include <xxhash.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <condition_variable>
 #include <cstring>
+#include <future>
 #include <mutex>
 #include <utility>
 
@@ -36,6 +39,15 @@ std::uint64_t contentOf(const std::uint8_t* data, std::size_t size) {
   return XXH3_64bits(sample.data(), sizeof sample);
 }
 
+/// A dead camera is taken leave of for seconds: nobody waits for that, should it come back meanwhile.
+void close(std::unique_ptr<Driver> driver) {
+  constexpr milliseconds kPatience{200};
+  std::packaged_task<void()> task([last = std::move(driver)]() mutable { last.reset(); });
+  const std::future<void> closed = task.get_future();
+  std::thread(std::move(task)).detach();
+  closed.wait_for(kPatience);
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------- keeper
@@ -46,7 +58,8 @@ struct Camera::Keeper {
   bool wait = true;
   std::stop_source stop;
   std::atomic<CameraState> state{CameraState::kUnknown};
-  std::atomic<bool> renewing{false};  // there is an `openNext`
+  std::atomic<bool> renewing{false};         // there is an `openNext`
+  std::atomic<std::int64_t> unanswered{-1};  // nothing came after this arrival [ns], and the camera did not answer
   Mailbox<CameraVitals> vitals;
   CameraVitals newest;  // the keeper's own
 
@@ -56,6 +69,7 @@ struct Camera::Keeper {
   Say say;          // empty once the camera is gone
   Welcome welcome;  // likewise
   OpenDriver openNext;
+  std::optional<std::int64_t> doubted;  // nothing came after this arrival [ns]: does the camera answer?
   std::shared_ptr<const CameraInfo> info;
   Driver* offered = nullptr;  // for the capture thread to take
   bool lent = false;          // the capture thread has it, or may take it
@@ -96,6 +110,7 @@ void Camera::Keeper::run() {
     }
     show(CameraState::kStreaming, "");
     accompany(*driver);
+    if (!stop.stop_requested()) close(std::move(driver));
   }
   const std::lock_guard lock(mutex);
   tried = done = true;
@@ -167,7 +182,7 @@ void Camera::Keeper::renew() {
 void Camera::Keeper::accompany(Driver& driver) {
   std::unique_lock lock(mutex);
   std::int64_t look_ns = 0;
-  const auto due = [&] { return !lent || question.has_value() || stop.stop_requested(); };
+  const auto due = [&] { return !lent || doubted.has_value() || question.has_value() || stop.stop_requested(); };
   for (;;) {
     changed.wait_for(lock, nanoseconds(std::max<std::int64_t>(0, look_ns - monotonicNow())), due);
     if (stop.stop_requested() && !lent) return;
@@ -182,6 +197,12 @@ void Camera::Keeper::accompany(Driver& driver) {
     if (stop.stop_requested()) {  // the capture thread gives it back in its own time
       changed.wait(lock, [&] { return !lent; });
       return;
+    }
+    if (doubted) {
+      const std::int64_t arrival_ns = *std::exchange(doubted, std::nullopt);
+      lock.unlock();
+      if (!driver.answers()) unanswered = arrival_ns;
+      lock.lock();
     }
     if (question) {
       const CameraStep step = *question;
@@ -310,8 +331,9 @@ Next Camera::next(Frame& frame, milliseconds timeout) {
   if (ended_) return Next::kEnd;
   if (driver_ != nullptr && keeper_->renewing.load(std::memory_order_relaxed)) giveUp("");
   if (driver_ == nullptr && !adopt(timeout)) return ended_ ? Next::kEnd : Next::kTimeout;
+  const std::int64_t patience_ns = patience();
   Buffer buffer;
-  const Popped popped = driver_->pop(buffer, timeout);
+  const Popped popped = driver_->pop(buffer, std::min(timeout, milliseconds(patience_ns / 2'000'000)));
   if (popped == Popped::kBuffer) {
     const Next next = judge(frame, buffer);
     if (next != Next::kFrame) {
@@ -326,13 +348,27 @@ Next Camera::next(Frame& frame, milliseconds timeout) {
   }
   if (popped == Popped::kEnd) return end(driver_->end()), Next::kEnd;
   if (popped == Popped::kGone) return giveUp("it is no longer under our control"), Next::kTimeout;
-  const std::int64_t silence_ns = monotonicNow() - lastArrival_ns_;
-  if (rules_.silenceTimeout_ms > 0 && !driver_->info().triggered &&
-      silence_ns > std::int64_t{rules_.silenceTimeout_ms} * 1'000'000) {
+  if (rules_.silenceTimeout_ms == 0 || driver_->info().triggered) return Next::kTimeout;
+  const std::int64_t now_ns = monotonicNow();
+  const bool dead = keeper_->unanswered.load(std::memory_order_relaxed) == lastArrival_ns_;
+  if (dead || now_ns - lastArrival_ns_ > std::int64_t{rules_.silenceTimeout_ms} * 1'000'000) {
     driver_->markSilent();
-    giveUp("it fell silent");
+    giveUp(dead ? "it does not answer" : "it fell silent");
+  } else if (now_ns - std::max(lastArrival_ns_, lastDoubt_ns_) > patience_ns) {
+    lastDoubt_ns_ = now_ns;
+    const std::lock_guard lock(keeper_->mutex);
+    keeper_->doubted = lastArrival_ns_;
+    keeper_->changed.notify_all();
   }
   return Next::kTimeout;
+}
+
+/// Without a frame for longer a camera is asked whether it is there [ns].
+std::int64_t Camera::patience() const {
+  constexpr double kFrames = 6;
+  constexpr std::int64_t kLeast_ns = 80'000'000, kMost_ns = 1'000'000'000;
+  const double rate_Hz = driver_->info().frameRate_Hz;
+  return rate_Hz > 0 ? std::clamp<std::int64_t>(std::llround(kFrames * 1e9 / rate_Hz), kLeast_ns, kMost_ns) : kMost_ns;
 }
 
 Next Camera::judge(Frame& frame, const Buffer& buffer) {

@@ -71,6 +71,7 @@ class Camera : public FrameSource {
 
   bool adopt(std::chrono::milliseconds timeout);
   Next judge(Frame& frame, const Buffer& buffer);
+  std::int64_t patience() const;
   void giveUp(const std::string& why);
   void end(Error error);
 
@@ -83,7 +84,7 @@ class Camera : public FrameSource {
   Driver::Discard discard_ = nullptr;
   std::optional<FrameGate> gate_;
   CaptureClock clock_;
-  std::int64_t lastArrival_ns_ = 0, lastWhole_ns_ = 0;
+  std::int64_t lastArrival_ns_ = 0, lastWhole_ns_ = 0, lastDoubt_ns_ = 0;
   bool ended_ = false;
   Error error_;
 };

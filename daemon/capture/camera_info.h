@@ -31,6 +31,7 @@ struct PictureShape {
 
 struct CameraInfo {
   CameraName name;
+  std::string identity;  ///< as a network camera says when it is searched for; empty: it does not
   unsigned session = 0;  ///< from 1 on: how often it has been opened
   PictureShape shape;
   PixelFormat format = PixelFormat::kRgb8;

@@ -55,6 +55,9 @@ class Driver {
   /// Why it ended: after kEnd. EX_OK: that was all.
   virtual Error end() const { return {.exitCode = EX_OK}; }
 
+  /// No picture comes: is the camera there at all? True where that cannot be asked. Takes a tenth of a second at most.
+  virtual bool answers() { return true; }
+
   /// The camera has fallen silent: it is not asked to stop when this is destroyed. Any thread.
   virtual void markSilent() {}
 

@@ -25,6 +25,7 @@ struct Script {
   std::atomic<int> sessions{0};  // counted by the camera's thread
   int alive = 0, discarded = 0, given = 0;
   std::optional<Error> refusal;
+  std::atomic<bool> answers{true};
   std::uint64_t id = 0;
 };
 
@@ -57,6 +58,7 @@ class ScriptedDriver : public Driver {
     buffer.handle = &script_;
     return Popped::kBuffer;
   }
+  bool answers() override { return script_.answers; }
   void giveBack(void*) override { ++script_.given; }
   Discard discard() const override {
     return [](void* script) { ++static_cast<Script*>(script)->discarded; };
@@ -190,6 +192,28 @@ TEST_F(OddCamera, IsLostWhenItFallsSilentUnlessItIsTriggered) {
   while (script_.sessions < 2) camera_->next(frame, milliseconds(10));
   camera_.reset();  // and its thread, which is the one that says so
   EXPECT_THAT(said_, Contains(HasSubstr("fell silent")));
+}
+
+TEST_F(OddCamera, IsLostAtOnceWhereItDoesNotAnswerAndKeptWhileItDoes) {
+  constexpr std::int64_t kSilence_ns = 4'000'000'000;
+  script_.info.frameRate_Hz = 100;
+  open({.silenceTimeout_ms = static_cast<int>(kSilence_ns / 1'000'000)});
+  Frame frame;
+  const auto lostWithin = [&](std::int64_t limit_ns) {
+    const std::uint64_t before = ledger_.reconnects.get();
+    tell({Popped::kBuffer});
+    if (nextOtherThan(Next::kTimeout, frame) != Next::kFrame) return false;
+    camera_->recycle(frame);
+    const std::int64_t until_ns = monotonicNow() + limit_ns;
+    while (ledger_.reconnects.get() == before && monotonicNow() < until_ns) camera_->next(frame, milliseconds(20));
+    return ledger_.reconnects.get() != before;
+  };
+  EXPECT_FALSE(lostWithin(kSilence_ns / 4)) << "it only pauses";
+  script_.answers = false;
+  EXPECT_TRUE(lostWithin(kSilence_ns / 2));
+  EXPECT_THAT(said_, Contains(HasSubstr("is lost: it does not answer")));
+  script_.answers = true;
+  EXPECT_FALSE(lostWithin(kSilence_ns / 4)) << "the doubt was another session's";
 }
 
 TEST_F(OddCamera, IsOpenedAnewAsItIsToldOrAsBeforeWhereThatIsRefused) {
