@@ -45,7 +45,8 @@ inline tl::expected<std::vector<char>, std::error_code> readWholeFile(const std:
 }
 
 /// All or nothing, also through a loss of power: written beside the file, synchronised, then renamed over it.
-inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::span<const char> bytes) {
+inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::span<const char> bytes,
+                                        mode_t mode = 0644) {
   const std::filesystem::path unfinished = path.string() + ".unfinished";
   const auto failed = [&unfinished](int file) {
     const std::error_code error(errno, std::generic_category());
@@ -53,7 +54,7 @@ inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::
     unlink(unfinished.c_str());
     return error;
   };
-  const int file = open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  const int file = open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, mode);
   if (file < 0) return failed(file);
   while (!bytes.empty()) {
     const ssize_t count = write(file, bytes.data(), bytes.size());

@@ -21,9 +21,15 @@ constexpr std::size_t kLargestAskers = 64;  ///< of one zero, of one picture, of
 }  // namespace
 
 struct ControlServer::Impl {
+  /// Back to who asked.
+  struct Route {
+    std::string peer;
+    std::string beyond;  ///< behind a peer that passes requests on; empty: the peer itself
+  };
+
   ~Impl() { removeFiles(endpoints); }
 
-  /// A request of any number of parts; the first three are kept. False: there is none.
+  /// A request of any number of parts; the first four are kept. False: there is none.
   bool receive() {
     parts = 0;
     for (;;) {
@@ -35,21 +41,28 @@ struct ControlServer::Impl {
     }
   }
 
-  void reply(const std::string& peer, const std::string& bytes) {
+  void reply(const Route& route, const std::string& bytes) {
     // ROUTER drops what is for a peer that has gone or does not read.
-    for (const auto& [part, flags] :
-         {std::pair(std::string_view(peer), ZMQ_SNDMORE), {"", ZMQ_SNDMORE}, {bytes, ZMQ_DONTWAIT}}) {
+    const auto put = [this](std::string_view part, int flags) {
       while (zmq_send(socket.handle(), part.data(), part.size(), flags) < 0 && zmq_errno() == EINTR) {
       }
-    }
+    };
+    put(route.peer, ZMQ_SNDMORE);
+    if (!route.beyond.empty()) put(route.beyond, ZMQ_SNDMORE);
+    put("", ZMQ_SNDMORE);
+    put(bytes, ZMQ_DONTWAIT);
   }
 
   void answer() {
     peers.count(request[0], endpoints);
-    // [peer][empty][request]; a peer that does not speak REQ's envelope would not understand a reply either.
-    if (parts != 3 || !request[1].empty()) return;
-    const std::string peer = request[0].to_string();
-    auto asked = decodeRequest(request[2].to_string_view());
+    // [peer][empty][request], or [peer][beyond][empty][request]; a peer that does not speak REQ's envelope would not
+    // understand a reply either.
+    const bool passedOn = parts == 4 && !request[1].empty();
+    const std::size_t last = passedOn ? 3 : 2;
+    if (parts != last + 1 || !request[last - 1].empty()) return;
+    const Route peer{request[0].to_string(), passedOn ? request[1].to_string() : ""};
+    zmq::message_t& message = request[last];
+    auto asked = decodeRequest(message.to_string_view());
     if (!asked) return reply(peer, encodeErrorReply(asked.error()));
     switch (asked->request) {
     case Request::kStatus:
@@ -69,12 +82,13 @@ struct ControlServer::Impl {
       if (cameraAskers.size() >= kLargestAskers) return reply(peer, encodeErrorReply("too many ask for the camera"));
       return cameraAskers.push_back({peer, std::move(asked->camera)});
     case Request::kZero:
-      asked->zero.asker = peerName(request[2]);
+      asked->zero.asker = peerName(message);
+      if (!asked->onBehalfOf.empty()) asked->zero.asker = asked->onBehalfOf + " through " + asked->zero.asker;
       return askZero(peer, asked->zero);
     }
   }
 
-  void askZero(const std::string& peer, const ZeroRequest& wanted) {
+  void askZero(const Route& peer, const ZeroRequest& wanted) {
     if (zeroAskers.size() >= kLargestAskers) return reply(peer, encodeErrorReply("too many ask for a zero"));
     const bool first = zeroAskers.empty();
     if (!first && (wanted.undo || wanted.anyway != zeroAsked.anyway)) {
@@ -95,18 +109,18 @@ struct ControlServer::Impl {
   }
 
   struct CameraAsker {
-    std::string peer;
+    Route peer;
     CameraStep step;
   };
 
   ControlHandlers handlers;
-  std::array<zmq::message_t, 3> request;
+  std::array<zmq::message_t, 4> request;
   std::size_t parts = 0;
-  std::vector<std::string> zeroAskers;
+  std::vector<Route> zeroAskers;
   ZeroRequest zeroAsked;  ///< by the first of them
-  std::vector<std::string> snapshotAskers;
-  std::optional<std::string> calibrator;  ///< waits for the step that runs
-  std::deque<CameraAsker> cameraAskers;   ///< the first is asked for, if any is
+  std::vector<Route> snapshotAskers;
+  std::optional<Route> calibrator;       ///< waits for the step that runs
+  std::deque<CameraAsker> cameraAskers;  ///< the first is asked for, if any is
   bool cameraAsked = false;
   PeerLimit peers{kRequestsPerSecond};
   std::int64_t counted_ns = 0;
@@ -147,7 +161,7 @@ void ControlServer::serve(std::chrono::milliseconds timeout) {
 
 void ControlServer::answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark) {
   const std::string bytes = result ? encodeZeroReply(*result, remark) : encodeErrorReply(result.error());
-  for (const std::string& peer : std::exchange(impl_->zeroAskers, {})) impl_->reply(peer, bytes);
+  for (const Impl::Route& peer : std::exchange(impl_->zeroAskers, {})) impl_->reply(peer, bytes);
 }
 
 void ControlServer::answerCalibration(const tl::expected<CalibrationReport, std::string>& result) {
@@ -157,7 +171,7 @@ void ControlServer::answerCalibration(const tl::expected<CalibrationReport, std:
 
 void ControlServer::answerCamera(const tl::expected<CameraReport, std::string>& result) {
   if (!std::exchange(impl_->cameraAsked, false)) return;
-  const std::string peer = std::move(impl_->cameraAskers.front().peer);
+  const Impl::Route peer = std::move(impl_->cameraAskers.front().peer);
   impl_->cameraAskers.pop_front();
   impl_->reply(peer, result ? encodeCameraReply(*result) : encodeErrorReply(result.error()));
 }
@@ -167,7 +181,7 @@ void ControlServer::answerSnapshot(const tl::expected<const Snapshot*, std::stri
   const auto askers = std::exchange(impl_->snapshotAskers, {});
   if (askers.empty()) return;
   const std::string bytes = result ? encodeSnapshotReply(**result, sensor) : encodeErrorReply(result.error());
-  for (const std::string& peer : askers) impl_->reply(peer, bytes);
+  for (const Impl::Route& peer : askers) impl_->reply(peer, bytes);
 }
 
 bool ControlServer::zeroPending() const {

@@ -148,16 +148,20 @@ std::string peerName(zmq::message_t& message) {
   return "uid " + name.substr(uid, name.find(':', uid) - uid) + ", pid " + name.substr(name.rfind(':') + 1);
 }
 
+void cutOff(int fd, const std::vector<std::string>& bound) {
+  // The peer may have gone and the number be another connection's; not one of the camera's, at least.
+  const std::string end = localEnd(fd);
+  const auto isOurs = [&](const std::string& endpoint) { return endpoint.ends_with(end); };
+  if (!end.empty() && std::ranges::any_of(bound, isOurs)) shutdown(fd, SHUT_RDWR);
+}
+
 void PeerLimit::count(zmq::message_t& message, const std::vector<std::string>& bound) {
   const int fd = zmq_msg_get(message.handle(), ZMQ_SRCFD);
   if (fd < 0 || static_cast<std::size_t>(fd) >= counts_.size()) return;
   auto& count = counts_[static_cast<std::size_t>(fd)];
   if (++count <= limit_) return;
   count = 0;
-  // The peer may have gone and the number be another connection's; not one of the camera's, at least.
-  const std::string end = localEnd(fd);
-  const auto isOurs = [&](const std::string& endpoint) { return endpoint.ends_with(end); };
-  if (!end.empty() && std::ranges::any_of(bound, isOurs)) shutdown(fd, SHUT_RDWR);
+  cutOff(fd, bound);
 }
 
 }  // namespace tractiond::publish

@@ -27,6 +27,9 @@ void removeFiles(const std::vector<std::string>& bound);
 /// Who sent a message, for people: the address, or "uid 1000, pid 4711" of a process on this host.
 std::string peerName(zmq::message_t& message);
 
+/// Ends a peer's connection to a socket bound to these endpoints. \param fd of the connection, as ZeroMQ says
+void cutOff(int fd, const std::vector<std::string>& bound);
+
 /// Cuts off peers that send too much.
 class PeerLimit {
  public:

@@ -467,15 +467,9 @@ tl::expected<CalibrationStep, std::string> decodeStep(const pb::CalibrateRequest
 
 }  // namespace
 
-tl::expected<Asked, std::string> decodeRequest(std::string_view bytes) {
-  pb::Request request;
-  if (!request.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    return tl::unexpected<std::string>("this is not a traction.v1.Request");
-  }
-  if (request.version() != kVersion) {
-    return tl::unexpected("version " + std::to_string(request.version()) + " of the protocol is asked for, this is " +
-                          std::to_string(kVersion));
-  }
+namespace {
+
+tl::expected<Asked, std::string> decodeKind(const pb::Request& request) {
   switch (request.request_case()) {
   case pb::Request::kStatus:
     return Asked{.request = Request::kStatus};
@@ -497,6 +491,31 @@ tl::expected<Asked, std::string> decodeRequest(std::string_view bytes) {
     break;
   }
   return tl::unexpected<std::string>("the request is empty or unknown to this version of tractiond");
+}
+
+/// From anywhere, for people: what a log or a terminal would take as a command is left out.
+std::string printable(std::string_view text) {
+  constexpr std::size_t kLongest = 128;
+  std::string result(text.substr(0, kLongest));
+  std::ranges::replace_if(
+      result, [](char c) { return c < 0x20 || c > 0x7e; }, '?');
+  return result;
+}
+
+}  // namespace
+
+tl::expected<Asked, std::string> decodeRequest(std::string_view bytes) {
+  pb::Request request;
+  if (!request.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    return tl::unexpected<std::string>("this is not a traction.v1.Request");
+  }
+  if (request.version() != kVersion) {
+    return tl::unexpected("version " + std::to_string(request.version()) + " of the protocol is asked for, this is " +
+                          std::to_string(kVersion));
+  }
+  auto asked = decodeKind(request);
+  if (asked) asked->onBehalfOf = printable(request.on_behalf_of());
+  return asked;
 }
 
 std::string encodeReply(Request request, std::string_view message) {

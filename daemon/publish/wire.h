@@ -78,6 +78,7 @@ struct Asked {
   ZeroRequest zero = {};             ///< kZero, without its asker
   CalibrationStep calibration = {};  ///< kCalibrate
   CameraStep camera = {};            ///< kCamera
+  std::string onBehalfOf = {};       ///< whom a gateway names as the asker, printable; empty: whoever sends it
 };
 
 /// From anybody: never trusted. The error is a sentence for the asker.

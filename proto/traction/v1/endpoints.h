@@ -48,6 +48,9 @@ inline Endpoints tcpEndpoints() {
   return {host + std::to_string(kStreamPort), host + std::to_string(kLatestPort), host + std::to_string(kControlPort)};
 }
 
+/// Where a traction-gateway has its stream; latest and control are behind it.
+inline constexpr int kGatewayPort = 9882;
+
 /// In an instance's runtime directory.
 inline Endpoints ipcEndpoints(const std::filesystem::path& runtimeDirectory) {
   const std::string ipc = "ipc://" + runtimeDirectory.string();
