@@ -3,7 +3,9 @@
 #include "client/cli/calibrate.h"
 #include "client/cli/camera.h"
 #include "client/cli/commands.h"
+#include "client/cli/keys.h"
 #include "client/cli/output.h"
+#include "gateway/keys.h"
 #include "proto/traction/v1/endpoints.h"
 
 #include <CLI/CLI.hpp>
@@ -12,6 +14,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <sstream>
 
@@ -26,7 +29,9 @@ constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
   69  no tractiond is there
   74  standard output cannot be written: a full disk, a pipe that nobody reads
   75  tractiond could not do it
-  76  tractiond speaks another version of the protocol)";
+  76  tractiond speaks another version of the protocol
+  77  a gateway does not let this key do that, or there is no permission to change keys
+  78  a file of keys is wrong)";
 
 int exitCodeOf(ErrorCode code) {
   switch (code) {
@@ -39,6 +44,10 @@ int exitCodeOf(ErrorCode code) {
     return EX_PROTOCOL;
   case ErrorCode::kRefused:
     return EX_TEMPFAIL;
+  case ErrorCode::kBadKeys:
+    return EX_CONFIG;
+  case ErrorCode::kNotAllowed:
+    return EX_NOPERM;
   }
   return EX_SOFTWARE;
 }
@@ -163,6 +172,85 @@ class CameraCommand {
   std::vector<std::string> categories_, words_;
 };
 
+/// Through which gateway: --host, --key, --server-key.
+class Remote {
+ public:
+  explicit Remote(CLI::App& app) {
+    app.add_option("--host", host_, "of a traction-gateway, HOST or HOST:PORT of its stream, instead of this machine");
+    app.add_option("--key", file_, "file of your key; without: ~/.config/traction/key");
+    app.add_option("--server-key", serverKey_, "of the gateway, as tractionctl keys tells it on its box");
+  }
+
+  const std::filesystem::path& file() const { return file_; }
+
+  /// \param latest the newest field alone is wanted
+  void apply(SubscriberOptions& subscription, ControlOptions& control, bool latest) const {
+    if (!host_.empty()) {
+      std::string host = host_;
+      int port = kGatewayPort;
+      const std::size_t colon = host_.rfind(':');
+      if (colon != std::string::npos && host_.back() != ']') {
+        const auto [end, error] = std::from_chars(&host_[colon + 1], &*host_.end(), port);
+        if (error != std::errc() || end != &*host_.end() || port < 1 || port > 65533) {
+          throw Error(ErrorCode::kBadEndpoint, "'" + host_ + "' is not HOST or HOST:PORT");
+        }
+        host.resize(colon);
+      }
+      const auto at = [&](int offset) { return "tcp://" + host + ":" + std::to_string(port + offset); };
+      if (subscription.endpoint.empty()) subscription.endpoint = at(latest ? 1 : 0);
+      if (control.endpoint.empty()) control.endpoint = at(2);
+    }
+    if (!host_.empty() || !file_.empty() || !serverKey_.empty()) {
+      subscription.keys = control.keys = cli::keysFor(serverKey_, file_);
+    }
+  }
+
+ private:
+  std::string host_, serverKey_;
+  std::filesystem::path file_;
+};
+
+/// tractionctl keys new|allow|revoke|list
+class KeysCommand {
+ public:
+  explicit KeysCommand(CLI::App& app)
+      : keys_(*app.add_subcommand("keys", "Who may come in through a traction-gateway")) {
+    keys_.require_subcommand(0, 1);
+    for (CLI::App* one : {new_, allow_, revoke_})
+      one->add_option("name", name_, "of a person or a program")->required();
+    allow_->add_option("key", key_, "its public key, in single quotes")->required();
+    allow_->add_flag("--control", control_, "also zero, calibrate, the camera; else it may only read");
+    list_->add_flag("--json", json_, "as JSON");
+    for (CLI::App* one : {allow_, revoke_, list_}) {
+      one->add_option("--directory", directory_, "of the keys")->capture_default_str();
+    }
+  }
+
+  explicit operator bool() const { return keys_.parsed(); }
+
+  /// An exit code.
+  int run(const std::filesystem::path& file) const {
+    if (keys_.get_subcommands().empty()) {
+      return fail(EX_USAGE, "keys of what? " + namesOf(keys_) + "; see tractionctl keys --help");
+    }
+    if (new_->parsed()) cli::newKey(name_, file.empty() ? cli::usualKeyFile() : std::filesystem::absolute(file));
+    if (allow_->parsed()) cli::allowKey(directory_, name_, key_, control_);
+    if (revoke_->parsed()) cli::revokeKey(directory_, name_);
+    if (list_->parsed()) cli::listKeys(directory_, json_);
+    return EX_OK;
+  }
+
+ private:
+  CLI::App& keys_;
+  CLI::App* new_ = keys_.add_subcommand("new", "Makes a key of your own, and says how the box allows it");
+  CLI::App* allow_ = keys_.add_subcommand("allow", "On the box: lets somebody in, and says how he connects");
+  CLI::App* revoke_ = keys_.add_subcommand("revoke", "On the box: lets somebody in no more, and ends his connections");
+  CLI::App* list_ = keys_.add_subcommand("list", "On the box: its own key, and who may do what");
+  std::string name_, key_;
+  std::filesystem::path directory_ = tractiond::gateway::kKeyDirectory;
+  bool control_ = false, json_ = false;
+};
+
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -234,12 +322,16 @@ int main(int argc, char** argv) try {
   calibrate->add_flag("--yes", calibration.yes, "do not wait for Enter");
   calibrate->add_flag("--json", calibration.json, "one line of JSON a step");
   const CameraCommand camera(app);
+  const Remote remote(app);
+  const KeysCommand keys(app);
   auto* trigger = app.add_subcommand("trigger", "Triggers one picture, where the camera's trigger is set to software");
 
   try {
     app.parse(argc, argv);
     if (app.get_subcommands().empty()) return fail(EX_USAGE, "a command is needed; see tractionctl --help");
     subscription.instance = control.instance = instance;
+    if (keys) return keys.run(remote.file());
+    remote.apply(subscription, control, latest);
     if (watch->parsed()) cli::watch(subscription, seconds);
     if (latest) {
       if (topic != "field") return fail(EX_USAGE, "--latest has fields alone, not --topic " + topic);
@@ -273,6 +365,8 @@ int main(int argc, char** argv) try {
     return EX_OK;
   } catch (const CLI::ParseError& error) {
     return fail(EX_USAGE, sentence(error, app, {argv + 1, argv + argc}));
+  } catch (const cli::KeyError& error) {
+    return fail(error.exitCode(), error.what());
   } catch (const cli::NoCamera& error) {
     return fail(EX_NOINPUT, error.what());
   } catch (const Error& error) {

@@ -1,13 +1,13 @@
 #include "traction/control.h"
 
 #include "client/src/decode.h"
+#include "client/src/handshake.h"
 #include "client/src/locate.h"
 
 #include <zmq.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 
 namespace traction {
@@ -30,6 +30,7 @@ void expectSocket(const std::string& endpoint) {
 void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
   const auto end = std::chrono::steady_clock::now() + options.timeout;
   bool isSomebody = false;
+  Handshake handshake(options.endpoint, !options.keys.serverKey.empty(), 1);
   for (;;) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
     zmq_pollitem_t item{monitor.handle(), 0, ZMQ_POLLIN, 0};
@@ -37,14 +38,16 @@ void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
     zmq::message_t event, address;
     zmq_msg_recv(event.handle(), monitor.handle(), ZMQ_DONTWAIT);
     zmq_msg_recv(address.handle(), monitor.handle(), ZMQ_DONTWAIT);
-    std::uint16_t what = 0;
-    std::memcpy(&what, event.data(), sizeof what);
+    const auto [what, value] = eventOf(event);
     if (what == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) return;
+    if (const auto refused = handshake.take(what, value)) throw *refused;
     isSomebody = isSomebody || what == ZMQ_EVENT_DISCONNECTED;  // without a handshake
   }
-  throw Error(ErrorCode::kNoAnswer, isSomebody ? "who is at " + options.endpoint +
-                                                     " takes no requests; is it the endpoint 'control' of a tractiond?"
-                                               : "nobody is at " + options.endpoint + "; is tractiond running?");
+  throw Error(ErrorCode::kNoAnswer,
+              isSomebody
+                  ? "who is at " + options.endpoint +
+                        " takes no requests; is it the endpoint 'control' of a tractiond? A gateway asks for a key"
+                  : "nobody is at " + options.endpoint + "; is tractiond running?");
 }
 
 /// \param timeout for the answer of who is there
@@ -55,7 +58,8 @@ std::string ask(const ControlOptions& options, const std::string& request, std::
   zmq::socket_t socket(context, zmq::socket_type::req);
   zmq::socket_t monitor(context, zmq::socket_type::pair);
   socket.set(zmq::sockopt::linger, 0);
-  zmq_socket_monitor(socket.handle(), kMonitor, ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_DISCONNECTED);
+  useKeys(socket, options.keys);
+  zmq_socket_monitor(socket.handle(), kMonitor, kHandshakeEvents | ZMQ_EVENT_DISCONNECTED);
   monitor.connect(kMonitor);
   try {
     socket.connect(options.endpoint);

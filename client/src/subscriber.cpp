@@ -1,15 +1,16 @@
 #include "traction/subscriber.h"
 
 #include "client/src/decode.h"
+#include "client/src/handshake.h"
 #include "client/src/locate.h"
 
 #include <zmq.hpp>
 
 #include <algorithm>
-#include <cstring>
 #include <ctime>
 #include <map>
 #include <set>
+#include <utility>
 
 namespace traction {
 
@@ -26,6 +27,9 @@ constexpr std::string_view kTopics = "traction/";
 
 /// The key of Field.timestamp, its first field, which is never 0.
 constexpr std::string_view kFieldBegins = "\x09";
+
+/// Who speak of keys where none are given, or the other way round, before they are taken for the one who is meant.
+constexpr int kStrangers = 3;
 
 constexpr const char* kMonitor = "inproc://monitor";
 
@@ -85,8 +89,10 @@ struct Subscriber::Impl {
     socket.set(zmq::sockopt::tcp_keepalive_intvl, 5);
     socket.set(zmq::sockopt::tcp_keepalive_cnt, 3);
     if (latest) socket.set(zmq::sockopt::conflate, true);
+    useKeys(socket, options.keys);
+    handshake.emplace(endpoint, !options.keys.serverKey.empty(), kStrangers);
     zmq_socket_monitor(socket.handle(), kMonitor,
-                       ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_CONNECT_RETRIED);
+                       kHandshakeEvents | ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_CONNECT_RETRIED);
     monitor.set(zmq::sockopt::rcvhwm, 0);  // events that nobody takes would stop ZeroMQ's thread
     monitor.connect(kMonitor);
     for (const std::string& each : endpoints) {
@@ -110,10 +116,9 @@ struct Subscriber::Impl {
     zmq::message_t event;
     zmq::message_t address;
     while (zmq_msg_recv(event.handle(), monitor.handle(), ZMQ_DONTWAIT) >= 0) {
-      // 16 bits of event and 32 of value, then the address.
-      std::uint16_t what = 0;
-      std::memcpy(&what, event.data(), sizeof what);
+      const auto [what, value] = eventOf(event);
       zmq_msg_recv(address.handle(), monitor.handle(), ZMQ_DONTWAIT);
+      if (auto why = handshake->take(what, value)) refusal = std::move(why);
       switch (what) {
       case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
         connections.insert(address.to_string());
@@ -122,8 +127,11 @@ struct Subscriber::Impl {
         connections.erase(address.to_string());
         givenUp[address.to_string()] = Clock::now() + kRetry;
         break;
-      default:  // ZeroMQ tries it again by itself
+      case ZMQ_EVENT_CONNECT_RETRIED:  // ZeroMQ tries it again by itself
         givenUp.erase(address.to_string());
+        break;
+      default:  // a handshake that failed; its end comes behind it
+        break;
       }
     }
   }
@@ -149,6 +157,7 @@ struct Subscriber::Impl {
     const Clock::time_point end = Clock::now() + timeout;
     for (;;) {
       takeEvents();
+      if (refusal) throw *std::exchange(refusal, std::nullopt);
       retry();
       auto left = std::max(std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now()), 0ms);
       if (!givenUp.empty()) left = std::min<std::chrono::milliseconds>(left, kRetry);
@@ -222,6 +231,8 @@ struct Subscriber::Impl {
   zmq::context_t context{1};
   zmq::socket_t socket{context, zmq::socket_type::sub};
   zmq::socket_t monitor{context, zmq::socket_type::pair};
+  std::optional<Handshake> handshake;
+  std::optional<Error> refusal;                      ///< not told yet
   std::set<std::string> connections;                 ///< endpoints that somebody is at
   std::map<std::string, Clock::time_point> givenUp;  ///< endpoints, and when to try them again
 };

@@ -73,6 +73,10 @@ class Process:
     def output(self):
         return "\n".join(self.lines)
 
+    def listening(self):
+        """The endpoints that a gateway says it has."""
+        return [line.split("listening at ")[1] for line in self.lines if "listening at " in line]
+
     def stop(self, sig=signal.SIGTERM, seconds=20.0):
         """Ends the child and returns its exit code."""
         if self.child.poll() is None:
@@ -155,8 +159,33 @@ class Rig(contextlib.ExitStack):
                 copy_into(cache_directory(), made)
         return process
 
-    def subscribe(self, daemon, topic=""):
-        return Subscriber(self, daemon.endpoint["stream"], topic)
+    def gateway(self, daemon, config="", *options, keys=True, ready=True, **process):
+        """`config` is TOML text behind the endpoints, which are at any free port; `keys`: the box has one."""
+        base = pathlib.Path(self.enter_context(tempfile.TemporaryDirectory(prefix="gateway-", dir=self.folder)))
+        file = base / "gateway.toml"
+        file.write_text(f'[gateway]\nkeys = "{self.folder / "keys"}"\n' + "".join(
+            f'{name} = ["tcp://127.0.0.1:*"]\n' for name in ("stream", "latest", "control")
+            if not re.search(rf"(?m)^{name} = ", config)) + config)
+        if keys and not (self.folder / "keys").exists():
+            self.allow("nobody", zmq.curve_keypair()[0].decode())
+        runtime = daemon.endpoint["stream"].removeprefix("ipc://").removesuffix("/stream")
+        process = self.start(BIN / "traction-gateway", "--config", file, "--runtime", runtime, *options, **process)
+        process.file = file
+        if ready:
+            process.wait_for("listening.*", 30)
+            while len(process.listening()) < 3:
+                process.read(0.1)
+            process.endpoint = dict(zip(("stream", "latest", "control"), process.listening()))
+        return process
+
+    def allow(self, name, key, *options):
+        """tractionctl keys allow; the box's public key."""
+        code, text = self.ctl("keys", "allow", name, key, "--directory", self.folder / "keys", *options)
+        assert code == 0, text
+        return (self.folder / "keys" / "gateway.secret").read_text().split('public = "')[1].split('"')[0]
+
+    def subscribe(self, daemon, topic="", keys=None):
+        return Subscriber(self, daemon.endpoint["stream"], topic, keys)
 
     def ctl(self, *words, seconds=30.0):
         """Runs tractionctl to its end: (exit code, output)."""
@@ -170,10 +199,14 @@ class Subscriber:
     TYPES = {"field": messages.Field, "markers": messages.Markers, "description": messages.Description,
              "status": messages.Status}
 
-    def __init__(self, rig, endpoint, topic=""):
+    def __init__(self, rig, endpoint, topic="", keys=None):
+        """`keys` for a gateway: a server's public key, and a pair."""
         self.socket = zmq.Context.instance().socket(zmq.SUB)
         rig.callback(self.socket.close, 0)
         self.socket.rcvhwm = 10000
+        if keys:
+            self.socket.curve_serverkey, self.socket.curve_publickey, self.socket.curve_secretkey = (
+                key.encode() for key in keys)
         self.socket.connect(endpoint)
         self.socket.subscribe(topic)
 

@@ -4,6 +4,7 @@
 #include "traction/camera.h"
 #include "traction/description.h"
 #include "traction/error.h"
+#include "traction/keys.h"
 #include "traction/status.h"
 
 #include <array>
@@ -17,6 +18,7 @@ namespace traction {
 struct ControlOptions {
   std::string instance = "default";               ///< of tractiond, on this machine
   std::string endpoint;                           ///< ZeroMQ's, "tcp://HOST:9874"; empty: found by the instance
+  Keys keys = {};                                 ///< for a gateway
   std::chrono::milliseconds timeout{3000};        ///< for an answer
   std::chrono::milliseconds zeroTimeout{15'000};  ///< at least; longer where the daemon's status says so
   std::chrono::milliseconds workTimeout{
@@ -99,7 +101,7 @@ class TRACTION_EXPORT Control {
   /// \throws Error kBadEndpoint
   explicit Control(const ControlOptions& options = {});
 
-  // All of them \throw Error kNoAnswer, kVersion, kMalformed, kRefused.
+  // All of them \throw Error kNoAnswer, kVersion, kMalformed, kRefused, kBadKeys, kNotAllowed.
   Status status() const;            ///< the last one published
   Description description() const;  ///< the last one published
   /// Takes what the camera sees now as the unloaded gel, and waits for it.

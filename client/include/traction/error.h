@@ -13,6 +13,8 @@ enum class ErrorCode {
   kVersion,      ///< the daemon speaks another version of the protocol
   kMalformed,    ///< what arrived is no message of the protocol
   kRefused,      ///< the daemon could not do it; what() is its sentence
+  kBadKeys,      ///< what was given as keys is none, or their file cannot be read
+  kNotAllowed,   ///< a gateway does not let this side in, or not to this
 };
 
 class TRACTION_EXPORT Error : public std::runtime_error {

@@ -3,6 +3,7 @@
 
 #include "traction/description.h"
 #include "traction/error.h"
+#include "traction/keys.h"
 #include "traction/status.h"
 
 #include <chrono>
@@ -24,6 +25,7 @@ enum class Mode {
 struct SubscriberOptions {
   std::string instance = "default";  ///< of tractiond, on this machine
   std::string endpoint;              ///< ZeroMQ's, "tcp://HOST:9872"; empty: found by the instance
+  Keys keys = {};                    ///< for a gateway
   Mode mode = Mode::kStream;
   unsigned topics = kAllTopics;  ///< of kStream
   int queue = 1000;              ///< messages that wait here for a slow reader before some are lost
@@ -32,14 +34,14 @@ struct SubscriberOptions {
 /// Not thread-safe: one thread at a time. The daemon may start later, and again: receive() goes on.
 class TRACTION_EXPORT Subscriber {
  public:
-  /// Does not wait for the daemon. \throws Error kBadEndpoint
+  /// Does not wait for the daemon. \throws Error kBadEndpoint, kBadKeys
   explicit Subscriber(const SubscriberOptions& options = {});
   ~Subscriber();
   Subscriber(Subscriber&&) noexcept;
   Subscriber& operator=(Subscriber&&) noexcept;
 
   /// The next message; empty: none came within the time, or a signal handler ran. A new subscriber is sent the
-  /// description at once. \throws Error kVersion, kMalformed
+  /// description at once. \throws Error kVersion, kMalformed, kNotAllowed
   std::optional<Message> receive(std::chrono::milliseconds timeout);
 
   /// Messages that were sent since this subscriber joined and did not arrive, by gaps in their sequence. A restart of

@@ -1,0 +1,71 @@
+#include "client/src/handshake.h"
+
+#include "gateway/keys.h"
+
+#include <cstring>
+
+namespace traction {
+
+Keys loadKeys(const std::string& path) {
+  auto keys = tractiond::gateway::loadKeyPair(path);
+  if (!keys) throw Error(ErrorCode::kBadKeys, keys.error().message());
+  return {keys->serverKey, keys->publicKey, keys->secretKey};
+}
+
+void useKeys(zmq::socket_t& socket, const Keys& keys) {
+  if (keys.serverKey.empty()) return;
+  for (const auto& [what, key] :
+       {std::pair("server key", &keys.serverKey), {"public key", &keys.publicKey}, {"secret key", &keys.secretKey}}) {
+    if (tractiond::gateway::isKey(*key)) continue;
+    // The secret one is not for everybody's eyes.
+    throw Error(ErrorCode::kBadKeys, std::string("the ") + what + (key == &keys.secretKey ? "" : " '" + *key + "'") +
+                                         " is not a key: 40 letters of Z85; in a shell they stand in single quotes");
+  }
+  socket.set(zmq::sockopt::curve_serverkey, keys.serverKey);
+  socket.set(zmq::sockopt::curve_publickey, keys.publicKey);
+  socket.set(zmq::sockopt::curve_secretkey, keys.secretKey);
+}
+
+std::optional<Error> Handshake::take(std::uint16_t event, std::uint32_t value) {
+  constexpr int kMostFailures = 5;  // some 0.5 s
+  const bool mismatch =
+      event == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL && value == ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH;
+  // Not seen each time: the other side notices it, too, and who is the first to end the connection tells nothing.
+  if (mismatch) ++mismatches_;
+  switch (event) {
+  case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
+    succeeded_ = true;
+    failures_ = mismatches_ = 0;
+    return std::nullopt;
+  case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH:
+    return Error(ErrorCode::kNotAllowed,
+                 "the gateway at " + endpoint_ +
+                     " does not let this key do that; on its box, tractionctl keys list tells who may do what");
+  case ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL:
+    if (!mismatch || mismatches_ < strangers_) return std::nullopt;
+    mismatches_ = 0;
+    return Error(ErrorCode::kNotAllowed, hasKeys_
+                                             ? "who is at " + endpoint_ + " knows no keys; is it a gateway?"
+                                             : "the gateway at " + endpoint_ + " asks for a key, and none is given");
+  case ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL:
+    // Also when a gateway is restarted or has too many connections: who was let in before, waits.
+    if (!hasKeys_ || succeeded_ || ++failures_ < kMostFailures) return std::nullopt;
+    failures_ = 0;
+    return Error(ErrorCode::kNotAllowed,
+                 "who is at " + endpoint_ +
+                     " ends each connection: the server key is not this gateway's, or too many " +
+                     "are connected; on its box, tractionctl keys list tells its key");
+  default:
+    return std::nullopt;
+  }
+}
+
+std::pair<std::uint16_t, std::uint32_t> eventOf(const zmq::message_t& message) {
+  std::pair<std::uint16_t, std::uint32_t> event{};
+  if (message.size() < sizeof event.first + sizeof event.second) return event;
+  std::memcpy(&event.first, message.data(), sizeof event.first);
+  std::memcpy(&event.second, message.data<char>() + sizeof event.first, sizeof event.second);
+  return event;
+}
+
+}  // namespace traction

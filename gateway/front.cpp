@@ -1,0 +1,135 @@
+#include "gateway/front.h"
+
+#include "daemon/publish/socket.h"
+
+#include <algorithm>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+namespace tractiond::gateway {
+namespace {
+
+/// With CURVE the largest message of a handshake has some 300 bytes.
+constexpr std::int64_t kLargestSubscription = 512;
+constexpr std::int64_t kLargestRequest = 65'536 + 64;  ///< encrypted
+/// Bytes; what a flooding peer has in it still arrives after it is cut off.
+constexpr int kReceiveBuffer = 4096;
+constexpr int kHandshakesPerTurn = 64;
+constexpr int kEventsPerTurn = 1024;
+
+constexpr std::array kNames = {"stream", "latest", "control"};
+
+Permission neededFor(std::string_view way) {
+  return way == kNames[kControl] ? Permission::kControl : Permission::kRead;
+}
+
+/// All parts of the next message. False: there is none.
+bool receive(zmq::socket_t& socket, std::vector<std::string>& parts) {
+  parts.clear();
+  for (;;) {
+    zmq::message_t part;
+    if (zmq_msg_recv(part.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) return false;
+    parts.push_back(part.to_string());
+    if (!part.more()) return true;
+  }
+}
+
+std::string inLetters(const std::string& key) {
+  std::array<char, 41> letters{};
+  if (key.size() != 32) return "";
+  return zmq_z85_encode(letters.data(), reinterpret_cast<const std::uint8_t*>(key.data()), key.size());
+}
+
+}  // namespace
+
+Front::Front(const Options& options, MayEnter mayEnter, Refused refused)
+    : mayEnter_(std::move(mayEnter))
+    , refused_(std::move(refused))
+    , peers_(options.limits.peers, options.limits.peersPerAddress) {
+  constexpr std::array kTypes = {zmq::socket_type::xpub, zmq::socket_type::pub, zmq::socket_type::router};
+  if (options.server) {
+    handshakes_.set(zmq::sockopt::linger, 0);
+    handshakes_.bind("inproc://zeromq.zap.01");
+  }
+  for (std::size_t way = 0; way < kWays; ++way) {
+    zmq::socket_t& socket = sockets_[way] = zmq::socket_t(context_, kTypes[way]);
+    publish::guard(socket, options.highWaterMark, way == kControl ? kLargestRequest : kLargestSubscription);
+    if (way != kControl) socket.set(zmq::sockopt::rcvbuf, kReceiveBuffer);
+    if (options.server) {
+      socket.set(zmq::sockopt::curve_server, true);
+      socket.set(zmq::sockopt::curve_secretkey, options.server->secretKey);
+      socket.set(zmq::sockopt::zap_domain, kNames[way]);
+    }
+    const std::string monitor = std::string("inproc://peers-") + kNames[way];
+    zmq_socket_monitor(socket.handle(), monitor.c_str(), ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED);
+    monitors_[way] = zmq::socket_t(context_, zmq::socket_type::pair);
+    monitors_[way].set(zmq::sockopt::rcvhwm, 0);  // events that nobody takes would stop ZeroMQ's thread
+    monitors_[way].set(zmq::sockopt::linger, 0);
+    monitors_[way].connect(monitor);
+  }
+  sockets_[kStream].set(zmq::sockopt::xpub_verbose, true);
+  sockets_[kLatest].set(zmq::sockopt::conflate, true);
+}
+
+tl::expected<std::unique_ptr<Front>, Error> Front::open(const Options& options, MayEnter mayEnter,
+                                                        Refused refused) try {
+  std::unique_ptr<Front> front(new Front(options, std::move(mayEnter), std::move(refused)));
+  for (std::size_t way = 0; way < kWays; ++way) {
+    auto bound = publish::bind(front->sockets_[way], options.endpoints[way]);
+    if (!bound) return tl::unexpected(bound.error());
+    front->bound_[way] = *std::move(bound);
+  }
+  return front;
+} catch (const zmq::error_t& error) {
+  return tl::unexpected(Error{EX_OSERR, std::string("ZeroMQ cannot start: ") + error.what(), "", ""});
+}
+
+std::vector<zmq_pollitem_t> Front::others() {
+  std::vector<zmq_pollitem_t> items = {{handshakes_.handle(), 0, ZMQ_POLLIN, 0}};
+  for (zmq::socket_t& monitor : monitors_) items.push_back({monitor.handle(), 0, ZMQ_POLLIN, 0});
+  return items;
+}
+
+void Front::serve() {
+  std::vector<std::string> parts;
+  for (std::size_t way = 0; way < kWays; ++way) takeEvents(static_cast<Way>(way));
+  for (int i = 0; i < kHandshakesPerTurn && receive(handshakes_, parts); ++i) answerHandshake(parts);
+}
+
+/// [version][request][domain][address][routing id][mechanism][key] -> [version][request][code][text][user][metadata]
+void Front::answerHandshake(std::vector<std::string>& parts) {
+  constexpr std::size_t kParts = 7;
+  const std::string name = parts.size() == kParts ? inLetters(parts[6]) : "";
+  const AllowedKey* const allowed = name.empty() || parts[5] != "CURVE" ? nullptr : mayEnter_(name);
+  parts.resize(kParts);
+  std::string why;
+  if (allowed == nullptr) {
+    why = "the key '" + name + "' is not allowed";
+  } else if (allowed->permission < neededFor(parts[2])) {
+    why = "\"" + allowed->name + "\" may only read";
+  }
+  if (!why.empty()) refused_("a peer at " + parts[3] + " is refused: " + why);
+  const std::string user = why.empty() ? allowed->name : "";
+  const std::array<std::string_view, 6> reply = {parts[0], parts[1], why.empty() ? "200" : "400", why, user, ""};
+  for (std::size_t i = 0; i < reply.size(); ++i) {
+    zmq_send(handshakes_.handle(), reply[i].data(), reply[i].size(),
+             ZMQ_DONTWAIT | (i + 1 < reply.size() ? ZMQ_SNDMORE : 0));
+  }
+}
+
+void Front::takeEvents(Way way) {
+  std::vector<std::string> parts;
+  for (int i = 0; i < kEventsPerTurn && receive(monitors_[way], parts); ++i) {
+    // 16 bits of event and 32 of value, then the address.
+    std::uint16_t event = 0;
+    std::int32_t fd = -1;
+    if (parts[0].size() < sizeof event + sizeof fd) continue;
+    std::memcpy(&event, parts[0].data(), sizeof event);
+    std::memcpy(&fd, parts[0].data() + sizeof event, sizeof fd);
+    if (event == ZMQ_EVENT_ACCEPTED) peers_.came(fd, bound_[way]);
+    if (event == ZMQ_EVENT_DISCONNECTED) peers_.went(fd);
+  }
+}
+
+}  // namespace tractiond::gateway

@@ -1,0 +1,217 @@
+#include "gateway/keys.h"
+
+#include "daemon/base/whole_file.h"
+#include "proto/traction/v1/endpoints.h"
+#include "sensor/toml_table.h"
+
+#include <dirent.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zmq.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <optional>
+#include <utility>
+
+namespace tractiond::gateway {
+namespace {
+
+namespace fs = std::filesystem;
+using sensor::TomlTable;
+
+constexpr std::string_view kEnding = ".key";
+constexpr std::size_t kLetters = 40;  ///< of 32 bytes in Z85
+constexpr std::size_t kMostKeys = 1000;
+
+using Letters = std::array<char, kLetters + 1>;
+
+Error asError(const sensor::FileError& error) {
+  return {.exitCode = error.unreadable ? EX_NOINPUT : EX_CONFIG, .what = error.what, .where = error.where};
+}
+
+std::string publicOf(const std::string& secretKey) {
+  Letters letters{};
+  return zmq_curve_public(letters.data(), secretKey.c_str()) == 0 ? letters.data() : "";
+}
+
+void readKey(TomlTable& file, const char* name, std::string& key) {
+  file.read(name, key);
+  if (!isKey(key)) file.fail(name, "is not a key: 40 letters of Z85, as tractionctl keys new prints them");
+}
+
+tl::expected<AllowedKey, Error> loadAllowed(const fs::path& path) {
+  AllowedKey allowed{.name = path.stem().string(), .key = {}};
+  if (!traction::isValidName(allowed.name)) {
+    return tl::unexpected(Error{.exitCode = EX_CONFIG,
+                                .what = "the file's name is none of somebody: 1 to 24 of A-Z, a-z, 0-9, _ and -",
+                                .where = path.string()});
+  }
+  auto file = TomlTable::load(path.string());
+  if (!file) return tl::unexpected(asError(file.error()));
+  readKey(*file, "key", allowed.key);
+  std::string word;
+  file->read("permission", word);
+  if (word == wordOf(Permission::kControl)) {
+    allowed.permission = Permission::kControl;
+  } else if (word != wordOf(Permission::kRead)) {
+    file->fail("permission", "must be \"read\" or \"control\"");
+  }
+  if (auto sound = file->finish(); !sound) return tl::unexpected(asError(sound.error()));
+  return allowed;
+}
+
+Error unusable(const fs::path& path, int error) {
+  const bool denied = error == EACCES || error == EPERM || error == EROFS;
+  return {.exitCode = denied ? EX_NOPERM : EX_CANTCREAT,
+          .what = "cannot be written: " + std::generic_category().message(error),
+          .where = path.string(),
+          .remedy = denied ? "keys of a box are root's to change: sudo" : ""};
+}
+
+/// Whole or not at all. The file belongs to whom its directory belongs.
+tl::expected<void, Error> write(const fs::path& path, const std::string& text, mode_t mode) {
+  const fs::path directory = path.parent_path();
+  std::error_code error;
+  fs::create_directories(directory, error);
+  if (!error) error = replaceWholeFile(path, text, mode);
+  if (error) return tl::unexpected(unusable(path, error.value()));
+  struct stat owner {};
+  if (geteuid() == 0 && stat(directory.c_str(), &owner) == 0 && chown(path.c_str(), owner.st_uid, owner.st_gid) != 0) {
+    return tl::unexpected(unusable(path, errno));
+  }
+  return {};
+}
+
+bool isPassing(int error) {
+  return error == EMFILE || error == ENFILE || error == ENOMEM;
+}
+
+}  // namespace
+
+std::string_view wordOf(Permission permission) {
+  return permission == Permission::kControl ? "control" : "read";
+}
+
+bool isKey(std::string_view text) {
+  std::array<std::uint8_t, 32> bytes{};
+  return text.size() == kLetters && zmq_z85_decode(bytes.data(), std::string(text).c_str()) != nullptr;
+}
+
+KeyPair newKeyPair() {
+  Letters publicKey{}, secretKey{};
+  zmq_curve_keypair(publicKey.data(), secretKey.data());
+  return {.publicKey = publicKey.data(), .secretKey = secretKey.data(), .serverKey = {}};
+}
+
+fs::path serverKeyFile(const fs::path& directory) {
+  return directory / "gateway.secret";
+}
+
+tl::expected<KeyPair, Error> loadKeyPair(const fs::path& path) {
+  auto file = TomlTable::load(path.string());
+  if (!file) return tl::unexpected(asError(file.error()));
+  struct stat status {};
+  if (stat(path.c_str(), &status) == 0 && (status.st_mode & 077) != 0) {
+    return tl::unexpected(Error{.exitCode = EX_NOPERM,
+                                .what = "others can read this secret key",
+                                .where = path.string(),
+                                .remedy = "chmod 600 it, or better make a new one"});
+  }
+  KeyPair keys;
+  readKey(*file, "public", keys.publicKey);
+  readKey(*file, "secret", keys.secretKey);
+  if (file->has("server")) readKey(*file, "server", keys.serverKey);
+  if (auto sound = file->finish(); !sound) return tl::unexpected(asError(sound.error()));
+  if (publicOf(keys.secretKey) == keys.publicKey) return keys;
+  return tl::unexpected(
+      Error{.exitCode = EX_CONFIG, .what = "the public key does not belong to the secret one", .where = path.string()});
+}
+
+tl::expected<void, Error> saveKeyPair(const fs::path& path, const KeyPair& keys) {
+  std::error_code ignored;
+  if (fs::exists(fs::symlink_status(path, ignored))) {
+    return tl::unexpected(Error{.exitCode = EX_CANTCREAT,
+                                .what = "there is a file already",
+                                .where = path.string(),
+                                .remedy = "a key is not replaced: remove it first, or choose another file"});
+  }
+  std::string text = "# Whoever has this file can say that he is you.\npublic = \"" + keys.publicKey +
+                     "\"\nsecret = \"" + keys.secretKey + "\"\n";
+  if (!keys.serverKey.empty()) text += "server = \"" + keys.serverKey + "\"\n";
+  return write(path, text, 0600);
+}
+
+tl::expected<void, Error> allow(const fs::path& directory, const AllowedKey& key) {
+  const std::string text = "key = \"" + key.key + "\"\npermission = \"" + std::string(wordOf(key.permission)) + "\"\n";
+  return write(directory / (key.name + std::string(kEnding)), text, 0644);
+}
+
+tl::expected<void, Error> revoke(const fs::path& directory, const std::string& name) {
+  const fs::path path = directory / (name + std::string(kEnding));
+  if (unlink(path.c_str()) == 0) return {};
+  if (errno != ENOENT) return tl::unexpected(unusable(path, errno));
+  return tl::unexpected(Error{.exitCode = EX_NOINPUT,
+                              .what = "nobody called \"" + name + "\" is allowed",
+                              .where = directory.string(),
+                              .remedy = "tractionctl keys list tells who is"});
+}
+
+bool KeyDirectory::refresh() {
+  std::vector<Stamp> now;
+  std::optional<Error> failure;
+  if (DIR* const directory = opendir(path_.c_str())) {
+    while (const dirent* const entry = readdir(directory)) {
+      const std::string_view name = entry->d_name;
+      struct stat status {};
+      if (!name.ends_with(kEnding)) continue;
+      if (fstatat(dirfd(directory), entry->d_name, &status, 0) != 0) status = {};
+      now.push_back({std::string(name), static_cast<long>(status.st_ino), static_cast<long>(status.st_size),
+                     status.st_mtim.tv_sec, status.st_mtim.tv_nsec});
+    }
+    closedir(directory);
+  } else {
+    if (isPassing(errno)) return false;
+    failure = Error{.exitCode = EX_NOINPUT,
+                    .what = "the directory of keys cannot be read: " + std::generic_category().message(errno),
+                    .where = path_.string()};
+  }
+  if (now.size() > kMostKeys) {
+    now.clear();
+    failure = Error{.exitCode = EX_CONFIG,
+                    .what = "more than " + std::to_string(kMostKeys) + " keys are in one directory, and none is taken",
+                    .where = path_.string()};
+  }
+  std::ranges::sort(now, {}, &Stamp::name);
+  if (!failure && looked_ && now == stamps_) return false;
+  looked_ = !failure;
+
+  std::vector<AllowedKey> keys;
+  std::vector<Error> faults;
+  if (failure) faults.push_back(*failure);
+  for (const Stamp& stamp : now) {
+    auto allowed = loadAllowed(path_ / stamp.name);
+    if (allowed && std::ranges::find(keys, allowed->key, &AllowedKey::key) != keys.end()) {
+      allowed = tl::unexpected(Error{.exitCode = EX_CONFIG,
+                                     .what = "has the same key as another file, and is passed over",
+                                     .where = (path_ / stamp.name).string()});
+    }
+    if (allowed)
+      keys.push_back(*std::move(allowed));
+    else
+      faults.push_back(std::move(allowed).error());
+  }
+  const bool changed = keys != keys_ || !std::ranges::equal(faults, faults_, {}, &Error::message, &Error::message);
+  stamps_ = std::move(now);
+  keys_ = std::move(keys);
+  faults_ = std::move(faults);
+  return changed;
+}
+
+const AllowedKey* KeyDirectory::find(std::string_view key) const {
+  const auto found = std::ranges::find(keys_, key, &AllowedKey::key);
+  return found == keys_.end() ? nullptr : &*found;
+}
+
+}  // namespace tractiond::gateway

@@ -1,0 +1,60 @@
+// How much is asked and said in a second.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+
+namespace tractiond::gateway {
+
+/// Of all together and of each.
+class RequestLimit {
+ public:
+  RequestLimit(int most, int mostEach)
+      : most_(most)
+      , mostEach_(mostEach) {}
+
+  /// Counts a request. \param now_ns CLOCK_MONOTONIC
+  /// \return 0, or the limit in requests per second that it is beyond
+  int beyond(const std::string& who, std::int64_t now_ns) {
+    constexpr std::int64_t kSecond_ns = 1'000'000'000;
+    if (now_ns - since_ns_ >= kSecond_ns) {
+      since_ns_ = now_ns;
+      all_ = 0;
+      each_.clear();
+    }
+    if (each_[who] >= mostEach_) return mostEach_;
+    if (all_ >= most_) return most_;
+    ++each_[who];
+    ++all_;
+    return 0;
+  }
+
+ private:
+  int most_, mostEach_;
+  std::int64_t since_ns_ = 0;
+  int all_ = 0;
+  std::map<std::string, int> each_;
+};
+
+/// One line of a kind in a while; how many others there were is said with the next.
+class SeldomLine {
+ public:
+  /// Empty: not now.
+  std::string next(const std::string& line, std::int64_t now_ns) {
+    constexpr std::int64_t kPause_ns = 5'000'000'000;
+    if (said_ && now_ns - last_ns_ < kPause_ns) return ++unsaid_, "";
+    said_ = true;
+    last_ns_ = now_ns;
+    const int others = std::exchange(unsaid_, 0);
+    return others == 0 ? line : line + " (and " + std::to_string(others) + " like it before)";
+  }
+
+ private:
+  bool said_ = false;
+  std::int64_t last_ns_ = 0;
+  int unsaid_ = 0;
+};
+
+}  // namespace tractiond::gateway

@@ -1,0 +1,385 @@
+#include "gateway/relay.h"
+
+#include "daemon/base/clock.h"
+#include "daemon/publish/socket.h"
+#include "gateway/rates.h"
+#include "gateway/request.h"
+#include "proto/traction/v1/endpoints.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstring>
+#include <optional>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+namespace tractiond::gateway {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr int kMessagesPerTurn = 64;
+constexpr int kSubscriptionsPerTurn = 256;
+/// As of the instrument itself: of one connection in a second, and for all new subscribers together.
+constexpr int kSubscriptionsPerPeer = 64;
+constexpr std::int64_t kDescriptions_ns = 100'000'000;
+constexpr std::size_t kMostTopics = 16;              ///< whose description is kept; an instrument has one
+constexpr std::int64_t kKeys_ns = 250'000'000;       ///< between two looks at the keys
+constexpr std::int64_t kSilence_ns = 3'000'000'000;  ///< three statuses
+constexpr int kWaitingForInstrument = 256;
+constexpr std::string_view kFieldBegins = "\x09";  ///< Field.timestamp
+
+using Parts = std::vector<zmq::message_t>;
+
+/// The parts of the next message, the first four of them. 0: there is none.
+std::size_t receive(zmq::socket_t& socket, std::array<zmq::message_t, 4>& parts) {
+  for (std::size_t count = 0;; ++count) {
+    zmq::message_t surplus;
+    zmq::message_t& part = count < parts.size() ? parts[count] : surplus;
+    if (zmq_msg_recv(part.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) return 0;
+    if (!part.more()) return count + 1;
+  }
+}
+
+/// Never waits. False: there was nobody, or no room.
+bool put(zmq::socket_t& socket, zmq::message_t& part, bool more) {
+  int sent = -1;
+  do {
+    sent = zmq_msg_send(part.handle(), socket.handle(), ZMQ_DONTWAIT | (more ? ZMQ_SNDMORE : 0));
+  } while (sent < 0 && zmq_errno() == EINTR);
+  return sent >= 0;
+}
+
+bool put(zmq::socket_t& socket, std::string_view text, bool more) {
+  zmq::message_t part(text.data(), text.size());
+  return put(socket, part, more);
+}
+
+std::string property(zmq::message_t& message, const char* name) {
+  const char* const text = zmq_msg_gets(message.handle(), name);
+  return text == nullptr ? "" : text;
+}
+
+bool isLocal(const Config& config) {
+  return std::ranges::all_of(std::array{&config.stream, &config.latest, &config.control},
+                             [](const auto* list) { return std::ranges::all_of(*list, isOnThisHost); });
+}
+
+std::string listed(const std::vector<AllowedKey>& keys) {
+  std::string text;
+  for (const AllowedKey& key : keys) {
+    text += (text.empty() ? "" : ", ") + key.name + " (" + std::string(wordOf(key.permission)) + ")";
+  }
+  return text.empty() ? "nobody" : text;
+}
+
+/// Somebody of before may now do less.
+bool losesSomething(const std::vector<AllowedKey>& before, const std::vector<AllowedKey>& now) {
+  return std::ranges::any_of(before, [&](const AllowedKey& old) {
+    const auto same = std::ranges::find(now, old.key, &AllowedKey::key);
+    return same == now.end() || same->name != old.name || same->permission < old.permission;
+  });
+}
+
+/// The box's own key; empty: nobody is to be asked for one.
+tl::expected<std::optional<KeyPair>, Error> serverKey(const Config& config) {
+  if (config.insecure) return std::nullopt;
+  const std::filesystem::path file = serverKeyFile(config.keys);
+  std::error_code ignored;
+  if (std::filesystem::exists(std::filesystem::symlink_status(file, ignored))) {
+    return loadKeyPair(file).map([](KeyPair keys) { return std::optional(std::move(keys)); });
+  }
+  if (!isLocal(config)) {
+    return tl::unexpected(Error{.exitCode = EX_CONFIG,
+                                .what = "other hosts would be let in, and there is no key",
+                                .where = file.string(),
+                                .remedy = "tractionctl keys allow makes one; or gateway.insecure = true lets "
+                                          "everybody in"});
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+struct Relay::Impl {
+  Impl(const Config& given, const std::filesystem::path& instrument)
+      : config(given)
+      , keys(given.keys)
+      , requests(given.limits.requestsPerSecond, given.limits.requestsPerSecondEach)
+      , heard_ns(monotonicNow()) {
+    const traction::Endpoints endpoints = traction::ipcEndpoints(instrument);
+    directory = instrument;
+    for (zmq::socket_t* socket : {&stream, &latest, &control}) socket->set(zmq::sockopt::linger, 0);
+    latest.set(zmq::sockopt::conflate, true);
+    latest.connect(endpoints.latest);
+    latest.set(zmq::sockopt::subscribe, kFieldBegins);
+    stream.connect(endpoints.stream);
+    stream.set(zmq::sockopt::subscribe, traction::kTopicRoot);
+    // What is asked while no instrument is there is not to be done when one comes.
+    control.set(zmq::sockopt::immediate, true);
+    control.set(zmq::sockopt::sndhwm, kWaitingForInstrument);
+    control.set(zmq::sockopt::rcvhwm, 0);
+    control.connect(endpoints.control);
+  }
+
+  tl::expected<void, Error> openFront() {
+    const auto mayEnter = [this](const std::string& key) {
+      lookAtKeys();
+      return keys.find(key);
+    };
+    const auto refused = [this](const std::string& what) {
+      if (const std::string line = refusals.next(what, monotonicNow()); !line.empty()) spdlog::warn("{}", line);
+    };
+    auto opened = Front::open(options, mayEnter, refused);
+    if (!opened) return tl::unexpected(opened.error());
+    front = *std::move(opened);
+    ++generation;
+    items = {{stream.handle(), 0, ZMQ_POLLIN, 0},
+             {latest.handle(), 0, ZMQ_POLLIN, 0},
+             {control.handle(), 0, ZMQ_POLLIN, 0},
+             {(*front)[kStream].handle(), 0, ZMQ_POLLIN, 0},
+             {(*front)[kControl].handle(), 0, ZMQ_POLLIN, 0}};
+    std::ranges::copy(front->others(), std::back_inserter(items));
+    return {};
+  }
+
+  /// At the start, when it is certain that there is one.
+  void tellWhoMayEnter() {
+    if (options.server) {
+      keys.refresh();
+      tellKeys();
+    } else if (config.insecure) {
+      spdlog::warn("nobody is asked for a key, as gateway.insecure = true wants it");
+    } else {
+      spdlog::warn("nobody is asked for a key: there is none in {}; other hosts do not reach this gateway",
+                   config.keys);
+    }
+  }
+
+  void tellKeys() {
+    for (const Error& fault : keys.faults()) spdlog::warn("{}", fault.message());
+    spdlog::info("allowed: {}", listed(keys.keys()));
+  }
+
+  void lookAtKeys() {
+    if (!options.server) return;
+    const std::vector<AllowedKey> before = keys.keys();
+    if (!keys.refresh()) return;
+    tellKeys();
+    toCut = toCut || losesSomething(before, keys.keys());
+  }
+
+  /// Ends all connections: who is still allowed comes back by himself.
+  tl::expected<void, Error> reopen() {
+    constexpr int kTries = 100;
+    constexpr milliseconds kPause(10);
+    toCut = false;
+    spdlog::info("a key was taken back: all connections are ended, and those still allowed come again");
+    for (std::size_t way = 0; way < kWays; ++way) options.endpoints[way] = front->bound(static_cast<Way>(way));
+    front.reset();
+    tl::expected<void, Error> opened;
+    for (int i = 0; i < kTries; ++i) {
+      opened = openFront();
+      if (opened || opened.error().exitCode != EX_UNAVAILABLE) break;
+      std::this_thread::sleep_for(kPause);
+    }
+    return opened;
+  }
+
+  void passStream() {
+    for (int i = 0; i < kMessagesPerTurn; ++i) {
+      const std::size_t count = receive(stream, parts);
+      if (count == 0) return;
+      heard_ns = monotonicNow();
+      if (std::exchange(silent, false)) spdlog::info("the instrument is heard again");
+      if (count != 3) continue;  // of no tractiond
+      keepDescription();
+      for (std::size_t part = 0; part < 3; ++part) put((*front)[kStream], parts[part], part < 2);
+    }
+  }
+
+  void keepDescription() {
+    const std::string_view topic = parts[0].to_string_view();
+    if (!topic.ends_with("/description/")) return;
+    auto kept = descriptions.find(topic);
+    if (kept == descriptions.end()) {
+      if (descriptions.size() >= kMostTopics) return;
+      kept = descriptions.emplace(topic, std::array<zmq::message_t, 3>()).first;
+    }
+    for (std::size_t part = 0; part < 3; ++part) kept->second[part].copy(parts[part]);
+  }
+
+  /// The stream joins a new subscriber in the middle; what its numbers mean it is told at once.
+  void takeSubscriptions(std::int64_t now) {
+    for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kStream], parts) != 0; ++i) {
+      const std::string_view text = parts[0].to_string_view();
+      if (!text.starts_with('\1')) continue;
+      for (const auto& [topic, kept] : descriptions) {
+        descriptionDue = descriptionDue || std::string_view(topic).starts_with(text.substr(1));
+      }
+      subscribers.count(parts[0], front->bound(kStream));
+    }
+    if (!descriptionDue || now - described_ns < kDescriptions_ns) return;
+    descriptionDue = false;
+    described_ns = now;
+    for (auto& [topic, kept] : descriptions) {
+      for (std::size_t part = 0; part < 3; ++part) {
+        zmq::message_t copy;
+        copy.copy(kept[part]);
+        put((*front)[kStream], copy, part < 2);
+      }
+    }
+  }
+
+  void passLatest() {
+    if (receive(latest, parts) == 1) put((*front)[kLatest], parts[0], false);
+  }
+
+  void passRequests(std::int64_t now) {
+    for (int i = 0; i < kMessagesPerTurn; ++i) {
+      const std::size_t count = receive((*front)[kControl], parts);
+      if (count == 0) return;
+      askers.count(parts[0], front->bound(kControl));
+      // [peer][empty][request]
+      if (count != 3 || parts[1].size() != 0) continue;
+      const std::string why = pass(parts[0].to_string_view(), parts[2], now);
+      if (why.empty()) continue;
+      put((*front)[kControl], parts[0], true);
+      put((*front)[kControl], "", true);
+      put((*front)[kControl], errorReply(why), false);
+    }
+  }
+
+  /// \return why not; empty: the request is on its way
+  std::string pass(std::string_view peer, zmq::message_t& request, std::int64_t now) {
+    const std::string user = property(request, "User-Id"), address = property(request, "Peer-Address");
+    if (const int limit = requests.beyond(user.empty() ? address : user, now); limit > 0) {
+      return "too many requests: more than " + std::to_string(limit) + " in a second";
+    }
+    const auto stated = signedRequest(
+        request.to_string_view(), (user.empty() ? "somebody without a key" : "\"" + user + "\"") + " at " + address);
+    if (!stated) return stated.error();
+    // Behind the connection's name stands which opening of the front it belongs to.
+    std::string route(peer);
+    route.append(reinterpret_cast<const char*>(&generation), sizeof generation);
+    if (put(control, route, true) && put(control, "", true) && put(control, *stated, false)) return "";
+    return "no instrument is there; is tractiond running?";
+  }
+
+  void passReplies() {
+    for (int i = 0; i < kMessagesPerTurn; ++i) {
+      const std::size_t count = receive(control, parts);
+      if (count == 0) return;
+      // [peer and opening][empty][reply]
+      std::uint32_t opening = 0;
+      const std::string_view route = parts[0].to_string_view();
+      if (count != 3 || route.size() < sizeof opening) continue;
+      const std::size_t end = route.size() - sizeof opening;
+      std::memcpy(&opening, route.data() + end, sizeof opening);
+      if (opening != generation) continue;
+      put((*front)[kControl], route.substr(0, end), true);
+      put((*front)[kControl], "", true);
+      put((*front)[kControl], parts[2], false);
+    }
+  }
+
+  /// What is due now and then.
+  void look(std::int64_t now) {
+    if (now - looked_ns < kKeys_ns) return;
+    looked_ns = now;
+    lookAtKeys();
+    front->peers().look();
+    peers = front->peers().count();
+    if (now - counted_ns > 1'000'000'000) {
+      counted_ns = now;
+      subscribers.reset();
+      askers.reset();
+    }
+    if (const std::uint64_t refused = front->peers().refused(); refused != refusedBefore) {
+      refusedBefore = refused;
+      const std::string line = crowds.next("too many connections, the last one from " + front->peers().lastRefused() +
+                                               ", are ended: limits.peers, limits.peers_per_address",
+                                           now);
+      if (!line.empty()) spdlog::warn("{}", line);
+    }
+    if (!silent && now - heard_ns > kSilence_ns) {
+      silent = true;
+      spdlog::warn("nothing comes from the instrument in {}; is tractiond running?", directory.string());
+    }
+  }
+
+  Config config;
+  std::filesystem::path directory;
+  KeyDirectory keys;
+  Front::Options options;
+  std::unique_ptr<Front> front;
+  std::uint32_t generation = 0;  ///< of the front
+  bool toCut = false;
+  std::vector<zmq_pollitem_t> items;
+  std::array<zmq::message_t, 4> parts;
+  std::map<std::string, std::array<zmq::message_t, 3>, std::less<>> descriptions;  ///< by topic, the last one
+  bool descriptionDue = false;
+  std::int64_t described_ns = 0;
+  RequestLimit requests;
+  publish::PeerLimit subscribers{kSubscriptionsPerPeer}, askers{1000};
+  SeldomLine refusals, crowds;
+  std::uint64_t refusedBefore = 0;
+  std::int64_t heard_ns, looked_ns = 0, counted_ns = 0;
+  bool silent = false;
+  std::atomic<int> peers{0};
+
+  zmq::context_t context{1};  ///< its own: what peers send does not reach the instrument's side
+  zmq::socket_t stream{context, zmq::socket_type::sub};
+  zmq::socket_t latest{context, zmq::socket_type::sub};
+  zmq::socket_t control{context, zmq::socket_type::dealer};
+};
+
+Relay::Relay(std::unique_ptr<Impl> impl)
+    : impl_(std::move(impl)) {}
+
+Relay::~Relay() = default;
+
+tl::expected<std::unique_ptr<Relay>, Error> Relay::open(const Config& config,
+                                                        const std::filesystem::path& instrument) try {
+  auto server = serverKey(config);
+  if (!server) return tl::unexpected(server.error());
+  auto impl = std::make_unique<Impl>(config, instrument);
+  impl->options = {.endpoints = {config.stream, config.latest, config.control},
+                   .server = *std::move(server),
+                   .highWaterMark = config.highWaterMark,
+                   .limits = config.limits};
+  if (auto opened = impl->openFront(); !opened) return tl::unexpected(opened.error());
+  impl->tellWhoMayEnter();
+  return std::unique_ptr<Relay>(new Relay(std::move(impl)));
+} catch (const zmq::error_t& error) {
+  return tl::unexpected(Error{EX_OSERR, std::string("ZeroMQ cannot start: ") + error.what(), "", ""});
+}
+
+tl::expected<void, Error> Relay::turn(milliseconds timeout) {
+  Impl& self = *impl_;
+  const long wait = self.descriptionDue ? 10 : timeout.count();
+  zmq_poll(self.items.data(), static_cast<int>(self.items.size()), wait);
+  const std::int64_t now = monotonicNow();
+  self.passLatest();
+  self.passStream();
+  self.passReplies();
+  self.front->serve();
+  self.takeSubscriptions(now);
+  self.passRequests(now);
+  self.look(now);
+  return self.toCut ? self.reopen() : tl::expected<void, Error>();
+}
+
+const std::vector<std::string>& Relay::bound(Way way) const {
+  return impl_->front->bound(way);
+}
+
+int Relay::peers() const {
+  return impl_->peers;
+}
+
+}  // namespace tractiond::gateway
