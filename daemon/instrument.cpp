@@ -7,9 +7,13 @@
 #include "daemon/track/rest_pose_file.h"
 #include "sensor/gel_file.h"
 
+#include <fcntl.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdlib>
 #include <utility>
 
 namespace tractiond {
@@ -46,6 +50,18 @@ sensor::elastic::Progress progressLines() {
     last = tenth;
     spdlog::info("a gel not seen before: computing its inverse, {} %", 10 * tenth);
   };
+}
+
+/// [bytes]; 0: there is no /proc. Allocates nothing.
+std::uint64_t residentMemory() {
+  const int file = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  if (file < 0) return 0;
+  std::array<char, 128> text{};  // all pages, those resident, ...
+  const auto size = ::read(file, text.data(), text.size() - 1);
+  ::close(file);
+  char* behindAll = text.data();
+  if (size > 0) std::strtoull(text.data(), &behindAll, 10);
+  return std::strtoull(behindAll, nullptr, 10) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
 }  // namespace
@@ -365,7 +381,8 @@ publish::Vitals Instrument::vitals() {
           .drift = lastWatched_.drift,
           .markers = markerStatus_,
           .zeroWithin_s = lastWatched_.zeroWithin_s,
-          .logLinesLost = logLinesLost_ ? logLinesLost_() : 0};
+          .logLinesLost = logLinesLost_ ? logLinesLost_() : 0,
+          .memory_bytes = residentMemory()};
 }
 
 std::string Instrument::statusLine() const {

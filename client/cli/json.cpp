@@ -324,7 +324,14 @@ void put(Json& json, const char* name, const Quantiles& quantiles) {
   json.key(name).open('{');
   json.key("p50_s").number(quantiles.p50_s);
   json.key("p99_s").number(quantiles.p99_s);
-  json.key("max_s").number(quantiles.max_s).close('}');
+  json.key("max_s").number(quantiles.max_s);
+  const Histogram& all = quantiles.sinceStart;
+  json.key("since_start").open('{');
+  json.key("bound_s").numbers(all.bounds_s);
+  json.key("count").open('[');
+  for (const std::uint64_t count : all.counts) json.number(count);
+  json.close(']');
+  json.key("sum_s").number(all.sum_s).close('}').close('}');
 }
 
 void put(Json& json, const Status& status) {
@@ -377,6 +384,8 @@ void put(Json& json, const Status& status) {
   }
   json.key("zero_within_s").number(status.zeroWithin_s);
   json.key("log_lines_lost").number(status.logLinesLost);
+  json.key("memory_bytes").number(status.memory_bytes);
+  json.key("residual_px").number(status.residual_px);
   constexpr std::array<const char*, 5> kColours = {"unknown", "blue", "red", "green", "grey"};
   json.key("markers").open('{').key("layers").open('[');
   for (const MarkerStatus::Layer& layer : status.markers.layers) {

@@ -4,6 +4,7 @@
 #include "client/cli/camera.h"
 #include "client/cli/commands.h"
 #include "client/cli/keys.h"
+#include "client/cli/metrics.h"
 #include "client/cli/output.h"
 #include "gateway/keys.h"
 #include "proto/traction/v1/endpoints.h"
@@ -289,6 +290,10 @@ int main(int argc, char** argv) try {
                  "the newest field alone, from the endpoint 'latest': what is read late is replaced");
   auto* status = app.add_subcommand("status", "Tells how the daemon does, and where every frame went");
   status->add_flag("--json", json, "as JSON");
+  bool http = false;
+  auto* metrics = app.add_subcommand("metrics", "Prints how the daemons of this machine do, as Prometheus reads it; "
+                                                "with --instance or --control one alone");
+  metrics->add_flag("--http", http, "as the answer to the HTTP request on standard input (traction-metrics.socket)");
   std::string picturePath;
   bool marked = false;
   auto* snapshot = app.add_subcommand("snapshot", "Writes what the camera sees now as a PNG file");
@@ -339,6 +344,7 @@ int main(int argc, char** argv) try {
     }
     if (echo->parsed()) cli::echo(subscription, names.at(topic), count);
     if (status->parsed()) cli::status(control, json);
+    if (metrics->parsed()) cli::metrics(control, app.count("--instance") + app.count("--control") != 0, http);
     if (snapshot->parsed()) cli::snapshot(control, picturePath, marked);
     if (describe->parsed()) cli::describe(control);
     if (zero->parsed()) cli::zero(control, zeroing);

@@ -188,7 +188,12 @@ Description descriptionOf(const pb::Description& from) {
 }
 
 Quantiles quantilesOf(const pb::Quantiles& from) {
-  return {from.p50_s(), from.p99_s(), from.max_s()};
+  const pb::Histogram& all = from.since_start();
+  require(all.count().empty() || all.count_size() == all.bound_s_size() + 1, "a histogram has no count for each bound");
+  return {from.p50_s(),
+          from.p99_s(),
+          from.max_s(),
+          {{all.bound_s().begin(), all.bound_s().end()}, {all.count().begin(), all.count().end()}, all.sum_s()}};
 }
 
 Status statusOf(const pb::Status& from) {
@@ -197,6 +202,8 @@ Status statusOf(const pb::Status& from) {
   status.uptime_s = from.uptime_s();
   status.zeroWithin_s = from.zero_within_s();
   status.logLinesLost = from.log_lines_lost();
+  status.memory_bytes = from.memory_bytes();
+  status.residual_px = from.residual_px();
   switch (from.camera()) {
   case pb::CAMERA_STATE_WAITING:
     status.camera = CameraState::kWaiting;

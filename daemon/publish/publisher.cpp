@@ -12,6 +12,7 @@
 #include <atomic>
 #include <cassert>
 #include <charconv>
+#include <cmath>
 #include <mutex>
 
 namespace tractiond::publish {
@@ -115,6 +116,9 @@ struct Publisher::Impl {
     status.uptime_s = static_cast<double>(heading.sent_ns - started_ns) * 1e-9;
     status.received_hz = rate(ledger.received.get(), receivedBefore);
     status.published_hz = rate(sequences[kField], publishedBefore);
+    status.residual_px = residuals == 0 ? 0.0 : std::sqrt(residualSquares_px2 / static_cast<double>(residuals));
+    residuals = 0;
+    residualSquares_px2 = 0.0;
     status.track = track.take();
     status.solve = solve.take();
     status.send = toSend.take();
@@ -185,6 +189,8 @@ struct Publisher::Impl {
   std::uint64_t receivedBefore = 0;
   std::uint64_t publishedBefore = 0;
   Durations track, solve, toSend, total;
+  std::uint64_t residuals = 0;  ///< in the sum
+  double residualSquares_px2 = 0.0;
 
   mutable std::mutex lastMutex;  ///< guards the two below; the publishing thread never waits for it
   std::string lastStatus;
@@ -243,6 +249,8 @@ void Publisher::publish(const TractionField& field) {
   self.wire.writeMarkers(markers.data<std::uint8_t>());
   self.send(kMarkers, markers, times.receivedReal_ns);
 
+  ++self.residuals;
+  self.residualSquares_px2 += field.residual_px * field.residual_px;
   self.track.add(times.tracked_ns - times.received_ns);
   self.solve.add(times.solved_ns - times.tracked_ns);
   self.toSend.add(heading.sent_ns - times.solved_ns);

@@ -57,12 +57,24 @@ struct Vitals {
   MarkerStatus markers = {};
   double zeroWithin_s = 0.0;  ///< a zero that is asked for now is answered within this time; 0: not known
   std::uint64_t logLinesLost = 0;
+  std::uint64_t memory_bytes = 0;  ///< that the process holds
 };
 
+/// All durations since the start.
+struct Histogram {
+  static constexpr std::array kBounds_s = {1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0};
+
+  std::array<std::uint64_t, kBounds_s.size() + 1>
+      counts{};  ///< above the bound before, at most their own; the last: above all
+  double sum_s = 0.0;
+};
+
+/// Of one interval, beside all before.
 struct Quantiles {
   double p50_s = 0.0;
   double p99_s = 0.0;
   double max_s = 0.0;
+  Histogram sinceStart = {};
 };
 
 struct Status {
@@ -70,6 +82,7 @@ struct Status {
   double uptime_s = 0.0;
   double received_hz = 0.0;
   double published_hz = 0.0;
+  double residual_px = 0.0;             ///< of the fields since the last status, root mean square
   Quantiles track, solve, send, total;  ///< received -> tracked -> solved -> sent, and all of it
 };
 

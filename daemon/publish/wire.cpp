@@ -117,6 +117,10 @@ void set(const Quantiles& from, pb::Quantiles& to) {
   to.set_p50_s(from.p50_s);
   to.set_p99_s(from.p99_s);
   to.set_max_s(from.max_s);
+  pb::Histogram& all = *to.mutable_since_start();
+  all.mutable_bound_s()->Assign(Histogram::kBounds_s.begin(), Histogram::kBounds_s.end());
+  all.mutable_count()->Assign(from.sinceStart.counts.begin(), from.sinceStart.counts.end());
+  all.set_sum_s(from.sinceStart.sum_s);
 }
 
 void set(const RestPose& from, pb::Zero& to) {
@@ -367,6 +371,8 @@ std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading
   message.set_uptime_s(status.uptime_s);
   message.set_zero_within_s(status.vitals.zeroWithin_s);
   message.set_log_lines_lost(status.vitals.logLinesLost);
+  message.set_memory_bytes(status.vitals.memory_bytes);
+  message.set_residual_px(status.residual_px);
   set(status.vitals.camera, message);
 
   pb::Ledger& account = *message.mutable_ledger();

@@ -8,9 +8,12 @@ import re
 import resource
 import signal
 import socket
+import subprocess
 import threading
 import time
 import unittest
+
+from prometheus_client import parser
 
 import rig
 
@@ -106,6 +109,52 @@ class Service(unittest.TestCase):
         self.assertTrue(subscriber.collect(10)[-1].valid)
         self.assertEqual(daemon.stop(), 0, daemon.output())
         self.assertNotIn("no zero is kept", daemon.output().split("nothing in the configuration")[1])
+
+    def test_metrics_as_prometheus_reads_them(self):
+        self.bench.twin("idle")
+        daemon = self.bench.daemon()
+        subscriber = self.bench.subscribe(daemon)
+        subscriber.collect(60)
+        code, text = self.bench.ctl("metrics", "--control", daemon.endpoint["control"])
+        self.assertEqual(code, 0, text)
+        status = subscriber.collect(1, "status")[0]
+        families = {family.name: family for family in parser.text_string_to_metric_families(text)}
+
+        def value(family, name="", **labels):
+            found = [sample.value for sample in families["traction_" + family].samples
+                     if sample.name.endswith(name) and labels.items() <= sample.labels.items()]
+            self.assertEqual(len(found), 1, (family, labels))
+            return found[0]
+
+        self.assertEqual(value("up"), 1)
+        self.assertEqual(value("camera_state", state="streaming"), 1)
+        self.assertEqual(value("camera_state", state="lost"), 0)
+        lost = sum(sample.value for sample in families["traction_frames_lost"].samples)
+        self.assertEqual(value("frames_received"), value("frames_published") + value("frames_in_flight") + lost)
+        self.assertLessEqual(value("frames_received"), status.ledger.received)
+        self.assertEqual(value("markers_found", layer="1"), 576)
+        self.assertGreater(value("memory_bytes"), 20e6)
+        self.assertGreater(value("residual_pixels"), 0)
+        for stage in ("track", "solve", "send", "total"):
+            count = value("latency_seconds", "_count", stage=stage)
+            self.assertEqual(count, value("latency_seconds", "_bucket", stage=stage, le="+Inf"))
+            buckets = [sample.value for sample in families["traction_latency_seconds"].samples
+                       if sample.name.endswith("_bucket") and sample.labels["stage"] == stage]
+            self.assertEqual(buckets, sorted(buckets))
+            self.assertEqual(count, value("frames_published"))
+            self.assertLess(value("latency_seconds", "_sum", stage=stage), 1.0 * count)
+
+        # As systemd's socket hands it over, whatever is asked.
+        for request in (b"GET /metrics HTTP/1.1\r\nHost: box\r\n\r\n", b"", random.randbytes(100_000)):
+            answer = subprocess.run([rig.BIN / "tractionctl", "metrics", "--http", "--control", daemon.endpoint["control"]],
+                                    input=request, stdout=subprocess.PIPE, timeout=60, check=True).stdout
+            head, _, body = answer.partition(b"\r\n\r\n")
+            self.assertRegex(head.decode(), r"\AHTTP/1.0 200 OK\r\nContent-Type: text/plain; version=0.0.4")
+            self.assertIn(f"Content-Length: {len(body)}", head.decode())
+            self.assertTrue(list(parser.text_string_to_metric_families(body.decode())))
+        self.assertEqual(daemon.stop(), 0, daemon.output())
+        code, text = self.bench.ctl("metrics", "--control", daemon.endpoint["control"])
+        self.assertEqual((code, text.splitlines()[-1]), (0, 'traction_up{instance="default"} 0'))
 
     def test_the_journal_is_told_what_is_a_warning(self):
         reader, writer = os.pipe()

@@ -30,9 +30,17 @@ class Install(unittest.TestCase):
     def test_everything_is_where_it_is_looked_for(self):
         files = self.files()
         for wanted in ("bin/tractiond", "bin/tractionctl", "bin/traction-twin", "lib/systemd/system/tractiond@.service",
+                       "lib/systemd/system/traction-metrics.socket", "lib/systemd/system/traction-metrics@.service",
+                       "share/tractiond/prometheus/alerts.yml",
                        "lib/sysusers.d/tractiond.conf", "lib/sysctl.d/60-tractiond.conf", "lib/tmpfiles.d/tractiond.conf",
                        "lib/udev/rules.d/60-tractiond.rules", "share/tractiond/tractiond.toml"):
             self.assertIn(wanted, files)
+
+    def test_the_metrics_run_in_a_tight_sandbox(self):
+        done = subprocess.run(["systemd-analyze", "security", "--offline=true", "--threshold=15", "--no-pager",
+                               self.prefix / "lib/systemd/system/traction-metrics@.service"], capture_output=True, text=True)
+        print(f"\n  {done.stdout.strip().splitlines()[-1]}")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_uninstalling_leaves_nothing_of_ours_and_all_of_others(self):
         other = self.prefix / "share" / "other" / "file"

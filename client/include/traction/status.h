@@ -51,10 +51,18 @@ struct Ledger {
   }
 };
 
+/// All durations since the start of the daemon.
+struct Histogram {
+  std::vector<double> bounds_s;
+  std::vector<std::uint64_t> counts;  ///< each above the bound before and at most its own; one more: above the last
+  double sum_s = 0.0;
+};
+
 struct Quantiles {
   double p50_s = 0.0;
   double p99_s = 0.0;
   double max_s = 0.0;
+  Histogram sinceStart;
 };
 
 /// How far the untouched picture has come from the zero; scale and roll about the principal point.
@@ -101,10 +109,11 @@ struct Status {
   // Since the status before.
   double received_hz = 0.0;
   double published_hz = 0.0;
-  Quantiles track;  ///< frame popped from the driver -> markers found
-  Quantiles solve;  ///< -> forces known
-  Quantiles send;   ///< -> handed to be sent
-  Quantiles total;  ///< frame popped from the driver -> handed to be sent
+  double residual_px = 0.0;  ///< Field::residual_px, root mean square
+  Quantiles track;           ///< frame popped from the driver -> markers found
+  Quantiles solve;           ///< -> forces known
+  Quantiles send;            ///< -> handed to be sent
+  Quantiles total;           ///< frame popped from the driver -> handed to be sent
 
   /// Turns of the loops of capture, track, solve, publish and control since the start: one that stands still hangs.
   std::array<std::uint64_t, 5> turns{};
@@ -114,6 +123,7 @@ struct Status {
 
   double zeroWithin_s = 0.0;       ///< a zero that is asked for now is answered within this time; 0: not known
   std::uint64_t logLinesLost = 0;  ///< of the daemon's log, whose reader was too slow or whose disk was full
+  std::uint64_t memory_bytes = 0;  ///< that the daemon holds; 0: not known
 };
 
 }  // namespace traction

@@ -1,0 +1,263 @@
+#include "client/cli/metrics.h"
+
+#include "client/cli/json.h"
+#include "client/cli/output.h"
+#include "proto/traction/v1/endpoints.h"
+#include "traction/error.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <initializer_list>
+#include <iostream>
+#include <set>
+#include <string_view>
+#include <utility>
+
+namespace traction::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Labels = std::initializer_list<std::pair<const char*, std::string>>;
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char letter : text) {
+    if (letter == '\\' || letter == '"') result += '\\';
+    result += letter == '\n' ? ' ' : letter;
+  }
+  return result;
+}
+
+std::string number(double value) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%.17g", value);
+  return text.data();
+}
+std::string number(std::uint64_t value) {
+  return std::to_string(value);
+}
+
+/// The samples of one metric. A metric without any is not written.
+class Family {
+ public:
+  Family(std::string& text, std::string name, std::string_view type, std::string_view help)
+      : text_(text)
+      , name_("traction_" + std::move(name))
+      , head_("# HELP " + name_ + " " + std::string(help) + "\n# TYPE " + name_ + " " + std::string(type) + "\n") {}
+
+  template <class Number>
+  void add(const std::string& instance, Number value, Labels labels = {}, const char* suffix = "") {
+    text_ += std::exchange(head_, "") + name_ + suffix + "{instance=\"" + instance + "\"";
+    for (const auto& [label, of] : labels) text_ += std::string(",") + label + "=\"" + escaped(of) + "\"";
+    text_ += "} " + number(value) + "\n";
+  }
+
+ private:
+  std::string& text_;
+  std::string name_, head_;
+};
+
+/// Adds each instance's samples to a family.
+using Sampler = std::function<void(Family&, const std::string& instance, const Status&)>;
+
+struct Metric {
+  const char *name, *type, *help;
+  Sampler sample;
+};
+
+const char* nameOf(CameraState state) {
+  constexpr std::array kNames = {"unknown", "waiting", "streaming", "lost", "connecting"};
+  return kNames[static_cast<std::size_t>(state)];
+}
+
+const char* nameOf(Colour colour) {
+  constexpr std::array kNames = {"unknown", "blue", "red", "green", "grey"};
+  return kNames[static_cast<std::size_t>(colour)];
+}
+
+void addHistogram(Family& family, const std::string& instance, const char* stage, const Histogram& all) {
+  std::uint64_t below = 0;
+  for (std::size_t i = 0; i < all.counts.size(); ++i) {
+    below += all.counts[i];
+    std::array<char, 16> bound{"+Inf"};
+    if (i < all.bounds_s.size()) std::snprintf(bound.data(), bound.size(), "%g", all.bounds_s[i]);
+    family.add(instance, below, {{"stage", stage}, {"le", bound.data()}}, "_bucket");
+  }
+  if (all.counts.empty()) return;
+  family.add(instance, all.sum_s, {{"stage", stage}}, "_sum");
+  family.add(instance, below, {{"stage", stage}}, "_count");
+}
+
+void addLosses(Family& family, const std::string& instance, const Ledger& ledger) {
+  const std::pair<const char*, std::uint64_t> losses[] = {{"incomplete", ledger.incomplete},
+                                                          {"wrong_size", ledger.wrongSize},
+                                                          {"wrong_format", ledger.wrongFormat},
+                                                          {"stale", ledger.stale},
+                                                          {"implausible", ledger.implausible},
+                                                          {"evicted_before_track", ledger.evictedBeforeTrack},
+                                                          {"no_rest_pose", ledger.noRestPose},
+                                                          {"evicted_before_solve", ledger.evictedBeforeSolve},
+                                                          {"evicted_before_publish", ledger.evictedBeforePublish},
+                                                          {"discarded_at_stop", ledger.discardedAtStop}};
+  for (const auto& [cause, frames] : losses) family.add(instance, frames, {{"cause", cause}});
+}
+
+const std::vector<Metric>& table() {
+  using Name = const std::string&;
+  static const std::vector<Metric> metrics = {
+      {"info", "gauge", "What runs: always 1",
+       [](Family& f, Name i, const Status& s) {
+         f.add(i, std::uint64_t{1}, {{"sensor", s.header.sensor}, {"boot", toHex(s.header.boot)}});
+       }},
+      {"uptime_seconds", "gauge", "Since the start of the daemon",
+       [](Family& f, Name i, const Status& s) { f.add(i, s.uptime_s); }},
+      {"camera_state", "gauge", "1 for the state that the camera is in",
+       [](Family& f, Name i, const Status& s) {
+         for (int state = 0; state < 5; ++state) {
+           const auto one = static_cast<CameraState>(state);
+           f.add(i, std::uint64_t{one == s.camera}, {{"state", nameOf(one)}});
+         }
+       }},
+      {"frames_received_total", "counter", "Frames handed over by the camera driver, good or bad",
+       [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.received); }},
+      {"frames_published_total", "counter", "Frames whose field was published",
+       [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.published); }},
+      {"frames_in_flight", "gauge", "Frames between the two at this moment",
+       [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.inFlight); }},
+      {"frames_lost_total", "counter", "Frames that were received and not published, by cause",
+       [](Family& f, Name i, const Status& s) { addLosses(f, i, s.ledger); }},
+      {"frames_missing_total", "counter", "Frames that never arrived, by gaps in the camera's numbers",
+       [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.missing); }},
+      {"camera_reconnects_total", "counter", "How often the camera was lost and opened again",
+       [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.reconnects); }},
+      {"packets_total", "counter",
+       "Of the camera's packets since it was opened last: sent again, missing, or refused by the kernel",
+       [](Family& f, Name i, const Status& s) {
+         if (!s.cameraLink) return;
+         f.add(i, s.cameraLink->packetsResent, {{"fate", "resent"}});
+         f.add(i, s.cameraLink->packetsMissing, {{"fate", "missing"}});
+         f.add(i, s.cameraLink->packetsRefused, {{"fate", "refused"}});
+       }},
+      {"camera_temperature_celsius", "gauge", "As the camera says",
+       [](Family& f, Name i, const Status& s) {
+         if (s.cameraLink && s.cameraLink->temperature_C) f.add(i, *s.cameraLink->temperature_C);
+       }},
+      {"ptp_offset_seconds", "gauge", "Of the camera's clock from its master's, as the camera says",
+       [](Family& f, Name i, const Status& s) {
+         if (s.cameraLink && s.cameraLink->ptpOffset_s) f.add(i, *s.cameraLink->ptpOffset_s);
+       }},
+      {"stage_turns_total", "counter", "Turns of each stage's loop: one that stands still hangs",
+       [](Family& f, Name i, const Status& s) {
+         constexpr std::array kLoops = {"capture", "track", "solve", "publish", "control"};
+         for (std::size_t k = 0; k < kLoops.size(); ++k) f.add(i, s.turns[k], {{"stage", kLoops[k]}});
+       }},
+      {"latency_seconds", "histogram", "Of each stage, and of all from the driver to the network",
+       [](Family& f, Name i, const Status& s) {
+         addHistogram(f, i, "track", s.track.sinceStart);
+         addHistogram(f, i, "solve", s.solve.sinceStart);
+         addHistogram(f, i, "send", s.send.sinceStart);
+         addHistogram(f, i, "total", s.total.sinceStart);
+       }},
+      {"markers_expected", "gauge", "Markers of the gel file",
+       [](Family& f, Name i, const Status& s) {
+         for (std::size_t k = 0; k < s.markers.layers.size(); ++k) {
+           const auto& layer = s.markers.layers[k];
+           f.add(i, std::uint64_t{layer.expected}, {{"layer", std::to_string(k)}, {"colour", nameOf(layer.colour)}});
+         }
+       }},
+      {"markers_found", "gauge", "Markers in the newest frame",
+       [](Family& f, Name i, const Status& s) {
+         for (std::size_t k = 0; k < s.markers.layers.size(); ++k) {
+           const auto& layer = s.markers.layers[k];
+           f.add(i, std::uint64_t{layer.found}, {{"layer", std::to_string(k)}, {"colour", nameOf(layer.colour)}});
+         }
+       }},
+      {"gel_contradictions", "gauge", "Numbers of the gel file that the rest picture contradicts: forces are not valid",
+       [](Family& f, Name i, const Status& s) {
+         const auto& all = s.markers.findings;
+         f.add(i, static_cast<std::uint64_t>(
+                      std::count_if(all.begin(), all.end(), [](const auto& one) { return one.contradicts; })));
+       }},
+      {"residual_pixels", "gauge",
+       "What the forces of the last second leave unexplained, root mean square over the markers",
+       [](Family& f, Name i, const Status& s) { f.add(i, s.residual_px); }},
+      {"zero_drift_pixels", "gauge", "Of the untouched picture from the zero",
+       [](Family& f, Name i, const Status& s) {
+         if (!s.restDrift) return;
+         f.add(i, s.restDrift->shiftU_px, {{"of", "shift_u"}});
+         f.add(i, s.restDrift->shiftV_px, {{"of", "shift_v"}});
+         f.add(i, s.restDrift->rms_px, {{"of", "markers"}});
+       }},
+      {"memory_bytes", "gauge", "That the daemon holds",
+       [](Family& f, Name i, const Status& s) {
+         if (s.memory_bytes != 0) f.add(i, s.memory_bytes);
+       }},
+      {"log_lines_lost_total", "counter", "Lines of the log that its reader was too slow for",
+       [](Family& f, Name i, const Status& s) { f.add(i, s.logLinesLost); }},
+  };
+  return metrics;
+}
+
+/// Those with a runtime directory of which a daemon has made sockets; else the default one, which may be on TCP.
+std::set<std::string> instances() {
+  std::set<std::string> names;
+  std::error_code ignored;
+  for (const fs::path& example : runtimeDirectories(kDefaultInstance)) {
+    for (const auto& entry : fs::directory_iterator(example.parent_path(), ignored)) {
+      const std::string name = entry.path().filename();
+      if (isValidName(name) && fs::is_socket(entry.path() / "control", ignored)) names.insert(name);
+    }
+  }
+  if (names.empty()) names.insert(kDefaultInstance);
+  return names;
+}
+
+/// The request is read to its empty line, else the answer would be cut short by what is left of it.
+void skipRequest() {
+  constexpr std::size_t kMost = 16'384;
+  std::size_t size = 0;
+  for (std::string line; size < kMost && std::getline(std::cin, line) && !line.empty() && line != "\r";)
+    size += line.size();
+}
+
+}  // namespace
+
+std::string metricsText(const std::vector<Measured>& all) {
+  std::string text;
+  Family up(text, "up", "gauge", "1 where the daemon answers");
+  for (const Measured& one : all) up.add(one.instance, std::uint64_t{one.status.has_value()});
+  for (const Metric& metric : table()) {
+    Family family(text, metric.name, metric.type, metric.help);
+    for (const Measured& one : all) {
+      if (one.status) metric.sample(family, one.instance, *one.status);
+    }
+  }
+  return text;
+}
+
+void metrics(const ControlOptions& options, bool one, bool http) {
+  if (http) skipRequest();
+  std::vector<Measured> all;
+  for (const std::string& name : one ? std::set<std::string>{options.instance} : instances()) {
+    ControlOptions asked = options;
+    asked.instance = name;
+    Measured measured{name, {}};
+    try {
+      measured.status = Control(asked).status();
+    } catch (const Error&) {  // it is down
+    }
+    all.push_back(std::move(measured));
+  }
+  std::string text = metricsText(all);
+  if (http) {
+    text = "HTTP/1.0 200 OK\r\nContent-Type: text/plain; version=0.0.4; charset=utf-8\r\nContent-Length: " +
+           std::to_string(text.size()) + "\r\nConnection: close\r\n\r\n" + text;
+  }
+  if (std::fwrite(text.data(), 1, text.size(), stdout) == 0) expectReader();
+  flushOutput();
+}
+
+}  // namespace traction::cli
