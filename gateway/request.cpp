@@ -2,12 +2,16 @@
 
 #include "traction/v1/control.pb.h"
 
+#include <google/protobuf/stubs/logging.h>
+
 namespace tractiond::gateway {
 
 namespace pb = traction::v1;
 
 tl::expected<std::string, std::string> signedRequest(std::string_view bytes, const std::string& asker) {
   constexpr std::size_t kLargestRequest = 65'536;
+  // Else Protobuf writes a line on standard error for each string that is no UTF-8, and waits for who reads it.
+  [[maybe_unused]] static const auto before = google::protobuf::SetLogHandler(nullptr);
   // Read and written again: behind bytes that end within a field nothing could be appended safely.
   pb::Request request;
   if (!request.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {

@@ -10,6 +10,8 @@
 #include "traction/v1/markers.pb.h"
 #include "traction/v1/status.pb.h"
 
+#include <google/protobuf/stubs/logging.h>
+
 #include <algorithm>
 #include <cstring>
 
@@ -511,6 +513,8 @@ std::string printable(std::string_view text) {
 }  // namespace
 
 tl::expected<Asked, std::string> decodeRequest(std::string_view bytes) {
+  // Else Protobuf writes a line on standard error for each string that is no UTF-8, and waits for who reads it.
+  [[maybe_unused]] static const auto before = google::protobuf::SetLogHandler(nullptr);
   pb::Request request;
   if (!request.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
     return tl::unexpected<std::string>("this is not a traction.v1.Request");

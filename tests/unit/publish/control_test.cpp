@@ -154,6 +154,50 @@ TEST_F(ControlTest, ALocalAskerIsNamedByItsProcess) {
   EXPECT_EQ(zero_.asker, "uid " + std::to_string(getuid()) + ", pid " + std::to_string(getpid()));
 }
 
+TEST_F(ControlTest, WhoPassesRequestsOnNamesTheAskerAndIsNamed) {
+  auto gateway = connect(zmq::socket_type::dealer);
+  pb::Request asked;
+  asked.set_version(1);
+  asked.mutable_zero();
+  asked.set_on_behalf_of("\"ada\" at 192.0.2.7\nforged: line \x1b[2J" + std::string(1000, 'x'));
+  for (const char* asker : {"one", "two"}) {
+    for (const std::string& part : {std::string(asker), std::string()}) {
+      gateway.send(zmq::buffer(part), zmq::send_flags::sndmore);
+    }
+    gateway.send(zmq::buffer(asked.SerializeAsString()), zmq::send_flags::none);
+  }
+  while (!server_->zeroPending()) server_->serve(10ms);
+  for (int i = 0; i < 10; ++i) server_->serve(10ms);
+  EXPECT_TRUE(zero_.asker.starts_with("\"ada\" at 192.0.2.7?forged: line ?[2Jxx")) << zero_.asker;
+  EXPECT_TRUE(zero_.asker.ends_with("xx through 127.0.0.1")) << zero_.asker;
+  EXPECT_LT(zero_.asker.size(), 200U);
+  EXPECT_EQ(zeros_, 1);
+  server_->answerZero(RestPose{});
+  for (const char* asker : {"one", "two"}) {
+    std::vector<std::string> parts;
+    for (bool more = true; more;) {
+      zmq::message_t part;
+      gateway.set(zmq::sockopt::rcvtimeo, 10'000);
+      ASSERT_TRUE(gateway.recv(part));
+      parts.push_back(part.to_string());
+      more = part.more();
+    }
+    ASSERT_EQ(parts.size(), 3U);
+    EXPECT_EQ(parts[0], asker);
+    EXPECT_EQ(parts[1], "");
+    pb::Reply reply;
+    EXPECT_TRUE(reply.ParseFromString(parts[2]) && reply.has_zero());
+  }
+}
+
+TEST_F(ControlTest, NoPeerWritesTheLog) {
+  std::string bytes = read("Gain");
+  bytes[bytes.find("Gain")] = '\xff';  // no UTF-8
+  testing::internal::CaptureStderr();
+  EXPECT_FALSE(ask(bytes).error().empty());
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
 TEST_F(ControlTest, FailedZeroSaysWhy) {
   auto socket = connect(zmq::socket_type::req);
   socket.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero(); })), zmq::send_flags::none);
