@@ -45,7 +45,7 @@ tl::expected<AllowedKey, Error> loadAllowed(const fs::path& path) {
   AllowedKey allowed{.name = path.stem().string(), .key = {}};
   if (!traction::isValidName(allowed.name)) {
     return tl::unexpected(Error{.exitCode = EX_CONFIG,
-                                .what = "the file's name is none of somebody: 1 to 24 of A-Z, a-z, 0-9, _ and -",
+                                .what = "the file's name is nobody's: 1 to 24 of A-Z, a-z, 0-9, _ and -",
                                 .where = path.string()});
   }
   auto file = TomlTable::load(path.string());

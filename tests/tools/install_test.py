@@ -29,7 +29,8 @@ class Install(unittest.TestCase):
 
     def test_everything_is_where_it_is_looked_for(self):
         files = self.files()
-        for wanted in ("bin/tractiond", "bin/tractionctl", "bin/traction-twin", "lib/systemd/system/tractiond@.service",
+        for wanted in ("bin/tractiond", "bin/tractionctl", "bin/traction-twin", "bin/traction-gateway",
+                       "lib/systemd/system/tractiond@.service", "lib/systemd/system/traction-gateway@.service",
                        "lib/systemd/system/traction-metrics.socket", "lib/systemd/system/traction-metrics@.service",
                        "share/tractiond/prometheus/alerts.yml",
                        "lib/sysusers.d/tractiond.conf", "lib/sysctl.d/60-tractiond.conf", "lib/tmpfiles.d/tractiond.conf",

@@ -1,4 +1,4 @@
-"""Every warning and error of the daemon is explained in docs/operations.md, and what is explained there exists."""
+"""Every warning and error of the daemon and the gateway is explained in docs/operations.md, and what is explained there exists."""
 
 import pathlib
 import re
@@ -28,9 +28,13 @@ def fixed(text):
     return next((piece for piece in pieces if len(piece) >= SHORTEST), max(pieces, key=len))
 
 
+def sources():
+    return sorted(path for room in ("daemon", "gateway") for path in (SOURCE / room).rglob("*.cpp"))
+
+
 def messages():
     """(where, the longest fixed piece of the first part)."""
-    for path in sorted((SOURCE / "daemon").rglob("*.cpp")):
+    for path in sources():
         if str(path.relative_to(SOURCE)) in ELSEWHERE:
             continue
         text = path.read_text()
@@ -55,7 +59,7 @@ class Operations(unittest.TestCase):
 
     def test_what_is_explained_exists(self):
         code = plain(re.sub(r'"\s*\n\s*"', "", "\n".join(
-            path.read_text() for path in (SOURCE / "daemon").rglob("*.cpp")))).replace('\\"', '"')
+            path.read_text() for path in sources()))).replace('\\"', '"')
         for row in re.findall(r"^\| (`.*?) \|", (SOURCE / "docs/operations.md").read_text(), re.M):
             for said in re.findall(r"`([^`]*)`", row):
                 if re.match(r"[a-z_]+[.a-z_,]*$", said):

@@ -7,7 +7,7 @@ import unittest
 
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 ROOT = pathlib.Path(__file__).resolve().parents[3]
-PROGRAMS = ("tractiond", "tractionctl", "traction-twin")
+PROGRAMS = ("tractiond", "tractionctl", "traction-gateway", "traction-twin")
 TOOLS = ("arm64", "bench", "build", "compare", "demo", "evaluate", "lint", "test", "uninstall")
 USAGE = 64
 

@@ -1,0 +1,48 @@
+#include "gateway/config.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+namespace tractiond::gateway {
+namespace {
+
+std::string errorOf(const std::string& text) {
+  std::istringstream stream(text);
+  const auto config = parseConfig(stream, "gateway.toml");
+  if (config) return "";
+  EXPECT_EQ(config.error().exitCode, EX_CONFIG);
+  return config.error().message();
+}
+
+TEST(GatewayConfig, ShippedFileIsTheDefaultsWithEveryKey) {
+  std::ifstream stream(CONFIG_FILE);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  EXPECT_EQ(text, configText(Config{})) << "run: traction-gateway --print-config > config/gateway.toml";
+}
+
+TEST(GatewayConfig, PrintedTextReadsBackToTheSame) {
+  Config config;
+  config.stream = {"tcp://127.0.0.1:1", "tcp://[::1]:2"};
+  config.insecure = true;
+  config.limits.peers = 7;
+  config.logLevel = "error";
+  std::istringstream stream(configText(config));
+  const auto again = parseConfig(stream, "gateway.toml");
+  ASSERT_TRUE(again) << again.error().message();
+  EXPECT_EQ(configText(*again), configText(config));
+}
+
+TEST(GatewayConfig, MistakesAreNamed) {
+  EXPECT_NE(errorOf("[gateway]\nstream = [\"ipc:///run/x\"]").find("which is not tcp://ADDRESS:PORT"),
+            std::string::npos);
+  EXPECT_NE(errorOf("[gateway]\ncontrol = []").find("gateway.control is empty"), std::string::npos)
+      << errorOf("[gateway]\ncontrol = []");
+  EXPECT_NE(errorOf("[gateway]\ninsecur = true").find("insecure"), std::string::npos);
+  EXPECT_NE(errorOf("[limits]\npeers = 0").find("gateway.toml:2"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tractiond::gateway
