@@ -13,6 +13,7 @@ namespace {
 /// With CURVE the largest message of a handshake has some 300 bytes.
 constexpr std::int64_t kLargestSubscription = 512;
 constexpr std::int64_t kLargestRequest = 65'536 + 64;  ///< encrypted
+constexpr int kWaitingReplies = 16;                    ///< per peer, as at the instrument
 /// Bytes; what a flooding peer has in it still arrives after it is cut off.
 constexpr int kReceiveBuffer = 4096;
 constexpr int kHandshakesPerTurn = 64;
@@ -54,8 +55,12 @@ Front::Front(const Options& options, MayEnter mayEnter, Refused refused)
   }
   for (std::size_t way = 0; way < kWays; ++way) {
     zmq::socket_t& socket = sockets_[way] = zmq::socket_t(context_, kTypes[way]);
-    publish::guard(socket, options.highWaterMark, way == kControl ? kLargestRequest : kLargestSubscription);
-    if (way != kControl) socket.set(zmq::sockopt::rcvbuf, kReceiveBuffer);
+    if (way == kControl) {
+      publish::guard(socket, kWaitingReplies, kLargestRequest);
+    } else {
+      publish::guard(socket, options.highWaterMark, kLargestSubscription);
+      socket.set(zmq::sockopt::rcvbuf, kReceiveBuffer);
+    }
     if (options.server) {
       socket.set(zmq::sockopt::curve_server, true);
       socket.set(zmq::sockopt::curve_secretkey, options.server->secretKey);
@@ -110,7 +115,7 @@ void Front::answerHandshake(std::vector<std::string>& parts) {
     why = "\"" + allowed->name + "\" may only read";
   }
   if (!why.empty()) refused_("a peer at " + parts[3] + " is refused: " + why);
-  const std::string user = why.empty() ? allowed->name : "";
+  const std::string user = allowed != nullptr && why.empty() ? allowed->name : "";
   const std::array<std::string_view, 6> reply = {parts[0], parts[1], why.empty() ? "200" : "400", why, user, ""};
   for (std::size_t i = 0; i < reply.size(); ++i) {
     zmq_send(handshakes_.handle(), reply[i].data(), reply[i].size(),

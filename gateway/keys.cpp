@@ -56,7 +56,7 @@ tl::expected<AllowedKey, Error> loadAllowed(const fs::path& path) {
   if (word == wordOf(Permission::kControl)) {
     allowed.permission = Permission::kControl;
   } else if (word != wordOf(Permission::kRead)) {
-    file->fail("permission", "must be \"read\" or \"control\"");
+    file->fail("permission", R"(must be "read" or "control")");
   }
   if (auto sound = file->finish(); !sound) return tl::unexpected(asError(sound.error()));
   return allowed;

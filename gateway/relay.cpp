@@ -108,11 +108,11 @@ tl::expected<std::optional<KeyPair>, Error> serverKey(const Config& config) {
 struct Relay::Impl {
   Impl(const Config& given, const std::filesystem::path& instrument)
       : config(given)
+      , directory(instrument)
       , keys(given.keys)
       , requests(given.limits.requestsPerSecond, given.limits.requestsPerSecondEach)
       , heard_ns(monotonicNow()) {
     const traction::Endpoints endpoints = traction::ipcEndpoints(instrument);
-    directory = instrument;
     for (zmq::socket_t* socket : {&stream, &latest, &control}) socket->set(zmq::sockopt::linger, 0);
     latest.set(zmq::sockopt::conflate, true);
     latest.connect(endpoints.latest);
@@ -147,7 +147,14 @@ struct Relay::Impl {
     return {};
   }
 
-  /// At the start, when it is certain that there is one.
+  /// A moment, for one that is there: who asks first is not to hear that there is none.
+  void waitForInstrument() {
+    constexpr milliseconds kMoment(300);
+    zmq_pollitem_t item{control.handle(), 0, ZMQ_POLLOUT, 0};
+    zmq_poll(&item, 1, kMoment.count());
+  }
+
+  /// At the start, once its sockets are open.
   void tellWhoMayEnter() {
     if (options.server) {
       keys.refresh();
@@ -245,7 +252,7 @@ struct Relay::Impl {
       if (count == 0) return;
       askers.count(parts[0], front->bound(kControl));
       // [peer][empty][request]
-      if (count != 3 || parts[1].size() != 0) continue;
+      if (count != 3 || !parts[1].empty()) continue;
       const std::string why = pass(parts[0].to_string_view(), parts[2], now);
       if (why.empty()) continue;
       put((*front)[kControl], parts[0], true);
@@ -352,6 +359,7 @@ tl::expected<std::unique_ptr<Relay>, Error> Relay::open(const Config& config,
                    .server = *std::move(server),
                    .highWaterMark = config.highWaterMark,
                    .limits = config.limits};
+  impl->waitForInstrument();
   if (auto opened = impl->openFront(); !opened) return tl::unexpected(opened.error());
   impl->tellWhoMayEnter();
   return std::unique_ptr<Relay>(new Relay(std::move(impl)));
