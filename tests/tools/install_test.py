@@ -37,9 +37,13 @@ class Install(unittest.TestCase):
                        "lib/udev/rules.d/60-tractiond.rules", "share/tractiond/tractiond.toml"):
             self.assertIn(wanted, files)
 
-    def test_the_metrics_run_in_a_tight_sandbox(self):
+    def test_the_services_run_in_a_tight_sandbox(self):
+        for unit in ("tractiond@.service", "traction-metrics@.service"):
+            self.check_sandbox(unit)
+
+    def check_sandbox(self, unit):
         done = subprocess.run(["systemd-analyze", "security", "--offline=true", "--threshold=15", "--no-pager",
-                               self.prefix / "lib/systemd/system/traction-metrics@.service"], capture_output=True, text=True)
+                               self.prefix / "lib/systemd/system" / unit], capture_output=True, text=True)
         print(f"\n  {done.stdout.strip().splitlines()[-1]}")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
