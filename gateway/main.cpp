@@ -9,6 +9,7 @@
 
 #include <pthread.h>
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
 
 #include <atomic>
 #include <filesystem>
@@ -42,9 +43,24 @@ fs::path runtimeOf(const Arguments& arguments) {
   return candidates.back();
 }
 
+/// Where descriptors run out ZeroMQ turns in circles: those who are too many must be accepted before they are cut off.
+tl::expected<void, Error> checkDescriptors(const Config& config) {
+  constexpr rlim_t kBesides = 200;
+  rlimit limit{};
+  getrlimit(RLIMIT_NOFILE, &limit);
+  const rlim_t needed = static_cast<rlim_t>(config.limits.peers) + kBesides;
+  if (limit.rlim_cur >= needed) return {};
+  return tl::unexpected(Error{.exitCode = EX_OSERR,
+                              .what = "limits.peers = " + std::to_string(config.limits.peers) + " takes " +
+                                      std::to_string(needed) + " file descriptors, and " +
+                                      std::to_string(limit.rlim_cur) + " are allowed",
+                              .remedy = "allow more (LimitNOFILE= of the service, ulimit -n), or fewer peers"});
+}
+
 int serve(const Config& config, const fs::path& runtime) {
   catchSignals();
   if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
+  if (const auto enough = checkDescriptors(config); !enough) return failed(enough.error());
   const auto log = startLog("traction-gateway", config.logLevel);
   auto relay = Relay::open(config, runtime);
   if (!relay) return log->write(line(relay.error())), relay.error().exitCode;

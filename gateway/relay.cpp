@@ -33,8 +33,6 @@ constexpr std::int64_t kSilence_ns = 3'000'000'000;  ///< three statuses
 constexpr int kWaitingForInstrument = 256;
 constexpr std::string_view kFieldBegins = "\x09";  ///< Field.timestamp
 
-using Parts = std::vector<zmq::message_t>;
-
 /// The parts of the next message, the first four of them. 0: there is none.
 std::size_t receive(zmq::socket_t& socket, std::array<zmq::message_t, 4>& parts) {
   for (std::size_t count = 0;; ++count) {

@@ -1,20 +1,17 @@
 // Between one instrument and peers on the network: passes on what it publishes, and what they ask of it.
 #pragma once
 
-#include "daemon/base/counter.h"
 #include "gateway/front.h"
 
 #include <chrono>
-#include <cstdint>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace tractiond::gateway {
 
-/// Thread-bound, but for turns() and what is noted as such. The instrument may start later, and again.
+/// Thread-bound, but for what is noted as such. The instrument may start later, and again.
 class Relay {
  public:
   /// \param instrument its runtime directory
@@ -27,8 +24,8 @@ class Relay {
   /// lost.
   tl::expected<void, Error> turn(std::chrono::milliseconds timeout);
 
-  const std::vector<std::string>& bound(Way way) const;  ///< as bound at first
-  int peers() const;                                     ///< any thread
+  const std::vector<std::string>& bound(Way way) const;
+  int peers() const;  ///< any thread
 
  private:
   struct Impl;

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import random
+import resource
 import selectors
 import socket
 import sys
@@ -84,6 +85,7 @@ def connections():
     return f"{count} connections"
 
 
+resource.setrlimit(resource.RLIMIT_NOFILE, 2 * resource.getrlimit(resource.RLIMIT_NOFILE)[1:])
 print("flooding", flush=True)
 print({"silence": lambda: raw(lambda: b""),
        "junk": lambda: raw(lambda: os.urandom(random.randrange(1, 600))),

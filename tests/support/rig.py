@@ -159,7 +159,7 @@ class Rig(contextlib.ExitStack):
                 copy_into(cache_directory(), made)
         return process
 
-    def gateway(self, daemon, config="", *options, keys=True, ready=True, **process):
+    def gateway(self, daemon, config="", *options, keys=True, ready=True, before=(), **process):
         """`config` is TOML text behind the endpoints, which are at any free port; `keys`: the box has one."""
         base = pathlib.Path(self.enter_context(tempfile.TemporaryDirectory(prefix="gateway-", dir=self.folder)))
         file = base / "gateway.toml"
@@ -169,7 +169,7 @@ class Rig(contextlib.ExitStack):
         if keys and not (self.folder / "keys").exists():
             self.allow("nobody", zmq.curve_keypair()[0].decode())
         runtime = daemon.endpoint["stream"].removeprefix("ipc://").removesuffix("/stream")
-        process = self.start(BIN / "traction-gateway", "--config", file, "--runtime", runtime, *options, **process)
+        process = self.start(*before, BIN / "traction-gateway", "--config", file, "--runtime", runtime, *options, **process)
         process.file = file
         if ready:
             process.wait_for("listening.*", 30)
