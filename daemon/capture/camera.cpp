@@ -363,17 +363,21 @@ Next Camera::next(Frame& frame, milliseconds timeout) {
   return Next::kTimeout;
 }
 
-/// Without a frame for longer a camera is asked whether it is there [ns].
+/// Without a frame for longer a camera is asked whether it is there [ns]. One that is late anyway gets more time.
 std::int64_t Camera::patience() const {
   constexpr double kFrames = 6;
-  constexpr std::int64_t kLeast_ns = 80'000'000, kMost_ns = 1'000'000'000;
+  constexpr std::int64_t kLeast_ns = 80'000'000, kMost_ns = 1'000'000'000, kIntervals = 3;
   const double rate_Hz = driver_->info().frameRate_Hz;
-  return rate_Hz > 0 ? std::clamp<std::int64_t>(std::llround(kFrames * 1e9 / rate_Hz), kLeast_ns, kMost_ns) : kMost_ns;
+  if (rate_Hz <= 0) return kMost_ns;
+  const std::int64_t usual_ns = std::max<std::int64_t>(std::llround(kFrames * 1e9 / rate_Hz), kLeast_ns);
+  return std::min(std::max(usual_ns, kIntervals * longest_ns_), kMost_ns);
 }
 
 Next Camera::judge(Frame& frame, const Buffer& buffer) {
   Arrival arrival = buffer.arrival;
   const std::int64_t real_ns = realNow();
+  constexpr std::int64_t kForgotten = 64;  // a part in as many, with each arrival
+  longest_ns_ = std::max(arrival.host_ns - lastArrival_ns_, longest_ns_ - longest_ns_ / kForgotten);
   lastArrival_ns_ = arrival.host_ns;
   if (arrival.complete && buffer.data != nullptr) arrival.content = contentOf(buffer.data, arrival.shape.size);
   const Judgement judgement = gate_->judge(arrival);
@@ -436,6 +440,7 @@ bool Camera::adopt(milliseconds timeout) {
     gate_->restart();
   }
   lastArrival_ns_ = lastWhole_ns_ = monotonicNow();
+  longest_ns_ = 0;
   return true;
 }
 

@@ -85,6 +85,7 @@ class Camera : public FrameSource {
   std::optional<FrameGate> gate_;
   CaptureClock clock_;
   std::int64_t lastArrival_ns_ = 0, lastWhole_ns_ = 0, lastDoubt_ns_ = 0;
+  std::int64_t longest_ns_ = 0;  ///< between two arrivals lately
   bool ended_ = false;
   Error error_;
 };
