@@ -269,6 +269,10 @@ tl::expected<std::vector<std::string>, Error> Instrument::reload(const Config& c
                                 .what = fmt::format("not while it runs: {}", fmt::join(bound, ", ")),
                                 .remedy = "restart the service"});
   }
+  if (!ofCamera && camera_->refusedLast()) {
+    ofCamera = true;
+    news.emplace_back("what the camera refused, once more");
+  }
   config_.logLevel = completed.logLevel;
   spdlog::set_level(spdlog::level::from_str(completed.logLevel));
   if (ofCamera) {

@@ -45,9 +45,9 @@ std::vector<Key> keysOf(Config& config) {
       {"limits", "peers_per_address", "connections", "Of one address, so that it cannot keep others out.",
           &limits.peersPerAddress, {1, 10'000}},
       {"limits", "requests_per_s", "requests/s", "Of all peers together; those beyond are answered with an error.",
-          &limits.requestsPerSecond, {1, 900}},
+          &limits.requestsPerSecond, {1, 450}},
       {"limits", "requests_per_s_each", "requests/s", "Of one key.",
-          &limits.requestsPerSecondEach, {1, 900}},
+          &limits.requestsPerSecondEach, {1, 450}},
 
       {"log", "level", "", "Of what goes to standard error.",
           choiceOf(config.logLevel, {"debug", "info", "warning", "error"})},

@@ -133,7 +133,7 @@ void Front::takeEvents(Way way) {
     std::memcpy(&event, parts[0].data(), sizeof event);
     std::memcpy(&fd, parts[0].data() + sizeof event, sizeof fd);
     if (event == ZMQ_EVENT_ACCEPTED) peers_.came(fd, bound_[way]);
-    if (event == ZMQ_EVENT_DISCONNECTED) peers_.went(fd);
+    if (event == ZMQ_EVENT_DISCONNECTED) peers_.went(fd, bound_[way]);
   }
 }
 

@@ -168,7 +168,7 @@ bool KeyDirectory::refresh() {
       if (!name.ends_with(kEnding)) continue;
       if (fstatat(dirfd(directory), entry->d_name, &status, 0) != 0) status = {};
       now.push_back({std::string(name), static_cast<long>(status.st_ino), static_cast<long>(status.st_size),
-                     status.st_mtim.tv_sec, status.st_mtim.tv_nsec});
+                     status.st_ctim.tv_sec, status.st_ctim.tv_nsec});
     }
     closedir(directory);
   } else {
@@ -202,6 +202,8 @@ bool KeyDirectory::refresh() {
     else
       faults.push_back(std::move(allowed).error());
   }
+  // What could not be read now, perhaps for want of a descriptor, is tried again.
+  if (std::ranges::any_of(faults, [](const Error& fault) { return fault.exitCode == EX_NOINPUT; })) looked_ = false;
   const bool changed = keys != keys_ || !std::ranges::equal(faults, faults_, {}, &Error::message, &Error::message);
   stamps_ = std::move(now);
   keys_ = std::move(keys);

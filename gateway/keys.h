@@ -73,7 +73,7 @@ class KeyDirectory {
  private:
   struct Stamp {
     std::string name;
-    long inode, size, seconds, nanoseconds;
+    long inode, size, seconds, nanoseconds;  ///< of its last change, that of its owner or permissions, too
     bool operator==(const Stamp&) const = default;
   };
 

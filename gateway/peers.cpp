@@ -20,11 +20,11 @@ Peers::Connection Peers::otherEnd(int fd) {
           0) {
     return {};
   }
-  return {host.data(), port.data()};
+  return {host.data(), port.data(), nullptr};
 }
 
 void Peers::came(int fd, const std::vector<std::string>& bound) {
-  went(fd);  // whose end was not told
+  forget(fd);  // whose end was not told
   Connection peer = otherEnd(fd);
   if (peer.address.empty()) return;
   const auto of = each_.find(peer.address);
@@ -34,10 +34,16 @@ void Peers::came(int fd, const std::vector<std::string>& bound) {
     return publish::cutOff(fd, bound);
   }
   ++each_[peer.address];
+  peer.bound = &bound;
   connections_.emplace(fd, std::move(peer));
 }
 
-void Peers::went(int fd) {
+void Peers::went(int fd, const std::vector<std::string>& bound) {
+  const auto one = connections_.find(fd);
+  if (one != connections_.end() && one->second.bound == &bound) forget(fd);
+}
+
+void Peers::forget(int fd) {
   const auto one = connections_.find(fd);
   if (one == connections_.end()) return;
   const auto of = each_.find(one->second.address);
@@ -51,7 +57,7 @@ void Peers::look() {
     const Connection now = otherEnd(fd);
     if (now.address != peer.address || now.port != peer.port) gone.push_back(fd);
   }
-  for (const int fd : gone) went(fd);
+  for (const int fd : gone) forget(fd);
 }
 
 }  // namespace tractiond::gateway

@@ -17,10 +17,10 @@ class Peers {
 
   /// A connection that ZeroMQ accepted for a socket bound to these endpoints; one too many is ended.
   void came(int fd, const std::vector<std::string>& bound);
-  void went(int fd);
+  /// A connection to these; the number may be that of another's by now.
+  void went(int fd, const std::vector<std::string>& bound);
   /// Forgets all that are gone without a word.
   void look();
-  void clear() { connections_.clear(), each_.clear(); }
 
   int count() const { return static_cast<int>(connections_.size()); }
   std::uint64_t refused() const { return refused_; }
@@ -29,7 +29,9 @@ class Peers {
  private:
   struct Connection {
     std::string address, port;
+    const std::vector<std::string>* bound = nullptr;  ///< to which it is
   };
+  void forget(int fd);
   static Connection otherEnd(int fd);
 
   int most_, mostPerAddress_;

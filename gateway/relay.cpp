@@ -87,8 +87,9 @@ bool losesSomething(const std::vector<AllowedKey>& before, const std::vector<All
 tl::expected<std::optional<KeyPair>, Error> serverKey(const Config& config) {
   if (config.insecure) return std::nullopt;
   const std::filesystem::path file = serverKeyFile(config.keys);
-  std::error_code ignored;
-  if (std::filesystem::exists(std::filesystem::symlink_status(file, ignored))) {
+  std::error_code unseen;
+  // Where it cannot be seen whether there is one, it is read, which says why not.
+  if (std::filesystem::symlink_status(file, unseen).type() != std::filesystem::file_type::not_found) {
     return loadKeyPair(file).map([](KeyPair keys) { return std::optional(std::move(keys)); });
   }
   if (!isLocal(config)) {
@@ -136,6 +137,7 @@ struct Relay::Impl {
     if (!opened) return tl::unexpected(opened.error());
     front = *std::move(opened);
     ++generation;
+    refusedBefore = 0;
     items = {{stream.handle(), 0, ZMQ_POLLIN, 0},
              {latest.handle(), 0, ZMQ_POLLIN, 0},
              {control.handle(), 0, ZMQ_POLLIN, 0},
@@ -222,11 +224,11 @@ struct Relay::Impl {
   void takeSubscriptions(std::int64_t now) {
     for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kStream], parts) != 0; ++i) {
       const std::string_view text = parts[0].to_string_view();
+      subscribers.count(parts[0], front->bound(kStream));
       if (!text.starts_with('\1')) continue;
       for (const auto& [topic, kept] : descriptions) {
         descriptionDue = descriptionDue || std::string_view(topic).starts_with(text.substr(1));
       }
-      subscribers.count(parts[0], front->bound(kStream));
     }
     if (!descriptionDue || now - described_ns < kDescriptions_ns) return;
     descriptionDue = false;
@@ -261,7 +263,8 @@ struct Relay::Impl {
 
   /// \return why not; empty: the request is on its way
   std::string pass(std::string_view peer, zmq::message_t& request, std::int64_t now) {
-    const std::string user = property(request, "User-Id"), address = property(request, "Peer-Address");
+    const std::string user = options.server ? property(request, "User-Id") : "",
+                      address = property(request, "Peer-Address");
     if (const int limit = requests.beyond(user.empty() ? address : user, now); limit > 0) {
       return "too many requests: more than " + std::to_string(limit) + " in a second";
     }

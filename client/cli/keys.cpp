@@ -122,6 +122,10 @@ Keys keysFor(const std::string& serverKey, const fs::path& file) {
   }
   Keys keys = loadKeys(from.string());
   if (!serverKey.empty()) keys.serverKey = serverKey;
+  if (keys.serverKey.empty()) {  // else everything would go unencrypted, to whoever answers
+    throw KeyError(EX_USAGE, "the box's key is missing: --server-key KEY, or a line server = \"KEY\" in " +
+                                 from.string() + "; a host that asks for none is reached by --connect and --control");
+  }
   return keys;
 }
 

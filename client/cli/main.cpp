@@ -344,7 +344,7 @@ int main(int argc, char** argv) try {
     }
     if (echo->parsed()) cli::echo(subscription, names.at(topic), count);
     if (status->parsed()) cli::status(control, json);
-    if (metrics->parsed()) cli::metrics(control, app.count("--instance") + app.count("--control") != 0, http);
+    if (metrics->parsed()) cli::metrics(control, app.count("--instance") != 0 || !control.endpoint.empty(), http);
     if (snapshot->parsed()) cli::snapshot(control, picturePath, marked);
     if (describe->parsed()) cli::describe(control);
     if (zero->parsed()) cli::zero(control, zeroing);

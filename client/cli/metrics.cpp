@@ -201,10 +201,15 @@ const std::vector<Metric>& table() {
   return metrics;
 }
 
-/// Those with a runtime directory of which a daemon has made sockets; else the default one, which may be on TCP.
+/// Those with a runtime directory of which a daemon has made sockets, and those with a configuration, which are down
+/// without one; else the default one, which may be on TCP.
 std::set<std::string> instances() {
   std::set<std::string> names;
   std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator("/etc/tractiond", ignored)) {
+    const std::string name = entry.path().stem();
+    if (entry.path().extension() == ".toml" && isValidName(name)) names.insert(name);
+  }
   for (const fs::path& example : runtimeDirectories(kDefaultInstance)) {
     for (const auto& entry : fs::directory_iterator(example.parent_path(), ignored)) {
       const std::string name = entry.path().filename();
@@ -239,11 +244,13 @@ std::string metricsText(const std::vector<Measured>& all) {
 }
 
 void metrics(const ControlOptions& options, bool one, bool http) {
+  constexpr std::chrono::milliseconds kPatience(1000);
   if (http) skipRequest();
   std::vector<Measured> all;
   for (const std::string& name : one ? std::set<std::string>{options.instance} : instances()) {
     ControlOptions asked = options;
     asked.instance = name;
+    if (!one) asked.timeout = kPatience;  // Prometheus waits ten seconds for all
     Measured measured{name, {}};
     try {
       measured.status = Control(asked).status();

@@ -96,7 +96,7 @@ tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOpti
   info.name = nameOf(camera);
   if (before != nullptr && (info.name.vendor != before->name.vendor || info.name.serial != before->name.serial))
     return failed(EX_UNAVAILABLE, "another camera answers, " + info.name.id);
-  if (!info.name.address.empty()) info.identity = driver->search_.ask(info.name.address, kAnswer);
+  if (!info.name.address.empty()) info.identity = driver->search_.ask(info.name.address, 10 * kAnswer);
   g_signal_connect(arv_camera_get_device(camera), "control-lost",
                    G_CALLBACK(+[](ArvDevice*, std::atomic<bool>* lost) { lost->store(true); }), &driver->controlLost_);
 

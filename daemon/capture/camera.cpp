@@ -58,6 +58,7 @@ struct Camera::Keeper {
   bool wait = true;
   std::stop_source stop;
   std::atomic<CameraState> state{CameraState::kUnknown};
+  std::atomic<bool> refusedLast{false};
   std::atomic<bool> renewing{false};         // there is an `openNext`
   std::atomic<std::int64_t> unanswered{-1};  // nothing came after this arrival [ns], and the camera did not answer
   Mailbox<CameraVitals> vitals;
@@ -152,6 +153,7 @@ std::unique_ptr<Driver> Camera::Keeper::openOne(const CameraInfo* before) {
       tell(Weight::kWarning,
            "the camera does not take what is new in the configuration, and is opened as before: " + problem->message());
       open = std::exchange(former, {});
+      refusedLast = true;
       continue;
     }
     const bool worthIt = before != nullptr || (problem->exitCode == EX_UNAVAILABLE && wait);
@@ -308,8 +310,13 @@ bool Camera::takeVitals(CameraVitals& vitals) {
 void Camera::reopen(OpenDriver driver) {
   const std::lock_guard lock(keeper_->mutex);
   keeper_->openNext = std::move(driver);
+  keeper_->refusedLast = false;
   keeper_->renewing = true;
   keeper_->changed.notify_all();
+}
+
+bool Camera::refusedLast() const {
+  return keeper_->refusedLast;
 }
 
 void Camera::ask(const CameraStep& step) {

@@ -60,6 +60,9 @@ class Camera : public FrameSource {
   /// refuses, that is told, and it is opened as before. Any thread.
   void reopen(OpenDriver driver);
 
+  /// It was opened as before, for it refused what reopen() asked last. Any thread.
+  bool refusedLast() const;
+
   /// Asks the camera; the answer can be taken some time later, also where the camera is gone. One question at a time.
   /// Both for one thread.
   void ask(const CameraStep& step);

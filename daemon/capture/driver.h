@@ -36,8 +36,8 @@ enum class Popped {
   kEnd,      ///< there will be no more, by nature
 };
 
-/// An opened camera. pop() and giveBack() belong to the capture thread, all else to the camera-keeper, which also
-/// destroys it.
+/// An opened camera. pop() and giveBack() belong to the capture thread, all else to the camera-keeper. One that is lost
+/// is destroyed by a thread of its own, for that may take seconds.
 class Driver {
  public:
   virtual ~Driver() = default;  ///< closes; may block for seconds where the camera is dead

@@ -96,14 +96,22 @@ std::optional<GvcpSearch::Answer> GvcpSearch::receive(std::int64_t until_ns) {
   return answer;
 }
 
+/// Answers to questions of before say nothing of now.
+void GvcpSearch::forget() {
+  std::array<char, 1> rest{};
+  while (recv(socket_, rest.data(), rest.size(), 0) >= 0) {
+  }
+}
+
 GvcpSearch::Identity GvcpSearch::ask(const std::string& address, milliseconds timeout) {
   const std::int64_t begin_ns = monotonicNow(), half_ns = timeout.count() * 500'000;
+  forget();
   for (const std::int64_t until_ns : {begin_ns + half_ns, begin_ns + 2 * half_ns}) {
     send(address);
-    while (monotonicNow() < until_ns) {
+    do {  // once also when all the time has passed while we were not running
       auto answer = receive(until_ns);
       if (answer && answer->address == address) return std::move(answer->camera);
-    }
+    } while (monotonicNow() < until_ns);
   }
   return {};
 }
@@ -116,10 +124,10 @@ std::string GvcpSearch::locate(const Identity& camera, const std::string& lastAd
   while (monotonicNow() < end_ns && !stop.stop_requested()) {
     send(lastAddress);
     const std::int64_t until_ns = monotonicNow() + kBetween_ns;
-    while (monotonicNow() < until_ns) {
+    do {
       auto answer = receive(until_ns);
       if (answer && answer->camera == camera) return std::move(answer->address);
-    }
+    } while (monotonicNow() < until_ns);
   }
   return {};
 }

@@ -39,6 +39,7 @@ class GvcpSearch {
   };
   void send(const std::string& address);
   void sendToAll();
+  void forget();
   std::optional<Answer> receive(std::int64_t until_ns);
 
   std::uint16_t port_;

@@ -2,6 +2,7 @@
 
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -126,6 +127,7 @@ tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const 
       removeFiles(bound);
       return tl::unexpected(*std::move(error));
     }
+    if (hasFile(endpoint)) chmod(endpoint.substr(kIpc.size()).c_str(), 0660);  // members of the group may write to it
     bound.push_back(socket.get(zmq::sockopt::last_endpoint));
   }
   return bound;

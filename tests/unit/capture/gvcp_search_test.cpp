@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <memory>
 #include <random>
 #include <thread>
 #include <vector>
@@ -82,12 +83,14 @@ class Answerer {
 TEST(GvcpSearch, IsAnsweredByTheCameraWhateverElseComes) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
-  const Answerer camera(seed);
-  GvcpSearch search(camera.port);
-  EXPECT_EQ(search.ask("127.0.0.1", milliseconds(4000)), camera.identity) << "the first question was lost";
-  EXPECT_EQ(search.locate(camera.identity, "127.0.0.1", milliseconds(4000), {}), "127.0.0.1");
+  auto camera = std::make_unique<Answerer>(seed);
+  GvcpSearch search(camera->port);
+  EXPECT_EQ(search.ask("127.0.0.1", milliseconds(4000)), camera->identity) << "the first question was lost";
+  EXPECT_EQ(search.locate(camera->identity, "127.0.0.1", milliseconds(4000), {}), "127.0.0.1");
   EXPECT_EQ(search.locate("another camera's mark.", "127.0.0.1", milliseconds(200), {}), "");
   EXPECT_EQ(search.ask("127.0.0.9", milliseconds(40)), "") << "nobody is there";
+  camera.reset();  // while answers may still wait
+  EXPECT_EQ(search.ask("127.0.0.1", milliseconds(40)), "");
 }
 
 TEST(GvcpSearch, EndsWhenItIsToldTo) {

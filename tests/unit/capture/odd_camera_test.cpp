@@ -79,6 +79,14 @@ class OddCamera : public testing::Test {
     script_.info.name.id = "Odd";
     script_.info.shape = {20, 30, 600, 1};
   }
+  ~OddCamera() override {
+    camera_.reset();
+    for (int i = 0; i < 10'000 && alive() > 0; ++i) std::this_thread::sleep_for(milliseconds(1));  // closed elsewhere
+  }
+  int alive() {
+    const std::lock_guard lock(script_.mutex);
+    return script_.alive;
+  }
   void open(CameraRules rules = {.silenceTimeout_ms = 0}) {
     auto camera = Camera::open(
         [this](const Opening&) -> tl::expected<std::unique_ptr<Driver>, Error> {

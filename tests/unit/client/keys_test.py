@@ -55,6 +55,8 @@ class Keys(Case):
         self.done("keys", "new", "ada", "--key", self.own)
         self.done("keys", "allow", "ada", key, *self.box)
         self.fails(CREATE, "there is a file already; a key is not replaced", "keys", "new", "ada", "--key", self.own)
+        self.fails(USAGE, "the box's key is missing: --server-key KEY, or a line server = ", "status", "--host", "127.0.0.1:1",
+                   "--key", self.own)  # never without encryption
         self.fails(USAGE, "no name for a key", "keys", "new", "../ada", "--key", self.own + "2")
         self.fails(USAGE, "no name for a key", "keys", "allow", "a b", key, *self.box)
         self.fails(USAGE, "is not a key: 40 letters of Z85; .*single quotes", "keys", "allow", "bob", key[1:], *self.box)

@@ -125,6 +125,26 @@ TEST_F(KeysTest, WhatIsNoKeyAllowsNobodyAndIsNamedInALine) {
   }
 }
 
+TEST_F(KeysTest, WhatCouldNotBeReadIsReadWhenItCan) {
+  const AllowedKey ada{"ada", newKeyPair().publicKey, Permission::kRead};
+  ASSERT_TRUE(allow(folder_, ada));
+  const fs::path path = folder_ / "ada.key", elsewhere = folder_ / "elsewhere";
+  fs::rename(path, elsewhere);
+  fs::create_symlink(elsewhere / "not there", path);  // root reads whatever its mode is
+  KeyDirectory directory(folder_);
+  EXPECT_TRUE(directory.refresh());
+  EXPECT_TRUE(directory.keys().empty());
+  EXPECT_FALSE(directory.refresh()) << "nothing is new";
+  fs::remove(path);
+  fs::create_symlink(elsewhere, path);
+  EXPECT_TRUE(directory.refresh());
+  EXPECT_EQ(directory.keys().size(), 1U);
+  chmod(elsewhere.c_str(), 0600);
+  chmod(elsewhere.c_str(), 0644);
+  EXPECT_FALSE(directory.refresh());
+  EXPECT_EQ(directory.keys().size(), 1U);
+}
+
 TEST_F(KeysTest, TooManyAllowNobody) {
   for (int i = 0; i < 1001; ++i) put(std::to_string(i) + ".key", "");
   KeyDirectory directory(folder_);
