@@ -38,7 +38,7 @@ class Install(unittest.TestCase):
             self.assertIn(wanted, files)
 
     def test_the_services_run_in_a_tight_sandbox(self):
-        for unit, tenths in (("tractiond@.service", 16), ("traction-metrics@.service", 11)):
+        for unit, tenths in (("tractiond@.service", 16), ("traction-metrics@.service", 15)):
             self.check_sandbox(unit, tenths)
 
     def check_sandbox(self, unit, tenths):
