@@ -27,22 +27,6 @@ const char* sentence(CameraState state) {
   return "camera not opened yet";
 }
 
-const char* nameOf(Colour colour) {
-  switch (colour) {
-  case Colour::kBlue:
-    return "blue";
-  case Colour::kRed:
-    return "red";
-  case Colour::kGreen:
-    return "green";
-  case Colour::kGrey:
-    return "grey";
-  case Colour::kUnknown:
-    break;
-  }
-  return "unknown";
-}
-
 void printMarkers(const MarkerStatus& markers) {
   if (markers.layers.empty()) return;
   std::string text;

@@ -113,22 +113,6 @@ class Json {
   bool first_ = true;
 };
 
-const char* toString(CameraState state) {
-  switch (state) {
-  case CameraState::kWaiting:
-    return "waiting";
-  case CameraState::kStreaming:
-    return "streaming";
-  case CameraState::kLost:
-    return "lost";
-  case CameraState::kConnecting:
-    return "connecting";
-  case CameraState::kUnknown:
-    break;
-  }
-  return "unknown";
-}
-
 void put(Json& json, const char* key, const std::optional<double>& number) {
   json.key(key);
   number ? json.number(*number) : json.null();
@@ -260,8 +244,7 @@ void put(Json& json, const Description& description) {
   json.close('}');
   json.key("layers").open('[');
   for (const MarkerLayer& layer : description.layers) {
-    constexpr std::array<const char*, 5> kColours = {"unknown", "blue", "red", "green", "grey"};
-    json.open('{').key("colour").string(kColours[static_cast<std::size_t>(layer.colour)]);
+    json.open('{').key("colour").string(cli::nameOf(layer.colour));
     json.key("contrast").string(layer.darker ? "darker" : "brighter");
     put(json, layer.grid);
     json.key("depth_m").number(layer.depth_m);
@@ -337,22 +320,13 @@ void put(Json& json, const char* name, const Quantiles& quantiles) {
 void put(Json& json, const Status& status) {
   put(json, "status", status.header);
   json.key("uptime_s").number(status.uptime_s);
-  json.key("camera").string(toString(status.camera));
+  json.key("camera").string(cli::nameOf(status.camera));
   const Ledger& ledger = status.ledger;
   json.key("ledger").open('{');
   json.key("received").number(ledger.received);
   json.key("published").number(ledger.published);
   json.key("in_flight").number(ledger.inFlight);
-  json.key("incomplete").number(ledger.incomplete);
-  json.key("wrong_size").number(ledger.wrongSize);
-  json.key("wrong_format").number(ledger.wrongFormat);
-  json.key("stale").number(ledger.stale);
-  json.key("implausible").number(ledger.implausible);
-  json.key("evicted_before_track").number(ledger.evictedBeforeTrack);
-  json.key("no_rest_pose").number(ledger.noRestPose);
-  json.key("evicted_before_solve").number(ledger.evictedBeforeSolve);
-  json.key("evicted_before_publish").number(ledger.evictedBeforePublish);
-  json.key("discarded_at_stop").number(ledger.discardedAtStop);
+  for (const auto& [cause, frames] : lossesOf(ledger)) json.key(cause).number(frames);
   json.key("missing").number(ledger.missing);
   json.key("reconnects").number(ledger.reconnects).close('}');
   json.key("rates").open('{');
@@ -386,10 +360,9 @@ void put(Json& json, const Status& status) {
   json.key("log_lines_lost").number(status.logLinesLost);
   json.key("memory_bytes").number(status.memory_bytes);
   json.key("residual_px").number(status.residual_px);
-  constexpr std::array<const char*, 5> kColours = {"unknown", "blue", "red", "green", "grey"};
   json.key("markers").open('{').key("layers").open('[');
   for (const MarkerStatus::Layer& layer : status.markers.layers) {
-    json.open('{').key("colour").string(kColours[static_cast<std::size_t>(layer.colour)]);
+    json.open('{').key("colour").string(cli::nameOf(layer.colour));
     json.key("expected").number(layer.expected);
     json.key("found").number(layer.found);
     json.key("in_zero").number(layer.inZero);
@@ -508,6 +481,51 @@ std::string object(const Any& any) {
 }
 
 }  // namespace
+
+const char* nameOf(CameraState state) {
+  switch (state) {
+  case CameraState::kWaiting:
+    return "waiting";
+  case CameraState::kStreaming:
+    return "streaming";
+  case CameraState::kLost:
+    return "lost";
+  case CameraState::kConnecting:
+    return "connecting";
+  case CameraState::kUnknown:
+    break;
+  }
+  return "unknown";
+}
+
+const char* nameOf(Colour colour) {
+  switch (colour) {
+  case Colour::kBlue:
+    return "blue";
+  case Colour::kRed:
+    return "red";
+  case Colour::kGreen:
+    return "green";
+  case Colour::kGrey:
+    return "grey";
+  case Colour::kUnknown:
+    break;
+  }
+  return "unknown";
+}
+
+std::array<std::pair<const char*, std::uint64_t>, 10> lossesOf(const Ledger& ledger) {
+  return {{{"incomplete", ledger.incomplete},
+           {"wrong_size", ledger.wrongSize},
+           {"wrong_format", ledger.wrongFormat},
+           {"stale", ledger.stale},
+           {"implausible", ledger.implausible},
+           {"evicted_before_track", ledger.evictedBeforeTrack},
+           {"no_rest_pose", ledger.noRestPose},
+           {"evicted_before_solve", ledger.evictedBeforeSolve},
+           {"evicted_before_publish", ledger.evictedBeforePublish},
+           {"discarded_at_stop", ledger.discardedAtStop}}};
+}
 
 std::string toHex(const Id& id) {
   std::string text;

@@ -4,6 +4,11 @@
 #include "traction/control.h"
 #include "traction/subscriber.h"
 
+#include <array>
+#include <cstdint>
+#include <string>
+#include <utility>
+
 namespace traction::cli {
 
 std::string toJson(const Message& message);
@@ -16,5 +21,11 @@ std::string toJson(const std::string& step, const CalibrationReport& report);
 std::string toJson(const CameraReport& report);
 /// 32 lower-case digits; empty where there is no id.
 std::string toHex(const Id& id);
+
+// Words of the messages.
+const char* nameOf(CameraState state);  ///< "streaming"
+const char* nameOf(Colour colour);      ///< "blue"
+/// The parts of Ledger::losses() by their causes, "wrong_size".
+std::array<std::pair<const char*, std::uint64_t>, 10> lossesOf(const Ledger& ledger);
 
 }  // namespace traction::cli

@@ -68,16 +68,6 @@ struct Metric {
   Sampler sample;
 };
 
-const char* nameOf(CameraState state) {
-  constexpr std::array kNames = {"unknown", "waiting", "streaming", "lost", "connecting"};
-  return kNames[static_cast<std::size_t>(state)];
-}
-
-const char* nameOf(Colour colour) {
-  constexpr std::array kNames = {"unknown", "blue", "red", "green", "grey"};
-  return kNames[static_cast<std::size_t>(colour)];
-}
-
 void addHistogram(Family& family, const std::string& instance, const char* stage, const Histogram& all) {
   std::uint64_t below = 0;
   for (std::size_t i = 0; i < all.counts.size(); ++i) {
@@ -91,18 +81,13 @@ void addHistogram(Family& family, const std::string& instance, const char* stage
   family.add(instance, below, {{"stage", stage}}, "_count");
 }
 
-void addLosses(Family& family, const std::string& instance, const Ledger& ledger) {
-  const std::pair<const char*, std::uint64_t> losses[] = {{"incomplete", ledger.incomplete},
-                                                          {"wrong_size", ledger.wrongSize},
-                                                          {"wrong_format", ledger.wrongFormat},
-                                                          {"stale", ledger.stale},
-                                                          {"implausible", ledger.implausible},
-                                                          {"evicted_before_track", ledger.evictedBeforeTrack},
-                                                          {"no_rest_pose", ledger.noRestPose},
-                                                          {"evicted_before_solve", ledger.evictedBeforeSolve},
-                                                          {"evicted_before_publish", ledger.evictedBeforePublish},
-                                                          {"discarded_at_stop", ledger.discardedAtStop}};
-  for (const auto& [cause, frames] : losses) family.add(instance, frames, {{"cause", cause}});
+void addLayers(Family& family, const std::string& instance, const MarkerStatus& markers,
+               std::uint32_t MarkerStatus::Layer::*number) {
+  for (std::size_t i = 0; i < markers.layers.size(); ++i) {
+    const MarkerStatus::Layer& layer = markers.layers[i];
+    family.add(instance, std::uint64_t{layer.*number},
+               {{"layer", std::to_string(i)}, {"colour", nameOf(layer.colour)}});
+  }
 }
 
 const std::vector<Metric>& table() {
@@ -128,7 +113,9 @@ const std::vector<Metric>& table() {
       {"frames_in_flight", "gauge", "Frames between the two at this moment",
        [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.inFlight); }},
       {"frames_lost_total", "counter", "Frames that were received and not published, by cause",
-       [](Family& f, Name i, const Status& s) { addLosses(f, i, s.ledger); }},
+       [](Family& f, Name i, const Status& s) {
+         for (const auto& [cause, frames] : lossesOf(s.ledger)) f.add(i, frames, {{"cause", cause}});
+       }},
       {"frames_missing_total", "counter", "Frames that never arrived, by gaps in the camera's numbers",
        [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.missing); }},
       {"camera_reconnects_total", "counter", "How often the camera was lost and opened again",
@@ -162,19 +149,9 @@ const std::vector<Metric>& table() {
          addHistogram(f, i, "total", s.total.sinceStart);
        }},
       {"markers_expected", "gauge", "Markers of the gel file",
-       [](Family& f, Name i, const Status& s) {
-         for (std::size_t k = 0; k < s.markers.layers.size(); ++k) {
-           const auto& layer = s.markers.layers[k];
-           f.add(i, std::uint64_t{layer.expected}, {{"layer", std::to_string(k)}, {"colour", nameOf(layer.colour)}});
-         }
-       }},
+       [](Family& f, Name i, const Status& s) { addLayers(f, i, s.markers, &MarkerStatus::Layer::expected); }},
       {"markers_found", "gauge", "Markers in the newest frame",
-       [](Family& f, Name i, const Status& s) {
-         for (std::size_t k = 0; k < s.markers.layers.size(); ++k) {
-           const auto& layer = s.markers.layers[k];
-           f.add(i, std::uint64_t{layer.found}, {{"layer", std::to_string(k)}, {"colour", nameOf(layer.colour)}});
-         }
-       }},
+       [](Family& f, Name i, const Status& s) { addLayers(f, i, s.markers, &MarkerStatus::Layer::found); }},
       {"gel_contradictions", "gauge", "Numbers of the gel file that the rest picture contradicts: forces are not valid",
        [](Family& f, Name i, const Status& s) {
          const auto& all = s.markers.findings;

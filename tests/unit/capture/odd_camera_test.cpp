@@ -82,6 +82,7 @@ class OddCamera : public testing::Test {
   ~OddCamera() override {
     camera_.reset();
     for (int i = 0; i < 10'000 && alive() > 0; ++i) std::this_thread::sleep_for(milliseconds(1));  // closed elsewhere
+    EXPECT_EQ(alive(), 0);
   }
   int alive() {
     const std::lock_guard lock(script_.mutex);
