@@ -100,6 +100,7 @@ class Demo(unittest.TestCase):
         ended, text = self.demo("--seconds", "1")
         self.assertEqual(ended, 69, text)
         self.assertIn("no field was measured", text)
+        self.assertNotIn("Killed", text)  # bash's own words of what the end ends
 
     def begins_a_view_and_gets(self, end):
         self.stand_in(ctl='[ "$1" = echo ] && exec sleep 1000; echo in sight; exec sleep 1000')
