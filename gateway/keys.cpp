@@ -101,7 +101,9 @@ bool isKey(std::string_view text) {
 
 KeyPair newKeyPair() {
   Letters publicKey{}, secretKey{};
-  zmq_curve_keypair(publicKey.data(), secretKey.data());
+  do {
+    zmq_curve_keypair(publicKey.data(), secretKey.data());
+  } while (publicKey[0] == '-');  // which a command line takes for an option
   return {.publicKey = publicKey.data(), .secretKey = secretKey.data(), .serverKey = {}};
 }
 

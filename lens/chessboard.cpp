@@ -7,8 +7,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace lens {
@@ -19,13 +21,14 @@ constexpr double kEdgeLimit = 0.35;  // of a square: wider edges run into each o
 constexpr double kContrastLimit = 15.0;
 constexpr int kLeastOther = 16;    // corners of a board that is named in place of the right one
 const cv::Size kLeastBoard(3, 3);  // corners: where a search for any board begins
-constexpr int kSearched_px = 640;  // wide: boards are found in no more, and ten times faster than in all pixels
+// Wide: boards are found in no more, and ten times faster than in all pixels; missed at one width, found at another.
+constexpr std::array kSearched_px = {640, 1000, 400};
 
 /// A part of a board, or all of it, searched in a small copy; places of the picture itself. OpenCV's search skips rows,
-/// and takes corners of the border for inner ones, once in some hundred pictures: what it gives is a start. `least`:
-/// the size found may be larger.
-CornerGrid search(const cv::Mat& grey, cv::Size size, bool least) {
-  const double scale = std::min(1.0, static_cast<double>(kSearched_px) / grey.cols);
+/// takes corners of the border for inner ones, and diagonals for sides, once in some hundred pictures: what it gives is
+/// a start. `least`: the size found may be larger.
+CornerGrid search(const cv::Mat& grey, int width_px, cv::Size size, bool least) {
+  const double scale = std::min(1.0, static_cast<double>(width_px) / grey.cols);
   cv::Mat small, found;
   cv::resize(grey, small, {}, scale, scale, cv::INTER_AREA);
   CornerGrid grid;
@@ -39,16 +42,27 @@ CornerGrid search(const cv::Mat& grey, cv::Size size, bool least) {
   return grid;
 }
 
+bool isOfSize(const CornerGrid& grid, cv::Size size) {
+  return grid.size == size || grid.size == cv::Size(size.height, size.width);
+}
+
 /// The board as it lies in the picture, whatever its size.
 CornerGrid boardIn(const cv::Mat& grey, cv::Size expected) {
-  const CornerGrid board = grown(grey, search(grey, expected, false));
-  return board.size.area() > 0 ? board : grown(grey, search(grey, kLeastBoard, true));
+  CornerGrid largest;
+  for (const int width_px : kSearched_px) {
+    for (const bool least : {false, true}) {
+      CornerGrid board = grown(grey, search(grey, width_px, least ? kLeastBoard : expected, least));
+      if (isOfSize(board, expected)) return board;
+      if (board.size.area() > largest.size.area()) largest = std::move(board);
+    }
+  }
+  return largest;
 }
 
 /// Of the expected size, if it has that, turned: x to the right of y, the first corner above the last.
 bool arrange(CornerGrid& grid, cv::Size size) {
+  if (!isOfSize(grid, size)) return false;
   if (grid.size != size) {
-    if (grid.size != cv::Size(size.height, size.width)) return false;
     CornerGrid turned{size, {}};
     for (int y = 0; y < size.height; ++y) {
       for (int x = 0; x < size.width; ++x) turned.places.push_back(grid.at(y, x));

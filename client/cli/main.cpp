@@ -18,6 +18,8 @@
 #include <filesystem>
 #include <iostream>
 #include <sstream>
+#include <string>
+#include <vector>
 
 namespace {
 
@@ -252,6 +254,18 @@ class KeysCommand {
   bool control_ = false, json_ = false;
 };
 
+/// A key may begin with a dash, and is no option for that: it goes to the end, behind "--".
+std::vector<std::string> wordsOf(int argc, char** argv) {
+  std::vector<std::string> words(argv + 1, argv + argc);
+  if (std::ranges::find(words, "allow") == words.end() || std::ranges::find(words, "--") != words.end()) return words;
+  const auto isKey = [](const std::string& word) { return word.size() > 2 && word[0] == '-' && word[1] != '-'; };
+  const auto key = std::ranges::find_if(words, isKey);
+  if (key == words.end()) return words;
+  std::rotate(key, key + 1, words.end());
+  words.insert(words.end() - 1, "--");
+  return words;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -326,13 +340,14 @@ int main(int argc, char** argv) try {
   calibrate->add_flag("--anyway", calibration.anyway, "also if something seems to touch the gel");
   calibrate->add_flag("--yes", calibration.yes, "do not wait for Enter");
   calibrate->add_flag("--json", calibration.json, "one line of JSON a step");
+  const std::vector<std::string> words = wordsOf(argc, argv);
   const CameraCommand camera(app);
   const Remote remote(app);
   const KeysCommand keys(app);
   auto* trigger = app.add_subcommand("trigger", "Triggers one picture, where the camera's trigger is set to software");
 
   try {
-    app.parse(argc, argv);
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // which it wants in reverse
     if (app.get_subcommands().empty()) return fail(EX_USAGE, "a command is needed; see tractionctl --help");
     subscription.instance = control.instance = instance;
     if (keys) return keys.run(remote.file());
@@ -370,7 +385,7 @@ int main(int argc, char** argv) try {
     cli::printLine(text.str().substr(0, text.str().find_last_not_of('\n') + 1));
     return EX_OK;
   } catch (const CLI::ParseError& error) {
-    return fail(EX_USAGE, sentence(error, app, {argv + 1, argv + argc}));
+    return fail(EX_USAGE, sentence(error, app, words));
   } catch (const cli::KeyError& error) {
     return fail(error.exitCode(), error.what());
   } catch (const cli::NoCamera& error) {

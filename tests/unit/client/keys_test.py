@@ -50,6 +50,19 @@ class Keys(Case):
         self.assertEqual(self.done("keys", "revoke", "ada", *self.box), "")
         self.assertEqual(len(json.loads(self.done("keys", "list", "--json", *self.box))["allowed"]), 1)
 
+    def test_a_key_is_no_option_whatever_its_first_letter(self):
+        while not (key := zmq.curve_keypair()[0].decode()).startswith("-"):
+            pass
+        self.done("keys", "new", "ada", "--key", self.own)
+        for name, words in enumerate([[key], [key, "--control"], ["--", key]]):
+            directory = ["--directory", str(self.folder / f"keys{name}")]
+            self.done("keys", "allow", "bob", *directory, *words)
+            known = json.loads(self.done("keys", "list", "--json", *directory))["allowed"]
+            self.assertEqual([(one["key"], one["permission"]) for one in known],
+                             [(key, "control" if "--control" in words else "read")])
+        code, _, err = ctl("status", "--host", "127.0.0.1:1", "--key", self.own, "--server-key", key)
+        self.assertEqual((code, err.count("nobody is at")), (69, 1), err)
+
     def test_mistakes_are_told(self):
         key = zmq.curve_keypair()[0].decode()
         self.done("keys", "new", "ada", "--key", self.own)

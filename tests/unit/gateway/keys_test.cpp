@@ -50,6 +50,10 @@ TEST_F(KeysTest, PairIsKeptForItsOwnerAlone) {
   EXPECT_EQ(loadKeyPair(path)->secretKey, keys.secretKey);
 }
 
+TEST(Keys, NoneOfOursBeginsLikeAnOption) {
+  for (int i = 0; i < 600; ++i) ASSERT_NE(newKeyPair().publicKey[0], '-');
+}
+
 TEST_F(KeysTest, DirectoryIsLookedAtAnew) {
   KeyDirectory directory(folder_);
   directory.refresh();

@@ -41,7 +41,7 @@ class CalibrateCommand : public Workplace {
   void expectRefused(const std::string& where, const std::string& what, int code = EX_DATAERR) {
     const Done done = calibrate(options);
     ASSERT_FALSE(done);
-    ASSERT_EQ(done.error().size(), 1U) << done.error()[1].message();
+    ASSERT_EQ(done.error().size(), 1U) << done.error()[0].message() << " and " << done.error().back().message();
     EXPECT_EQ(done.error()[0].where, where);
     EXPECT_NE(done.error()[0].what.find(what), std::string::npos) << done.error()[0].message();
     EXPECT_EQ(done.error()[0].exitCode, code);
