@@ -70,18 +70,28 @@ Error unusable(const fs::path& path, int error) {
           .remedy = denied ? "keys of a box are root's to change: sudo" : ""};
 }
 
-/// Whole or not at all. The file belongs to whom its directory belongs.
+/// Whole or not at all. Where root writes, the directory is root's: nobody else could put a link in the way.
 tl::expected<void, Error> write(const fs::path& path, const std::string& text, mode_t mode) {
   const fs::path directory = path.parent_path();
   std::error_code error;
   fs::create_directories(directory, error);
+  struct stat of {};
+  if (!error && stat(directory.c_str(), &of) != 0) error.assign(errno, std::generic_category());
+  if (!error && geteuid() == 0 && of.st_uid != 0) {
+    return tl::unexpected(Error{.exitCode = EX_NOPERM,
+                                .what = "the directory is not root's, and root writes no key there",
+                                .where = directory.string(),
+                                .remedy = "sudo chown root " + directory.string()});
+  }
   if (!error) error = replaceWholeFile(path, text, mode);
   if (error) return tl::unexpected(unusable(path, error.value()));
-  struct stat owner {};
-  if (geteuid() == 0 && stat(directory.c_str(), &owner) == 0 && chown(path.c_str(), owner.st_uid, owner.st_gid) != 0) {
-    return tl::unexpected(unusable(path, errno));
-  }
+  if (geteuid() == 0 && chown(path.c_str(), 0, of.st_gid) != 0) return tl::unexpected(unusable(path, errno));
   return {};
+}
+
+/// Root's file may be read by its group: the gateway's.
+bool canOthersRead(const struct stat& of) {
+  return (of.st_mode & (of.st_uid == 0 ? 037 : 077)) != 0;
 }
 
 bool isPassing(int error) {
@@ -115,7 +125,7 @@ tl::expected<KeyPair, Error> loadKeyPair(const fs::path& path) {
   auto file = TomlTable::load(path.string());
   if (!file) return tl::unexpected(asError(file.error()));
   struct stat status {};
-  if (stat(path.c_str(), &status) == 0 && (status.st_mode & 077) != 0) {
+  if (stat(path.c_str(), &status) == 0 && canOthersRead(status)) {
     return tl::unexpected(Error{.exitCode = EX_NOPERM,
                                 .what = "others can read this secret key",
                                 .where = path.string(),
@@ -131,7 +141,9 @@ tl::expected<KeyPair, Error> loadKeyPair(const fs::path& path) {
       Error{.exitCode = EX_CONFIG, .what = "the public key does not belong to the secret one", .where = path.string()});
 }
 
-tl::expected<void, Error> saveKeyPair(const fs::path& path, const KeyPair& keys) {
+namespace {
+
+tl::expected<void, Error> save(const fs::path& path, const KeyPair& keys, mode_t mode) {
   std::error_code ignored;
   if (fs::exists(fs::symlink_status(path, ignored))) {
     return tl::unexpected(Error{.exitCode = EX_CANTCREAT,
@@ -142,7 +154,17 @@ tl::expected<void, Error> saveKeyPair(const fs::path& path, const KeyPair& keys)
   std::string text = "# Whoever has this file can say that he is you.\npublic = \"" + keys.publicKey +
                      "\"\nsecret = \"" + keys.secretKey + "\"\n";
   if (!keys.serverKey.empty()) text += "server = \"" + keys.serverKey + "\"\n";
-  return write(path, text, 0600);
+  return write(path, text, mode);
+}
+
+}  // namespace
+
+tl::expected<void, Error> saveKeyPair(const fs::path& path, const KeyPair& keys) {
+  return save(path, keys, 0600);
+}
+
+tl::expected<void, Error> saveServerKey(const fs::path& directory, const KeyPair& keys) {
+  return save(serverKeyFile(directory), keys, geteuid() == 0 ? 0640 : 0600);
 }
 
 tl::expected<void, Error> allow(const fs::path& directory, const AllowedKey& key) {

@@ -46,9 +46,12 @@ std::filesystem::path serverKeyFile(const std::filesystem::path& directory);
 /// EX_NOINPUT: cannot be read; EX_CONFIG: it is none; EX_NOPERM: others can read it.
 tl::expected<KeyPair, Error> loadKeyPair(const std::filesystem::path& path);
 
-/// A new file with mode 0600 that belongs to whom its directory belongs; the directory is made. EX_CANTCREAT where one
-/// is there already.
+/// A new file with mode 0600; its directory is made. EX_CANTCREAT where one is there already; EX_NOPERM where root
+/// would write into somebody else's directory.
 tl::expected<void, Error> saveKeyPair(const std::filesystem::path& path, const KeyPair& keys);
+
+/// The box's own, likewise. Root's is readable by the directory's group, the gateway's.
+tl::expected<void, Error> saveServerKey(const std::filesystem::path& directory, const KeyPair& keys);
 
 /// Replaces NAME.key.
 tl::expected<void, Error> allow(const std::filesystem::path& directory, const AllowedKey& key);

@@ -78,7 +78,7 @@ void allowKey(const fs::path& directory, const std::string& name, const std::str
   }
   const fs::path own = files::serverKeyFile(directory);
   std::error_code ignored;
-  if (!fs::exists(fs::symlink_status(own, ignored))) orThrow(files::saveKeyPair(own, files::newKeyPair()));
+  if (!fs::exists(fs::symlink_status(own, ignored))) orThrow(files::saveServerKey(directory, files::newKeyPair()));
   orThrow(files::allow(directory, {name, key, control ? files::Permission::kControl : files::Permission::kRead}));
   const auto server = orThrow(files::loadKeyPair(own));
   printLine("tractionctl watch --host " + hostName() + " --server-key " + quoted(server.publicKey));

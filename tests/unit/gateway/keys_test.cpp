@@ -50,6 +50,28 @@ TEST_F(KeysTest, PairIsKeptForItsOwnerAlone) {
   EXPECT_EQ(loadKeyPair(path)->secretKey, keys.secretKey);
 }
 
+/// As root, perhaps of a namespace, it is root's; as anybody else his own alone.
+TEST_F(KeysTest, BoxesKeyIsForTheGatewaysGroup) {
+  ASSERT_TRUE(saveServerKey(folder_, newKeyPair()));
+  const fs::path path = serverKeyFile(folder_);
+  EXPECT_EQ(modeOf(path), geteuid() == 0 ? 0640U : 0600U);
+  EXPECT_TRUE(loadKeyPair(path));
+  ASSERT_EQ(chmod(path.c_str(), 0644), 0);
+  EXPECT_EQ(loadKeyPair(path).error().exitCode, EX_NOPERM);
+}
+
+TEST_F(KeysTest, RootWritesIntoNobodyElsesDirectory) {
+  if (geteuid() != 0 || chown(folder_.c_str(), 65534, 65534) != 0) GTEST_SKIP() << "not root";
+  const auto saved = saveServerKey(folder_, newKeyPair());
+  ASSERT_FALSE(saved);
+  EXPECT_EQ(saved.error().message(), folder_.string() +
+                                         ": the directory is not root's, and root writes no key there; "
+                                         "sudo chown root " +
+                                         folder_.string());
+  EXPECT_FALSE(allow(folder_, {"ada", newKeyPair().publicKey, Permission::kRead}));
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
 TEST(Keys, NoneOfOursBeginsLikeAnOption) {
   for (int i = 0; i < 600; ++i) ASSERT_NE(newKeyPair().publicKey[0], '-');
 }
@@ -162,7 +184,7 @@ TEST_F(KeysTest, SecretKeyOfOthersIsRefused) {
   const fs::path path = serverKeyFile(folder_);
   EXPECT_EQ(loadKeyPair(path).error().exitCode, EX_NOINPUT);
   ASSERT_TRUE(saveKeyPair(path, newKeyPair()));
-  for (const mode_t mode : {0640, 0604, 0666}) {
+  for (const mode_t mode : {0660, 0604, 0666}) {
     chmod(path.c_str(), mode);
     EXPECT_EQ(loadKeyPair(path).error().exitCode, EX_NOPERM);
   }
