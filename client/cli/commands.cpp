@@ -94,6 +94,10 @@ void print(const Status& status) {
   }
   std::printf("camera    %llu frames never arrived, %llu reconnects\n", Count{ledger.missing},
               Count{ledger.reconnects});
+  if (ledger.doubted != 0) {
+    std::printf("          %llu frames while more packets came in the camera's name than it sends\n",
+                Count{ledger.doubted});
+  }
   if (status.cameraLink) print(*status.cameraLink);
   printMarkers(status.markers);
   if (const auto& drift = status.restDrift) {

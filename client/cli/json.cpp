@@ -134,6 +134,7 @@ void put(Json& json, const char* topic, const Header& header) {
   if (header.flags & kUnexplained) json.string("unexplained");
   if (header.flags & kOutOfRange) json.string("out_of_range");
   if (header.flags & kGelMismatch) json.string("gel_mismatch");
+  if (header.flags & kDoubtedOrigin) json.string("doubted_origin");
   json.close(']');
   json.key("camera_frame_id").number(header.cameraFrameId);
   json.key("frame_number").number(header.frameNumber);
@@ -328,7 +329,8 @@ void put(Json& json, const Status& status) {
   json.key("in_flight").number(ledger.inFlight);
   for (const auto& [cause, frames] : lossesOf(ledger)) json.key(cause).number(frames);
   json.key("missing").number(ledger.missing);
-  json.key("reconnects").number(ledger.reconnects).close('}');
+  json.key("reconnects").number(ledger.reconnects);
+  json.key("doubted").number(ledger.doubted).close('}');
   json.key("rates").open('{');
   json.key("received_hz").number(status.received_hz);
   json.key("published_hz").number(status.published_hz).close('}');

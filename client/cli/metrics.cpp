@@ -118,6 +118,8 @@ const std::vector<Metric>& table() {
        }},
       {"frames_missing_total", "counter", "Frames that never arrived, by gaps in the camera's numbers",
        [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.missing); }},
+      {"frames_doubted_total", "counter", "Frames while more packets came in the camera's name than it sends",
+       [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.doubted); }},
       {"camera_reconnects_total", "counter", "How often the camera was lost and opened again",
        [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.reconnects); }},
       {"packets_total", "counter",

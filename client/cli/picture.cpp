@@ -127,6 +127,7 @@ std::vector<std::string> warnings(const Scene& scene, std::int64_t now_ns) {
     texts.push_back("tractiond restarted");
   if (!scene.field || !scene.trouble(now_ns).what.empty()) return texts;
   const std::uint32_t flags = scene.field->header.flags;
+  if (flags & kDoubtedOrigin) texts.push_back("perhaps not the camera's picture: others send in its name");
   if (flags & kZeroUnverified) texts.push_back("zero not verified");
   if (flags & kFewMarkers) texts.push_back("too few markers");
   if (flags & kReacquiring) texts.push_back("markers labelled anew");

@@ -23,6 +23,7 @@ static_assert(static_cast<int>(kFewMarkers) == pb::FLAG_FEW_MARKERS);
 static_assert(static_cast<int>(kDiscontinuity) == pb::FLAG_DISCONTINUITY);
 static_assert(static_cast<int>(kReacquiring) == pb::FLAG_REACQUIRING);
 static_assert(static_cast<int>(kTorn) == pb::FLAG_TORN);
+static_assert(static_cast<int>(kDoubtedOrigin) == pb::FLAG_DOUBTED_ORIGIN);
 
 void require(bool condition, const char* what) {
   if (!condition) throw Error(ErrorCode::kMalformed, what);
@@ -248,6 +249,7 @@ Status statusOf(const pb::Status& from) {
   ledger.discardedAtStop = account.discarded_at_stop();
   ledger.missing = account.missing();
   ledger.reconnects = account.reconnects();
+  ledger.doubted = account.doubted();
   status.received_hz = from.rates().received_hz();
   status.published_hz = from.rates().published_hz();
   status.track = quantilesOf(from.latencies().track());

@@ -45,7 +45,7 @@ class AravisDriver : public Driver {
   tl::expected<void, Error> startStream(int packetSize_bytes);
   Proof awaitWholeFrame() const;
   void describe(ArvBuffer* from, Buffer& buffer) const;
-  std::uint64_t framesThrown();
+  void account(Arrival& arrival);
 
   CameraOptions options_;
   std::atomic<bool> controlLost_{false};  // set by Aravis's heartbeat thread: outlives the camera
@@ -55,8 +55,12 @@ class AravisDriver : public Driver {
   Ref<ArvStream> stream_;
   CameraInfo info_;
   std::size_t payload_ = 0;  ///< bytes of a buffer
-  std::uint64_t framePackets_ = 0, packetsIgnored_ = 0;
-  bool portIsTrue_ = true;  ///< the camera sends from the port that it names
+  std::uint64_t framePackets_ = 0;
+  struct Packets {
+    std::int64_t ignored = 0, twice = 0, asked = 0, again = 0, noRoom = 0;
+  } packets_;                  ///< when they were counted last
+  std::int64_t expected_ = 0;  ///< packets asked for again that have not come
+  bool portIsTrue_ = true;     ///< the camera sends from the port that it names
   ChunkDescription chunks_;
   std::vector<std::pair<std::string, std::string>> first_;  ///< features as they were before people wrote them
 };
@@ -235,16 +239,32 @@ Popped AravisDriver::pop(Buffer& buffer, milliseconds timeout) {
   if (popped == nullptr) return Popped::kNothing;
   buffer.arrival.host_ns = monotonicNow();
   buffer.handle = popped;
-  buffer.arrival.thrown = framesThrown();
+  account(buffer.arrival);
   describe(popped, buffer);
   return Popped::kBuffer;
 }
 
-/// Since it was asked last. Frames that are up to a hundred older than the newest, Aravis takes for late.
-std::uint64_t AravisDriver::framesThrown() {
-  if (framePackets_ == 0) return 0;
-  const std::uint64_t ignored = arv_stream_get_info_uint64_by_name(stream_.get(), "n_ignored_packets");
-  return (ignored - std::exchange(packetsIgnored_, ignored)) / framePackets_;
+/// Frames that are up to a hundred older than the newest, Aravis takes for late, and throws away.
+void AravisDriver::account(Arrival& arrival) {
+  if (framePackets_ == 0) return;
+  const auto read = [this](const char* name) {
+    return static_cast<std::int64_t>(arv_stream_get_info_uint64_by_name(stream_.get(), name));
+  };
+  const Packets before = std::exchange(packets_, {.ignored = read("n_ignored_packets"),
+                                                  .twice = read("n_duplicated_packets"),
+                                                  .asked = read("n_resend_requests"),
+                                                  .again = read("n_resent_packets"),
+                                                  .noRoom = read("n_underruns")});
+  const auto perFrame = static_cast<std::int64_t>(framePackets_);
+  const std::int64_t ignored = packets_.ignored - before.ignored;
+  arrival.thrown = static_cast<std::uint64_t>(ignored / perFrame);
+  // Of one that was asked for again both may come.
+  expected_ += packets_.asked - before.asked;
+  const std::int64_t surplus =
+      std::max<std::int64_t>(ignored - (packets_.noRoom - before.noRoom) + packets_.twice - before.twice, 0);
+  const std::int64_t excused = std::min(surplus, expected_);
+  expected_ = std::clamp<std::int64_t>(expected_ - excused - (packets_.again - before.again), 0, perFrame);
+  arrival.surplus = static_cast<double>(surplus - excused) / static_cast<double>(perFrame);
 }
 
 void AravisDriver::describe(ArvBuffer* from, Buffer& buffer) const {

@@ -60,9 +60,11 @@ struct Camera::Keeper {
   std::atomic<CameraState> state{CameraState::kUnknown};
   std::atomic<bool> refusedLast{false};
   std::atomic<bool> renewing{false};         // there is an `openNext`
+  std::atomic<std::int64_t> forged_ns{0};    // when the last picture came that may be somebody else's; 0: none did
   std::atomic<std::int64_t> unanswered{-1};  // nothing came after this arrival [ns], and the camera did not answer
   Mailbox<CameraVitals> vitals;
-  CameraVitals newest;  // the keeper's own
+  CameraVitals newest;                       // the keeper's own
+  std::int64_t toldOf_ns = -60'000'000'000;  // likewise: of `forged_ns`
 
   std::mutex mutex;
   std::condition_variable changed;
@@ -85,6 +87,7 @@ struct Camera::Keeper {
   std::unique_ptr<Driver> openOne(const CameraInfo* before);
   void accompany(Driver& driver);
   void renew();
+  void warnOfForgery();
   void end(Error why);
   void show(CameraState now, const std::string& why);
   void publish();
@@ -218,10 +221,21 @@ void Camera::Keeper::accompany(Driver& driver) {
       lock.unlock();
       newest.link = driver.link();
       publish();
+      warnOfForgery();
       lock.lock();
       look_ns = monotonicNow() + kTurn.count();
     }
   }
+}
+
+/// Once, and again after a minute without.
+void Camera::Keeper::warnOfForgery() {
+  constexpr std::int64_t kCalm_ns = 60'000'000'000;
+  const std::int64_t last_ns = forged_ns.load(std::memory_order_relaxed);
+  if (last_ns == 0 || last_ns == toldOf_ns) return;
+  if (last_ns - std::exchange(toldOf_ns, last_ns) < kCalm_ns) return;
+  tell(Weight::kWarning,
+       "more packets come in the camera's name than it sends: somebody else does, or a network that doubles them");
 }
 
 void Camera::Keeper::end(Error why) {
@@ -391,6 +405,7 @@ Next Camera::judge(Frame& frame, const Buffer& buffer) {
   count(judgement, ledger_);
   if (judgement.verdict != Verdict::kNew) return Next::kRejected;
   lastWhole_ns_ = arrival.host_ns;
+  if (judgement.outnumbered) keeper_->forged_ns.store(arrival.host_ns, std::memory_order_relaxed);
   const DeviceClock::Moment captured = clock_.add(arrival, judgement, buffer.awaited);
 
   const CameraInfo& info = driver_->info();
@@ -400,6 +415,7 @@ Next Camera::judge(Frame& frame, const Buffer& buffer) {
   frame.info.exposure_s = buffer.extras.exposure_s > 0 ? buffer.extras.exposure_s : info.exposure_s;
   frame.info.extras = buffer.extras;
   frame.info.discontinuity = judgement.discontinuity;
+  frame.info.doubted = judgement.doubted;
   frame.info.times.device_ns = arrival.device_ns;
   frame.info.times.received_ns = arrival.host_ns;
   frame.info.times.receivedReal_ns = real_ns;

@@ -13,6 +13,7 @@
 #include "daemon/capture/frame_gate.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace tractiond::capture {
 namespace {
@@ -21,6 +22,9 @@ constexpr int kAgreeing = 3;
 /// Frames without a fault until a camera's clock is believed again.
 constexpr int kDistrust = 100;
 constexpr std::uint64_t kLast16BitId = 65535;
+constexpr double kMostBroken = 3.0;
+/// Frames until it is known how soon after their own time a camera's arrive.
+constexpr int kPractised = 100;
 
 /// a - b as the two's complement says; ids and times from outside may be anything.
 std::int64_t difference(std::int64_t a, std::int64_t b) {
@@ -59,11 +63,14 @@ void FrameGate::extend(Track& track, const Arrival& arrival, Fit fit) {
     track.period_ns = track.period_ns == 0 ? period : std::min(period, track.period_ns + track.period_ns / 64 + 1);
     // 1 part in 1000: more than any crystal's drift.
     const std::int64_t leak = (arrival.host_ns - track.host_ns) / 1000;
+    track.lag_ns += (std::abs(difference(offset, track.offset_ns)) - track.lag_ns) / 16;
+    track.timed = std::min(track.timed + 1, kPractised);
     track.offset_ns = difference(track.offset_ns, -std::min(difference(offset, track.offset_ns), leak));
     track.distrust = std::max(0, track.distrust - 1);
   } else {
     track.offset_ns = offset;
     track.distrust = kDistrust;
+    track.timed = 0;
   }
   track.id = arrival.id;
   track.device_ns = arrival.device_ns;
@@ -122,6 +129,31 @@ std::uint64_t FrameGate::thrownBefore(const Track& next, std::uint64_t step) con
   return room > step ? std::min(thrown_, room - step) : 0;
 }
 
+/// A camera sends each packet once, and again what it is asked for. Not held against it: the packets of a frame that
+/// was given up, and whole frames that the time since the last new one has room for, as where its counter starts anew.
+void FrameGate::weigh(std::int64_t host_ns, std::uint64_t step) {
+  constexpr double kForgotten = 0.98;  // broken frames, with each new one
+  if (surplus_ > 0.0 && current_) {
+    const double elapsed = current_->pace_ns > 0 ? static_cast<double>(host_ns - current_->host_ns) /
+                                                       static_cast<double>(current_->pace_ns)
+                                                 : 0.0;
+    const double room = std::max(0.0, std::floor(elapsed + 0.25) - static_cast<double>(step));
+    const double unexplained = surplus_ - room;
+    if (unexplained > broken_) doubtUntil_ns_ = host_ns + options_.doubt_ns;
+    broken_ = std::max(0.0, broken_ - std::max(0.0, unexplained));
+  }
+  surplus_ = 0.0;
+  broken_ *= kForgotten;
+}
+
+/// Sooner after its own time than any of the camera's, by more than they differ in that: whole before it was sent.
+bool FrameGate::isEarly(const Arrival& arrival) const {
+  constexpr std::int64_t kLeast_ns = 3'000'000, kTimes = 8;
+  if (!current_ || current_->timed < kPractised || current_->distrust > 0) return false;
+  const std::int64_t lag = difference(difference(arrival.host_ns, arrival.device_ns), current_->offset_ns);
+  return lag < -std::max(kLeast_ns, kTimes * current_->lag_ns);
+}
+
 Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped) {
   Judgement judgement;
   judgement.verdict = Verdict::kNew;
@@ -134,12 +166,16 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
     judgement.missing -= std::min(judgement.missing, arrivedUnnamed_);
   }
   const std::uint64_t thrown = thrownBefore(next, step);
+  weigh(next.host_ns, step);
+  judgement.outnumbered = next.host_ns < doubtUntil_ns_;
   judgement.missing += thrown;
   frameNumber_ += step + thrown;
   judgement.frameNumber = frameNumber_;
   judgement.newTimeline = newTimeline;
   judgement.discontinuity = current_ && (jumped || step > 1 || thrown > 0);
+  const std::int64_t pace = current_ ? current_->pace_ns : 0;
   current_ = next;
+  if (thrown > 0) current_->pace_ns = pace;  // more than `step` frames were taken since
   candidate_.reset();
   reopened_ = false;
   arrived_.reset();
@@ -150,6 +186,8 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
 
 Judgement FrameGate::judge(const Arrival& arrival) {
   thrown_ += arrival.thrown;
+  surplus_ += arrival.surplus;
+  if (!arrival.complete) broken_ = std::min(broken_ + 1.0, kMostBroken);
   const auto refuse = [&](Verdict verdict) {
     markArrived(arrival);
     Judgement judgement;
@@ -174,8 +212,11 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     const bool believed = current_->distrust == 0;
     // A clock that stands still has not jumped: it is none.
     const bool jumped = believed && fit == Fit::kByTheHosts && arrival.device_ns != current_->device_ns;
-    return accept(next, static_cast<std::uint64_t>(advance(current_->id, arrival.id)), believed != (next.distrust == 0),
-                  jumped);
+    const bool early = isEarly(arrival);
+    Judgement judgement = accept(next, static_cast<std::uint64_t>(advance(current_->id, arrival.id)),
+                                 believed != (next.distrust == 0), jumped);
+    judgement.doubted = judgement.outnumbered || early;
+    return judgement;
   }
 
   const Fit further = candidate_ ? follows(*candidate_, arrival) : Fit::kNone;
@@ -192,7 +233,9 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     if (current_->distrust > 0) period = current_->pace_ns;
     const std::int64_t twice = 2 * (arrival.host_ns - current_->host_ns);
     const bool counts = step > 0 && static_cast<std::uint64_t>(step) <= largestStep(period, twice);
-    return accept(*candidate_, counts ? static_cast<std::uint64_t>(step) : 1, true, true);
+    Judgement judgement = accept(*candidate_, counts ? static_cast<std::uint64_t>(step) : 1, true, true);
+    judgement.doubted = judgement.outnumbered;
+    return judgement;
   }
   const bool older = advance(current_->id, arrival.id) <= 0 ||
                      (current_->distrust == 0 && difference(arrival.device_ns, current_->device_ns) <= 0);
@@ -204,6 +247,7 @@ void count(const Judgement& judgement, Ledger& ledger) {
   switch (judgement.verdict) {
   case Verdict::kNew:
     ledger.missing.add(judgement.missing);
+    if (judgement.doubted) ledger.doubted.add();
     break;
   case Verdict::kIncomplete:
     ledger.incomplete.add();

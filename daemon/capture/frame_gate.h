@@ -22,6 +22,7 @@ struct Arrival {
   std::int64_t host_ns = 0;    ///< CLOCK_MONOTONIC when the buffer was taken from the driver; never falls
   std::uint64_t content = 0;   ///< a hash of what is in the picture
   std::uint64_t thrown = 0;    ///< frames' worth of packets that the driver threw away since the buffer before
+  double surplus = 0.0;        ///< likewise, of packets that came twice or too late and were not asked for again
 };
 
 enum class Verdict { kNew, kIncomplete, kWrongSize, kWrongFormat, kStale, kImplausible };
@@ -35,6 +36,8 @@ struct Judgement {
   bool newTimeline = false;       ///< what was learnt of the camera's clock no longer holds
   bool timed = false;             ///< the camera's clock can be believed; false: it is absent, coarse, or goes wrong
   std::uint64_t step = 1;         ///< of the ids since the last new one; 1 where they start afresh
+  bool outnumbered = false;       ///< of late more packets came in the camera's name than it sends
+  bool doubted = false;           ///< so, or it came before the camera can have sent it
 };
 
 /// Thread-bound. Allocates nothing.
@@ -53,6 +56,8 @@ class FrameGate {
     std::int64_t stampJitter_ns = 8'000'000;
     /// No camera is faster: bounds a gap of ids while the frame period is not known yet.
     std::int64_t shortestPeriod_ns = 100'000;
+    /// After more came in the camera's name than it sends, pictures are doubted for so long.
+    std::int64_t doubt_ns = 2'000'000'000;
     /// Whole pictures that are remembered: more than the driver has buffers, each of which may come out again.
     std::size_t memory = 256;
   };
@@ -76,7 +81,9 @@ class FrameGate {
     std::int64_t period_ns = 0;  ///< shortest seen, allowed to rise slowly; 0: not known
     std::int64_t pace_ns = 0;    ///< mean time of the host between two ids; 0: not known
     int length = 1;
-    int distrust = 0;  ///< frames to come before the camera's clock is believed again
+    std::int64_t lag_ns = 0;  ///< mean of host - device above the smallest
+    int timed = 0;            ///< frames that both clocks agreed on, up to a hundred
+    int distrust = 0;         ///< frames to come before the camera's clock is believed again
   };
   enum class Fit { kNone, kByBothClocks, kByTheHosts };
   struct Seen {
@@ -91,6 +98,8 @@ class FrameGate {
   Judgement accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped);
   std::uint64_t thrownBefore(const Track& next, std::uint64_t step) const;
   void markArrived(const Arrival& arrival);
+  void weigh(std::int64_t host_ns, std::uint64_t step);
+  bool isEarly(const Arrival& arrival) const;
   bool seenBefore(const Arrival& arrival) const;
 
   PictureShape agreed_;
@@ -102,6 +111,9 @@ class FrameGate {
   std::bitset<32768> arrived_;  ///< [d]: something with the id d after the last new frame arrived, and was not used
   std::uint64_t arrivedUnnamed_ = 0;  ///< incomplete buffers that kept an older id: the packet with theirs was lost
   std::uint64_t thrown_ = 0;          ///< by the driver since the last new frame
+  double surplus_ = 0.0;              ///< likewise
+  double broken_ = 0.0;               ///< frames given up of late, whose packets may still come
+  std::int64_t doubtUntil_ns_ = 0;    ///< host's clock
   std::vector<Seen> history_;         ///< the last whole pictures, a ring
   std::size_t historyCount_ = 0;
 };

@@ -29,6 +29,7 @@ static_assert(static_cast<int>(pb::FLAG_FEW_MARKERS) == kFewMarkers);
 static_assert(static_cast<int>(pb::FLAG_DISCONTINUITY) == kDiscontinuity);
 static_assert(static_cast<int>(pb::FLAG_REACQUIRING) == kReacquiring);
 static_assert(static_cast<int>(pb::FLAG_TORN) == kTorn);
+static_assert(static_cast<int>(pb::FLAG_DOUBTED_ORIGIN) == kDoubtedOrigin);
 static_assert(pb::CAMERA_STATE_UNKNOWN == static_cast<int>(CameraState::kUnknown));
 static_assert(pb::CAMERA_STATE_WAITING == static_cast<int>(CameraState::kWaiting));
 static_assert(pb::CAMERA_STATE_STREAMING == static_cast<int>(CameraState::kStreaming));
@@ -391,6 +392,7 @@ std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading
   account.set_discarded_at_stop(ledger.discardedAtStop.get());
   account.set_missing(ledger.missing.get());
   account.set_reconnects(ledger.reconnects.get());
+  account.set_doubted(ledger.doubted.get());
   // Received is read last, so that frames which move on meanwhile do not make the rest negative; and what is in flight
   // is what these very numbers leave.
   const std::uint64_t ended = account.published() + account.incomplete() + account.wrong_size() +

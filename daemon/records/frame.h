@@ -35,6 +35,7 @@ struct FrameInfo {
   double exposure_s = 0.0;  ///< as sent with the frame, else as set; 0: the camera does not tell
   FrameExtras extras;
   bool discontinuity = false;  ///< the ids or the clock jumped since the frame before: positions may have moved far
+  bool doubted = false;        ///< it may not be the camera's own
   FrameTimes times;
 };
 

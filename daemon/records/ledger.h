@@ -26,9 +26,10 @@ struct Ledger {
   // after the threads are joined
   Counter discardedAtStop;
 
-  // Not part of the sum: frames that never arrived.
-  Counter missing;     ///< by gaps in the camera's ids (capture thread)
+  // Not part of the sum.
+  Counter missing;     ///< never arrived, by gaps in the camera's ids (capture thread)
   Counter reconnects;  ///< camera lost and opened again (capture thread)
+  Counter doubted;     ///< of the new ones: others may have sent them in the camera's name (capture thread)
 
   std::uint64_t losses() const {
     return incomplete.get() + wrongSize.get() + wrongFormat.get() + stale.get() + implausible.get() +

@@ -753,6 +753,7 @@ void Tracker::write(const FrameInfo& info, bool relabelled, MarkerField& field) 
   if (zeroWasRequested_ && agreeing_ >= kAgreeingFrames) verified_ = true;
   field.flags = (verified_ ? 0U : kZeroUnverified) | (few ? kFewMarkers : 0U) |
                 (info.discontinuity ? kDiscontinuity : 0U) | (relabelled ? kReacquiring : 0U) | (torn_ ? kTorn : 0U) |
+                (info.doubted ? kDoubtedOrigin : 0U) |
                 (latticesFit() && (verdict_.zero != zero_ || verdict_.fits) ? 0U : kGelMismatch);
 }
 

@@ -275,8 +275,8 @@ class Forger:
                         packet_id & 255])
         self.raw(header + body)
 
-    def frame(self, frame_id, picture, width, height, timestamp, pixel_format=RGB8, chunk=1400):
-        """A whole picture. The chunk must be the stream's negotiated packet size less 36 bytes of headers."""
+    def frame(self, frame_id, picture, width, height, timestamp, pixel_format=RGB8, chunk=1400, trailer=True):
+        """A picture. The chunk must be the stream's negotiated packet size less 36 bytes of headers."""
         leader = ((1).to_bytes(4, "big") + timestamp.to_bytes(8, "big") + pixel_format.to_bytes(4, "big") +
                   width.to_bytes(4, "big") + height.to_bytes(4, "big") + bytes(12))
         self.packet(self.LEADER, frame_id, 0, leader)
@@ -285,4 +285,6 @@ class Forger:
             self.packet(self.PAYLOAD, frame_id, number, part)
             if number % 8 == 0:
                 time.sleep(0.001)  # let the receiver breathe: a burst would overflow its buffer
+        if not trailer:
+            return
         self.packet(self.TRAILER, frame_id, len(parts) + 1, (1).to_bytes(4, "big") + height.to_bytes(4, "big"))

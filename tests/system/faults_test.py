@@ -11,6 +11,7 @@ import numpy as np
 import rig
 
 WIDTH, HEIGHT = 640, 480
+DOUBTED_ORIGIN = 256
 PACKET = 9000 - 36  # bytes of picture in a packet of the default size
 
 
@@ -18,6 +19,7 @@ class Faults(unittest.TestCase):
     def setUp(self):
         self.bench = self.enterContext(rig.Rig())
         self.published = []
+        self.honest = True  # nobody sends at the camera's own address
 
     def begin(self, *options):
         self.twin = self.bench.twin("idle", *options, ready=False)
@@ -31,6 +33,7 @@ class Faults(unittest.TestCase):
     def forger(self, source="127.0.0.1"):
         """At the camera's own address, unless it says another."""
         forger = rig.Forger("127.0.0.1", rig.stream_port(self.daemon), source)
+        self.honest = self.honest and source != "127.0.0.1"
         self.addCleanup(forger.close)
         return forger
 
@@ -61,6 +64,7 @@ class Faults(unittest.TestCase):
             record = truth.get(field.header.camera_frame_id)
             self.assertIsNotNone(record, "a frame was published that the camera never sent")
             self.assertEqual(record["device_ns"], field.header.device_time_ns)
+            self.assertFalse(self.honest and field.header.flags & DOUBTED_ORIGIN, "the camera itself is doubted")
             self.assertLess(np.linalg.norm(rig.vector(field.resultant_N)), 0.6)
 
     def test_the_frame_counter_wraps(self):
@@ -142,6 +146,39 @@ class Faults(unittest.TestCase):
             self.assertEqual(getattr(after, loss), getattr(before, loss), loss)
         self.assertGreater(self.refused(), 15 * 100)
         self.end()
+
+    def test_a_forger_at_the_cameras_own_address_is_noticed(self):
+        """He fills each frame before the camera does, in whole or in part."""
+        kinds = {"whole frames": 1.0, "a part of each": random.uniform(0.1, 0.9), "a packet of each": 0.0}
+        for name, share in kinds.items():
+            with self.subTest(name), rig.Rig() as self.bench:
+                self.begin("--rate", "30")
+                self.stream(120)  # until it is known how soon after their own time its frames come
+                before = self.ledger()
+                forger = self.forger()
+                picture = os.urandom(3 * WIDTH * HEIGHT)
+                bytes_sent = PACKET * (1 + int(share * (len(picture) // PACKET)))
+                begin = time.monotonic()
+                fields, alarm_s = [], None
+                while time.monotonic() < begin + 4 * rig.PATIENCE:
+                    fields += self.subscriber.collect(1)
+                    header = fields[-1].header
+                    if header.flags & DOUBTED_ORIGIN and alarm_s is None:
+                        alarm_s = time.monotonic() - begin
+                    forger.frame((header.camera_frame_id + 1) % 65536, picture[:bytes_sent], WIDTH, HEIGHT,
+                                 header.device_time_ns + 33_000_000, chunk=PACKET, trailer=share == 1.0)
+                self.assertGreater(self.ledger().doubted, before.doubted)
+                self.daemon.wait_for("warning: more packets come in the camera's name than it sends", 5)
+                self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
+                self.assertEqual(self.twin.stop(), 0, self.twin.output())
+                truth = rig.read_truth(self.twin)
+                invented = [field for field in fields
+                            if truth.get(field.header.camera_frame_id, {}).get("device_ns") != field.header.device_time_ns]
+                unflagged = [field for field in invented if not field.header.flags & DOUBTED_ORIGIN]
+                print(f"\n  {name}: {len(invented)} of {len(fields)} fields invented, {len(unflagged)} without a flag, "
+                      f"alarm after {alarm_s or float('inf'):.2f} s", end=" ", flush=True)
+                self.assertLess(alarm_s, 1.0)
+                self.assertLessEqual(len(unflagged), 1)  # a picture that is whole before the camera's own has begun
 
     def test_one_forged_future_frame(self):
         self.begin("--rate", "10")  # the forged picture must fit between two true ones, or the driver drops one of them

@@ -19,14 +19,15 @@ using Vector3 = std::array<double, 3>;    ///< x, y, z
 
 /// Bits of Header::flags: reasons to be careful.
 enum Flag : std::uint32_t {
-  kZeroUnverified = 1,  ///< nobody has confirmed, and no unloaded picture has shown, that the zero is a zero
-  kFewMarkers = 2,      ///< too few markers are seen: the field is not valid
-  kDiscontinuity = 4,   ///< frames were lost or the clocks jumped before this frame
-  kReacquiring = 8,     ///< markers were labelled anew in this frame
-  kTorn = 16,           ///< the picture does not hang together: rows of another moment, or moved aside
-  kUnexplained = 32,    ///< the picture shows displacements that no forces on the surface can make
-  kOutOfRange = 64,     ///< the forces are beyond the range for which the uncertainty is known
-  kGelMismatch = 128,   ///< the rest picture contradicts the gel file: the field is not valid
+  kZeroUnverified = 1,   ///< nobody has confirmed, and no unloaded picture has shown, that the zero is a zero
+  kFewMarkers = 2,       ///< too few markers are seen: the field is not valid
+  kDiscontinuity = 4,    ///< frames were lost or the clocks jumped before this frame
+  kReacquiring = 8,      ///< markers were labelled anew in this frame
+  kTorn = 16,            ///< the picture does not hang together: rows of another moment, or moved aside
+  kUnexplained = 32,     ///< the picture shows displacements that no forces on the surface can make
+  kOutOfRange = 64,      ///< the forces are beyond the range for which the uncertainty is known
+  kGelMismatch = 128,    ///< the rest picture contradicts the gel file: the field is not valid
+  kDoubtedOrigin = 256,  ///< more packets come in the camera's name than it sends: the picture may be somebody else's
 };
 
 /// 3 x 3, row after row: x, y, z by x, y, z.

@@ -138,6 +138,7 @@ TEST_F(Quirks, ACounterThatStartsAnewLosesNothingUnseen) {
   EXPECT_GT(used, kFrames / 2);
   EXPECT_EQ(used + lost + refused, kFrames);
   EXPECT_GE(jumps, 1U);
+  EXPECT_EQ(ledger_.doubted.get(), 0U);
   EXPECT_EQ(lastNumber - firstNumber + 1, used + lost);
 }
 
@@ -186,6 +187,7 @@ TEST_P(QuirksOf, LoseAndDoubleNothing) {
               static_cast<unsigned long long>(ledger_.losses() - preludeLosses_),
               static_cast<unsigned long long>(doubled));
   EXPECT_EQ(seen.size(), kFrames);
+  EXPECT_EQ(ledger_.doubted.get(), 0U);
   EXPECT_EQ(doubled, 0U);
   EXPECT_EQ(wrong, 0U);
 }
