@@ -1,5 +1,7 @@
 #include "daemon/arguments.h"
 
+#include "manual/describe.h"
+
 #include <CLI/CLI.hpp>
 
 #include <iostream>
@@ -26,18 +28,23 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   Arguments arguments;
   Places& places = arguments.places;
   CLI::App app("Surface traction fields from a camera that looks into a gel.", "tractiond");
-  app.add_option("--instance", places.instance, "name of one of several daemons on a machine")->capture_default_str();
-  app.add_option("--config", places.config, "configuration file; default /etc/tractiond/INSTANCE.toml if it is there");
-  app.add_option("--state", places.state, "directory of the zero and of what is computed once");
-  app.add_option("--runtime", places.runtime, "directory of the sockets");
+  app.add_option("--instance", places.instance, "name of one of several daemons on a machine")
+      ->type_name("INSTANCE")
+      ->capture_default_str();
+  app.add_option("--config", places.config, "configuration file; default /etc/tractiond/INSTANCE.toml if it is there")
+      ->type_name("FILE");
+  app.add_option("--state", places.state, "directory of the zero and of what is computed once")->type_name("DIR");
+  app.add_option("--runtime", places.runtime, "directory of the sockets")->type_name("DIR");
   app.add_flag("--check-config", arguments.checkConfig, "check the configuration and the gel file, and exit");
   app.add_flag("--print-config", arguments.printConfig, "print the configuration with every key, and exit");
   app.add_flag("--cameras", arguments.listCameras, "list the cameras in sight and what keeps them, and exit");
-  app.add_option("--plan", arguments.description,
-                 "say what would be done with a camera of this GenICam file, and exit");
-  app.add_option("--images", arguments.images, "raw pictures from a file (-: standard input) instead of a camera");
+  app.add_option("--plan", arguments.description, "say what would be done with a camera of this GenICam file, and exit")
+      ->type_name("FILE");
+  app.add_option("--images", arguments.images, "raw pictures from a file (-: standard input) instead of a camera")
+      ->type_name("FILE");
   app.set_version_flag("--version", std::string("tractiond " TRACTIOND_VERSION));
   app.footer(kExitCodes);
+  manual::describable(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& stop) {

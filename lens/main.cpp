@@ -1,5 +1,6 @@
 // traction-lens: the camera and its lens before there are newtons.
 #include "lens/commands.h"
+#include "manual/describe.h"
 
 #include <CLI/CLI.hpp>
 
@@ -51,31 +52,39 @@ int main(int argc, char** argv) try {
   app.set_version_flag("--version", "traction-lens " TRACTION_VERSION);
   app.require_subcommand(0, 1);  // asked for below: a wrong word is named first
   app.footer(kExitCodes);
+  manual::describable(app);
 
   CalibrateOptions calibration;
   std::string squares;
   double square_mm = 0.0;
   auto* calibrate = app.add_subcommand("calibrate", kCalibrateHelp);
-  calibrate->add_option("PICTURES", calibration.pictures, "PNG, TIFF or JPEG")->required();
-  calibrate->add_option("--squares", squares, "of the board along its sides, black and white, as in 9x6")->required();
-  calibrate->add_option("--square-mm", square_mm, "side of a square")->required()->check(CLI::Range(0.1, 1000.0));
-  calibrate->add_option("--gel", calibration.gel, "gel file to write the lens into; without: the paper's sensor");
-  calibrate->add_option("--output", calibration.output, "gel file to be written")->required();
+  calibrate->add_option("PICTURES", calibration.pictures, "PNG, TIFF or JPEG")->type_name("FILE")->required();
+  calibrate->add_option("--squares", squares, "of the board along its sides, black and white, as in 9x6")
+      ->type_name("COLUMNSxROWS")
+      ->required();
+  calibrate->add_option("--square-mm", square_mm, "side of a square")
+      ->type_name("MM")
+      ->required()
+      ->check(CLI::Range(0.1, 1000.0));
+  calibrate->add_option("--gel", calibration.gel, "gel file to write the lens into; without: the paper's sensor")
+      ->type_name("FILE");
+  calibrate->add_option("--output", calibration.output, "gel file to be written")->type_name("FILE")->required();
 
   PictureOptions posing, marking;
   auto* pose = app.add_subcommand(
       "pose", "Finds where the camera is, from one picture of the untouched gel, however far off the gel file has it");
-  pose->add_option("PICTURE", posing.picture, "PNG, TIFF or JPEG")->required();
-  pose->add_option("--gel", posing.gel, "gel file with the lens and the layers")->required();
-  pose->add_option("--output", posing.output, "gel file to be written")->required();
+  pose->add_option("PICTURE", posing.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
+  pose->add_option("--gel", posing.gel, "gel file with the lens and the layers")->type_name("FILE")->required();
+  pose->add_option("--output", posing.output, "gel file to be written")->type_name("FILE")->required();
   auto* mark = app.add_subcommand("mark", "Draws the markers that are found in a picture of the untouched gel");
-  mark->add_option("PICTURE", marking.picture, "PNG, TIFF or JPEG")->required();
-  mark->add_option("--gel", marking.gel, "gel file")->required();
-  mark->add_option("--output", marking.output, "PNG to be written")->required();
+  mark->add_option("PICTURE", marking.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
+  mark->add_option("--gel", marking.gel, "gel file")->type_name("FILE")->required();
+  mark->add_option("--output", marking.output, "PNG to be written")->type_name("FILE")->required();
   SheetsOptions sheets;
   auto* sheet = app.add_subcommand("sheet", "Writes each layer of markers as SVG, to be printed at true scale");
-  sheet->add_option("--gel", sheets.gel, "gel file; without: the paper's sensor");
-  sheet->add_option("--output-dir", sheets.directory, "for layer1.svg, layer2.svg; without: this one");
+  sheet->add_option("--gel", sheets.gel, "gel file; without: the paper's sensor")->type_name("FILE");
+  sheet->add_option("--output-dir", sheets.directory, "for layer1.svg, layer2.svg; without: this one")
+      ->type_name("DIR");
   sheet->add_flag("--mirrored", sheets.mirrored, "for a transfer that turns the print over");
 
   try {

@@ -1,5 +1,7 @@
 #include "twin/options.h"
 
+#include "manual/describe.h"
+
 #include <CLI/CLI.hpp>
 #include <sysexits.h>
 
@@ -9,6 +11,17 @@
 namespace twin {
 
 namespace {
+
+constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
+   0  ended as asked
+  64  the command line is wrong
+  65  the file of raw pictures is not of the scenario's size and format
+  66  a file cannot be read
+  69  an address is in use, or not this machine's
+  71  the operating system refuses something
+  73  a file cannot be created
+  74  a file cannot be read to its end
+  78  the scenario is wrong)";
 
 /// Beside the program, in the build as after the installation.
 std::filesystem::path scenarioDirectory() {
@@ -35,26 +48,31 @@ tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* arg
   Options options;
   std::string format;
   CLI::App app("A gel and a GigE Vision camera that do not exist: serves a scenario's pictures.", "traction-twin");
-  app.footer([] { return "Shipped scenarios: " + shippedNames(); });
+  manual::describable(app);
+  app.footer([] { return "Shipped scenarios: " + shippedNames() + "\n\n" + kExitCodes; });
   app.set_version_flag("--version", "traction-twin " TRACTION_VERSION);
-  app.add_option("SCENARIO", options.scenario, "TOML file, or name of a shipped scenario");
+  app.add_option("SCENARIO", options.scenario, "TOML file, or name of a shipped scenario")->type_name("");
   app.add_option("--address", options.address, "Local IPv4 address to serve on; the port is 3956")
+      ->type_name("ADDRESS")
       ->capture_default_str();
-  app.add_option("--format", format, "Pixel format, in place of the scenario's")->check([](const std::string& name) {
-    return formatByName(name) ? "" : "it is one of " + formatNames();
-  });
+  app.add_option("--format", format, "Pixel format, in place of the scenario's")
+      ->check([](const std::string& name) { return formatByName(name) ? "" : "it is one of " + formatNames(); },
+              "{" + formatNames() + "}");
   app.add_option("--rate", options.rate_hz, "Frames per second, in place of the scenario's")
       ->check(CLI::Range(1., 1000.));
   app.add_option("--seed", options.seed, "Of the noise")->capture_default_str();
-  app.add_option("--truth", options.truth.file, "File for what is true in each frame, JSON lines");
-  app.add_option("--truth-endpoint", options.truth.endpoint, "ZeroMQ endpoint to publish the same on, topic truth/");
+  app.add_option("--truth", options.truth.file, "File for what is true in each frame, JSON lines")->type_name("FILE");
+  app.add_option("--truth-endpoint", options.truth.endpoint, "ZeroMQ endpoint to publish the same on, topic truth/")
+      ->type_name("ENDPOINT");
   app.add_flag("--truth-markers", options.truth.markers, "With the displacement of every marker [px]");
   app.add_option("--lost-ratio", options.lostRatio, "Share of the stream's packets to lose")->check(CLI::Range(0., 1.));
   app.add_option("--seconds", options.seconds, "End after this time (0: on SIGINT or SIGTERM)")
       ->check(CLI::Range(0., 1e9));
-  app.add_option("--cache", options.cache, "Directory in which to keep the gel's mechanics from start to start");
+  app.add_option("--cache", options.cache, "Directory in which to keep the gel's mechanics from start to start")
+      ->type_name("DIR");
   app.add_option("--images", options.images,
-                 "File of raw pictures of the scenario's size and format, to serve in a loop in place of drawing");
+                 "File of raw pictures of the scenario's size and format, to serve in a loop in place of drawing")
+      ->type_name("FILE");
   try {
     app.parse(argc, argv);
     // Asked for here, so that a wrong word is named first.

@@ -7,6 +7,7 @@
 #include "client/cli/metrics.h"
 #include "client/cli/output.h"
 #include "gateway/keys.h"
+#include "manual/describe.h"
 #include "proto/traction/v1/endpoints.h"
 
 #include <CLI/CLI.hpp>
@@ -125,7 +126,8 @@ class CameraCommand {
     camera_.footer("A change lasts until the camera is opened again. What is to stay belongs into [camera] of the "
                    "configuration.");
     list_->add_option("part", part_, "of their names, in capitals or not; without: all");
-    list_->add_option("--category", categories_, "only those in it, AnalogControl say; may be given again");
+    list_->add_option("--category", categories_, "only those in it, AnalogControl say; may be given again")
+        ->type_name("NAME");
     get_->add_option("names", words_, "ExposureTime, BalanceRatio[Red]");
     set_->add_option("changes", words_, "ExposureTime=4000, one after another");
     run_->add_option("names", words_, "of commands, one after another");
@@ -179,9 +181,11 @@ class CameraCommand {
 class Remote {
  public:
   explicit Remote(CLI::App& app) {
-    app.add_option("--host", host_, "of a traction-gateway, HOST or HOST:PORT of its stream, instead of this machine");
-    app.add_option("--key", file_, "file of your key; without: ~/.config/traction/key");
-    app.add_option("--server-key", serverKey_, "of the gateway, as tractionctl keys tells it on its box");
+    app.add_option("--host", host_, "of a traction-gateway, HOST or HOST:PORT of its stream, instead of this machine")
+        ->type_name("HOST");
+    app.add_option("--key", file_, "file of your key; without: ~/.config/traction/key")->type_name("FILE");
+    app.add_option("--server-key", serverKey_, "of the gateway, as tractionctl keys tells it on its box")
+        ->type_name("KEY");
   }
 
   const std::filesystem::path& file() const { return file_; }
@@ -225,7 +229,7 @@ class KeysCommand {
     allow_->add_flag("--control", control_, "also zero, calibrate, the camera; else it may only read");
     list_->add_flag("--json", json_, "as JSON");
     for (CLI::App* one : {allow_, revoke_, list_}) {
-      one->add_option("--directory", directory_, "of the keys")->capture_default_str();
+      one->add_option("--directory", directory_, "of the keys")->type_name("DIR")->capture_default_str();
     }
   }
 
@@ -283,12 +287,16 @@ int main(int argc, char** argv) try {
   app.require_subcommand(0, 1);  // asked for below: a wrong word is named first
   app.fallthrough();
   app.footer(kExitCodes);
-  app.add_option("--instance", instance, "of tractiond on this machine")->capture_default_str();
-  app.add_option("--connect", subscription.endpoint, "ZeroMQ endpoint of the stream, instead of the instance's");
-  app.add_option("--control", control.endpoint, "ZeroMQ endpoint for requests, instead of the instance's");
+  manual::describable(app);
+  app.add_option("--instance", instance, "of tractiond on this machine")->type_name("INSTANCE")->capture_default_str();
+  app.add_option("--connect", subscription.endpoint, "ZeroMQ endpoint of the stream, instead of the instance's")
+      ->type_name("ENDPOINT");
+  app.add_option("--control", control.endpoint, "ZeroMQ endpoint for requests, instead of the instance's")
+      ->type_name("ENDPOINT");
 
   auto* watch = app.add_subcommand("watch", "Shows the forces live; one line a second where there is no terminal");
   watch->add_option("--seconds", seconds, "to run; without: until q or Ctrl-C")
+      ->type_name("SECONDS")
       ->check(number(0.0, "a time of 0 s or more, as in 2.5"));
   auto* echo = app.add_subcommand("echo", "Prints messages as JSON, one a line");
   const std::map<std::string, unsigned> names = {{"field", kField},
@@ -298,6 +306,7 @@ int main(int argc, char** argv) try {
                                                  {"all", kAllTopics}};
   echo->add_option("--topic", topic, "of the messages")->check(CLI::IsMember(&names))->capture_default_str();
   echo->add_option("--count", count, "of messages; without: until Ctrl-C")
+      ->type_name("NUMBER")
       ->check(integer("a number of messages, as in 100"));
   bool latest = false;
   echo->add_flag("--latest", latest,
@@ -311,7 +320,7 @@ int main(int argc, char** argv) try {
   std::string picturePath;
   bool marked = false;
   auto* snapshot = app.add_subcommand("snapshot", "Writes what the camera sees now as a PNG file");
-  snapshot->add_option("file", picturePath, "to write; an old one is replaced")->required();
+  snapshot->add_option("file", picturePath, "to write; an old one is replaced")->type_name("FILE")->required();
   snapshot->add_flag(
       "--marked", marked,
       "with rings in their colour around the markers found, crosses where they are lost, small dots where "
@@ -329,10 +338,12 @@ int main(int argc, char** argv) try {
       "calibrate", "Measures the camera's place, the noise and the gel's stiffness, and writes a gel file");
   calibrate->add_option("steps", calibration.steps, "of geometry, noise, weights, finish; without: all, in this order")
       ->check(CLI::IsMember({"geometry", "noise", "weights", "finish"}));
-  calibrate->add_option("--weights", weights, "to be put on one after another: 100gf,200gf,500gf");
+  calibrate->add_option("--weights", weights, "to be put on one after another: 100gf,200gf,500gf")->type_name("LIST");
   calibrate->add_option("--seconds", calibration.seconds, "to look for the noise, and to wait for each weight")
+      ->type_name("SECONDS")
       ->check(number(1e-9, "a time above 0 s, as in 30"));
   calibrate->add_option("--name", calibration.name, "of the gel: the file's name begins with it")
+      ->type_name("NAME")
       ->check([](const std::string& text) {
         return isValidName(text) ? "" : "'" + text + "' is no name for a gel: 1 to 24 of A-Z a-z 0-9 _ - are";
       });
