@@ -86,7 +86,7 @@ endfunction()
 
 # What is called once when a program starts, and need not be fast: not optimised, it is compiled in a third of the time.
 function(traction_cold)
-  if(NOT TRACTION_SANITIZE)
+  if(TRACTION_QUICK AND NOT TRACTION_SANITIZE)
     set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS -O0 SKIP_PRECOMPILE_HEADERS ON)
   endif()
 endfunction()

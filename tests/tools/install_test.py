@@ -39,6 +39,15 @@ class Install(unittest.TestCase):
                        "lib/udev/rules.d/60-tractiond.rules", "share/tractiond/tractiond.toml"):
             self.assertIn(wanted, files)
 
+    def test_every_file_belongs_to_one_debian_package(self):
+        lists = "".join(path.read_text() for path in (SOURCE / "debian").glob("*.install"))
+        patterns = [line.split()[0] for line in lists.splitlines()]
+        for file in self.files():
+            path = re.sub("^usr/lib/(systemd|udev)/", r"lib/\1/", f"usr/{file}")  # as debian/rules moves them
+            path = pathlib.PurePath(re.sub(r"^usr/lib/(libtraction|cmake)", r"usr/lib/triplet/\1", path))
+            holders = [one for one in patterns if any(start.match(one) for start in (path, *path.parents))]
+            self.assertEqual(len(holders), 1, f"{path}: {holders}")
+
     def test_the_services_run_in_a_tight_sandbox(self):
         for unit, tenths in (("tractiond@.service", 16), ("traction-metrics@.service", 15)):
             self.check_sandbox(unit, tenths)

@@ -1,9 +1,9 @@
-"""tools/dependencies and tools/progress: what is listed, what is said, and how they end."""
+"""tools/dependencies and tools/progress: what is listed, what is said, and how they end; and what debian/ says, too."""
 
 import re
 import unittest
 
-from stubs import TOOLS, Stubs
+from stubs import SOURCE, TOOLS, Stubs
 
 
 class Dependencies(unittest.TestCase):
@@ -64,6 +64,16 @@ class Dependencies(unittest.TestCase):
         code, text = self.stubs.run(TOOLS / "dependencies", "build")
         self.assertEqual(code, 77, text)
         self.assertIn("libaravis-dev", text)
+
+    def test_debian_builds_with_the_same(self):
+        text = re.search(r"Build-Depends:\n((?: .*\n)*)", (SOURCE / "debian" / "control").read_text())[1]
+        packages = {re.split("[ :]", line.strip(" ,"))[0] for line in text.splitlines()}
+        self.assertEqual({one for one in packages if not one.startswith(("debhelper", "dh-"))},
+                         self.list("build", "lens") - {"g++", "iproute2", "libopencv-video-dev"})
+
+    def test_debian_has_the_version_of_the_project(self):
+        version = re.search(r"project\(tractiond VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text())[1]
+        self.assertEqual((SOURCE / "debian" / "changelog").read_text().split(")")[0], f"tractiond ({version}")
 
 
 class Progress(unittest.TestCase):

@@ -8,7 +8,7 @@ import unittest
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 PROGRAMS = ("tractiond", "tractionctl", "traction-gateway", "traction-twin")
-TOOLS = ("arm64", "bench", "build", "compare", "demo", "evaluate", "lint", "test", "uninstall")
+TOOLS = ("arm64", "bench", "boot", "build", "compare", "demo", "evaluate", "lint", "package", "test", "uninstall")
 USAGE = 64
 
 
