@@ -35,6 +35,20 @@ class Command:
         for command in self.commands:
             yield from command.all()
 
+    @property
+    def name(self):
+        return " ".join(self.path)
+
+    @property
+    def known(self):
+        """All options that it takes."""
+        return [*self.options, *self.inherited]
+
+
+def with_values(program):
+    """Names of options that a word follows."""
+    return sorted({name for command in program.all() for one in command.options if one.value for name in one.names})
+
 
 def option(entry):
     kind, _, check = entry["value"].partition(":")

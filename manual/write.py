@@ -1,27 +1,30 @@
 """Writes manual pages and completions.
 
-usage: write.py program DESCRIPTION PAGES DATA MAN BASH   of a program, as it describes itself (describe.h)
-       write.py config TEXT NAME PAGES DATA MAN           of a configuration file, as --print-config prints it
-DATA is the directory of what is installed with the programs; MAN and BASH are files to be written.
+usage: write.py program DESCRIPTION PAGES DATA MAN BASH ZSH FISH   of a program, as it describes itself (describe.h)
+       write.py config TEXT NAME PAGES DATA MAN                    of a configuration file, as --print-config prints it
+DATA is the directory of what is installed with the programs; MAN, BASH, ZSH and FISH are files to be written.
 """
 
 import pathlib
 import sys
 import tomllib
 
-import completion
+import bash
+import fish
 import mdoc
 import table
+import zsh
 
 
 def read(pages, data):
     return tomllib.loads(pathlib.Path(pages).read_text().replace("@DATA@", data))
 
 
-def program(description, pages, data, man, bash):
+def program(description, pages, data, man, *completions):
     described = table.load(pathlib.Path(description))
     pathlib.Path(man).write_text(mdoc.page(described, read(pages, data)[described.path[0]]))
-    pathlib.Path(bash).write_text(completion.bash(described))
+    for shell, file in zip((bash, zsh, fish), completions):
+        pathlib.Path(file).write_text(shell.completion(described))
 
 
 def config(text, name, pages, data, man):

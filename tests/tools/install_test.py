@@ -35,6 +35,8 @@ class Install(unittest.TestCase):
                        "share/tractiond/prometheus/alerts.yml", "share/man/man8/tractiond.8",
                        "share/man/man1/tractionctl.1", "share/man/man5/tractiond.toml.5",
                        "share/bash-completion/completions/tractionctl",
+                       "share/zsh/site-functions/_tractionctl",
+                       "share/fish/vendor_completions.d/tractionctl.fish",
                        "lib/sysusers.d/tractiond.conf", "lib/sysctl.d/60-tractiond.conf", "lib/tmpfiles.d/tractiond.conf",
                        "lib/udev/rules.d/60-tractiond.rules", "share/tractiond/tractiond.toml"):
             self.assertIn(wanted, files)
@@ -43,7 +45,8 @@ class Install(unittest.TestCase):
         lists = "".join(path.read_text() for path in (SOURCE / "debian").glob("*.install"))
         patterns = [line.split()[0] for line in lists.splitlines()]
         for file in self.files():
-            path = re.sub("^usr/lib/(systemd|udev)/", r"lib/\1/", f"usr/{file}")  # as debian/rules moves them
+            path = f"usr/{file}".replace("site-functions", "vendor-completions")  # as debian/rules moves them
+            path = re.sub("^usr/lib/(systemd|udev)/", r"lib/\1/", path)
             path = pathlib.PurePath(re.sub(r"^usr/lib/(libtraction|cmake)", r"usr/lib/triplet/\1", path))
             holders = [one for one in patterns if any(start.match(one) for start in (path, *path.parents))]
             self.assertEqual(len(holders), 1, f"{path}: {holders}")

@@ -118,73 +118,156 @@ class Pages(unittest.TestCase):
             self.assertEqual(shown, text.split() + " of it ".join([*tags, ""]).split(), f"seed {seed}")
 
 
-class Completion(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        seed = random.randrange(10**6)
-        print(f"\n  seed {seed}")
-        cls.random = random.Random(seed)
+class Bash:
+    name = "bash"
 
     def complete(self, *words, cwd=SOURCE):
-        """What bash's own variables lead to; the last word is the one to be completed."""
+        """What bash's own variables lead to."""
         script = (f"source '{MANUAL / words[0]}'\nCOMP_WORDS=(\"$@\") COMP_CWORD=$(($# - 1))\n"
                   f"function=$(complete -p {words[0]} | sed 's/.*-F \\(\\S*\\) .*/\\1/')\n"
                   "$function \"$1\" \"${@: -1}\" \"${@: -2:1}\"\n"
                   "[ ${#COMPREPLY[@]} = 0 ] || printf '%s\\n' \"${COMPREPLY[@]}\"")
-        done = run("bash", "--norc", "-c", script, "bash", *words, cwd=cwd)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
-        return done.stdout.splitlines()
+        return said("bash", "--norc", "-c", script, "bash", *words, cwd=cwd)
+
+
+class Fish:
+    name = "fish"
+
+    def complete(self, *words, cwd=SOURCE):
+        script = f"source '{MANUAL / words[0]}.fish'\ncomplete -C (string join ' ' -- $argv)"
+        lines = said("fish", "--no-config", "-c", script, *words, cwd=cwd)
+        return [line.partition("\t")[0].removesuffix("/") for line in lines]
+
+
+class Zsh:
+    """One at a terminal of its own; what it would add to its list it writes into a file."""
+
+    name = "zsh"
+    SETUP = """PS1= RPS1= LISTMAX=10000; unsetopt auto_list auto_menu beep zle_bracketed_paste
+fpath=({manual} $fpath); autoload -Uz compinit; compinit -u -D
+compadd() {{
+  if [[ " ${{@[1,(i)(-|--)]}}" != *\\ -(O|A|D)\\ * ]]; then
+    local -a found; builtin compadd -O found "$@"; print -rl -- $found >>{out}
+  fi
+  builtin compadd "$@"
+}}
+capture() {{ zle complete-word; print END >>{out} }}
+zle -N capture; bindkey '^T' capture; bindkey '^U' kill-whole-line; : >{ready}
+"""
+
+    def __init__(self, test):
+        folder = pathlib.Path(test.enterContext(tempfile.TemporaryDirectory(prefix="traction-zsh-")))
+        self.out, ready, setup = folder / "out", folder / "ready", folder / "setup"
+        setup.write_text(self.SETUP.format(manual=MANUAL, out=self.out, ready=ready))
+        self.pid, self.terminal = pty.fork()
+        if self.pid == 0:
+            os.execvpe("zsh", ["zsh", "-f", "-i"], {**ENV, "TERM": "dumb"})
+        test.addCleanup(self.end)
+        self.type(f"source {setup}\n")
+        self.wait(ready.exists)
+        self.cwd = None
+
+    def end(self):
+        os.close(self.terminal)
+        os.waitpid(self.pid, 0)
+
+    def type(self, text):
+        os.write(self.terminal, text.encode())
+
+    def wait(self, condition):
+        end = time.monotonic() + 20
+        while not condition():
+            assert time.monotonic() < end, "zsh does not answer"
+            if select.select([self.terminal], [], [], 0.01)[0]:
+                os.read(self.terminal, 65536)
+
+    def complete(self, *words, cwd=SOURCE):
+        self.out.write_text("")
+        self.type(f"\x15cd {cwd}\n" if cwd != self.cwd else "")
+        self.cwd = cwd
+        self.type("\x15" + " ".join(words) + "\x14")
+        self.wait(lambda: self.out.read_text().endswith("END\n"))
+        return [line for line in self.out.read_text().split("\n")[:-2] if line]
+
+
+def said(*command, **options):
+    done = run(*command, **options)
+    assert (done.returncode, done.stderr) == (0, ""), done
+    return done.stdout.splitlines()
+
+
+class Completion(unittest.TestCase):
+    def setUp(self):
+        self.seed = random.randrange(10**6)
+        self.random = random.Random(self.seed)
+        self.shells = [Bash(), Fish(), Zsh(self)]
 
     def start_of(self, word):
-        return word[:self.random.randint(2 if word.startswith("--") else 0, len(word))]
+        return word[:self.random.randint(3 if word.startswith("--") else 0, len(word))]
 
     def test_what_help_shows_is_offered(self):
-        for program in PROGRAMS:
-            for help in Help(program).all():
-                with self.subTest(" ".join(help.path)):
-                    offered = self.complete(*help.path, "-")
+        helps = [help for program in PROGRAMS for help in Help(program).all()]
+        for shell in self.shells:
+            with self.subTest(shell.name, seed=self.seed):
+                for help in helps:
+                    offered = shell.complete(*help.path, "--")
+                    self.assertLessEqual(set(help.options), set(offered), help.path)
                     self.assertEqual(len(offered), len(set(offered)), offered)
                     for option in help.options:
-                        self.assertIn(option, offered)
                         choices = re.search(r"{(.*)}", help.values[option])
                         if choices:
-                            words = re.split(", *", choices[1])
-                            self.assertEqual(set(self.complete(*help.path, option, "")), set(words))
-                            self.assertEqual(set(self.complete(*help.path, option, "=", "")), set(words))
+                            offered = shell.complete(*help.path, option, "")
+                            self.assertEqual(set(offered), set(re.split(", *", choices[1])))
                     if help.commands:
-                        self.assertEqual(set(self.complete(*help.path, "")), set(help.commands))
-                    for word in self.random.sample(help.options + help.commands, min(3, len(help.options))):
-                        self.assertIn(word, self.complete(*help.path, self.start_of(word)))
+                        self.assertEqual(set(shell.complete(*help.path, "")), set(help.commands), help.path)
+                    word = self.random.choice(help.options + help.commands)
+                    self.assertIn(word, shell.complete(*help.path, self.start_of(word)))
 
     def test_a_value_is_no_command(self):
-        self.assertIn("status", self.complete("tractionctl", "--instance", "camera", "st"))
-        self.assertIn("list", self.complete("tractionctl", "--instance", "=", "keys", "camera", ""))
-        self.assertEqual(self.complete("tractionctl", "--server-key", ""), [])
+        for shell in self.shells:
+            with self.subTest(shell.name, seed=self.seed):
+                self.assertIn("status", shell.complete("tractionctl", "--instance", "camera", "st"))
+                self.assertEqual(shell.complete("tractionctl", "--server-key", ""), [])
+
+    def test_a_value_may_stand_behind_an_equals_sign(self):
+        self.assertEqual(Bash().complete("tractionctl", "echo", "--topic", "=", "fi"), ["field"])  # as bash splits it
+        self.assertEqual(Bash().complete("tractionctl", "--instance", "=", "keys", "camera", "l"), ["list"])
+        self.assertEqual(Fish().complete("tractionctl", "echo", "--topic=fi"), ["--topic=field"])
+        self.assertEqual(set(self.shells[2].complete("tractionctl", "echo", "--topic=fi")), {"field"})
 
     def test_an_option_of_the_program_may_stand_behind_the_command(self):
-        self.assertIn("--instance", self.complete("tractionctl", "echo", "--"))
-        self.assertNotIn("--instance", self.complete("tractionctl", "echo", "--topic", "--"))
+        for shell in self.shells:
+            with self.subTest(shell.name, seed=self.seed):
+                self.assertIn("--instance", shell.complete("tractionctl", "echo", "--"))
+                self.assertEqual(set(shell.complete("tractionctl", "echo", "--topic", "fi")), {"field"})
 
     def test_a_commands_own_option_is_not_the_programs(self):
-        self.assertIn("--directory", self.complete("tractionctl", "keys", "allow", "--control", "--d"))
-        self.assertEqual(self.complete("tractionctl", "--control", "--d"), [])
+        for shell in self.shells:
+            with self.subTest(shell.name, seed=self.seed):
+                self.assertIn("--directory", shell.complete("tractionctl", "keys", "allow", "--control", "--d"))
+                self.assertEqual(shell.complete("tractionctl", "--control", "zz"), [])
 
     def test_operands(self):
-        self.assertEqual(self.complete("tractionctl", "calibrate", "geometry", "we"), ["weights"])
-        self.assertIn("idle", self.complete("traction-twin", "i"))
-        self.assertIn("default", self.complete("tractiond", "--instance", ""))
+        for shell in self.shells:
+            with self.subTest(shell.name, seed=self.seed):
+                self.assertEqual(set(shell.complete("tractionctl", "calibrate", "geometry", "we")), {"weights"})
+                self.assertIn("idle", shell.complete("traction-twin", "i"))
+                self.assertIn("default", shell.complete("tractiond", "--instance", ""))
 
     def test_files_and_directories(self):
         with tempfile.TemporaryDirectory() as folder:
-            for name in ("a b.toml", "ab"):
-                (pathlib.Path(folder) / name).touch()
+            (pathlib.Path(folder) / "ab").touch()
             (pathlib.Path(folder) / "adir").mkdir()
-            self.assertEqual(set(self.complete("tractiond", "--config", "a", cwd=folder)), {"a b.toml", "ab", "adir"})
-            self.assertEqual(self.complete("tractiond", "--state", "a", cwd=folder), ["adir"])
-            self.assertIn("a b.toml", self.complete("tractionctl", "snapshot", "a", cwd=folder))
+            for shell in self.shells:
+                with self.subTest(shell.name, seed=self.seed):
+                    self.assertEqual(set(shell.complete("tractiond", "--config", "a", cwd=folder)), {"ab", "adir"})
+                    self.assertEqual(set(shell.complete("tractiond", "--state", "a", cwd=folder)), {"adir"})
+                    self.assertIn("ab", shell.complete("tractionctl", "snapshot", "a", cwd=folder))
+            (pathlib.Path(folder) / "a b").touch()
+            self.assertIn("a b", Bash().complete("tractionctl", "snapshot", "a", cwd=folder))
 
     def test_on_a_terminal(self):
-        """The key that people press."""
+        """The key that people press, in bash."""
         pid, terminal = pty.fork()
         if pid == 0:
             plain = {**ENV, "TERM": "dumb", "PS1": "", "HISTFILE": ""}

@@ -1,8 +1,8 @@
-"""Completion for bash, of the same table as the manual page."""
+"""Completion for bash."""
 
 import shlex
 
-# Kinds of values that are more than words of a table; what else has a value is free.
+# What values are, where they are more than words of a table; what else has a value is free.
 KINDS = {"FILE": "file", "DIR": "directory", "INSTANCE": "instance", "SCENARIO": "scenario"}
 
 SCRIPT = r"""# bash completion for NAME; made of the table that its --help prints
@@ -77,19 +77,16 @@ def values(option):
     return f"@{KINDS.get(option.kind, 'free')}" if option.kind else ""
 
 
-def bash(program):
+def completion(program):
     commands, options = [], []
     for command in program.all():
-        name = " ".join(command.path)
-        known = [*command.options, *command.inherited]
-        words = " ".join(word for option in known for word in option.names)
+        words = " ".join(word for option in command.known for word in option.names)
         below = " ".join(one.path[-1] for one in command.commands)
         operands = " ".join(shlex.quote(values(operand)) for operand in command.operands)
-        commands.append(f"  {shlex.quote(name)}) options='{words}' commands='{below}' operands=({operands}) ;;")
-        for option in known:
+        commands.append(f"  {shlex.quote(command.name)}) options='{words}' commands='{below}' operands=({operands}) ;;")
+        for option in command.known:
             if option.value:
-                patterns = "|".join(shlex.quote(f"{name} {word}") for word in option.names)
+                patterns = "|".join(shlex.quote(f"{command.name} {word}") for word in option.names)
                 options.append(f"  {patterns}) value='{values(option)}' ;;")
-    name = program.path[0]
     return (SCRIPT.replace("COMMANDS", "\n".join(commands)).replace("VALUES", "\n".join(options))
-            .replace("FUNCTION", "_" + name.replace("-", "_")).replace("NAME", name))
+            .replace("FUNCTION", "_" + program.name.replace("-", "_")).replace("NAME", program.name))
