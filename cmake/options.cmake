@@ -21,6 +21,11 @@ if(TRACTION_SANITIZE)
   add_link_options(-fsanitize=${TRACTION_SANITIZE})
 endif()
 
+option(TRACTION_FUZZ "tests/fuzz for libFuzzer, and no other tests; needs Clang" OFF)
+if(TRACTION_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link)
+endif()
+
 # The warnings hold for our own code only; foreign headers come in as SYSTEM.
 add_library(traction_warnings INTERFACE)
 target_compile_options(traction_warnings INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion

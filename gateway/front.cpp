@@ -12,7 +12,7 @@ namespace {
 
 /// With CURVE the largest message of a handshake has some 300 bytes.
 constexpr std::int64_t kLargestSubscription = 512;
-constexpr std::int64_t kLargestRequest = 65'536 + 64;  ///< encrypted
+constexpr std::int64_t kLargestMessage = 65'536 + 64;  ///< encrypted
 constexpr int kWaitingReplies = 16;                    ///< per peer, as at the instrument
 /// Bytes; what a flooding peer has in it still arrives after it is cut off.
 constexpr int kReceiveBuffer = 4096;
@@ -56,7 +56,7 @@ Front::Front(const Options& options, MayEnter mayEnter, Refused refused)
   for (std::size_t way = 0; way < kWays; ++way) {
     zmq::socket_t& socket = sockets_[way] = zmq::socket_t(context_, kTypes[way]);
     if (way == kControl) {
-      publish::guard(socket, kWaitingReplies, kLargestRequest);
+      publish::guard(socket, kWaitingReplies, kLargestMessage);
     } else {
       publish::guard(socket, options.highWaterMark, kLargestSubscription);
       socket.set(zmq::sockopt::rcvbuf, kReceiveBuffer);

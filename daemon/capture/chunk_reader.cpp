@@ -52,6 +52,7 @@ void enter(const ChunkField& field, std::uint64_t raw, Chunks& chunks) {
 std::optional<std::size_t> readChunks(std::span<const std::uint8_t> buffer, std::size_t picture, bool bigEndian,
                                       std::span<const ChunkField> fields, Chunks& chunks) {
   constexpr std::size_t kTail = 8;  // id and length, four bytes each
+  if (buffer.size() < picture) return std::nullopt;
   std::size_t end = buffer.size();
   while (end > picture) {
     if (end < kTail) return std::nullopt;

@@ -1,0 +1,19 @@
+#include "sensor/gel_file.h"
+#include "tests/fuzz/target.h"
+
+namespace fuzz {
+
+std::vector<std::string> seeds() {
+  sensor::Sensor calibrated;
+  calibrated.calibration = sensor::Calibration{};
+  return {fileText(SOURCE "/config/gels/paper.toml"), fileText(SOURCE "/config/gels/black_dots.toml"),
+          sensor::gelText(calibrated)};
+}
+
+void feed(std::string_view bytes) {
+  const auto sensor = sensor::parseGel(bytes, "/nowhere/fuzz.toml");
+  if (!sensor || sensor->body) return;
+  require(sensor::parseGel(sensor::gelText(*sensor), "fuzz").has_value(), "what is written is not read");
+}
+
+}  // namespace fuzz

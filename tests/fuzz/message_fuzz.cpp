@@ -1,0 +1,55 @@
+#include "client/src/decode.h"
+#include "tests/fuzz/target.h"
+#include "traction/v1/control.pb.h"
+#include "traction/v1/description.pb.h"
+#include "traction/v1/field.pb.h"
+#include "traction/v1/markers.pb.h"
+#include "traction/v1/status.pb.h"
+
+#include <google/protobuf/stubs/logging.h>
+
+namespace fuzz {
+
+std::vector<std::string> seeds() {
+  google::protobuf::SetLogHandler(nullptr);  // a line for each text that is none
+  namespace pb = traction::v1;
+  pb::Field field;
+  field.set_timestamp(1.0);
+  field.mutable_header()->set_frame_number(1);
+  pb::Markers markers;
+  markers.mutable_header()->set_frame_number(1);
+  pb::Status status;
+  status.mutable_header()->set_frame_number(1);
+  status.mutable_ledger()->set_received(7);
+  pb::Description description;
+  description.mutable_header()->set_frame_number(1);
+  pb::Reply reply;
+  *reply.mutable_status() = status;
+  std::vector<std::string> all;
+  for (const google::protobuf::MessageLite* one :
+       std::initializer_list<const google::protobuf::MessageLite*>{&field, &markers, &status, &description, &reply}) {
+    all.push_back(one->SerializeAsString());
+  }
+  return all;
+}
+
+void feed(std::string_view bytes) {
+  const auto attempt = [&](auto decode) {
+    try {
+      static_cast<void>(decode(bytes));
+    } catch (const traction::Error&) {
+    }
+  };
+  attempt(traction::decodeField);
+  attempt(traction::decodeMarkers);
+  attempt(traction::decodeDescription);
+  attempt(traction::decodeStatus);
+  attempt(traction::decodeStatusReply);
+  attempt(traction::decodeDescriptionReply);
+  attempt(traction::decodeSnapshotReply);
+  attempt(traction::decodeZeroReply);
+  attempt(traction::decodeCalibrationReply);
+  attempt(traction::decodeCameraReply);
+}
+
+}  // namespace fuzz
