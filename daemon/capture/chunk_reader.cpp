@@ -65,7 +65,7 @@ std::optional<std::size_t> readChunks(std::span<const std::uint8_t> buffer, std:
     if (begin < picture) return std::nullopt;
     const auto data = buffer.subspan(begin, length);
     for (const ChunkField& field : fields)
-      if (field.chunk == id && field.offset <= length && field.length <= length - field.offset)
+      if (field.chunk == id && field.length > 0 && field.offset <= length && field.length <= length - field.offset)
         enter(field, unsignedOf(data.subspan(field.offset, field.length), field.bigEndian), chunks);
     end = begin;
   }
