@@ -1,7 +1,9 @@
 #include "daemon/instrument.h"
 
+#include "daemon/base/apart.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/pipe_driver.h"
+#include "daemon/publish/greeting.h"
 #include "daemon/solve/inverse_cache.h"
 #include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose_file.h"
@@ -120,17 +122,18 @@ tl::expected<void, Error> Instrument::build() {
   auto publisher = publish::Publisher::open(config.publish, description_, ledger_, [this] { return vitals(); });
   if (!publisher) return tl::unexpected(publisher.error());
   publisher_ = *std::move(publisher);
-  auto server = publish::ControlServer::open(config.controlEndpoints,
-                                             {.status = [this] { return publisher_->lastStatus(); },
-                                              .description = [this] { return publisher_->lastDescription(); },
-                                              .zero = [this](const auto& request) { procedures_->beginZero(request); },
-                                              .calibrate = [this](const auto& step) { procedures_->beginStep(step); },
-                                              .camera =
-                                                  [this](const auto& step) {
-                                                    camera_->ask(step);
-                                                    cameraAsked_ = true;
-                                                  },
-                                              .snapshot = [this] { gelWatch_->askSnapshot(); }});
+  auto server = publish::ControlServer::open(
+      config.controlEndpoints,
+      {.status = [this] { return publisher_->lastStatus(); },
+       .description = [this] { return publisher_->lastDescription(); },
+       .zero = [this](const auto& request) { procedures_->beginZero(request); },
+       .calibrate = [this](const auto& step) { apart(turns_.control, [&] { procedures_->beginStep(step); }); },
+       .camera =
+           [this](const auto& step) {
+             camera_->ask(step);
+             cameraAsked_ = true;
+           },
+       .snapshot = [this] { gelWatch_->askSnapshot(); }});
   if (!server) return tl::unexpected(server.error());
   controlServer_ = *std::move(server);
 
@@ -244,7 +247,17 @@ void Instrument::start() {
 }
 
 ServiceHooks Instrument::hooks() {
-  return {loopsOf(turns_), [this] { return pipeline_->ended(); }, [this] { return statusLine(); }};
+  std::vector<publish::Greeting> greetings;
+  for (const auto* endpoints : {&publisher_->streamEndpoints(), &controlServer_->endpoints()}) {
+    if (!endpoints->empty()) greetings.emplace_back(endpoints->front());
+  }
+  return {.loops = loopsOf(turns_),
+          .ended = [this] { return pipeline_->ended(); },
+          .statusLine = [this] { return statusLine(); },
+          .others =
+              [all = std::make_shared<std::vector<publish::Greeting>>(std::move(greetings))] {
+                return std::ranges::count_if(*all, &publish::Greeting::came) == std::ssize(*all);
+              }};
 }
 
 tl::expected<std::vector<std::string>, Error> Instrument::reload(const Config& completed) {
@@ -364,10 +377,12 @@ void Instrument::makeProcedures() {
             const auto save = [this](const std::filesystem::path& path, const RestPose& one) {
               return track::saveRestPose(path, one, sensor_, camera_->info()->format, cameraId_);
             };
-            if (before) {
-              if (auto saved = save(track::earlierPosePath(stateDirectory_), *before); !saved) return saved;
-            }
-            return save(track::restPosePath(stateDirectory_), pose);
+            return apart(turns_.control, [&]() -> tl::expected<void, Error> {
+              if (before) {
+                if (auto saved = save(track::earlierPosePath(stateDirectory_), *before); !saved) return saved;
+              }
+              return save(track::restPosePath(stateDirectory_), pose);
+            });
           },
           .answerZero = [this](const auto& result,
                                const std::string& remark) { controlServer_->answerZero(result, remark); },

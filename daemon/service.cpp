@@ -25,8 +25,10 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Between two looks at the pipeline when there is no watchdog; also how often the status line changes.
+/// Between two looks at the pipeline when there is no watchdog.
 constexpr milliseconds kLook{1000};
+/// How often the status line changes: each time systemd tells whoever listens to it.
+constexpr std::int64_t kStatus_ns = 1'000'000'000;
 
 constexpr std::array kSignals = {SIGTERM, SIGINT, SIGHUP};
 
@@ -156,12 +158,17 @@ void run(const ServiceHooks& hooks) {
   // Asked four times within the watchdog's patience: a stage may take half of it for one turn.
   const milliseconds look = watched ? std::min(kLook, milliseconds(deadline_us / 4000)) : kLook;
   StageWatch watch(hooks.loops);
+  std::int64_t told_ns = monotonicNow();
   sd_notify(0, ("READY=1\nSTATUS=" + hooks.statusLine()).c_str());
   maskSignals(SIG_UNBLOCK);
   while (!wait(look) && !hooks.ended()) {
     if (requests().reload.wait(milliseconds(0))) reload(hooks);
-    sd_notify(0, ("STATUS=" + hooks.statusLine()).c_str());
-    if (watch.allAdvanced()) sd_notify(0, "WATCHDOG=1");
+    if (monotonicNow() - told_ns >= kStatus_ns) {
+      told_ns = monotonicNow();
+      sd_notify(0, ("STATUS=" + hooks.statusLine()).c_str());
+    }
+    const bool others = !hooks.others || hooks.others();
+    if (watch.allAdvanced() && others) sd_notify(0, "WATCHDOG=1");
   }
   sd_notify(0, "STOPPING=1");
 }

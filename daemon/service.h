@@ -63,9 +63,10 @@ struct ServiceHooks {
   std::function<bool()> ended;              ///< it has come to its end by itself
   std::function<std::string()> statusLine;  ///< for `systemctl status`
   std::function<void()> reload = {};        ///< the configuration
+  std::function<bool()> others = {};        ///< do the libraries' threads work? Must not wait
 };
 
-/// Tells systemd that the service is ready, feeds its watchdog while every loop advances, reloads on SIGHUP, and returns
+/// Tells systemd that the service is ready, feeds its watchdog while every loop advances and the others work, reloads on SIGHUP, and returns
 /// on SIGTERM or SIGINT or when it has ended. Without systemd it only waits.
 void run(const ServiceHooks& hooks);
 

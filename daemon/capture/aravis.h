@@ -131,6 +131,9 @@ int setReceiveBuffer(ArvStream* stream, int size_bytes);
 tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shape);
 /// Packets that the kernel kept from the stream: not the camera's, or there was no room for them.
 std::uint64_t packetsRefused(ArvStream* stream);
+
+/// Received by the kernel, and not yet by Aravis.
+std::uint32_t bytesWaiting(ArvStream* stream);
 /// As far as the camera says.
 StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t payload_bytes);
 

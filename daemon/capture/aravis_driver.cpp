@@ -10,6 +10,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <thread>
 #include <utility>
 
 namespace tractiond::capture {
@@ -28,9 +29,7 @@ class AravisDriver : public Driver {
   Discard discard() const override {
     return [](void* handle) { g_object_unref(handle); };
   }
-  bool answers() override {
-    return info_.identity.empty() || search_.ask(info_.name.address, kAnswer) == info_.identity;
-  }
+  std::string doubt() override;
   void markSilent() override { silent_ = true; }
   CameraLink link() override { return readLink(camera_.get(), stream_.get()); }
   tl::expected<CameraReport, std::string> serve(const CameraStep& step) override {
@@ -226,6 +225,23 @@ AravisDriver::Proof AravisDriver::awaitWholeFrame() const {
     ++broken;
   }
   return broken > 0 ? Proof::kBroken : Proof::kNothing;
+}
+
+/// A camera that is there and sends, while Aravis leaves its packets lie, can be had back by a stream of its own; what
+/// hangs is left behind.
+std::string AravisDriver::doubt() {
+  constexpr milliseconds kMoment{60};
+  const auto received = [this] { return arv_stream_get_info_uint64_by_name(stream_.get(), "n_received_packets"); };
+  if (framePackets_ != 0 && bytesWaiting(stream_.get()) != 0) {
+    const std::uint64_t before = received();
+    std::this_thread::sleep_for(kMoment);
+    if (bytesWaiting(stream_.get()) != 0 && received() == before) {
+      arv_gv_device_leave_control(ARV_GV_DEVICE(arv_camera_get_device(camera_.get())), nullptr);
+      return "Aravis's thread hangs that receives its packets";
+    }
+  }
+  if (info_.identity.empty() || search_.ask(info_.name.address, kAnswer) == info_.identity) return "";
+  return "it does not answer";
 }
 
 Popped AravisDriver::pop(Buffer& buffer, milliseconds timeout) {

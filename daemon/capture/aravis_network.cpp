@@ -103,10 +103,23 @@ tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shap
                 descriptor < 0 ? "it is not found in /proc/self/fd" : std::strerror(why));
 }
 
-std::uint64_t packetsRefused(ArvStream* stream) {
+namespace {
+
+/// Of the stream's socket; 0: not known.
+std::uint32_t memoryOf(ArvStream* stream, int which) {
   std::uint32_t memory[SK_MEMINFO_VARS] = {};
   socklen_t length = sizeof memory;
-  return getsockopt(streamSocket(stream), SOL_SOCKET, SO_MEMINFO, memory, &length) == 0 ? memory[SK_MEMINFO_DROPS] : 0;
+  return getsockopt(streamSocket(stream), SOL_SOCKET, SO_MEMINFO, memory, &length) == 0 ? memory[which] : 0;
+}
+
+}  // namespace
+
+std::uint64_t packetsRefused(ArvStream* stream) {
+  return memoryOf(stream, SK_MEMINFO_DROPS);
+}
+
+std::uint32_t bytesWaiting(ArvStream* stream) {
+  return memoryOf(stream, SK_MEMINFO_RMEM_ALLOC);
 }
 
 /// The test that Aravis itself makes.

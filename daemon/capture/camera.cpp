@@ -61,7 +61,7 @@ struct Camera::Keeper {
   std::atomic<bool> refusedLast{false};
   std::atomic<bool> renewing{false};         // there is an `openNext`
   std::atomic<std::int64_t> forged_ns{0};    // when the last picture came that may be somebody else's; 0: none did
-  std::atomic<std::int64_t> unanswered{-1};  // nothing came after this arrival [ns], and the camera did not answer
+  std::atomic<std::int64_t> unanswered{-1};  // nothing came after this arrival [ns], and it is to be given up
   Mailbox<CameraVitals> vitals;
   CameraVitals newest;                       // the keeper's own
   std::int64_t toldOf_ns = -60'000'000'000;  // likewise: of `forged_ns`
@@ -77,8 +77,9 @@ struct Camera::Keeper {
   Driver* offered = nullptr;  // for the capture thread to take
   bool lent = false;          // the capture thread has it, or may take it
   std::string lostWhy;
-  bool tried = false;  // the first try has ended
-  bool done = false;   // the thread is at its end
+  std::string doubtWhy;  // of `unanswered`
+  bool tried = false;    // the first try has ended
+  bool done = false;     // the thread is at its end
   std::optional<Error> error;
   std::optional<CameraStep> question;
   std::optional<tl::expected<CameraReport, std::string>> answer;
@@ -88,6 +89,7 @@ struct Camera::Keeper {
   void accompany(Driver& driver);
   void renew();
   void warnOfForgery();
+  std::string whyDoubted();
   void end(Error why);
   void show(CameraState now, const std::string& why);
   void publish();
@@ -206,8 +208,10 @@ void Camera::Keeper::accompany(Driver& driver) {
     if (doubted) {
       const std::int64_t arrival_ns = *std::exchange(doubted, std::nullopt);
       lock.unlock();
-      if (!driver.answers()) unanswered = arrival_ns;
+      const std::string why = driver.doubt();
       lock.lock();
+      doubtWhy = why;
+      if (!why.empty()) unanswered = arrival_ns;
     }
     if (question) {
       const CameraStep step = *question;
@@ -226,6 +230,11 @@ void Camera::Keeper::accompany(Driver& driver) {
       look_ns = monotonicNow() + kTurn.count();
     }
   }
+}
+
+std::string Camera::Keeper::whyDoubted() {
+  const std::lock_guard lock(mutex);
+  return doubtWhy;
 }
 
 /// Once, and again after a minute without.
@@ -374,7 +383,7 @@ Next Camera::next(Frame& frame, milliseconds timeout) {
   const bool dead = keeper_->unanswered.load(std::memory_order_relaxed) == lastArrival_ns_;
   if (dead || now_ns - lastArrival_ns_ > std::int64_t{rules_.silenceTimeout_ms} * 1'000'000) {
     driver_->markSilent();
-    giveUp(dead ? "it does not answer" : "it fell silent");
+    giveUp(dead ? keeper_->whyDoubted() : "it fell silent");
   } else if (now_ns - std::max(lastArrival_ns_, lastDoubt_ns_) > patience_ns) {
     lastDoubt_ns_ = now_ns;
     const std::lock_guard lock(keeper_->mutex);

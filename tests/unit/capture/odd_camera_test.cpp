@@ -58,7 +58,7 @@ class ScriptedDriver : public Driver {
     buffer.handle = &script_;
     return Popped::kBuffer;
   }
-  bool answers() override { return script_.answers; }
+  std::string doubt() override { return script_.answers ? "" : "it does not answer"; }
   void giveBack(void*) override { ++script_.given; }
   Discard discard() const override {
     return [](void* script) { ++static_cast<Script*>(script)->discarded; };

@@ -1,0 +1,64 @@
+#include "daemon/publish/greeting.h"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+#include <zmq.hpp>
+
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <thread>
+
+namespace tractiond::publish {
+namespace {
+
+class GreetingTest : public testing::Test {
+ protected:
+  GreetingTest() {
+    std::string pattern = testing::TempDir() + "/greeting-XXXXXX";
+    folder_ = mkdtemp(pattern.data());
+  }
+  ~GreetingTest() override { std::filesystem::remove_all(folder_); }
+
+  std::string path() const { return folder_ / "socket"; }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(GreetingTest, ComesFromZeroMQ) {
+  zmq::context_t context;
+  zmq::socket_t socket(context, zmq::socket_type::router);
+  socket.bind("ipc://" + path());
+  Greeting greeting("ipc://" + path());
+  EXPECT_TRUE(greeting.came()) << "nothing is known yet";
+  for (int i = 0; i < 100; ++i) {
+    for (int tries = 0; !greeting.came(); ++tries) {
+      ASSERT_LT(tries, 1000);
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  }
+}
+
+TEST_F(GreetingTest, DoesNotComeWhereNobodyAccepts) {
+  const int listening = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strcpy(address.sun_path, path().c_str());
+  ASSERT_EQ(bind(listening, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(listen(listening, 10), 0);
+  Greeting greeting("ipc://" + path());
+  EXPECT_TRUE(greeting.came());
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(greeting.came());
+  close(listening);
+}
+
+TEST_F(GreetingTest, OfOtherEndpointsNothingIsKnown) {
+  Greeting greeting("tcp://127.0.0.1:9870");
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(greeting.came());
+}
+
+}  // namespace
+}  // namespace tractiond::publish
