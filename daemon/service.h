@@ -66,8 +66,8 @@ struct ServiceHooks {
   std::function<bool()> others = {};        ///< do the libraries' threads work? Must not wait
 };
 
-/// Tells systemd that the service is ready, feeds its watchdog while every loop advances and the others work, reloads on SIGHUP, and returns
-/// on SIGTERM or SIGINT or when it has ended. Without systemd it only waits.
+/// Tells systemd that the service is ready, feeds its watchdog while every loop advances and the others work, reloads
+/// on SIGHUP, and returns on SIGTERM or SIGINT or when it has ended. Without systemd it only waits.
 void run(const ServiceHooks& hooks);
 
 }  // namespace tractiond
