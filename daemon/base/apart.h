@@ -9,8 +9,8 @@
 
 namespace tractiond {
 
-/// Done on a thread of its own and waited for. The loop's turns are counted meanwhile, or the watchdog would take a slow
-/// disk for a stall; not for longer than any disk takes. \return what the work returns
+/// Done on a thread of its own and waited for. The loop's turns are counted meanwhile, or the watchdog would take a
+/// slow disk for a stall; not for longer than any disk takes. \return what the work returns
 template <typename Work>
 auto apart(Counter& turns, Work work) {
   constexpr std::chrono::milliseconds kTurn(50);

@@ -55,8 +55,8 @@ class Driver {
   /// Why it ended: after kEnd. EX_OK: that was all.
   virtual Error end() const { return {.exitCode = EX_OK}; }
 
-  /// No picture comes: why it is given up, in words; empty: the camera is there, or cannot be asked. Takes two tenths of a
-  /// second at most.
+  /// No picture comes: why it is given up, in words; empty: the camera is there, or cannot be asked. Takes two tenths
+  /// of a second at most.
   virtual std::string doubt() { return ""; }
 
   /// The camera has fallen silent: it is not asked to stop when this is destroyed. Any thread.
