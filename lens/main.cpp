@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <charconv>
 #include <iostream>
 #include <optional>
 
@@ -26,9 +27,12 @@ constexpr const char* kCalibrateHelp =
 
 /// "9x6".
 std::optional<std::pair<int, int>> parseSquares(const std::string& text) {
-  int columns = 0, rows = 0, end = 0;
-  if (std::sscanf(text.c_str(), "%3dx%3d%n", &columns, &rows, &end) != 2) return std::nullopt;
-  if (static_cast<std::size_t>(end) != text.size()) return std::nullopt;
+  const char* const end = text.data() + text.size();
+  int columns = 0, rows = 0;
+  const auto [sign, badColumns] = std::from_chars(text.data(), end, columns);
+  if (badColumns != std::errc() || sign == end || *sign != 'x') return std::nullopt;
+  const auto [last, badRows] = std::from_chars(sign + 1, end, rows);
+  if (badRows != std::errc() || last != end) return std::nullopt;
   if (columns < 4 || rows < 4 || columns > 100 || rows > 100) return std::nullopt;
   return std::pair(columns, rows);
 }

@@ -55,7 +55,7 @@ struct Tear {
   int row = 240;
   double lag_s = 0.0;  ///< by how much they are older
   int shift_px = 0;    ///< to the right; what leaves the picture comes in on the left
-  double from_s, to_s;
+  double from_s = 0.0, to_s = 0.0;
 };
 
 /// The gel and its mount become warmer and cooler.
