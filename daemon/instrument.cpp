@@ -3,6 +3,7 @@
 #include "daemon/base/apart.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/pipe_driver.h"
+#include "daemon/publish/frozen_peers.h"
 #include "daemon/publish/greeting.h"
 #include "daemon/solve/inverse_cache.h"
 #include "daemon/track/nominal.h"
@@ -251,11 +252,18 @@ ServiceHooks Instrument::hooks() {
   for (const auto* endpoints : {&publisher_->streamEndpoints(), &controlServer_->endpoints()}) {
     if (!endpoints->empty()) greetings.emplace_back(endpoints->front());
   }
+  std::vector<std::string> bound = publisher_->streamEndpoints();
+  for (const auto* endpoints : {&publisher_->latestEndpoints(), &controlServer_->endpoints()}) {
+    bound.insert(bound.end(), endpoints->begin(), endpoints->end());
+  }
   return {.loops = loopsOf(turns_),
           .ended = [this] { return pipeline_->ended(); },
           .statusLine = [this] { return statusLine(); },
           .others =
-              [all = std::make_shared<std::vector<publish::Greeting>>(std::move(greetings))] {
+              [frozen = std::make_shared<publish::FrozenPeers>(
+                   bound, [](const std::string& line) { spdlog::warn("warning: {}", line); }),
+               all = std::make_shared<std::vector<publish::Greeting>>(std::move(greetings))] {
+                frozen->look(monotonicNow());
                 return std::ranges::count_if(*all, &publish::Greeting::came) == std::ssize(*all);
               }};
 }

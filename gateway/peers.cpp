@@ -31,7 +31,8 @@ void Peers::came(int fd, const std::vector<std::string>& bound) {
   if (count() >= most_ || (of != each_.end() && of->second >= mostPerAddress_)) {
     ++refused_;
     lastRefused_ = peer.address;
-    return publish::cutOff(fd, bound);
+    publish::cutOff(fd, bound);
+    return;
   }
   ++each_[peer.address];
   peer.bound = &bound;

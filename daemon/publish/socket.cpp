@@ -150,11 +150,11 @@ std::string peerName(zmq::message_t& message) {
   return "uid " + name.substr(uid, name.find(':', uid) - uid) + ", pid " + name.substr(name.rfind(':') + 1);
 }
 
-void cutOff(int fd, const std::vector<std::string>& bound) {
+bool cutOff(int fd, const std::vector<std::string>& bound) {
   // The peer may have gone and the number be another connection's; not one of the camera's, at least.
   const std::string end = localEnd(fd);
   const auto isOurs = [&](const std::string& endpoint) { return endpoint.ends_with(end); };
-  if (!end.empty() && std::ranges::any_of(bound, isOurs)) shutdown(fd, SHUT_RDWR);
+  return !end.empty() && std::ranges::any_of(bound, isOurs) && shutdown(fd, SHUT_RDWR) == 0;
 }
 
 void PeerLimit::count(zmq::message_t& message, const std::vector<std::string>& bound) {

@@ -28,7 +28,8 @@ void removeFiles(const std::vector<std::string>& bound);
 std::string peerName(zmq::message_t& message);
 
 /// Ends a peer's connection to a socket bound to these endpoints. \param fd of the connection, as ZeroMQ says
-void cutOff(int fd, const std::vector<std::string>& bound);
+/// \return whether it was one
+bool cutOff(int fd, const std::vector<std::string>& bound);
 
 /// Cuts off peers that send too much.
 class PeerLimit {
