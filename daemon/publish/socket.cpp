@@ -143,7 +143,7 @@ void removeFiles(const std::vector<std::string>& bound) {
 std::string peerName(zmq::message_t& message) {
   constexpr std::string_view kThisHost = "localhost:";  // and uid:gid:pid of a process
   const char* const address = zmq_msg_gets(message.handle(), "Peer-Address");
-  const std::string name = address == nullptr ? "" : address;
+  std::string name = address == nullptr ? "" : address;
   if (name.empty()) return "somebody";
   if (!name.starts_with(kThisHost)) return name;
   const std::size_t uid = kThisHost.size();
