@@ -2,6 +2,7 @@
 
 import os
 import random
+import re
 import signal
 import time
 import unittest
@@ -55,6 +56,8 @@ class Faults(unittest.TestCase):
         """Every published frame is one that the camera sent, newer than the one before, and reads what it shows."""
         self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
         self.assertEqual(self.twin.stop(), 0, self.twin.output())
+        if self.honest:
+            self.assertNotIn("in the camera's name", self.daemon.output())
         truth = rig.read_truth(self.twin)
         numbers = [field.header.frame_number for field in self.published]
         self.assertEqual(numbers, sorted(set(numbers)))
@@ -64,7 +67,6 @@ class Faults(unittest.TestCase):
             record = truth.get(field.header.camera_frame_id)
             self.assertIsNotNone(record, "a frame was published that the camera never sent")
             self.assertEqual(record["device_ns"], field.header.device_time_ns)
-            self.assertFalse(self.honest and field.header.flags & DOUBTED_ORIGIN, "the camera itself is doubted")
             self.assertLess(np.linalg.norm(rig.vector(field.resultant_N)), 0.6)
 
     def test_the_frame_counter_wraps(self):
@@ -177,8 +179,9 @@ class Faults(unittest.TestCase):
                 unflagged = [field for field in invented if not field.header.flags & DOUBTED_ORIGIN]
                 print(f"\n  {name}: {len(invented)} of {len(fields)} fields invented, {len(unflagged)} without a flag, "
                       f"alarm after {alarm_s or float('inf'):.2f} s", end=" ", flush=True)
-                self.assertLess(alarm_s, 1.0)
-                self.assertLessEqual(len(unflagged), 1)  # a picture that is whole before the camera's own has begun
+                self.assertLess(alarm_s, 1.0 * rig.PATIENCE)
+                # A picture that is whole before the camera's own has begun, and not much before.
+                self.assertLessEqual(len(unflagged), rig.PATIENCE)
 
     def test_one_forged_future_frame(self):
         self.begin("--rate", "10")  # the forged picture must fit between two true ones, or the driver drops one of them
@@ -225,6 +228,27 @@ class Faults(unittest.TestCase):
         self.assertGreater(self.published[0].header.frame_number, old[-1].header.frame_number)
         self.assertGreaterEqual(self.ledger().reconnects, 1)
         self.end()
+
+    def test_the_camera_dies_again_and_again(self):
+        """TRACTION_TIMES, at any moment; it is away for a moment or for seconds."""
+        self.begin()
+        noticed, back = [], []
+        for _ in range(int(os.environ.get("TRACTION_TIMES", 3))):
+            self.stream(random.randrange(1, 60))
+            lost = len(re.findall("is lost: it does not answer", self.daemon.output()))
+            begin = time.monotonic()
+            self.twin.kill()
+            while len(re.findall("is lost: it does not answer", self.daemon.output())) == lost:
+                self.assertTrue(self.daemon.read(0.01) and time.monotonic() < begin + 20 * rig.PATIENCE)
+            noticed.append(time.monotonic() - begin)
+            time.sleep(random.choice([0.0, random.uniform(0.0, 3.0)]))
+            self.twin = self.bench.twin("idle", truth=False)
+            died_ns = time.monotonic_ns()
+            self.subscriber.collect(until=lambda field: field.header.received_ns > died_ns)
+            back.append((time.monotonic_ns() - died_ns) / 1e9)
+        print(f"\n  {len(back)} times: noticed after {np.median(noticed):.2f} s, {max(noticed):.2f} s at most; first field after "
+              f"it is back {np.median(back):.2f} s, p99 {np.quantile(back, 0.99):.2f} s", end=" ", flush=True)
+        self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
 
 
 if __name__ == "__main__":
