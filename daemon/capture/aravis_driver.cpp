@@ -230,15 +230,18 @@ AravisDriver::Proof AravisDriver::awaitWholeFrame() const {
 /// A camera that is there and sends, while Aravis leaves its packets lie, can be had back by a stream of its own; what
 /// hangs is left behind.
 std::string AravisDriver::doubt() {
-  constexpr milliseconds kMoment{60};
+  constexpr milliseconds kMoment{50};
+  constexpr int kMoments = 5;  // more than a busy machine keeps a thread waiting
   const auto received = [this] { return arv_stream_get_info_uint64_by_name(stream_.get(), "n_received_packets"); };
-  if (framePackets_ != 0 && bytesWaiting(stream_.get()) != 0) {
-    const std::uint64_t before = received();
+  const std::uint64_t before = framePackets_ == 0 ? 0 : received();
+  int moments = 0;
+  while (framePackets_ != 0 && moments < kMoments && bytesWaiting(stream_.get()) != 0 && received() == before) {
     std::this_thread::sleep_for(kMoment);
-    if (bytesWaiting(stream_.get()) != 0 && received() == before) {
-      arv_gv_device_leave_control(ARV_GV_DEVICE(arv_camera_get_device(camera_.get())), nullptr);
-      return "Aravis's thread hangs that receives its packets";
-    }
+    ++moments;
+  }
+  if (moments == kMoments) {
+    arv_gv_device_leave_control(ARV_GV_DEVICE(arv_camera_get_device(camera_.get())), nullptr);
+    return "Aravis's thread hangs that receives its packets";
   }
   if (info_.identity.empty() || search_.ask(info_.name.address, kAnswer) == info_.identity) return "";
   return "it does not answer";

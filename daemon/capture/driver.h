@@ -55,7 +55,7 @@ class Driver {
   /// Why it ended: after kEnd. EX_OK: that was all.
   virtual Error end() const { return {.exitCode = EX_OK}; }
 
-  /// No picture comes: why it is given up, in words; empty: the camera is there, or cannot be asked. Takes two tenths
+  /// No picture comes: why it is given up, in words; empty: the camera is there, or cannot be asked. Takes four tenths
   /// of a second at most.
   virtual std::string doubt() { return ""; }
 
