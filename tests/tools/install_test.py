@@ -32,7 +32,7 @@ class Install(unittest.TestCase):
         for wanted in ("bin/tractiond", "bin/tractionctl", "bin/traction-twin", "bin/traction-gateway",
                        "lib/systemd/system/tractiond@.service", "lib/systemd/system/traction-gateway@.service",
                        "lib/systemd/system/traction-metrics.socket", "lib/systemd/system/traction-metrics@.service",
-                       "share/tractiond/prometheus/alerts.yml", "share/man/man8/tractiond.8",
+                       "share/tractiond/prometheus/alerts.yml", "share/tractiond/grafana/tractiond.json", "share/man/man8/tractiond.8",
                        "share/man/man1/tractionctl.1", "share/man/man5/tractiond.toml.5",
                        "share/bash-completion/completions/tractionctl",
                        "share/zsh/site-functions/_tractionctl",

@@ -1,6 +1,7 @@
 """Every warning and error of the daemon and the gateway is explained in docs/operations.md, and what is explained there exists."""
 
 import pathlib
+import json
 import re
 import unittest
 
@@ -56,6 +57,22 @@ class Operations(unittest.TestCase):
         self.assertGreater(len(found), 60)
         missing = [f"{where}: {piece}" for where, piece in found if piece not in self.page]
         self.assertEqual(missing, [], "\n" + "\n".join(missing))
+
+    def test_alerts_and_dashboard_ask_for_metrics_that_exist(self):
+        source = (SOURCE / "client/cli/metrics.cpp").read_text()
+        known = {"traction_up"} | {"traction_" + name for name in re.findall(r'\{"([a-z_]+)", "(?:gauge|counter)"', source)}
+        known |= {f"traction_{name}_{part}" for name in re.findall(r'\{"([a-z_]+)", "histogram"', source)
+                  for part in ("bucket", "sum", "count")}
+        dashboard = (SOURCE / "config/grafana/tractiond.json").read_text()
+        for text in ((SOURCE / "config/prometheus/alerts.yml").read_text(), dashboard):
+            asked = set(re.findall(r"\btraction_[a-z_]+", text))
+            self.assertGreater(len(asked), 8)
+            self.assertLessEqual(asked, known)
+        panels = json.loads(dashboard)["panels"]
+        places = {(x, y) for panel in panels for grid in [panel["gridPos"]]
+                  for x in range(grid["x"], grid["x"] + grid["w"]) for y in range(grid["y"], grid["y"] + grid["h"])}
+        self.assertEqual(len(places), sum(panel["gridPos"]["w"] * panel["gridPos"]["h"] for panel in panels))  # none overlap
+        self.assertEqual(len({panel["id"] for panel in panels}), len(panels))
 
     def test_what_is_explained_exists(self):
         code = plain(re.sub(r'"\s*\n\s*"', "", "\n".join(
