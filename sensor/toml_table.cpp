@@ -25,6 +25,12 @@ std::string text(double value) {
   return buffer.data();
 }
 
+/// toml++ itself gives none for an integer that no double is exactly.
+double numberIn(const toml::node& node) {
+  const auto* const integer = node.as_integer();
+  return integer != nullptr ? static_cast<double>(integer->get()) : node.as_floating_point()->get();
+}
+
 constexpr int kMostParts = 100;
 
 /// Of a key such as a.b.c with more parts than anybody writes; 0: there is none. The parser follows each part one call
@@ -172,16 +178,16 @@ void TomlTable::numbers(std::string_view key, const Range& range, Target& target
     return;
   }
   for (std::size_t i = 0; i < array->size(); ++i) {
-    const std::optional<double> number = array->get(i)->template value<double>();
-    if (!number || !array->get(i)->is_number()) {
+    if (!array->get(i)->is_number()) {
       document_->fail(*node, path_ + std::string(key) + " must be a list of numbers");
       return;
     }
-    if (!(*number >= range.least && *number <= range.most && std::isfinite(*number))) {
-      document_->fail(*node, path_ + std::string(key) + " = " + text(*number) + " " + rangeText(range));
+    const double number = numberIn(*array->get(i));
+    if (!(number >= range.least && number <= range.most && std::isfinite(number))) {
+      document_->fail(*node, path_ + std::string(key) + " = " + text(number) + " " + rangeText(range));
       return;
     }
-    target[i] = *number / range.perUnit;
+    target[i] = number / range.perUnit;
   }
 }
 
@@ -198,7 +204,7 @@ void TomlTable::read(std::string_view key, double& value, const Range& range) {
   if (!node) return;
   const std::string name = path_ + std::string(key);
   if (!node->is_number()) return document_->fail(*node, name + " must be a number");
-  const double number = node->value<double>().value();
+  const double number = numberIn(*node);
   if (!(number >= range.least && number <= range.most && std::isfinite(number))) {
     return document_->fail(*node, name + " = " + text(number) + " " + rangeText(range));
   }

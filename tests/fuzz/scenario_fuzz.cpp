@@ -1,6 +1,7 @@
 #include "tests/fuzz/target.h"
 #include "twin/scenario.h"
 
+#include <algorithm>
 #include <filesystem>
 
 namespace fuzz {
@@ -10,6 +11,7 @@ std::vector<std::string> seeds() {
   for (const auto& file : std::filesystem::directory_iterator(SOURCE "/twin/scenarios")) {
     texts.push_back(fileText(file.path()));
   }
+  std::ranges::sort(texts);  // the same in every folder: a seed repeats a run
   return texts;
 }
 

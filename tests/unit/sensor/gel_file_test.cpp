@@ -141,6 +141,8 @@ TEST(GelFile, ImpossibleSensorsAreRejectedWhereTheyAreWritten) {
       {"position_mm = [0, 0, 157]", "position_mm = [0, 0, 40]", "camera.position_mm is not behind"},
       {"position_mm = [0, 0, 157]", "position_mm = [0, 0]", "camera.position_mm must be a list of 3 numbers"},
       {"youngs_modulus_pa = 180000", "youngs_modulus_pa = \"soft\"", "gel.youngs_modulus_pa must be a number"},
+      {"youngs_modulus_pa = 180000", "youngs_modulus_pa = 9007199254740993",
+       "gel.youngs_modulus_pa = 9.007199255e+15 "},  // an integer that no double is
       {"youngs_modulus_pa = 180000", "youngs_modulus_pa = nan", "gel.youngs_modulus_pa = nan must be"},
       {"columns = 24", "columns = 24.5", "layers[0].columns must be a whole number"},
       {"colour = \"blue\"", "colour = \"pink\"",
