@@ -143,6 +143,10 @@ void put(Json& json, const char* topic, const Header& header) {
   json.key("received_real_ns").number(header.receivedReal_ns);
   json.key("captured_ns").number(header.captured_ns);
   json.key("captured_error_ns").number(header.capturedError_ns);
+  json.key("captured_bound")
+      .string(header.capturedBound == CaptureBound::kBoth     ? "both"
+              : header.capturedBound == CaptureBound::kLatest ? "latest"
+                                                              : "none");
   json.key("received_ns").number(header.received_ns);
   json.key("tracked_ns").number(header.tracked_ns);
   json.key("solved_ns").number(header.solved_ns);

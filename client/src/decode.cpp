@@ -83,6 +83,9 @@ Header headerOf(const pb::Header& from) {
   header.received_ns = from.received_ns();
   header.captured_ns = from.captured_ns();
   header.capturedError_ns = from.captured_error_ns();
+  header.capturedBound = from.captured_bound() == pb::CAPTURE_BOUND_BOTH     ? CaptureBound::kBoth
+                         : from.captured_bound() == pb::CAPTURE_BOUND_LATEST ? CaptureBound::kLatest
+                                                                             : CaptureBound::kNone;
   header.tracked_ns = from.tracked_ns();
   header.solved_ns = from.solved_ns();
   header.sent_ns = from.sent_ns();

@@ -2,8 +2,10 @@
 #pragma once
 
 #include "daemon/base/error.h"
+#include "daemon/base/mailbox.h"
 #include "daemon/capture/camera_info.h"
 #include "daemon/capture/camera_options.h"
+#include "daemon/capture/clock_fit.h"
 #include "daemon/capture/driver.h"
 #include "daemon/capture/stream_filter.h"
 #include "daemon/records/camera_features.h"
@@ -15,6 +17,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -110,6 +113,40 @@ tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info);
 
 /// What the camera says of its clock's master; empty: it has none.
 CameraLink readLink(ArvCamera* camera, ArvStream* stream);
+
+// ---- aravis_clock.cpp
+
+/// Asks a camera what its clock shows, eight times a second, on a thread of its own, "camera-clock": a camera that
+/// hangs keeps Aravis waiting for seconds, and whoever asks it.
+class AskedClock {
+ public:
+  /// None: the camera's description knows of no latch for its clock, or the camera refuses. Takes three answers. The
+  /// device outlives this.
+  static std::unique_ptr<AskedClock> open(ArvDevice* device);
+
+  /// The newest answers; false: there are none since. For one thread, waits for nobody.
+  bool take(ClockFit& fit) { return fit_.take(fit); }
+
+ private:
+  struct Registers {
+    std::uint64_t latch = 0;
+    std::uint32_t command = 0;  ///< that latches
+    std::uint64_t value = 0;
+    std::uint64_t perSecond = 1'000'000'000;
+    bool bigEndian = false;
+  };
+  AskedClock(ArvDevice* device, const Registers& registers)
+      : device_(device)
+      , registers_(registers) {}
+  bool ask(ClockFit& fit);
+  void run(const std::stop_token& stop, ClockFit fit);
+
+  ArvDevice* device_;
+  Registers registers_;
+  bool refused_ = false;  ///< what was asked last, and not just left without an answer
+  Mailbox<ClockFit> fit_;
+  std::jthread thread_;  ///< the last member: it ends first
+};
 
 // ---- camera_list.cpp
 

@@ -26,6 +26,7 @@ class AravisDriver : public Driver {
   const CameraInfo& info() const override { return info_; }
   Popped pop(Buffer& buffer, milliseconds timeout) override;
   void giveBack(void* handle) override { arv_stream_push_buffer(stream_.get(), static_cast<ArvBuffer*>(handle)); }
+  bool takeClock(ClockFit& fit) override { return clock_ && clock_->take(fit); }
   Discard discard() const override {
     return [](void* handle) { g_object_unref(handle); };
   }
@@ -52,6 +53,7 @@ class AravisDriver : public Driver {
   GvcpSearch search_;
   Ref<ArvCamera> camera_;
   Ref<ArvStream> stream_;
+  std::unique_ptr<AskedClock> clock_;  ///< none: it cannot be asked
   CameraInfo info_;
   std::size_t payload_ = 0;  ///< bytes of a buffer
   std::uint64_t framePackets_ = 0;
@@ -65,6 +67,7 @@ class AravisDriver : public Driver {
 };
 
 AravisDriver::~AravisDriver() {
+  clock_.reset();
   if (stream_ && !silent_ && !controlLost_) arv_camera_stop_acquisition(camera_.get(), nullptr);
   stream_.reset();
   camera_.reset();
@@ -108,6 +111,7 @@ tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOpti
   if (auto read = readPicture(camera, info); !read) return tl::unexpected(read.error());
   driver->chunks_ = describeChunks(arv_camera_get_device(camera));
   if (auto started = driver->start(); !started) return tl::unexpected(started.error());
+  driver->clock_ = AskedClock::open(arv_camera_get_device(camera));
   return driver;
 }
 
@@ -256,7 +260,9 @@ Popped AravisDriver::pop(Buffer& buffer, milliseconds timeout) {
     popped = arv_stream_timeout_pop_buffer(stream_.get(), static_cast<guint64>(timeout_us));
   }
   if (popped == nullptr) return Popped::kNothing;
-  buffer.arrival.host_ns = monotonicNow();
+  const HostMoment now = hostNow();
+  buffer.arrival.host_ns = now.monotonic_ns;
+  buffer.arrival.raw_ns = now.raw_ns;
   buffer.handle = popped;
   account(buffer.arrival);
   describe(popped, buffer);

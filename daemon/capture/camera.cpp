@@ -415,6 +415,7 @@ Next Camera::judge(Frame& frame, const Buffer& buffer) {
   if (judgement.verdict != Verdict::kNew) return Next::kRejected;
   lastWhole_ns_ = arrival.host_ns;
   if (judgement.outnumbered) keeper_->forged_ns.store(arrival.host_ns, std::memory_order_relaxed);
+  if (driver_->takeClock(asked_)) clock_.learn(asked_);
   const DeviceClock::Moment captured = clock_.add(arrival, judgement, buffer.awaited);
 
   const CameraInfo& info = driver_->info();
@@ -430,6 +431,7 @@ Next Camera::judge(Frame& frame, const Buffer& buffer) {
   frame.info.times.receivedReal_ns = real_ns;
   frame.info.times.captured_ns = captured.captured_ns;
   frame.info.times.capturedError_ns = captured.error_ns;
+  frame.info.times.capturedBound = captured.bound;
   frame.data = buffer.data;
   frame.size = arrival.shape.size;
   frame.width = arrival.shape.width;
@@ -471,6 +473,7 @@ bool Camera::adopt(milliseconds timeout) {
     ledger_.reconnects.add();
     gate_->restart();
   }
+  clock_.learn({});
   lastArrival_ns_ = lastWhole_ns_ = monotonicNow();
   longest_ns_ = 0;
   return true;

@@ -87,6 +87,7 @@ class Camera : public FrameSource {
   Driver::Discard discard_ = nullptr;
   std::optional<FrameGate> gate_;
   CaptureClock clock_;
+  ClockFit asked_;  ///< room for the driver's
   std::int64_t lastArrival_ns_ = 0, lastWhole_ns_ = 0, lastDoubt_ns_ = 0;
   std::int64_t longest_ns_ = 0;  ///< between two arrivals lately
   bool ended_ = false;

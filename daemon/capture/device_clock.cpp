@@ -1,5 +1,7 @@
-// Strategy. Frames are delayed on their way, never hastened: of each second the frame with the shortest delay is kept,
-// the line through the last sixteen of these gives the drift, and the line is lowered until no frame lies below it.
+// Strategy. Of a camera that can be asked what its clock shows a stamp lies between two bounds: clock_fit.h. Of one
+// that cannot: frames are delayed on their way, never hastened. Of each second the frame with the shortest delay is
+// kept, the line through the last sixteen of these gives the drift, and the line is lowered until no frame lies below
+// it.
 #include "daemon/capture/device_clock.h"
 
 #include <algorithm>
@@ -18,6 +20,14 @@ constexpr std::int64_t kResolution_ns = 1000;
 constexpr std::int64_t kHostJitter_ns = 1'000'000;
 /// Of the very first frame, of which nothing is known.
 constexpr std::int64_t kFirstError_ns = 100'000'000;
+/// The time of day is corrected no faster (adjtimex); what is seen of it is added.
+constexpr double kSlew = 500e-6;
+/// That it is looked at over.
+constexpr std::int64_t kSlewWindow_ns = 100'000'000;
+/// Two clocks of the host cannot be read at once.
+constexpr std::int64_t kReading_ns = 1000;
+/// A frame is that late at most, beside four of its periods; else its stamp is not of the clock that was asked.
+constexpr std::int64_t kLatest_ns = 1'000'000'000;
 /// Before the host's scatter is known; until then a frame may be late by a whole period.
 constexpr int kScatterFrames = 32;
 
@@ -86,12 +96,13 @@ DeviceClock::Moment DeviceClock::add(std::int64_t device_ns, std::int64_t host_n
   Moment moment;
   const std::int64_t mapped_ns = hostOrigin_ns_ + std::llround(device + line(host));
   moment.captured_ns = std::clamp(mapped_ns, std::min(lastCaptured_ns_, host_ns), host_ns);
+  const std::int64_t moved_ns = std::abs(moment.captured_ns - mapped_ns);
   lastCaptured_ns_ = moment.captured_ns;
   // Until the drift is known it may be the largest. Afterwards the line runs on beyond the points that it was laid
   // through, by less than their own length: twice their scatter.
   moment.error_ns =
       std::llround(points_ - 1 < kWindowsForDrift ? scatter_ns_ + options_.largestDrift * host : 2 * scatter_ns_) +
-      std::max(kResolution_ns, resolution_ns_);
+      std::max(kResolution_ns, resolution_ns_) + moved_ns;
   return moment;
 }
 
@@ -109,14 +120,53 @@ std::int64_t CaptureClock::hostError(const Arrival& arrival, std::uint64_t step,
   return kHostJitter_ns + (frames_ < kScatterFrames ? std::max(scatter_ns_, pace_ns_) : scatter_ns_) + queued_ns_;
 }
 
-DeviceClock::Moment CaptureClock::add(const Arrival& arrival, const Judgement& judgement, bool awaited) {
+/// CLOCK_MONOTONIC's, on the clock that the camera's is compared with.
+void CaptureClock::learnRate(const Arrival& arrival) {
+  if (arrival.raw_ns - latter_.raw_ns > kSlewWindow_ns) {
+    former_ = latter_.raw_ns == 0 ? HostMoment{arrival.host_ns, arrival.raw_ns} : latter_;
+    latter_ = {arrival.host_ns, arrival.raw_ns};
+  }
+  const auto elapsed_ns = static_cast<double>(arrival.raw_ns - former_.raw_ns);
+  constexpr auto kEnough = static_cast<double>(kSlewWindow_ns) / 2;
+  if (elapsed_ns > kEnough) rate_ = static_cast<double>(arrival.host_ns - former_.monotonic_ns) / elapsed_ns - 1;
+}
+
+/// A moment before the arrival, from CLOCK_MONOTONIC_RAW to CLOCK_MONOTONIC.
+DeviceClock::Moment CaptureClock::corrected(const DeviceClock::Moment& moment, const Arrival& arrival) const {
+  const auto age_ns = static_cast<double>(arrival.raw_ns - moment.captured_ns);
+  DeviceClock::Moment corrected = moment;
+  corrected.captured_ns = arrival.host_ns - std::llround(age_ns * (1 + rate_));
+  corrected.error_ns += std::llround(age_ns * (std::abs(rate_) + kSlew)) + kReading_ns;
+  return corrected;
+}
+
+std::optional<DeviceClock::Moment> CaptureClock::fromBothSides(const Arrival& arrival) const {
+  const auto span = fit_.at(arrival.device_ns, device_.resolution());
+  if (!span || span->earliest_ns > arrival.raw_ns) return std::nullopt;
+  const std::int64_t latest_ns = std::min(span->latest_ns, arrival.raw_ns);
+  if (arrival.raw_ns - latest_ns > kLatest_ns + 4 * pace_ns_) return std::nullopt;
+  DeviceClock::Moment moment;
+  moment.bound = CaptureBound::kBoth;
+  moment.error_ns = (latest_ns - span->earliest_ns + 1) / 2;
+  moment.captured_ns = span->earliest_ns + moment.error_ns;
+  return moment;
+}
+
+DeviceClock::Moment CaptureClock::add(Arrival arrival, const Judgement& judgement, bool awaited) {
+  if (arrival.raw_ns == 0) arrival.raw_ns = arrival.host_ns;
   DeviceClock::Moment moment{arrival.host_ns, hostError(arrival, judgement.step, awaited)};
+  learnRate(arrival);
   if (judgement.newTimeline) device_.restart();
   if (judgement.timed) {
-    const DeviceClock::Moment mapped = device_.add(arrival.device_ns, arrival.host_ns, judgement.step);
+    const DeviceClock::Moment mapped =
+        corrected(device_.add(arrival.device_ns, arrival.raw_ns, judgement.step), arrival);
     if (mapped.error_ns <= moment.error_ns) moment = mapped;
+    if (const auto known = fromBothSides(arrival)) moment = corrected(*known, arrival);
   }
-  moment.captured_ns = std::max(moment.captured_ns, std::min(lastCaptured_ns_, arrival.host_ns));
+  const std::int64_t captured_ns =
+      std::clamp(moment.captured_ns, std::min(lastCaptured_ns_, arrival.host_ns), arrival.host_ns);
+  moment.error_ns += std::abs(captured_ns - moment.captured_ns);
+  moment.captured_ns = captured_ns;
   lastCaptured_ns_ = moment.captured_ns;
   return moment;
 }

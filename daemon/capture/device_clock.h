@@ -1,11 +1,14 @@
 // The camera's clock on the host's: when, on CLOCK_MONOTONIC, was the picture taken?
 #pragma once
 
+#include "daemon/base/clock.h"
+#include "daemon/capture/clock_fit.h"
 #include "daemon/capture/frame_gate.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 namespace tractiond::capture {
 
@@ -13,7 +16,7 @@ namespace tractiond::capture {
 ///
 /// host - device = offset + drift (host - origin) + delay, delay >= 0: the line below all points.
 /// What one-way stamps cannot show is the shortest delay itself (exposure, read-out and transport of the luckiest
-/// frame): the mapped time is late by it.
+/// frame): the mapped time is late by it, and no earliest moment is known.
 class DeviceClock {
  public:
   struct Options {
@@ -21,8 +24,11 @@ class DeviceClock {
     double largestDrift = 500e-6;            ///< camera crystals stay below 100 ppm; NTP slews up to 500 ppm
   };
   struct Moment {
-    std::int64_t captured_ns = 0;  ///< CLOCK_MONOTONIC; not after the arrival, and never before the moment before it
-    std::int64_t error_ns = 0;  ///< half width, beside the shortest delay: how well the two clocks were seen to agree
+    std::int64_t captured_ns =
+        0;  ///< on the arrivals' clock; not after the arrival, and never before the moment before it
+    /// Half width. By one-way stamps, how well the two clocks were seen to agree, beside the shortest delay.
+    std::int64_t error_ns = 0;
+    CaptureBound bound = CaptureBound::kLatest;
   };
 
   DeviceClock() = default;
@@ -35,6 +41,8 @@ class DeviceClock {
   /// The camera's clock was set, or the camera is another one.
   void restart() { *this = DeviceClock(options_, lastCaptured_ns_); }
 
+  /// All differences of stamps from an even pace are multiples of it; 0: there were none.
+  std::int64_t resolution() const { return resolution_ns_; }
   double drift() const { return drift_; }  ///< seconds the host's clock gains per second of the camera's
 
  private:
@@ -60,21 +68,30 @@ class DeviceClock {
   std::int64_t deviceOrigin_ns_ = 0, hostOrigin_ns_ = 0;
   double offset_ns_ = 0, drift_ = 0, scatter_ns_ = 0;
   std::int64_t lastDevice_ns_ = 0, period_ns_ = 0;
-  std::int64_t resolution_ns_ = 0;  ///< what all differences from an even pace are multiples of; 0: there were none
+  std::int64_t resolution_ns_ = 0;
   std::int64_t lastCaptured_ns_ = INT64_MIN;
 };
 
-/// When a frame was taken: by the camera's clock where that is believed and says more than the host's does; else when
-/// it reached the host. Thread-bound. Allocates nothing.
+/// When a frame was taken: by the camera's clock where that is believed, from both sides where it can be asked, else
+/// from above where it says more than the host's does; else when it reached the host. Thread-bound. Allocates nothing.
 class CaptureClock {
  public:
+  /// What the camera's clock answered lately; without readings: it is not asked.
+  void learn(const ClockFit& fit) { fit_ = fit; }
+
   /// For every new frame in turn. \param awaited it came while we waited for it: nothing was queued before it
-  DeviceClock::Moment add(const Arrival& arrival, const Judgement& judgement, bool awaited);
+  DeviceClock::Moment add(Arrival arrival, const Judgement& judgement, bool awaited);
 
  private:
   std::int64_t hostError(const Arrival& arrival, std::uint64_t step, bool awaited);
+  DeviceClock::Moment corrected(const DeviceClock::Moment& moment, const Arrival& arrival) const;
+  std::optional<DeviceClock::Moment> fromBothSides(const Arrival& arrival) const;
+  void learnRate(const Arrival& arrival);
 
   DeviceClock device_;
+  ClockFit fit_;
+  HostMoment former_, latter_;  ///< arrivals of some tenths of a second ago
+  double rate_ = 0;             ///< seconds that CLOCK_MONOTONIC gained since then per second of CLOCK_MONOTONIC_RAW
   std::int64_t lastHost_ns_ = 0, lastCaptured_ns_ = INT64_MIN;
   std::int64_t pace_ns_ = 0;     ///< mean time between two ids; 0: not known
   std::int64_t scatter_ns_ = 0;  ///< largest difference from it, slowly forgotten

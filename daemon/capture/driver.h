@@ -4,6 +4,7 @@
 
 #include "daemon/base/error.h"
 #include "daemon/capture/camera_info.h"
+#include "daemon/capture/clock_fit.h"
 #include "daemon/capture/frame_gate.h"
 #include "daemon/records/camera.h"
 #include "daemon/records/camera_features.h"
@@ -36,8 +37,8 @@ enum class Popped {
   kEnd,      ///< there will be no more, by nature
 };
 
-/// An opened camera. pop() and giveBack() belong to the capture thread, all else to the camera-keeper. One that is lost
-/// is destroyed by a thread of its own, for that may take seconds.
+/// An opened camera. pop(), giveBack() and takeClock() belong to the capture thread, all else to the camera-keeper. One
+/// that is lost is destroyed by a thread of its own, for that may take seconds.
 class Driver {
  public:
   virtual ~Driver() = default;  ///< closes; may block for seconds where the camera is dead
@@ -47,6 +48,9 @@ class Driver {
   /// Allocates nothing, takes no lock of ours, logs nothing.
   virtual Popped pop(Buffer& buffer, std::chrono::milliseconds timeout) = 0;
   virtual void giveBack(void* handle) = 0;
+
+  /// What the camera's clock showed lately; false: nothing new, or it is not asked. Waits for nobody.
+  virtual bool takeClock(ClockFit& /*fit*/) { return false; }
 
   /// What becomes of a buffer that is given back when its driver is gone.
   using Discard = void (*)(void* handle);

@@ -20,6 +20,7 @@ struct Arrival {
   std::uint64_t id = 0;        ///< the camera's frame counter
   std::int64_t device_ns = 0;  ///< the camera's clock; whatever it says
   std::int64_t host_ns = 0;    ///< CLOCK_MONOTONIC when the buffer was taken from the driver; never falls
+  std::int64_t raw_ns = 0;     ///< CLOCK_MONOTONIC_RAW at the same moment; 0: the driver has one clock
   std::uint64_t content = 0;   ///< a hash of what is in the picture
   std::uint64_t thrown = 0;    ///< frames' worth of packets that the driver threw away since the buffer before
   double surplus = 0.0;        ///< likewise, of packets that came twice or too late and were not asked for again

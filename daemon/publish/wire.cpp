@@ -96,6 +96,7 @@ void set(const Heading& heading, pb::Header& header) {
   header.set_received_ns(frame.times.received_ns);
   header.set_captured_ns(frame.times.captured_ns);
   header.set_captured_error_ns(frame.times.capturedError_ns);
+  header.set_captured_bound(static_cast<pb::CaptureBound>(frame.times.capturedBound));
   header.set_tracked_ns(frame.times.tracked_ns);
   header.set_solved_ns(frame.times.solved_ns);
   header.set_sent_ns(heading.sent_ns);

@@ -8,6 +8,13 @@
 
 namespace tractiond {
 
+/// What is known of when a frame was captured. The numbers of the wire.
+enum class CaptureBound : std::uint8_t {
+  kNone,    ///< nothing
+  kBoth,    ///< not earlier than captured_ns - capturedError_ns, nor later than captured_ns + capturedError_ns
+  kLatest,  ///< only the latter; earlier by the shortest delay from camera to host, which nobody has measured
+};
+
 /// When a frame was made and when it reached each stage. CLOCK_MONOTONIC and CLOCK_REALTIME are of the daemon's host.
 /// Zero means unknown.
 struct FrameTimes {
@@ -15,9 +22,10 @@ struct FrameTimes {
   std::int64_t received_ns = 0;       ///< CLOCK_MONOTONIC when the frame was popped from the camera driver
   std::int64_t receivedReal_ns = 0;   ///< CLOCK_REALTIME at the same moment
   std::int64_t captured_ns = 0;       ///< device_ns on CLOCK_MONOTONIC, by the running mapping of the two clocks
-  std::int64_t capturedError_ns = 0;  ///< half width of that mapping, beside the shortest delay from camera to host
-  std::int64_t tracked_ns = 0;        ///< CLOCK_MONOTONIC when tracking was done
-  std::int64_t solved_ns = 0;         ///< CLOCK_MONOTONIC when solving was done
+  std::int64_t capturedError_ns = 0;  ///< half width of that mapping
+  CaptureBound capturedBound = CaptureBound::kNone;  ///< which sides of it hold
+  std::int64_t tracked_ns = 0;                       ///< CLOCK_MONOTONIC when tracking was done
+  std::int64_t solved_ns = 0;                        ///< CLOCK_MONOTONIC when solving was done
 };
 
 /// What a camera may send beside the picture (its chunk data).

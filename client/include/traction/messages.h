@@ -65,6 +65,13 @@ struct PictureMotion {
   double roll_rad = 0.0;  ///< from u towards v
 };
 
+/// What is known of when a frame was captured.
+enum class CaptureBound : std::uint8_t {
+  kNone,    ///< nothing
+  kBoth,    ///< not earlier than captured_ns - capturedError_ns, nor later than captured_ns + capturedError_ns
+  kLatest,  ///< only the latter; it was earlier by the shortest delay from camera to host, which nobody has measured
+};
+
 /// Stands at the head of every message. Of a Field or Markers: their frame; of a Description or Status: the last one.
 struct Header {
   std::uint64_t sequence = 0;  ///< of this topic since the start of the daemon, from 1; a gap: lost on the way
@@ -83,12 +90,13 @@ struct Header {
   std::int64_t receivedReal_ns = 0;  ///< CLOCK_REALTIME of the daemon's host when the frame came from the camera driver
 
   // CLOCK_MONOTONIC of the daemon's host.
-  std::int64_t captured_ns = 0;       ///< when the camera says it was captured, by the running mapping; 0: not known
-  std::int64_t capturedError_ns = 0;  ///< half width of that mapping, beside the shortest delay to the host
-  std::int64_t received_ns = 0;       ///< when the frame came from the camera driver
-  std::int64_t tracked_ns = 0;        ///< when its markers were found
-  std::int64_t solved_ns = 0;         ///< when its forces were known
-  std::int64_t sent_ns = 0;           ///< when this message was handed to be sent
+  std::int64_t captured_ns = 0;       ///< when the camera stamped it, by the running mapping of its clock; 0: not known
+  std::int64_t capturedError_ns = 0;  ///< half width of that mapping
+  CaptureBound capturedBound = CaptureBound::kNone;  ///< which sides of it hold
+  std::int64_t received_ns = 0;                      ///< when the frame came from the camera driver
+  std::int64_t tracked_ns = 0;                       ///< when its markers were found
+  std::int64_t solved_ns = 0;                        ///< when its forces were known
+  std::int64_t sent_ns = 0;                          ///< when this message was handed to be sent
 
   /// CLOCK_MONOTONIC of this host when receive() took the message; 0 in answers of Control. Less received_ns it is the
   /// latency where Description::sameHost holds.

@@ -1,5 +1,7 @@
 #include "tests/unit/capture/gv_transmitter.h"
 
+#include "daemon/base/clock.h"
+
 #include <arpa/inet.h>
 #include <arv.h>
 #include <netinet/in.h>
@@ -17,6 +19,7 @@ namespace tractiond::test {
 namespace {
 
 constexpr std::uint32_t kUserSetLoad = 0x224;
+constexpr std::uint32_t kTicksPerSecond = 0x0940, kClockControl = 0x0944, kClockValue = 0x0948;
 constexpr std::uint32_t kStreamPort = 0x0d00, kPacketSize = 0x0d04, kStreamAddress = 0x0d18, kSourcePort = 0x0d1c;
 
 using Bytes = std::vector<std::uint8_t>;
@@ -78,6 +81,17 @@ void GvTransmitter::write(std::uint32_t address, std::uint32_t value) {
   arv_fake_camera_write_register(camera_, address, value);
 }
 
+std::uint64_t GvTransmitter::ticks() const {
+  const auto elapsed_ns = static_cast<double>(rawNow() - clockSet_ns_);
+  const double shows_ns = static_cast<double>(clockShowed_ns_) + elapsed_ns * (1 + clockRate);
+  return static_cast<std::uint64_t>(shows_ns * 1e-9 * read(kTicksPerSecond));
+}
+
+void GvTransmitter::setClock(std::int64_t shows_ns) {
+  clockShowed_ns_ = shows_ns;
+  clockSet_ns_ = rawNow();
+}
+
 bool GvTransmitter::streaming() const {
   return read(0x124) == 1 && read(kStreamPort) != 0;
 }
@@ -116,6 +130,11 @@ void GvTransmitter::serve() {
         continue;
       }
       write(address, value);
+      if (address == kClockControl && (value & 2U) != 0) {
+        const std::uint64_t latched = ticks();
+        write(kClockValue, static_cast<std::uint32_t>(latched >> 32));
+        write(kClockValue + 4, static_cast<std::uint32_t>(latched));
+      }
       if (address == kUserSetLoad && value == 1) {
         write(0x110, 0);  // what it loads
         write(0x210, 11);

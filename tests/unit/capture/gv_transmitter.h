@@ -34,6 +34,12 @@ class GvTransmitter {
   };
   void send(const Picture& picture) const;
 
+  /// Its own clock: nanoseconds of CLOCK_MONOTONIC_RAW that run too fast by `clockRate`, since setClock(); in ticks of
+  /// the frequency in its registers. A write to its control register latches it.
+  std::uint64_t ticks() const;
+  void setClock(std::int64_t shows_ns);
+  std::atomic<double> clockRate{0.0};
+
   /// The camera takes so long for commands in registers that clear themselves (UserSetLoad).
   std::atomic<int> commandTakes_ms{0};
   /// From a write to this register on it answers no more, as one that hangs. 0: never.
@@ -41,6 +47,8 @@ class GvTransmitter {
 
  private:
   void serve();
+
+  std::atomic<std::int64_t> clockSet_ns_{0}, clockShowed_ns_{0};
 
   _ArvFakeCamera* camera_;
   int control_, stream_;

@@ -79,6 +79,7 @@ void expectHeader(const Header& header) {
   EXPECT_EQ(header.receivedReal_ns, 1'700'000'000'000'000'001);
   EXPECT_EQ(header.captured_ns, 990'000'000);
   EXPECT_EQ(header.capturedError_ns, 12'345);
+  EXPECT_EQ(header.capturedBound, CaptureBound::kBoth);
   EXPECT_EQ(header.received_ns, 1'000'000'000);
   EXPECT_EQ(header.tracked_ns, 1'000'200'000);
   EXPECT_EQ(header.solved_ns, 1'000'350'000);

@@ -30,6 +30,7 @@ inline FrameInfo frameInfo(std::uint64_t number) {
   info.times.receivedReal_ns = 1'700'000'000'000'000'001;
   info.times.captured_ns = 990'000'000;
   info.times.capturedError_ns = 12'345;
+  info.times.capturedBound = CaptureBound::kBoth;
   info.times.tracked_ns = 1'000'200'000;
   info.times.solved_ns = 1'000'350'000;
   return info;

@@ -46,6 +46,7 @@ void expectHeader(const pb::Header& header, const Heading& expected) {
   EXPECT_EQ(header.received_ns(), expected.frame.times.received_ns);
   EXPECT_EQ(header.captured_ns(), expected.frame.times.captured_ns);
   EXPECT_EQ(header.captured_error_ns(), expected.frame.times.capturedError_ns);
+  EXPECT_EQ(header.captured_bound(), pb::CAPTURE_BOUND_BOTH);
   EXPECT_EQ(header.tracked_ns(), expected.frame.times.tracked_ns);
   EXPECT_EQ(header.solved_ns(), expected.frame.times.solved_ns);
   EXPECT_EQ(header.sent_ns(), expected.sent_ns);
