@@ -18,7 +18,7 @@
 namespace tractiond::test {
 namespace {
 
-constexpr std::uint32_t kUserSetLoad = 0x224;
+constexpr std::uint32_t kUserSetLoad = 0x224, kControl = 0x0a00, kAccessDenied = 0x8006;
 constexpr std::uint32_t kTicksPerSecond = 0x0940, kClockControl = 0x0944, kClockValue = 0x0948;
 constexpr std::uint32_t kStreamPort = 0x0d00, kPacketSize = 0x0d04, kStreamAddress = 0x0d18, kSourcePort = 0x0d1c;
 
@@ -100,6 +100,7 @@ bool GvTransmitter::streaming() const {
 void GvTransmitter::serve() {
   using Clock = std::chrono::steady_clock;
   Clock::time_point done = Clock::time_point::max();
+  std::uint64_t controller = 0;  // address and port; what a client before left behind may still write
   while (!ending_) {
     if (Clock::now() >= done) {
       write(kUserSetLoad, 0);
@@ -113,8 +114,14 @@ void GvTransmitter::serve() {
     const ssize_t got = recvfrom(control_, in.data(), in.size(), 0, reinterpret_cast<sockaddr*>(&from), &fromSize);
     if (got < 8 || in[0] != 0x42 || hanging_) continue;
     const std::uint32_t command = take(&in[2], 2), id = take(&in[6], 2);
+    const std::uint64_t sender = std::uint64_t{from.sin_addr.s_addr} << 16 | from.sin_port;
+    const bool writes = command == 0x82 || command == 0x86;
+    const bool denied = writes && controller != 0 && controller != sender;
+    if (command == 0x82 && !denied && take(&in[8], 4) == kControl) controller = take(&in[12], 4) == 0 ? 0 : sender;
     Bytes answer;
-    switch (command) {
+    switch (denied ? 0 : command) {
+    case 0:
+      break;
     case 0x02: {  // discovery
       answer.resize(0xf8);
       arv_fake_camera_read_memory(camera_, 0, 0xf8, answer.data());
@@ -162,7 +169,7 @@ void GvTransmitter::serve() {
       continue;
     }
     Bytes out;
-    put(out, 0, 2);
+    put(out, denied ? kAccessDenied : 0, 2);
     put(out, command + 1, 2);
     put(out, answer.size(), 2);
     put(out, id, 2);

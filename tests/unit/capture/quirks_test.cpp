@@ -3,8 +3,8 @@
 #include "daemon/base/clock.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
-#include "tests/unit/capture/gv_transmitter.h"
 #include "tests/unit/capture/own_network.h"
+#include "tests/unit/capture/quirks.h"
 
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
@@ -12,14 +12,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <bit>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <iterator>
-#include <map>
 #include <random>
 #include <set>
 #include <thread>
@@ -31,72 +26,6 @@ using std::chrono::milliseconds;
 using test::GvTransmitter;
 using testing::Contains;
 using testing::HasSubstr;
-
-constexpr int kWidth = 64, kHeight = 48;
-constexpr std::uint32_t kRgb8Code = 0x02180014;
-constexpr std::size_t kPicture_bytes = std::size_t{kWidth} * kHeight * 3;
-
-class Quirks : public testing::Test {
- protected:
-  explicit Quirks(const std::string& description = DESCRIPTIONS "/quirky.xml")
-      : sender_(description) {
-    options_.id = "127.0.0.1";
-    options_.wait = false;
-    options_.receiveBuffer_bytes = 2 << 20;
-    options_.packetSize_bytes = 1500;
-    options_.buffers = 30;
-    sender_.write(0x100, kWidth);
-    sender_.write(0x104, kHeight);
-    sender_.write(0x128, kRgb8Code);
-    std::printf("seed %llu\n", static_cast<unsigned long long>(seed_));
-  }
-  void open() {
-    auto camera = Camera::open(fromAravis(options_), {.wait = false, .silenceTimeout_ms = options_.silenceTimeout_ms},
-                               ledger_, [this](Weight, const std::string& line) { said_.push_back(line); });
-    ASSERT_TRUE(camera) << camera.error().message();
-    camera_ = *std::move(camera);
-  }
-  Error openFails() {
-    auto camera = Camera::open(fromAravis(options_), {.wait = false}, ledger_);
-    EXPECT_FALSE(camera);
-    return camera ? Error{} : camera.error();
-  }
-  /// While the driver waits for its first whole frame, pictures must flow. They are none of those that are counted.
-  void openStreaming() {
-    std::atomic<bool> open{false};
-    std::thread prelude([&] {
-      for (; !open; ++nextId_) {
-        if (sender_.streaming()) sender_.send(picture(nextId_, 1));
-        std::this_thread::sleep_for(milliseconds(2));
-      }
-    });
-    this->open();
-    open = true;
-    prelude.join();
-    Frame frame;  // what is left of the prelude
-    while (camera_ && camera_->next(frame, milliseconds(50)) != Next::kTimeout)
-      if (frame.token != nullptr) camera_->recycle(frame);
-    preludeReceived_ = ledger_.received.get();
-    preludeLosses_ = ledger_.losses();
-  }
-  GvTransmitter::Picture picture(std::uint16_t id, std::uint64_t number) {
-    GvTransmitter::Picture picture{.id = id, .width = kWidth, .height = kHeight, .format = kRgb8Code, .bytes = {}};
-    picture.bytes.resize(kPicture_bytes);
-    for (auto& byte : picture.bytes) byte = static_cast<std::uint8_t>(random_());
-    std::memcpy(picture.bytes.data(), &number, sizeof number);
-    return picture;
-  }
-
-  const std::uint64_t seed_ = std::random_device{}();
-  std::mt19937_64 random_{seed_};
-  GvTransmitter sender_;
-  CameraOptions options_;
-  Ledger ledger_;
-  std::vector<std::string> said_;
-  std::unique_ptr<Camera> camera_;
-  std::uint16_t nextId_ = 60'000;  ///< what follows the prelude, of which some may have been left
-  std::uint64_t preludeReceived_ = 0, preludeLosses_ = 0;
-};
 
 /// A camera's clock at the moment of frame `i`, taken at `real_ns`; the payload behind the picture.
 struct Quirk {
@@ -263,159 +192,6 @@ TEST_F(Quirks, ACameraThatNamesAnotherPortIsHeardAllTheSame) {
   Frame frame;
   ASSERT_EQ(camera_->next(frame, milliseconds(1000)), Next::kFrame);
   camera_->recycle(frame);
-}
-
-// ---------------------------------------------------------------- when it was taken
-
-/// The same camera, and it latches its clock.
-std::string withLatch() {
-  std::ifstream in(DESCRIPTIONS "/quirky.xml");
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  text.insert(text.find("<Port Name=\"Device\"/>"), R"(
-    <Command Name="GevTimestampControlLatch"><pValue>LatchReg</pValue><CommandValue>2</CommandValue></Command>
-    <IntReg Name="LatchReg"><Address>0x944</Address><Length>4</Length><AccessMode>WO</AccessMode><pPort>Device</pPort>
-      <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
-  )");
-  const std::string path = testing::TempDir() + "latch-" + std::to_string(getpid()) + ".xml";
-  std::ofstream(path) << text;
-  return path;
-}
-
-class Latching : public Quirks {
- protected:
-  Latching()
-      : Quirks(withLatch()) {}
-};
-
-/// Of a frame: when it was really taken, and what is said of that.
-struct Dated {
-  std::int64_t truth_ns = 0, captured_ns = 0, error_ns = 0, received_ns = 0;
-  CaptureBound bound = CaptureBound::kNone;
-};
-
-TEST_F(Latching, EveryFrameIsDatedFromBothSides) {
-  const double rate = std::uniform_real_distribution<double>(-500e-6, 500e-6)(random_);
-  const std::uint32_t frequencies[] = {1'000'000'000, 125'000'000, 33'333'333, 1'000'000};
-  const std::uint32_t frequency = frequencies[random_() % std::size(frequencies)];
-  sender_.write(0x0940, frequency);
-  sender_.clockRate = rate;
-  sender_.setClock(static_cast<std::int64_t>(random_() % 1'000'000'000'000'000));
-  ASSERT_NO_FATAL_FAILURE(openStreaming());
-  constexpr int kFrames = 1200, kReset = 600;
-  std::map<std::uint64_t, std::int64_t> truths;
-  std::vector<Dated> dated;
-  const auto use = [&](milliseconds timeout) {
-    Frame frame;
-    if (camera_->next(frame, timeout) != Next::kFrame) return false;
-    const FrameTimes& times = frame.info.times;
-    dated.push_back({truths.at(frame.info.cameraFrameId), times.captured_ns, times.capturedError_ns, times.received_ns,
-                     times.capturedBound});
-    camera_->recycle(frame);
-    return true;
-  };
-  for (int i = 0; i < kFrames; ++i) {
-    if (i == kReset) sender_.setClock(static_cast<std::int64_t>(random_() % 1'000'000'000'000'000));
-    const std::uint16_t id = nextId_++;
-    GvTransmitter::Picture one = picture(id, id);
-    std::int64_t before_ns = 0, after_ns = 0;
-    do {
-      before_ns = monotonicNow();
-      one.device_ticks = sender_.ticks();
-      after_ns = monotonicNow();
-    } while (after_ns - before_ns > 3000);
-    truths[id] = (before_ns + after_ns) / 2;
-    std::this_thread::sleep_for(std::chrono::microseconds(random_() % 3000));
-    sender_.send(one);
-    use(milliseconds(4));
-  }
-  while (use(milliseconds(100))) {
-  }
-  std::size_t both = 0, isTrue = 0, negative = 0;
-  std::vector<double> widths_us;
-  for (const Dated& one : dated) {
-    negative += one.captured_ns > one.received_ns ? 1 : 0;
-    const std::int64_t off_ns = one.captured_ns - one.truth_ns;
-    if (one.bound == CaptureBound::kBoth) {
-      ++both;
-      isTrue += std::abs(off_ns) <= one.error_ns ? 1 : 0;
-      widths_us.push_back(2e-3 * static_cast<double>(one.error_ns));
-    } else {
-      isTrue += -off_ns <= one.error_ns ? 1 : 0;
-    }
-  }
-  ASSERT_FALSE(widths_us.empty());
-  std::sort(widths_us.begin(), widths_us.end());
-  std::printf("%+.0f ppm, %u ticks/s, counter set once: %zu frames, both sides of %zu, stated true %zu, "
-              "width p50 %.0f p99 %.0f us\n",
-              rate * 1e6, frequency, dated.size(), both, isTrue, widths_us[widths_us.size() / 2],
-              widths_us[widths_us.size() * 99 / 100]);
-  EXPECT_EQ(negative, 0U);
-  EXPECT_GE(dated.size(), kFrames * 98U / 100);
-  EXPECT_GE(both, dated.size() - 150);  // of a clock that was set the gate believes nothing for a hundred frames
-  EXPECT_GE(static_cast<double>(isTrue), 0.99 * static_cast<double>(dated.size()));
-}
-
-/// It describes a latch, and has none: what it latches stands still.
-TEST_F(Latching, AClockThatStandsStillIsNotBelieved) {
-  sender_.write(0x0940, 0);
-  ASSERT_NO_FATAL_FAILURE(openStreaming());
-  EXPECT_EQ(sender_.read(0x0944), 0U) << "Aravis dates its frames by the host's clock";
-  camera_.reset();
-  sender_.write(0x0940, 1'000'000'000);
-  sender_.clockRate = -1.0;
-  ASSERT_NO_FATAL_FAILURE(openStreaming());
-  Frame frame;
-  for (int i = 0; i < 20; ++i) {
-    GvTransmitter::Picture one = picture(nextId_, nextId_);
-    ++nextId_;
-    one.device_ticks = static_cast<std::uint64_t>(i) * 5'000'000;
-    sender_.send(one);
-    ASSERT_EQ(camera_->next(frame, milliseconds(1000)), Next::kFrame);
-    EXPECT_EQ(frame.info.times.capturedBound, CaptureBound::kLatest);
-    camera_->recycle(frame);
-    std::this_thread::sleep_for(milliseconds(5));
-  }
-}
-
-/// As it answers no more while its clock is asked: the frames do not wait for it, and its end is noticed all the same.
-TEST_F(Latching, ACameraThatHangsWhileItIsAskedHoldsUpNothing) {
-  sender_.setClock(1'000'000'000);
-  options_.silenceTimeout_ms = 400;
-  ASSERT_NO_FATAL_FAILURE(openStreaming());
-  sender_.hangsAt = 0x0944;
-  Frame frame;
-  std::int64_t longest_ns = 0;
-  for (int i = 0; i < 60; ++i) {
-    GvTransmitter::Picture one = picture(nextId_, nextId_);
-    ++nextId_;
-    one.device_ticks = sender_.ticks();
-    sender_.send(one);
-    const std::int64_t before_ns = monotonicNow();
-    ASSERT_EQ(camera_->next(frame, milliseconds(1000)), Next::kFrame);
-    longest_ns = std::max(longest_ns, monotonicNow() - before_ns);
-    EXPECT_EQ(frame.info.times.capturedBound, CaptureBound::kBoth);
-    camera_->recycle(frame);
-    std::this_thread::sleep_for(milliseconds(8));
-  }
-  EXPECT_LT(longest_ns, 300'000'000);
-  const std::int64_t silent_ns = monotonicNow();
-  while (camera_->state() == CameraState::kStreaming && monotonicNow() - silent_ns < 5'000'000'000)
-    camera_->next(frame, milliseconds(20));
-  std::printf("noticed after %.0f ms\n", static_cast<double>(monotonicNow() - silent_ns) * 1e-6);
-  EXPECT_LT(monotonicNow() - silent_ns, 1'000'000'000);
-}
-
-TEST_F(Quirks, ACameraWithoutALatchIsNotAsked) {
-  ASSERT_NO_FATAL_FAILURE(openStreaming());
-  GvTransmitter::Picture one = picture(nextId_, 1);
-  one.device_ticks = sender_.ticks();
-  sender_.send(one);
-  Frame frame;
-  ASSERT_EQ(camera_->next(frame, milliseconds(1000)), Next::kFrame);
-  EXPECT_EQ(frame.info.times.capturedBound, CaptureBound::kLatest);
-  camera_->recycle(frame);
-  std::this_thread::sleep_for(milliseconds(300));
-  EXPECT_EQ(sender_.read(0x0944), 0U);
 }
 
 // ---------------------------------------------------------------- chunks
