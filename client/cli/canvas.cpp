@@ -69,6 +69,21 @@ Colour24 mix(Colour24 from, Colour24 to, double share) {
   return {between(from.red, to.red), between(from.green, to.green), between(from.blue, to.blue)};
 }
 
+std::string printable(std::string_view utf8) {
+  std::string text;
+  while (!utf8.empty()) {
+    const std::string_view glyph = utf8.substr(0, lengthOf(utf8[0]));
+    const auto first = static_cast<unsigned char>(glyph[0]);
+    const bool isWhole = glyph.size() == lengthOf(glyph[0]) && first != 0x7f && first >= 0x20 &&
+                         (first < 0x80 || first >= 0xc2) &&
+                         std::all_of(glyph.begin() + 1, glyph.end(), [](char c) { return (c & 0xc0) == 0x80; });
+    const bool isControl = first == 0xc2 && glyph.size() == 2 && static_cast<unsigned char>(glyph[1]) < 0xa0;
+    text += isWhole && !isControl ? glyph : "?";
+    utf8.remove_prefix(isWhole ? glyph.size() : 1);
+  }
+  return text;
+}
+
 Canvas::Canvas(int width, int height)
     : width_(std::max(width, 0))
     , height_(std::max(height, 0))
@@ -84,7 +99,7 @@ int Canvas::text(int column, int row, std::string_view utf8, const Style& style,
     const std::size_t length = std::min(lengthOf(utf8[0]), utf8.size());
     if (Cell* cell = at(column, row)) {
       const Colour24 below = cell->style.paper;
-      *cell = {std::string(utf8.substr(0, length)), style};
+      *cell = {printable(utf8.substr(0, length)).substr(0, length), style};
       if (paper == Paper::kKept) cell->style.paper = below;
       if (paper == Paper::kKept && isLight(below)) cell->style.ink = mix(style.ink, {}, 0.8);
     }
@@ -125,9 +140,13 @@ std::string Canvas::render(Depth depth, Glyphs glyphs) const {
     for (int column = 0; column < width_; ++column) {
       const Cell& cell = cells_[static_cast<std::size_t>(row * width_ + column)];
       if (before == nullptr || !(*before == cell.style)) {
-        out += cell.style.bold ? "\x1b[0;1;" : "\x1b[0;";
-        select(out, "38", cell.style.ink, depth);
-        select(out, ";48", cell.style.paper, depth);
+        out += cell.style.bold ? "\x1b[0;1" : "\x1b[0";
+        if (depth != Depth::kNone) {
+          select(out, ";38", cell.style.ink, depth);
+          select(out, ";48", cell.style.paper, depth);
+        } else if (isLight(cell.style.paper)) {
+          out += ";7";
+        }
         out += 'm';
         before = &cell.style;
       }

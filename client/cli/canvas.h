@@ -21,7 +21,11 @@ bool isLight(Colour24 colour);
 /// share = 0: from, 1: to.
 Colour24 mix(Colour24 from, Colour24 to, double share);
 
-enum class Depth { k256, kTrueColour };
+enum class Depth {
+  kNone,  ///< bold and reversed alone
+  k256,
+  kTrueColour,
+};
 
 enum class Glyphs {
   kUnicode,
@@ -34,6 +38,10 @@ struct Style {
   bool bold = false;
   bool operator==(const Style& other) const = default;
 };
+
+/// Without what a terminal would obey: a question mark for each control character. What comes from elsewhere may have
+/// any.
+std::string printable(std::string_view utf8);
 
 /// Everything outside is cut off. Every character is one column wide.
 class Canvas {

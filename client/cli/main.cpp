@@ -6,6 +6,7 @@
 #include "client/cli/keys.h"
 #include "client/cli/metrics.h"
 #include "client/cli/output.h"
+#include "client/cli/top.h"
 #include "gateway/keys.h"
 #include "manual/describe.h"
 #include "proto/traction/v1/endpoints.h"
@@ -298,6 +299,16 @@ int main(int argc, char** argv) try {
   watch->add_option("--seconds", seconds, "to run; without: until q or Ctrl-C")
       ->type_name("SECONDS")
       ->check(number(0.0, "a time of 0 s or more, as in 2.5"));
+  cli::TopCommand topping;
+  auto* top = app.add_subcommand("top", "Shows live how instruments do: rates, latencies, where every frame went; one "
+                                        "line a second where there is no terminal");
+  top->add_option("endpoints", topping.endpoints,
+                  "ZeroMQ endpoints of streams, or instances of this machine; without: all of them")
+      ->type_name("ENDPOINT");
+  top->add_flag("--once", topping.once, "print all numbers once, and end");
+  top->add_option("--seconds", topping.seconds, "to run; without: until q or Ctrl-C")
+      ->type_name("SECONDS")
+      ->check(number(0.0, "a time of 0 s or more, as in 2.5"));
   auto* echo = app.add_subcommand("echo", "Prints messages as JSON, one a line");
   const std::map<std::string, unsigned> names = {{"field", kField},
                                                  {"markers", kMarkers},
@@ -364,6 +375,7 @@ int main(int argc, char** argv) try {
     if (keys) return keys.run(remote.file());
     remote.apply(subscription, control, latest);
     if (watch->parsed()) cli::watch(subscription, seconds);
+    if (top->parsed()) cli::top(subscription, topping, app.count("--instance") != 0 || !subscription.endpoint.empty());
     if (latest) {
       if (topic != "field") return fail(EX_USAGE, "--latest has fields alone, not --topic " + topic);
       subscription.mode = Mode::kLatest;

@@ -1,14 +1,13 @@
 #include "client/cli/metrics.h"
 
+#include "client/cli/instances.h"
 #include "client/cli/json.h"
 #include "client/cli/output.h"
-#include "proto/traction/v1/endpoints.h"
 #include "traction/error.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <filesystem>
 #include <functional>
 #include <initializer_list>
 #include <iostream>
@@ -19,7 +18,6 @@
 namespace traction::cli {
 namespace {
 
-namespace fs = std::filesystem;
 using Labels = std::initializer_list<std::pair<const char*, std::string>>;
 
 std::string escaped(const std::string& text) {
@@ -180,25 +178,6 @@ const std::vector<Metric>& table() {
   return metrics;
 }
 
-/// Those with a runtime directory of which a daemon has made sockets, and those with a configuration, which are down
-/// without one; else the default one, which may be on TCP.
-std::set<std::string> instances() {
-  std::set<std::string> names;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator("/etc/tractiond", ignored)) {
-    const std::string name = entry.path().stem();
-    if (entry.path().extension() == ".toml" && isValidName(name)) names.insert(name);
-  }
-  for (const fs::path& example : runtimeDirectories(kDefaultInstance)) {
-    for (const auto& entry : fs::directory_iterator(example.parent_path(), ignored)) {
-      const std::string name = entry.path().filename();
-      if (isValidName(name) && fs::is_socket(entry.path() / "control", ignored)) names.insert(name);
-    }
-  }
-  if (names.empty()) names.insert(kDefaultInstance);
-  return names;
-}
-
 /// The request is read to its empty line, else the answer would be cut short by what is left of it.
 void skipRequest() {
   constexpr std::size_t kMost = 16'384;
@@ -226,7 +205,7 @@ void metrics(const ControlOptions& options, bool one, bool http) {
   constexpr std::chrono::milliseconds kPatience(1000);
   if (http) skipRequest();
   std::vector<Measured> all;
-  for (const std::string& name : one ? std::set<std::string>{options.instance} : instances()) {
+  for (const std::string& name : one ? std::set<std::string>{options.instance} : instancesHere()) {
     ControlOptions asked = options;
     asked.instance = name;
     if (!one) asked.timeout = kPatience;  // Prometheus waits ten seconds for all

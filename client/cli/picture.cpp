@@ -4,9 +4,10 @@
 
 #include "client/cli/picture.h"
 
+#include "client/cli/page.h"
+
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
 #include <ctime>
 #include <numbers>
 
@@ -14,32 +15,13 @@ namespace traction::cli {
 
 namespace {
 
-constexpr double kGramForce_N = 9.80665e-3;
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kSmallestForce_N = 0.1;  ///< of a resultant with a direction worth telling
 constexpr double kSmallestStrain = 0.1;   ///< pressure on a node, of Young's modulus, below which noise would be drawn
 constexpr double kFaint = 0.08;           ///< of the scale; smaller shear is drawn as a dot
 constexpr int kPanelWidth = 34;
 
-constexpr Colour24 kPaper{14, 16, 24};
-constexpr Colour24 kBar{36, 41, 58};
-const Style kPlain;
-const Style kDim{{120, 126, 142}, kPaper, false};
-const Style kBright{{255, 255, 255}, kPaper, true};
-const Style kWarning{{255, 196, 84}, kPaper, true};
-const Style kLine{{70, 76, 96}, kPaper, false};
-const Style kAccent{{110, 190, 255}, kPaper, false};
 const Style kShear{{90, 255, 240}, kPaper, true};
-
-// NOLINTNEXTLINE(cert-dcl50-cpp): the compiler checks the arguments against the pattern
-[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...) {
-  std::array<char, 160> text{};
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text.data(), text.size(), pattern, arguments);
-  va_end(arguments);
-  return text.data();
-}
 
 /// 1, 2 or 5 times a power of ten.
 double roundUp(double value) {
@@ -126,16 +108,7 @@ std::vector<std::string> warnings(const Scene& scene, std::int64_t now_ns) {
   if (scene.restarted_ns != 0 && now_ns - scene.restarted_ns < kRestartIsNews_ns)
     texts.push_back("tractiond restarted");
   if (!scene.field || !scene.trouble(now_ns).what.empty()) return texts;
-  const std::uint32_t flags = scene.field->header.flags;
-  if (flags & kDoubtedOrigin) texts.push_back("perhaps not the camera's picture: others send in its name");
-  if (flags & kZeroUnverified) texts.push_back("zero not verified");
-  if (flags & kFewMarkers) texts.push_back("too few markers");
-  if (flags & kReacquiring) texts.push_back("markers labelled anew");
-  if (flags & kTorn) texts.push_back("picture torn");
-  if (flags & kUnexplained) texts.push_back("no forces explain this picture");
-  if (flags & kGelMismatch) texts.push_back("not the gel of the gel file: see tractionctl status");
-  if (flags & kOutOfRange) texts.push_back("beyond the range of known uncertainty");
-  if (flags & kDiscontinuity) texts.push_back("frames were lost before this one");
+  for (const std::string& one : words(scene.field->header.flags)) texts.push_back(one);
   return texts;
 }
 
@@ -354,11 +327,6 @@ class Panel {
   Canvas& canvas_;
   int column_, row_, width_, bottom_;
 };
-
-/// What is no more stands in brackets: also where colours are not seen.
-std::string inBrackets(const std::string& number, bool isOld) {
-  return isOld ? "(" + number + ")" : number;
-}
 
 /// Rows of each half of the panel that are always there.
 constexpr int kNumbers = 6, kPictures = 6;

@@ -1,7 +1,9 @@
 #include "client/cli/scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 namespace traction::cli {
 
@@ -14,6 +16,7 @@ constexpr std::size_t kSamples = 240;
 /// A field is of now for three times as long as the next one usually takes, within these.
 constexpr double kShortestPatience_s = 0.4;
 constexpr double kLongestPatience_s = 3.0;
+constexpr std::int64_t kStatusPatience_ns = 1'450'000'000;
 constexpr std::int64_t kSilence_ns = 2'500'000'000;  ///< a daemon sends its status once a second
 
 const std::string kNoField = "no field comes";
@@ -26,6 +29,25 @@ double seconds(std::int64_t ns) {
 
 double length(const Vector3& vector) {
   return std::hypot(vector[0], vector[1], vector[2]);
+}
+
+std::vector<std::string> words(std::uint32_t flags) {
+  constexpr std::array<std::pair<std::uint32_t, const char*>, 9> kWords = {{
+      {kDoubtedOrigin, "perhaps not the camera's picture: others send in its name"},
+      {kZeroUnverified, "zero not verified"},
+      {kFewMarkers, "too few markers"},
+      {kReacquiring, "markers labelled anew"},
+      {kTorn, "picture torn"},
+      {kUnexplained, "no forces explain this picture"},
+      {kGelMismatch, "not the gel of the gel file: see tractionctl status"},
+      {kOutOfRange, "beyond the range of known uncertainty"},
+      {kDiscontinuity, "frames were lost before this one"},
+  }};
+  std::vector<std::string> all;
+  for (const auto& [flag, said] : kWords) {
+    if ((flags & flag) != 0) all.emplace_back(said);
+  }
+  return all;
 }
 
 std::string duration(double seconds) {
@@ -49,6 +71,7 @@ void Scene::add(Message message) {
       field.reset();
       description.reset();
       status.reset();
+      statusBefore.reset();
       arrivals_.clear();
       fieldArrival_ns_ = statusArrival_ns_ = 0;
     }
@@ -56,7 +79,7 @@ void Scene::add(Message message) {
   }
   if (auto* newField = std::get_if<Field>(&message)) {
     ++fields;
-    arrivals_.push_back({lastArrival_ns, lastArrival_ns - newField->header.received_ns});
+    arrivals_.push_back({lastArrival_ns, lastArrival_ns - newField->header.received_ns, newField->header.flags});
     while (arrivals_.size() > 2 && lastArrival_ns - arrivals_.front().at_ns > kWindow_ns) arrivals_.pop_front();
     fieldArrival_ns_ = lastArrival_ns;
     if (lastArrival_ns - sampled_ns_ >= kSample_ns) {
@@ -68,7 +91,7 @@ void Scene::add(Message message) {
   } else if (auto* newDescription = std::get_if<Description>(&message)) {
     description = std::move(*newDescription);
   } else if (auto* newStatus = std::get_if<Status>(&message)) {
-    status = std::move(*newStatus);
+    statusBefore = std::exchange(status, std::move(*newStatus));
     statusArrival_ns_ = lastArrival_ns;
   }
 }
@@ -125,6 +148,19 @@ std::string Scene::sentence(const Trouble& trouble) const {
   if (trouble.what == kNoField) return "no field for " + duration(trouble.since_s);
   if (fieldArrival_ns_ != 0) return trouble.what + ", no field for " + duration(trouble.since_s);
   return trouble.since_s < 2.0 ? trouble.what : trouble.what + ", for " + duration(trouble.since_s);
+}
+
+bool Scene::isStatusOld(std::int64_t now_ns) const {
+  if (!status || !connected_ || now_ns - statusArrival_ns_ > kStatusPatience_ns) return true;
+  return field && isOld(now_ns) && seconds(statusArrival_ns_ - fieldArrival_ns_) < kShortestPatience_s;
+}
+
+std::uint32_t Scene::recentFlags(std::int64_t now_ns) const {
+  std::uint32_t flags = 0;
+  for (const Arrival& arrival : arrivals_) {
+    if (now_ns - arrival.at_ns <= kWindow_ns) flags |= arrival.flags;
+  }
+  return flags;
 }
 
 double Scene::rate_hz(std::int64_t now_ns) const {

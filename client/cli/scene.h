@@ -4,6 +4,8 @@
 #include "traction/subscriber.h"
 
 #include <deque>
+#include <string>
+#include <vector>
 
 namespace traction::cli {
 
@@ -27,11 +29,18 @@ class Scene {
   std::optional<Field> field;
   std::optional<Description> description;
   std::optional<Status> status;
-  std::uint64_t fields = 0;  ///< received
-  std::uint64_t lost = 0;    ///< on the way, as the subscriber says
+  std::optional<Status> statusBefore;  ///< the one before, of the same start of the daemon
+  std::uint64_t fields = 0;            ///< received
+  std::uint64_t lost = 0;              ///< on the way, as the subscriber says
   std::int64_t lastArrival_ns = 0;
   std::int64_t restarted_ns = 0;  ///< when a new start of the daemon was noticed; 0: never
   bool connected() const { return connected_; }
+
+  /// The status is not of now: the next one is late, or fields that came when it was sent do no more.
+  bool isStatusOld(std::int64_t now_ns) const;
+
+  /// Or-ed Flag, of the fields of the last two seconds.
+  std::uint32_t recentFlags(std::int64_t now_ns) const;
 
   /// Of the fields of the last two seconds [1/s].
   double rate_hz(std::int64_t now_ns) const;
@@ -49,6 +58,7 @@ class Scene {
  private:
   struct Arrival {
     std::int64_t at_ns, latency_ns;
+    std::uint32_t flags;
   };
   bool isOld(std::int64_t now_ns) const;
   std::string reason(std::int64_t now_ns) const;
@@ -64,6 +74,9 @@ class Scene {
 };
 
 double length(const Vector3& vector);
+
+/// Or-ed Flag, most important first.
+std::vector<std::string> words(std::uint32_t flags);
 
 /// "2.3 s", "12 s", "5 min".
 std::string duration(double seconds);

@@ -36,6 +36,8 @@ Glyphs glyphsOfLocale() {
 }
 
 Depth depthOfTerminal() {
+  const char* none = std::getenv("NO_COLOR");  // https://no-color.org
+  if (none != nullptr && *none != '\0') return Depth::kNone;
   const char* colours = std::getenv("COLORTERM");
   const bool direct = colours != nullptr && (std::strstr(colours, "truecolor") || std::strstr(colours, "24bit"));
   return direct ? Depth::kTrueColour : Depth::k256;

@@ -1,13 +1,10 @@
-// One thread receives, so that drawing does not make messages look late; the other draws.
-
 #include "client/cli/commands.h"
 #include "client/cli/output.h"
 #include "client/cli/picture.h"
+#include "client/cli/receiver.h"
 #include "client/cli/terminal.h"
 
-#include <atomic>
 #include <cstdio>
-#include <mutex>
 #include <thread>
 
 namespace traction::cli {
@@ -15,58 +12,9 @@ namespace traction::cli {
 namespace {
 
 using namespace std::chrono_literals;
-using Clock = std::chrono::steady_clock;  // CLOCK_MONOTONIC, as are the messages' times
 
 constexpr auto kPicture = 40ms;  ///< from one to the next
 constexpr auto kPatience = 3s;   ///< for the connection
-
-std::int64_t nanoseconds(Clock::time_point time) {
-  return std::chrono::nanoseconds(time.time_since_epoch()).count();
-}
-
-/// Receives in a thread of its own for as long as it lives.
-class Receiver {
- public:
-  explicit Receiver(const SubscriberOptions& options)
-      : subscriber_(options) {
-    scene_.setConnected(false, nanoseconds(Clock::now()));
-    thread_ = std::thread([this] { run(); });
-  }
-  ~Receiver() {
-    stop_ = true;
-    thread_.join();
-  }
-
-  /// What is known now. Throws what receiving has thrown.
-  Scene scene() {
-    const std::lock_guard lock(mutex_);
-    if (failure_) std::rethrow_exception(failure_);
-    return scene_;
-  }
-
-  const std::string& endpoint() const { return subscriber_.endpoint(); }
-
- private:
-  void run() try {
-    while (!stop_) {
-      auto message = subscriber_.receive(50ms);
-      const std::lock_guard lock(mutex_);
-      scene_.setConnected(subscriber_.isConnected(), nanoseconds(Clock::now()));
-      if (message) scene_.add(*std::move(message));
-      scene_.lost = subscriber_.lost();
-    }
-  } catch (...) {
-    const std::lock_guard lock(mutex_);
-    failure_ = std::current_exception();
-  }
-
-  Subscriber subscriber_;
-  std::mutex mutex_;  ///< guards the two below
-  Scene scene_;
-  std::exception_ptr failure_;
-  std::atomic<bool> stop_{false};
-  std::thread thread_;
-};
 
 void expectSomebody(const Receiver& receiver, const Scene& scene, Clock::duration elapsed) {
   if (scene.lastArrival_ns != 0 || scene.connected() || elapsed < kPatience) return;

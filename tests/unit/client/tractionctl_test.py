@@ -20,7 +20,7 @@ from traction.v1 import messages
 
 class Tractionctl(Case):
     def test_full_disk_ends_what_prints(self):
-        for command in (["echo"], ["watch"], ["status"], ["status", "--json"], ["describe"], ["zero"], ["--help"],
+        for command in (["echo"], ["watch"], ["top"], ["top", "--once"], ["status"], ["status", "--json"], ["describe"], ["zero"], ["--help"],
                         ["calibrate", "--weights", "1N"]):
             with self.subTest(command), open("/dev/full", "wb") as full:
                 self.ends_at_once(self.start(*command, *self.publisher(), stdout=full), "No space left on device")
@@ -109,8 +109,10 @@ class Tractionctl(Case):
     def test_absent_daemon_is_unavailable(self):
         for command in ("status", "zero", "describe", "trigger"):
             self.fails(UNAVAILABLE, r"is tractiond running\?", command, "--instance", "absent")
-        for command in ("watch", "echo"):
-            self.fails(UNAVAILABLE, r"is tractiond running\?", command, "--connect", "ipc://@traction-nobody")
+        for command in (["watch"], ["echo"], ["top"], ["top", "--once"]):
+            self.fails(UNAVAILABLE, r"is tractiond running\?", *command, "--connect", "ipc://@traction-nobody")
+        self.fails(UNAVAILABLE, r"traction-nobody, .*traction-none; is tractiond running\?", "top",
+                   "ipc://@traction-nobody", "ipc://@traction-none")
 
     def test_who_is_not_there_is_not_waited_for(self):
         with socket.socket() as nobody:
@@ -144,7 +146,7 @@ class Tractionctl(Case):
 
     def test_wrong_words_are_a_usage_error(self):
         self.fails(USAGE, "a command is needed")
-        self.fails(USAGE, "'nonsense' is none of watch, echo, .*; see tractionctl --help", "nonsense")
+        self.fails(USAGE, "'nonsense' is none of watch, top, echo, .*; see tractionctl --help", "nonsense")
         self.fails(USAGE, "tractionctl status does not understand '--topic'; see tractionctl status --help", "status",
                    "--topic", "x")
         self.fails(USAGE, "tractionctl zero does not understand 'now'", "zero", "now")
@@ -165,7 +167,8 @@ class Tractionctl(Case):
             self.fails(USAGE, f"--seconds: '{seconds}' is not a time of 0 s or more, as in 2.5;", "watch",
                        f"--seconds={seconds}")
         self.fails(USAGE, "instance", "watch", "--instance", "../etc")
-        for command, option in (("watch", "--connect"), ("status", "--control")):
+        self.fails(USAGE, "instance", "top", "../etc")
+        for command, option in (("watch", "--connect"), ("top", "--connect"), ("status", "--control")):
             self.fails(USAGE, "cannot connect to 'nonsense': .*; an endpoint is written tcp://HOST:PORT or ipc:///PATH",
                        command, option, "nonsense")
 
@@ -255,20 +258,56 @@ class Tractionctl(Case):
             "q": lambda _, leader: os.write(leader, b"q"),
         }
         for name, ending in endings.items():
-            with self.subTest(name):
-                code, out, kept = self.in_terminal(ending, "watch", *endpoints)
-                self.assertEqual(code, 0)
-                self.assertTrue(kept)
-                self.assertIn("\x1b[?1049h", out)
-                left = out[out.rindex("\x1b[?1049l"):]
-                self.assertRegex(left, r"\d+ fields received, 0 messages lost")
-                self.assertGreater(out.rindex("\x1b[?25h"), out.rindex("\x1b[?25l"))
+            for command in ("watch", "top"):
+                with self.subTest(name, command=command):
+                    self.restores(command, endpoints, ending)
+
+    def restores(self, command, endpoints, ending):
+        code, out, kept = self.in_terminal(ending, command, *endpoints)
+        self.assertEqual(code, 0)
+        self.assertTrue(kept)
+        self.assertIn("\x1b[?1049h", out)
+        left = out[out.rindex("\x1b[?1049l"):]
+        self.assertRegex(left, r"\d+ fields received, 0 messages lost" if command == "watch" else "l$")
+        self.assertGreater(out.rindex("\x1b[?25h"), out.rindex("\x1b[?25l"))
 
     def test_watch_draws_the_field(self):
         _, out, _ = self.in_terminal(lambda child, _: child.send_signal(signal.SIGINT), "watch", *self.publisher())
         text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", out)
         for word in ("FORCE ON THE GEL", "+1.500", "-2.500", "into the gel", "q quits"):
             self.assertIn(word, text)
+
+    def test_top_shows_numbers_on_a_terminal_of_any_size(self):
+        def resize(child, leader):
+            termios.tcsetwinsize(leader, (24, 80))
+            time.sleep(0.5)
+            os.write(leader, b"q")
+
+        _, out, _ = self.in_terminal(resize, "top", *self.publisher(), NO_COLOR="1")
+        self.assertIn("+1.500 -2.500 +3.500 N", out)
+        self.assertNotRegex(out, r"\x1b\[[0-9;]*[34]8;")
+        large, small = out.index("\x1b[30;1H"), out.rindex("\x1b[24;1H")  # the lowest rows
+        self.assertNotIn("\x1b[30;1H", out[out.rindex("\x1b[H"):])
+        self.assertLess(large, small)
+        _, out, _ = self.in_terminal(resize, "top", *self.publisher(), LC_ALL="C")
+        self.assertTrue(out.isascii())
+        self.assertRegex(out, r"\x1b\[[0-9;]*38;5;")
+
+    def test_top_without_a_terminal_prints_a_line_a_second_for_each(self):
+        endpoints = [self.publisher()[1] for _ in range(2)]
+        code, out, err = ctl("top", "--seconds", "2", *endpoints)
+        self.assertEqual((code, err), (0, ""))
+        self.assertNotIn("\x1b", out)
+        for endpoint in endpoints:
+            lines = [line for line in out.splitlines() if line.startswith(endpoint)]
+            self.assertTrue(1 <= len(lines) <= 3, out)
+            self.assertRegex(lines[-1], r"force \+1.500 -2.500 \+3.500 N  rate \d+.\d/s")
+
+    def test_top_prints_all_numbers_once(self):
+        code, out, err = ctl("top", "--once", *self.publisher())
+        self.assertEqual((code, err), (0, ""))
+        self.assertNotIn("\x1b", out)
+        self.assertEqual(len(re.findall(r"(?m)^  force +\+1.500 -2.500 \+3.500 N$", out)), 1)
 
     def test_watch_draws_in_ascii_where_the_locale_has_no_more(self):
         code, out, _ = self.in_terminal(lambda child, _: child.send_signal(signal.SIGINT), "watch", *self.publisher(),

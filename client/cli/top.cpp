@@ -1,0 +1,188 @@
+#include "client/cli/top.h"
+
+#include "client/cli/board.h"
+#include "client/cli/instances.h"
+#include "client/cli/output.h"
+#include "client/cli/receiver.h"
+#include "client/cli/terminal.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <sstream>
+
+namespace traction::cli {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kPage = 60ms;      ///< from one to the next: what is old shows within half a second
+constexpr auto kLine = 1s;        ///< from one to the next
+constexpr auto kPatience = 3s;    ///< for a connection, and for first numbers
+constexpr auto kRecount = 500ms;  ///< of the subscribers
+
+/// One instrument, received and looked at.
+class Watcher {
+ public:
+  Watcher(const SubscriberOptions& options, const std::string& name)
+      : receiver_(options) {
+    watched_.name = name;
+    if (name != receiver_.endpoint()) watched_.endpoint = receiver_.endpoint();
+  }
+
+  const Watched& look(Clock::time_point now) {
+    try {
+      watched_.scene = receiver_.scene();
+    } catch (const Error& error) {
+      watched_.failure = error.what();
+      watched_.scene.setConnected(false, nanoseconds(now));
+    }
+    if (now >= recount_) watched_.subscribers = subscribersOf(receiver_.endpoint());
+    if (now >= recount_) recount_ = now + kRecount;
+    isKnown_ =
+        isKnown_ || !watched_.failure.empty() || watched_.scene.connected() || watched_.scene.lastArrival_ns != 0;
+    return watched_;
+  }
+
+  /// Somebody was there once.
+  bool isKnown() const { return isKnown_; }
+  /// All kinds of numbers have come, those by the second, too; or none will.
+  bool isComplete() const {
+    const Scene& scene = watched_.scene;
+    if (!watched_.failure.empty()) return true;
+    const bool sends = scene.status && scene.status->camera == CameraState::kStreaming;
+    return scene.status && scene.statusBefore && scene.description && (scene.field || !sends);
+  }
+  const std::string& endpoint() const { return receiver_.endpoint(); }
+
+ private:
+  Receiver receiver_;
+  Watched watched_;
+  Clock::time_point recount_;
+  bool isKnown_ = false;
+};
+
+using Watchers = std::vector<std::unique_ptr<Watcher>>;
+
+Watchers watchersFor(const SubscriberOptions& options, const TopCommand& command, bool one) {
+  Watchers all;
+  const auto add = [&](const std::string& instance, const std::string& endpoint) {
+    SubscriberOptions wanted = options;
+    wanted.topics = kField | kDescription | kStatus;
+    if (!instance.empty()) wanted.instance = instance;
+    if (!instance.empty() || !endpoint.empty()) wanted.endpoint = endpoint;
+    const std::string& name = wanted.endpoint.empty() ? wanted.instance : wanted.endpoint;
+    all.push_back(std::make_unique<Watcher>(wanted, name));
+  };
+  for (const std::string& word : command.endpoints) {
+    const bool isEndpoint = word.find("://") != std::string::npos;
+    add(isEndpoint ? "" : word, isEndpoint ? word : "");
+  }
+  if (!command.endpoints.empty()) return all;
+  if (one) {
+    add("", "");
+  } else {
+    for (const std::string& name : instancesHere()) add(name, "");
+  }
+  return all;
+}
+
+void expectSomebody(const Watchers& all, Clock::duration elapsed) {
+  const bool somebody = std::any_of(all.begin(), all.end(), [](const auto& one) { return one->isKnown(); });
+  if (somebody || elapsed < kPatience) return;
+  std::string where;
+  for (const auto& one : all) where += (where.empty() ? "" : ", ") + one->endpoint();
+  throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + where + "; is tractiond running?");
+}
+
+/// Calls show(what is known, now, time until the next call) until it returns false, the time is over or a signal came.
+template <typename Show>
+void loop(const Watchers& all, double seconds, Show&& show) {
+  const Clock::time_point start = Clock::now();
+  for (Clock::time_point next = start; !stopRequested();) {
+    const Clock::time_point now = Clock::now();
+    std::vector<Watched> known;
+    for (const auto& one : all) known.push_back(one->look(now));
+    expectSomebody(all, now - start);
+    next = std::max(next + kPage, now);  // a terminal that was slow does not get many pages at once
+    if (!show(known, now, next - now) || std::chrono::duration<double>(now - start).count() >= seconds) return;
+  }
+}
+
+void printAll(const std::vector<Watched>& known, Clock::time_point now) {
+  for (const Watched& one : known) {
+    std::string text = boardText(one, nanoseconds(now));
+    text.pop_back();  // the newline
+    if (!printLine(text)) return;
+  }
+}
+
+}  // namespace
+
+void top(const SubscriberOptions& options, const TopCommand& command, bool one) {
+  rememberSignals();
+  const Watchers all = watchersFor(options, command, one);
+  if (command.once) {
+    const Clock::time_point start = Clock::now();
+    loop(all, command.seconds, [&](const auto& known, Clock::time_point now, Clock::duration left) {
+      const bool isComplete = std::all_of(all.begin(), all.end(), [](const auto& each) { return each->isComplete(); });
+      if (isComplete || now - start >= kPatience) return printAll(known, now), false;
+      std::this_thread::sleep_for(left);
+      return true;
+    });
+  } else if (isTerminal()) {
+    const Terminal terminal;
+    loop(all, command.seconds, [&](const auto& known, Clock::time_point now, Clock::duration left) {
+      const auto [width, height] = terminal.size();
+      if (!terminal.show(drawBoard(known, width, height, nanoseconds(now)))) return false;
+      return terminal.waitForKey(std::chrono::ceil<std::chrono::milliseconds>(left)) != 'q';
+    });
+  } else {
+    if (const std::string hint = viewHint(); !hint.empty()) std::fprintf(stderr, "tractionctl: %s\n", hint.c_str());
+    Clock::time_point due;
+    loop(all, command.seconds, [&](const auto& known, Clock::time_point now, Clock::duration left) {
+      expectReader();
+      const bool isKnown = std::any_of(all.begin(), all.end(), [](const auto& each) { return each->isKnown(); });
+      for (auto each = known.begin(); isKnown && now >= due && each != known.end(); ++each) {
+        if (!printLine(boardLine(*each, nanoseconds(now)))) return false;
+      }
+      if (isKnown && now >= due) due = now + kLine;
+      std::this_thread::sleep_for(left);
+      return true;
+    });
+  }
+}
+
+std::optional<int> subscribersOf(const std::string& endpoint, const std::filesystem::path& tables) {
+  const auto count = [&](const char* table, auto&& isOne) -> std::optional<int> {
+    std::ifstream file(tables / table);
+    std::string line;
+    if (!std::getline(file, line)) return std::nullopt;  // the heading
+    int connections = 0;
+    while (std::getline(file, line)) {
+      std::istringstream words(line);
+      const std::vector<std::string> all{std::istream_iterator<std::string>(words),
+                                         std::istream_iterator<std::string>()};
+      connections += isOne(all) ? 1 : 0;
+    }
+    return connections;
+  };
+  // The accepted ends have the listener's name; connected: state 03 of unix(7)'s, 01 of TCP's.
+  if (endpoint.rfind("ipc://", 0) == 0) {
+    const std::string path = endpoint.substr(6);
+    return count("unix", [&](const auto& all) { return all.size() == 8 && all[5] == "03" && all[7] == path; });
+  }
+  constexpr const char* kLoopback = "tcp://127.0.0.1:";
+  if (endpoint.rfind(kLoopback, 0) != 0) return std::nullopt;
+  std::array<char, 32> local{};
+  std::snprintf(local.data(), local.size(), "0100007F:%04X",
+                static_cast<unsigned>(std::atoi(endpoint.c_str() + std::char_traits<char>::length(kLoopback))));
+  return count("tcp", [&](const auto& all) { return all.size() > 3 && all[1] == local.data() && all[3] == "01"; });
+}
+
+}  // namespace traction::cli

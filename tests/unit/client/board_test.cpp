@@ -1,0 +1,207 @@
+#include "client/cli/board.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <regex>
+
+namespace traction::cli {
+namespace {
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+
+/// An instrument whose messages a test sends.
+class Instrument {
+ public:
+  explicit Instrument(const std::string& name = "left") {
+    watched.name = name;
+    watched.scene.setConnected(true, now);
+    status.camera = CameraState::kStreaming;
+  }
+  /// Fields at 60 Hz, and a status each second.
+  void run(double seconds) {
+    for (const std::int64_t end = now + std::llround(seconds * 1e9); now < end; now += kSecond_ns / 60) {
+      field();
+      if (now - statusAt_ >= kSecond_ns) sendStatus();
+    }
+  }
+  void field() {
+    Field field;
+    field.valid = true;
+    field.resultant_N = {0.25, -0.5, 3.75};
+    field.header.flags = flags;
+    watched.scene.add(at(field));
+  }
+  void sendStatus() {
+    statusAt_ = now;
+    status.uptime_s = static_cast<double>(now) * 1e-9;
+    watched.scene.add(at(status));
+  }
+  std::string page(int width = 80, int height = 24) const { return drawBoard({watched}, width, height, now).plain(); }
+  std::string row(const std::string& label) const {
+    const std::string text = boardText(watched, now);
+    std::smatch match;
+    return std::regex_search(text, match, std::regex("(^|\n) +" + label + "  +([^\n]*)")) ? match[2].str() : "";
+  }
+
+  Watched watched;
+  Status status;
+  std::uint32_t flags = 0;
+  std::int64_t now = 10 * kSecond_ns;
+
+ private:
+  template <typename Any>
+  Any at(Any message) const {
+    message.header.arrived_ns = now;
+    message.header.boot = {1};
+    return message;
+  }
+  std::int64_t statusAt_ = 0;
+};
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(Board, LedgerIsCountedByCausePerSecondAndInTotal) {
+  const unsigned seed = std::random_device()();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  using Member = std::uint64_t Ledger::*;
+  const std::pair<const char*, Member> kinds[] = {{"received", &Ledger::received},
+                                                  {"published", &Ledger::published},
+                                                  {"incomplete", &Ledger::incomplete},
+                                                  {"wrong size", &Ledger::wrongSize},
+                                                  {"wrong format", &Ledger::wrongFormat},
+                                                  {"stale", &Ledger::stale},
+                                                  {"implausible", &Ledger::implausible},
+                                                  {"evicted before track", &Ledger::evictedBeforeTrack},
+                                                  {"no rest pose", &Ledger::noRestPose},
+                                                  {"evicted before solve", &Ledger::evictedBeforeSolve},
+                                                  {"evicted before publish", &Ledger::evictedBeforePublish},
+                                                  {"discarded at stop", &Ledger::discardedAtStop},
+                                                  {"never arrived", &Ledger::missing},
+                                                  {"of doubted origin", &Ledger::doubted},
+                                                  {"reconnects", &Ledger::reconnects}};
+  for (int trial = 0; trial < 20; ++trial) {
+    Instrument one;
+    std::vector<unsigned> before, more;
+    for (const auto& [name, kind] : kinds) one.status.ledger.*kind = before.emplace_back(random() % 100'000);
+    one.sendStatus();
+    one.now += 2 * kSecond_ns;  // a status was lost: the difference is of two seconds
+    for (const auto& [name, kind] : kinds) one.status.ledger.*kind += more.emplace_back(random() % 200);
+    one.sendStatus();
+    one.field();
+    const std::string page = one.page();
+    for (std::size_t i = 0; i < std::size(kinds); ++i) {
+      const std::string name = kinds[i].first;
+      std::smatch match;
+      const std::string row = one.row(name);
+      ASSERT_TRUE(std::regex_match(row, match, std::regex(" *(\\d+\\.\\d) +(\\d+)"))) << name << ": " << row;
+      EXPECT_NEAR(std::stod(match[1]), more[i] / 2.0, 0.051) << name;
+      EXPECT_EQ(std::stoul(match[2]), before[i] + more[i]) << name;
+      EXPECT_TRUE(std::regex_search(page, std::regex(name + " +" + match[1].str() + " +" + match[2].str())))
+          << name << "\n"
+          << page;
+    }
+  }
+}
+
+TEST(Board, WhatIsOldLooksOldWithinHalfASecond) {
+  Instrument one;
+  one.run(3.3);
+  one.now -= kSecond_ns / 60;  // the last field is of now
+  EXPECT_TRUE(has(one.page(), "no flags"));
+  EXPECT_TRUE(has(one.page(), " +0.250 -0.500 +3.750 N"));
+  EXPECT_FALSE(has(one.page(), "("));
+  one.now += 480'000'000 - 60'000'000;  // less the time from page to page
+  for (const std::string& text : {one.page(), boardText(one.watched, one.now), boardLine(one.watched, one.now)}) {
+    EXPECT_TRUE(has(text, "(+0.250 -0.500 +3.750 N)")) << text;
+    EXPECT_TRUE(has(text, "(camera ")) << text;
+    EXPECT_TRUE(has(text, "! no field for 0.4 s")) << text;
+  }
+  EXPECT_TRUE(has(one.page(), "frames, not of now"));
+}
+
+TEST(Board, StatusOfNowIsNotOldWhereFieldsStayAway) {
+  Instrument one;
+  one.run(3.0);
+  one.now += kSecond_ns;
+  one.status.camera = CameraState::kLost;
+  one.status.memory_bytes = 64 << 20;
+  one.sendStatus();
+  EXPECT_TRUE(has(one.page(), " camera lost, up ")) << one.page();
+  EXPECT_TRUE(has(one.page(), "! the camera is lost, no field for 1.0 s")) << one.page();
+  EXPECT_EQ(one.row("memory"), "64.0 MiB");
+  EXPECT_EQ(one.row("force"), "(+0.250 -0.500 +3.750 N)");
+  one.now += 1'500'000'000;
+  EXPECT_EQ(one.row("memory"), "(64.0 MiB)");
+}
+
+TEST(Board, FlagsAreWordsForAsLongAsOneCanRead) {
+  Instrument one;
+  one.run(2.0);
+  one.flags = kTorn | kFewMarkers;
+  one.field();
+  one.flags = 0;
+  one.run(1.0);
+  EXPECT_TRUE(has(one.page(), "! too few markers; picture torn")) << one.page();
+  one.run(2.0);
+  EXPECT_TRUE(has(one.page(), "no flags")) << one.page();
+}
+
+TEST(Board, FitsEverySize) {
+  std::vector<Watched> all;
+  Instrument one;
+  one.run(2.0);
+  one.status.cameraWhy = std::string(500, 'x') + " words that go on and on";
+  one.status.camera = CameraState::kLost;
+  one.now += kSecond_ns;
+  one.sendStatus();
+  for (int count = 1; count <= 9; ++count) {
+    all.push_back(one.watched);
+    all.back().name = "name" + std::to_string(count);
+    for (const auto& [width, height] : {std::pair{80, 24}, {0, 0}, {1, 1}, {20, 5}, {79, 23}, {200, 70}, {80, 47}}) {
+      const std::string page = drawBoard(all, width, height, one.now).plain();
+      EXPECT_EQ(std::count(page.begin(), page.end(), '\n'), height);
+      if (width != 80) continue;
+      int shown = 0;
+      for (const Watched& each : all) shown += has(page, each.name + "  camera lost") ? 1 : 0;
+      std::smatch match;
+      const int untold = std::regex_search(page, match, std::regex("(\\d+) more: ")) ? std::stoi(match[1]) : 0;
+      EXPECT_EQ(shown + untold, count) << page;
+      EXPECT_GE(shown, std::min(count, 4)) << page;
+    }
+  }
+}
+
+TEST(Board, TerminalObeysNobodyElse) {
+  Instrument one;
+  one.status.cameraWhy = "a\x1b]0;evil\x07"
+                         "b\x9b"
+                         "31mc\xc2\x9b"
+                         "d\xe2\x82 é";
+  one.status.camera = CameraState::kWaiting;
+  one.status.cameraLink = CameraLink{};
+  one.status.cameraLink->ptp = "\x1b[2J";
+  one.sendStatus();
+  one.watched.failure.clear();
+  for (const std::string& text : {one.page(), boardText(one.watched, one.now), boardLine(one.watched, one.now)}) {
+    EXPECT_TRUE(
+        std::all_of(text.begin(), text.end(), [](char c) { return c == '\n' || (c >= 0x20 ? c != 0x7f : c < 0); }));
+    EXPECT_FALSE(has(text, "\xc2\x9b"));
+    EXPECT_TRUE(has(text, "a?]0;evil?b?31mc?d?? é")) << text;
+  }
+}
+
+TEST(Board, WithoutColoursThereAreNone) {
+  Instrument one;
+  one.run(2.0);
+  const std::string text = drawBoard({one.watched}, 80, 24, one.now).render(Depth::kNone);
+  EXPECT_FALSE(std::regex_search(text, std::regex("\x1b\\[[0-9;]*[34]8;")));
+  EXPECT_TRUE(std::regex_search(text, std::regex("\x1b\\[0;1mleft")));
+  EXPECT_TRUE(has(drawBoard({one.watched}, 80, 24, one.now).render(Depth::k256), ";38;5;"));
+}
+
+}  // namespace
+}  // namespace traction::cli
