@@ -6,7 +6,9 @@
 #include "client/cli/keys.h"
 #include "client/cli/metrics.h"
 #include "client/cli/output.h"
+#include "client/cli/parsing.h"
 #include "client/cli/top.h"
+#include "client/doctor/checks.h"
 #include "gateway/keys.h"
 #include "manual/describe.h"
 #include "proto/traction/v1/endpoints.h"
@@ -16,7 +18,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <sstream>
@@ -26,6 +27,9 @@
 namespace {
 
 using namespace traction;
+using cli::integer;
+using cli::namesOf;
+using cli::number;
 
 constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
    0  done
@@ -57,63 +61,9 @@ int exitCodeOf(ErrorCode code) {
   return EX_SOFTWARE;
 }
 
-/// Of an option: a count.
-CLI::Validator integer(const std::string& what) {
-  return {[=](std::string& text) {
-            long value = 0;
-            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-            const bool isWhole = error == std::errc() && end == text.data() + text.size();
-            return isWhole && value >= 0 ? std::string() : "'" + text + "' is not " + what;
-          },
-          ""};
-}
-
-/// Of an option: at least `least`. \param what such as "a time of 0 s or more, as in 2.5"
-CLI::Validator number(double least, const std::string& what) {
-  return {[=](std::string& text) {
-            double value = 0.0;
-            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-            const bool isWhole = error == std::errc() && end == text.data() + text.size();
-            return isWhole && std::isfinite(value) && value >= least ? std::string() : "'" + text + "' is not " + what;
-          },
-          ""};
-}
-
 int fail(int exitCode, const std::string& what) {
   std::cerr << "tractionctl: " << what << '\n';
   return exitCode;
-}
-
-std::string namesOf(const CLI::App& app) {
-  std::string names;
-  for (const CLI::App* one : app.get_subcommands([](const CLI::App*) { return true; })) {
-    names += (names.empty() ? "" : ", ") + one->get_name();
-  }
-  return names;
-}
-
-/// What is wrong, in words of ours where the parser's are hard to read.
-std::string sentence(const CLI::ParseError& error, const CLI::App& app, const std::vector<std::string>& words) {
-  const CLI::App* last = &app;
-  std::string command = app.get_name();  // as far as it was understood
-  while (!last->get_subcommands().empty()) {
-    last = last->get_subcommands()[0];
-    command += " " + last->get_name();
-  }
-  const std::string what = error.what();
-  const std::string help = "; see " + command + " --help";
-  const auto code = static_cast<CLI::ExitCodes>(error.get_exit_code());
-  if (code == CLI::ExitCodes::ExtrasError) {
-    const auto extras = app.remaining(true);
-    const auto isExtra = [&](const std::string& word) { return std::ranges::find(extras, word) != extras.end(); };
-    const auto first = std::ranges::find_if(words, isExtra);  // the parser has them in an order of its own
-    const std::string word = first != words.end() ? *first : extras.at(0);
-    const std::string names = namesOf(*last);
-    if (word.rfind('-', 0) == 0 || names.empty()) return command + " does not understand '" + word + "'" + help;
-    return "'" + word + "' is none of " + names + help;
-  }
-  if (code == CLI::ExitCodes::ArgumentMismatch) return what.substr(0, what.find(':')) + " needs a value" + help;
-  return what + help;
 }
 
 /// tractionctl camera [list|get|set|run|white|temperature]
@@ -259,16 +209,17 @@ class KeysCommand {
   bool control_ = false, json_ = false;
 };
 
-/// A key may begin with a dash, and is no option for that: it goes to the end, behind "--".
-std::vector<std::string> wordsOf(int argc, char** argv) {
-  std::vector<std::string> words(argv + 1, argv + argc);
-  if (std::ranges::find(words, "allow") == words.end() || std::ranges::find(words, "--") != words.end()) return words;
-  const auto isKey = [](const std::string& word) { return word.size() > 2 && word[0] == '-' && word[1] != '-'; };
-  const auto key = std::ranges::find_if(words, isKey);
-  if (key == words.end()) return words;
-  std::rotate(key, key + 1, words.end());
-  words.insert(words.end() - 1, "--");
-  return words;
+/// An exit code of its own. \param instance empty: all of this machine
+int runDoctor(const std::string& instance, bool json) {
+  std::error_code unknown;
+  const auto own = std::filesystem::read_symlink("/proc/self/exe", unknown).replace_filename("tractiond");
+  const doctor::Box box;
+  const auto findings =
+      doctor::examine(box, std::filesystem::exists(own, unknown) ? own.string() : "tractiond", instance);
+  std::string text = json ? doctor::reportJson(findings) : doctor::reportText(findings);
+  if (text.back() == '\n') text.pop_back();
+  cli::printLine(text);
+  return doctor::exitCodeOf(findings);
 }
 
 }  // namespace
@@ -362,10 +313,15 @@ int main(int argc, char** argv) try {
   calibrate->add_flag("--anyway", calibration.anyway, "also if something seems to touch the gel");
   calibrate->add_flag("--yes", calibration.yes, "do not wait for Enter");
   calibrate->add_flag("--json", calibration.json, "one line of JSON a step");
-  const std::vector<std::string> words = wordsOf(argc, argv);
+  const std::vector<std::string> words = cli::wordsOf(argc, argv);
   const CameraCommand camera(app);
   const Remote remote(app);
   const KeysCommand keys(app);
+  auto* doctor =
+      app.add_subcommand("doctor", "Looks at this machine, and says what is wrong with it and what mends it");
+  doctor->add_flag("--json", json, "as JSON");
+  doctor->footer("Ends with 0 where nothing is wrong with what can be seen, 1 after warnings, 2 where something fails. "
+                 "Needs no root; what it may not read it calls not known.");
   auto* trigger = app.add_subcommand("trigger", "Triggers one picture, where the camera's trigger is set to software");
 
   try {
@@ -373,6 +329,7 @@ int main(int argc, char** argv) try {
     if (app.get_subcommands().empty()) return fail(EX_USAGE, "a command is needed; see tractionctl --help");
     subscription.instance = control.instance = instance;
     if (keys) return keys.run(remote.file());
+    if (doctor->parsed()) return runDoctor(app.count("--instance") != 0 ? instance : "", json);
     remote.apply(subscription, control, latest);
     if (watch->parsed()) cli::watch(subscription, seconds);
     if (top->parsed()) cli::top(subscription, topping, app.count("--instance") != 0 || !subscription.endpoint.empty());
@@ -408,7 +365,7 @@ int main(int argc, char** argv) try {
     cli::printLine(text.str().substr(0, text.str().find_last_not_of('\n') + 1));
     return EX_OK;
   } catch (const CLI::ParseError& error) {
-    return fail(EX_USAGE, sentence(error, app, words));
+    return fail(EX_USAGE, cli::sentence(error, app, words));
   } catch (const cli::KeyError& error) {
     return fail(error.exitCode(), error.what());
   } catch (const cli::NoCamera& error) {

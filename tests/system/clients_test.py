@@ -17,6 +17,8 @@ class Clients(unittest.TestCase):
             control = ["--control", daemon.endpoint["control"]]
             watch = bench.start(rig.BIN / "tractionctl", "watch", "--connect", daemon.endpoint["stream"])
             watch.wait_for(r"force [+-]", 60)
+            top = bench.start(rig.BIN / "tractionctl", "top", daemon.endpoint["stream"])
+            top.wait_for(r"  camera streaming, up .* force [+-].* markers 1152/1152 ", 60)
             bench.subscribe(daemon).collect(2, "status")  # it is told once a second: the next is of when fields came
             code, out = bench.ctl("status", *control)
             self.assertEqual(code, 0, out)
@@ -24,6 +26,7 @@ class Clients(unittest.TestCase):
             twin.kill()
             watch.wait_for(r"no force: no field for 0[.]\d s")
             watch.wait_for("no force: the camera is lost.*, no field for")
+            top.wait_for(r"  camera lost, up .* force \([+-].*! the camera is lost.*, no field for")
             code, out = bench.ctl("status", *control)
             self.assertEqual(code, NO_CAMERA, out)
             self.assertIn("camera lost", out)
@@ -33,6 +36,7 @@ class Clients(unittest.TestCase):
 
             daemon.stop(signal.SIGKILL)
             watch.wait_for("no force: tractiond is gone, no field for")
+            top.wait_for(r"  \(camera lost, up .* force \([+-].* markers \(.*! tractiond is gone, no field for")
             code, out = bench.ctl("status", *control)
             self.assertEqual(code, UNAVAILABLE, out)
 
@@ -40,6 +44,8 @@ class Clients(unittest.TestCase):
             watch.wait_for("no force: tractiond was restarted: ")
             bench.twin("hold", truth=False)
             watch.wait_for("force .*! tractiond restarted", 60)
+            top.wait_for(r"  camera streaming, up \d[^:]* force [+-].*zero")
+            self.assertEqual(top.stop(signal.SIGINT), 0, top.output())
             self.assertEqual(watch.stop(signal.SIGINT), 0, watch.output())
             texts = [watch.lines.index(watch.wait_for(text)) for text in ("no force: no field", "was restarted")]
             for line in watch.lines[texts[0]:texts[1]]:

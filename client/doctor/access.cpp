@@ -1,0 +1,120 @@
+// Who may do what: users, groups, keys.
+
+#include "client/cli/keys.h"
+#include "client/doctor/checks.h"
+#include "gateway/keys.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+namespace traction::doctor {
+
+namespace {
+
+using List = std::vector<Finding>;
+
+/// Numbers behind a word of /proc/self/status.
+std::vector<std::string> ofOurselves(const Box& box, const std::string& word) {
+  for (const std::string& line : linesOf(box.read("/proc/self/status").text)) {
+    auto words = wordsOf(line);
+    if (words.empty() || words[0] != word + ":") continue;
+    words.erase(words.begin());
+    return words;
+  }
+  return {};
+}
+
+void checkGroup(const Patient& patient, List& findings) {
+  const auto group = idOf(patient.box, "/etc/group", "tractiond");
+  if (!idOf(patient.box, "/etc/passwd", "tractiond") || !group) {
+    findings.push_back(
+        {"user and group", Verdict::kFail, "there is no user or no group tractiond", "sudo systemd-sysusers"});
+    return;
+  }
+  const auto users = ofOurselves(patient.box, "Uid");
+  if (users.size() < 2) {
+    findings.push_back({"user and group", Verdict::kUnknown, "not known: /proc/self/status cannot be read"});
+    return;
+  }
+  auto groups = ofOurselves(patient.box, "Groups");
+  const auto own = ofOurselves(patient.box, "Gid");
+  groups.insert(groups.end(), own.begin(), own.end());
+  const bool isIn = std::find(groups.begin(), groups.end(), std::to_string(*group)) != groups.end();
+  if (users[1] == "0" || isIn) {
+    findings.push_back(
+        {"user and group", Verdict::kOk, users[1] == "0" ? "you are root" : "you are in the group tractiond"});
+  } else {
+    findings.push_back({"user and group", Verdict::kWarn,
+                        "you are not in the group tractiond, for which the sockets are",
+                        "sudo usermod -aG tractiond $USER    # then log in again"});
+  }
+}
+
+void checkKeys(const Patient& patient, List& findings) {
+  const std::string folder = tractiond::gateway::kKeyDirectory;
+  const Box::Look look = patient.box.look(folder);
+  constexpr unsigned kOthersWrite = 022, kOthers = 007, kGroupReads = 040;
+  if (look.error == ENOENT) {
+    findings.push_back({"keys", Verdict::kOk, "there are none: nobody comes in from other hosts"});
+    return;
+  }
+  if (look.error != 0) {
+    findings.push_back({"keys", Verdict::kUnknown, "not known: " + folder + ": " + std::strerror(look.error)});
+    return;
+  }
+  if (look.user != 0 || (look.mode & kOthersWrite) != 0) {
+    findings.push_back({"keys", Verdict::kFail, "others than root can write in " + folder + ", and let themselves in",
+                        "sudo chown root " + folder + " && sudo chmod 755 " + folder});
+    return;
+  }
+  const auto gateway = idOf(patient.box, "/etc/group", "traction-gateway");
+  int keys = 0;
+  for (const std::string& name : patient.box.list(folder)) {
+    const std::string file = folder + "/" + name;
+    const Box::Look one = patient.box.look(file);
+    if (one.error != 0) continue;
+    const bool isSecret = name == "gateway.secret";
+    if (isSecret && ((one.mode & (kOthers | kOthersWrite)) != 0 || one.user != 0)) {
+      findings.push_back({"keys", Verdict::kFail, "others can read or change the box's secret key " + file,
+                          "sudo chown root:traction-gateway " + file + " && sudo chmod 640 " + file});
+      return;
+    }
+    if (isSecret && (!gateway || one.group != *gateway || (one.mode & kGroupReads) == 0)) {
+      findings.push_back({"keys", Verdict::kFail, "the gateway may not read " + file,
+                          "sudo chown root:traction-gateway " + file + " && sudo chmod 640 " + file});
+      return;
+    }
+    if (!isSecret && (one.user != 0 || (one.mode & kOthersWrite) != 0)) {
+      findings.push_back({"keys", Verdict::kFail, "others than root can change " + file,
+                          "sudo chown root " + file + " && sudo chmod 644 " + file});
+      return;
+    }
+    keys += isSecret ? 0 : 1;
+  }
+  findings.push_back({"keys", Verdict::kOk, std::to_string(keys) + " may come in"});
+}
+
+void checkOwnKey(const Patient& patient, List& findings) {
+  const std::string file = cli::usualKeyFile();
+  const Box::Look look = patient.box.look(file);
+  if (look.error == ENOENT) {
+    findings.push_back({"your key", Verdict::kOk, "there is none"});
+  } else if (look.error != 0) {
+    findings.push_back({"your key", Verdict::kUnknown, "not known: " + file + ": " + std::strerror(look.error)});
+  } else if ((look.mode & 077U) != 0) {
+    findings.push_back({"your key", Verdict::kFail, "others can read " + file, "chmod 600 " + file});
+  } else {
+    findings.push_back({"your key", Verdict::kOk, "nobody else can read it"});
+  }
+}
+
+}  // namespace
+
+void checkAccess(const Patient& patient, List& findings) {
+  checkGroup(patient, findings);
+  checkKeys(patient, findings);
+  checkOwnKey(patient, findings);
+}
+
+}  // namespace traction::doctor

@@ -1,0 +1,161 @@
+#include "client/doctor/box.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <sys/timex.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <iterator>
+#include <sstream>
+
+namespace traction::doctor {
+
+namespace fs = std::filesystem;
+
+Box::Reading Box::read(const std::string& path) const {
+  constexpr std::size_t kMost = 1 << 20;
+  // A pipe or a device would keep us waiting.
+  const int file = open(at(path).c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (file < 0) return {.text = {}, .error = errno};
+  Reading reading;
+  std::array<char, 16384> part{};
+  ssize_t size = 0;
+  while (reading.text.size() < kMost && (size = ::read(file, part.data(), part.size())) > 0) {
+    reading.text.append(part.data(), static_cast<std::size_t>(size));
+  }
+  if (size < 0) reading.error = errno;
+  close(file);
+  return reading;
+}
+
+std::optional<std::string> Box::line(const std::string& path) const {
+  const Reading reading = read(path);
+  if (!reading) return std::nullopt;
+  std::string first = reading.text.substr(0, reading.text.find('\n'));
+  const std::size_t start = first.find_first_not_of(" \t");
+  return start == std::string::npos ? "" : first.substr(start, first.find_last_not_of(" \t\r") + 1 - start);
+}
+
+std::optional<double> Box::number(const std::string& path) const {
+  const auto text = line(path);
+  double value = 0.0;
+  if (!text) return std::nullopt;
+  const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), value);
+  return error == std::errc() && end == text->data() + text->size() ? std::optional(value) : std::nullopt;
+}
+
+std::vector<std::string> Box::list(const std::string& path) const {
+  std::vector<std::string> names;
+  std::error_code failure;
+  for (fs::directory_iterator each(at(path), failure), end; !failure && each != end; each.increment(failure)) {
+    names.push_back(each->path().filename());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::string Box::target(const std::string& path) const {
+  std::error_code failure;
+  return fs::read_symlink(at(path), failure).string();
+}
+
+Box::Look Box::look(const std::string& path) const {
+  struct stat found {};
+  if (stat(at(path).c_str(), &found) != 0) return {.error = errno};
+  return {.error = 0, .user = found.st_uid, .group = found.st_gid, .mode = found.st_mode & 07777U};
+}
+
+std::optional<Box::Space> Box::space(const std::string& path) const {
+  struct statvfs found {};
+  if (statvfs(at(path).c_str(), &found) != 0) return std::nullopt;
+  return Space{(found.f_flag & ST_RDONLY) != 0, std::uint64_t{found.f_bavail} * found.f_frsize};
+}
+
+std::optional<bool> Box::keepsTime() const {
+  timex asked{};
+  if (adjtimex(&asked) < 0) return std::nullopt;
+  return (asked.status & STA_UNSYNC) == 0;
+}
+
+std::optional<Box::Ran> Box::run(const std::vector<std::string>& words) const {
+  using Clock = std::chrono::steady_clock;
+  constexpr auto kPatience = std::chrono::seconds(10);
+  std::array<std::array<int, 2>, 2> pipes{};
+  for (auto& one : pipes) {
+    if (pipe2(one.data(), O_CLOEXEC) != 0) return std::nullopt;
+  }
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, pipes[0][1], STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, pipes[1][1], STDERR_FILENO);
+  std::vector<std::string> copies = words;
+  std::vector<char*> arguments;
+  for (std::string& word : copies) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  pid_t child = 0;
+  const bool started = posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ) == 0;
+  posix_spawn_file_actions_destroy(&actions);
+  for (auto& one : pipes) close(one[1]);
+  Ran ran;
+  const Clock::time_point end = Clock::now() + kPatience;
+  std::array<pollfd, 2> readers = {{{pipes[0][0], POLLIN, 0}, {pipes[1][0], POLLIN, 0}}};
+  while (started && Clock::now() < end && (readers[0].fd >= 0 || readers[1].fd >= 0)) {
+    if (poll(readers.data(), readers.size(), 100) <= 0) continue;
+    for (std::size_t i = 0; i < readers.size(); ++i) {
+      if (readers[i].revents == 0) continue;
+      std::array<char, 4096> part{};
+      const ssize_t size = ::read(readers[i].fd, part.data(), part.size());
+      if (size > 0) (i == 0 ? ran.output : ran.complaint).append(part.data(), static_cast<std::size_t>(size));
+      if (size == 0) readers[i].fd = -1;
+    }
+  }
+  for (auto& one : pipes) close(one[0]);
+  if (!started) return std::nullopt;
+  const bool late = Clock::now() >= end;
+  if (late) kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (late || !WIFEXITED(status)) return std::nullopt;
+  ran.exitCode = WEXITSTATUS(status);
+  return ran;
+}
+
+std::vector<Process> processesOf(const Box& box) {
+  std::vector<Process> all;
+  for (const std::string& name : box.list("/proc")) {
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    const auto comm = box.line("/proc/" + name + "/comm");
+    if (!comm) continue;  // it has ended
+    Process process{std::atoi(name.c_str()), *comm, {}};
+    std::istringstream words(box.read("/proc/" + name + "/cmdline").text);
+    for (std::string word; std::getline(words, word, '\0');) process.words.push_back(word);
+    all.push_back(std::move(process));
+  }
+  return all;
+}
+
+std::vector<std::string> wordsOf(const std::string& line) {
+  std::istringstream words(line);
+  return {std::istream_iterator<std::string>(words), std::istream_iterator<std::string>()};
+}
+
+std::vector<std::string> linesOf(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+}  // namespace traction::doctor

@@ -1,0 +1,145 @@
+// Other programs that want the same camera, ports or USB devices.
+
+#include "client/doctor/checks.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdlib>
+#include <map>
+#include <set>
+
+namespace traction::doctor {
+
+namespace {
+
+using List = std::vector<Finding>;
+
+/// Beginnings of their names, which the kernel cuts off after 15 letters.
+constexpr std::array kCameraPrograms = {"arv-viewer", "arv-camera-test", "arv-tool",     "PylonViewer",  "pylonviewer",
+                                        "SpinView",   "VimbaViewer",     "VimbaXViewer", "tcam-capture", "MVS"};
+
+void checkCameraPrograms(const Patient& patient, List& findings) {
+  std::string found, kill;
+  for (const Process& process : patient.processes) {
+    const bool isOne = std::any_of(kCameraPrograms.begin(), kCameraPrograms.end(),
+                                   [&](const char* name) { return process.name.rfind(name, 0) == 0; });
+    if (!isOne) continue;
+    found += (found.empty() ? "" : ", ") + process.name + " (" + std::to_string(process.id) + ")";
+    kill += " " + std::to_string(process.id);
+  }
+  if (found.empty()) {
+    findings.push_back({"camera programs", Verdict::kOk, "none runs that is known to hold cameras"});
+  } else {
+    findings.push_back({"camera programs", Verdict::kWarn, found + " may hold the camera", "kill" + kill});
+  }
+}
+
+void checkModemManager(const Patient& patient, List& findings) {
+  const bool runs = std::any_of(patient.processes.begin(), patient.processes.end(),
+                                [](const Process& one) { return one.name == "ModemManager"; });
+  if (runs && mayUseUsb(patient)) {
+    findings.push_back({"ModemManager", Verdict::kWarn,
+                        "runs, and talks to new USB devices to see whether they are modems",
+                        "sudo systemctl disable --now ModemManager"});
+  } else {
+    findings.push_back({"ModemManager", Verdict::kOk, runs ? "runs; no camera is on USB" : "does not run"});
+  }
+}
+
+/// Two that take the same camera: by its id, or the first that is found.
+void checkSharedCamera(const Patient& patient, List& findings) {
+  std::map<std::string, std::vector<const Instance*>> takers;
+  for (const Instance& one : patient.instances) {
+    if (one.settings) takers[one.settings->cameraId].push_back(&one);
+  }
+  for (const auto& [id, all] : takers) {
+    if (all.size() < 2 || (id.empty() && patient.instances.size() < 2)) continue;
+    std::string names;
+    for (const Instance* one : all) names += (names.empty() ? "" : " and ") + one->name;
+    findings.push_back({"a camera each", Verdict::kFail,
+                        names + " take the same camera: " + (id.empty() ? "the first that is found" : id),
+                        "camera.id = \"ANOTHER\" in " + all.back()->file + "    # tractiond --cameras lists them"});
+    return;
+  }
+  findings.push_back({"a camera each", Verdict::kOk, std::to_string(patient.instances.size()) + " instances"});
+}
+
+void checkTwoDaemons(const Patient& patient, List& findings) {
+  for (const Instance& one : patient.instances) {
+    if (one.processes.size() < 2) continue;
+    std::string found, others;
+    for (const int id : one.processes) found += (found.empty() ? "" : ", ") + std::to_string(id);
+    for (std::size_t i = 1; i < one.processes.size(); ++i) others += " " + std::to_string(one.processes[i]);
+    findings.push_back({"other daemons", Verdict::kFail,
+                        "several tractiond of the instance " + one.name + " run: " + found, "sudo kill" + others});
+    return;
+  }
+  findings.push_back({"other daemons", Verdict::kOk, "no instance runs twice"});
+}
+
+/// Who listens on which port: inodes of sockets by ports.
+std::map<int, std::set<std::string>> listeners(const Box& box) {
+  std::map<int, std::set<std::string>> all;
+  for (const char* table : {"/proc/net/tcp", "/proc/net/tcp6"}) {
+    for (const std::string& line : linesOf(box.read(table).text)) {
+      const auto words = wordsOf(line);  // number local remote state queues timer retransmits user timeout inode
+      constexpr const char* kListens = "0A";
+      if (words.size() < 10 || words[3] != kListens) continue;
+      const std::string port = words[1].substr(words[1].rfind(':') + 1);
+      all[static_cast<int>(std::strtol(port.c_str(), nullptr, 16))].insert(words[9]);
+    }
+  }
+  return all;
+}
+
+/// Of the processes whose descriptors may be seen, the one that has the socket.
+const Process* ownerOf(const Patient& patient, const std::string& inode) {
+  for (const Process& process : patient.processes) {
+    const std::string folder = "/proc/" + std::to_string(process.id) + "/fd";
+    for (const std::string& descriptor : patient.box.list(folder)) {
+      if (patient.box.target(folder + "/" + descriptor) == "socket:[" + inode + "]") return &process;
+    }
+  }
+  return nullptr;
+}
+
+void checkPorts(const Patient& patient, List& findings) {
+  const auto all = listeners(patient.box);
+  int asked = 0;
+  for (const Instance& one : patient.instances) {
+    for (const std::string& endpoint : one.settings ? one.settings->endpoints : std::vector<std::string>()) {
+      if (endpoint.rfind("tcp://", 0) != 0) continue;
+      const int port = std::atoi(endpoint.c_str() + endpoint.rfind(':') + 1);
+      ++asked;
+      const auto taken = all.find(port);
+      if (taken == all.end()) continue;
+      for (const std::string& inode : taken->second) {
+        const Process* owner = ownerOf(patient, inode);
+        if (owner != nullptr ? owner->name == "tractiond" : !one.processes.empty()) continue;
+        const std::string number = std::to_string(port);
+        findings.push_back(
+            {"ports", Verdict::kFail,
+             "port " + number + " of " + one.name + " is in use by " +
+                 (owner != nullptr ? owner->name + " (" + std::to_string(owner->id) + ")" : "another program"),
+             owner != nullptr
+                 ? "sudo kill " + std::to_string(owner->id) + ", or other [publish] endpoints in " + one.file
+                 : "sudo ss -ltnp 'sport = :" + number + "' tells which: stop it"});
+        return;
+      }
+    }
+  }
+  findings.push_back({"ports", Verdict::kOk, std::to_string(asked) + " asked for; nobody else has them"});
+}
+
+}  // namespace
+
+void checkCompetitors(const Patient& patient, List& findings) {
+  checkCameraPrograms(patient, findings);
+  checkModemManager(patient, findings);
+  checkSharedCamera(patient, findings);
+  checkTwoDaemons(patient, findings);
+  checkPorts(patient, findings);
+}
+
+}  // namespace traction::doctor

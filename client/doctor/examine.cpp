@@ -1,0 +1,147 @@
+#include "client/doctor/checks.h"
+#include "proto/traction/v1/endpoints.h"
+#include "sensor/toml_table.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <set>
+
+namespace traction::doctor {
+
+namespace {
+
+constexpr const char* kFolder = "/etc/tractiond";
+
+/// The words behind an option of a command line.
+std::string valueOf(const std::vector<std::string>& words, const std::string& option) {
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (words[i] == option && i + 1 < words.size()) return words[i + 1];
+    if (words[i].rfind(option + "=", 0) == 0) return words[i].substr(option.size() + 1);
+  }
+  return "";
+}
+
+std::string instanceOf(const Process& process) {
+  const std::string name = valueOf(process.words, "--instance");
+  return name.empty() ? kDefaultInstance : name;
+}
+
+/// Not one that only answers a question.
+bool isDaemon(const Process& process) {
+  static constexpr std::array kQuestions = {"--check-config", "--print-config", "--cameras", "--plan", "--version", "--help"};
+  return process.name == "tractiond" &&
+         std::none_of(process.words.begin(), process.words.end(), [](const std::string& word) {
+           return std::find(kQuestions.begin(), kQuestions.end(), word.substr(0, word.find('='))) != kQuestions.end();
+         });
+}
+
+std::set<std::string> namesOf(const Patient& patient) {
+  std::set<std::string> names;
+  const auto add = [&](std::string name) {
+    if (isValidName(name)) names.insert(std::move(name));
+  };
+  for (const std::string& file : patient.box.list(kFolder)) {
+    const std::filesystem::path path(file);
+    if (path.extension() == ".toml") add(path.stem());
+  }
+  const std::string unit = "tractiond@", kind = ".service";
+  for (const std::string& file : patient.box.list("/etc/systemd/system/multi-user.target.wants")) {
+    if (file.rfind(unit, 0) == 0 && file.size() > unit.size() + kind.size())
+      add(file.substr(unit.size(), file.size() - unit.size() - kind.size()));
+  }
+  for (const Process& process : patient.processes) {
+    if (isDaemon(process)) add(instanceOf(process));
+  }
+  if (names.empty()) names.insert(kDefaultInstance);
+  return names;
+}
+
+/// What the daemon makes of its configuration, with all defaults.
+std::optional<Settings> settingsOf(const std::string& text, const std::string& instance) {
+  auto root = sensor::TomlTable::parse(text, "tractiond --print-config");
+  if (!root) return std::nullopt;
+  auto camera = root->table("camera"), publish = root->table("publish");
+  if (!camera || !publish) return std::nullopt;
+  Settings settings;
+  const sensor::Range any{.least = 0.0, .most = 1e12};
+  camera->read("id", settings.cameraId);
+  camera->read("packet_socket", settings.packetSocket);
+  camera->read("receive_buffer_bytes", settings.receiveBuffer_bytes, any);
+  camera->read("packet_size_bytes", settings.packetSize_bytes, any);
+  const Endpoints own = tcpEndpoints();
+  for (const auto& [key, usual] : {std::pair{"stream", own.stream}, {"latest", own.latest}, {"control", own.control}}) {
+    std::vector<std::string> all;
+    publish->read(key, all);
+    if (all.empty() && instance == kDefaultInstance) all.push_back(usual);
+    settings.endpoints.insert(settings.endpoints.end(), all.begin(), all.end());
+  }
+  return settings;
+}
+
+void readSettings(const Patient& patient, Instance& instance) {
+  std::vector<std::string> words = {patient.program, "--instance", instance.name, "--print-config"};
+  if (const Box::Reading file = patient.box.read(instance.file); file) {
+    words.insert(words.end(), {"--config", instance.file});
+  } else if (file.error != ENOENT) {
+    instance.whyUnknown = instance.file + ": " + std::strerror(file.error);
+    return;
+  }
+  const auto ran = patient.box.run(words);
+  if (!ran) {
+    instance.whyUnknown = patient.program + " cannot be run";
+    return;
+  }
+  if (ran->exitCode == 0) instance.settings = settingsOf(ran->output, instance.name);
+  if (!instance.settings) instance.whyUnknown = "the configuration is wrong";
+}
+
+}  // namespace
+
+Patient admit(const Box& box, const std::string& program, const std::string& instance) {
+  Patient patient{box, program, processesOf(box), {}};
+  for (const std::string& name : instance.empty() ? namesOf(patient) : std::set<std::string>{instance}) {
+    Instance one{name, std::string(kFolder) + "/" + name + ".toml", {}, {}, {}};
+    for (const Process& process : patient.processes) {
+      if (isDaemon(process) && instanceOf(process) == name) one.processes.push_back(process.id);
+    }
+    readSettings(patient, one);
+    patient.instances.push_back(std::move(one));
+  }
+  return patient;
+}
+
+std::optional<std::uint32_t> idOf(const Box& box, const std::string& file, const std::string& name) {
+  for (const std::string& line : linesOf(box.read(file).text)) {  // name:x:id:...
+    if (line.rfind(name + ":", 0) != 0) continue;
+    const std::size_t start = line.find(':', name.size() + 1);
+    if (start != std::string::npos) return static_cast<std::uint32_t>(std::strtoul(&line[start + 1], nullptr, 10));
+  }
+  return std::nullopt;
+}
+
+bool mayUseUsb(const Patient& patient) {
+  const auto& all = patient.instances;
+  return patient.box.exists("/sys/bus/usb") && !std::all_of(all.begin(), all.end(), [](const Instance& one) {
+           return one.settings && isAddress(one.settings->cameraId);
+         });
+}
+
+std::vector<Finding> examine(const Box& box, const std::string& program, const std::string& instance) {
+  const Patient patient = admit(box, program, instance);
+  std::vector<Finding> findings;
+  checkMachine(patient, findings);
+  checkAccess(patient, findings);
+  checkCompetitors(patient, findings);
+  for (const Instance& one : patient.instances) {
+    const std::size_t before = findings.size();
+    checkService(patient, one, findings);
+    checkNetwork(patient, one, findings);
+    for (std::size_t i = before; i < findings.size(); ++i) findings[i].instance = one.name;
+  }
+  return findings;
+}
+
+}  // namespace traction::doctor

@@ -1,0 +1,191 @@
+// The way from the camera to here.
+
+#include "client/doctor/checks.h"
+
+#include <arpa/inet.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+namespace traction::doctor {
+
+namespace {
+
+using List = std::vector<Finding>;
+
+/// In the byte order of the network, as in /proc/net/route.
+std::optional<std::uint32_t> ipOf(const std::string& text) {
+  in_addr address{};
+  if (inet_pton(AF_INET, text.c_str(), &address) != 1) return std::nullopt;
+  return address.s_addr;
+}
+
+bool isMac(const std::string& text) {
+  if (text.size() != 17) return false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (i % 3 == 2 ? text[i] != ':' : std::isxdigit(static_cast<unsigned char>(text[i])) == 0) return false;
+  }
+  return true;
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+/// By the longest of the routes; empty: there is none.
+std::string interfaceTo(const Box& box, std::uint32_t address) {
+  if ((ntohl(address) >> 24) == 127) return "lo";
+  std::string interface;
+  int longest = -1;
+  for (const std::string& line : linesOf(box.read("/proc/net/route").text)) {
+    const auto words = wordsOf(line);  // interface destination gateway flags count use metric mask
+    if (words.size() < 8 || words[0] == "Iface") continue;
+    const auto hex = [&](std::size_t i) {
+      return static_cast<std::uint32_t>(std::strtoul(words[i].c_str(), nullptr, 16));
+    };
+    const std::uint32_t mask = hex(7);
+    constexpr std::uint32_t kUp = 1;
+    if ((hex(3) & kUp) == 0 || (address & mask) != hex(1) || std::popcount(mask) <= longest) continue;
+    longest = std::popcount(mask);
+    interface = words[0];
+  }
+  return interface;
+}
+
+/// On which the camera is; empty: not known.
+std::string interfaceOf(const Box& box, const std::string& cameraId) {
+  if (const auto address = ipOf(cameraId)) return interfaceTo(box, *address);
+  for (const std::string& line : linesOf(box.read("/proc/net/arp").text)) {
+    const auto words = wordsOf(line);  // address type flags MAC mask interface
+    if (isMac(cameraId) && words.size() >= 6 && lower(words[3]) == lower(cameraId)) return words[5];
+  }
+  return "";
+}
+
+std::string bytes(double number) {
+  return std::to_string(std::llround(number)) + " bytes";
+}
+
+void checkReceiveBuffer(const Box& box, const Settings& settings, List& findings) {
+  const auto most = box.number("/proc/sys/net/core/rmem_max");
+  const double asked = settings.receiveBuffer_bytes;
+  const std::string wanted = "camera.receive_buffer_bytes = " + std::to_string(std::llround(asked));
+  if (!most) {
+    findings.push_back({"receive buffer", Verdict::kUnknown, "not known: /proc/sys/net/core/rmem_max cannot be read"});
+  } else if (*most >= asked) {
+    findings.push_back({"receive buffer", Verdict::kOk, "the kernel grants " + bytes(*most) + ", " + wanted});
+  } else {
+    const std::string line = "net.core.rmem_max=" + std::to_string(std::llround(std::max(asked, 16'777'216.0)));
+    findings.push_back({"receive buffer", isAddress(settings.cameraId) ? Verdict::kFail : Verdict::kWarn,
+                        "the kernel grants at most " + bytes(*most) + ", " + wanted,
+                        "sudo sysctl -w " + line + " && echo " + line + " | sudo tee /etc/sysctl.d/60-tractiond.conf"});
+  }
+}
+
+void checkMtu(const Box& box, const Settings& settings, const std::string& interface, List& findings) {
+  constexpr double kJumbo = 9000.0;
+  const auto mtu = box.number("/sys/class/net/" + interface + "/mtu");
+  const std::string raise = "sudo ip link set " + interface + " mtu 9000";
+  if (!mtu) {
+    findings.push_back({"MTU", Verdict::kUnknown, "not known: that of " + interface + " cannot be read"});
+  } else if (settings.packetSize_bytes > *mtu) {
+    findings.push_back({"MTU", Verdict::kFail,
+                        interface + " has " + bytes(*mtu) + ", camera.packet_size_bytes = " +
+                            std::to_string(std::llround(settings.packetSize_bytes)) + ": the camera is refused",
+                        "sudo ip link set " + interface + " mtu " +
+                            std::to_string(std::llround(settings.packetSize_bytes)) +
+                            ", or camera.packet_size_bytes = 0"});
+  } else if (settings.packetSize_bytes == 0.0 && *mtu < kJumbo) {
+    findings.push_back({"MTU", Verdict::kWarn, interface + " has " + bytes(*mtu) + ": small packets cost time",
+                        raise + ", or, where camera or card take no larger ones, camera.packet_size_bytes = " +
+                            std::to_string(std::llround(*mtu))});
+  } else {
+    findings.push_back({"MTU", Verdict::kOk, interface + " has " + bytes(*mtu)});
+  }
+}
+
+void checkReversePath(const Box& box, const std::string& interface, List& findings) {
+  const std::string folder = "/proc/sys/net/ipv4/conf/";
+  const auto all = box.number(folder + "all/rp_filter"), one = box.number(folder + interface + "/rp_filter");
+  if (!all || !one) {
+    findings.push_back({"reverse path", Verdict::kUnknown, "not known: rp_filter of " + interface + " cannot be read"});
+  } else if (std::max(*all, *one) == 1.0) {  // the larger one holds; 2: any way back will do
+    const std::string line = "net.ipv4.conf." + interface + ".rp_filter=2";
+    findings.push_back(
+        {"reverse path", Verdict::kWarn,
+         interface + " drops what comes from where it would not answer to: cameras with another address",
+         "sudo sysctl -w " + line + " && echo " + line + " | sudo tee /etc/sysctl.d/61-tractiond-camera.conf"});
+  } else {
+    findings.push_back({"reverse path", Verdict::kOk, interface + " takes packets from everywhere"});
+  }
+}
+
+void checkNetworkManager(const Patient& patient, const std::string& interface, List& findings) {
+  const bool runs = std::any_of(patient.processes.begin(), patient.processes.end(),
+                                [](const Process& one) { return one.name == "NetworkManager"; });
+  if (!runs || interface == "lo") {
+    findings.push_back({"NetworkManager", Verdict::kOk, runs ? "the camera is on the loopback" : "does not run"});
+    return;
+  }
+  const auto index = patient.box.line("/sys/class/net/" + interface + "/ifindex");
+  const Box::Reading device = patient.box.read("/run/NetworkManager/devices/" + index.value_or(""));
+  if (!index || !device) {
+    findings.push_back({"NetworkManager", Verdict::kUnknown, "not known: whether it manages " + interface});
+    return;
+  }
+  const auto lines = linesOf(device.text);
+  const bool manages = std::find(lines.begin(), lines.end(), "managed=true") != lines.end();
+  if (!manages) {
+    findings.push_back({"NetworkManager", Verdict::kOk, "leaves " + interface + " alone"});
+    return;
+  }
+  findings.push_back(
+      {"NetworkManager", Verdict::kWarn, "manages " + interface + ", and takes its address away when the cable was out",
+       "printf '[keyfile]\\nunmanaged-devices=interface-name:" + interface +
+           "\\n' | sudo tee /etc/NetworkManager/conf.d/tractiond.conf && sudo systemctl reload NetworkManager"
+           "    # its address then belongs into /etc/network/interfaces"});
+}
+
+void checkPacketSocket(const Settings& settings, List& findings) {
+  if (settings.packetSocket == "off") {
+    findings.push_back({"packet filter", Verdict::kOk, "the kernel refuses what is not the camera's"});
+  } else {
+    findings.push_back({"packet filter", Verdict::kWarn,
+                        "camera.packet_socket = \"" + settings.packetSocket +
+                            "\" receives past the kernel's filter, and needs the capability CAP_NET_RAW",
+                        "camera.packet_socket = \"off\""});
+  }
+}
+
+}  // namespace
+
+bool isAddress(const std::string& cameraId) {
+  return ipOf(cameraId).has_value() || isMac(cameraId);
+}
+
+void checkNetwork(const Patient& patient, const Instance& instance, List& findings) {
+  if (!instance.settings) {
+    findings.push_back({"network", Verdict::kUnknown, "not known: " + instance.whyUnknown});
+    return;
+  }
+  const Settings& settings = *instance.settings;
+  checkReceiveBuffer(patient.box, settings, findings);
+  checkPacketSocket(settings, findings);
+  const std::string interface = interfaceOf(patient.box, settings.cameraId);
+  if (interface.empty()) {
+    findings.push_back({"camera's link", Verdict::kUnknown,
+                        "not known: camera.id = \"" + settings.cameraId + "\" " +
+                            (isAddress(settings.cameraId) ? "is on no network of this machine"
+                                                          : "is no address; tractiond --cameras lists them")});
+    return;
+  }
+  checkMtu(patient.box, settings, interface, findings);
+  checkReversePath(patient.box, interface, findings);
+  checkNetworkManager(patient, interface, findings);
+}
+
+}  // namespace traction::doctor

@@ -1,0 +1,177 @@
+// What systemd makes of an instance, its configuration, its directory and its limits.
+
+#include "client/doctor/checks.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <map>
+
+namespace traction::doctor {
+
+namespace {
+
+using List = std::vector<Finding>;
+
+void checkConfiguration(const Patient& patient, const Instance& instance, List& findings) {
+  const std::string& file = instance.file;
+  const Box::Look look = patient.box.look(file);
+  const Box::Reading reading = patient.box.read(file);
+  if (reading.error == ENOENT) {
+    findings.push_back({"configuration", Verdict::kOk, "there is none: the defaults hold"});
+    return;
+  }
+  const auto user = idOf(patient.box, "/etc/passwd", "tractiond"), group = idOf(patient.box, "/etc/group", "tractiond");
+  const bool readable = (look.mode & 004U) != 0 || (group && look.group == *group && (look.mode & 040U) != 0) ||
+                        (user && look.user == *user && (look.mode & 0400U) != 0);
+  if (look.error == 0 && !readable) {
+    findings.push_back(
+        {"configuration", Verdict::kFail, "the user tractiond may not read " + file, "sudo chmod 644 " + file});
+    return;
+  }
+  if (!reading) {
+    findings.push_back(
+        {"configuration", Verdict::kUnknown, "not known: " + file + ": " + std::strerror(reading.error)});
+    return;
+  }
+  const auto ran = patient.box.run({patient.program, "--instance", instance.name, "--config", file, "--check-config"});
+  if (!ran) {
+    findings.push_back({"configuration", Verdict::kUnknown, "not known: " + patient.program + " cannot be run"});
+  } else if (ran->exitCode == 0) {
+    findings.push_back({"configuration", Verdict::kOk, file + " is right"});
+  } else {
+    std::string why = ran->complaint.substr(0, ran->complaint.find('\n'));
+    const std::string prefix = "tractiond: ";
+    if (why.rfind(prefix, 0) == 0) why.erase(0, prefix.size());
+    findings.push_back(
+        {"configuration", Verdict::kFail, why, "sudoedit " + file + " && tractiond --check-config --config " + file});
+  }
+}
+
+/// The words KEY=VALUE of systemctl show.
+std::map<std::string, std::string> shown(const Patient& patient, const std::string& unit) {
+  const auto ran =
+      patient.box.run({"systemctl", "show", unit, "--property=LoadState,UnitFileState,ActiveState,Result,NRestarts"});
+  std::map<std::string, std::string> values;
+  if (!ran || ran->exitCode != 0) return values;
+  for (const std::string& line : linesOf(ran->output)) {
+    if (const auto equals = line.find('='); equals != std::string::npos)
+      values[line.substr(0, equals)] = line.substr(equals + 1);
+  }
+  return values;
+}
+
+void checkUnit(const Patient& patient, const Instance& instance, List& findings) {
+  const std::string unit = "tractiond@" + instance.name;
+  auto values = shown(patient, unit + ".service");
+  if (values.empty()) {
+    findings.push_back({"service", Verdict::kUnknown, "not known: systemctl does not answer"});
+  } else if (values["LoadState"] != "loaded") {
+    findings.push_back(
+        {"service", Verdict::kFail, "systemd does not know " + unit,
+         "sudo cmake --install build/programs && sudo systemctl daemon-reload, or sudo apt-get install tractiond"});
+  } else if (values["ActiveState"] == "failed") {
+    findings.push_back({"service", Verdict::kFail, unit + " has failed: " + values["Result"],
+                        "journalctl -u " + unit + " -p warning -n 20 tells why; then sudo systemctl restart " + unit});
+  } else if (values["UnitFileState"] != "enabled") {
+    findings.push_back(
+        {"service", Verdict::kWarn, unit + " does not start with the machine", "sudo systemctl enable --now " + unit});
+  } else if (values["ActiveState"] != "active" && values["ActiveState"] != "reloading") {
+    findings.push_back(
+        {"service", Verdict::kWarn, unit + " is " + values["ActiveState"], "sudo systemctl start " + unit});
+  } else {
+    findings.push_back(
+        {"service", Verdict::kOk, unit + " runs; started again " + values["NRestarts"] + " times by itself"});
+  }
+}
+
+void checkState(const Patient& patient, const Instance& instance, List& findings) {
+  constexpr std::uint64_t kEnough_bytes = 64
+                                          << 20;  // the inverse of a gel has 31 MB, and is written beside the old one
+  const std::string folder = "/var/lib/tractiond/" + instance.name;
+  const Box::Look look = patient.box.look(folder);
+  if (look.error != 0 && look.error != ENOENT) {
+    findings.push_back(
+        {"state directory", Verdict::kUnknown, "not known: " + folder + ": " + std::strerror(look.error)});
+    return;
+  }
+  const auto space = patient.box.space(look.error == 0 ? folder : "/var/lib");
+  const auto user = idOf(patient.box, "/etc/passwd", "tractiond");
+  if (look.error == 0 && (!user || look.user != *user || (look.mode & 0300U) != 0300U)) {
+    findings.push_back({"state directory", Verdict::kFail, "the user tractiond may not write in " + folder,
+                        "sudo chown -R tractiond:tractiond " + folder + " && sudo chmod u+rwx " + folder});
+  } else if (space && space->readOnly) {
+    findings.push_back({"state directory", Verdict::kFail, folder + " is on a file system that is read only",
+                        "sudo mount -o remount,rw $(findmnt -no TARGET --target " + folder + ")"});
+  } else if (space && space->free_bytes < kEnough_bytes) {
+    findings.push_back(
+        {"state directory", Verdict::kFail,
+         "the disk of " + folder + " is full: " + std::to_string(space->free_bytes >> 20) + " MiB are free",
+         "sudo apt-get clean && sudo journalctl --vacuum-size=100M"});
+  } else if (!space) {
+    findings.push_back({"state directory", Verdict::kUnknown, "not known: how much room " + folder + " has"});
+  } else {
+    findings.push_back({"state directory", Verdict::kOk,
+                        (look.error == 0 ? folder : "made at the first start") + ", " +
+                            std::to_string(space->free_bytes >> 20) + " MiB are free"});
+  }
+}
+
+/// The hard limit of a line of /proc/PID/limits; none: there is no such line.
+std::optional<double> limitOf(const std::string& limits, const std::string& name) {
+  for (const std::string& line : linesOf(limits)) {
+    if (line.rfind(name, 0) != 0) continue;
+    const auto words = wordsOf(line.substr(name.size()));  // soft hard unit
+    if (words.size() < 2) return std::nullopt;
+    return words[1] == "unlimited" ? std::numeric_limits<double>::infinity() : std::atof(words[1].c_str());
+  }
+  return std::nullopt;
+}
+
+std::string inWords(std::optional<double> limit) {
+  return !limit ? "not known" : std::isinf(*limit) ? "no limit" : std::to_string(std::llround(*limit));
+}
+
+void checkLimits(const Patient& patient, const Instance& instance, List& findings) {
+  if (instance.processes.empty()) {
+    findings.push_back({"limits", Verdict::kUnknown, "not known: the instance does not run"});
+    return;
+  }
+  const std::string text = patient.box.read("/proc/" + std::to_string(instance.processes[0]) + "/limits").text;
+  const auto files = limitOf(text, "Max open files"), memory = limitOf(text, "Max address space");
+  if (!files || !memory) {
+    findings.push_back({"limits", Verdict::kUnknown, "not known: those of the process may not be read"});
+    return;
+  }
+  constexpr double kFewFiles = 4096.0, kLeastMemory = 2147483648.0;
+  const auto edit = [&](const std::string& line) {
+    return "sudo systemctl edit tractiond@" + instance.name + " with [Service] " + line +
+           ", then sudo systemctl restart tractiond@" + instance.name;
+  };
+  if (*memory < kLeastMemory) {
+    findings.push_back(
+        {"limits", Verdict::kFail, inWords(memory) + " bytes of address space", edit("LimitAS=infinity")});
+  } else if (*files < kFewFiles) {
+    findings.push_back({"limits", Verdict::kWarn, inWords(files) + " descriptors: each subscriber takes one",
+                        edit("LimitNOFILE=65536")});
+  } else {
+    findings.push_back({"limits", Verdict::kOk,
+                        inWords(files) + " descriptors; real-time priority " +
+                            inWords(limitOf(text, "Max realtime priority")) + ", locked memory " +
+                            inWords(limitOf(text, "Max locked memory")) + ": none is asked for"});
+  }
+}
+
+}  // namespace
+
+void checkService(const Patient& patient, const Instance& instance, List& findings) {
+  checkConfiguration(patient, instance, findings);
+  checkUnit(patient, instance, findings);
+  checkState(patient, instance, findings);
+  checkLimits(patient, instance, findings);
+}
+
+}  // namespace traction::doctor

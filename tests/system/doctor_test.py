@@ -1,0 +1,72 @@
+"""tractionctl doctor on the machine that there is, beside programs that are there: against what others say of it."""
+
+import json
+import os
+import pathlib
+import re
+import socket
+import unittest
+
+import rig
+
+
+class Doctor(unittest.TestCase):
+    def examined(self, bench, instance="default"):
+        """Its findings by their checks."""
+        code, out = bench.ctl("doctor", "--json", "--instance", instance)
+        report = json.loads(out)
+        self.assertEqual(code, report["exit_code"])
+        verdicts = {one["verdict"] for one in report["checks"]}
+        self.assertEqual(code, 2 if "fail" in verdicts else 1 if "warn" in verdicts else 0)
+        for one in report["checks"]:
+            self.assertEqual(one["mend"] != "", one["verdict"] in ("warn", "fail"), one)
+        return {one["check"]: one for one in report["checks"]}
+
+    def test_ports_of_others(self):
+        with rig.Rig() as bench:
+            with socket.create_server(("127.0.0.1", 9873)):
+                ports = self.examined(bench)["ports"]
+                self.assertEqual(ports["verdict"], "fail")
+                self.assertRegex(ports["found"], r"port 9873 of default is in use by python3\S* \(\d+\)")
+            self.assertEqual(self.examined(bench)["ports"]["verdict"], "ok")
+
+    def test_a_daemon_that_runs(self):
+        with rig.Rig() as bench:
+            name = f"ward{os.getpid()}"  # tests beside this one have daemons, too
+            found = self.examined(bench, name)
+            self.assertEqual(found["limits"]["verdict"], "unknown")
+            bench.twin("hold", truth=False)
+            daemon = bench.daemon(instance=name)
+            found = self.examined(bench, name)
+            self.assertEqual((found["ports"]["verdict"], found["other daemons"]["verdict"]), ("ok", "ok"))
+            hard = re.search(r"Max open files +\S+ +(\d+)", pathlib.Path(f"/proc/{daemon.child.pid}/limits").read_text())[1]
+            self.assertIn(f"{hard} descriptors", found["limits"]["found"])
+
+    def test_the_receive_buffer_is_held_against_the_configuration(self):
+        limit = pathlib.Path("/proc/sys/net/core/rmem_max")
+        with rig.Rig() as bench:
+            found = self.examined(bench)
+            if pathlib.Path("/etc/tractiond/default.toml").exists():
+                self.skipTest("this machine has a configuration of its own")
+            asked = re.search(r"(?m)^receive_buffer_bytes = (\d+)", bench.start(
+                rig.BIN / "tractiond", "--print-config").wait_for("^receive_buffer_bytes"))[1]
+            if not limit.exists():
+                self.assertEqual(found["receive buffer"]["verdict"], "unknown")
+            else:
+                is_enough = int(limit.read_text()) >= int(asked)
+                self.assertEqual(found["receive buffer"]["verdict"], "ok" if is_enough else "warn")
+                self.assertIn(f"camera.receive_buffer_bytes = {asked}", found["receive buffer"]["found"])
+
+    def test_people_read_a_line_a_check(self):
+        with rig.Rig() as bench:
+            checks = self.examined(bench)
+            _, out = bench.ctl("doctor", "--instance", "default")
+            lines = [line for line in out.splitlines() if not line.startswith("      ")]
+            self.assertEqual(len(lines), len(checks))
+            for line in lines:
+                self.assertRegex(line, r"\A(OK  |WARN|FAIL|\?   )  \S")
+            self.assertEqual(len(out.splitlines()) - len(lines), sum(one["mend"] != "" for one in checks.values()))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,75 @@
+// Boxes that do not exist: files in a directory of their own, with owners that a test makes up.
+#pragma once
+
+#include "client/doctor/checks.h"
+
+#include <unistd.h>
+
+#include <fstream>
+#include <map>
+
+namespace traction::doctor {
+
+class FakeBox : public Box {
+ public:
+  FakeBox()
+      : FakeBox(make()) {}
+  ~FakeBox() override { std::filesystem::remove_all(folder_); }
+
+  void write(const std::string& path, const std::string& text, Look owner = {0, 0, 0, 0644}) {
+    std::filesystem::create_directories((folder_ / path.substr(1)).parent_path());
+    std::ofstream(folder_ / path.substr(1)) << text;
+    owners_[path] = owner;
+  }
+  void makeDirectory(const std::string& path, Look owner = {0, 0, 0, 0755}) {
+    std::filesystem::create_directories(folder_ / path.substr(1));
+    owners_[path] = owner;
+  }
+  void remove(const std::string& path) { std::filesystem::remove_all(folder_ / path.substr(1)); }
+  void own(const std::string& path, Look owner) { owners_[path] = owner; }
+  void start(int id, const std::string& name, const std::vector<std::string>& words = {}) {
+    std::string line;
+    for (const std::string& word : words) line += word + '\0';
+    write("/proc/" + std::to_string(id) + "/comm", name + "\n");
+    write("/proc/" + std::to_string(id) + "/cmdline", line);
+  }
+  void openSocket(int id, const std::string& inode) {
+    const auto folder = folder_ / "proc" / std::to_string(id) / "fd";
+    std::filesystem::create_directories(folder);
+    std::filesystem::create_symlink("socket:[" + inode + "]", folder / "7");
+  }
+
+  Look look(const std::string& path) const override {
+    const Look real = Box::look(path);
+    const auto owner = owners_.find(path);
+    return real.error != 0 || owner == owners_.end() ? real : owner->second;
+  }
+  std::optional<Space> space(const std::string&) const override { return room; }
+  std::optional<bool> keepsTime() const override { return timeIsKept; }
+  std::optional<Ran> run(const std::vector<std::string>& words) const override {
+    std::string line;
+    for (const std::string& word : words) line += (line.empty() ? "" : " ") + word;
+    for (const auto& [part, ran] : programs) {
+      if (line.find(part) != std::string::npos) return ran;
+    }
+    return std::nullopt;
+  }
+
+  std::optional<Space> room = Space{false, std::uint64_t{1} << 40};
+  std::optional<bool> timeIsKept = true;
+  std::map<std::string, Ran> programs;  ///< by a part of their command lines
+
+ private:
+  explicit FakeBox(const std::filesystem::path& folder)
+      : Box(folder)
+      , folder_(folder) {}
+  static std::filesystem::path make() {
+    std::string name = (std::filesystem::temp_directory_path() / "box-XXXXXX").string();
+    return mkdtemp(name.data());
+  }
+
+  std::filesystem::path folder_;
+  std::map<std::string, Look> owners_;
+};
+
+}  // namespace traction::doctor
