@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <deque>
 #include <fstream>
 #include <iterator>
 #include <memory>
@@ -25,6 +26,7 @@ constexpr auto kPage = 60ms;      ///< from one to the next: what is old shows w
 constexpr auto kLine = 1s;        ///< from one to the next
 constexpr auto kPatience = 3s;    ///< for a connection, and for first numbers
 constexpr auto kRecount = 500ms;  ///< of the subscribers
+constexpr std::size_t kCounts = 4;
 
 /// One instrument, received and looked at.
 class Watcher {
@@ -42,8 +44,7 @@ class Watcher {
       watched_.failure = error.what();
       watched_.scene.setConnected(false, nanoseconds(now));
     }
-    if (now >= recount_) watched_.subscribers = subscribersOf(receiver_.endpoint());
-    if (now >= recount_) recount_ = now + kRecount;
+    if (now >= recount_) recount(now);
     isKnown_ =
         isKnown_ || !watched_.failure.empty() || watched_.scene.connected() || watched_.scene.lastArrival_ns != 0;
     return watched_;
@@ -61,9 +62,20 @@ class Watcher {
   const std::string& endpoint() const { return receiver_.endpoint(); }
 
  private:
+  /// The fewest of the last counts: the daemon connects to itself again and again, for a moment, to see that it can.
+  void recount(Clock::time_point now) {
+    recount_ = now + kRecount;
+    const auto count = subscribersOf(receiver_.endpoint());
+    if (!count) return watched_.subscribers.reset();
+    counts_.push_back(*count);
+    if (counts_.size() > kCounts) counts_.pop_front();
+    watched_.subscribers = *std::min_element(counts_.begin(), counts_.end());
+  }
+
   Receiver receiver_;
   Watched watched_;
   Clock::time_point recount_;
+  std::deque<int> counts_;
   bool isKnown_ = false;
 };
 
@@ -181,7 +193,7 @@ std::optional<int> subscribersOf(const std::string& endpoint, const std::filesys
   if (endpoint.rfind(kLoopback, 0) != 0) return std::nullopt;
   std::array<char, 32> local{};
   std::snprintf(local.data(), local.size(), "0100007F:%04X",
-                static_cast<unsigned>(std::atoi(endpoint.c_str() + std::char_traits<char>::length(kLoopback))));
+                static_cast<unsigned>(std::strtoul(&endpoint[std::char_traits<char>::length(kLoopback)], nullptr, 10)));
   return count("tcp", [&](const auto& all) { return all.size() > 3 && all[1] == local.data() && all[3] == "01"; });
 }
 

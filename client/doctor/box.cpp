@@ -138,7 +138,7 @@ std::vector<Process> processesOf(const Box& box) {
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
     const auto comm = box.line("/proc/" + name + "/comm");
     if (!comm) continue;  // it has ended
-    Process process{std::atoi(name.c_str()), *comm, {}};
+    Process process{static_cast<int>(std::strtol(name.c_str(), nullptr, 10)), *comm, {}};
     std::istringstream words(box.read("/proc/" + name + "/cmdline").text);
     for (std::string word; std::getline(words, word, '\0');) process.words.push_back(word);
     all.push_back(std::move(process));

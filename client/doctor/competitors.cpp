@@ -110,7 +110,7 @@ void checkPorts(const Patient& patient, List& findings) {
   for (const Instance& one : patient.instances) {
     for (const std::string& endpoint : one.settings ? one.settings->endpoints : std::vector<std::string>()) {
       if (endpoint.rfind("tcp://", 0) != 0) continue;
-      const int port = std::atoi(endpoint.c_str() + endpoint.rfind(':') + 1);
+      const auto port = static_cast<int>(std::strtol(&endpoint[endpoint.rfind(':') + 1], nullptr, 10));
       ++asked;
       const auto taken = all.find(port);
       if (taken == all.end()) continue;

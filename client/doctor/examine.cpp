@@ -31,7 +31,8 @@ std::string instanceOf(const Process& process) {
 
 /// Not one that only answers a question.
 bool isDaemon(const Process& process) {
-  static constexpr std::array kQuestions = {"--check-config", "--print-config", "--cameras", "--plan", "--version", "--help"};
+  static constexpr std::array kQuestions = {"--check-config", "--print-config", "--cameras",
+                                            "--plan",         "--version",      "--help"};
   return process.name == "tractiond" &&
          std::none_of(process.words.begin(), process.words.end(), [](const std::string& word) {
            return std::find(kQuestions.begin(), kQuestions.end(), word.substr(0, word.find('='))) != kQuestions.end();

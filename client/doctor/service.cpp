@@ -126,7 +126,7 @@ std::optional<double> limitOf(const std::string& limits, const std::string& name
     if (line.rfind(name, 0) != 0) continue;
     const auto words = wordsOf(line.substr(name.size()));  // soft hard unit
     if (words.size() < 2) return std::nullopt;
-    return words[1] == "unlimited" ? std::numeric_limits<double>::infinity() : std::atof(words[1].c_str());
+    return words[1] == "unlimited" ? std::numeric_limits<double>::infinity() : std::strtod(words[1].c_str(), nullptr);
   }
   return std::nullopt;
 }
