@@ -23,6 +23,13 @@ inline constexpr int kWidth = 64, kHeight = 48;
 inline constexpr std::uint32_t kRgb8Code = 0x02180014;
 inline constexpr std::size_t kPicture_bytes = std::size_t{kWidth} * kHeight * 3;
 
+/// What a camera's clock shows of a picture that is taken at `real_ns`.
+using Clock = std::uint64_t (*)(std::uint64_t real_ns, std::mt19937_64& random);
+
+inline std::uint64_t noClock(std::uint64_t, std::mt19937_64&) {
+  return 0;
+}
+
 class Quirks : public testing::Test {
  protected:
   explicit Quirks(const std::string& description = DESCRIPTIONS "/quirky.xml")
@@ -48,13 +55,13 @@ class Quirks : public testing::Test {
     EXPECT_FALSE(camera);
     return camera ? Error{} : camera.error();
   }
-  /// While the driver waits for its first whole frame, pictures must flow. They are none of those that are counted.
-  void openStreaming() {
+  /// While the driver waits for its first whole frame, pictures must flow. They are none of those that are counted,
+  /// which come after them as any camera's do.
+  void openStreaming(Clock clock = noClock) {
     std::atomic<bool> open{false};
     std::thread prelude([&] {
-      for (; !open; ++nextId_) {
-        if (sender_.streaming()) sender_.send(picture(nextId_, 1));
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      for (; !open; std::this_thread::sleep_for(std::chrono::milliseconds(10))) {
+        if (sender_.streaming()) sender_.send(taken(clock, 0));
       }
     });
     this->open();
@@ -65,6 +72,13 @@ class Quirks : public testing::Test {
       if (frame.token != nullptr) camera_->recycle(frame);
     preludeReceived_ = ledger_.received.get();
     preludeLosses_ = ledger_.losses();
+  }
+  /// The camera's next.
+  test::GvTransmitter::Picture taken(Clock clock, std::uint64_t number) {
+    test::GvTransmitter::Picture one = picture(nextId_, number);
+    one.device_ticks = clock(static_cast<std::uint64_t>(monotonicNow()), random_);
+    nextId_ = nextId_ == 65'535 ? 1 : static_cast<std::uint16_t>(nextId_ + 1);
+    return one;
   }
   test::GvTransmitter::Picture picture(std::uint16_t id, std::uint64_t number) {
     test::GvTransmitter::Picture picture{
@@ -82,7 +96,7 @@ class Quirks : public testing::Test {
   Ledger ledger_;
   std::vector<std::string> said_;
   std::unique_ptr<Camera> camera_;
-  std::uint16_t nextId_ = 60'000;  ///< what follows the prelude, of which some may have been left
+  std::uint16_t nextId_ = 60'000;
   std::uint64_t preludeReceived_ = 0, preludeLosses_ = 0;
 };
 
