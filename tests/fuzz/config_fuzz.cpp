@@ -11,12 +11,13 @@ std::vector<std::string> seeds() {
           "[publish]\nstream = [\"tcp://127.0.0.1:9882\", \"ipc:///run/x\"]\n"};
 }
 
-void feed(std::string_view bytes) {
+bool feed(std::string_view bytes) {
   std::istringstream text{std::string(bytes)};
-  if (const auto config = tractiond::parseConfig(text, "fuzz")) {
-    std::istringstream again(configText(*config));
-    require(tractiond::parseConfig(again, "fuzz").has_value(), "what is printed is not read");
-  }
+  const auto config = tractiond::parseConfig(text, "fuzz");
+  if (!config) return false;
+  std::istringstream again(configText(*config));
+  require(tractiond::parseConfig(again, "fuzz").has_value(), "what is printed is not read");
+  return true;
 }
 
 }  // namespace fuzz

@@ -86,6 +86,7 @@ int main(int argc, char** argv) {
   const std::vector<std::string> seeds = fuzz::seeds();
   if (seeds.empty() || std::ranges::any_of(seeds, &std::string::empty)) return std::puts("a seed is missing"), 1;
   for (const std::string& one : seeds) {
+    fuzz::require(fuzz::feed(one), "a seed is refused");
     for (std::size_t size = 0; size <= one.size(); size += 1 + one.size() / kCuts) fuzz::feed({one.data(), size});
   }
   Mutator mutator(seed, seeds);

@@ -31,10 +31,10 @@ std::vector<std::string> seeds() {
   return {bytes};
 }
 
-void feed(std::string_view bytes) {
+bool feed(std::string_view bytes) {
   const MemoryFile file(bytes);
-  static_cast<void>(
-      tractiond::solve::loadInverse(file.path(), small().id, small().coordinateCount(), small().forceCount()));
+  return tractiond::solve::loadInverse(file.path(), small().id, small().coordinateCount(), small().forceCount())
+      .has_value();
 }
 
 }  // namespace fuzz

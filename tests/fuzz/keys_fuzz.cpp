@@ -5,14 +5,13 @@ namespace fuzz {
 
 std::vector<std::string> seeds() {
   const auto keys = tractiond::gateway::newKeyPair();
-  return {"public = \"" + keys.publicKey + "\"\nsecret = \"" + keys.secretKey + "\"\nserver = \"" + keys.publicKey +
-              "\"\n",
-          "key = \"" + keys.publicKey + "\"\npermission = \"control\"\n"};
+  const std::string pair = "public = \"" + keys.publicKey + "\"\nsecret = \"" + keys.secretKey + "\"\n";
+  return {pair, pair + "server = \"" + keys.publicKey + "\"\n"};
 }
 
-void feed(std::string_view bytes) {
+bool feed(std::string_view bytes) {
   const MemoryFile file(bytes);
-  static_cast<void>(tractiond::gateway::loadKeyPair(file.path()));
+  return tractiond::gateway::loadKeyPair(file.path()).has_value();
 }
 
 }  // namespace fuzz

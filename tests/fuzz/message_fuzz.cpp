@@ -24,6 +24,7 @@ std::vector<std::string> seeds() {
   pb::Description description;
   description.mutable_header()->set_frame_number(1);
   pb::Reply reply;
+  reply.set_version(1);
   *reply.mutable_status() = status;
   std::vector<std::string> all;
   for (const google::protobuf::MessageLite* one :
@@ -33,10 +34,12 @@ std::vector<std::string> seeds() {
   return all;
 }
 
-void feed(std::string_view bytes) {
+bool feed(std::string_view bytes) {
+  bool taken = false;
   const auto attempt = [&](auto decode) {
     try {
       static_cast<void>(decode(bytes));
+      taken = true;
     } catch (const traction::Error&) {
     }
   };
@@ -50,6 +53,7 @@ void feed(std::string_view bytes) {
   attempt(traction::decodeZeroReply);
   attempt(traction::decodeCalibrationReply);
   attempt(traction::decodeCameraReply);
+  return taken;
 }
 
 }  // namespace fuzz

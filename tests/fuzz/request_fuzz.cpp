@@ -13,12 +13,15 @@ std::vector<std::string> seeds() {
   camera.mutable_camera()->mutable_write()->set_value("1.5");
   status.mutable_status();
   std::vector<std::string> all;
-  for (const auto* one : {&zero, &weight, &camera, &status}) all.push_back(one->SerializeAsString());
+  for (auto* one : {&zero, &weight, &camera, &status}) {
+    one->set_version(1);
+    all.push_back(one->SerializeAsString());
+  }
   return all;
 }
 
-void feed(std::string_view bytes) {
-  static_cast<void>(tractiond::publish::decodeRequest(bytes));
+bool feed(std::string_view bytes) {
+  return tractiond::publish::decodeRequest(bytes).has_value();
 }
 
 }  // namespace fuzz

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstdint>
@@ -19,10 +20,11 @@ namespace fuzz {
 /// Called first, by targets that have it.
 [[gnu::weak]] void begin(int argc, char** argv);
 
-/// What the parser takes for good, to begin with.
+/// What the parser takes for good, to begin with: of what it refuses at once nothing leads further.
 std::vector<std::string> seeds();
 
-void feed(std::string_view bytes);
+/// Whether the parser took it for good.
+bool feed(std::string_view bytes);
 
 /// What must hold besides.
 inline void require(bool holds, const char* what) {
@@ -41,6 +43,7 @@ class MemoryFile {
  public:
   explicit MemoryFile(std::string_view bytes)
       : fd_(memfd_create("fuzz", MFD_CLOEXEC)) {
+    require(fchmod(fd_, 0600) == 0, "no file of its owner's alone");
     require(write(fd_, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()), "no memory for a file");
   }
   ~MemoryFile() { close(fd_); }

@@ -41,10 +41,10 @@ std::vector<std::string> seeds() {
 }
 
 /// The bytes before the checksum, which is always right: else nothing behind it would ever be read.
-void feed(std::string_view bytes) {
+bool feed(std::string_view bytes) {
   const tractiond::Hash128 checksum = tractiond::hash128(bytes.data(), bytes.size());
   const MemoryFile file(std::string(bytes).append(reinterpret_cast<const char*>(checksum.data()), checksum.size()));
-  static_cast<void>(tractiond::track::loadRestPose(file.path(), theSensor(), PixelFormat::kRgb8, "camera"));
+  return tractiond::track::loadRestPose(file.path(), theSensor(), PixelFormat::kRgb8, "camera").has_value();
 }
 
 }  // namespace fuzz
