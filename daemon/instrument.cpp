@@ -3,8 +3,6 @@
 #include "daemon/base/apart.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/pipe_driver.h"
-#include "daemon/publish/frozen_peers.h"
-#include "daemon/publish/greeting.h"
 #include "daemon/solve/inverse_cache.h"
 #include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose_file.h"
@@ -123,20 +121,29 @@ tl::expected<void, Error> Instrument::build() {
   auto publisher = publish::Publisher::open(config.publish, description_, ledger_, [this] { return vitals(); });
   if (!publisher) return tl::unexpected(publisher.error());
   publisher_ = *std::move(publisher);
-  auto server = publish::ControlServer::open(
-      config.controlEndpoints,
-      {.status = [this] { return publisher_->lastStatus(); },
-       .description = [this] { return publisher_->lastDescription(); },
-       .zero = [this](const auto& request) { procedures_->beginZero(request); },
-       .calibrate = [this](const auto& step) { apart(turns_.control, [&] { procedures_->beginStep(step); }); },
-       .camera =
-           [this](const auto& step) {
-             camera_->ask(step);
-             cameraAsked_ = true;
-           },
-       .snapshot = [this] { gelWatch_->askSnapshot(); }});
+  auto server = publish::ControlServer::open(config.controlEndpoints,
+                                             {.status = [this] { return publisher_->lastStatus(); },
+                                              .description = [this] { return publisher_->lastDescription(); },
+                                              .zero = [this](const auto& request) { procedures_->beginZero(request); },
+                                              .calibrate = [this](const auto& step) { procedures_->beginStep(step); },
+                                              .camera =
+                                                  [this](const auto& step) {
+                                                    camera_->ask(step);
+                                                    cameraAsked_ = true;
+                                                  },
+                                              .snapshot = [this] { gelWatch_->askSnapshot(); }});
   if (!server) return tl::unexpected(server.error());
   controlServer_ = *std::move(server);
+  std::vector<std::string> bound;
+  for (const auto* endpoints :
+       {&publisher_->streamEndpoints(), &controlServer_->endpoints(), &publisher_->latestEndpoints()}) {
+    bound.insert(bound.end(), endpoints->begin(), endpoints->end());
+  }
+  frozenPeers_.emplace(std::move(bound), [](const std::string& line) { spdlog::warn("warning: {}", line); });
+  // The two sockets' contexts have a thread each behind them.
+  for (const auto* endpoints : {&publisher_->streamEndpoints(), &controlServer_->endpoints()}) {
+    if (!endpoints->empty()) greetings_.emplace_back(endpoints->front());
+  }
 
   auto inverse = solve::loadOrCompute(sensor_, config.solve, stateDirectory_, progressLines(),
                                       [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
@@ -248,24 +255,12 @@ void Instrument::start() {
 }
 
 ServiceHooks Instrument::hooks() {
-  std::vector<publish::Greeting> greetings;
-  for (const auto* endpoints : {&publisher_->streamEndpoints(), &controlServer_->endpoints()}) {
-    if (!endpoints->empty()) greetings.emplace_back(endpoints->front());
-  }
-  std::vector<std::string> bound = publisher_->streamEndpoints();
-  for (const auto* endpoints : {&publisher_->latestEndpoints(), &controlServer_->endpoints()}) {
-    bound.insert(bound.end(), endpoints->begin(), endpoints->end());
-  }
   return {.loops = loopsOf(turns_),
           .ended = [this] { return pipeline_->ended(); },
           .statusLine = [this] { return statusLine(); },
-          .others =
-              [frozen = std::make_shared<publish::FrozenPeers>(
-                   bound, [](const std::string& line) { spdlog::warn("warning: {}", line); }),
-               all = std::make_shared<std::vector<publish::Greeting>>(std::move(greetings))] {
-                frozen->look(monotonicNow());
-                return std::ranges::count_if(*all, &publish::Greeting::came) == std::ssize(*all);
-              }};
+          .others = [this] {  // each is called: that also makes the next connection
+            return std::ranges::count_if(greetings_, &publish::Greeting::came) == std::ssize(greetings_);
+          }};
 }
 
 tl::expected<std::vector<std::string>, Error> Instrument::reload(const Config& completed) {
@@ -327,6 +322,7 @@ void Instrument::control(std::chrono::milliseconds timeout) {
   }
   procedures_->turn();
   gelWatch_->turn();
+  frozenPeers_->look(monotonicNow());
 }
 
 /// Each session anew: it may have come back with other values.
@@ -385,13 +381,12 @@ void Instrument::makeProcedures() {
             const auto save = [this](const std::filesystem::path& path, const RestPose& one) {
               return track::saveRestPose(path, one, sensor_, camera_->info()->format, cameraId_);
             };
-            return apart(turns_.control, [&]() -> tl::expected<void, Error> {
-              if (before) {
-                if (auto saved = save(track::earlierPosePath(stateDirectory_), *before); !saved) return saved;
-              }
-              return save(track::restPosePath(stateDirectory_), pose);
-            });
+            if (before) {
+              if (auto saved = save(track::earlierPosePath(stateDirectory_), *before); !saved) return saved;
+            }
+            return save(track::restPosePath(stateDirectory_), pose);
           },
+          .slowly = [this](const auto& work) { apart(turns_.control, work); },
           .answerZero = [this](const auto& result,
                                const std::string& remark) { controlServer_->answerZero(result, remark); },
           .answerCalibration = [this](const auto& result) { controlServer_->answerCalibration(result); },

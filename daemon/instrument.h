@@ -8,6 +8,8 @@
 #include "daemon/pipeline.h"
 #include "daemon/procedures.h"
 #include "daemon/publish/control.h"
+#include "daemon/publish/frozen_peers.h"
+#include "daemon/publish/greeting.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/service.h"
 #include "daemon/solve/solver.h"
@@ -82,10 +84,12 @@ class Instrument {
   std::unique_ptr<publish::ControlServer> controlServer_;
   std::unique_ptr<capture::Camera> camera_;
   std::unique_ptr<Pipeline> pipeline_;
+  std::vector<publish::Greeting> greetings_;  // run()'s
 
   // The control thread's own.
   std::unique_ptr<Procedures> procedures_;
   std::unique_ptr<GelWatch> gelWatch_;
+  std::optional<publish::FrozenPeers> frozenPeers_;
   unsigned describedSession_ = 0;  // of the camera
   bool cameraAsked_ = false;
 

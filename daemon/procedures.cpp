@@ -63,7 +63,9 @@ void Procedures::beginStep(const CalibrationStep& step) {
   const bool restsOnTheZero = step.kind != Kind::kStiffness && step.kind != Kind::kFinish;
   if (zeroAsked_ && restsOnTheZero) refuseZero("a step of a calibration was asked for before the zero was taken");
   lastForStep_ = seen();
-  if (const auto result = calibration_.begin(step, zero_ ? &*zero_ : nullptr, camera_, options_.directory)) {
+  std::optional<calibrate::Result> result;
+  links_.slowly([&] { result = calibration_.begin(step, zero_ ? &*zero_ : nullptr, camera_, options_.directory); });
+  if (result) {
     if (*result && !(*result)->path.empty()) spdlog::info("calibrated gel file written: {}", (*result)->path);
     answerStep(*result);
   }

@@ -53,6 +53,8 @@ struct ProcedureLinks {
   std::function<void(const RestPose&)> describe;  ///< tells subscribers of the zero in force
   /// Writes it into the state directory, and the one before it where there is one.
   std::function<tl::expected<void, Error>(const RestPose&, const RestPose* before)> keep;
+  /// Does what may wait for a disk, and returns when it is done.
+  std::function<void(const std::function<void()>&)> slowly;
 
   // The control server's.
   std::function<void(const tl::expected<RestPose, std::string>&, const std::string& remark)> answerZero;

@@ -63,8 +63,8 @@ struct Camera::Keeper {
   std::atomic<std::int64_t> forged_ns{0};    // when the last picture came that may be somebody else's; 0: none did
   std::atomic<std::int64_t> unanswered{-1};  // nothing came after this arrival [ns], and it is to be given up
   Mailbox<CameraVitals> vitals;
-  CameraVitals newest;                       // the keeper's own
-  std::int64_t toldOf_ns = -60'000'000'000;  // likewise: of `forged_ns`
+  CameraVitals newest;         // the keeper's own
+  std::int64_t toldOf_ns = 0;  // likewise: of `forged_ns`
 
   std::mutex mutex;
   std::condition_variable changed;
@@ -242,7 +242,8 @@ void Camera::Keeper::warnOfForgery() {
   constexpr std::int64_t kCalm_ns = 60'000'000'000;
   const std::int64_t last_ns = forged_ns.load(std::memory_order_relaxed);
   if (last_ns == 0 || last_ns == toldOf_ns) return;
-  if (last_ns - std::exchange(toldOf_ns, last_ns) < kCalm_ns) return;
+  const std::int64_t before_ns = std::exchange(toldOf_ns, last_ns);
+  if (before_ns != 0 && last_ns - before_ns < kCalm_ns) return;
   tell(Weight::kWarning,
        "more packets come in the camera's name than it sends: somebody else does, or a network that doubles them");
 }

@@ -167,7 +167,7 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
   }
   const std::uint64_t thrown = thrownBefore(next, step);
   weigh(next.host_ns, step);
-  judgement.outnumbered = next.host_ns < doubtUntil_ns_;
+  judgement.outnumbered = judgement.doubted = next.host_ns < doubtUntil_ns_;
   judgement.missing += thrown;
   frameNumber_ += step + thrown;
   judgement.frameNumber = frameNumber_;
@@ -215,7 +215,7 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     const bool early = isEarly(arrival);
     Judgement judgement = accept(next, static_cast<std::uint64_t>(advance(current_->id, arrival.id)),
                                  believed != (next.distrust == 0), jumped);
-    judgement.doubted = judgement.outnumbered || early;
+    judgement.doubted |= early;
     return judgement;
   }
 
@@ -233,9 +233,7 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     if (current_->distrust > 0) period = current_->pace_ns;
     const std::int64_t twice = 2 * (arrival.host_ns - current_->host_ns);
     const bool counts = step > 0 && static_cast<std::uint64_t>(step) <= largestStep(period, twice);
-    Judgement judgement = accept(*candidate_, counts ? static_cast<std::uint64_t>(step) : 1, true, true);
-    judgement.doubted = judgement.outnumbered;
-    return judgement;
+    return accept(*candidate_, counts ? static_cast<std::uint64_t>(step) : 1, true, true);
   }
   const bool older = advance(current_->id, arrival.id) <= 0 ||
                      (current_->distrust == 0 && difference(arrival.device_ns, current_->device_ns) <= 0);

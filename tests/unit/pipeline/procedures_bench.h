@@ -127,6 +127,7 @@ struct ProceduresBench {
                            if (onKept) onKept(pose);
                            return {};
                          },
+                         .slowly = [](const auto& work) { work(); },
                          .answerZero =
                              [this](const auto& result, const std::string& said) {
                                zeroAnswers.push_back(result);
