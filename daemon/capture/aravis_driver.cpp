@@ -285,11 +285,18 @@ void AravisDriver::account(Arrival& arrival) {
   arrival.thrown = static_cast<std::uint64_t>(ignored / perFrame);
   // Of one that was asked for again both may come.
   expected_ += packets_.asked - before.asked;
-  const std::int64_t surplus =
-      std::max<std::int64_t>(ignored - (packets_.noRoom - before.noRoom) + packets_.twice - before.twice, 0);
-  const std::int64_t excused = std::min(surplus, expected_);
-  expected_ = std::clamp<std::int64_t>(expected_ - excused - (packets_.again - before.again), 0, perFrame);
-  arrival.surplus = static_cast<double>(surplus - excused) / static_cast<double>(perFrame);
+  const auto unasked = [this](std::int64_t count) {
+    const std::int64_t excused = std::min(count, expected_);
+    expected_ -= excused;
+    return count - excused;
+  };
+  const std::int64_t twice = packets_.twice - before.twice;
+  const std::int64_t late = std::max<std::int64_t>(ignored - (packets_.noRoom - before.noRoom), 0);
+  const std::int64_t unaskedTwice = unasked(twice), unaskedLate = unasked(late);
+  expected_ = std::clamp<std::int64_t>(expected_ - (packets_.again - before.again), 0, perFrame);
+  arrival.twice = static_cast<double>(unaskedTwice) / static_cast<double>(perFrame);
+  arrival.late = static_cast<double>(unaskedLate) / static_cast<double>(perFrame);
+  arrival.repeated = unaskedTwice < twice || unaskedLate < late;
 }
 
 void AravisDriver::describe(ArvBuffer* from, Buffer& buffer) const {

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tractiond::capture {
 namespace {
@@ -129,20 +130,22 @@ std::uint64_t FrameGate::thrownBefore(const Track& next, std::uint64_t step) con
   return room > step ? std::min(thrown_, room - step) : 0;
 }
 
-/// A camera sends each packet once, and again what it is asked for. Not held against it: the packets of a frame that
-/// was given up, and whole frames that the time since the last new one has room for, as where its counter starts anew.
+/// A camera sends each packet once, and again what it is asked for. Not held against it, where they come late: the
+/// packets of a frame that was given up, and whole frames that the time since the last new one has room for, as where
+/// its counter starts anew.
 void FrameGate::weigh(std::int64_t host_ns, std::uint64_t step) {
-  constexpr double kForgotten = 0.98;  // broken frames, with each new one
-  if (surplus_ > 0.0 && current_) {
+  constexpr double kForgotten = 0.9;  // broken frames, with each new one
+  if (twice_ > 0.0) doubtUntil_ns_ = host_ns + options_.doubt_ns;
+  if (late_ > 0.0 && current_) {
     const double elapsed = current_->pace_ns > 0 ? static_cast<double>(host_ns - current_->host_ns) /
                                                        static_cast<double>(current_->pace_ns)
                                                  : 0.0;
     const double room = std::max(0.0, std::floor(elapsed + 0.25) - static_cast<double>(step));
-    const double unexplained = surplus_ - room;
+    const double unexplained = late_ - room;
     if (unexplained > broken_) doubtUntil_ns_ = host_ns + options_.doubt_ns;
     broken_ = std::max(0.0, broken_ - std::max(0.0, unexplained));
   }
-  surplus_ = 0.0;
+  late_ = twice_ = 0.0;
   broken_ *= kForgotten;
 }
 
@@ -167,7 +170,9 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
   }
   const std::uint64_t thrown = thrownBefore(next, step);
   weigh(next.host_ns, step);
-  judgement.outnumbered = judgement.doubted = next.host_ns < doubtUntil_ns_;
+  judgement.outnumbered = next.host_ns < doubtUntil_ns_;
+  // Which of the two came first nobody knows: it may be none of the camera's.
+  judgement.doubted = judgement.outnumbered || std::exchange(repeated_, false);
   judgement.missing += thrown;
   frameNumber_ += step + thrown;
   judgement.frameNumber = frameNumber_;
@@ -186,7 +191,9 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
 
 Judgement FrameGate::judge(const Arrival& arrival) {
   thrown_ += arrival.thrown;
-  surplus_ += arrival.surplus;
+  late_ += arrival.late;
+  twice_ += arrival.twice;
+  repeated_ |= arrival.repeated;
   if (!arrival.complete) broken_ = std::min(broken_ + 1.0, kMostBroken);
   const auto refuse = [&](Verdict verdict) {
     markArrived(arrival);

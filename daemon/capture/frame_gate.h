@@ -23,7 +23,9 @@ struct Arrival {
   std::int64_t raw_ns = 0;     ///< CLOCK_MONOTONIC_RAW at the same moment; 0: the driver has one clock
   std::uint64_t content = 0;   ///< a hash of what is in the picture
   std::uint64_t thrown = 0;    ///< frames' worth of packets that the driver threw away since the buffer before
-  double surplus = 0.0;        ///< likewise, of packets that came twice or too late and were not asked for again
+  double late = 0.0;           ///< likewise, of packets that came when their frame was no longer awaited, unasked
+  double twice = 0.0;          ///< likewise, of packets of one frame that came twice, unasked
+  bool repeated = false;       ///< some came twice or late that had been asked for again: it may be why, or an excuse
 };
 
 enum class Verdict { kNew, kIncomplete, kWrongSize, kWrongFormat, kStale, kImplausible };
@@ -38,7 +40,7 @@ struct Judgement {
   bool timed = false;             ///< the camera's clock can be believed; false: it is absent, coarse, or goes wrong
   std::uint64_t step = 1;         ///< of the ids since the last new one; 1 where they start afresh
   bool outnumbered = false;       ///< of late more packets came in the camera's name than it sends
-  bool doubted = false;           ///< so, or it came before the camera can have sent it
+  bool doubted = false;           ///< so, or it came before the camera can have sent it, or some of it twice
 };
 
 /// Thread-bound. Allocates nothing.
@@ -112,10 +114,11 @@ class FrameGate {
   std::bitset<32768> arrived_;  ///< [d]: something with the id d after the last new frame arrived, and was not used
   std::uint64_t arrivedUnnamed_ = 0;  ///< incomplete buffers that kept an older id: the packet with theirs was lost
   std::uint64_t thrown_ = 0;          ///< by the driver since the last new frame
-  double surplus_ = 0.0;              ///< likewise
-  double broken_ = 0.0;               ///< frames given up of late, whose packets may still come
-  std::int64_t doubtUntil_ns_ = 0;    ///< host's clock
-  std::vector<Seen> history_;         ///< the last whole pictures, a ring
+  double late_ = 0.0, twice_ = 0.0;   ///< likewise
+  bool repeated_ = false;
+  double broken_ = 0.0;             ///< frames given up of late, whose packets may still come
+  std::int64_t doubtUntil_ns_ = 0;  ///< host's clock
+  std::vector<Seen> history_;       ///< the last whole pictures, a ring
   std::size_t historyCount_ = 0;
 };
 

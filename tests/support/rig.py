@@ -7,6 +7,7 @@ import contextlib
 import json
 import os
 import pathlib
+import queue
 import re
 import select
 import shutil
@@ -15,6 +16,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 import numpy as np
@@ -72,6 +74,11 @@ class Process:
 
     def output(self):
         return "\n".join(self.lines)
+
+    def memory_MiB(self):
+        """That is resident."""
+        pages = pathlib.Path(f"/proc/{self.child.pid}/statm").read_text().split()[1]
+        return int(pages) * os.sysconf("SC_PAGE_SIZE") / 2**20
 
     def listening(self):
         """The endpoints that a gateway says it has."""
@@ -193,6 +200,33 @@ class Rig(contextlib.ExitStack):
         return process.join(seconds), process.output()
 
 
+class Systemd:
+    """Hears what a service tells it, always: a service waits for whoever reads no notices."""
+
+    def __init__(self, rig, watchdog_s=2.0):
+        self.socket = rig.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM))
+        path = str(rig.folder / "notify")
+        self.socket.bind(path)
+        self.env = {"NOTIFY_SOCKET": path, "WATCHDOG_USEC": str(int(1e6 * watchdog_s))}
+        self.fed = []  # when the watchdog was
+        self.notices = queue.Queue()
+        threading.Thread(target=self.read, daemon=True).start()
+
+    def read(self):
+        while True:
+            lines = self.socket.recv(4096).decode().splitlines()
+            if "WATCHDOG=1" in lines:
+                self.fed.append(time.monotonic())
+            self.notices.put(lines)
+
+    def wait_for(self, wanted):
+        """The notice that has this line, whole."""
+        lines = []
+        while wanted not in lines:
+            lines = self.notices.get(timeout=60 * PATIENCE)
+        return lines
+
+
 class Subscriber:
     """A plain SUB socket and the generated messages: independent of our client library."""
 
@@ -275,13 +309,13 @@ class Forger:
                         packet_id & 255])
         self.raw(header + body)
 
-    def frame(self, frame_id, picture, width, height, timestamp, pixel_format=RGB8, chunk=1400, trailer=True):
-        """A picture. The chunk must be the stream's negotiated packet size less 36 bytes of headers."""
+    def frame(self, frame_id, picture, width, height, timestamp, pixel_format=RGB8, chunk=1400, trailer=True, first=1):
+        """A picture, from the packet `first` on. The chunk must be the stream's negotiated packet size less 36 bytes of headers."""
         leader = ((1).to_bytes(4, "big") + timestamp.to_bytes(8, "big") + pixel_format.to_bytes(4, "big") +
                   width.to_bytes(4, "big") + height.to_bytes(4, "big") + bytes(12))
         self.packet(self.LEADER, frame_id, 0, leader)
         parts = [picture[i:i + chunk] for i in range(0, len(picture), chunk)]
-        for number, part in enumerate(parts, 1):
+        for number, part in enumerate(parts, first):
             self.packet(self.PAYLOAD, frame_id, number, part)
             if number % 8 == 0:
                 time.sleep(0.001)  # let the receiver breathe: a burst would overflow its buffer

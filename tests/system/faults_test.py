@@ -48,10 +48,6 @@ class Faults(unittest.TestCase):
     def refused(self):
         return self.status().camera_link.packets_refused
 
-    def memory(self):
-        with open(f"/proc/{self.daemon.child.pid}/statm") as file:
-            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-
     def end(self):
         """Every published frame is one that the camera sent, newer than the one before, and reads what it shows."""
         self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
@@ -117,7 +113,7 @@ class Faults(unittest.TestCase):
 
     def test_packets_that_end_a_driver_or_fill_its_memory(self):
         self.begin()
-        memory = self.memory()
+        memory_MiB = self.daemon.memory_MiB()
         for source in ("127.0.0.1", "127.0.0.2"):
             forger = self.forger(source)
             for _ in range(200):
@@ -130,7 +126,7 @@ class Faults(unittest.TestCase):
                 forger.raw(bytes(6) + frame.to_bytes(2, "big") + bytes([0x83]) + bytes(50))  # ids of the other width
                 forger.raw(os.urandom(random.randrange(PACKET)))
             self.stream(20)
-        self.assertLess(self.memory() - memory, 50 << 20)
+        self.assertLess(self.daemon.memory_MiB() - memory_MiB, 50)
         self.assertGreater(self.refused(), 1000)
         self.end()
 
@@ -150,8 +146,8 @@ class Faults(unittest.TestCase):
         self.end()
 
     def test_a_forger_at_the_cameras_own_address_is_noticed(self):
-        """He fills each frame before the camera does, in whole or in part."""
-        kinds = {"whole frames": 1.0, "a part of each": random.uniform(0.1, 0.9), "a packet of each": 0.0}
+        """He fills each frame before the camera does, in whole or in part, or has the driver ask for what is not there."""
+        kinds = {"whole frames": 1.0, "a part of each": random.uniform(0.1, 0.9), "a packet of each": 0.0, "a packet with a gap": None}
         for name, share in kinds.items():
             with self.subTest(name), rig.Rig() as self.bench:
                 self.begin("--rate", "30")
@@ -159,7 +155,7 @@ class Faults(unittest.TestCase):
                 before = self.ledger()
                 forger = self.forger()
                 picture = os.urandom(3 * WIDTH * HEIGHT)
-                bytes_sent = PACKET * (1 + int(share * (len(picture) // PACKET)))
+                bytes_sent = PACKET * (1 + int((share or 0) * (len(picture) // PACKET)))
                 begin = time.monotonic()
                 fields, alarm_s = [], None
                 while time.monotonic() < begin + 4 * rig.PATIENCE:
@@ -167,8 +163,9 @@ class Faults(unittest.TestCase):
                     header = fields[-1].header
                     if header.flags & DOUBTED_ORIGIN and alarm_s is None:
                         alarm_s = time.monotonic() - begin
-                    forger.frame((header.camera_frame_id + 1) % 65536, picture[:bytes_sent], WIDTH, HEIGHT,
-                                 header.device_time_ns + 33_000_000, chunk=PACKET, trailer=share == 1.0)
+                    due = (header.camera_frame_id + 1) % 65536
+                    forger.frame(due, picture[:bytes_sent], WIDTH, HEIGHT, header.device_time_ns + 33_000_000, chunk=PACKET,
+                                 trailer=share == 1.0, first=random.randrange(2, 20) if share is None else 1)
                 self.assertGreater(self.ledger().doubted, before.doubted)
                 self.daemon.wait_for("warning: more packets come in the camera's name than it sends", 5)
                 self.assertEqual(self.daemon.stop(), 0, self.daemon.output())

@@ -112,7 +112,7 @@ TEST_F(FrameGateTest, DoubtsNoCameraForWhatANetworkDoes) {
       broken.complete = false;
       judge(broken);
       Arrival next = camera.take();
-      next.surplus = static_cast<double>(random() % 100) / 100;
+      next.late = static_cast<double>(random() % 100) / 100;
       ASSERT_FALSE(judge(next).doubted) << i;
     }
     if (oneIn(500)) {  // the counter starts anew: Aravis throws away what is up to a hundred older
@@ -123,7 +123,7 @@ TEST_F(FrameGateTest, DoubtsNoCameraForWhatANetworkDoes) {
         camera.lose(static_cast<int>(back));
         Arrival next = camera.take();
         next.thrown = back;
-        next.surplus = static_cast<double>(back);
+        next.late = static_cast<double>(back);
         const Judgement judgement = judge(next);
         ASSERT_FALSE(judgement.doubted) << i << ", " << back << " back";
       }
@@ -141,16 +141,35 @@ TEST_F(FrameGateTest, DoubtsWhatComesBesideTheCamera) {
     FrameGate gate(kShape, {});
     Camera camera(1 + random() % 65'000);
     for (int k = 0; k < 50; ++k) ASSERT_FALSE(gate.judge(camera.take()).doubted);
+    const bool late = random() % 2 == 0;
+    if (!late) {  // a frame given up is no reason why others come twice
+      Arrival broken = camera.take();
+      broken.complete = false;
+      gate.judge(broken);
+    }
     Arrival surplus = camera.take();  // of one packet up to three frames
-    surplus.surplus = 1.0 / 200 + 3.0 * static_cast<double>(random() % 1000) / 1000;
-    surplus.thrown = static_cast<std::uint64_t>(surplus.surplus);
+    (late ? surplus.late : surplus.twice) = 1.0 / 200 + 3.0 * static_cast<double>(random() % 1000) / 1000;
+    surplus.thrown = static_cast<std::uint64_t>(surplus.late);
     const Judgement judgement = gate.judge(surplus);
     ASSERT_EQ(judgement.verdict, Verdict::kNew);
-    EXPECT_TRUE(judgement.doubted) << surplus.surplus;
+    EXPECT_TRUE(judgement.doubted) << surplus.late << " late, " << surplus.twice << " twice";
     int frames = 1;
     while (gate.judge(camera.take()).doubted && frames < 1000) ++frames;
     EXPECT_NEAR(frames, 2e9 / kPeriod_ns, 2);
   }
+}
+
+TEST_F(FrameGateTest, DoubtsThatPictureOnlyOfWhichAPacketThatWasAskedForCameTwice) {
+  Camera camera(40'000);
+  stream(camera, 100);
+  Arrival broken = camera.take();
+  broken.complete = false;
+  broken.repeated = true;
+  judge(broken);
+  const Judgement next = judge(camera.take());
+  EXPECT_TRUE(next.doubted);
+  EXPECT_FALSE(next.outnumbered);
+  EXPECT_FALSE(judge(camera.take()).doubted);
 }
 
 /// A picture of now, whole before the camera's own can be.
