@@ -2,7 +2,7 @@
 
 #include "daemon/base/clock.h"
 #include "daemon/publish/socket.h"
-#include "daemon/publish/wire.h"
+#include "daemon/publish/wire_control.h"
 
 #include <array>
 #include <deque>

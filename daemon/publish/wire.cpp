@@ -2,15 +2,11 @@
 
 #include "daemon/publish/wire.h"
 
-#include "daemon/publish/wire_camera.h"
-#include "proto/traction/v1/endpoints.h"
-#include "traction/v1/control.pb.h"
+#include "daemon/publish/wire_parts.h"
 #include "traction/v1/description.pb.h"
 #include "traction/v1/field.pb.h"
 #include "traction/v1/markers.pb.h"
 #include "traction/v1/status.pb.h"
-
-#include <google/protobuf/stubs/logging.h>
 
 #include <algorithm>
 #include <cstring>
@@ -20,9 +16,6 @@ namespace tractiond::publish {
 namespace pb = traction::v1;
 
 namespace {
-
-constexpr std::uint32_t kVersion = 1;
-constexpr std::size_t kLargestPicture = 16U << 20U;  // of a snapshot [bytes]
 
 static_assert(static_cast<int>(pb::FLAG_ZERO_UNVERIFIED) == kZeroUnverified);
 static_assert(static_cast<int>(pb::FLAG_FEW_MARKERS) == kFewMarkers);
@@ -127,29 +120,6 @@ void set(const Quantiles& from, pb::Quantiles& to) {
   all.set_sum_s(from.sinceStart.sum_s);
 }
 
-void set(const RestPose& from, pb::Zero& to) {
-  set(from.id, *to.mutable_id());
-  to.set_time_ns(from.taken_ns);
-  to.set_requested(from.requested);
-  set(from.position_px, *to.mutable_rest_position_px());
-  set(from.present, *to.mutable_marker_present());
-  to.set_requested_by(from.requestedBy);
-}
-
-pb::Colour wireColour(sensor::Colour colour) {
-  switch (colour) {
-  case sensor::Colour::kBlue:
-    return pb::COLOUR_BLUE;
-  case sensor::Colour::kRed:
-    return pb::COLOUR_RED;
-  case sensor::Colour::kGreen:
-    return pb::COLOUR_GREEN;
-  case sensor::Colour::kGrey:
-    return pb::COLOUR_GREY;
-  }
-  return pb::COLOUR_UNKNOWN;
-}
-
 void set(const sensor::MarkerLayer& from, pb::MarkerLayer& to) {
   to.set_colour(wireColour(from.colour));
   to.set_darker(from.darker);
@@ -250,12 +220,30 @@ void put(const google::protobuf::MessageLite& message, std::uint8_t* bytes) {
   message.SerializeWithCachedSizesToArray(bytes);
 }
 
-std::string finish(pb::Reply& reply) {
-  reply.set_version(kVersion);
-  return reply.SerializeAsString();
+}  // namespace
+
+void encode(const RestPose& from, pb::Zero& to) {
+  set(from.id, *to.mutable_id());
+  to.set_time_ns(from.taken_ns);
+  to.set_requested(from.requested);
+  set(from.position_px, *to.mutable_rest_position_px());
+  set(from.present, *to.mutable_marker_present());
+  to.set_requested_by(from.requestedBy);
 }
 
-}  // namespace
+pb::Colour wireColour(sensor::Colour colour) {
+  switch (colour) {
+  case sensor::Colour::kBlue:
+    return pb::COLOUR_BLUE;
+  case sensor::Colour::kRed:
+    return pb::COLOUR_RED;
+  case sensor::Colour::kGreen:
+    return pb::COLOUR_GREEN;
+  case sensor::Colour::kGrey:
+    return pb::COLOUR_GREY;
+  }
+  return pb::COLOUR_UNKNOWN;
+}
 
 DescriptionMessage::DescriptionMessage(const Description& description, const std::vector<std::string>& topics)
     : message_(std::make_unique<pb::Description>()) {
@@ -291,7 +279,7 @@ DescriptionMessage::DescriptionMessage(const Description& description, const std
   message.mutable_solver()->set_detection_limit_normal_n(description.detectionLimit_N[1]);
   set(description.identity.calibration, *message.mutable_calibration()->mutable_id());
   message.mutable_calibration()->set_time_ns(description.calibrated_ns);
-  if (description.zero) set(*description.zero, *message.mutable_zero());
+  if (description.zero) encode(*description.zero, *message.mutable_zero());
   if (sensor.body) set(*sensor.body, *message.mutable_body());
 }
 
@@ -439,168 +427,6 @@ void Wire::writeMarkers(std::uint8_t* bytes) const {
 }
 void Wire::writeStatus(std::uint8_t* bytes) const {
   put(messages_->status, bytes);
-}
-
-namespace {
-
-tl::expected<CalibrationStep, std::string> decodeStep(const pb::CalibrateRequest& request) {
-  using Kind = CalibrationStep::Kind;
-  CalibrationStep step;
-  switch (request.step_case()) {
-  case pb::CalibrateRequest::kGeometry:
-    step.kind = Kind::kGeometry;
-    step.anyway = request.geometry().anyway();
-    return step;
-  case pb::CalibrateRequest::kNoise:
-    step.kind = Kind::kNoise;
-    step.seconds = request.noise().duration_s();
-    step.anyway = request.noise().anyway();
-    return step;
-  case pb::CalibrateRequest::kWeight:
-    step.kind = Kind::kWeight;
-    step.weight_N = request.weight().weight_n();
-    step.seconds = request.weight().patience_s();
-    step.first = request.weight().first();
-    return step;
-  case pb::CalibrateRequest::kStiffness:
-    step.kind = Kind::kStiffness;
-    return step;
-  case pb::CalibrateRequest::kFinish:
-    step.kind = Kind::kFinish;
-    step.name = request.finish().name();
-    if (step.name.empty() || traction::isValidName(step.name)) return step;
-    return tl::unexpected<std::string>("that is no name for a gel: 1 to 24 of A-Z, a-z, 0-9, _ and - are");
-  case pb::CalibrateRequest::STEP_NOT_SET:
-    break;
-  }
-  return tl::unexpected<std::string>("this step of a calibration is unknown to this version of tractiond");
-}
-
-}  // namespace
-
-namespace {
-
-tl::expected<Asked, std::string> decodeKind(const pb::Request& request) {
-  switch (request.request_case()) {
-  case pb::Request::kStatus:
-    return Asked{.request = Request::kStatus};
-  case pb::Request::kDescription:
-    return Asked{.request = Request::kDescription};
-  case pb::Request::kZero:
-    return Asked{.request = Request::kZero, .zero = {.anyway = request.zero().anyway(), .undo = request.zero().undo()}};
-  case pb::Request::kCalibrate:
-    return decodeStep(request.calibrate()).map([](CalibrationStep step) {
-      return Asked{.request = Request::kCalibrate, .calibration = std::move(step)};
-    });
-  case pb::Request::kSnapshot:
-    return Asked{.request = Request::kSnapshot};
-  case pb::Request::kCamera:
-    return decodeCameraStep(request.camera()).map([](CameraStep step) {
-      return Asked{.request = Request::kCamera, .camera = std::move(step)};
-    });
-  case pb::Request::REQUEST_NOT_SET:
-    break;
-  }
-  return tl::unexpected<std::string>("the request is empty or unknown to this version of tractiond");
-}
-
-/// From anywhere, for people: what a log or a terminal would take as a command is left out.
-std::string printable(std::string_view text) {
-  constexpr std::size_t kLongest = 128;
-  std::string result(text.substr(0, kLongest));
-  std::ranges::replace_if(
-      result, [](char c) { return c < 0x20 || c > 0x7e; }, '?');
-  return result;
-}
-
-}  // namespace
-
-tl::expected<Asked, std::string> decodeRequest(std::string_view bytes) {
-  // Else Protobuf writes a line on standard error for each string that is no UTF-8, and waits for who reads it.
-  [[maybe_unused]] static const auto before = google::protobuf::SetLogHandler(nullptr);
-  pb::Request request;
-  if (!request.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    return tl::unexpected<std::string>("this is not a traction.v1.Request");
-  }
-  if (request.version() != kVersion) {
-    return tl::unexpected("version " + std::to_string(request.version()) + " of the protocol is asked for, this is " +
-                          std::to_string(kVersion));
-  }
-  auto asked = decodeKind(request);
-  if (asked) asked->onBehalfOf = printable(request.on_behalf_of());
-  return asked;
-}
-
-std::string encodeReply(Request request, std::string_view message) {
-  pb::Reply reply;
-  google::protobuf::MessageLite& answer = request == Request::kStatus
-                                              ? static_cast<google::protobuf::MessageLite&>(*reply.mutable_status())
-                                              : *reply.mutable_description();
-  if (!answer.ParseFromArray(message.data(), static_cast<int>(message.size()))) {
-    return encodeErrorReply("there is nothing to tell yet");
-  }
-  return finish(reply);
-}
-
-std::string encodeZeroReply(const RestPose& zero, std::string_view remark) {
-  pb::Reply reply;
-  set(zero, *reply.mutable_zero()->mutable_zero());
-  reply.mutable_zero()->set_markers_present(static_cast<std::uint32_t>(std::ranges::count(zero.present, 1)));
-  reply.mutable_zero()->set_markers_expected(static_cast<std::uint32_t>(zero.present.size()));
-  reply.mutable_zero()->set_noise_levels(zero.noise);
-  reply.mutable_zero()->set_remark(std::string(remark));
-  return finish(reply);
-}
-
-std::string encodeCalibrationReply(const CalibrationReport& report) {
-  pb::Reply reply;
-  pb::CalibrateReply& told = *reply.mutable_calibrate();
-  for (const CalibrationReport::Figure& from : report.figures) {
-    pb::Figure& to = *told.add_figures();
-    to.set_name(from.name);
-    to.set_value(from.value);
-    to.set_deviation(from.deviation);
-  }
-  for (const std::string& remark : report.remarks) told.add_remarks(remark);
-  told.set_path(report.path);
-  return finish(reply);
-}
-
-std::string encodeCameraReply(const CameraReport& report) {
-  pb::Reply reply;
-  encode(report, *reply.mutable_camera());
-  return finish(reply);
-}
-
-std::string encodeSnapshotReply(const Snapshot& snapshot, const sensor::Sensor& sensor) {
-  pb::Reply reply;
-  pb::SnapshotReply& to = *reply.mutable_snapshot();
-  PlainPicture picture = plainPicture(snapshot.frame);
-  std::uint32_t reduced = 1;
-  for (; picture.levels.size() > kLargestPicture; reduced *= 2) picture = halved(picture);
-  to.set_width(static_cast<std::uint32_t>(picture.width));
-  to.set_height(static_cast<std::uint32_t>(picture.height));
-  to.set_channels(static_cast<std::uint32_t>(picture.channels));
-  to.set_levels(picture.levels.data(), picture.levels.size());
-  to.set_reduced(reduced);
-  to.set_pixel_format(std::string(traitsOf(snapshot.frame.format).name));
-  to.set_frame_number(snapshot.frame.info.frameNumber);
-  to.set_received_real_ns(snapshot.frame.info.times.receivedReal_ns);
-  to.mutable_place_px()->Add(snapshot.place_px.begin(), snapshot.place_px.end());
-  for (const MarkerState state : snapshot.state) to.mutable_marker_state()->push_back(static_cast<char>(state));
-  for (std::size_t i = 0; i < sensor.layers.size(); ++i) {
-    to.mutable_marker_layer()->append(static_cast<std::size_t>(sensor.layers[i].count()), static_cast<char>(i));
-    to.add_colours(wireColour(sensor.layers[i].colour));
-  }
-  to.mutable_spot_px()->Add(snapshot.spot_px.begin(), snapshot.spot_px.end());
-  to.set_spot_layer(snapshot.spotLayer.data(), snapshot.spotLayer.size());
-  return finish(reply);
-}
-
-std::string encodeErrorReply(std::string_view error) {
-  pb::Reply reply;
-  reply.set_error(std::string(error));
-  return finish(reply);
 }
 
 }  // namespace tractiond::publish

@@ -1,20 +1,13 @@
-// Records <-> bytes of proto/traction/v1. With wire_camera the only files of the daemon that see Protobuf.
+// Records -> bytes of the messages of proto/traction/v1 that are published.
 #pragma once
 
 #include "daemon/publish/description.h"
 #include "daemon/publish/status.h"
-#include "daemon/records/calibration.h"
-#include "daemon/records/camera_features.h"
 #include "daemon/records/ledger.h"
-#include "daemon/records/snapshot.h"
 #include "daemon/records/traction_field.h"
-#include "daemon/records/zero_request.h"
-
-#include <tl/expected.hpp>
 
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace traction::v1 {
@@ -67,31 +60,5 @@ class Wire {
   struct Messages;
   std::unique_ptr<Messages> messages_;
 };
-
-// --- control
-
-enum class Request { kStatus, kDescription, kZero, kCalibrate, kCamera, kSnapshot };
-
-/// A request with what it says.
-struct Asked {
-  Request request = Request::kStatus;
-  ZeroRequest zero = {};             ///< kZero, without its asker
-  CalibrationStep calibration = {};  ///< kCalibrate
-  CameraStep camera = {};            ///< kCamera
-  std::string onBehalfOf = {};       ///< whom a gateway names as the asker, printable; empty: whoever sends it
-};
-
-/// From anybody: never trusted. The error is a sentence for the asker.
-tl::expected<Asked, std::string> decodeRequest(std::string_view bytes);
-
-/// `message` is a Status or Description as it was sent, answering `request`.
-std::string encodeReply(Request request, std::string_view message);
-/// `remark`: why it may be no zero; empty where nothing speaks against it.
-std::string encodeZeroReply(const RestPose& zero, std::string_view remark);
-std::string encodeCalibrationReply(const CalibrationReport& report);
-std::string encodeCameraReply(const CameraReport& report);
-/// Reduced until it has at most 16 MiB. \param sensor whose markers they are.
-std::string encodeSnapshotReply(const Snapshot& snapshot, const sensor::Sensor& sensor);
-std::string encodeErrorReply(std::string_view error);
 
 }  // namespace tractiond::publish

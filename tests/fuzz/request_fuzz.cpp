@@ -1,4 +1,4 @@
-#include "daemon/publish/wire.h"
+#include "daemon/publish/wire_control.h"
 #include "tests/fuzz/target.h"
 #include "traction/v1/control.pb.h"
 

@@ -20,6 +20,10 @@ inline Id idOf(std::uint8_t first) {
   return id;
 }
 
+inline std::string text(const Id& id) {
+  return {id.begin(), id.end()};
+}
+
 inline FrameInfo frameInfo(std::uint64_t number) {
   FrameInfo info;
   info.cameraFrameId = number % 65535 + 1;

@@ -1,0 +1,298 @@
+#include "daemon/publish/wire_control.h"
+#include "tests/unit/publish/support.h"
+#include "traction/v1/control.pb.h"
+#include "traction/v1/status.pb.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace tractiond::publish {
+namespace {
+
+namespace pb = traction::v1;
+
+TEST(WireControl, RequestsAreTold) {
+  pb::Request request;
+  request.set_version(1);
+  request.mutable_status();
+  const auto decoded = [&] { return decodeRequest(request.SerializeAsString()); };
+  EXPECT_EQ(decoded().value().request, Request::kStatus);
+  request.mutable_description();
+  EXPECT_EQ(decoded().value().request, Request::kDescription);
+  request.mutable_zero();
+  EXPECT_EQ(decoded().value().request, Request::kZero);
+  request.clear_request();
+  EXPECT_FALSE(decoded());
+  request.mutable_zero();
+  request.set_version(2);
+  EXPECT_FALSE(decoded());
+}
+
+TEST(WireControl, StepsOfACalibrationAreTold) {
+  using Kind = CalibrationStep::Kind;
+  pb::Request request;
+  request.set_version(1);
+  CalibrationStep step;
+  const auto decoded = [&]() -> tl::expected<Request, std::string> {
+    return decodeRequest(request.SerializeAsString()).map([&](const Asked& asked) {
+      step = asked.calibration;
+      return asked.request;
+    });
+  };
+  request.mutable_calibrate()->mutable_geometry()->set_anyway(true);
+  EXPECT_EQ(decoded().value(), Request::kCalibrate);
+  EXPECT_EQ(step.kind, Kind::kGeometry);
+  EXPECT_TRUE(step.anyway);
+  request.mutable_calibrate()->mutable_noise()->set_duration_s(7.0);
+  EXPECT_EQ(decoded().value(), Request::kCalibrate);
+  EXPECT_EQ(step.kind, Kind::kNoise);
+  EXPECT_EQ(step.seconds, 7.0);
+  EXPECT_FALSE(step.anyway);
+  request.mutable_calibrate()->mutable_weight()->set_weight_n(0.5);
+  request.mutable_calibrate()->mutable_weight()->set_first(true);
+  EXPECT_EQ(decoded().value(), Request::kCalibrate);
+  EXPECT_EQ(step.kind, Kind::kWeight);
+  EXPECT_EQ(step.weight_N, 0.5);
+  EXPECT_TRUE(step.first);
+  request.mutable_calibrate()->mutable_stiffness();
+  EXPECT_EQ(decoded().value(), Request::kCalibrate);
+  EXPECT_EQ(step.kind, Kind::kStiffness);
+  request.mutable_calibrate()->mutable_finish()->set_name("left");
+  EXPECT_EQ(decoded().value(), Request::kCalibrate);
+  EXPECT_EQ(step.kind, Kind::kFinish);
+  EXPECT_EQ(step.name, "left");
+  request.mutable_calibrate()->mutable_finish()->set_name("../left");
+  EXPECT_FALSE(decoded());
+  request.mutable_calibrate()->clear_step();
+  EXPECT_FALSE(decoded());
+}
+
+TEST(WireControl, WhatIsAskedOfTheCameraIsTold) {
+  using Kind = CameraStep::Kind;
+  pb::Request request;
+  request.set_version(1);
+  const auto step = [&] {
+    const auto asked = decodeRequest(request.SerializeAsString());
+    EXPECT_TRUE(asked && asked->request == Request::kCamera) << request.camera().step_case();
+    return asked.value_or(Asked{}).camera;
+  };
+  request.mutable_camera()->mutable_list()->set_matching("gain");
+  request.mutable_camera()->mutable_list()->add_categories("AnalogControl");
+  EXPECT_EQ(step().kind, Kind::kList);
+  EXPECT_EQ(step().matching, "gain");
+  EXPECT_EQ(step().categories, std::vector<std::string>{"AnalogControl"});
+  request.mutable_camera()->mutable_read()->set_name("BalanceRatio[Red]");
+  EXPECT_EQ(step().kind, Kind::kRead);
+  EXPECT_EQ(step().name, "BalanceRatio[Red]");
+  request.mutable_camera()->mutable_write()->set_name("ExposureTime");
+  request.mutable_camera()->mutable_write()->set_value("4000.5");
+  EXPECT_EQ(step().kind, Kind::kWrite);
+  EXPECT_EQ(step().name, "ExposureTime");
+  EXPECT_EQ(step().value, "4000.5");
+  request.mutable_camera()->mutable_execute()->set_name("UserSetLoad");
+  EXPECT_EQ(step().kind, Kind::kExecute);
+  EXPECT_EQ(step().name, "UserSetLoad");
+  request.mutable_camera()->mutable_balance_white();
+  EXPECT_EQ(step().kind, Kind::kBalanceWhite);
+  request.mutable_camera()->mutable_trigger();
+  EXPECT_EQ(step().kind, Kind::kTrigger);
+}
+
+TEST(WireControl, ImpossibleRequestsForTheCameraAreRefused) {
+  pb::Request request;
+  request.set_version(1);
+  const auto refused = [&] {
+    const auto asked = decodeRequest(request.SerializeAsString());
+    return !asked && !asked.error().empty();
+  };
+  request.mutable_camera();
+  EXPECT_TRUE(refused());
+  for (const std::string& name :
+       {std::string(), std::string("Exposure Time"), std::string("Gain\n"), std::string("Gain["), std::string("Gain[]"),
+        std::string("Gain[Red]Blue"), std::string("[Red]"), std::string("Gain]"), std::string("Gain[[Red]]]"),
+        std::string("../Gain"), std::string("Gain\0", 5), std::string(129, 'a')}) {
+    request.mutable_camera()->mutable_read()->set_name(name);
+    EXPECT_TRUE(refused()) << name;
+    request.mutable_camera()->mutable_execute()->set_name(name);
+    EXPECT_TRUE(refused()) << name;
+    request.mutable_camera()->mutable_write()->set_name(name);
+    EXPECT_TRUE(refused()) << name;
+  }
+  request.mutable_camera()->mutable_write()->set_name("Gain");
+  EXPECT_FALSE(refused());
+  for (const std::string& value : {std::string("1\n2"), std::string("\0", 1), std::string(1025, '1')}) {
+    request.mutable_camera()->mutable_write()->set_value(value);
+    EXPECT_TRUE(refused()) << value;
+  }
+  for (int i = 0; i < 65; ++i) request.mutable_camera()->mutable_list()->add_categories("Root");
+  EXPECT_TRUE(refused());
+  request.mutable_camera()->mutable_list()->clear_categories();
+  EXPECT_FALSE(refused());
+  request.mutable_camera()->mutable_list()->set_matching(std::string(129, 'a'));
+  EXPECT_TRUE(refused());
+}
+
+TEST(WireControl, FeaturesOfTheCameraArriveWordByWord) {
+  using Feature = CameraFeature;
+  const CameraReport report{.features = {{.name = "ExposureTime",
+                                          .value = "4000",
+                                          .unit = "us",
+                                          .kind = Feature::Kind::kFloat,
+                                          .access = Feature::Access::kReadWrite,
+                                          .minimum = 10.0,
+                                          .maximum = 1e6,
+                                          .increment = 0.5,
+                                          .description = "of a picture",
+                                          .configured = "5000",
+                                          .first = "5000",
+                                          .category = "AcquisitionControl"},
+                                         {.name = "BalanceRatioSelector",
+                                          .value = "Red",
+                                          .kind = Feature::Kind::kEnumeration,
+                                          .access = Feature::Access::kRead,
+                                          .entries = {"Red", "Blue"},
+                                          .selected = {"A=B"}},
+                                         {.name = "Odd",
+                                          .minimum = std::numeric_limits<double>::quiet_NaN(),
+                                          .maximum = std::numeric_limits<double>::infinity()}},
+                            .remarks = {"one"},
+                            .camera = "Acme-42"};
+  pb::Reply reply;
+  ASSERT_TRUE(reply.ParseFromString(encodeCameraReply(report)));
+  ASSERT_EQ(reply.camera().features_size(), 3);
+  const pb::CameraFeature& exposure = reply.camera().features(0);
+  EXPECT_EQ(exposure.name(), "ExposureTime");
+  EXPECT_EQ(exposure.value(), "4000");
+  EXPECT_EQ(exposure.unit(), "us");
+  EXPECT_EQ(exposure.kind(), pb::CAMERA_FEATURE_KIND_FLOAT);
+  EXPECT_EQ(exposure.access(), pb::CAMERA_FEATURE_ACCESS_READ_WRITE);
+  EXPECT_EQ(exposure.minimum(), 10.0);
+  EXPECT_EQ(exposure.maximum(), 1e6);
+  EXPECT_EQ(exposure.increment(), 0.5);
+  EXPECT_EQ(exposure.description(), "of a picture");
+  EXPECT_EQ(exposure.configured(), "5000");
+  EXPECT_EQ(exposure.first(), "5000");
+  EXPECT_EQ(exposure.category(), "AcquisitionControl");
+  const pb::CameraFeature& selector = reply.camera().features(1);
+  EXPECT_EQ(selector.kind(), pb::CAMERA_FEATURE_KIND_ENUMERATION);
+  EXPECT_EQ(selector.access(), pb::CAMERA_FEATURE_ACCESS_READ);
+  EXPECT_FALSE(selector.has_minimum());
+  EXPECT_FALSE(selector.has_maximum());
+  EXPECT_FALSE(selector.has_increment());
+  EXPECT_EQ(selector.entries_size(), 2);
+  EXPECT_EQ(selector.entries(1), "Blue");
+  EXPECT_EQ(selector.selected(0), "A=B");
+  EXPECT_FALSE(reply.camera().features(2).has_minimum()) << "no number on the wire is NaN or infinite";
+  EXPECT_FALSE(reply.camera().features(2).has_maximum());
+  EXPECT_EQ(reply.camera().remarks(0), "one");
+  EXPECT_EQ(reply.camera().camera(), "Acme-42");
+}
+
+// A reader refuses a message with text that is not UTF-8; a camera's registers hold anything.
+TEST(WireControl, BytesOfACameraThatAreNoTextDoNotSpoilTheReply) {
+  std::mt19937 random(std::random_device{}());
+  const auto seed = random();
+  random.seed(seed);
+  SCOPED_TRACE(seed);
+  const std::vector<std::string> pieces = {
+      "a",        "\xc3\xa9",     "\xe2\x82\xac", "\xf0\x9f\x98\x80", "\x80", "\xc3",        "\xe2\x82", "\xf0\x9f\x98",
+      "\xc0\x80", "\xed\xa0\x80", "\xf5\x80",     "\xf4\x90\x80",     "\xff", "\xe0\x80\x80"};
+  for (int i = 0; i < 2000; ++i) {
+    std::string bytes;
+    for (auto count = random() % 12; count > 0; --count) bytes += pieces[random() % pieces.size()];
+    CameraFeature feature;
+    for (std::string* text : {&feature.name, &feature.value, &feature.unit, &feature.description, &feature.configured,
+                              &feature.first, &feature.category}) {
+      *text = bytes;
+    }
+    feature.entries = feature.selected = {bytes};
+    pb::Reply reply;
+    ASSERT_TRUE(reply.ParseFromString(encodeCameraReply({.features = {feature}, .remarks = {bytes}, .camera = bytes})));
+    EXPECT_LE(reply.camera().camera().size(), 3 * bytes.size());
+  }
+  pb::Reply reply;
+  const std::string good = "\xc2\xb5s \xe2\x82\xac \xf0\x9f\x98\x80";
+  ASSERT_TRUE(reply.ParseFromString(encodeCameraReply({.features = {},
+                                                       .remarks = {good, "a\xff"
+                                                                         "b"},
+                                                       .camera = ""})));
+  EXPECT_EQ(reply.camera().remarks(0), good);
+  EXPECT_EQ(reply.camera().remarks(1), "a?b");
+}
+
+TEST(WireControl, ASnapshotHasThePictureAndItsMarkers) {
+  Snapshot snapshot;
+  const sensor::Sensor sensor;
+  const auto count = static_cast<std::size_t>(sensor.markerCount());
+  snapshot.bytes.assign(8000 * 6000, 7);  // more than is sent
+  snapshot.frame.data = snapshot.bytes.data();
+  snapshot.frame.size = snapshot.bytes.size();
+  snapshot.frame.width = snapshot.frame.stride = 8000;
+  snapshot.frame.height = 6000;
+  snapshot.frame.format = PixelFormat::kMono8;
+  snapshot.place_px.assign(2 * count, 5.5F);
+  snapshot.state.assign(count, MarkerState::kLost);
+  snapshot.spot_px = {1.0F, 2.0F};
+  snapshot.spotLayer = {1};
+  pb::Reply reply;
+  ASSERT_TRUE(reply.ParseFromString(encodeSnapshotReply(snapshot, sensor)));
+  const pb::SnapshotReply& told = reply.snapshot();
+  EXPECT_EQ(told.reduced(), 2U);
+  EXPECT_EQ(told.width(), 4000U);
+  EXPECT_EQ(told.levels().size(), 4000U * 3000U);
+  EXPECT_EQ(told.levels().back(), 7);
+  EXPECT_EQ(told.pixel_format(), "Mono8");
+  ASSERT_EQ(told.marker_state().size(), count);
+  EXPECT_EQ(told.marker_state()[0], pb::MARKER_STATE_LOST);
+  EXPECT_EQ(told.marker_layer()[575], 0);
+  EXPECT_EQ(told.marker_layer()[576], 1);
+  EXPECT_EQ(told.colours(1), pb::COLOUR_RED);
+  EXPECT_EQ(told.place_px_size(), static_cast<int>(2 * count));
+  EXPECT_EQ(told.spot_px(1), 2.0F);
+  EXPECT_EQ(told.spot_layer()[0], 1);
+}
+
+TEST(WireControl, RandomBytesAreNoRequestAndNoHarm) {
+  std::mt19937 random(1);
+  for (int i = 0; i < 20'000; ++i) {
+    std::string bytes(random() % 200, '\0');
+    for (char& byte : bytes) byte = static_cast<char>(random());
+    const auto request = decodeRequest(bytes);
+    EXPECT_TRUE(request || !request.error().empty());
+  }
+}
+
+TEST(WireControl, RepliesHoldWhatWasSent) {
+  pb::Status sent;
+  sent.mutable_header()->set_sequence(41);
+  sent.mutable_ledger()->set_published(7);
+  const std::string status = sent.SerializeAsString();
+  pb::Reply reply;
+  ASSERT_TRUE(reply.ParseFromString(encodeReply(Request::kStatus, status)));
+  EXPECT_EQ(reply.version(), 1U);
+  EXPECT_TRUE(reply.error().empty());
+  EXPECT_EQ(reply.status().SerializeAsString(), status);
+
+  ASSERT_TRUE(reply.ParseFromString(encodeZeroReply(restPose(), "touched")));
+  EXPECT_EQ(reply.zero().zero().id(), text(idOf(50)));
+  EXPECT_EQ(reply.zero().markers_present(), 1U);
+  EXPECT_EQ(reply.zero().markers_expected(), 2U);
+  EXPECT_EQ(reply.zero().noise_levels(), 2.5);
+  EXPECT_EQ(reply.zero().remark(), "touched");
+
+  const CalibrationReport report{.figures = {{"focal_px", 960.0, 2.0}}, .remarks = {"one"}, .path = "/gel.toml"};
+  ASSERT_TRUE(reply.ParseFromString(encodeCalibrationReply(report)));
+  EXPECT_EQ(reply.calibrate().figures(0).name(), "focal_px");
+  EXPECT_EQ(reply.calibrate().figures(0).value(), 960.0);
+  EXPECT_EQ(reply.calibrate().figures(0).deviation(), 2.0);
+  EXPECT_EQ(reply.calibrate().remarks(0), "one");
+  EXPECT_EQ(reply.calibrate().path(), "/gel.toml");
+
+  ASSERT_TRUE(reply.ParseFromString(encodeErrorReply("no frames")));
+  EXPECT_EQ(reply.error(), "no frames");
+  EXPECT_EQ(reply.reply_case(), pb::Reply::REPLY_NOT_SET);
+}
+
+}  // namespace
+}  // namespace tractiond::publish
