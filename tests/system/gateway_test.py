@@ -25,11 +25,6 @@ def pair():
     return tuple(key.decode() for key in zmq.curve_keypair())
 
 
-def memory_mib(process):
-    status = pathlib.Path(f"/proc/{process.child.pid}/status").read_text()
-    return int(re.search(r"VmRSS:\s+(\d+)", status)[1]) / 1024
-
-
 def weigh(process, nice):
     """The processor's time goes to sessions in equal shares; this one gets a smaller one, where the kernel counts so."""
     with contextlib.suppress(OSError):
@@ -275,7 +270,7 @@ class Gateway(unittest.TestCase):
         gateway.endpoint = {name: at.replace("0.0.0.0", "127.0.0.1") for name, at in gateway.endpoint.items()}
         honest = self.bench.subscribe(gateway, "traction/v1/default/field/", keys=keys["ada"])
         honest.collect(10)
-        memory = memory_mib(gateway)
+        memory = gateway.memory_MiB()
         ports = [at.rsplit(":", 1)[1] for at in gateway.endpoint.values()]
         flood = self.bench.start(sys.executable, FLOOD, kind, SECONDS, *ports, *keys["eve"])
         flood.wait_for("flooding")
@@ -285,7 +280,7 @@ class Gateway(unittest.TestCase):
         self.bench.subscribe(gateway, "traction/v1/default/field/", keys=keys["ada"]).collect(2)
         during = time.monotonic() - begin
         p99, rate = self.local_p99(SECONDS)
-        peak = memory_mib(gateway)
+        peak = gateway.memory_MiB()
         self.assertEqual(flood.join(SECONDS + 20), 0, flood.output())
         begin = time.monotonic()
         self.bench.subscribe(gateway, "traction/v1/default/field/", keys=keys["ada"]).collect(2)
@@ -372,14 +367,11 @@ class Start(unittest.TestCase):
                 self.assertNotIn(good[1], gateway.output())
 
     def test_systemd_hears_of_it_and_a_stop_is_obeyed_at_once(self):
-        systemd = self.enterContext(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM))
-        path = str(self.bench.folder / "notify")
-        systemd.bind(path)
-        systemd.settimeout(20 * rig.PATIENCE)
-        gateway = self.bench.gateway(self.nobody, env={"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "1000000"})
-        heard = ""
-        while "READY=1" not in heard or "STATUS=" not in heard or heard.count("WATCHDOG=1") < 2:
-            heard += systemd.recv(4096).decode() + "\n"
+        systemd = rig.Systemd(self.bench, watchdog_s=1.0)
+        gateway = self.bench.gateway(self.nobody, env=systemd.env)
+        self.assertTrue(any(line.startswith("STATUS=") for line in systemd.wait_for("READY=1")))
+        systemd.wait_for("WATCHDOG=1")
+        systemd.wait_for("WATCHDOG=1")
         begin = time.monotonic()
         self.assertEqual(gateway.stop(), 0, gateway.output())
         self.assertLess(time.monotonic() - begin, 1.0 * rig.PATIENCE)

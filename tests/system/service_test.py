@@ -2,14 +2,12 @@
 
 import contextlib
 import os
-import queue
 import random
 import re
 import resource
 import signal
 import socket
 import subprocess
-import threading
 import time
 import unittest
 
@@ -21,40 +19,24 @@ import rig
 class Service(unittest.TestCase):
     def setUp(self):
         self.bench = self.enterContext(rig.Rig())
-        self.systemd = self.enterContext(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM))
-        path = str(self.bench.folder / "notify")
-        self.systemd.bind(path)
-        self.env = {"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "2000000"}
-        self.notices = queue.Queue()
-        threading.Thread(target=self.read, daemon=True).start()
-
-    def read(self):
-        """Always, as systemd does: a daemon waits for whoever reads no notices."""
-        while True:
-            self.notices.put(self.systemd.recv(4096).decode().splitlines())
-
-    def wait_for(self, wanted):
-        lines = []
-        while wanted not in lines:
-            lines = self.notices.get(timeout=60 * rig.PATIENCE)
-        return lines
+        self.systemd = rig.Systemd(self.bench)
 
     def check(self, daemon):
-        self.assertTrue(any(line.startswith("STATUS=") for line in self.wait_for("READY=1")))
-        self.wait_for("WATCHDOG=1")
-        self.wait_for("WATCHDOG=1")
+        self.assertTrue(any(line.startswith("STATUS=") for line in self.systemd.wait_for("READY=1")))
+        self.systemd.wait_for("WATCHDOG=1")
+        self.systemd.wait_for("WATCHDOG=1")
         self.assertEqual(daemon.stop(), 0, daemon.output())
-        self.wait_for("STOPPING=1")
+        self.systemd.wait_for("STOPPING=1")
         self.assertEqual(os.listdir(self.bench.folder / "default" / "run"), [])
 
     def test_with_a_camera(self):
         self.bench.twin("idle")
-        daemon = self.bench.daemon(env=self.env)
+        daemon = self.bench.daemon(env=self.systemd.env)
         self.bench.subscribe(daemon).collect(10)
         self.check(daemon)
 
     def test_while_it_waits_for_a_camera(self):
-        daemon = self.bench.daemon(env=self.env)
+        daemon = self.bench.daemon(env=self.systemd.env)
         daemon.wait_for("waiting for a camera")
         self.check(daemon)
 
@@ -62,7 +44,7 @@ class Service(unittest.TestCase):
         gel = (rig.SOURCE / "config/gels/paper.toml").read_text()
         path = self.bench.folder / "new.toml"
         path.write_text(re.sub(r"(?m)^youngs_modulus_pa.*", f"youngs_modulus_pa = {random.uniform(1e5, 3e5)}", gel))
-        daemon = self.bench.daemon(f'[sensor]\ngel_file = "{path}"\n', env=self.env, ready=False)
+        daemon = self.bench.daemon(f'[sensor]\ngel_file = "{path}"\n', env=self.systemd.env, ready=False)
         daemon.wait_for("computing its inverse")
         self.assertEqual(daemon.stop(), 0, daemon.output())
         self.assertIn("stopped before it ran", daemon.output())
@@ -72,7 +54,7 @@ class Service(unittest.TestCase):
     def test_stops_while_another_holds_the_camera(self):
         self.bench.twin("idle")
         self.bench.subscribe(self.bench.daemon()).collect(1)
-        second = self.bench.daemon(instance="second", env=self.env, ready=False)
+        second = self.bench.daemon(instance="second", env=self.systemd.env, ready=False)
         second.wait_for("is held by another client")
         begin = time.monotonic()
         self.assertEqual(second.stop(), 0, second.output())
@@ -81,7 +63,7 @@ class Service(unittest.TestCase):
 
     def test_takes_all_that_is_new_in_its_configuration_or_nothing(self):
         self.bench.twin("idle")
-        daemon = self.bench.daemon("frame_rate_hz = 60\n", env=self.env)
+        daemon = self.bench.daemon("frame_rate_hz = 60\n", env=self.systemd.env)
         subscriber = self.bench.subscribe(daemon)
         subscriber.collect(10)
         file = self.bench.folder / "default" / "tractiond.toml"
@@ -90,8 +72,8 @@ class Service(unittest.TestCase):
         def reload(text, answer):
             file.write_text(text)
             daemon.child.send_signal(signal.SIGHUP)
-            self.wait_for("RELOADING=1")
-            self.wait_for("READY=1")
+            self.systemd.wait_for("RELOADING=1")
+            self.systemd.wait_for("READY=1")
             daemon.wait_for(answer)
 
         rate = random.randint(20, 45)
@@ -158,10 +140,10 @@ class Service(unittest.TestCase):
     def test_the_journal_is_told_what_is_a_warning(self):
         reader, writer = os.pipe()
         stat = os.fstat(writer)
-        env = {**self.env, "JOURNAL_STREAM": f"{stat.st_dev}:{stat.st_ino}"}
+        env = {**self.systemd.env, "JOURNAL_STREAM": f"{stat.st_dev}:{stat.st_ino}"}
         self.bench.twin("idle", "--rate", "30")
         daemon = self.bench.daemon(env=env, ready=False, stderr=writer)
-        self.wait_for("READY=1")
+        self.systemd.wait_for("READY=1")
         self.bench.subscribe(daemon).collect(1)
         self.assertEqual(daemon.stop(), 0)
         wrong = self.bench.daemon("frame_rte_hz = 1\n", env=env, ready=False, stderr=writer)
@@ -184,14 +166,14 @@ class Service(unittest.TestCase):
                 pass
         os.set_blocking(writer, True)
         self.bench.twin("idle")
-        daemon = self.bench.daemon(env=self.env, ready=False, stderr=writer)
+        daemon = self.bench.daemon(env=self.systemd.env, ready=False, stderr=writer)
         os.close(writer)
-        self.wait_for("READY=1")
+        self.systemd.wait_for("READY=1")
         self.bench.subscribe(daemon).collect(60)  # its status is a second old at most
         code, output = self.bench.ctl("--control", daemon.endpoint["control"], "status")
         self.assertEqual(code, 0, output)
         self.assertEqual(daemon.stop(), 0)
-        self.wait_for("STOPPING=1")
+        self.systemd.wait_for("STOPPING=1")
         os.close(reader)
 
     def test_with_more_connections_than_descriptors_at_first(self):

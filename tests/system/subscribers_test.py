@@ -1,6 +1,5 @@
 """Fifty subscribers, of which forty-five read nothing: what the others and the daemon's memory notice of it."""
 
-import os
 import random
 import socket
 import time
@@ -39,10 +38,6 @@ class Frozen:
 
 
 class Subscribers(unittest.TestCase):
-    def memory_MiB(self):
-        with open(f"/proc/{self.daemon.child.pid}/statm") as file:
-            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
-
     def latencies_ms(self, seconds):
         """From the daemon's sending to the reading, of all who read."""
         found = []
@@ -64,17 +59,17 @@ class Subscribers(unittest.TestCase):
             self.daemon = bench.daemon()
             self.readers = [bench.subscribe(self.daemon) for _ in range(READING)]
             self.latencies_ms(3)
-            before_ms, before_MiB = self.latencies_ms(8), self.memory_MiB()
+            before_ms, before_MiB = self.latencies_ms(8), self.daemon.memory_MiB()
             path = self.daemon.endpoint["stream"].removeprefix("ipc://")
             frozen = []
             for _ in range(FROZEN):
                 frozen.append(Frozen(path))
                 self.latencies_ms(pause())
-            during_ms, during_MiB = self.latencies_ms(15), self.memory_MiB()
+            during_ms, during_MiB = self.latencies_ms(15), self.daemon.memory_MiB()
             for one in frozen:
                 one.close()
             self.latencies_ms(3)
-            after_MiB = self.memory_MiB()
+            after_MiB = self.daemon.memory_MiB()
             print(f"\n  p99 of the others {np.quantile(before_ms, 0.99):.2f} -> {np.quantile(during_ms, 0.99):.2f} ms; memory "
                   f"{before_MiB:.1f} MiB, {during_MiB - before_MiB:+.1f} with them, {after_MiB - before_MiB:+.1f} after them ",
                   end="", flush=True)
