@@ -1,6 +1,4 @@
-#include "daemon/capture/frame_gate.h"
-
-#include <gtest/gtest.h>
+#include "tests/unit/capture/frame_gate_bench.h"
 
 #include <algorithm>
 #include <array>
@@ -13,80 +11,8 @@
 namespace tractiond::capture {
 namespace {
 
-constexpr std::int64_t kPeriod_ns = 16'666'667;
-constexpr PictureShape kShape{640, 480, 640 * 480 * 3, 0x02180014};
-
-/// A camera that counts and dates honestly until it is told otherwise, and a host some way behind it.
-class Camera {
- public:
-  explicit Camera(std::uint64_t firstId, bool wide = false)
-      : id_(firstId)
-      , wide_(wide) {}
-
-  /// Takes a picture; what becomes of it is the test's business.
-  Arrival take() {
-    Arrival arrival;
-    arrival.complete = true;
-    arrival.shape = kShape;
-    arrival.id = id_;
-    arrival.device_ns = device_ns_;
-    arrival.host_ns = std::max(host_ns_ + delay_ns_, lastArrival_ns_);
-    lastArrival_ns_ = arrival.host_ns;
-    pass(kPeriod_ns);
-    id_ = wide_ || id_ < 65535 ? id_ + 1 : 1;
-    return arrival;
-  }
-  void lose(int frames) {
-    for (int i = 0; i < frames; ++i) take();
-  }
-  void pass(std::int64_t time_ns) {
-    device_ns_ += time_ns;
-    host_ns_ += time_ns;
-  }
-  void count(std::uint64_t id) { id_ = id; }
-  void setClock(std::int64_t device_ns) { device_ns_ = device_ns; }
-  void step(std::int64_t time_ns) { device_ns_ += time_ns; }
-  void delay(std::int64_t delay_ns) { delay_ns_ = delay_ns; }
-  std::int64_t hostNow() const { return std::max(host_ns_, lastArrival_ns_); }
-  std::int64_t deviceNow() const { return device_ns_; }
-  std::uint64_t nextId() const { return id_; }
-
- private:
-  std::uint64_t id_;
-  bool wide_;
-  std::int64_t device_ns_ = 7'000'000'000'000;
-  std::int64_t host_ns_ = 1'000'000'000;
-  std::int64_t delay_ns_ = 500'000;
-  std::int64_t lastArrival_ns_ = 0;
-};
-
-class FrameGateTest : public testing::Test {
- protected:
-  Judgement judge(const Arrival& arrival) {
-    const Judgement judgement = gate_.judge(arrival);
-    count(judgement, ledger_);
-    return judgement;
-  }
-  /// Judges `frames` honest ones and expects all of them to be new.
-  void stream(Camera& camera, int frames) {
-    for (int i = 0; i < frames; ++i) ASSERT_EQ(judge(camera.take()).verdict, Verdict::kNew) << i;
-  }
-  /// Judges honest frames until one is used again, and says how many that took.
-  int framesUntilNew(Camera& camera, Judgement* last = nullptr) {
-    for (int i = 1; i <= 100; ++i) {
-      const Judgement judgement = judge(camera.take());
-      if (last != nullptr) *last = judgement;
-      if (judgement.verdict == Verdict::kNew) return i;
-    }
-    return 101;
-  }
-
-  FrameGate gate_{kShape, {}};
-  Ledger ledger_;
-};
-
 TEST_F(FrameGateTest, UsesAnHonestStream) {
-  Camera camera(1000);
+  SimulatedCamera camera(1000);
   for (std::uint64_t n = 1; n <= 1000; ++n) {
     const Judgement judgement = judge(camera.take());
     ASSERT_EQ(judgement.verdict, Verdict::kNew);
@@ -98,112 +24,14 @@ TEST_F(FrameGateTest, UsesAnHonestStream) {
   EXPECT_EQ(ledger_.received.get(), 1000U);
 }
 
-/// Packets that come late or twice for a reason, drawn at random: none of them is held against the camera.
-TEST_F(FrameGateTest, DoubtsNoCameraForWhatANetworkDoes) {
-  const unsigned seed = std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::mt19937 random(seed);
-  const auto oneIn = [&](unsigned n) { return random() % n == 0; };
-  Camera camera(40'000);
-  stream(camera, 100);
-  for (int i = 0; i < 20'000; ++i) {
-    if (oneIn(40)) {  // a frame is given up, and some of its packets come after the next one
-      Arrival broken = camera.take();
-      broken.complete = false;
-      judge(broken);
-      Arrival next = camera.take();
-      next.late = static_cast<double>(random() % 100) / 100;
-      ASSERT_FALSE(judge(next).doubted) << i;
-    }
-    if (oneIn(500)) {  // the counter starts anew: Aravis throws away what is up to a hundred older
-      const std::uint64_t back = 1 + random() % 99;
-      if (camera.nextId() > back + 1) {
-        const std::uint64_t id = camera.nextId();
-        camera.count(id - back);
-        camera.lose(static_cast<int>(back));
-        Arrival next = camera.take();
-        next.thrown = back;
-        next.late = static_cast<double>(back);
-        const Judgement judgement = judge(next);
-        ASSERT_FALSE(judgement.doubted) << i << ", " << back << " back";
-      }
-    }
-    ASSERT_FALSE(judge(camera.take()).doubted) << i;
-  }
-  EXPECT_EQ(ledger_.doubted.get(), 0U);
-}
-
-TEST_F(FrameGateTest, DoubtsWhatComesBesideTheCamera) {
-  const unsigned seed = std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::mt19937 random(seed);
-  for (int i = 0; i < 200; ++i) {
-    FrameGate gate(kShape, {});
-    Camera camera(1 + random() % 65'000);
-    for (int k = 0; k < 50; ++k) ASSERT_FALSE(gate.judge(camera.take()).doubted);
-    const bool late = random() % 2 == 0;
-    if (!late) {  // a frame given up is no reason why others come twice
-      Arrival broken = camera.take();
-      broken.complete = false;
-      gate.judge(broken);
-    }
-    Arrival surplus = camera.take();  // of one packet up to three frames
-    (late ? surplus.late : surplus.twice) = 1.0 / 200 + 3.0 * static_cast<double>(random() % 1000) / 1000;
-    surplus.thrown = static_cast<std::uint64_t>(surplus.late);
-    const Judgement judgement = gate.judge(surplus);
-    ASSERT_EQ(judgement.verdict, Verdict::kNew);
-    EXPECT_TRUE(judgement.doubted) << surplus.late << " late, " << surplus.twice << " twice";
-    int frames = 1;
-    while (gate.judge(camera.take()).doubted && frames < 1000) ++frames;
-    EXPECT_NEAR(frames, 2e9 / kPeriod_ns, 2);
-  }
-}
-
-TEST_F(FrameGateTest, DoubtsThatPictureOnlyOfWhichAPacketThatWasAskedForCameTwice) {
-  Camera camera(40'000);
-  stream(camera, 100);
-  Arrival broken = camera.take();
-  broken.complete = false;
-  broken.repeated = true;
-  judge(broken);
-  const Judgement next = judge(camera.take());
-  EXPECT_TRUE(next.doubted);
-  EXPECT_FALSE(next.outnumbered);
-  EXPECT_FALSE(judge(camera.take()).doubted);
-}
-
-/// A picture of now, whole before the camera's own can be.
-TEST_F(FrameGateTest, DoubtsWhatComesBeforeItCanHaveBeenSent) {
-  const unsigned seed = std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::mt19937 random(seed);
-  for (int i = 0; i < 200; ++i) {
-    FrameGate gate(kShape, {});
-    Camera camera(1 + random() % 60'000);
-    const auto late_ns = static_cast<std::int64_t>(random() % 1'000'000);  // by which its frames differ, up to
-    camera.delay(20'000'000);
-    for (int k = 0; k < 200; ++k) {
-      Arrival honest = camera.take();
-      honest.host_ns += late_ns == 0 ? 0 : static_cast<std::int64_t>(random()) % late_ns;
-      ASSERT_FALSE(gate.judge(honest).doubted) << i << ", " << k;
-    }
-    Arrival forged = camera.take();
-    forged.host_ns -= std::max<std::int64_t>(3'100'000, 8 * late_ns) + static_cast<std::int64_t>(random() % 1'000'000);
-    const Judgement judgement = gate.judge(forged);
-    ASSERT_EQ(judgement.verdict, Verdict::kNew);
-    EXPECT_TRUE(judgement.doubted) << i;
-    EXPECT_FALSE(judgement.outnumbered);
-  }
-}
-
 TEST_F(FrameGateTest, FollowsTheCounterThroughItsWrap) {
-  Camera narrow(65'400);
+  SimulatedCamera narrow(65'400);
   stream(narrow, 300);
   EXPECT_EQ(ledger_.missing.get(), 0U);
 }
 
 TEST_F(FrameGateTest, CountsAGapAcrossTheWrap) {
-  Camera camera(65'530);
+  SimulatedCamera camera(65'530);
   stream(camera, 3);  // 65530 .. 65532
   camera.lose(5);     // 65533, 65534, 65535, 1, 2
   const Judgement judgement = judge(camera.take());
@@ -216,21 +44,21 @@ TEST_F(FrameGateTest, CountsAGapAcrossTheWrap) {
 TEST_F(FrameGateTest, FollowsA64BitCounterBeyond16And32Bits) {
   for (const std::uint64_t first : {std::uint64_t{65'400}, (std::uint64_t{1} << 32) - 100, std::uint64_t{1} << 63}) {
     FrameGate gate(kShape, {});
-    Camera camera(first, true);
+    SimulatedCamera camera(first, true);
     for (int i = 0; i < 300; ++i) ASSERT_EQ(gate.judge(camera.take()).verdict, Verdict::kNew) << first << " + " << i;
   }
 }
 
 TEST_F(FrameGateTest, TakesIdZeroFromUsbOnly) {
-  Camera camera(0);
+  SimulatedCamera camera(0);
   EXPECT_EQ(judge(camera.take()).verdict, Verdict::kStale);
   FrameGate usb(kShape, {.zeroIsAnId = true});
-  Camera other(0);
+  SimulatedCamera other(0);
   for (int i = 0; i < 10; ++i) EXPECT_EQ(usb.judge(other.take()).verdict, Verdict::kNew);
 }
 
 TEST_F(FrameGateTest, CountsWhatNeverArrivedApartFromWhatArrivedBroken) {
-  Camera camera(1);
+  SimulatedCamera camera(1);
   stream(camera, 5);
   camera.lose(3);
   Arrival broken = camera.take();
@@ -262,7 +90,7 @@ TEST_F(FrameGateTest, CountsWhatNeverArrivedApartFromWhatArrivedBroken) {
 }
 
 TEST_F(FrameGateTest, RefusesTheSameFrameTwice) {
-  Camera camera(100);
+  SimulatedCamera camera(100);
   stream(camera, 10);
   const Arrival frame = camera.take();
   EXPECT_EQ(judge(frame).verdict, Verdict::kNew);
@@ -275,7 +103,7 @@ TEST_F(FrameGateTest, RefusesARunOfOldBuffers) {
   // Recycled buffers come out in the order they went in: each alone looks like the next of the one before.
   for (const std::int64_t pace_ns : {std::int64_t{0}, kPeriod_ns}) {
     FrameGate gate(kShape, {});
-    Camera camera(500);
+    SimulatedCamera camera(500);
     std::vector<Arrival> buffers;
     for (int i = 0; i < 19; ++i) {
       buffers.push_back(camera.take());
@@ -294,7 +122,7 @@ TEST_F(FrameGateTest, LosesNothingToOneForgedFutureId) {
   for (const std::uint64_t ahead : {2U, 3U, 10U, 100U, 1'000U, 30'000U, 40'000U, 65'534U, 100'000U}) {
     for (const std::int64_t later_ns : {std::int64_t{1}, kPeriod_ns, 100 * kPeriod_ns, std::int64_t{1} << 60}) {
       FrameGate gate(kShape, {});
-      Camera camera(20'000);
+      SimulatedCamera camera(20'000);
       for (int i = 0; i < 100; ++i) ASSERT_EQ(gate.judge(camera.take()).verdict, Verdict::kNew);
       Arrival forged = camera.take();
       Arrival real = forged;
@@ -318,7 +146,7 @@ TEST_F(FrameGateTest, HealsFromAForgedFirstFrame) {
   forged.device_ns = std::int64_t{1} << 62;
   forged.host_ns = 1;
   EXPECT_EQ(judge(forged).verdict, Verdict::kNew);  // nothing is known yet
-  Camera camera(1);
+  SimulatedCamera camera(1);
   Judgement judgement;
   EXPECT_EQ(framesUntilNew(camera, &judgement), 3);
   EXPECT_TRUE(judgement.newTimeline);
@@ -330,7 +158,7 @@ TEST_F(FrameGateTest, HealsFromAForgedFirstFrame) {
 TEST_F(FrameGateTest, ResynchronisesOnThreeFramesAfterACounterReset) {
   for (const std::uint64_t before : {300U, 40'000U, 65'000U, 65'534U}) {
     FrameGate gate(kShape, {});
-    Camera camera(before - 100);
+    SimulatedCamera camera(before - 100);
     for (int i = 0; i < 100; ++i) ASSERT_EQ(gate.judge(camera.take()).verdict, Verdict::kNew);
     camera.count(1);
     if (before == 65'534) camera.count(20'000);
@@ -349,7 +177,7 @@ TEST_F(FrameGateTest, LosesNothingWhenTheCamerasClockSteps) {
   for (const std::int64_t step_ns : {std::int64_t{3'600'000'000'000}, std::int64_t{200'000'000}, -kPeriod_ns * 2,
                                      std::int64_t{-3'600'000'000'000}}) {
     FrameGate gate(kShape, {});
-    Camera camera(100);
+    SimulatedCamera camera(100);
     for (int i = 0; i < 100; ++i) ASSERT_TRUE(gate.judge(camera.take()).timed);
     camera.step(step_ns);
     Judgement judgement = gate.judge(camera.take());
@@ -398,7 +226,7 @@ TEST_F(FrameGateTest, UsesEveryFrameOfACameraWithAnOddClock) {
   std::mt19937_64 random(seed);
   for (int round = 0; round < 200; ++round) {
     FrameGate gate(kShape, {.memory = 1100});
-    Camera camera(1 + random() % 65'535);
+    SimulatedCamera camera(1 + random() % 65'535);
     OddClock clock(random);
     std::vector<Arrival> past;
     std::uint64_t number = 0;
@@ -425,7 +253,7 @@ TEST_F(FrameGateTest, UsesEveryFrameOfACameraWithAnOddClock) {
 }
 
 TEST_F(FrameGateTest, AStallOfTheHostIsNoStepOfTheClock) {
-  Camera camera(100);
+  SimulatedCamera camera(100);
   stream(camera, 100);
   // Ten frames wait for 700 ms and come in a burst.
   std::vector<Arrival> waiting;
@@ -443,7 +271,7 @@ TEST_F(FrameGateTest, AStallOfTheHostIsNoStepOfTheClock) {
 }
 
 TEST_F(FrameGateTest, ALongBreakOfTheNetworkIsCountedAndNotHeldBack) {
-  Camera camera(64'000);
+  SimulatedCamera camera(64'000);
   stream(camera, 100);
   camera.lose(6'000);
   const Judgement judgement = judge(camera.take());
@@ -452,7 +280,7 @@ TEST_F(FrameGateTest, ALongBreakOfTheNetworkIsCountedAndNotHeldBack) {
 }
 
 TEST_F(FrameGateTest, ATriggerMayPauseAndHurry) {
-  Camera camera(10);
+  SimulatedCamera camera(10);
   std::mt19937 random(1);
   std::exponential_distribution<double> pause(1.0);
   for (int i = 0; i < 2000; ++i) {
@@ -462,7 +290,7 @@ TEST_F(FrameGateTest, ATriggerMayPauseAndHurry) {
 }
 
 TEST_F(FrameGateTest, UsesTheFirstFrameOfAReopenedCamera) {
-  Camera camera(100);
+  SimulatedCamera camera(100);
   stream(camera, 50);
   // It comes back with other ids and another clock.
   gate_.restart();
@@ -503,7 +331,7 @@ TEST_F(FrameGateTest, SurvivesNumbersAtTheEndsOfTheirRange) {
         arrival.id = id + 1;
         judge(arrival);
       }
-  Camera camera(7);
+  SimulatedCamera camera(7);
   camera.pass(host_ns);
   EXPECT_LE(framesUntilNew(camera), 3);
 }
@@ -517,7 +345,7 @@ TEST_P(FrameGateProperty, HoldsUnderDisturbances) {
   const auto upTo = [&](int n) { return static_cast<int>(random() % static_cast<std::uint64_t>(n)); };
   FrameGate gate(kShape, {});
   Ledger ledger;
-  Camera camera(65'000 + static_cast<std::uint64_t>(upTo(500)), GetParam() % 2 == 0);
+  SimulatedCamera camera(65'000 + static_cast<std::uint64_t>(upTo(500)), GetParam() % 2 == 0);
 
   std::vector<Arrival> past;                                 // whole pictures, the newest last
   std::vector<std::pair<std::uint64_t, std::int64_t>> used;  // what went through
@@ -613,7 +441,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, FrameGateProperty, testing::Range(0, 40));
 /// With honest losses only, every frame the camera took is accounted for exactly.
 TEST_F(FrameGateTest, AccountsForEveryFrameOfAnHonestCamera) {
   std::mt19937 random(7);
-  Camera camera(60'000);
+  SimulatedCamera camera(60'000);
   std::uint64_t taken = 0, never = 0, refused = 0;
   Judgement last;
   for (int i = 0; i < 100'000; ++i) {
