@@ -58,9 +58,10 @@ class AravisDriver : public Driver {
   std::size_t payload_ = 0;  ///< bytes of a buffer
   std::uint64_t framePackets_ = 0;
   struct Packets {
-    std::int64_t ignored = 0, twice = 0, asked = 0, again = 0, noRoom = 0;
+    std::int64_t ignored = 0, twice = 0, asked = 0, noRoom = 0;
   } packets_;                  ///< when they were counted last
-  std::int64_t expected_ = 0;  ///< packets asked for again that have not come
+  std::int64_t expected_ = 0;  ///< packets asked for again, which may come once more
+  std::int64_t asked_ns_ = 0;  ///< when that was last
   bool portIsTrue_ = true;     ///< the camera sends from the port that it names
   ChunkDescription chunks_;
   std::vector<std::pair<std::string, std::string>> first_;  ///< features as they were before people wrote them
@@ -196,8 +197,11 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes) {
       if (!portIsTrue_) shape.cameraPort = 0;
       if (auto guarded = guardStream(stream_.get(), shape); !guarded) return guarded;
     }
+    // Of a frame whose camera pauses for longer than packet-timeout Aravis asks for all that is still to come, and by
+    // default, a quarter of its packets, then never again for what is really lost.
+    constexpr double kMostRequests = 2.0;  // of a frame's packets; Aravis allows no more
     g_object_set(stream_.get(), "packet-timeout", static_cast<guint>(options_.packetTimeout_us), "frame-retention",
-                 static_cast<guint>(options_.frameRetention_us), nullptr);
+                 static_cast<guint>(options_.frameRetention_us), "packet-request-ratio", kMostRequests, nullptr);
     info_.receiveBuffer_bytes = setReceiveBuffer(stream_.get(), options_.receiveBuffer_bytes);
   }
   for (int i = 0; i < options_.buffers; ++i) {
@@ -278,13 +282,15 @@ void AravisDriver::account(Arrival& arrival) {
   const Packets before = std::exchange(packets_, {.ignored = read("n_ignored_packets"),
                                                   .twice = read("n_duplicated_packets"),
                                                   .asked = read("n_resend_requests"),
-                                                  .again = read("n_resent_packets"),
                                                   .noRoom = read("n_underruns")});
   const auto perFrame = static_cast<std::int64_t>(framePackets_);
   const std::int64_t ignored = packets_.ignored - before.ignored;
   arrival.thrown = static_cast<std::uint64_t>(ignored / perFrame);
-  // Of one that was asked for again both may come.
-  expected_ += packets_.asked - before.asked;
+  // Of one that was asked for again both may come, the one that was only late and the answer, in either order.
+  constexpr std::int64_t kAnswered_ns = 100'000'000;
+  if (packets_.asked != before.asked) asked_ns_ = arrival.host_ns;
+  if (arrival.host_ns - asked_ns_ > kAnswered_ns) expected_ = 0;
+  expected_ = std::min(expected_ + packets_.asked - before.asked, perFrame);
   const auto unasked = [this](std::int64_t count) {
     const std::int64_t excused = std::min(count, expected_);
     expected_ -= excused;
@@ -293,7 +299,6 @@ void AravisDriver::account(Arrival& arrival) {
   const std::int64_t twice = packets_.twice - before.twice;
   const std::int64_t late = std::max<std::int64_t>(ignored - (packets_.noRoom - before.noRoom), 0);
   const std::int64_t unaskedTwice = unasked(twice), unaskedLate = unasked(late);
-  expected_ = std::clamp<std::int64_t>(expected_ - (packets_.again - before.again), 0, perFrame);
   arrival.twice = static_cast<double>(unaskedTwice) / static_cast<double>(perFrame);
   arrival.late = static_cast<double>(unaskedLate) / static_cast<double>(perFrame);
   arrival.repeated = unaskedTwice < twice || unaskedLate < late;

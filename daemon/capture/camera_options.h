@@ -47,8 +47,10 @@ struct CameraOptions {
   int packetSize_bytes = 0;
   /// Nine frames of 640 x 480 RGB8: rides out a stall of 150 ms at 60 frames/s.
   int receiveBuffer_bytes = 8 << 20;
-  /// A packet missing for longer is asked for again. At Aravis's default of 20 ms a repaired frame is 60 ms late.
-  int packetTimeout_us = 2'000;
+  /// A packet that was asked for again and has not come, or a frame that goes on no more, is asked for after this. At
+  /// Aravis's default of 20 ms a repaired frame is 60 ms late; a camera that pauses for longer is asked for what it has
+  /// not sent yet, and may then send nothing of that frame again.
+  int packetTimeout_us = 5'000;
   /// A frame whose packets stay away for longer is given up.
   int frameRetention_us = 100'000;
   /// Needs CAP_NET_RAW, and delivers late or nothing on loopback.

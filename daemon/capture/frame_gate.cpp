@@ -132,10 +132,13 @@ std::uint64_t FrameGate::thrownBefore(const Track& next, std::uint64_t step) con
 
 /// A camera sends each packet once, and again what it is asked for. Not held against it, where they come late: the
 /// packets of a frame that was given up, and whole frames that the time since the last new one has room for, as where
-/// its counter starts anew.
+/// its counter starts anew. Of a packet that was only late, and asked for, both come: hardly in one frame after
+/// another.
 void FrameGate::weigh(std::int64_t host_ns, std::uint64_t step) {
   constexpr double kForgotten = 0.9;  // broken frames, with each new one
-  if (twice_ > 0.0) doubtUntil_ns_ = host_ns + options_.doubt_ns;
+  constexpr double kMostRepeated = 4.0, kFading = 0.98;
+  repeatedLately_ = kFading * repeatedLately_ + (repeated_ ? 1.0 : 0.0);
+  if (twice_ > 0.0 || repeatedLately_ > kMostRepeated) doubtUntil_ns_ = host_ns + options_.doubt_ns;
   if (late_ > 0.0 && current_) {
     const double elapsed = current_->pace_ns > 0 ? static_cast<double>(host_ns - current_->host_ns) /
                                                        static_cast<double>(current_->pace_ns)

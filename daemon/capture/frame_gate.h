@@ -116,6 +116,7 @@ class FrameGate {
   std::uint64_t thrown_ = 0;          ///< by the driver since the last new frame
   double late_ = 0.0, twice_ = 0.0;   ///< likewise
   bool repeated_ = false;
+  double repeatedLately_ = 0.0;     ///< frames
   double broken_ = 0.0;             ///< frames given up of late, whose packets may still come
   std::int64_t doubtUntil_ns_ = 0;  ///< host's clock
   std::vector<Seen> history_;       ///< the last whole pictures, a ring

@@ -82,6 +82,20 @@ TEST_F(FrameGateTest, DoubtsThatPictureOnlyOfWhichAPacketThatWasAskedForCameTwic
   EXPECT_FALSE(judge(camera.take()).doubted);
 }
 
+TEST_F(FrameGateTest, DoubtsTheOriginWherePacketsComeTwiceInOneFrameAfterAnother) {
+  SimulatedCamera camera(40'000);
+  stream(camera, 100);
+  for (int frames = 0;; ++frames) {
+    ASSERT_LT(frames, 10);
+    Arrival repeated = camera.take();
+    repeated.repeated = true;
+    const Judgement judgement = judge(repeated);
+    EXPECT_TRUE(judgement.doubted);
+    if (judgement.outnumbered) break;
+  }
+  EXPECT_TRUE(judge(camera.take()).outnumbered);
+}
+
 /// A picture of now, whole before the camera's own can be.
 TEST_F(FrameGateTest, DoubtsWhatComesBeforeItCanHaveBeenSent) {
   const unsigned seed = std::random_device{}();

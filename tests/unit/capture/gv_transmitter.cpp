@@ -18,7 +18,7 @@
 namespace tractiond::test {
 namespace {
 
-constexpr std::uint32_t kUserSetLoad = 0x224, kControl = 0x0a00, kAccessDenied = 0x8006;
+constexpr std::uint32_t kUserSetLoad = 0x224, kControl = 0x0a00, kAccessDenied = 0x8006, kPacketUnavailable = 0x800c;
 constexpr std::uint32_t kTicksPerSecond = 0x0940, kClockControl = 0x0944, kClockValue = 0x0948;
 constexpr std::uint32_t kStreamPort = 0x0d00, kPacketSize = 0x0d04, kStreamAddress = 0x0d18, kSourcePort = 0x0d1c;
 
@@ -119,6 +119,11 @@ void GvTransmitter::serve() {
     const bool denied = writes && controller != 0 && controller != sender;
     if (command == 0x82 && !denied && take(&in[8], 4) == kControl) controller = take(&in[12], 4) == 0 ? 0 : sender;
     Bytes answer;
+    if (command == 0x40) {  // packets once more; it has no answer
+      if (resends && got >= 20)
+        sendAgain(static_cast<std::uint16_t>(take(&in[8], 4)), take(&in[12], 4), take(&in[16], 4));
+      continue;
+    }
     switch (denied ? 0 : command) {
     case 0:
       break;
@@ -178,23 +183,17 @@ void GvTransmitter::serve() {
   }
 }
 
-void GvTransmitter::send(const Picture& picture) const {
-  sockaddr_in to{};
-  to.sin_family = AF_INET;
-  to.sin_port = htons(static_cast<std::uint16_t>(read(kStreamPort)));
-  to.sin_addr.s_addr = htonl(read(kStreamAddress));
-  const auto sendOne = [&](const Bytes& packet) {
-    sendto(stream_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
-  };
-  const auto header = [&](std::uint8_t kind, std::uint32_t packet) {
+GvTransmitter::Packets GvTransmitter::packetsOf(const Picture& picture) const {
+  Packets packets;
+  const auto begin = [&](std::uint8_t kind) {
     Bytes bytes;
     put(bytes, 0, 2);
     put(bytes, picture.id, 2);
     put(bytes, kind, 1);
-    put(bytes, packet, 3);
+    put(bytes, packets.size(), 3);
     return bytes;
   };
-  Bytes leader = header(1, 0);
+  Bytes leader = begin(1);
   put(leader, 0, 2);
   put(leader, picture.payloadType, 2);
   put(leader, picture.device_ticks, 8);
@@ -203,21 +202,67 @@ void GvTransmitter::send(const Picture& picture) const {
   put(leader, static_cast<std::uint64_t>(picture.height), 4);
   put(leader, 0, 8);
   put(leader, 0, 4);
-  sendOne(leader);
+  packets.push_back(std::move(leader));
   const std::size_t block = (read(kPacketSize) & 0xffff) - 36;
-  std::uint32_t packet = 1;
-  for (std::size_t at = 0; at < picture.bytes.size(); at += block, ++packet) {
-    Bytes payload = header(3, packet);
+  for (std::size_t at = 0; at < picture.bytes.size(); at += block) {
+    Bytes payload = begin(3);
     const std::size_t size = std::min(block, picture.bytes.size() - at);
     payload.insert(payload.end(), picture.bytes.begin() + static_cast<std::ptrdiff_t>(at),
                    picture.bytes.begin() + static_cast<std::ptrdiff_t>(at + size));
-    sendOne(payload);
+    packets.push_back(std::move(payload));
   }
-  Bytes trailer = header(2, packet);
+  Bytes trailer = begin(2);
   put(trailer, 0, 2);
   put(trailer, picture.payloadType, 2);
   put(trailer, static_cast<std::uint64_t>(picture.height), 4);
-  sendOne(trailer);
+  packets.push_back(std::move(trailer));
+  return packets;
+}
+
+void GvTransmitter::send(const Picture& picture) {
+  constexpr std::size_t kRemembered = 8;
+  Packets packets = packetsOf(picture);
+  {
+    const std::lock_guard lock(sending_);
+    if (sentIds_.size() == kRemembered) {
+      sent_.erase(sentIds_.front());
+      sentIds_.pop_front();
+    }
+    sentIds_.push_back(picture.id);
+    sent_[picture.id].clear();
+  }
+  for (std::size_t number = 0; number < packets.size(); ++number) {
+    if (pace) pace(number, packets.size());
+    const std::lock_guard lock(sending_);
+    sendOne(packets[number]);
+    if (resends) sent_[picture.id].push_back(std::move(packets[number]));
+  }
+}
+
+void GvTransmitter::sendOne(const Bytes& packet) {
+  if (std::uniform_real_distribution<double>()(fate_) < loss) return;
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(static_cast<std::uint16_t>(read(kStreamPort)));
+  to.sin_addr.s_addr = htonl(read(kStreamAddress));
+  sendto(stream_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+}
+
+void GvTransmitter::sendAgain(std::uint16_t id, std::uint32_t first, std::uint32_t last) {
+  const std::lock_guard lock(sending_);
+  const auto frame = sent_.find(id);
+  for (std::uint32_t number = first; number <= last; ++number) {
+    if (frame != sent_.end() && number < frame->second.size()) {
+      sendOne(frame->second[number]);
+    } else if (saysUnavailable) {
+      Bytes bytes;
+      put(bytes, kPacketUnavailable, 2);
+      put(bytes, id, 2);
+      put(bytes, 3, 1);
+      put(bytes, number, 3);
+      sendOne(bytes);
+    }
+  }
 }
 
 }  // namespace tractiond::test

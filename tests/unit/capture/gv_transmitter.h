@@ -4,7 +4,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
+#include <random>
 #include <string>
 #include <thread>
 #include <vector>
@@ -32,7 +37,15 @@ class GvTransmitter {
     std::uint32_t format = 0;
     std::vector<std::uint8_t> bytes;  ///< with what lies behind the picture
   };
-  void send(const Picture& picture) const;
+  void send(const Picture& picture);
+
+  /// A link that loses this share of the stream's packets, those sent again too.
+  std::atomic<double> loss{0.0};
+  /// Packets are sent again when they are asked for; one that has not been sent yet it says it does not have, or says
+  /// nothing.
+  std::atomic<bool> resends{false}, saysUnavailable{false};
+  /// How a frame's packets are spread: called before each of them, with its number from 0 to `count` - 1.
+  std::function<void(std::size_t number, std::size_t count)> pace;
 
   /// Its own clock: nanoseconds of CLOCK_MONOTONIC_RAW that run too fast by `clockRate`, since setClock(); in ticks of
   /// the frequency in its registers. A write to its control register latches it.
@@ -46,7 +59,17 @@ class GvTransmitter {
   std::atomic<std::uint32_t> hangsAt{0};
 
  private:
+  using Packets = std::vector<std::vector<std::uint8_t>>;
+
   void serve();
+  void sendOne(const std::vector<std::uint8_t>& packet);
+  void sendAgain(std::uint16_t id, std::uint32_t first, std::uint32_t last);
+  Packets packetsOf(const Picture& picture) const;
+
+  std::mutex sending_;
+  std::map<std::uint16_t, Packets> sent_;  ///< of the last frames, what has been sent
+  std::deque<std::uint16_t> sentIds_;
+  std::mt19937_64 fate_{std::random_device{}()};
 
   std::atomic<std::int64_t> clockSet_ns_{0}, clockShowed_ns_{0};
 

@@ -82,8 +82,8 @@ class Quirks : public testing::Test {
   }
   test::GvTransmitter::Picture picture(std::uint16_t id, std::uint64_t number) {
     test::GvTransmitter::Picture picture{
-        .id = id, .width = kWidth, .height = kHeight, .format = kRgb8Code, .bytes = {}};
-    picture.bytes.resize(kPicture_bytes);
+        .id = id, .width = width_, .height = height_, .format = kRgb8Code, .bytes = {}};
+    picture.bytes.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) * 3);
     for (auto& byte : picture.bytes) byte = static_cast<std::uint8_t>(random_());
     std::memcpy(picture.bytes.data(), &number, sizeof number);
     return picture;
@@ -96,6 +96,7 @@ class Quirks : public testing::Test {
   Ledger ledger_;
   std::vector<std::string> said_;
   std::unique_ptr<Camera> camera_;
+  int width_ = kWidth, height_ = kHeight;
   std::uint16_t nextId_ = 60'000;
   std::uint64_t preludeReceived_ = 0, preludeLosses_ = 0;
 };
