@@ -95,7 +95,7 @@ void print(const Status& status) {
   std::printf("camera    %llu frames never arrived, %llu reconnects\n", Count{ledger.missing},
               Count{ledger.reconnects});
   if (ledger.doubted != 0) {
-    std::printf("          %llu frames while more packets came in the camera's name than it sends\n",
+    std::printf("          %llu frames of which packets came twice, or early, or while others sent in its name\n",
                 Count{ledger.doubted});
   }
   if (status.cameraLink) print(*status.cameraLink);

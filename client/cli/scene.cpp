@@ -33,7 +33,7 @@ double length(const Vector3& vector) {
 
 std::vector<std::string> words(std::uint32_t flags) {
   constexpr std::array<std::pair<std::uint32_t, const char*>, 9> kWords = {{
-      {kDoubtedOrigin, "perhaps not the camera's picture: others send in its name"},
+      {kDoubtedOrigin, "perhaps not the camera's picture: its packets came twice or early"},
       {kZeroUnverified, "zero not verified"},
       {kFewMarkers, "too few markers"},
       {kReacquiring, "markers labelled anew"},

@@ -1,8 +1,9 @@
 #include "client/cli/canvas.h"
+#include "client/cli/json_writer.h"
 #include "client/doctor/checks.h"
 
 #include <algorithm>
-#include <cstdio>
+#include <cctype>
 
 namespace traction::doctor {
 
@@ -20,15 +21,6 @@ const char* wordOf(Verdict verdict) {
     break;
   }
   return "FAIL";
-}
-
-std::string jsonText(const std::string& text) {
-  std::string result = "\"";
-  for (const char letter : cli::printable(text)) {
-    if (letter == '"' || letter == '\\') result += '\\';
-    result += letter;
-  }
-  return result + '"';
 }
 
 }  // namespace
@@ -50,15 +42,15 @@ std::string reportText(const std::vector<Finding>& findings) {
 }
 
 std::string reportJson(const std::vector<Finding>& findings) {
-  std::string text = R"({"checks":[)";
+  cli::Json json;
+  json.open('{').key("checks").open('[');
   for (const Finding& one : findings) {
     std::string word = one.verdict == Verdict::kUnknown ? "unknown" : wordOf(one.verdict);
     std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
-    text += (text.back() == '[' ? "" : ",") + (R"({"check":)" + jsonText(one.check)) + R"(,"instance":)" +
-            jsonText(one.instance) + R"(,"verdict":)" + jsonText(word) + R"(,"found":)" + jsonText(one.found) +
-            R"(,"mend":)" + jsonText(one.mend) + "}";
+    json.open('{').key("check").string(one.check).key("instance").string(one.instance).key("verdict").string(word);
+    json.key("found").string(cli::printable(one.found)).key("mend").string(cli::printable(one.mend)).close('}');
   }
-  return text + R"(],"exit_code":)" + std::to_string(exitCodeOf(findings)) + "}";
+  return json.close(']').key("exit_code").number(exitCodeOf(findings)).close('}').take();
 }
 
 int exitCodeOf(const std::vector<Finding>& findings) {

@@ -24,8 +24,8 @@ class DeviceClock {
     double largestDrift = 500e-6;            ///< camera crystals stay below 100 ppm; NTP slews up to 500 ppm
   };
   struct Moment {
-    std::int64_t captured_ns =
-        0;  ///< on the arrivals' clock; not after the arrival, and never before the moment before it
+    /// On the arrivals' clock; not after the arrival, and never before the moment before it.
+    std::int64_t captured_ns = 0;
     /// Half width. By one-way stamps, how well the two clocks were seen to agree, beside the shortest delay.
     std::int64_t error_ns = 0;
     CaptureBound bound = CaptureBound::kLatest;

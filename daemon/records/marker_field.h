@@ -21,7 +21,7 @@ enum Flags : std::uint32_t {
   kUnexplained = 1U << 5,     ///< the picture shows displacements that no forces on the surface can make
   kOutOfRange = 1U << 6,      ///< the forces are beyond the range for which the uncertainty is known
   kGelMismatch = 1U << 7,     ///< the rest picture contradicts the gel file: the field is not valid
-  kDoubtedOrigin = 1U << 8,   ///< more packets come in the camera's name than it sends: the picture may be another's
+  kDoubtedOrigin = 1U << 8,   ///< packets came twice, early, or beside the camera's own: the picture may be another's
 };
 
 /// The rest pose: where each marker of the unloaded gel is in the picture, and how it looks there.

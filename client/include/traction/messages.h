@@ -27,7 +27,7 @@ enum Flag : std::uint32_t {
   kUnexplained = 32,     ///< the picture shows displacements that no forces on the surface can make
   kOutOfRange = 64,      ///< the forces are beyond the range for which the uncertainty is known
   kGelMismatch = 128,    ///< the rest picture contradicts the gel file: the field is not valid
-  kDoubtedOrigin = 256,  ///< more packets come in the camera's name than it sends: the picture may be somebody else's
+  kDoubtedOrigin = 256,  ///< packets came twice, early, or beside the camera's own: the picture may be somebody else's
 };
 
 /// 3 x 3, row after row: x, y, z by x, y, z.

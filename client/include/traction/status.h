@@ -44,7 +44,7 @@ struct Ledger {
 
   std::uint64_t missing = 0;     ///< never arrived, by gaps in the camera's ids; not part of the sum
   std::uint64_t reconnects = 0;  ///< how often the camera was lost and opened again
-  std::uint64_t doubted = 0;     ///< new frames while more packets came in the camera's name than it sends
+  std::uint64_t doubted = 0;     ///< new frames that may not be the camera's own
 
   std::uint64_t losses() const {
     return incomplete + wrongSize + wrongFormat + stale + implausible + evictedBeforeTrack + noRestPose +

@@ -43,7 +43,7 @@ TEST_F(Quirks, ACounterThatStartsAnewLosesNothingUnseen) {
   std::uint64_t used = 0, firstNumber = 0, lastNumber = 0, jumps = 0;
   const auto use = [&](milliseconds timeout) {
     Frame frame;
-    const Next next = camera_->next(frame, timeout);
+    const Next next = this->next(frame, timeout);
     if (next != Next::kFrame) return next;
     ++used;
     jumps += frame.info.discontinuity && firstNumber != 0 ? 1 : 0;
@@ -87,7 +87,7 @@ TEST_P(QuirksOf, LoseAndDoubleNothing) {
   std::uint64_t doubled = 0, wrong = 0;
   const auto use = [&](milliseconds timeout) {
     Frame frame;
-    const Next next = camera_->next(frame, timeout);
+    const Next next = this->next(frame, timeout);
     if (next != Next::kFrame) return next;
     std::uint64_t number = 0;
     std::memcpy(&number, frame.data, sizeof number);
@@ -168,7 +168,7 @@ TEST_F(Quirks, NobodyElseSendsAPicture) {
     forge(id);
     const GvTransmitter::Picture one = picture(id, id);
     sender_.send(one);
-    ASSERT_EQ(camera_->next(frame, milliseconds(1000)), Next::kFrame);
+    ASSERT_EQ(next(frame, milliseconds(1000)), Next::kFrame);
     EXPECT_EQ(std::memcmp(frame.data, one.bytes.data(), kPicture_bytes), 0);
     camera_->recycle(frame);
   }
@@ -182,7 +182,7 @@ TEST_F(Quirks, ACameraThatNamesAnotherPortIsHeardAllTheSame) {
   EXPECT_THAT(said_, Contains(HasSubstr("does not send from the port that it says it does")));
   sender_.send(picture(nextId_, 1));
   Frame frame;
-  ASSERT_EQ(camera_->next(frame, milliseconds(1000)), Next::kFrame);
+  ASSERT_EQ(next(frame, milliseconds(1000)), Next::kFrame);
   camera_->recycle(frame);
 }
 
@@ -219,7 +219,7 @@ TEST_F(Quirks, ChunksTellWhatTheFrameWasTakenWith) {
     append(8, 4);
     sender_.send(one);
     Frame frame;
-    ASSERT_EQ(camera_->next(frame, milliseconds(1000)), Next::kFrame);
+    ASSERT_EQ(next(frame, milliseconds(1000)), Next::kFrame);
     EXPECT_NEAR(frame.info.exposure_s, exposure_us * 1e-6, 1e-12);
     EXPECT_EQ(frame.info.extras.gain, gain);
     EXPECT_EQ(frame.info.extras.lines, lines);
@@ -278,7 +278,7 @@ TEST_F(Quirks, ACameraThatForgotIsSetAsItWas) {
   sender_.write(0x100, 2048);
   Frame frame;
   const std::int64_t until_ns = monotonicNow() + 20'000'000'000;
-  while (camera_->info()->session < 2 && monotonicNow() < until_ns) camera_->next(frame, milliseconds(20));
+  while (camera_->info()->session < 2 && monotonicNow() < until_ns) next(frame, milliseconds(20));
   EXPECT_EQ(sender_.read(0x1f8), 500U);
   EXPECT_EQ(sender_.read(0x110), 12U);
   EXPECT_EQ(sender_.read(0x100), static_cast<std::uint32_t>(kWidth));

@@ -66,7 +66,7 @@ class Resend : public Quirks {
     for (;;) {
       Frame frame;
       const bool last = over;
-      const Next next = camera_->next(frame, milliseconds(200));
+      const Next next = this->next(frame, milliseconds(200));
       if (next == Next::kTimeout && last) break;
       if (next != Next::kFrame) continue;
       const std::int64_t now_ns = monotonicNow();

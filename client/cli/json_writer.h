@@ -1,0 +1,121 @@
+// JSON, written as it goes (RFC 8259).
+#pragma once
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace traction::cli {
+
+/// Writes values one after another; knows where a comma belongs.
+class Json {
+ public:
+  Json& key(std::string_view name) {
+    separate();
+    quote(name);
+    text_ += ':';
+    first_ = true;
+    return *this;
+  }
+
+  template <typename Number>
+  Json& number(Number value) {
+    separate();
+    if constexpr (std::is_floating_point_v<Number>) {
+      if (!std::isfinite(value)) {
+        text_ += "null";
+        return *this;
+      }
+    }
+    std::array<char, 32> digits{};
+    text_.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr);
+    return *this;
+  }
+  Json& boolean(bool value) {
+    separate();
+    text_ += value ? "true" : "false";
+    return *this;
+  }
+  Json& string(std::string_view value) {
+    separate();
+    quote(value);
+    return *this;
+  }
+  Json& null() {
+    separate();
+    text_ += "null";
+    return *this;
+  }
+
+  Json& open(char bracket) {
+    separate();
+    text_ += bracket;
+    first_ = true;
+    return *this;
+  }
+  Json& close(char bracket) {
+    text_ += bracket;
+    first_ = false;
+    return *this;
+  }
+
+  template <typename Range>
+  Json& numbers(const Range& values) {
+    open('[');
+    for (const auto& value : values) number(value);
+    return close(']');
+  }
+  Json& booleans(const std::vector<std::uint8_t>& values) {
+    open('[');
+    for (const auto value : values) boolean(value != 0);
+    return close(']');
+  }
+  Json& strings(const std::vector<std::string>& values) {
+    open('[');
+    for (const std::string& value : values) string(value);
+    return close(']');
+  }
+  template <typename Range>
+  Json& vectors(const Range& values) {
+    open('[');
+    for (const auto& value : values) numbers(value);
+    return close(']');
+  }
+
+  std::string take() { return std::move(text_); }
+
+ private:
+  void separate() {
+    if (!first_) text_ += ',';
+    first_ = false;
+  }
+
+  void quote(std::string_view value) {
+    text_ += '"';
+    for (const char c : value) {
+      if (c == '"' || c == '\\') {
+        text_ += '\\';
+        text_ += c;
+      } else if (static_cast<unsigned char>(c) < 0x20) {
+        constexpr std::string_view kHex = "0123456789abcdef";
+        text_ += "\\u00";
+        text_ += kHex[static_cast<unsigned char>(c) >> 4];
+        text_ += kHex[c & 15];
+      } else {
+        text_ += c;
+      }
+    }
+    text_ += '"';
+  }
+
+  std::string text_;
+  bool first_ = true;
+};
+
+}  // namespace traction::cli
