@@ -2,6 +2,8 @@
 #pragma once
 
 #include "daemon/instance.h"
+#include "daemon/recorder.h"
+#include "daemon/replay.h"
 
 #include <tl/expected.hpp>
 
@@ -11,6 +13,8 @@ struct Arguments {
   Places places;
   std::string description;  ///< of a camera, to say what would be done with it; empty: none
   std::string images;       ///< empty: a camera
+  RecordOptions record;
+  ReplayOptions replay;  ///< no file: nothing is replayed
   bool checkConfig = false, printConfig = false, listCameras = false;
 };
 

@@ -54,9 +54,11 @@ std::vector<Key> keysOf(Config& config) {
   const auto endpoints = [&config](const std::vector<std::string>& list) {
     return [&list, &config] { return endpointFault(list, config.insecure); };
   };
+  const auto cpus = [&list = config.realtime.cpus] { return parseCpus(list) ? "" : parseCpus(list).error(); };
   capture::CameraOptions& camera = config.camera;
   solve::SolveOptions& solve = config.solve;
   publish::PublishOptions& publish = config.publish;
+  RealtimeOptions& realtime = config.realtime;
   using capture::PacketSocket;
   using sensor::elastic::Model;
 
@@ -150,6 +152,17 @@ std::vector<Key> keysOf(Config& config) {
           &config.controlEndpoints, {}, endpoints(config.controlEndpoints)},
       {"publish", "high_water_mark", "messages", "That wait for one slow subscriber before it loses some.",
           &publish.highWaterMark, {1, 100'000}},
+      {"publish", "preview_hz", "pictures/s", "Reduced pictures for who subscribes to them, at most; 0: none.",
+          &config.preview.rate_Hz, {0, 60}},
+      {"publish", "preview_width_px", "px", "Of these pictures, at most.",
+          &config.preview.width_px, {16, 1024}},
+
+      {"realtime", "priority", "", "SCHED_FIFO, of the threads that a frame passes, above all that is no real-time thread; 0: run as those.",
+          &realtime.priority, {0, 98}},  // 99 is that of the kernel's own
+      {"realtime", "cpus", "", "Processors that these threads may run on, as a list: 0-2,5; empty: any.",
+          &realtime.cpus, {}, cpus},
+      {"realtime", "lock_memory", "", "What has been touched stays in memory, and is never swapped out.",
+          &realtime.lockMemory},
 
       {"log", "level", "", "Of what goes to standard error.",
           choiceOf(config.logLevel, {"debug", "info", "warning", "error"})},

@@ -3,7 +3,10 @@
 
 #include "daemon/capture/camera_options.h"
 #include "daemon/config_table.h"
+#include "daemon/previewer.h"
 #include "daemon/publish/publisher.h"
+#include "daemon/realtime.h"
+#include "daemon/recorder.h"
 #include "daemon/solve/options.h"
 #include "daemon/track/tracker.h"
 
@@ -22,8 +25,11 @@ struct Config {
   track::TrackOptions track;
   solve::SolveOptions solve;
   publish::PublishOptions publish;
+  PreviewOptions preview;
+  RecordOptions record;                       ///< of the command line
   bool insecure = false;                      ///< endpoints may be beyond this host
   std::vector<std::string> controlEndpoints;  ///< empty, as those in `publish`: the instance's
+  RealtimeOptions realtime;
   std::string logLevel = "info";
 };
 

@@ -6,7 +6,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cstring>
 
 namespace tractiond {
 
@@ -108,7 +107,7 @@ void GelWatch::watchSnapshot(std::int64_t now_ns) {
   if (snapshot && lent_) {
     lent_ = false;
     if (!snapshot->fits) {
-      snapshot->bytes.resize(snapshot->frame.size);
+      snapshot->makeRoom();
     } else {
       if (lookWanted_) look(*snapshot);
       if (askedAt_ns_ != 0) {
@@ -166,14 +165,8 @@ void GelWatch::tell() {
 void GelWatch::takeFrame(const Frame& frame) {
   Snapshot* const wanted = loan_.lent();
   if (!wanted) return;
-  wanted->frame = frame;
-  wanted->frame.data = wanted->bytes.data();
-  wanted->frame.token = nullptr;
-  wanted->fits = frame.size <= wanted->bytes.size();
-  if (wanted->fits) {
-    std::memcpy(wanted->bytes.data(), frame.data, frame.size);
-    tracker_.show(*wanted);
-  }
+  wanted->take(frame);
+  if (wanted->fits) tracker_.show(*wanted);
   loan_.giveBack();
 }
 

@@ -15,6 +15,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <utility>
 
 namespace tractiond {
@@ -79,8 +81,30 @@ tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile) {
   return sensor;
 }
 
+void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve) {
+  description.sensor = sensor;
+  description.mechanics = sensor.body                                     ? "influence file"
+                          : solve.model == sensor::elastic::Model::kBlock ? "block"
+                                                                          : "half-space";
+  description.regularisation = "tikhonov";
+  description.strength = solve.regularisation;
+  description.contactAware = solve.contactAware;
+  description.noise_px = solve.noise_px;
+  description.forceScale_N = solve.forceScale_N;
+}
+
+void readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile, publish::Beginning& beginning) {
+  const auto content = [](const std::string& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return file.empty() ? std::string() : std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  beginning.gel = content(gelFile);
+  beginning.influence = sensor.body ? content(sensor.body->file) : "";
+}
+
 Instrument::Instrument(Config config, OwnDirectory state, OwnDirectory runtime)
     : config_(std::move(config))
+    , realtime_(std::make_shared<Realtime>(config_.realtime))
     , state_(std::move(state))
     , runtime_(std::move(runtime)) {}
 
@@ -108,19 +132,13 @@ tl::expected<void, Error> Instrument::build() {
   description_.identity = {config.sensor.name, publish::randomId(), solve::inverseId(sensor_, config.solve)};
   description_.softwareVersion = TRACTIOND_VERSION;
   description_.host = publish::hostId();
-  description_.sensor = sensor_;
-  description_.mechanics = sensor_.body                                           ? "influence file"
-                           : config.solve.model == sensor::elastic::Model::kBlock ? "block"
-                                                                                  : "half-space";
-  description_.regularisation = "tikhonov";
-  description_.strength = config.solve.regularisation;
-  description_.contactAware = config.solve.contactAware;
-  description_.noise_px = config.solve.noise_px;
-  description_.forceScale_N = config.solve.forceScale_N;
+  describeSensor(description_, sensor_, config.solve);
 
   auto publisher = publish::Publisher::open(config.publish, description_, ledger_, [this] { return vitals(); });
   if (!publisher) return tl::unexpected(publisher.error());
   publisher_ = *std::move(publisher);
+  // Its own one, as long as the control socket has none yet.
+  if (const int sender = threadCalled("ZMQbg/IO/0"); sender != 0) realtime_->adopt(sender);
   auto server = publish::ControlServer::open(config.controlEndpoints,
                                              {.status = [this] { return publisher_->lastStatus(); },
                                               .description = [this] { return publisher_->lastDescription(); },
@@ -161,6 +179,13 @@ tl::expected<void, Error> Instrument::build() {
   description_.detectionLimit_N = solver_->detectionLimit_N();
   publisher_->describe(description_);
   makeProcedures();
+  if (!config.record.file.empty()) {
+    auto recorder = Recorder::open(config.record, description_.identity, sensor_.markerCount(), sensor_.nodes.count(),
+                                   {.description = [this] { return publisher_->lastDescription(); }});
+    if (!recorder) return tl::unexpected(recorder.error());
+    recorder_ = *std::move(recorder);
+  }
+  if (config.preview.rate_Hz > 0.0) previewer_.emplace(*publisher_, config.preview);
 
   if (auto opened = openCamera(); !opened) return opened;
   pipeline_ = std::make_unique<Pipeline>(
@@ -171,14 +196,25 @@ tl::expected<void, Error> Instrument::build() {
                 const bool tracked = tracker_->track(frame, markers) == track::Outcome::kTracked;
                 tracked_.add();
                 gelWatch_->takeFrame(frame);
+                if (previewer_) previewer_->takeFrame(frame, tracked ? &markers : nullptr);
+                if (recorder_) recorder_->takeFrame(frame, tracker_->inputs());
                 if (!tracked) return false;
                 newestMarkers_.put(markers);  // while control takes one, this one is not seen there
                 return true;
               },
           .solve = [this](const MarkerField& markers, TractionField& field) { solver_->solve(markers, field); },
-          .publish = [this](const TractionField& field) { publisher_->publish(field); },
+          .publish =
+              [this](const TractionField& field) {
+                publisher_->publish(field);
+                if (recorder_) recorder_->takeField(field);
+              },
           .waitToPublish = [this](int fd, auto timeout) { publisher_->wait(fd, timeout); },
           .control = [this](auto timeout) { control(timeout); },
+          .preview = previewer_ ? [this](auto timeout) { previewer_->turn(timeout); }
+                                : std::function<void(std::chrono::milliseconds)>(),
+          .record = recorder_ ? [this](auto timeout) { recorder_->turn(timeout); }
+                              : std::function<void(std::chrono::milliseconds)>(),
+          .enter = [this] { realtime_->enter(); },
       },
       PipelineOptions{.markers = sensor_.markerCount(),
                       .nodes = sensor_.nodes.count(),
@@ -186,6 +222,19 @@ tl::expected<void, Error> Instrument::build() {
                       .whenFull = config.camera.images.empty() ? WhenFull::kEvictOldest : WhenFull::kWait},
       ledger_, turns_);
   return {};
+}
+
+/// By the configuration.
+capture::OpenDriver Instrument::driver() const {
+  const capture::CameraOptions& options = config_.camera;
+  if (options.images.empty())
+    return capture::fromAravis(options,
+                               [realtime = realtime_](bool begins) { begins ? realtime->enter() : realtime->leave(); });
+  return capture::fromPipe({.path = options.images,
+                            .format = options.pixelFormat,
+                            .width = options.width,
+                            .height = options.height,
+                            .buffers = options.buffers});
 }
 
 tl::expected<void, Error> Instrument::openCamera() {
@@ -198,12 +247,7 @@ tl::expected<void, Error> Instrument::openCamera() {
   };
   const bool piped = !options.images.empty();
   auto camera = capture::Camera::open(
-      piped ? capture::fromPipe({.path = options.images,
-                                 .format = options.pixelFormat,
-                                 .width = options.width,
-                                 .height = options.height,
-                                 .buffers = options.buffers})
-            : capture::fromAravis(options),
+      driver(),
       {.wait = options.wait && !piped, .silenceTimeout_ms = options.silenceTimeout_ms, .buffers = options.buffers},
       ledger_, say, [this](const auto& info) { return welcome(info); });
   if (!camera) return tl::unexpected(camera.error());
@@ -241,11 +285,29 @@ tl::expected<void, Error> Instrument::welcome(const capture::CameraInfo& info) {
   if (!pose) return tl::unexpected(pose.error());
   restored_ = *std::move(pose);
   if (restored_) tracker_->restore(*restored_);
+  if (recorder_) beginRecording(info);
   return {};
 }
 
+void Instrument::beginRecording(const capture::CameraInfo& info) {
+  publish::Beginning beginning{.sensor = config_.sensor.name,
+                               .softwareVersion = TRACTIOND_VERSION,
+                               .calibration = description_.identity.calibration,
+                               .configuration = configText(config_),
+                               .gel = {},
+                               .influence = {},
+                               .rest = restored_,
+                               .cameraVendor = info.name.vendor,
+                               .cameraModel = info.name.model,
+                               .cameraSerial = info.name.serial};
+  readGelFiles(sensor_, config_.sensor.gelFile, beginning);
+  recorder_->begin(beginning);
+}
+
 void Instrument::start() {
+  realtime_->lockMemory();
   pipeline_->start();
+  realtime_->report();
   const auto list = [](const std::vector<std::string>& endpoints) {
     return fmt::format("{}", fmt::join(endpoints, " "));
   };
@@ -258,8 +320,9 @@ ServiceHooks Instrument::hooks() {
   return {.loops = loopsOf(turns_),
           .ended = [this] { return pipeline_->ended(); },
           .statusLine = [this] { return statusLine(); },
-          .others = [this] {  // each is called: that also makes the next connection
-            return std::ranges::count_if(greetings_, &publish::Greeting::came) == std::ssize(greetings_);
+          .others = [this] {  // each greeting is called: that also makes the next connection
+            const bool greeted = std::ranges::count_if(greetings_, &publish::Greeting::came) == std::ssize(greetings_);
+            return greeted && !camera_->isForsaken();
           }};
 }
 
@@ -293,13 +356,15 @@ tl::expected<std::vector<std::string>, Error> Instrument::reload(const Config& c
   spdlog::set_level(spdlog::level::from_str(completed.logLevel));
   if (ofCamera) {
     config_.camera = completed.camera;
-    camera_->reopen(capture::fromAravis(config_.camera));
+    camera_->reopen(driver());
   }
   return news;
 }
 
 tl::expected<void, Error> Instrument::stop() {
   pipeline_->stop();
+  const auto recorded = recorder_ ? recorder_->close() : tl::expected<void, Error>();
+  if (recorder_ && recorded) spdlog::info("recorded: {}", recorder_->account());
   spdlog::info("stopped: {}", account(ledger_));
   if (pipeline_->ended() && camera_->error().exitCode != EX_OK) return tl::unexpected(camera_->error());
   if (!balanced(ledger_)) {
@@ -307,7 +372,7 @@ tl::expected<void, Error> Instrument::stop() {
                                 .what = "the ledger does not balance: " + account(ledger_),
                                 .remedy = "this is a bug: please report it"});
   }
-  return {};
+  return recorded;
 }
 
 void Instrument::control(std::chrono::milliseconds timeout) {
@@ -397,6 +462,7 @@ publish::Vitals Instrument::vitals() {
   watched_.take(lastWatched_);
   newestMarkerStatus_.take(markerStatus_);
   if (camera_) camera_->takeVitals(cameraVitals_);
+  realtime_->read(scheduling_);  // else those of before
   return {.camera = cameraVitals_,
           .turns = {turns_.capture.get(), turns_.track.get(), turns_.solve.get(), turns_.publish.get(),
                     turns_.control.get()},
@@ -404,7 +470,8 @@ publish::Vitals Instrument::vitals() {
           .markers = markerStatus_,
           .zeroWithin_s = lastWatched_.zeroWithin_s,
           .logLinesLost = logLinesLost_ ? logLinesLost_() : 0,
-          .memory_bytes = residentMemory()};
+          .memory_bytes = residentMemory(),
+          .scheduling = scheduling_};
 }
 
 std::string Instrument::statusLine() const {

@@ -6,11 +6,13 @@
 #include "daemon/gel_watch.h"
 #include "daemon/instance.h"
 #include "daemon/pipeline.h"
+#include "daemon/previewer.h"
 #include "daemon/procedures.h"
 #include "daemon/publish/control.h"
 #include "daemon/publish/frozen_peers.h"
 #include "daemon/publish/greeting.h"
 #include "daemon/publish/publisher.h"
+#include "daemon/recorder.h"
 #include "daemon/service.h"
 #include "daemon/solve/solver.h"
 #include "daemon/track/tracker.h"
@@ -26,6 +28,12 @@ namespace tractiond {
 
 /// The gel file's sensor, the paper's where the name is empty. Fails also for one that cannot be tracked.
 tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile);
+
+/// What a description says of sensor and solver.
+void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve);
+
+/// The gel file and the influence file that it names, as they are on the disk. Empty: the built-in gel, or it has gone.
+void readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile, publish::Beginning& beginning);
 
 /// Thread-bound, but for what the pipeline's threads do within.
 class Instrument {
@@ -53,7 +61,9 @@ class Instrument {
   Instrument(Config config, OwnDirectory state, OwnDirectory runtime);
   tl::expected<void, Error> build();
   tl::expected<void, Error> welcome(const capture::CameraInfo& info);
+  void beginRecording(const capture::CameraInfo& info);
   void control(std::chrono::milliseconds timeout);
+  capture::OpenDriver driver() const;
   tl::expected<void, Error> openCamera();
   void meetCamera();
   std::optional<RestPose> earlierZero(const capture::CameraInfo& info) const;
@@ -65,6 +75,7 @@ class Instrument {
   // In the order of their making, which is the reverse of their unmaking.
   Config config_;
   std::function<std::uint64_t()> logLinesLost_;
+  std::shared_ptr<Realtime> realtime_;  // and Aravis's thread's, of a camera that is closed in its own time
   OwnDirectory state_, runtime_;
   std::filesystem::path stateDirectory_;
   sensor::Sensor sensor_;
@@ -81,6 +92,8 @@ class Instrument {
   Mailbox<publish::MarkerStatus> newestMarkerStatus_;  // the same
   Counter tracked_;                                    // frames that the tracker has looked at
   std::unique_ptr<publish::Publisher> publisher_;
+  std::optional<Previewer> previewer_;
+  std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<publish::ControlServer> controlServer_;
   std::unique_ptr<capture::Camera> camera_;
   std::unique_ptr<Pipeline> pipeline_;
@@ -97,6 +110,7 @@ class Instrument {
   Watched lastWatched_;
   CameraVitals cameraVitals_;
   publish::MarkerStatus markerStatus_;
+  publish::SchedulingStatus scheduling_;
 };
 
 }  // namespace tractiond

@@ -5,6 +5,7 @@
 #include "daemon/config_toml.h"
 #include "daemon/instrument.h"
 #include "daemon/log.h"
+#include "daemon/replay.h"
 #include "daemon/service.h"
 
 #include <spdlog/spdlog.h>
@@ -31,7 +32,10 @@ int failed(const Error& error) {
 
 tl::expected<Config, Error> configured(const Arguments& arguments, const Places& places) {
   auto config = places.config.empty() ? tl::expected<Config, Error>() : loadConfig(places.config);
-  if (config) config->camera.images = arguments.images;
+  if (config) {
+    config->camera.images = arguments.images;
+    config->record = arguments.record;
+  }
   return config;
 }
 
@@ -66,6 +70,14 @@ int plan(const std::string& file, const capture::CameraOptions& options) {
 int checkConfig(const Config& config) {
   const auto sensor = loadSensor(config.sensor.gelFile);
   return sensor ? EX_OK : failed(sensor.error());
+}
+
+int replayed(const Arguments& arguments, const Config& config, const Places& places) {
+  const auto log = startLog("tractiond", config.logLevel);
+  const auto done = replay(config, places, arguments.replay);
+  if (!done) log->write(line(done.error()));
+  log->drain();
+  return done ? EX_OK : done.error().exitCode;
 }
 
 /// All of what is new in the configuration, or nothing.
@@ -121,6 +133,7 @@ int main(int argc, char** argv) try {
   if (arguments->printConfig) return std::cout << configText(*config), EX_OK;
   if (!arguments->description.empty()) return plan(arguments->description, config->camera);
   if (arguments->listCameras) return listCameras(config->camera.fakeInterface);
+  if (!arguments->replay.file.empty() && !arguments->checkConfig) return replayed(*arguments, *config, *places);
   return arguments->checkConfig ? checkConfig(*config) : serve(*arguments, *config, *places);
 } catch (const std::bad_alloc&) {
   return failed({.exitCode = EX_OSERR, .what = "there is no memory left", .remedy = "see MemoryMax= of the service"});

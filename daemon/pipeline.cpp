@@ -3,8 +3,11 @@
 #include "daemon/base/clock.h"
 
 #include <pthread.h>
+#include <sys/resource.h>
 
 #include <cassert>
+#include <latch>
+#include <memory>
 #include <utility>
 
 namespace tractiond {
@@ -83,17 +86,28 @@ Pipeline::~Pipeline() {
 }
 
 void Pipeline::start() {
-  const auto run = [this](std::thread& thread, const char* name, void (Pipeline::*body)()) {
+  constexpr std::ptrdiff_t kOfFrames = 4;
+  auto entered = std::make_shared<std::latch>(kOfFrames);
+  const auto run = [this, &entered](std::thread& thread, const char* name, void (Pipeline::*body)(), bool ofFrames) {
     assert(!thread.joinable() && "started once");
-    thread = std::thread(body, this);
-    pthread_setname_np(thread.native_handle(), name);
+    thread = std::thread([this, entered, name, body, ofFrames] {
+      pthread_setname_np(pthread_self(), name);
+      if (ofFrames) {
+        if (stages_.enter) stages_.enter();
+        entered->count_down();
+      }
+      (this->*body)();
+    });
   };
   // Against the frames' direction, so that the first frame finds everybody there.
-  if (stages_.control) run(controlThread_, "tr-control", &Pipeline::control);
-  run(publishThread_, "tr-publish", &Pipeline::publish);
-  run(solveThread_, "tr-solve", &Pipeline::solve);
-  run(trackThread_, "tr-track", &Pipeline::track);
-  run(captureThread_, "tr-capture", &Pipeline::capture);
+  if (stages_.control) run(controlThread_, "tr-control", &Pipeline::control, false);
+  if (stages_.preview) run(previewThread_, "tr-preview", &Pipeline::preview, false);
+  if (stages_.record) run(recordThread_, "tr-record", &Pipeline::record, false);
+  run(publishThread_, "tr-publish", &Pipeline::publish, true);
+  run(solveThread_, "tr-solve", &Pipeline::solve, true);
+  run(trackThread_, "tr-track", &Pipeline::track, true);
+  run(captureThread_, "tr-capture", &Pipeline::capture, true);
+  entered->wait();
 }
 
 void Pipeline::stop() {
@@ -110,6 +124,8 @@ void Pipeline::finish() {
   publishThread_.join();
   stopping_.store(true, std::memory_order_relaxed);
   if (stages_.control) controlThread_.join();
+  if (stages_.preview) previewThread_.join();
+  if (stages_.record) recordThread_.join();
   ledger_.discardedAtStop.add(frames_.discard() + markers_.discard() + fields_.discard());
 }
 
@@ -174,6 +190,16 @@ void Pipeline::publish() {
 
 void Pipeline::control() {
   for (; !stopping_.load(std::memory_order_relaxed); turns_.control.add()) stages_.control(options_.turn);
+}
+
+void Pipeline::preview() {
+  while (!stopping_.load(std::memory_order_relaxed)) stages_.preview(options_.turn);
+}
+
+void Pipeline::record() {
+  constexpr int kNice = 10;  // of this thread alone: what it has in hand waits for whoever has a frame
+  setpriority(PRIO_PROCESS, 0, kNice);
+  while (!stopping_.load(std::memory_order_relaxed)) stages_.record(options_.turn);
 }
 
 void runInline(const Stages& stages, const PipelineOptions& options, Ledger& ledger) {

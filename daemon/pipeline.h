@@ -28,6 +28,12 @@ struct Stages {
   std::function<void(int fd, std::chrono::milliseconds)> waitToPublish;
   /// One turn of what people ask of the daemon; sleeps at most as long as told. Empty: no such thread.
   std::function<void(std::chrono::milliseconds)> control;
+  /// The same of pictures for people. Empty: no such thread.
+  std::function<void(std::chrono::milliseconds)> preview = {};
+  /// The same of what is recorded; has had its last turn when finish() returns. Empty: no such thread.
+  std::function<void(std::chrono::milliseconds)> record = {};
+  /// By each thread that a frame passes, before its first turn; all have called it when start() returns. Or empty.
+  std::function<void()> enter = {};
 };
 
 struct PipelineOptions {
@@ -63,6 +69,8 @@ class Pipeline {
   void solve();
   void publish();
   void control();
+  void preview();
+  void record();
 
   Stages stages_;
   PipelineOptions options_;
@@ -76,7 +84,7 @@ class Pipeline {
   Link<TractionField, kSlots> fields_;
   std::atomic<bool> stopping_{false};
   std::atomic<bool> ended_{false};
-  std::thread captureThread_, trackThread_, solveThread_, publishThread_, controlThread_;
+  std::thread captureThread_, trackThread_, solveThread_, publishThread_, controlThread_, previewThread_, recordThread_;
 };
 
 /// The same stages in one thread, one frame after the other, until the source ends. No control stage.

@@ -63,7 +63,7 @@ struct ServiceHooks {
   std::function<bool()> ended;              ///< it has come to its end by itself
   std::function<std::string()> statusLine;  ///< for `systemctl status`
   std::function<void()> reload = {};        ///< the configuration
-  std::function<bool()> others = {};        ///< do the libraries' threads work? Must not wait
+  std::function<bool()> others = {};        ///< do the other threads work? Must not wait
 };
 
 /// Tells systemd that the service is ready, feeds its watchdog while every loop advances and the others work, reloads

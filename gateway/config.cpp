@@ -11,7 +11,7 @@ std::string endpointFault(const std::vector<std::string>& endpoints) {
   for (const std::string& endpoint : endpoints) {
     if (!endpoint.starts_with("tcp://")) return "holds \"" + endpoint + "\", which is not tcp://ADDRESS:PORT";
   }
-  return endpoints.empty() ? "is empty: no endpoint, as in [\"tcp://*:9882\"]" : "";
+  return "";
 }
 
 tl::expected<Config, Error> read(tl::expected<sensor::TomlTable, sensor::FileError> file) {
@@ -23,7 +23,14 @@ tl::expected<Config, Error> read(tl::expected<sensor::TomlTable, sensor::FileErr
 }  // namespace
 
 std::vector<Key> keysOf(Config& config) {
-  const auto endpoints = [](const std::vector<std::string>& list) { return [&list] { return endpointFault(list); }; };
+  const auto endpoints = [](const std::vector<std::string>& list) {
+    return [&list]() -> std::string {
+      return list.empty() ? "is empty: no endpoint, as in [\"tcp://*:9882\"]" : endpointFault(list);
+    };
+  };
+  const auto endpointsOrNone = [](const std::vector<std::string>& list) {
+    return [&list] { return endpointFault(list); };
+  };
   Limits& limits = config.limits;
   // clang-format off
   return {
@@ -33,6 +40,8 @@ std::vector<Key> keysOf(Config& config) {
           &config.latest, {}, endpoints(config.latest)},
       {"gateway", "control", "", "Endpoints for status, description, zero, the camera.",
           &config.control, {}, endpoints(config.control)},
+      {"gateway", "preview", "", "Endpoints of the reduced pictures, for who may control: [\"tcp://*:9885\"]; empty: none.",
+          &config.preview, {}, endpointsOrNone(config.preview)},
       {"gateway", "keys", "", "Directory of the keys that may come in, and of this box's own: tractionctl keys.",
           &config.keys},
       {"gateway", "insecure", "", "Nobody is asked for a key: whoever reaches the endpoints reads, zeroes and calibrates.",
@@ -40,7 +49,7 @@ std::vector<Key> keysOf(Config& config) {
       {"gateway", "high_water_mark", "messages", "That wait for one slow peer before it loses some.",
           &config.highWaterMark, {1, 1000}},
 
-      {"limits", "peers", "connections", "At a time; those beyond are ended at once. A viewer has up to three.",
+      {"limits", "peers", "connections", "At a time; those beyond are ended at once. A viewer has up to four.",
           &limits.peers, {1, 10'000}},
       {"limits", "peers_per_address", "connections", "Of one address, so that it cannot keep others out.",
           &limits.peersPerAddress, {1, 10'000}},

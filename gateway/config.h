@@ -23,6 +23,7 @@ struct Config {
   std::vector<std::string> stream = {"tcp://*:9882"};
   std::vector<std::string> latest = {"tcp://*:9883"};
   std::vector<std::string> control = {"tcp://*:9884"};
+  std::vector<std::string> preview = {};
   bool insecure = false;  ///< nobody is asked for a key
   std::string keys = kKeyDirectory;
   int highWaterMark = 8;  ///< messages that wait for one slow peer before it loses some

@@ -13,17 +13,14 @@ namespace {
 /// With CURVE the largest message of a handshake has some 300 bytes.
 constexpr std::int64_t kLargestSubscription = 512;
 constexpr std::int64_t kLargestMessage = 65'536 + 64;  ///< encrypted
+constexpr int kWaitingPreviews = 2;                    ///< per peer
 constexpr int kWaitingReplies = 16;                    ///< per peer, as at the instrument
 /// Bytes; what a flooding peer has in it still arrives after it is cut off.
 constexpr int kReceiveBuffer = 4096;
 constexpr int kHandshakesPerTurn = 64;
 constexpr int kEventsPerTurn = 1024;
 
-constexpr std::array kNames = {"stream", "latest", "control"};
-
-Permission neededFor(std::string_view way) {
-  return way == kNames[kControl] ? Permission::kControl : Permission::kRead;
-}
+constexpr std::array<std::string_view, kWays> kNames = {"stream", "latest", kControlDomain, kPreviewDomain};
 
 /// All parts of the next message. False: there is none.
 bool receive(zmq::socket_t& socket, std::vector<std::string>& parts) {
@@ -36,19 +33,14 @@ bool receive(zmq::socket_t& socket, std::vector<std::string>& parts) {
   }
 }
 
-std::string inLetters(const std::string& key) {
-  std::array<char, 41> letters{};
-  if (key.size() != 32) return "";
-  return zmq_z85_encode(letters.data(), reinterpret_cast<const std::uint8_t*>(key.data()), key.size());
-}
-
 }  // namespace
 
 Front::Front(const Options& options, MayEnter mayEnter, Refused refused)
     : mayEnter_(std::move(mayEnter))
     , refused_(std::move(refused))
     , peers_(options.limits.peers, options.limits.peersPerAddress) {
-  constexpr std::array kTypes = {zmq::socket_type::xpub, zmq::socket_type::pub, zmq::socket_type::router};
+  constexpr std::array kTypes = {zmq::socket_type::xpub, zmq::socket_type::pub, zmq::socket_type::router,
+                                 zmq::socket_type::xpub};
   if (options.server) {
     handshakes_.set(zmq::sockopt::linger, 0);
     handshakes_.bind("inproc://zeromq.zap.01");
@@ -58,7 +50,7 @@ Front::Front(const Options& options, MayEnter mayEnter, Refused refused)
     if (way == kControl) {
       publish::guard(socket, kWaitingReplies, kLargestMessage);
     } else {
-      publish::guard(socket, options.highWaterMark, kLargestSubscription);
+      publish::guard(socket, way == kPreview ? kWaitingPreviews : options.highWaterMark, kLargestSubscription);
       socket.set(zmq::sockopt::rcvbuf, kReceiveBuffer);
     }
     if (options.server) {
@@ -66,7 +58,7 @@ Front::Front(const Options& options, MayEnter mayEnter, Refused refused)
       socket.set(zmq::sockopt::curve_secretkey, options.server->secretKey);
       socket.set(zmq::sockopt::zap_domain, kNames[way]);
     }
-    const std::string monitor = std::string("inproc://peers-") + kNames[way];
+    const std::string monitor = "inproc://peers-" + std::string(kNames[way]);
     zmq_socket_monitor(socket.handle(), monitor.c_str(), ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED);
     monitors_[way] = zmq::socket_t(context_, zmq::socket_type::pair);
     monitors_[way].set(zmq::sockopt::rcvhwm, 0);  // events that nobody takes would stop ZeroMQ's thread
@@ -99,27 +91,13 @@ std::vector<zmq_pollitem_t> Front::others() {
 void Front::serve() {
   std::vector<std::string> parts;
   for (std::size_t way = 0; way < kWays; ++way) takeEvents(static_cast<Way>(way));
-  for (int i = 0; i < kHandshakesPerTurn && receive(handshakes_, parts); ++i) answerHandshake(parts);
-}
-
-/// [version][request][domain][address][routing id][mechanism][key] -> [version][request][code][text][user][metadata]
-void Front::answerHandshake(std::vector<std::string>& parts) {
-  constexpr std::size_t kParts = 7;
-  const std::string name = parts.size() == kParts ? inLetters(parts[6]) : "";
-  const AllowedKey* const allowed = name.empty() || parts[5] != "CURVE" ? nullptr : mayEnter_(name);
-  parts.resize(kParts);
-  std::string why;
-  if (allowed == nullptr) {
-    why = "the key '" + name + "' is not allowed";
-  } else if (allowed->permission < neededFor(parts[2])) {
-    why = "\"" + allowed->name + "\" may only read";
-  }
-  if (!why.empty()) refused_("a peer at " + parts[3] + " is refused: " + why);
-  const std::string user = allowed != nullptr && why.empty() ? allowed->name : "";
-  const std::array<std::string_view, 6> reply = {parts[0], parts[1], why.empty() ? "200" : "400", why, user, ""};
-  for (std::size_t i = 0; i < reply.size(); ++i) {
-    zmq_send(handshakes_.handle(), reply[i].data(), reply[i].size(),
-             ZMQ_DONTWAIT | (i + 1 < reply.size() ? ZMQ_SNDMORE : 0));
+  for (int i = 0; i < kHandshakesPerTurn && receive(handshakes_, parts); ++i) {
+    const HandshakeAnswer answer = answerHandshake(std::move(parts), mayEnter_);
+    if (!answer.refused.empty()) refused_(answer.refused);
+    for (const std::string& part : answer.parts) {
+      zmq_send(handshakes_.handle(), part.data(), part.size(),
+               ZMQ_DONTWAIT | (&part == &answer.parts.back() ? 0 : ZMQ_SNDMORE));
+    }
   }
 }
 

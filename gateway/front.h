@@ -2,6 +2,7 @@
 #pragma once
 
 #include "gateway/config.h"
+#include "gateway/handshake.h"
 #include "gateway/keys.h"
 #include "gateway/peers.h"
 
@@ -17,7 +18,7 @@
 
 namespace tractiond::gateway {
 
-enum Way : std::size_t { kStream, kLatest, kControl, kWays };
+enum Way : std::size_t { kStream, kLatest, kControl, kPreview, kWays };
 
 using Endpoints = std::array<std::vector<std::string>, kWays>;
 
@@ -25,14 +26,12 @@ using Endpoints = std::array<std::vector<std::string>, kWays>;
 class Front {
  public:
   struct Options {
-    Endpoints endpoints;            ///< tcp
+    Endpoints endpoints;            ///< tcp; of previews there may be none
     std::optional<KeyPair> server;  ///< empty: nobody is asked for a key
     int highWaterMark = 8;
     Limits limits;
   };
 
-  /// Asks who may come in with a key, and to which.
-  using MayEnter = std::function<const AllowedKey*(const std::string& key)>;
   /// Told whom was not let in, and why: for people.
   using Refused = std::function<void(const std::string& what)>;
 
@@ -41,7 +40,7 @@ class Front {
   zmq::socket_t& operator[](Way way) { return sockets_[way]; }
   const std::vector<std::string>& bound(Way way) const { return bound_[way]; }
 
-  /// What to poll besides the three.
+  /// What to poll besides the four.
   std::vector<zmq_pollitem_t> others();
   /// Answers who asks to come in, and counts who came and went. Does not wait.
   void serve();
@@ -50,7 +49,6 @@ class Front {
 
  private:
   Front(const Options& options, MayEnter mayEnter, Refused refused);
-  void answerHandshake(std::vector<std::string>& parts);
   void takeEvents(Way way);
 
   MayEnter mayEnter_;

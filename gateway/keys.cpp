@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 using sensor::TomlTable;
 
 constexpr std::string_view kEnding = ".key";
-constexpr std::size_t kLetters = 40;  ///< of 32 bytes in Z85
+constexpr std::size_t kBytes = 32, kLetters = 40;  ///< of a key, as it is and in Z85
 constexpr std::size_t kMostKeys = 1000;
 
 using Letters = std::array<char, kLetters + 1>;
@@ -105,8 +105,15 @@ std::string_view wordOf(Permission permission) {
 }
 
 bool isKey(std::string_view text) {
-  std::array<std::uint8_t, 32> bytes{};
+  std::array<std::uint8_t, kBytes> bytes{};
   return text.size() == kLetters && zmq_z85_decode(bytes.data(), std::string(text).c_str()) != nullptr;
+}
+
+std::string keyOfBytes(std::string_view bytes) {
+  if (bytes.size() != kBytes) return "";
+  Letters letters{};
+  zmq_z85_encode(letters.data(), reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+  return letters.data();
 }
 
 KeyPair newKeyPair() {

@@ -38,6 +38,9 @@ struct KeyPair {
 
 bool isKey(std::string_view text);
 
+/// As text, of its 32 bytes; of any other number of bytes: empty.
+std::string keyOfBytes(std::string_view bytes);
+
 KeyPair newKeyPair();
 
 /// In a directory of keys, the box's own.

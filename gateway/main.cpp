@@ -64,7 +64,7 @@ int serve(const Config& config, const fs::path& runtime) {
   const auto log = startLog("traction-gateway", config.logLevel);
   auto relay = Relay::open(config, runtime);
   if (!relay) return log->write(line(relay.error())), relay.error().exitCode;
-  for (const Way way : {kStream, kLatest, kControl}) {
+  for (const Way way : {kStream, kLatest, kControl, kPreview}) {
     for (const std::string& endpoint : (*relay)->bound(way)) spdlog::info("listening at {}", endpoint);
   }
   Counter turns;

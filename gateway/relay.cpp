@@ -13,6 +13,7 @@
 #include <atomic>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <thread>
 #include <utility>
@@ -31,6 +32,7 @@ constexpr std::size_t kMostTopics = 16;              ///< whose description is k
 constexpr std::int64_t kKeys_ns = 250'000'000;       ///< between two looks at the keys
 constexpr std::int64_t kSilence_ns = 3'000'000'000;  ///< three statuses
 constexpr int kWaitingForInstrument = 256;
+constexpr std::string_view kDescriptionEnds = "/description/", kPreviewEnds = "/preview/";
 constexpr std::string_view kFieldBegins = "\x09";  ///< Field.timestamp
 
 /// The parts of the next message, the first four of them. 0: there is none.
@@ -63,7 +65,7 @@ std::string property(zmq::message_t& message, const char* name) {
 }
 
 bool isLocal(const Config& config) {
-  return std::ranges::all_of(std::array{&config.stream, &config.latest, &config.control},
+  return std::ranges::all_of(std::array{&config.stream, &config.latest, &config.control, &config.preview},
                              [](const auto* list) { return std::ranges::all_of(*list, isOnThisHost); });
 }
 
@@ -138,11 +140,14 @@ struct Relay::Impl {
     front = *std::move(opened);
     ++generation;
     refusedBefore = 0;
+    lookers = 0;
+    askForPreviews();
     items = {{stream.handle(), 0, ZMQ_POLLIN, 0},
              {latest.handle(), 0, ZMQ_POLLIN, 0},
              {control.handle(), 0, ZMQ_POLLIN, 0},
              {(*front)[kStream].handle(), 0, ZMQ_POLLIN, 0},
-             {(*front)[kControl].handle(), 0, ZMQ_POLLIN, 0}};
+             {(*front)[kControl].handle(), 0, ZMQ_POLLIN, 0},
+             {(*front)[kPreview].handle(), 0, ZMQ_POLLIN, 0}};
     std::ranges::copy(front->others(), std::back_inserter(items));
     return {};
   }
@@ -205,13 +210,39 @@ struct Relay::Impl {
       if (std::exchange(silent, false)) spdlog::info("the instrument is heard again");
       if (count != 3) continue;  // of no tractiond
       keepDescription();
-      for (std::size_t part = 0; part < 3; ++part) put((*front)[kStream], parts[part], part < 2);
+      // Pictures are not for those who may only read.
+      const Way way = parts[0].to_string_view().ends_with(kPreviewEnds) ? kPreview : kStream;
+      for (std::size_t part = 0; part < 3; ++part) put((*front)[way], parts[part], part < 2);
     }
+  }
+
+  /// The instrument makes previews for who names them.
+  void askForPreviews() {
+    if (lookers == 0) {
+      for (const std::string& topic : previews) stream.set(zmq::sockopt::unsubscribe, topic);
+      previews.clear();
+      return;
+    }
+    for (const auto& [topic, kept] : descriptions) {
+      const std::string preview = topic.substr(0, topic.size() - kDescriptionEnds.size()) + std::string(kPreviewEnds);
+      if (previews.insert(preview).second) stream.set(zmq::sockopt::subscribe, preview);
+    }
+  }
+
+  /// ZeroMQ tells of the first and of the last one of each subscription.
+  void takeLookers() {
+    for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kPreview], parts) != 0; ++i) {
+      const std::string_view text = parts[0].to_string_view();
+      subscribers.count(parts[0], front->bound(kPreview));
+      if (text.starts_with('\1')) ++lookers;
+      if (text.starts_with('\0') && lookers > 0) --lookers;
+    }
+    askForPreviews();
   }
 
   void keepDescription() {
     const std::string_view topic = parts[0].to_string_view();
-    if (!topic.ends_with("/description/")) return;
+    if (!topic.ends_with(kDescriptionEnds)) return;
     auto kept = descriptions.find(topic);
     if (kept == descriptions.end()) {
       if (descriptions.size() >= kMostTopics) return;
@@ -330,6 +361,8 @@ struct Relay::Impl {
   std::vector<zmq_pollitem_t> items;
   std::array<zmq::message_t, 4> parts;
   std::map<std::string, std::array<zmq::message_t, 3>, std::less<>> descriptions;  ///< by topic, the last one
+  std::size_t lookers = 0;                                                         ///< subscriptions to previews
+  std::set<std::string> previews;                                                  ///< topics that are asked for
   bool descriptionDue = false;
   std::int64_t described_ns = 0;
   RequestLimit requests;
@@ -356,7 +389,7 @@ tl::expected<std::unique_ptr<Relay>, Error> Relay::open(const Config& config,
   auto server = serverKey(config);
   if (!server) return tl::unexpected(server.error());
   auto impl = std::make_unique<Impl>(config, instrument);
-  impl->options = {.endpoints = {config.stream, config.latest, config.control},
+  impl->options = {.endpoints = {config.stream, config.latest, config.control, config.preview},
                    .server = *std::move(server),
                    .highWaterMark = config.highWaterMark,
                    .limits = config.limits};
@@ -378,6 +411,7 @@ tl::expected<void, Error> Relay::turn(milliseconds timeout) {
   self.passReplies();
   self.front->serve();
   self.takeSubscriptions(now);
+  self.takeLookers();
   self.passRequests(now);
   self.look(now);
   return self.toCut ? self.reopen() : tl::expected<void, Error>();

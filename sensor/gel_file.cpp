@@ -242,8 +242,9 @@ Sensor readSensor(TomlTable& root, bool body) {
   return sensor;
 }
 
-/// `name`: of the gel file; an influence file's counts from its directory.
-tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root, const std::string& name) {
+/// `name`: of the gel file; an influence file's counts from its directory, where `influence` does not say where it is.
+tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root, const std::string& name,
+                                     const std::string& influence = {}) {
   if (!root) return tl::unexpected(root.error());
   int version = 0;
   if (!root->has("format")) root->fail("format", "is missing: a gel file starts with format = 1");
@@ -261,7 +262,8 @@ tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root, co
   Sensor sensor = readSensor(*root, !influenceFile.empty());
   if (auto done = root->finish(); !done) return tl::unexpected(done.error());
   if (influenceFile.empty()) return sensor;
-  auto body = loadBody(std::filesystem::path(name).parent_path() / influenceFile);
+  auto body = loadBody(influence.empty() ? std::filesystem::path(name).parent_path() / influenceFile
+                                         : std::filesystem::path(influence));
   if (!body) return tl::unexpected(body.error());
   if (!ownStiffness) sensor.gel.youngsModulus = body->youngsModulus;
   if (auto fits = setBody(sensor, *std::move(body)); !fits) return tl::unexpected(fits.error());
@@ -274,8 +276,8 @@ Sensor readGel(TomlTable& root) {
   return readSensor(root, false);
 }
 
-tl::expected<Sensor, FileError> parseGel(std::string_view text, const std::string& name) {
-  return read(TomlTable::parse(text, name), name);
+tl::expected<Sensor, FileError> parseGel(std::string_view text, const std::string& name, const std::string& influence) {
+  return read(TomlTable::parse(text, name), name, influence);
 }
 
 tl::expected<Sensor, FileError> loadGel(const std::string& path) {

@@ -115,11 +115,16 @@ class GvCamera::Impl {
       isClosing_ = true;
     }
     changed_.notify_all();
-    g_object_unref(camera_);  // joins Aravis's thread
+    close();
   }
 
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
+
+  void close() {
+    if (camera_ != nullptr) g_object_unref(camera_);  // joins Aravis's thread, which uses it until then
+    camera_ = nullptr;
+  }
 
   bool isRunning() const { return arv_gv_fake_camera_is_running(camera_) != 0; }
   const std::string& id() const { return id_; }
@@ -255,6 +260,9 @@ void GvCamera::queue(Picture& picture) {
 }
 Picture* GvCamera::takeBack(std::chrono::milliseconds timeout) {
   return impl_->takeBack(timeout);
+}
+void GvCamera::close() {
+  impl_->close();
 }
 Format GvCamera::format() const {
   return impl_->format();

@@ -53,6 +53,9 @@ class GvCamera {
   /// format. Null after the time.
   Picture* takeBack(std::chrono::milliseconds timeout);
 
+  /// Sends no more. Meanwhile one more picture may be due, and must be queued. What was sent can still be taken back.
+  void close();
+
   Format format() const;          ///< that the client expects
   double framePeriod_s() const;   ///< that the client expects
   const std::string& id() const;  ///< vendor, dash, serial: how a client finds this camera

@@ -1,6 +1,7 @@
 // traction-twin: draws a scenario's frames ahead, serves them through the camera, writes what was true in each.
 #include "twin/film.h"
 #include "twin/options.h"
+#include "twin/scene_time.h"
 #include "twin/truth_writer.h"
 
 #include <sysexits.h>
@@ -60,14 +61,13 @@ tl::expected<void, Failure> run(const Options& options) {
   if (!camera) return tl::unexpected(camera.error());
 
   std::uint64_t next = 0;
-  double time_s = 0.0;
+  SceneTime time;
   const auto shoot = [&](Shot& shot) {
     Picture& picture = shot.picture;
     picture.format = (*camera)->format();
     picture.pixels.resize(pictureSize(picture.format, size.width, size.height));
     picture.number = next++;
-    picture.time_s = time_s;
-    time_s += (*camera)->framePeriod_s();
+    picture.time_s = time.next((*camera)->framePeriod_s());
     (*film)->draw(picture, shot.truth);
     (*camera)->queue(picture);
   };
@@ -79,15 +79,32 @@ tl::expected<void, Failure> run(const Options& options) {
   std::fflush(stdout);
   const auto end =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.seconds));
-  while (!isStopping && (options.seconds == 0.0 || Clock::now() < end)) {
-    const Picture* picture = (*camera)->takeBack(std::chrono::milliseconds(50));
-    if (!picture) continue;
+  const auto takeBack = [&](std::chrono::milliseconds timeout) -> Shot* {
+    const Picture* picture = (*camera)->takeBack(timeout);
+    if (!picture) return nullptr;
     Shot& shot = *std::find_if(shots.begin(), shots.end(), [&](const Shot& s) { return &s.picture == picture; });
     if (picture->stamp) {
       (*truth)->write(shot.truth, *picture->stamp);
-      waitForPause(*picture->stamp, (*camera)->framePeriod_s());
+      time.wasSent(1e-9 * static_cast<double>(picture->stamp->monotonic_ns), (*camera)->framePeriod_s());
     }
-    shoot(shot);
+    return &shot;
+  };
+  constexpr std::chrono::milliseconds kTurn(50), kAtOnce(0);
+  while (!isStopping && (options.seconds == 0.0 || Clock::now() < end)) {
+    Shot* const shot = takeBack(kTurn);
+    if (!shot) continue;
+    if (shot->picture.stamp) waitForPause(*shot->picture.stamp, (*camera)->framePeriod_s());
+    shoot(*shot);
+  }
+  std::atomic<bool> isClosed = false;
+  std::jthread closing([&] {
+    (*camera)->close();
+    isClosed = true;
+  });
+  while (!isClosed) {
+    if (Shot* const shot = takeBack(kTurn)) shoot(*shot);
+  }
+  while (takeBack(kAtOnce)) {
   }
   return {};
 }

@@ -96,7 +96,10 @@ std::vector<double> readTrack(TomlTable& table, const char* key, std::size_t cou
 std::vector<double> readTimes(TomlTable& table) {
   std::vector<double> times = {0.0};
   table.read("time_s", times, {0, 1e6});
-  if (times.empty() || std::adjacent_find(times.begin(), times.end(), std::greater_equal<>()) != times.end()) {
+  if (times.empty()) {
+    table.fail("time_s", "must have a time");
+    times = {0.0};  // what is read with it goes on
+  } else if (std::adjacent_find(times.begin(), times.end(), std::greater_equal<>()) != times.end()) {
     table.fail("time_s", "must be ascending");
   }
   return times;

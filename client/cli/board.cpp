@@ -10,7 +10,7 @@ namespace traction::cli {
 
 namespace {
 
-constexpr int kWhole = 20;   ///< rows of an instrument with all its numbers
+constexpr int kWhole = 21;   ///< rows of an instrument with all its numbers
 constexpr int kShort = 5;    ///< with the main ones
 constexpr int kLedger = 40;  ///< columns
 
@@ -75,6 +75,8 @@ std::string complaint(const Watched& one, std::int64_t now_ns) {
     for (const std::string& flag : words(scene.recentFlags(now_ns))) add(flag);
   }
   if (scene.status && !scene.status->markers.remark.empty()) add(scene.status->markers.remark);
+  if (scene.status && !refusedOf(scene.status->scheduling).empty())
+    add("real time is not granted: " + refusedOf(scene.status->scheduling));
   return text;
 }
 
@@ -184,6 +186,9 @@ class Numbers {
                                  : format("%.1f MiB", static_cast<double>(s.memory_bytes) / 1048576.0);
     });
   }
+  Row realTime() const {
+    return ofStatus("real time", [](const Status& s) { return printable(grantedOf(s.scheduling)); });
+  }
   bool statusIsOld() const { return statusIsOld_; }
 
  private:
@@ -225,6 +230,7 @@ std::vector<Row> rowsOf(const Watched& one, std::int64_t now_ns) {
           numbers.packets(),
           numbers.warmth(),
           numbers.memory(),
+          numbers.realTime(),
           subscribersOf(one)};
 }
 

@@ -105,6 +105,10 @@ void print(const Status& status) {
                 "%.0f s ago\n",
                 drift->shiftU_px, drift->shiftV_px, drift->scale, drift->roll, drift->rms_px, drift->age_s);
   }
+  if (const std::string granted = grantedOf(status.scheduling); granted != "off")
+    std::printf("real time %s\n", granted.c_str());
+  if (const std::string refused = refusedOf(status.scheduling); !refused.empty())
+    std::printf("real time not granted: %s; the log has what mends it\n", refused.c_str());
   if (status.logLinesLost != 0) {
     std::printf("log       %llu lines lost: whoever reads it was too slow, or its disk is full\n",
                 Count{status.logLinesLost});

@@ -2,6 +2,8 @@
 
 #include "client/cli/json_writer.h"
 
+#include <algorithm>
+
 namespace traction::cli {
 
 namespace {
@@ -33,6 +35,9 @@ void put(Json& json, const char* topic, const Header& header) {
   json.key("frame_number").number(header.frameNumber);
   json.key("device_time_ns").number(header.deviceTime_ns);
   json.key("exposure_s").number(header.exposure_s);
+  put(json, "gain", header.gain);
+  json.key("line_status");
+  header.lineStatus ? json.number(*header.lineStatus) : json.null();
   json.key("received_real_ns").number(header.receivedReal_ns);
   json.key("captured_ns").number(header.captured_ns);
   json.key("captured_error_ns").number(header.capturedError_ns);
@@ -114,6 +119,32 @@ void put(Json& json, const Markers& markers) {
   json.key("displacement_px").vectors(markers.displacement_px);
   json.key("variance_px2").numbers(markers.variance_px2);
   json.key("marker_valid").booleans(markers.valid);
+}
+
+/// RFC 4648.
+std::string toBase64(const std::vector<std::uint8_t>& bytes) {
+  constexpr std::string_view kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t left = bytes.size() - i;
+    const std::uint32_t three = bytes[i] << 16U | (left > 1 ? bytes[i + 1] << 8U : 0U) | (left > 2 ? bytes[i + 2] : 0U);
+    text += kLetters[three >> 18U];
+    text += kLetters[(three >> 12U) & 63U];
+    text += left > 1 ? kLetters[(three >> 6U) & 63U] : '=';
+    text += left > 2 ? kLetters[three & 63U] : '=';
+  }
+  return text;
+}
+
+void put(Json& json, const Preview& preview) {
+  put(json, "preview", preview.header);
+  json.key("width").number(preview.width);
+  json.key("height").number(preview.height);
+  json.key("format").string(preview.channels == 1 ? "mono8" : "rgb8");
+  json.key("scale").number(preview.scale);
+  json.key("origin_px").numbers(preview.origin_px);
+  json.key("pixels").string(toBase64(preview.pixels));
 }
 
 void put(Json& json, const Grid& grid) {
@@ -259,6 +290,19 @@ void put(Json& json, const Status& status) {
   json.key("log_lines_lost").number(status.logLinesLost);
   json.key("memory_bytes").number(status.memory_bytes);
   json.key("residual_px").number(status.residual_px);
+  const Scheduling& scheduling = status.scheduling;
+  json.key("scheduling").open('{');
+  json.key("asked_priority").number(scheduling.askedPriority);
+  json.key("asked_cpus").string(scheduling.askedCpus);
+  json.key("asked_lock").boolean(scheduling.askedLock);
+  json.key("threads").open('[');
+  for (const Scheduling::Thread& thread : scheduling.threads) {
+    json.open('{').key("name").string(thread.name);
+    json.key("priority").number(thread.priority);
+    json.key("cpus").string(thread.cpus).close('}');
+  }
+  json.close(']');
+  json.key("locked_bytes").number(scheduling.locked_bytes).close('}');
   json.key("markers").open('{').key("layers").open('[');
   for (const MarkerStatus::Layer& layer : status.markers.layers) {
     json.open('{').key("colour").string(cli::nameOf(layer.colour));
@@ -424,6 +468,35 @@ std::array<std::pair<const char*, std::uint64_t>, 10> lossesOf(const Ledger& led
            {"evicted_before_solve", ledger.evictedBeforeSolve},
            {"evicted_before_publish", ledger.evictedBeforePublish},
            {"discarded_at_stop", ledger.discardedAtStop}}};
+}
+
+std::string grantedOf(const Scheduling& scheduling) {
+  std::string text;
+  if (!scheduling.threads.empty()) {
+    const auto [low, high] = std::minmax_element(
+        scheduling.threads.begin(), scheduling.threads.end(),
+        [](const Scheduling::Thread& a, const Scheduling::Thread& b) { return a.priority < b.priority; });
+    if (high->priority > 0) text = "priority " + std::to_string(low->priority);
+    if (high->priority > low->priority) text += " to " + std::to_string(high->priority);
+    if (!scheduling.askedCpus.empty()) text += (text.empty() ? "on " : " on ") + high->cpus;
+  }
+  if (scheduling.locked_bytes > 0) text += text.empty() ? "memory locked" : ", memory locked";
+  return text.empty() ? "off" : text;
+}
+
+std::string refusedOf(const Scheduling& scheduling) {
+  std::string text;
+  const auto add = [&](const std::string& what) { text += (text.empty() ? "" : ", ") + what; };
+  const auto any = [&](auto&& isRefused) {
+    return std::any_of(scheduling.threads.begin(), scheduling.threads.end(), isRefused);
+  };
+  if (scheduling.askedPriority > 0 && any([](const Scheduling::Thread& one) { return one.priority == 0; }))
+    add("priority " + std::to_string(scheduling.askedPriority));
+  if (!scheduling.askedCpus.empty() &&
+      any([&](const Scheduling::Thread& one) { return one.cpus != scheduling.askedCpus; }))
+    add("processors " + scheduling.askedCpus);
+  if (scheduling.askedLock && scheduling.locked_bytes == 0) add("memory");
+  return text;
 }
 
 std::string toHex(const Id& id) {

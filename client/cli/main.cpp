@@ -7,6 +7,8 @@
 #include "client/cli/metrics.h"
 #include "client/cli/output.h"
 #include "client/cli/parsing.h"
+#include "client/cli/recording_commands.h"
+#include "client/cli/recordings.h"
 #include "client/cli/top.h"
 #include "client/doctor/checks.h"
 #include "gateway/keys.h"
@@ -34,11 +36,13 @@ using cli::number;
 constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
    0  done
   64  the command line is wrong
-  66  status: tractiond runs, but its camera is lost or not there yet: no field can come
+  65  a recording is cut off or damaged (what is whole of it is read), or is none, or is another sensor's
+  66  status: tractiond runs, but its camera is lost or not there yet: no field can come. A file cannot be read
   69  no tractiond is there
-  74  standard output cannot be written: a full disk, a pipe that nobody reads
+  73  a file cannot be created; of a recording also: there is one already
+  74  standard output or a file cannot be written: a full disk, a pipe that nobody reads
   75  tractiond could not do it
-  76  tractiond speaks another version of the protocol
+  76  tractiond speaks another version of the protocol, or a recording is of a newer one
   77  a gateway does not let this key do that, or there is no permission to change keys
   78  a file of keys is wrong)";
 
@@ -261,12 +265,12 @@ int main(int argc, char** argv) try {
       ->type_name("SECONDS")
       ->check(number(0.0, "a time of 0 s or more, as in 2.5"));
   auto* echo = app.add_subcommand("echo", "Prints messages as JSON, one a line");
-  const std::map<std::string, unsigned> names = {{"field", kField},
-                                                 {"markers", kMarkers},
-                                                 {"description", kDescription},
-                                                 {"status", kStatus},
-                                                 {"all", kAllTopics}};
-  echo->add_option("--topic", topic, "of the messages")->check(CLI::IsMember(&names))->capture_default_str();
+  const std::map<std::string, unsigned> names = {
+      {"field", kField},   {"markers", kMarkers}, {"description", kDescription},
+      {"status", kStatus}, {"preview", kPreview}, {"all", kAllTopics}};
+  echo->add_option("--topic", topic, "of the messages; all: but previews, whose pixels are printed as base64")
+      ->check(CLI::IsMember(&names))
+      ->capture_default_str();
   echo->add_option("--count", count, "of messages; without: until Ctrl-C")
       ->type_name("NUMBER")
       ->check(integer("a number of messages, as in 100"));
@@ -317,6 +321,7 @@ int main(int argc, char** argv) try {
   const CameraCommand camera(app);
   const Remote remote(app);
   const KeysCommand keys(app);
+  const cli::RecordingCommands recordings(app);
   auto* doctor =
       app.add_subcommand("doctor", "Looks at this machine, and says what is wrong with it and what mends it");
   doctor->add_flag("--json", json, "as JSON");
@@ -331,6 +336,7 @@ int main(int argc, char** argv) try {
     if (keys) return keys.run(remote.file());
     if (doctor->parsed()) return runDoctor(app.count("--instance") != 0 ? instance : "", json);
     remote.apply(subscription, control, latest);
+    recordings.run(subscription);
     if (watch->parsed()) cli::watch(subscription, seconds);
     if (top->parsed()) cli::top(subscription, topping, app.count("--instance") != 0 || !subscription.endpoint.empty());
     if (latest) {
@@ -367,6 +373,8 @@ int main(int argc, char** argv) try {
   } catch (const CLI::ParseError& error) {
     return fail(EX_USAGE, cli::sentence(error, app, words));
   } catch (const cli::KeyError& error) {
+    return fail(error.exitCode(), error.what());
+  } catch (const cli::RecordingError& error) {
     return fail(error.exitCode(), error.what());
   } catch (const cli::NoCamera& error) {
     return fail(EX_NOINPUT, error.what());

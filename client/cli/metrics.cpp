@@ -122,7 +122,7 @@ const std::vector<Metric>& table() {
       {"camera_reconnects_total", "counter", "How often the camera was lost and opened again",
        [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.reconnects); }},
       {"packets_total", "counter",
-       "Of the camera's packets since it was opened last: sent again, missing, or refused by the kernel",
+       "Of the camera's packets: sent again, missing, or refused by the kernel",
        [](Family& f, Name i, const Status& s) {
          if (!s.cameraLink) return;
          f.add(i, s.cameraLink->packetsResent, {{"fate", "resent"}});
@@ -173,6 +173,15 @@ const std::vector<Metric>& table() {
        [](Family& f, Name i, const Status& s) {
          if (s.memory_bytes != 0) f.add(i, s.memory_bytes);
        }},
+      {"realtime_priority", "gauge", "Of the threads that a frame passes, as the kernel says; 0: like all others",
+       [](Family& f, Name i, const Status& s) {
+         for (const auto& thread : s.scheduling.threads)
+           f.add(i, std::uint64_t{thread.priority}, {{"thread", thread.name}, {"cpus", thread.cpus}});
+       }},
+      {"realtime_asked_priority", "gauge", "That the configuration wants; 0: none",
+       [](Family& f, Name i, const Status& s) { f.add(i, std::uint64_t{s.scheduling.askedPriority}); }},
+      {"locked_memory_bytes", "gauge", "Of the address space, that stay in memory once touched",
+       [](Family& f, Name i, const Status& s) { f.add(i, s.scheduling.locked_bytes); }},
       {"log_lines_lost_total", "counter", "Lines of the log that its reader was too slow for",
        [](Family& f, Name i, const Status& s) { f.add(i, s.logLinesLost); }},
   };

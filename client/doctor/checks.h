@@ -23,6 +23,9 @@ struct Finding {
 struct Settings {
   std::string cameraId, packetSocket = "off";
   double receiveBuffer_bytes = 0.0, packetSize_bytes = 0.0;
+  int priority = 0;  ///< realtime.*
+  std::string cpus;
+  bool lockMemory = false;
   std::vector<std::string> endpoints;  ///< of all kinds
 };
 

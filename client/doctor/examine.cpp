@@ -64,7 +64,7 @@ std::set<std::string> namesOf(const Patient& patient) {
 std::optional<Settings> settingsOf(const std::string& text, const std::string& instance) {
   auto root = sensor::TomlTable::parse(text, "tractiond --print-config");
   if (!root) return std::nullopt;
-  auto camera = root->table("camera"), publish = root->table("publish");
+  auto camera = root->table("camera"), publish = root->table("publish"), realtime = root->table("realtime");
   if (!camera || !publish) return std::nullopt;
   Settings settings;
   const sensor::Range any{.least = 0.0, .most = 1e12};
@@ -72,6 +72,11 @@ std::optional<Settings> settingsOf(const std::string& text, const std::string& i
   camera->read("packet_socket", settings.packetSocket);
   camera->read("receive_buffer_bytes", settings.receiveBuffer_bytes, any);
   camera->read("packet_size_bytes", settings.packetSize_bytes, any);
+  if (realtime) {
+    realtime->read("priority", settings.priority, any);
+    realtime->read("cpus", settings.cpus);
+    realtime->read("lock_memory", settings.lockMemory);
+  }
   const Endpoints own = tcpEndpoints();
   for (const auto& [key, usual] : {std::pair{"stream", own.stream}, {"latest", own.latest}, {"control", own.control}}) {
     std::vector<std::string> all;

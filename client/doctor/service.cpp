@@ -9,6 +9,8 @@
 #include <cstring>
 #include <limits>
 #include <map>
+#include <set>
+#include <sstream>
 
 namespace traction::doctor {
 
@@ -53,8 +55,8 @@ void checkConfiguration(const Patient& patient, const Instance& instance, List& 
 
 /// The words KEY=VALUE of systemctl show.
 std::map<std::string, std::string> shown(const Patient& patient, const std::string& unit) {
-  const auto ran =
-      patient.box.run({"systemctl", "show", unit, "--property=LoadState,UnitFileState,ActiveState,Result,NRestarts"});
+  const auto ran = patient.box.run(
+      {"systemctl", "show", unit, "--property=LoadState,UnitFileState,ActiveState,Result,NRestarts,RestrictRealtime"});
   std::map<std::string, std::string> values;
   if (!ran || ran->exitCode != 0) return values;
   for (const std::string& line : linesOf(ran->output)) {
@@ -134,6 +136,11 @@ std::string inWords(std::optional<double> limit) {
   return !limit ? "not known" : std::isinf(*limit) ? "no limit" : std::to_string(std::llround(*limit));
 }
 
+std::string editOf(const Instance& instance, const std::string& line) {
+  return "sudo systemctl edit tractiond@" + instance.name + " with [Service] " + line +
+         ", then sudo systemctl restart tractiond@" + instance.name;
+}
+
 void checkLimits(const Patient& patient, const Instance& instance, List& findings) {
   if (instance.processes.empty()) {
     findings.push_back({"limits", Verdict::kUnknown, "not known: the instance does not run"});
@@ -146,10 +153,7 @@ void checkLimits(const Patient& patient, const Instance& instance, List& finding
     return;
   }
   constexpr double kFewFiles = 4096.0, kLeastMemory = 2147483648.0;
-  const auto edit = [&](const std::string& line) {
-    return "sudo systemctl edit tractiond@" + instance.name + " with [Service] " + line +
-           ", then sudo systemctl restart tractiond@" + instance.name;
-  };
+  const auto edit = [&](const std::string& line) { return editOf(instance, line); };
   if (*memory < kLeastMemory) {
     findings.push_back(
         {"limits", Verdict::kFail, inWords(memory) + " bytes of address space", edit("LimitAS=infinity")});
@@ -157,11 +161,82 @@ void checkLimits(const Patient& patient, const Instance& instance, List& finding
     findings.push_back({"limits", Verdict::kWarn, inWords(files) + " descriptors: each subscriber takes one",
                         edit("LimitNOFILE=65536")});
   } else {
-    findings.push_back({"limits", Verdict::kOk,
-                        inWords(files) + " descriptors; real-time priority " +
-                            inWords(limitOf(text, "Max realtime priority")) + ", locked memory " +
-                            inWords(limitOf(text, "Max locked memory")) + ": none is asked for"});
+    findings.push_back({"limits", Verdict::kOk, inWords(files) + " descriptors"});
   }
+}
+
+/// A capability of a process, by its number; by the process's own word it may do without limits.
+bool isCapable(const std::string& status, unsigned capability) {
+  const std::string key = "CapEff:";
+  for (const std::string& line : linesOf(status)) {
+    if (line.rfind(key, 0) == 0) return (std::strtoull(&line[key.size()], nullptr, 16) >> capability & 1U) != 0;
+  }
+  return false;
+}
+
+/// Processors of a list like "0-2,5".
+std::set<int> cpusOf(const std::string& list) {
+  std::set<int> cpus;
+  std::istringstream items(list);
+  for (std::string item; std::getline(items, item, ',');) {
+    const auto dash = item.find('-');
+    const int last = std::atoi(item.c_str() + (dash == std::string::npos ? 0 : dash + 1));
+    for (int cpu = std::atoi(item.c_str()); cpu <= last; ++cpu) cpus.insert(cpu);
+  }
+  return cpus;
+}
+
+/// What [realtime] asks for against what the process that runs may have.
+void checkRealTime(const Patient& patient, const Instance& instance, List& findings) {
+  const std::string check = "real time";
+  if (!instance.settings) {
+    findings.push_back({check, Verdict::kUnknown, "not known: " + instance.whyUnknown});
+    return;
+  }
+  const Settings& asked = *instance.settings;
+  if (asked.priority == 0 && asked.cpus.empty() && !asked.lockMemory) {
+    findings.push_back({check, Verdict::kOk, "none is asked for"});
+    return;
+  }
+  const std::set<int> wanted = cpusOf(asked.cpus),
+                      there = cpusOf(patient.box.line("/sys/devices/system/cpu/online").value_or(""));
+  if (!there.empty() && !std::includes(there.begin(), there.end(), wanted.begin(), wanted.end())) {
+    const std::string online = *patient.box.line("/sys/devices/system/cpu/online");
+    findings.push_back({check, Verdict::kWarn,
+                        "realtime.cpus = \"" + asked.cpus + "\", and the processors are " + online,
+                        "realtime.cpus of these in " + instance.file});
+    return;
+  }
+  if (instance.processes.empty()) {
+    findings.push_back({check, Verdict::kUnknown, "not known: the instance does not run"});
+    return;
+  }
+  constexpr unsigned kMayLock = 14, kMaySchedule = 23;  // CAP_IPC_LOCK, CAP_SYS_NICE
+  const std::string folder = "/proc/" + std::to_string(instance.processes[0]);
+  const std::string limits = patient.box.read(folder + "/limits").text;
+  const std::string status = patient.box.read(folder + "/status").text;
+  const auto priority = limitOf(limits, "Max realtime priority"), memory = limitOf(limits, "Max locked memory");
+  if (!priority || !memory) {
+    findings.push_back({check, Verdict::kUnknown, "not known: the limits of the process may not be read"});
+    return;
+  }
+  std::string wrong, lines;
+  const auto add = [&](const std::string& what, const std::string& line) {
+    wrong += (wrong.empty() ? "" : "; ") + what;
+    lines += (lines.empty() ? "" : " ") + line;
+  };
+  if (asked.priority > *priority && !isCapable(status, kMaySchedule))
+    add("realtime.priority = " + std::to_string(asked.priority) + ", and " + inWords(priority) + " is allowed",
+        "LimitRTPRIO=" + std::to_string(asked.priority));
+  if (asked.priority > 0 && shown(patient, "tractiond@" + instance.name + ".service")["RestrictRealtime"] == "yes")
+    add("realtime.priority = " + std::to_string(asked.priority) + ", and the unit's sandbox refuses all",
+        "RestrictRealtime=no");
+  if (asked.lockMemory && !std::isinf(*memory) && !isCapable(status, kMayLock))
+    add("realtime.lock_memory, and " + inWords(memory) + " bytes are allowed", "LimitMEMLOCK=infinity");
+  if (wrong.empty())
+    findings.push_back({check, Verdict::kOk, "what is asked for is allowed"});
+  else
+    findings.push_back({check, Verdict::kWarn, wrong, editOf(instance, lines)});
 }
 
 }  // namespace
@@ -171,6 +246,7 @@ void checkService(const Patient& patient, const Instance& instance, List& findin
   checkUnit(patient, instance, findings);
   checkState(patient, instance, findings);
   checkLimits(patient, instance, findings);
+  checkRealTime(patient, instance, findings);
 }
 
 }  // namespace traction::doctor

@@ -1,12 +1,13 @@
 #include "traction/control.h"
 
-#include "client/src/decode.h"
+#include "client/src/decode_control.h"
 #include "client/src/handshake.h"
 #include "client/src/locate.h"
 
 #include <zmq.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 
@@ -26,6 +27,14 @@ void expectSocket(const std::string& endpoint) {
   }
 }
 
+/// Its next event, where there is one.
+std::pair<std::uint16_t, std::uint32_t> nextEvent(zmq::socket_t& monitor) {
+  zmq::message_t event, address;
+  zmq_msg_recv(event.handle(), monitor.handle(), ZMQ_DONTWAIT);
+  zmq_msg_recv(address.handle(), monitor.handle(), ZMQ_DONTWAIT);
+  return eventOf(event);
+}
+
 /// Waits until somebody is at the other end. \throws Error where nobody is, or somebody else
 void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
   const auto end = std::chrono::steady_clock::now() + options.timeout;
@@ -35,10 +44,7 @@ void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
     zmq_pollitem_t item{monitor.handle(), 0, ZMQ_POLLIN, 0};
     if (zmq_poll(&item, 1, std::max<long>(left.count(), 0)) <= 0) break;
-    zmq::message_t event, address;
-    zmq_msg_recv(event.handle(), monitor.handle(), ZMQ_DONTWAIT);
-    zmq_msg_recv(address.handle(), monitor.handle(), ZMQ_DONTWAIT);
-    const auto [what, value] = eventOf(event);
+    const auto [what, value] = nextEvent(monitor);
     if (what == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) return;
     if (const auto refused = handshake.take(what, value)) throw *refused;
     isSomebody = isSomebody || what == ZMQ_EVENT_DISCONNECTED;  // without a handshake
@@ -48,6 +54,27 @@ void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
                   ? "who is at " + options.endpoint +
                         " takes no requests; is it the endpoint 'control' of a tractiond? A gateway asks for a key"
                   : "nobody is at " + options.endpoint + "; is tractiond running?");
+}
+
+/// The answer of who is there. \throws Error where it does not come in time, or who was asked has gone
+std::string awaitReply(zmq::socket_t& socket, zmq::socket_t& monitor, const std::string& endpoint,
+                       std::chrono::milliseconds timeout) {
+  const auto end = std::chrono::steady_clock::now() + timeout;
+  zmq::message_t reply;
+  for (bool isGone = false;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
+    std::array<zmq_pollitem_t, 2> items = {{{socket.handle(), 0, ZMQ_POLLIN, 0}, {monitor.handle(), 0, ZMQ_POLLIN, 0}}};
+    if (zmq_poll(items.data(), items.size(), isGone ? 0 : std::max<long>(left.count(), 0)) <= 0) {
+      if (isGone) throw Error(ErrorCode::kNoAnswer, "who was asked at " + endpoint + " has gone before the answer");
+      break;
+    }
+    if (items[0].revents != 0 && zmq_msg_recv(reply.handle(), socket.handle(), ZMQ_DONTWAIT) >= 0)
+      return reply.to_string();
+    if (items[1].revents != 0) isGone = isGone || nextEvent(monitor).first == ZMQ_EVENT_DISCONNECTED;
+  }
+  throw Error(ErrorCode::kNoAnswer, "somebody is at " + endpoint + ", but has not answered within " +
+                                        std::to_string(std::lround(std::chrono::duration<double>(timeout).count())) +
+                                        " s; a tractiond that computes the inverse of a new gel answers later");
 }
 
 /// \param timeout for the answer of who is there
@@ -68,15 +95,7 @@ std::string ask(const ControlOptions& options, const std::string& request, std::
   }
   expectPeer(monitor, options);
   socket.send(zmq::buffer(request), zmq::send_flags::none);
-  zmq_pollitem_t item{socket.handle(), 0, ZMQ_POLLIN, 0};
-  zmq::message_t reply;
-  if (zmq_poll(&item, 1, timeout.count()) <= 0 || zmq_msg_recv(reply.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) {
-    const double seconds = std::chrono::duration<double>(timeout).count();
-    throw Error(ErrorCode::kNoAnswer, "somebody is at " + options.endpoint + ", but has not answered within " +
-                                          std::to_string(std::lround(seconds)) +
-                                          " s; a tractiond that computes the inverse of a new gel answers later");
-  }
-  return reply.to_string();
+  return awaitReply(socket, monitor, options.endpoint, timeout);
 }
 
 }  // namespace
@@ -103,6 +122,20 @@ ZeroResult Control::undoZero() const {
   return decodeZeroReply(ask(options_, encodeZero({.undo = true}), options_.timeout));
 }
 
+std::string Control::pass(Question question) const {
+  switch (question) {
+  case Question::kStatus:
+    return ask(options_, encodeRequest(Request::kStatus), options_.timeout);
+  case Question::kDescription:
+    return ask(options_, encodeRequest(Request::kDescription), options_.timeout);
+  case Question::kZero:
+    return ask(options_, encodeZero({}), std::max(options_.zeroTimeout, zeroTakes()));
+  case Question::kUndoZero:
+    return ask(options_, encodeZero({.undo = true}), options_.timeout);
+  }
+  return {};
+}
+
 /// A daemon may average over thousands of frames, and says how long that takes.
 std::chrono::milliseconds Control::zeroTakes() const {
   constexpr std::chrono::duration<double> kOnTheWay(2.0);
@@ -124,7 +157,7 @@ CalibrationReport Control::calibrate(const CalibrationStep& step) const {
   const std::chrono::duration<double> time(looks ? std::max(step.seconds, kPatience_s) : 0.0);
   return decodeCalibrationReply(
       ask(options_, encodeCalibration(step),
-          options_.workTimeout + std::chrono::duration_cast<std::chrono::milliseconds>(time)));
+          options_.calibrationTimeout + std::chrono::duration_cast<std::chrono::milliseconds>(time)));
 }
 
 CameraReport Control::camera(const CameraStep& step) const {

@@ -1,22 +1,20 @@
 #include "client/src/decode.h"
 
-#include "traction/v1/control.pb.h"
+#include "client/src/messages.h"
 #include "traction/v1/description.pb.h"
 #include "traction/v1/field.pb.h"
 #include "traction/v1/markers.pb.h"
-#include "traction/v1/status.pb.h"
+#include "traction/v1/preview.pb.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fstream>
+#include <type_traits>
 
 namespace traction {
 
 namespace {
-
-namespace pb = traction::v1;
-
-constexpr std::uint32_t kVersion = 1;
 
 static_assert(static_cast<int>(kZeroUnverified) == pb::FLAG_ZERO_UNVERIFIED);
 static_assert(static_cast<int>(kFewMarkers) == pb::FLAG_FEW_MARKERS);
@@ -24,18 +22,6 @@ static_assert(static_cast<int>(kDiscontinuity) == pb::FLAG_DISCONTINUITY);
 static_assert(static_cast<int>(kReacquiring) == pb::FLAG_REACQUIRING);
 static_assert(static_cast<int>(kTorn) == pb::FLAG_TORN);
 static_assert(static_cast<int>(kDoubtedOrigin) == pb::FLAG_DOUBTED_ORIGIN);
-
-void require(bool condition, const char* what) {
-  if (!condition) throw Error(ErrorCode::kMalformed, what);
-}
-
-template <typename Parsed>
-Parsed parse(std::string_view bytes) {
-  Parsed message;
-  require(message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())),
-          "what arrived is no message of tractiond");
-  return message;
-}
 
 Id idOf(const std::string& bytes) {
   Id id{};
@@ -46,6 +32,22 @@ Id idOf(const std::string& bytes) {
 
 std::vector<std::uint8_t> maskOf(const std::string& bytes) {
   return {bytes.begin(), bytes.end()};
+}
+
+/// Of a number, or of all in a range of ranges.
+template <typename Numbers>
+bool isFinite(const Numbers& numbers) {
+  if constexpr (std::is_floating_point_v<Numbers>) {
+    return std::isfinite(numbers);
+  } else {
+    return std::all_of(numbers.begin(), numbers.end(), [](const auto& each) { return isFinite(each); });
+  }
+}
+
+/// Machines are steered by them.
+template <typename... Numbers>
+void requireFinite(const Numbers&... numbers) {
+  require((isFinite(numbers) && ...), "a number is not finite");
 }
 
 /// x y z x y z ... -> vectors of kSize.
@@ -92,18 +94,6 @@ Header headerOf(const pb::Header& from) {
   return header;
 }
 
-Zero zeroOf(const pb::Zero& from) {
-  Zero zero;
-  zero.id = idOf(from.id());
-  zero.time_ns = from.time_ns();
-  zero.requested = from.requested();
-  zero.requestedBy = from.requested_by();
-  zero.restPosition_px = vectorsOf<2>(from.rest_position_px());
-  zero.markerPresent = maskOf(from.marker_present());
-  require(zero.markerPresent.size() == zero.restPosition_px.size(), "the rest pose's mask has another size");
-  return zero;
-}
-
 Body bodyOf(const pb::Body& from) {
   Body body;
   body.nodePositions_m = vectorsOf<3>(from.node_positions_m());
@@ -147,6 +137,54 @@ Camera cameraOf(const pb::Camera& from) {
   return camera;
 }
 
+Quantiles quantilesOf(const pb::Quantiles& from) {
+  const pb::Histogram& all = from.since_start();
+  require(all.count().empty() || all.count_size() == all.bound_s_size() + 1, "a histogram has no count for each bound");
+  return {from.p50_s(),
+          from.p99_s(),
+          from.max_s(),
+          {{all.bound_s().begin(), all.bound_s().end()}, {all.count().begin(), all.count().end()}, all.sum_s()}};
+}
+
+/// Zero where the daemon does not tell.
+Matrix3 matrixOf(const google::protobuf::RepeatedField<double>& from) {
+  Matrix3 matrix{};
+  require(from.empty() || from.size() == static_cast<int>(matrix.size()), "a covariance is not 3 x 3");
+  std::copy(from.begin(), from.end(), matrix.begin());
+  return matrix;
+}
+
+Covariance covarianceOf(const pb::Covariance& from) {
+  return {matrixOf(from.noise()), matrixOf(from.systematic())};
+}
+
+Contact contactOf(const pb::Contact& from) {
+  return {vectorOf(from.position_m()),
+          vectorOf(from.position_deviation_m()),
+          vectorOf(from.force_n()),
+          vectorOf(from.force_deviation_n()),
+          from.area_m2(),
+          from.area_deviation_m2()};
+}
+
+/// kNone for one of a later daemon.
+Method methodOf(pb::Method from) {
+  switch (from) {
+  case pb::METHOD_NO_CONTACT:
+    return Method::kNoContact;
+  case pb::METHOD_CONTACT:
+    return Method::kContact;
+  case pb::METHOD_WHOLE_FACE:
+    return Method::kWholeFace;
+  case pb::METHOD_BLEND:
+    return Method::kBlend;
+  default:
+    return Method::kNone;
+  }
+}
+
+}  // namespace
+
 Colour colourOf(pb::Colour colour) {
   switch (colour) {
   case pb::COLOUR_BLUE:
@@ -160,6 +198,18 @@ Colour colourOf(pb::Colour colour) {
   default:
     return Colour::kUnknown;
   }
+}
+
+Zero zeroOf(const pb::Zero& from) {
+  Zero zero;
+  zero.id = idOf(from.id());
+  zero.time_ns = from.time_ns();
+  zero.requested = from.requested();
+  zero.requestedBy = from.requested_by();
+  zero.restPosition_px = vectorsOf<2>(from.rest_position_px());
+  zero.markerPresent = maskOf(from.marker_present());
+  require(zero.markerPresent.size() == zero.restPosition_px.size(), "the rest pose's mask has another size");
+  return zero;
 }
 
 Description descriptionOf(const pb::Description& from) {
@@ -191,15 +241,6 @@ Description descriptionOf(const pb::Description& from) {
   return description;
 }
 
-Quantiles quantilesOf(const pb::Quantiles& from) {
-  const pb::Histogram& all = from.since_start();
-  require(all.count().empty() || all.count_size() == all.bound_s_size() + 1, "a histogram has no count for each bound");
-  return {from.p50_s(),
-          from.p99_s(),
-          from.max_s(),
-          {{all.bound_s().begin(), all.bound_s().end()}, {all.count().begin(), all.count().end()}, all.sum_s()}};
-}
-
 Status statusOf(const pb::Status& from) {
   Status status;
   status.header = headerOf(from.header());
@@ -208,6 +249,13 @@ Status statusOf(const pb::Status& from) {
   status.logLinesLost = from.log_lines_lost();
   status.memory_bytes = from.memory_bytes();
   status.residual_px = from.residual_px();
+  const pb::Scheduling& scheduling = from.scheduling();
+  status.scheduling.askedPriority = scheduling.asked_priority();
+  status.scheduling.askedCpus = scheduling.asked_cpus();
+  status.scheduling.askedLock = scheduling.asked_lock();
+  status.scheduling.locked_bytes = scheduling.locked_bytes();
+  for (const auto& thread : scheduling.threads())
+    status.scheduling.threads.push_back({thread.name(), thread.priority(), thread.cpus()});
   switch (from.camera()) {
   case pb::CAMERA_STATE_WAITING:
     status.camera = CameraState::kWaiting;
@@ -278,113 +326,6 @@ Status statusOf(const pb::Status& from) {
   return status;
 }
 
-/// Zero where the daemon does not tell.
-Matrix3 matrixOf(const google::protobuf::RepeatedField<double>& from) {
-  Matrix3 matrix{};
-  require(from.empty() || from.size() == static_cast<int>(matrix.size()), "a covariance is not 3 x 3");
-  std::copy(from.begin(), from.end(), matrix.begin());
-  return matrix;
-}
-
-Covariance covarianceOf(const pb::Covariance& from) {
-  return {matrixOf(from.noise()), matrixOf(from.systematic())};
-}
-
-Contact contactOf(const pb::Contact& from) {
-  return {vectorOf(from.position_m()),
-          vectorOf(from.position_deviation_m()),
-          vectorOf(from.force_n()),
-          vectorOf(from.force_deviation_n()),
-          from.area_m2(),
-          from.area_deviation_m2()};
-}
-
-/// kNone for one of a later daemon.
-Method methodOf(pb::Method from) {
-  switch (from) {
-  case pb::METHOD_NO_CONTACT:
-    return Method::kNoContact;
-  case pb::METHOD_CONTACT:
-    return Method::kContact;
-  case pb::METHOD_WHOLE_FACE:
-    return Method::kWholeFace;
-  case pb::METHOD_BLEND:
-    return Method::kBlend;
-  default:
-    return Method::kNone;
-  }
-}
-
-/// kUnknown for one of a later daemon.
-CameraFeature::Kind kindOf(pb::CameraFeatureKind from) {
-  using Kind = CameraFeature::Kind;
-  switch (from) {
-  case pb::CAMERA_FEATURE_KIND_INTEGER:
-    return Kind::kInteger;
-  case pb::CAMERA_FEATURE_KIND_FLOAT:
-    return Kind::kFloat;
-  case pb::CAMERA_FEATURE_KIND_BOOLEAN:
-    return Kind::kBoolean;
-  case pb::CAMERA_FEATURE_KIND_ENUMERATION:
-    return Kind::kEnumeration;
-  case pb::CAMERA_FEATURE_KIND_STRING:
-    return Kind::kString;
-  case pb::CAMERA_FEATURE_KIND_COMMAND:
-    return Kind::kCommand;
-  case pb::CAMERA_FEATURE_KIND_REGISTER:
-    return Kind::kRegister;
-  default:
-    return Kind::kUnknown;
-  }
-}
-
-CameraFeature::Access accessOf(pb::CameraFeatureAccess from) {
-  using Access = CameraFeature::Access;
-  switch (from) {
-  case pb::CAMERA_FEATURE_ACCESS_READ:
-    return Access::kRead;
-  case pb::CAMERA_FEATURE_ACCESS_WRITE:
-    return Access::kWrite;
-  case pb::CAMERA_FEATURE_ACCESS_READ_WRITE:
-    return Access::kReadWrite;
-  default:
-    return Access::kNone;
-  }
-}
-
-CameraFeature featureOf(const pb::CameraFeature& from) {
-  CameraFeature feature;
-  feature.name = from.name();
-  feature.value = from.value();
-  feature.unit = from.unit();
-  feature.kind = kindOf(from.kind());
-  feature.access = accessOf(from.access());
-  if (from.has_minimum()) feature.minimum = from.minimum();
-  if (from.has_maximum()) feature.maximum = from.maximum();
-  if (from.has_increment()) feature.increment = from.increment();
-  feature.entries.assign(from.entries().begin(), from.entries().end());
-  feature.description = from.description();
-  feature.configured = from.configured();
-  feature.first = from.first();
-  feature.category = from.category();
-  feature.selected.assign(from.selected().begin(), from.selected().end());
-  return feature;
-}
-
-/// A reply that answers `expected`.
-pb::Reply replyOf(std::string_view bytes, pb::Reply::ReplyCase expected) {
-  auto reply = parse<pb::Reply>(bytes);
-  if (reply.version() != kVersion) {
-    throw Error(ErrorCode::kVersion, "the daemon speaks version " + std::to_string(reply.version()) +
-                                         " of the protocol, this library " + std::to_string(kVersion));
-  }
-  if (!reply.error().empty()) throw Error(ErrorCode::kRefused, reply.error());
-  require(reply.reply_case() == expected, "the reply does not answer the request");
-  return reply;
-}
-
-}  // namespace
-
 Field decodeField(std::string_view bytes) {
   const auto from = parse<pb::Field>(bytes);
   Field field;
@@ -410,6 +351,17 @@ Field decodeField(std::string_view bytes) {
   field.regularisation_px_per_N = from.regularisation_px_per_n();
   field.pictureMotion = {vectorOf(from.picture_motion().shift_px()), from.picture_motion().scale(),
                          from.picture_motion().roll_rad()};
+  requireFinite(field.force_N, field.nodeDeviation_N, field.resultant_N, field.moment_Nm, field.centreOfPressure_m,
+                field.residual_px, field.regularisation_px_per_N, field.pictureMotion.shift_px,
+                field.pictureMotion.scale, field.pictureMotion.roll_rad);
+  for (const Covariance* each :
+       {&field.resultantCovariance_N2, &field.momentCovariance_N2m2, &field.resultantMomentCovariance_N2m}) {
+    requireFinite(each->noise, each->systematic);
+  }
+  for (const Contact& contact : field.contacts) {
+    requireFinite(contact.position_m, contact.positionDeviation_m, contact.force_N, contact.forceDeviation_N,
+                  contact.area_m2, contact.areaDeviation_m2);
+  }
   return field;
 }
 
@@ -423,6 +375,7 @@ Markers decodeMarkers(std::string_view bytes) {
   require(markers.valid.size() == markers.displacement_px.size() &&
               markers.variance_px2.size() == markers.displacement_px.size(),
           "the markers' arrays have different sizes");
+  requireFinite(markers.displacement_px, markers.variance_px2);
   markers.validMarkers = from.valid_markers();
   return markers;
 }
@@ -435,156 +388,26 @@ Status decodeStatus(std::string_view bytes) {
   return statusOf(parse<pb::Status>(bytes));
 }
 
-std::string encodeRequest(Request request) {
-  pb::Request message;
-  message.set_version(kVersion);
-  switch (request) {
-  case Request::kStatus:
-    message.mutable_status();
-    break;
-  case Request::kDescription:
-    message.mutable_description();
-    break;
-  case Request::kSnapshot:
-    message.mutable_snapshot();
-    break;
-  }
-  return message.SerializeAsString();
-}
-
-std::string encodeZero(const ZeroRequest& zero) {
-  pb::Request message;
-  message.set_version(kVersion);
-  message.mutable_zero()->set_anyway(zero.anyway);
-  message.mutable_zero()->set_undo(zero.undo);
-  return message.SerializeAsString();
-}
-
-std::string encodeCalibration(const CalibrationStep& step) {
-  pb::Request message;
-  message.set_version(kVersion);
-  pb::CalibrateRequest& request = *message.mutable_calibrate();
-  switch (step.kind) {
-  case CalibrationStep::Kind::kGeometry:
-    request.mutable_geometry()->set_anyway(step.anyway);
-    break;
-  case CalibrationStep::Kind::kNoise:
-    request.mutable_noise()->set_duration_s(step.seconds);
-    request.mutable_noise()->set_anyway(step.anyway);
-    break;
-  case CalibrationStep::Kind::kWeight:
-    request.mutable_weight()->set_weight_n(step.weight_N);
-    request.mutable_weight()->set_patience_s(step.seconds);
-    request.mutable_weight()->set_first(step.first);
-    break;
-  case CalibrationStep::Kind::kStiffness:
-    request.mutable_stiffness();
-    break;
-  case CalibrationStep::Kind::kFinish:
-    request.mutable_finish()->set_name(step.name);
-    break;
-  }
-  return message.SerializeAsString();
-}
-
-std::string encodeCameraStep(const CameraStep& step) {
-  pb::Request message;
-  message.set_version(kVersion);
-  pb::CameraRequest& request = *message.mutable_camera();
-  switch (step.kind) {
-  case CameraStep::Kind::kList:
-    request.mutable_list()->set_matching(step.matching);
-    for (const std::string& category : step.categories) request.mutable_list()->add_categories(category);
-    break;
-  case CameraStep::Kind::kRead:
-    request.mutable_read()->set_name(step.name);
-    break;
-  case CameraStep::Kind::kWrite:
-    request.mutable_write()->set_name(step.name);
-    request.mutable_write()->set_value(step.value);
-    break;
-  case CameraStep::Kind::kExecute:
-    request.mutable_execute()->set_name(step.name);
-    break;
-  case CameraStep::Kind::kBalanceWhite:
-    request.mutable_balance_white();
-    break;
-  case CameraStep::Kind::kTrigger:
-    request.mutable_trigger();
-    break;
-  }
-  return message.SerializeAsString();
-}
-
-Status decodeStatusReply(std::string_view bytes) {
-  return statusOf(replyOf(bytes, pb::Reply::kStatus).status());
-}
-
-Description decodeDescriptionReply(std::string_view bytes) {
-  return descriptionOf(replyOf(bytes, pb::Reply::kDescription).description());
-}
-
-ZeroResult decodeZeroReply(std::string_view bytes) {
-  const pb::Reply reply = replyOf(bytes, pb::Reply::kZero);
-  const pb::ZeroReply& from = reply.zero();
-  return {zeroOf(from.zero()), from.markers_present(), from.markers_expected(), from.noise_levels(), from.remark()};
-}
-
-Snapshot decodeSnapshotReply(std::string_view bytes) {
-  const pb::Reply reply = replyOf(bytes, pb::Reply::kSnapshot);
-  const pb::SnapshotReply& from = reply.snapshot();
-  Snapshot snapshot;
-  snapshot.width = from.width();
-  snapshot.height = from.height();
-  snapshot.channels = from.channels();
-  snapshot.reduced = std::max(from.reduced(), 1U);
-  const auto size = std::uint64_t{from.width()} * from.height() * from.channels();
-  require((from.channels() == 1 || from.channels() == 3) && from.levels().size() == size,
-          "the picture has not the size that it says");
-  snapshot.levels.assign(from.levels().begin(), from.levels().end());
-  snapshot.pixelFormat = from.pixel_format();
-  snapshot.frameNumber = from.frame_number();
-  snapshot.receivedReal_ns = from.received_real_ns();
-  const auto colourAt = [&from](char layer) {
-    const int index = static_cast<unsigned char>(layer);
-    return index < from.colours_size() ? colourOf(from.colours(index)) : Colour::kUnknown;
-  };
-  const auto placeOf = [](const auto& places, std::size_t i) {
-    return std::array<float, 2>{places[static_cast<int>(2 * i)], places[static_cast<int>(2 * i + 1)]};
-  };
-  const std::size_t markers = from.marker_state().size(), spots = from.spot_layer().size();
-  require(from.marker_layer().size() == markers && static_cast<std::size_t>(from.place_px_size()) == 2 * markers &&
-              static_cast<std::size_t>(from.spot_px_size()) == 2 * spots,
-          "the picture's arrays have different sizes");
-  for (std::size_t i = 0; i < markers; ++i) {
-    snapshot.markers.push_back({placeOf(from.place_px(), i), colourAt(from.marker_layer()[i]),
-                                static_cast<Snapshot::MarkerState>(std::min<char>(from.marker_state()[i], 3))});
-  }
-  for (std::size_t i = 0; i < spots; ++i) {
-    snapshot.spots.push_back({placeOf(from.spot_px(), i), colourAt(from.spot_layer()[i])});
-  }
-  return snapshot;
-}
-
-CalibrationReport decodeCalibrationReply(std::string_view bytes) {
-  const pb::Reply reply = replyOf(bytes, pb::Reply::kCalibrate);
-  const pb::CalibrateReply& from = reply.calibrate();
-  CalibrationReport report;
-  for (const pb::Figure& figure : from.figures()) {
-    report.figures.push_back({figure.name(), figure.value(), figure.deviation()});
-  }
-  report.remarks.assign(from.remarks().begin(), from.remarks().end());
-  report.path = from.path();
-  return report;
-}
-
-CameraReport decodeCameraReply(std::string_view bytes) {
-  const pb::Reply reply = replyOf(bytes, pb::Reply::kCamera);
-  CameraReport report;
-  for (const pb::CameraFeature& feature : reply.camera().features()) report.features.push_back(featureOf(feature));
-  report.remarks.assign(reply.camera().remarks().begin(), reply.camera().remarks().end());
-  report.camera = reply.camera().camera();
-  return report;
+Preview decodePreview(std::string_view bytes) {
+  const auto from = parse<pb::Preview>(bytes);
+  Preview preview;
+  preview.header = headerOf(from.header());
+  preview.width = from.width();
+  preview.height = from.height();
+  preview.channels = from.format() == pb::PREVIEW_FORMAT_MONO8 ? 1 : 3;
+  require(from.format() == pb::PREVIEW_FORMAT_MONO8 || from.format() == pb::PREVIEW_FORMAT_RGB8,
+          "the preview's format is unknown");
+  // One after another: the product of all may be beyond 64 bits.
+  const std::size_t row = std::size_t{preview.width} * preview.channels;
+  require(row == 0 || preview.height == 0
+              ? from.pixels().empty()
+              : from.pixels().size() % row == 0 && from.pixels().size() / row == preview.height,
+          "the preview has more or fewer pixels than its size says");
+  preview.pixels.assign(from.pixels().begin(), from.pixels().end());
+  preview.scale = from.scale();
+  preview.origin_px = vectorOf(from.origin_px());
+  requireFinite(preview.scale, preview.origin_px);
+  return preview;
 }
 
 }  // namespace traction

@@ -1,10 +1,8 @@
-// Bytes of proto/traction/v1 -> messages. The only file of the client that sees Protobuf.
+// Bytes that are published, proto/traction/v1 -> messages.
 #pragma once
 
-#include "traction/control.h"
 #include "traction/subscriber.h"
 
-#include <string>
 #include <string_view>
 
 namespace traction {
@@ -14,24 +12,6 @@ Field decodeField(std::string_view bytes);
 Markers decodeMarkers(std::string_view bytes);
 Description decodeDescription(std::string_view bytes);
 Status decodeStatus(std::string_view bytes);
-
-enum class Request { kStatus, kDescription, kSnapshot };
-std::string encodeRequest(Request request);
-
-struct ZeroRequest {
-  bool anyway = false;
-  bool undo = false;
-};
-std::string encodeZero(const ZeroRequest& zero);
-std::string encodeCalibration(const CalibrationStep& step);
-std::string encodeCameraStep(const CameraStep& step);
-
-// What the reply to a request holds. They throw Error kMalformed, kVersion, kRefused.
-Status decodeStatusReply(std::string_view bytes);
-Description decodeDescriptionReply(std::string_view bytes);
-Snapshot decodeSnapshotReply(std::string_view bytes);
-ZeroResult decodeZeroReply(std::string_view bytes);
-CalibrationReport decodeCalibrationReply(std::string_view bytes);
-CameraReport decodeCameraReply(std::string_view bytes);
+Preview decodePreview(std::string_view bytes);
 
 }  // namespace traction

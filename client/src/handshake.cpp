@@ -27,7 +27,7 @@ void useKeys(zmq::socket_t& socket, const Keys& keys) {
 }
 
 std::optional<Error> Handshake::take(std::uint16_t event, std::uint32_t value) {
-  constexpr int kMostFailures = 5;  // some 0.5 s
+  const int mostFailures = hasKeys_ ? 5 : 25;  // some 0.5 s; 5 s, for a tractiond may come to where another listens
   const bool mismatch =
       event == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL && value == ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH;
   // Not seen each time: the other side notices it, too, and who is the first to end the connection tells nothing.
@@ -49,12 +49,13 @@ std::optional<Error> Handshake::take(std::uint16_t event, std::uint32_t value) {
                                              : "the gateway at " + endpoint_ + " asks for a key, and none is given");
   case ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL:
     // Also when a gateway is restarted or has too many connections: who was let in before, waits.
-    if (!hasKeys_ || succeeded_ || ++failures_ < kMostFailures) return std::nullopt;
+    if (succeeded_ || ++failures_ < mostFailures) return std::nullopt;
     failures_ = 0;
     return Error(ErrorCode::kNotAllowed,
-                 "who is at " + endpoint_ +
-                     " ends each connection: the server key is not this gateway's, or too many " +
-                     "are connected; on its box, tractionctl keys list tells its key");
+                 "who is at " + endpoint_ + " ends each connection: " +
+                     (hasKeys_ ? "the server key is not this gateway's, or too many are connected; on its box, "
+                                 "tractionctl keys list tells its key"
+                               : "a gateway asks for a key, and none is given; anything else is no tractiond"));
   default:
     return std::nullopt;
   }

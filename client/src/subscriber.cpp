@@ -44,6 +44,7 @@ unsigned topicNamed(std::string_view kind) {
   if (kind == "markers") return kMarkers;
   if (kind == "description") return kDescription;
   if (kind == "status") return kStatus;
+  if (kind == "preview") return kPreview;
   return 0;  // of a later daemon
 }
 
@@ -63,12 +64,31 @@ Message decode(unsigned topic, std::string_view bytes) {
     return decodeDescription(bytes);
   case kStatus:
     return decodeStatus(bytes);
+  case kPreview:
+    return decodePreview(bytes);
   default:
     return decodeField(bytes);
   }
 }
 
+/// Of traction/v1/<sensor>/<kind>/; 0: of a later daemon.
+unsigned kindOf(std::string_view topic) {
+  const std::size_t slash = topic.find('/', kTopicRoot.size());
+  if (slash == std::string_view::npos || topic.back() != '/' || topic.size() < slash + 2) return 0;
+  return topicNamed(topic.substr(slash + 1, topic.size() - slash - 2));
+}
+
 }  // namespace
+
+std::optional<Message> decode(const Raw& raw) {
+  if (raw.topic.substr(0, kTopicRoot.size()) != kTopicRoot) {
+    throw Error(ErrorCode::kVersion,
+                "the topic is " + printable(raw.topic) + ", this library reads " + std::string(kTopicRoot));
+  }
+  const unsigned kind = kindOf(raw.topic);
+  if (kind == 0) return std::nullopt;
+  return decode(kind, raw.bytes);
+}
 
 struct Subscriber::Impl {
   explicit Impl(const SubscriberOptions& given)
@@ -177,11 +197,22 @@ struct Subscriber::Impl {
       if (!part.more()) break;
     }
     ++count;
+    for (std::size_t i = count; i < parts.size(); ++i) parts[i].rebuild();
     return true;
   }
 
   bool startsWith(std::string_view beginning) const {
     return parts[0].to_string_view().substr(0, beginning.size()) == beginning;
+  }
+
+  /// The daemon makes previews for who names them, and their topic has the name of the sensor in it.
+  void askForPreviews(std::string_view topic) {
+    constexpr std::size_t kMostSensors = 64;  // whoever publishes endless names fills no memory
+    const std::size_t slash = topic.find('/', kTopicRoot.size());
+    if (slash == std::string_view::npos || sensors.size() == kMostSensors) return;
+    const std::string_view sensor = topic.substr(kTopicRoot.size(), slash - kTopicRoot.size());
+    if (isValidName(sensor) && sensors.emplace(sensor).second)
+      socket.set(zmq::sockopt::subscribe, topicOf(sensor, "preview"));
   }
 
   void countLosses(const std::string& topic, const Header& header) {
@@ -206,11 +237,8 @@ struct Subscriber::Impl {
         throw Error(ErrorCode::kVersion,
                     endpoint + " publishes " + printable(topic) + ", this library reads " + std::string(kTopicRoot));
       }
-      // traction/v1/<sensor>/<kind>/
-      const std::size_t slash = topic.find('/', kTopicRoot.size());
-      const unsigned kind = slash == std::string::npos || topic.back() != '/' || topic.size() < slash + 2
-                                ? 0
-                                : topicNamed(std::string_view(topic).substr(slash + 1, topic.size() - slash - 2));
+      if ((options.topics & kPreview) != 0) askForPreviews(topic);
+      const unsigned kind = kindOf(topic);
       if ((kind & options.topics) == 0) return std::nullopt;
       if (count < 2) throw Error(ErrorCode::kMalformed, endpoint + " sends a topic without a message");
       message = decode(kind, parts[1].to_string_view());
@@ -225,6 +253,7 @@ struct Subscriber::Impl {
   std::vector<std::string> endpoints;  ///< that are connected to
   std::string endpoint;                ///< the one to name
   std::uint64_t lost = 0;
+  std::set<std::string> sensors;                             ///< whose previews were asked for
   std::map<std::string, std::pair<Id, std::uint64_t>> seen;  ///< topic -> last boot and sequence
   std::array<zmq::message_t, 3> parts;
   std::size_t count = 0;
@@ -250,6 +279,11 @@ std::optional<Message> Subscriber::receive(std::chrono::milliseconds timeout) {
     if (!impl_->next(std::max(left, std::chrono::milliseconds(0)))) return std::nullopt;
     if (auto message = impl_->take(monotonicNow())) return message;
   }
+}
+
+Raw Subscriber::raw() const {
+  if (impl_->options.mode == Mode::kLatest) return {{}, impl_->parts[0].to_string_view()};
+  return {impl_->parts[0].to_string_view(), impl_->parts[1].to_string_view()};
 }
 
 std::uint64_t Subscriber::lost() const {

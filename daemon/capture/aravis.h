@@ -61,11 +61,35 @@ std::vector<std::string> taken(const char** names, guint count);
 /// Returns early when asked to stop.
 void pauseUntil(std::int64_t until_ns, const std::stop_token& stop);
 
+// ---- aravis_network.cpp: answers
+
+/// Keeps answers that are not the camera's from its control channel, and has it given back by a process that aborts.
+/// Aravis hides the socket, which is told by being new: to be made before the camera is opened, by the only thread that
+/// opens sockets. What is read while it is opened, its description, is not guarded.
+class ControlGuard {
+ public:
+  ControlGuard();
+  ControlGuard(const ControlGuard&) = delete;
+  ControlGuard& operator=(const ControlGuard&) = delete;
+  ~ControlGuard();
+  tl::expected<void, Error> guard(ArvGvDevice* device);
+  /// The device will be closed: a process that ends by a signal no longer says so to the camera.
+  void disarm();
+  /// Datagrams that the kernel kept from it; as long as the device is open.
+  std::uint64_t refused() const;
+
+ private:
+  std::vector<std::uint64_t> before_;  ///< inodes of the sockets that there were
+  int descriptor_ = -1;
+};
+
 // ---- aravis_find.cpp
 
 /// EX_UNAVAILABLE: it is not there, or does not answer. EX_TEMPFAIL: another client holds it, and did not leave within
 /// 8 s, longer than a camera keeps to a client that died (3 s by default). EX_NOPERM: its USB device may not be opened.
-tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening);
+/// \param guard made before; guards a GigE Vision camera from here on
+tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening,
+                                                  ControlGuard& guard);
 
 /// Names what Aravis has opened.
 CameraName nameOf(ArvCamera* camera);
@@ -75,6 +99,8 @@ CameraName nameOf(ArvCamera* camera);
 /// Writes one feature, waits for a command to be done; the line for the list of settings. EX_CONFIG names what would be
 /// allowed, EX_UNAVAILABLE: the camera does not answer.
 tl::expected<std::string, Error> writeFeature(ArvDevice* device, const Feature& feature);
+/// What writing it again would bring back; none: a command, or it cannot be read or written now.
+std::optional<Feature> standingAt(ArvDevice* device, const char* name);
 bool hasFeature(ArvDevice* device, const char* name);
 /// The first of these that the camera has; empty: none.
 std::string firstFeature(ArvDevice* device, std::initializer_list<const char*> names);
@@ -99,9 +125,10 @@ std::optional<double> readQuantity(ArvDevice* device, const Quantity& quantity);
 // ---- aravis_settings.cpp
 
 /// Makes every setting in order; adds what the camera made of them to the info. \param before what the session before
-/// this one found the camera at: kept where the configuration leaves it open
+/// this one found the camera at: kept where the configuration leaves it open. \param undo written in reverse, it brings
+/// back what the camera stood at before, but for what commands have done
 tl::expected<void, Error> applySettings(ArvCamera* camera, const CameraOptions& options, const Standing* before,
-                                        CameraInfo& info);
+                                        CameraInfo& info, std::vector<Feature>& undo);
 
 /// What the camera offers, as it spells the names; and those of them that can be read, the best first: as few bytes as
 /// colours need, then as few bits.
@@ -112,7 +139,7 @@ std::vector<const PixelFormatTraits*> readableFormats(ArvCamera* camera);
 tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info);
 
 /// What the camera says of its clock's master; empty: it has none.
-CameraLink readLink(ArvCamera* camera, ArvStream* stream);
+CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard);
 
 // ---- aravis_clock.cpp
 

@@ -16,7 +16,7 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kUsual_ns = 100'000'000;
 /// Until the drift is known; then; and where the camera did not answer.
 constexpr std::int64_t kAtFirst_ns = 20'000'000, kUsually_ns = 125'000'000, kUnanswered_ns = kSecond_ns;
-constexpr std::size_t kFirst = 16;
+constexpr std::size_t kFirst = 60;
 constexpr int kRefusals = 3;
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstring>
 #include <thread>
+#include <tuple>
 #include <utility>
 
 namespace tractiond::capture {
@@ -20,7 +21,8 @@ using std::chrono::milliseconds;
 
 class AravisDriver : public Driver {
  public:
-  static tl::expected<std::unique_ptr<Driver>, Error> open(const CameraOptions& options, const Opening& opening);
+  static tl::expected<std::unique_ptr<Driver>, Error> open(const CameraOptions& options, const Opening& opening,
+                                                           const std::function<void(bool)>& receiving);
   ~AravisDriver() override;
 
   const CameraInfo& info() const override { return info_; }
@@ -32,15 +34,18 @@ class AravisDriver : public Driver {
   }
   std::string doubt() override;
   void markSilent() override { silent_ = true; }
-  CameraLink link() override { return readLink(camera_.get(), stream_.get()); }
+  void undo() override;
+  CameraLink link() override { return readLink(camera_.get(), stream_.get(), guard_); }
   tl::expected<CameraReport, std::string> serve(const CameraStep& step) override {
     return serveFeatures(camera_.get(), step, options_.features, first_);
   }
 
  private:
   enum class Proof { kWhole, kBroken, kNothing };
-  static constexpr milliseconds kAnswer{100};
+  static constexpr milliseconds kAnswer{130};
 
+  static void onStream(void* driver, ArvStreamCallbackType type, ArvBuffer*);
+  tl::expected<void, Error> setUp(const CameraOptions& wanted, const CameraInfo* before);
   tl::expected<void, Error> start();
   tl::expected<void, Error> startStream(int packetSize_bytes);
   Proof awaitWholeFrame() const;
@@ -50,7 +55,9 @@ class AravisDriver : public Driver {
   CameraOptions options_;
   std::atomic<bool> controlLost_{false};  // set by Aravis's heartbeat thread: outlives the camera
   std::atomic<bool> silent_{false};
+  std::function<void(bool)> receiving_;
   GvcpSearch search_;
+  ControlGuard guard_;  // before the camera, and after every other socket of this
   Ref<ArvCamera> camera_;
   Ref<ArvStream> stream_;
   std::unique_ptr<AskedClock> clock_;  ///< none: it cannot be asked
@@ -64,6 +71,7 @@ class AravisDriver : public Driver {
   std::int64_t asked_ns_ = 0;  ///< when that was last
   bool portIsTrue_ = true;     ///< the camera sends from the port that it names
   ChunkDescription chunks_;
+  std::vector<Feature> undo_;                               ///< features as they were before it was set up
   std::vector<std::pair<std::string, std::string>> first_;  ///< features as they were before people wrote them
 };
 
@@ -71,12 +79,15 @@ AravisDriver::~AravisDriver() {
   clock_.reset();
   if (stream_ && !silent_ && !controlLost_) arv_camera_stop_acquisition(camera_.get(), nullptr);
   stream_.reset();
+  guard_.disarm();
   camera_.reset();
 }
 
-tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOptions& options, const Opening& opening) {
+tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOptions& options, const Opening& opening,
+                                                                const std::function<void(bool)>& receiving) {
   auto driver = std::make_unique<AravisDriver>();
   driver->options_ = options;
+  driver->receiving_ = receiving;
   CameraOptions& wanted = driver->options_;
   const CameraInfo* before = opening.before;
   if (before != nullptr) {
@@ -94,7 +105,7 @@ tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOpti
         return failed(EX_UNAVAILABLE, "camera " + before->name.id + " does not answer", before->name.address);
     }
   }
-  auto connected = connectCamera(wanted, opening);
+  auto connected = connectCamera(wanted, opening, driver->guard_);
   if (!connected) return tl::unexpected(connected.error());
   if (opening.found) opening.found();
   driver->camera_ = *std::move(connected);
@@ -103,17 +114,34 @@ tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOpti
   info.name = nameOf(camera);
   if (before != nullptr && (info.name.vendor != before->name.vendor || info.name.serial != before->name.serial))
     return failed(EX_UNAVAILABLE, "another camera answers, " + info.name.id);
-  if (!info.name.address.empty()) info.identity = driver->search_.ask(info.name.address, 10 * kAnswer);
+  if (!info.name.address.empty()) info.identity = driver->search_.ask(info.name.address, milliseconds(1000));
   g_signal_connect(arv_camera_get_device(camera), "control-lost",
                    G_CALLBACK(+[](ArvDevice*, std::atomic<bool>* lost) { lost->store(true); }), &driver->controlLost_);
 
-  if (auto set = applySettings(camera, wanted, before == nullptr ? nullptr : &before->standing, info); !set)
-    return tl::unexpected(set.error());
-  if (auto read = readPicture(camera, info); !read) return tl::unexpected(read.error());
-  driver->chunks_ = describeChunks(arv_camera_get_device(camera));
-  if (auto started = driver->start(); !started) return tl::unexpected(started.error());
+  if (auto done = driver->setUp(wanted, before); !done) {
+    if (done.error().exitCode != EX_UNAVAILABLE) driver->undo();
+    return tl::unexpected(done.error());
+  }
   driver->clock_ = AskedClock::open(arv_camera_get_device(camera));
   return driver;
+}
+
+tl::expected<void, Error> AravisDriver::setUp(const CameraOptions& wanted, const CameraInfo* before) {
+  ArvCamera* camera = camera_.get();
+  if (auto set = applySettings(camera, wanted, before == nullptr ? nullptr : &before->standing, info_, undo_); !set)
+    return set;
+  if (auto read = readPicture(camera, info_); !read) return read;
+  chunks_ = describeChunks(arv_camera_get_device(camera));
+  return start();
+}
+
+/// A camera that sends pictures locks what shapes them.
+void AravisDriver::undo() {
+  clock_.reset();
+  if (stream_) arv_camera_stop_acquisition(camera_.get(), nullptr);
+  stream_.reset();
+  for (; !undo_.empty(); undo_.pop_back())
+    std::ignore = writeFeature(arv_camera_get_device(camera_.get()), undo_.back());
 }
 
 tl::expected<void, Error> AravisDriver::start() {
@@ -177,9 +205,9 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes) {
                     "the camera refuses packets of " + std::to_string(packetSize_bytes) + " bytes", failure.text());
   }
 #if ARAVIS_CHECK_VERSION(0, 9, 0)
-  stream_.reset(arv_camera_create_stream(camera, nullptr, nullptr, nullptr, failure.into()));
+  stream_.reset(arv_camera_create_stream(camera, onStream, this, nullptr, failure.into()));
 #else
-  stream_.reset(arv_camera_create_stream(camera, nullptr, nullptr, failure.into()));
+  stream_.reset(arv_camera_create_stream(camera, onStream, this, failure.into()));
 #endif
   if (!stream_) return failed(EX_UNAVAILABLE, "the camera's stream cannot be opened", failure.text());
   const guint payload = arv_camera_get_payload(camera, failure.into());
@@ -214,6 +242,14 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes) {
   arv_camera_start_acquisition(camera, failure.into());
   if (failure) return failed(EX_UNAVAILABLE, "the camera does not start", failure.text());
   return {};
+}
+
+/// In Aravis's thread, which ends before the stream that this driver holds.
+void AravisDriver::onStream(void* driver, ArvStreamCallbackType type, ArvBuffer* /*buffer*/) {
+  const auto& receiving = static_cast<AravisDriver*>(driver)->receiving_;
+  if (!receiving) return;
+  if (type == ARV_STREAM_CALLBACK_TYPE_INIT) receiving(true);
+  if (type == ARV_STREAM_CALLBACK_TYPE_EXIT) receiving(false);
 }
 
 AravisDriver::Proof AravisDriver::awaitWholeFrame() const {
@@ -287,10 +323,11 @@ void AravisDriver::account(Arrival& arrival) {
   const std::int64_t ignored = packets_.ignored - before.ignored;
   arrival.thrown = static_cast<std::uint64_t>(ignored / perFrame);
   // Of one that was asked for again both may come, the one that was only late and the answer, in either order.
-  constexpr std::int64_t kAnswered_ns = 100'000'000;
+  // A camera that is busy answers when the frame is whole long since.
+  constexpr std::int64_t kAnswered_ns = 1'000'000'000;
   if (packets_.asked != before.asked) asked_ns_ = arrival.host_ns;
   if (arrival.host_ns - asked_ns_ > kAnswered_ns) expected_ = 0;
-  expected_ = std::min(expected_ + packets_.asked - before.asked, perFrame);
+  expected_ += packets_.asked - before.asked;
   const auto unasked = [this](std::int64_t count) {
     const std::int64_t excused = std::min(count, expected_);
     expected_ -= excused;
@@ -336,8 +373,8 @@ void AravisDriver::describe(ArvBuffer* from, Buffer& buffer) const {
 
 }  // namespace
 
-OpenDriver fromAravis(const CameraOptions& options) {
-  return [options](const Opening& opening) { return AravisDriver::open(options, opening); };
+OpenDriver fromAravis(const CameraOptions& options, const std::function<void(bool)>& receiving) {
+  return [options, receiving](const Opening& opening) { return AravisDriver::open(options, opening, receiving); };
 }
 
 }  // namespace tractiond::capture

@@ -15,6 +15,7 @@ namespace tractiond::capture {
 /// Exit codes of its errors: EX_UNAVAILABLE (no such camera, or it does not answer), EX_TEMPFAIL (another client holds
 /// it; one that died loses it within some seconds, 8 s are waited), EX_CONFIG (it refuses a setting, or lacks it),
 /// EX_NOPERM (a packet socket, or the USB device, is not allowed).
-OpenDriver fromAravis(const CameraOptions& options);
+/// \param receiving called by Aravis's thread that receives, with true when it begins and false when it ends
+OpenDriver fromAravis(const CameraOptions& options, const std::function<void(bool)>& receiving = {});
 
 }  // namespace tractiond::capture

@@ -227,6 +227,26 @@ tl::expected<std::string, Error> writeFeature(ArvDevice* device, const Feature& 
   return refuse(feature, "a feature of this kind cannot be written");
 }
 
+std::optional<Feature> standingAt(ArvDevice* device, const char* name) {
+  ArvGcNode* node = arv_device_get_feature(device, name);
+  if (node == nullptr || !ARV_IS_GC_FEATURE_NODE(node) || ARV_IS_GC_COMMAND(node) || !hasFeature(device, name) ||
+      arv_device_get_feature_access_mode(device, name) == ARV_GC_ACCESS_MODE_RO)
+    return {};
+  Failure failure;
+  Feature feature{name, {}};
+  if (ARV_IS_GC_BOOLEAN(node))
+    feature.value = arv_device_get_boolean_feature_value(device, name, failure.into()) != FALSE;
+  else if (ARV_IS_GC_ENUMERATION(node) || ARV_IS_GC_STRING(node))
+    feature.value = text(arv_device_get_string_feature_value(device, name, failure.into()));
+  else if (ARV_IS_GC_INTEGER(node))
+    feature.value = std::int64_t{arv_device_get_integer_feature_value(device, name, failure.into())};
+  else if (ARV_IS_GC_FLOAT(node))
+    feature.value = arv_device_get_float_feature_value(device, name, failure.into());
+  else
+    return {};
+  return failure ? std::nullopt : std::optional(feature);
+}
+
 std::string firstFeature(ArvDevice* device, std::initializer_list<const char*> names) {
   for (const char* name : names)
     if (hasFeature(device, name)) return name;

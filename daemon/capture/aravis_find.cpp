@@ -106,7 +106,8 @@ CameraName nameOf(ArvCamera* camera) {
   return name;
 }
 
-tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening) {
+tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening,
+                                                  ControlGuard& guard) {
   // A camera forgets a client that died 3 s after its last heartbeat, and one try may take Aravis 2.5 s.
   constexpr std::int64_t kPatience_ns = 8'000'000'000;
   const std::int64_t until_ns = monotonicNow() + kPatience_ns;
@@ -114,6 +115,7 @@ tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, 
   if (!camera) return camera;
   ArvDevice* device = arv_camera_get_device(camera->get());
   if (!ARV_IS_GV_DEVICE(device)) return camera;
+  if (auto guarded = guard.guard(ARV_GV_DEVICE(device)); !guarded) return tl::unexpected(guarded.error());
   if (!arv_gv_device_is_controller(ARV_GV_DEVICE(device))) {
     const CameraName name = nameOf(camera->get());
     const std::string held = "camera " + name.id + " at " + name.address + " is held by another client";

@@ -1,5 +1,7 @@
 // What the network between camera and host carries: packet sizes, receive buffers; and USB's memory.
 #include "daemon/capture/aravis.h"
+#include "daemon/capture/control_filter.h"
+#include "daemon/capture/last_will.h"
 
 #include <dirent.h>
 #include <ifaddrs.h>
@@ -9,6 +11,7 @@
 #include <netinet/in.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,15 +19,21 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <utility>
 
 namespace tractiond::capture {
 namespace {
 
+std::uint32_t ipv4Of(GSocketAddress* address) {
+  std::uint32_t bytes = 0;
+  std::memcpy(&bytes, g_inet_address_to_bytes(g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(address))),
+              sizeof bytes);
+  return ntohl(bytes);
+}
+
 /// 0: not known.
 int mtuOf(ArvGvDevice* device) {
-  auto* socketAddress = G_INET_SOCKET_ADDRESS(arv_gv_device_get_interface_address(device));
-  in_addr wanted{};
-  std::memcpy(&wanted, g_inet_address_to_bytes(g_inet_socket_address_get_address(socketAddress)), sizeof wanted);
+  const std::uint32_t wanted = ipv4Of(arv_gv_device_get_interface_address(device));
   ifaddrs* all = nullptr;
   if (getifaddrs(&all) != 0) return 0;
   ifreq request{};
@@ -32,7 +41,7 @@ int mtuOf(ArvGvDevice* device) {
     if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
     sockaddr_in address{};
     std::memcpy(&address, one->ifa_addr, sizeof address);
-    if (address.sin_addr.s_addr == wanted.s_addr) std::strncpy(request.ifr_name, one->ifa_name, IFNAMSIZ - 1);
+    if (ntohl(address.sin_addr.s_addr) == wanted) std::strncpy(request.ifr_name, one->ifa_name, IFNAMSIZ - 1);
   }
   freeifaddrs(all);
   const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -41,24 +50,55 @@ int mtuOf(ArvGvDevice* device) {
   return known ? request.ifr_mtu : 0;
 }
 
-/// Aravis hides its socket; among our own descriptors it is the one with the stream's port. -1: not found.
-int streamSocket(ArvStream* stream) {
-  const std::uint16_t port = arv_gv_stream_get_port(ARV_GV_STREAM(stream));
+struct UdpSocket {
+  int descriptor = -1;
+  std::uint64_t inode = 0;
+  std::uint32_t address = 0;  ///< IPv4, 127.0.0.1 as 0x7f000001
+  std::uint16_t port = 0;
+};
+
+/// This process's own. Aravis hides those that it opens.
+std::vector<UdpSocket> udpSockets() {
+  std::vector<UdpSocket> all;
   DIR* folder = opendir("/proc/self/fd");
-  int found = -1;
-  for (const dirent* entry = nullptr; folder != nullptr && found < 0 && (entry = readdir(folder)) != nullptr;) {
+  for (const dirent* entry = nullptr; folder != nullptr && (entry = readdir(folder)) != nullptr;) {
     const int descriptor = static_cast<int>(std::strtol(entry->d_name, nullptr, 10));
     sockaddr_in address{};
     socklen_t length = sizeof address;
     int type = 0;
     socklen_t typeLength = sizeof type;
+    struct stat known {};
     if (entry->d_name[0] != '.' && getsockopt(descriptor, SOL_SOCKET, SO_TYPE, &type, &typeLength) == 0 &&
         type == SOCK_DGRAM && getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &length) == 0 &&
-        address.sin_family == AF_INET && ntohs(address.sin_port) == port)
-      found = descriptor;
+        address.sin_family == AF_INET && fstat(descriptor, &known) == 0)
+      all.push_back({descriptor, known.st_ino, ntohl(address.sin_addr.s_addr), ntohs(address.sin_port)});
   }
   if (folder != nullptr) closedir(folder);
-  return found;
+  return all;
+}
+
+/// -1: not found.
+int streamSocket(ArvStream* stream) {
+  const std::uint16_t port = arv_gv_stream_get_port(ARV_GV_STREAM(stream));
+  for (const UdpSocket& one : udpSockets())
+    if (one.port == port) return one.descriptor;
+  return -1;
+}
+
+/// Puts it on, and throws away what came before it did. Returns an error number.
+int attach(int descriptor, std::vector<sock_filter> code) {
+  const sock_fprog program{static_cast<unsigned short>(code.size()), code.data()};
+  if (setsockopt(descriptor, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program) != 0) return errno;
+  for (char byte = 0; recv(descriptor, &byte, 1, MSG_DONTWAIT) >= 0;) {
+  }
+  return 0;
+}
+
+/// Of a socket; 0: not known.
+std::uint32_t memoryOf(int descriptor, int which) {
+  std::uint32_t memory[SK_MEMINFO_VARS] = {};
+  socklen_t length = sizeof memory;
+  return getsockopt(descriptor, SOL_SOCKET, SO_MEMINFO, memory, &length) == 0 ? memory[which] : 0;
 }
 
 }  // namespace
@@ -76,10 +116,8 @@ int setReceiveBuffer(ArvStream* stream, int size_bytes) {
 
 StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t payload_bytes) {
   ArvDevice* device = arv_camera_get_device(camera);
-  auto* address = G_INET_SOCKET_ADDRESS(arv_gv_device_get_device_address(ARV_GV_DEVICE(device)));
   StreamShape shape{.packetSize_bytes = packetSize_bytes, .payload_bytes = payload_bytes};
-  std::memcpy(&shape.cameraAddress, g_inet_address_to_bytes(g_inet_socket_address_get_address(address)), 4);
-  shape.cameraAddress = ntohl(shape.cameraAddress);
+  shape.cameraAddress = ipv4Of(arv_gv_device_get_device_address(ARV_GV_DEVICE(device)));
   Failure failure;
   const gint64 port = arv_device_get_integer_feature_value(device, "ArvGevSCSP", failure.into());
   if (!failure && port > 0 && port < 65536) shape.cameraPort = static_cast<std::uint16_t>(port);
@@ -89,37 +127,53 @@ StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t pay
 
 tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shape) {
   const int descriptor = streamSocket(stream);
-  std::vector<sock_filter> code = streamFilter(shape);
-  const sock_fprog program{static_cast<unsigned short>(code.size()), code.data()};
   arv_stream_stop_thread(stream, FALSE);
-  const bool attached = setsockopt(descriptor, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program) == 0;
-  const int why = errno;
-  // What came before the filter did.
-  for (char byte = 0; attached && recv(descriptor, &byte, 1, MSG_DONTWAIT) >= 0;) {
-  }
+  const int why = attach(descriptor, streamFilter(shape));
   arv_stream_start_thread(stream);
-  if (attached) return {};
+  if (why == 0) return {};
   return failed(EX_OSERR, "the stream's socket cannot be guarded against packets that are not the camera's",
                 descriptor < 0 ? "it is not found in /proc/self/fd" : std::strerror(why));
 }
 
-namespace {
-
-/// Of the stream's socket; 0: not known.
-std::uint32_t memoryOf(ArvStream* stream, int which) {
-  std::uint32_t memory[SK_MEMINFO_VARS] = {};
-  socklen_t length = sizeof memory;
-  return getsockopt(streamSocket(stream), SOL_SOCKET, SO_MEMINFO, memory, &length) == 0 ? memory[which] : 0;
-}
-
-}  // namespace
-
 std::uint64_t packetsRefused(ArvStream* stream) {
-  return memoryOf(stream, SK_MEMINFO_DROPS);
+  return memoryOf(streamSocket(stream), SK_MEMINFO_DROPS);
 }
 
 std::uint32_t bytesWaiting(ArvStream* stream) {
-  return memoryOf(stream, SK_MEMINFO_RMEM_ALLOC);
+  return memoryOf(streamSocket(stream), SK_MEMINFO_RMEM_ALLOC);
+}
+
+ControlGuard::ControlGuard() {
+  for (const UdpSocket& one : udpSockets()) before_.push_back(one.inode);
+}
+
+tl::expected<void, Error> ControlGuard::guard(ArvGvDevice* device) {
+  const std::uint32_t here = ipv4Of(arv_gv_device_get_interface_address(device));
+  GSocketAddress* camera = arv_gv_device_get_device_address(device);
+  const std::uint32_t address = ipv4Of(camera);
+  const std::uint16_t port = g_inet_socket_address_get_port(G_INET_SOCKET_ADDRESS(camera));
+  for (const UdpSocket& one : udpSockets()) {
+    const bool isNew = std::find(before_.begin(), before_.end(), one.inode) == before_.end();
+    const bool isCamera = one.address == address && one.port == port;  // one that this process itself serves
+    if (one.address == here && isNew && !isCamera) descriptor_ = one.descriptor;
+  }
+  const int why = attach(descriptor_, controlFilter(address, port));
+  if (why == 0) armLastWill(descriptor_, address, port);
+  if (why == 0) return {};
+  return failed(EX_OSERR, "the control channel's socket cannot be guarded against answers that are not the camera's",
+                descriptor_ < 0 ? "it is not found in /proc/self/fd" : std::strerror(why));
+}
+
+ControlGuard::~ControlGuard() {
+  disarm();
+}
+
+void ControlGuard::disarm() {
+  if (descriptor_ >= 0) disarmLastWill(std::exchange(descriptor_, -1));
+}
+
+std::uint64_t ControlGuard::refused() const {
+  return descriptor_ < 0 ? 0 : memoryOf(descriptor_, SK_MEMINFO_DROPS);
 }
 
 /// The test that Aravis itself makes.

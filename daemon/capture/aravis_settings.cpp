@@ -40,14 +40,18 @@ using Result = tl::expected<void, Error>;
 
 class Setter {
  public:
-  Setter(ArvCamera* camera, CameraInfo& info)
+  Setter(ArvCamera* camera, CameraInfo& info, std::vector<Feature>& undo)
       : camera_(camera)
       , device_(arv_camera_get_device(camera))
-      , info_(info) {}
+      , info_(info)
+      , undo_(undo) {}
 
   Result apply(const CameraOptions& options, const Standing* before);
 
  private:
+  void remember(std::initializer_list<const char*> names);
+  void rememberTriggers();
+  tl::expected<std::string, Error> write(const Feature& feature);
   Result set(const Feature& feature);
   Result setFormat(const std::string& name);
   Result chooseFormat();
@@ -68,10 +72,21 @@ class Setter {
   ArvCamera* camera_;
   ArvDevice* device_;
   CameraInfo& info_;
+  std::vector<Feature>& undo_;
 };
 
+void Setter::remember(std::initializer_list<const char*> names) {
+  for (const char* name : names)
+    if (auto stood = standingAt(device_, name)) undo_.push_back(*std::move(stood));
+}
+
+tl::expected<std::string, Error> Setter::write(const Feature& feature) {
+  remember({feature.name.c_str()});
+  return writeFeature(device_, feature);
+}
+
 Result Setter::set(const Feature& feature) {
-  auto line = writeFeature(device_, feature);
+  auto line = write(feature);
   if (!line) return tl::unexpected(line.error());
   info_.settings.push_back(*std::move(line));
   return {};
@@ -90,6 +105,7 @@ Result Setter::setFormat(const std::string& name) {
     g_free(codes);
     if (failure.noAnswer()) return failed(EX_UNAVAILABLE, "the camera does not answer: " + failure.text());
     if (!offered) return failed(EX_CONFIG, what + "it offers " + joined(offeredFormats(camera_)));
+    remember({"PixelFormat"});
     arv_camera_set_pixel_format(camera_, known->code(), failure.into());
     if (failure) return failed(failure.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG, what + failure.text());
     if (arv_camera_get_pixel_format(camera_, failure.into()) != known->code())
@@ -127,6 +143,7 @@ Result Setter::setRegion(const CameraOptions& options) {
       return failed(EX_CONFIG, std::string("the camera's picture cannot be moved: it has no ") + axis.offset);
     const gint64 stood = movable ? arv_device_get_integer_feature_value(device_, axis.offset, nullptr) : 0;
     if (axis.wanted > 0) {
+      if (movable && stood != 0) remember({axis.offset});
       if (movable && stood != 0) arv_device_set_integer_feature_value(device_, axis.offset, 0, nullptr);
       if (auto done = set({axis.size, std::int64_t{axis.wanted}}); !done) return done;
     }
@@ -162,7 +179,7 @@ Result Setter::setQuantity(const char* key, const char* unit, const Quantity& qu
   const bool whole = ARV_IS_GC_INTEGER(arv_device_get_feature(device_, quantity.feature.c_str()));
   const Feature feature =
       whole ? Feature{quantity.feature, std::int64_t{std::llround(raw)}} : Feature{quantity.feature, raw};
-  if (auto written = writeFeature(device_, feature); !written) {
+  if (auto written = write(feature); !written) {
     written.error().what = what + ": " + written.error().what;
     return tl::unexpected(written.error());
   }
@@ -172,7 +189,7 @@ Result Setter::setQuantity(const char* key, const char* unit, const Quantity& qu
 /// A value that the camera changes by itself is none that was set.
 void Setter::switchOff(const char* automatic) {
   if (!hasFeature(device_, automatic) || readFeature(device_, automatic) == "Off") return;
-  if (auto line = writeFeature(device_, {automatic, std::string("Off")})) info_.settings.push_back(*line);
+  if (auto line = write({automatic, std::string("Off")})) info_.settings.push_back(*line);
 }
 
 std::vector<std::string> Setter::triggersOn() {
@@ -193,10 +210,26 @@ std::vector<std::string> Setter::triggersOn() {
   return on;
 }
 
+/// Of each selector in turn; the one that is selected now is put back last.
+void Setter::rememberTriggers() {
+  const std::optional<Feature> selected = standingAt(device_, "TriggerSelector");
+  if (!selected) return remember({"TriggerMode", "TriggerSource"});
+  undo_.push_back(*selected);
+  guint count = 0;
+  const char** all = arv_camera_dup_available_enumerations_as_strings(camera_, "TriggerSelector", &count, nullptr);
+  for (const std::string& one : taken(all, count)) {
+    arv_device_set_string_feature_value(device_, "TriggerSelector", one.c_str(), nullptr);
+    remember({"TriggerMode", "TriggerSource", "TriggerSelector"});
+  }
+  std::ignore = writeFeature(device_, *selected);
+}
+
 /// Aravis knows the names and switches of each make, but clears all triggers on the way: they are put back.
 Result Setter::setRate(double rate_Hz) {
   const std::vector<std::string> on = triggersOn();
   const std::string selected = readFeature(device_, "TriggerSelector");
+  remember(
+      {"AcquisitionFrameRateEnable", "AcquisitionFrameRateEnabled", "AcquisitionFrameRate", "AcquisitionFrameRateAbs"});
   Failure failure;
   arv_camera_set_frame_rate(camera_, rate_Hz, failure.into());
   const double got = failure ? 0.0 : arv_camera_get_frame_rate(camera_, failure.into());
@@ -213,6 +246,7 @@ Result Setter::setRate(double rate_Hz) {
 Result Setter::setTrigger(const CameraOptions& options) {
   if (options.trigger.empty()) return {};
   const std::string what = "camera.trigger = \"" + options.trigger + "\": ";
+  rememberTriggers();
   Failure failure;
   if (options.trigger == "off") {
     if (hasFeature(device_, "TriggerSelector") || hasFeature(device_, "TriggerMode"))
@@ -269,6 +303,7 @@ Result Setter::setPtp() {
 Result Setter::setLink(const CameraOptions& options) {
   Failure failure;
   if (options.packetDelay_ns > 0 && arv_camera_is_gv_device(camera_)) {
+    remember({"GevSCPD"});
     arv_camera_gv_set_packet_delay(camera_, std::llround(options.packetDelay_ns), failure.into());
     const auto got = failure ? 0.0 : static_cast<double>(arv_camera_gv_get_packet_delay(camera_, failure.into()));
     if (auto done = report("packet_delay_ns", "ns", options.packetDelay_ns, got, failure); !done) return done;
@@ -294,6 +329,7 @@ Result Setter::setChunks(const std::vector<std::string>& chunks) {
     if (std::find(offered.begin(), offered.end(), chunk) == offered.end())
       return failed(EX_CONFIG, what + "the camera offers " + joined(offered));
   Failure failure;
+  remember({"ChunkModeActive"});
   std::string list;
   for (const std::string& chunk : chunks) list += (list.empty() ? "" : ",") + chunk;
   arv_camera_set_chunks(camera_, list.c_str(), failure.into());
@@ -365,8 +401,8 @@ bool isAutomatic(ArvDevice* device, const char* automatic) {
 }  // namespace
 
 tl::expected<void, Error> applySettings(ArvCamera* camera, const CameraOptions& options, const Standing* before,
-                                        CameraInfo& info) {
-  return Setter(camera, info).apply(options, before);
+                                        CameraInfo& info, std::vector<Feature>& undo) {
+  return Setter(camera, info, undo).apply(options, before);
 }
 
 tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info) {
@@ -408,12 +444,12 @@ tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info) {
   return {};
 }
 
-CameraLink readLink(ArvCamera* camera, ArvStream* stream) {
+CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard) {
   ArvDevice* device = arv_camera_get_device(camera);
   CameraLink link;
   if (ARV_IS_GV_STREAM(stream)) {
     arv_gv_stream_get_statistics(ARV_GV_STREAM(stream), &link.packetsResent, &link.packetsMissing);
-    link.packetsRefused = packetsRefused(stream);
+    link.packetsRefused = packetsRefused(stream) + guard.refused();
   }
   for (const char* name : {"PtpStatus", "GevIEEE1588Status"}) {
     if (const std::string state = readFeature(device, name); !state.empty()) {

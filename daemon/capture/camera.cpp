@@ -15,6 +15,7 @@
 #include <condition_variable>
 #include <cstring>
 #include <future>
+#include <limits>
 #include <mutex>
 #include <utility>
 
@@ -26,6 +27,8 @@ using std::chrono::nanoseconds;
 
 /// At most one try a second; also how often a streaming camera's link is looked at.
 constexpr nanoseconds kTurn{1'000'000'000};
+/// By so much a thread may wake late.
+constexpr nanoseconds kLate{1'000'000'000};
 /// A dead camera would hold us for ten seconds.
 constexpr milliseconds kPatienceAtEnd{500};
 
@@ -56,10 +59,12 @@ struct Camera::Keeper {
   OpenDriver open;
   OpenDriver former;  // what `open` was, until the camera has been opened by it; else empty
   bool wait = true;
+  nanoseconds slowest{0};
   std::stop_source stop;
   std::atomic<CameraState> state{CameraState::kUnknown};
   std::atomic<bool> refusedLast{false};
   std::atomic<bool> renewing{false};         // there is an `openNext`
+  std::atomic<std::int64_t> due_ns{0};       // by then its next step begins, or it hangs
   std::atomic<std::int64_t> forged_ns{0};    // when the last picture came that may be somebody else's; 0: none did
   std::atomic<std::int64_t> unanswered{-1};  // nothing came after this arrival [ns], and it is to be given up
   Mailbox<CameraVitals> vitals;
@@ -74,8 +79,8 @@ struct Camera::Keeper {
   OpenDriver openNext;
   std::optional<std::int64_t> doubted;  // nothing came after this arrival [ns]: does the camera answer?
   std::shared_ptr<const CameraInfo> info;
-  Driver* offered = nullptr;  // for the capture thread to take
-  bool lent = false;          // the capture thread has it, or may take it
+  Driver* offered = nullptr;       // for the capture thread to take
+  std::atomic<bool> lent = false;  // the capture thread has it, or may take it; read by others, too
   std::string lostWhy;
   std::string doubtWhy;  // of `unanswered`
   bool tried = false;    // the first try has ended
@@ -85,6 +90,7 @@ struct Camera::Keeper {
   std::optional<tl::expected<CameraReport, std::string>> answer;
 
   void run();
+  void begin(nanoseconds longest) { due_ns = monotonicNow() + (longest + kLate).count(); }
   std::unique_ptr<Driver> openOne(const CameraInfo* before);
   void accompany(Driver& driver);
   void renew();
@@ -108,6 +114,7 @@ void Camera::Keeper::run() {
     if (before && !renewed) tell(Weight::kWarning, "camera " + before->name.id + " is back");
     {
       const std::lock_guard lock(mutex);
+      if (stop.stop_requested()) break;  // nobody would take it, or give it back
       before = info;
       offered = driver.get();
       lent = true;
@@ -118,6 +125,7 @@ void Camera::Keeper::run() {
     accompany(*driver);
     if (!stop.stop_requested()) close(std::move(driver));
   }
+  due_ns = std::numeric_limits<std::int64_t>::max();
   const std::lock_guard lock(mutex);
   tried = done = true;
   changed.notify_all();
@@ -130,6 +138,7 @@ std::unique_ptr<Driver> Camera::Keeper::openOne(const CameraInfo* before) {
   std::string told;
   for (int attempt = 0; !stop.stop_requested(); ++attempt) {
     const std::int64_t next_ns = monotonicNow() + kTurn.count();
+    begin(slowest);
     renew();
     Opening opening{
         before, attempt, stop.get_token(), [this](Weight w, const std::string& line) { tell(w, line); }, {}};
@@ -145,6 +154,7 @@ std::unique_ptr<Driver> Camera::Keeper::openOne(const CameraInfo* before) {
         problem = Error{.exitCode = EX_CONFIG, .what = "camera " + seen->name.id + " came back with another picture"};
       else if (auto welcomed = greet(*seen); !welcomed)
         problem = welcomed.error();
+      if (problem) (*opened)->undo();
       if (!problem) {
         former = {};
         tellOf(*seen);
@@ -173,6 +183,7 @@ std::unique_ptr<Driver> Camera::Keeper::openOne(const CameraInfo* before) {
     tried = true;
     changed.notify_all();
     if (question) answer = tl::unexpected("the camera is not there: " + line), question.reset();
+    begin(kTurn);
     changed.wait_for(lock, nanoseconds(next_ns - monotonicNow()), [&] { return stop.stop_requested() || renewing; });
   }
   return nullptr;
@@ -188,10 +199,13 @@ void Camera::Keeper::renew() {
 /// While it streams: answers questions, looks at the link. Returns when the capture thread has given it back.
 void Camera::Keeper::accompany(Driver& driver) {
   std::unique_lock lock(mutex);
+  const CameraLink before = newest.link;
   std::int64_t look_ns = 0;
   const auto due = [&] { return !lent || doubted.has_value() || question.has_value() || stop.stop_requested(); };
   for (;;) {
+    begin(kTurn);
     changed.wait_for(lock, nanoseconds(std::max<std::int64_t>(0, look_ns - monotonicNow())), due);
+    begin(slowest);
     if (stop.stop_requested() && !lent) return;
     if (!lent) {
       const std::string why = lostWhy;
@@ -206,10 +220,11 @@ void Camera::Keeper::accompany(Driver& driver) {
       return;
     }
     if (doubted) {
-      const std::int64_t arrival_ns = *std::exchange(doubted, std::nullopt);
+      const std::int64_t arrival_ns = *doubted;
       lock.unlock();
       const std::string why = driver.doubt();
       lock.lock();
+      doubted.reset();  // with what was asked in the meantime
       doubtWhy = why;
       if (!why.empty()) unanswered = arrival_ns;
     }
@@ -224,6 +239,9 @@ void Camera::Keeper::accompany(Driver& driver) {
     if (monotonicNow() >= look_ns) {
       lock.unlock();
       newest.link = driver.link();
+      newest.link.packetsResent += before.packetsResent;
+      newest.link.packetsMissing += before.packetsMissing;
+      newest.link.packetsRefused += before.packetsRefused;
       publish();
       warnOfForgery();
       lock.lock();
@@ -245,7 +263,8 @@ void Camera::Keeper::warnOfForgery() {
   const std::int64_t before_ns = std::exchange(toldOf_ns, last_ns);
   if (before_ns != 0 && last_ns - before_ns < kCalm_ns) return;
   tell(Weight::kWarning,
-       "more packets come in the camera's name than it sends: somebody else does, or a network that doubles them");
+       "more packets come in the camera's name than it sends: somebody else does, a network doubles them, or they come "
+       "so late that they were asked for again");
 }
 
 void Camera::Keeper::end(Error why) {
@@ -288,6 +307,7 @@ tl::expected<std::unique_ptr<Camera>, Error> Camera::open(OpenDriver driver, con
   auto keeper = std::make_shared<Keeper>();
   keeper->open = std::move(driver);
   keeper->wait = rules.wait;
+  keeper->slowest = rules.slowest;
   keeper->say = std::move(say);
   keeper->welcome = std::move(welcome);
   std::unique_ptr<Camera> camera(new Camera(rules, ledger, keeper));
@@ -327,6 +347,10 @@ CameraState Camera::state() const {
   return keeper_->state.load(std::memory_order_relaxed);
 }
 
+bool Camera::isForsaken() const {
+  return !keeper_->lent && monotonicNow() > keeper_->due_ns;
+}
+
 bool Camera::takeVitals(CameraVitals& vitals) {
   return keeper_->vitals.take(vitals);
 }
@@ -364,7 +388,7 @@ Next Camera::next(Frame& frame, milliseconds timeout) {
   if (driver_ == nullptr && !adopt(timeout)) return ended_ ? Next::kEnd : Next::kTimeout;
   const std::int64_t patience_ns = patience();
   Buffer buffer;
-  const Popped popped = driver_->pop(buffer, std::min(timeout, milliseconds(patience_ns / 2'000'000)));
+  const Popped popped = driver_->pop(buffer, std::min(timeout, milliseconds(patience_ns / 4'000'000)));
   if (popped == Popped::kBuffer) {
     const Next next = judge(frame, buffer);
     if (next != Next::kFrame) {
@@ -396,8 +420,8 @@ Next Camera::next(Frame& frame, milliseconds timeout) {
 
 /// Without a frame for longer a camera is asked whether it is there [ns]. One that is late anyway gets more time.
 std::int64_t Camera::patience() const {
-  constexpr double kFrames = 6;
-  constexpr std::int64_t kLeast_ns = 80'000'000, kMost_ns = 1'000'000'000, kIntervals = 3;
+  constexpr double kFrames = 3;
+  constexpr std::int64_t kLeast_ns = 50'000'000, kMost_ns = 1'000'000'000, kIntervals = 2;
   const double rate_Hz = driver_->info().frameRate_Hz;
   if (rate_Hz <= 0) return kMost_ns;
   const std::int64_t usual_ns = std::max<std::int64_t>(std::llround(kFrames * 1e9 / rate_Hz), kLeast_ns);

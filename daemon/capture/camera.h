@@ -25,6 +25,7 @@ struct CameraRules {
   bool wait = true;              ///< for a camera that is not there yet; false: that is an error
   int silenceTimeout_ms = 2000;  ///< without a usable frame for longer the camera is lost; 0: only if it says so
   int buffers = 10;              ///< of the driver: the gate remembers more pictures than that
+  std::chrono::milliseconds slowest{30'000};  ///< try to open a camera, or question to it: what takes longer hangs
 };
 
 /// As a FrameSource bound to the capture thread; the functions marked so are thread-safe.
@@ -52,6 +53,9 @@ class Camera : public FrameSource {
   std::shared_ptr<const CameraInfo> info() const;
 
   CameraState state() const;  ///< Thread-safe.
+
+  /// No camera streams, and the thread that is to find one hangs. Thread-safe, waits for nobody.
+  bool isForsaken() const;
 
   /// The newest, if it has changed since it was taken last. For one thread; waits for nobody.
   bool takeVitals(CameraVitals& vitals);

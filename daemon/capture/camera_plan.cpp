@@ -69,7 +69,8 @@ tl::expected<CameraPlan, Error> planCamera(const std::string& file, const Camera
     error.exitCode = EX_CONFIG;  // nobody can fail to answer here
     return tl::unexpected(error);
   };
-  if (auto set = applySettings(camera.get(), options, nullptr, info); !set) return withPlace(set.error());
+  std::vector<Feature> undo;  // a description is nobody's camera
+  if (auto set = applySettings(camera.get(), options, nullptr, info, undo); !set) return withPlace(set.error());
   if (auto read = readPicture(camera.get(), info); !read) {
     // Registers of 0 are no size: that it is read is what can be known here.
     if (read.error().what.find("size") == std::string::npos) return withPlace(read.error());

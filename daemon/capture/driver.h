@@ -66,6 +66,9 @@ class Driver {
   /// The camera has fallen silent: it is not asked to stop when this is destroyed. Any thread.
   virtual void markSilent() {}
 
+  /// Puts back what opening it has set, but for what commands have done; it is not used after that. May block.
+  virtual void undo() {}
+
   /// May block.
   virtual CameraLink link() { return {}; }
 

@@ -48,6 +48,21 @@ GvcpSearch::~GvcpSearch() {
   if (socket_ >= 0) close(socket_);
 }
 
+/// From a port that nobody knows yet: who floods the one before does not drown the answer. The kernel drops what others
+/// send than the camera at this address; empty: nothing.
+void GvcpSearch::listenTo(const std::string& address) {
+  sockaddr_in nobody{};
+  nobody.sin_family = AF_UNSPEC;  // gives the port back, too
+  static_cast<void>(connect(socket_, reinterpret_cast<const sockaddr*>(&nobody), sizeof nobody));
+  // Answers to questions of before say nothing of now.
+  std::array<char, 1> rest{};
+  while (recv(socket_, rest.data(), rest.size(), 0) >= 0) {
+  }
+  if (address.empty()) return;
+  const sockaddr_in camera = socketAddress(address, port_);
+  static_cast<void>(connect(socket_, reinterpret_cast<const sockaddr*>(&camera), sizeof camera));
+}
+
 void GvcpSearch::send(const std::string& address) {
   ++request_;
   // Key, flags (an answer is wanted; it may be broadcast), DISCOVERY_CMD, no body, number.
@@ -96,16 +111,9 @@ std::optional<GvcpSearch::Answer> GvcpSearch::receive(std::int64_t until_ns) {
   return answer;
 }
 
-/// Answers to questions of before say nothing of now.
-void GvcpSearch::forget() {
-  std::array<char, 1> rest{};
-  while (recv(socket_, rest.data(), rest.size(), 0) >= 0) {
-  }
-}
-
 GvcpSearch::Identity GvcpSearch::ask(const std::string& address, milliseconds timeout) {
   const std::int64_t begin_ns = monotonicNow(), half_ns = timeout.count() * 500'000;
-  forget();
+  listenTo(address);
   for (const std::int64_t until_ns : {begin_ns + half_ns, begin_ns + 2 * half_ns}) {
     send(address);
     do {  // once also when all the time has passed while we were not running
@@ -120,6 +128,7 @@ std::string GvcpSearch::locate(const Identity& camera, const std::string& lastAd
                                const std::stop_token& stop) {
   constexpr std::int64_t kBetween_ns = 50'000'000;
   const std::int64_t end_ns = monotonicNow() + timeout.count() * 1'000'000;
+  listenTo("");
   sendToAll();
   while (monotonicNow() < end_ns && !stop.stop_requested()) {
     send(lastAddress);

@@ -37,9 +37,9 @@ class GvcpSearch {
     std::string address;
     Identity camera;
   };
+  void listenTo(const std::string& address);
   void send(const std::string& address);
   void sendToAll();
-  void forget();
   std::optional<Answer> receive(std::int64_t until_ns);
 
   std::uint16_t port_;

@@ -41,7 +41,10 @@ class PipeDriver : public Driver {
 
   const CameraInfo& info() const override { return info_; }
   Popped pop(Buffer& buffer, std::chrono::milliseconds timeout) override;
-  void giveBack(void* handle) override { free_.push_back(static_cast<std::vector<std::uint8_t>*>(handle)); }
+  void giveBack(void* handle) override {
+    free_.push_back(static_cast<std::vector<std::uint8_t>*>(handle));
+    if (filled_ > 0) std::swap(free_.back(), free_[free_.size() - 2]);  // the picture under way stays last
+  }
   /// There is one session: nothing is given back after it but what dies with it.
   Discard discard() const override {
     return [](void*) {};

@@ -2,6 +2,7 @@
 
 #include "daemon/publish/publisher.h"
 
+#include "daemon/base/loan.h"
 #include "daemon/publish/durations.h"
 #include "daemon/publish/socket.h"
 #include "daemon/publish/wire.h"
@@ -28,8 +29,11 @@ constexpr int kSubscriptionsPerTurn = 256;
 /// From one connection in one status interval; each distinct one costs up to 2.4 kB for as long as the peer stays.
 constexpr int kSubscriptionsPerPeer = 64;
 
-enum Topic : std::size_t { kField, kMarkers, kDescription, kStatus, kTopicCount };
-constexpr std::array<const char*, kTopicCount> kKinds = {"field", "markers", "description", "status"};
+/// Previews that wait for slow subscribers, of all together: who reads too slowly fills no memory.
+constexpr std::size_t kWaitingPreviews = 64;
+
+enum Topic : std::size_t { kField, kMarkers, kDescription, kStatus, kPreview, kTopicCount };
+constexpr std::array<const char*, kTopicCount> kKinds = {"field", "markers", "description", "status", "preview"};
 
 /// "1700000000.123456789"
 struct TimeText {
@@ -48,13 +52,30 @@ struct TimeText {
 }  // namespace
 
 struct Publisher::Impl {
+  /// Memory of an encoded preview, which ZeroMQ reads where it is.
+  struct PreviewRoom {
+    std::vector<std::uint8_t> bytes;
+    std::atomic<bool> used{false};
+
+    /// Called by ZeroMQ's thread when nobody waits for it any more.
+    static void leave(void* /*bytes*/, void* room) {
+      static_cast<PreviewRoom*>(room)->used.store(false, std::memory_order_release);  // partner: offerPreview()
+    }
+  };
+
+  struct PreviewToSend {
+    zmq::message_t message;
+    std::int64_t real_ns = 0;
+  };
+
   Impl(const PublishOptions& given, const Description& described, const Ledger& account, std::function<Vitals()> ask)
       : options(given)
       , ledger(account)
       , vitals(std::move(ask))
       , identity(described.identity)
       , wire(described.identity)
-      , started_ns(given.monotonicClock()) {
+      , started_ns(given.monotonicClock())
+      , previewMessage(described.identity) {
     for (std::size_t i = 0; i < kTopicCount; ++i) topics[i] = traction::topicOf(identity.sensor, kKinds[i]);
     guard(stream, options.highWaterMark, kLargestSubscription);
     stream.set(zmq::sockopt::xpub_verbose, true);
@@ -149,9 +170,29 @@ struct Publisher::Impl {
       zmq::message_t message;
       if (zmq_msg_recv(message.handle(), stream.handle(), ZMQ_DONTWAIT) < 0) return;
       const std::string_view text = message.to_string_view();
+      heedPreviews(text);
       if (!text.starts_with('\1')) continue;
       if (std::string_view(topics[kDescription]).starts_with(text.substr(1))) descriptionDue = true;
       subscribers.count(message, streamEndpoints);
+    }
+  }
+
+  /// Who subscribes to all of a sensor, or more, gets previews while others want them, but is no reason to make any.
+  void heedPreviews(std::string_view text) {
+    const std::string_view topic = topics[kPreview];
+    const std::size_t unnamed = topic.size() - std::char_traits<char>::length(kKinds[kPreview]) - 1;
+    if (text.size() <= 1 + unnamed || !topic.starts_with(text.substr(1))) return;
+    // ZeroMQ tells of the last who leaves, of each subscription by its length.
+    const unsigned one = 1U << (text.size() - 2 - unnamed);
+    if (text.front() == '\1') previewSubscriptions |= one;
+    if (text.front() == '\0') previewSubscriptions &= ~one;
+    previewWanted.store(previewSubscriptions != 0, std::memory_order_relaxed);  // a wish: it orders nothing
+  }
+
+  void sendPreview() {
+    if (PreviewToSend* const one = preview.lent()) {
+      send(kPreview, one->message, one->real_ns);
+      preview.giveBack();
     }
   }
 
@@ -163,6 +204,7 @@ struct Publisher::Impl {
   void serve() {
     takeDescription();
     readSubscriptions();
+    sendPreview();
     const std::int64_t now = options.monotonicClock();
     if (descriptionDue && due(now, lastDescription_ns, options.descriptionInterval)) sendDescription();
     if (due(now, lastStatus_ns, options.statusInterval)) sendStatus();
@@ -191,6 +233,12 @@ struct Publisher::Impl {
   Durations track, solve, toSend, total;
   std::uint64_t residuals = 0;  ///< in the sum
   double residualSquares_px2 = 0.0;
+
+  unsigned previewSubscriptions = 0;  ///< by how many letters of the word they have
+  std::atomic<bool> previewWanted{false};
+  PreviewMessage previewMessage;  ///< as all of offerPreview()'s, its thread's
+  std::array<PreviewRoom, kWaitingPreviews> previewRooms;
+  Loan<PreviewToSend> preview;
 
   mutable std::mutex lastMutex;  ///< guards the two below; the publishing thread never waits for it
   std::string lastStatus;
@@ -290,6 +338,33 @@ void Publisher::describe(const Description& description) {
   }
   // release: partner is the acquire in takeDescription(). What had not been taken yet is out of date.
   delete self.offered.exchange(message.release(), std::memory_order_acq_rel);
+}
+
+bool Publisher::previewWanted() const {
+  return impl_->previewWanted.load(std::memory_order_relaxed);
+}
+
+bool Publisher::offerPreview(const Preview& preview) {
+  Impl& self = *impl_;
+  Impl::PreviewToSend* const next = self.preview.own();
+  const auto isFree = [](const Impl::PreviewRoom& room) { return !room.used.load(std::memory_order_acquire); };
+  const auto room = std::ranges::find_if(self.previewRooms, isFree);  // acquire: partner of leave()
+  if (!next || room == self.previewRooms.end()) return false;
+  // What slow subscribers took is given back, but for one.
+  for (auto other = room + 1; other != self.previewRooms.end(); ++other) {
+    if (other->bytes.capacity() > 0 && isFree(*other)) std::vector<std::uint8_t>().swap(other->bytes);
+  }
+  Heading heading;
+  heading.sequence = ++self.sequences[kPreview];
+  heading.sent_ns = self.options.monotonicClock();
+  heading.sentReal_ns = self.options.realClock();
+  room->bytes.resize(self.previewMessage.fill(preview, heading));
+  self.previewMessage.write(room->bytes.data());
+  room->used.store(true, std::memory_order_relaxed);
+  next->message.rebuild(room->bytes.data(), room->bytes.size(), Impl::PreviewRoom::leave, &*room);
+  next->real_ns = preview.info.times.receivedReal_ns;
+  self.preview.lend();
+  return true;
 }
 
 std::string Publisher::lastStatus() const {

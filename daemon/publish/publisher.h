@@ -1,4 +1,4 @@
-// Sends fields, markers, description and status to whoever subscribes.
+// Sends fields, markers, description, status and previews to whoever subscribes.
 #pragma once
 
 #include "daemon/base/clock.h"
@@ -6,6 +6,7 @@
 #include "daemon/publish/description.h"
 #include "daemon/publish/status.h"
 #include "daemon/records/ledger.h"
+#include "daemon/records/preview.h"
 #include "daemon/records/traction_field.h"
 
 #include <tl/expected.hpp>
@@ -32,7 +33,7 @@ struct PublishOptions {
 };
 
 /// Thread-bound: publish() and wait() belong to one thread. describe(), lastStatus() and lastDescription() may be
-/// called from one other.
+/// called from one other, offerPreview() from one more.
 class Publisher {
  public:
   /// `vitals` is asked from the publishing thread before each status; it must not wait. The ledger outlives this.
@@ -49,6 +50,13 @@ class Publisher {
 
   /// Replaces the description; it is sent within the next wait() or publish(). The identity stays as it was.
   void describe(const Description& description);
+
+  /// Somebody's subscription names previews. Thread-safe.
+  bool previewWanted() const;
+
+  /// Takes a picture to be sent within the next wait() or publish(). False: that before has not been sent yet, or too
+  /// many wait for slow subscribers.
+  bool offerPreview(const Preview& preview);
 
   /// The messages as bytes, for the control socket.
   std::string lastStatus() const;

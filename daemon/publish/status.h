@@ -49,6 +49,21 @@ struct MarkerStatus {
   int findingCount = 0;
 };
 
+/// How the kernel runs the threads that a frame passes, as it says now.
+struct SchedulingStatus {
+  struct Thread {
+    FixedText<15> name;
+    int priority = 0;  ///< among real-time threads; 0: it is none
+    FixedText<120> cpus;
+  };
+  int askedPriority = 0;  ///< 0: none
+  FixedText<120> askedCpus;
+  bool askedLock = false;
+  std::array<Thread, 12> threads{};
+  int threadCount = 0;
+  std::uint64_t locked_bytes = 0;
+};
+
 /// What the publisher does not know by itself.
 struct Vitals {
   CameraVitals camera = {};
@@ -58,6 +73,7 @@ struct Vitals {
   double zeroWithin_s = 0.0;  ///< a zero that is asked for now is answered within this time; 0: not known
   std::uint64_t logLinesLost = 0;
   std::uint64_t memory_bytes = 0;  ///< that the process holds
+  SchedulingStatus scheduling = {};
 };
 
 /// All durations since the start.

@@ -6,9 +6,11 @@
 #include "traction/v1/description.pb.h"
 #include "traction/v1/field.pb.h"
 #include "traction/v1/markers.pb.h"
+#include "traction/v1/preview.pb.h"
 #include "traction/v1/status.pb.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 
 namespace tractiond::publish {
@@ -64,35 +66,6 @@ void setXyz(const Vector& from, pb::Vector3& to) {
   to.set_x(from[0]);
   to.set_y(from[1]);
   to.set_z(from[2]);
-}
-
-void set(const Identity& identity, pb::Header& header) {
-  header.set_sensor(identity.sensor);
-  set(identity.boot, *header.mutable_boot());
-  set(identity.calibration, *header.mutable_calibration());
-}
-
-void set(const Heading& heading, pb::Header& header) {
-  header.set_sequence(heading.sequence);
-  set(heading.zero, *header.mutable_zero());
-  header.set_flags(heading.flags);
-  const FrameInfo& frame = heading.frame;
-  header.set_camera_frame_id(frame.cameraFrameId);
-  header.set_frame_number(frame.frameNumber);
-  header.set_device_time_ns(frame.times.device_ns);
-  header.set_exposure_s(frame.exposure_s);
-  header.clear_gain();
-  header.clear_line_status();
-  if (frame.extras.hasGain) header.set_gain(frame.extras.gain);
-  if (frame.extras.hasLines) header.set_line_status(frame.extras.lines);
-  header.set_received_real_ns(frame.times.receivedReal_ns);
-  header.set_received_ns(frame.times.received_ns);
-  header.set_captured_ns(frame.times.captured_ns);
-  header.set_captured_error_ns(frame.times.capturedError_ns);
-  header.set_captured_bound(static_cast<pb::CaptureBound>(frame.times.capturedBound));
-  header.set_tracked_ns(frame.times.tracked_ns);
-  header.set_solved_ns(frame.times.solved_ns);
-  header.set_sent_ns(heading.sent_ns);
 }
 
 void set(const CameraVitals& from, pb::Status& to) {
@@ -215,12 +188,56 @@ void set(const MarkerStatus& from, pb::MarkerStatus& to) {
   }
 }
 
+void set(const SchedulingStatus& from, pb::Scheduling& to) {
+  to.set_asked_priority(static_cast<std::uint32_t>(from.askedPriority));
+  to.mutable_asked_cpus()->assign(from.askedCpus.view());
+  to.set_asked_lock(from.askedLock);
+  to.set_locked_bytes(from.locked_bytes);
+  to.clear_threads();
+  for (int i = 0; i < from.threadCount; ++i) {
+    const SchedulingStatus::Thread& thread = from.threads[static_cast<std::size_t>(i)];
+    pb::ThreadScheduling& told = *to.add_threads();
+    told.mutable_name()->assign(thread.name.view());
+    told.set_priority(static_cast<std::uint32_t>(thread.priority));
+    told.mutable_cpus()->assign(thread.cpus.view());
+  }
+}
+
 /// ByteSizeLong has just been called.
 void put(const google::protobuf::MessageLite& message, std::uint8_t* bytes) {
   message.SerializeWithCachedSizesToArray(bytes);
 }
 
 }  // namespace
+
+void encode(const Identity& identity, pb::Header& header) {
+  header.set_sensor(identity.sensor);
+  set(identity.boot, *header.mutable_boot());
+  set(identity.calibration, *header.mutable_calibration());
+}
+
+void encode(const Heading& heading, pb::Header& header) {
+  header.set_sequence(heading.sequence);
+  set(heading.zero, *header.mutable_zero());
+  header.set_flags(heading.flags);
+  const FrameInfo& frame = heading.frame;
+  header.set_camera_frame_id(frame.cameraFrameId);
+  header.set_frame_number(frame.frameNumber);
+  header.set_device_time_ns(frame.times.device_ns);
+  header.set_exposure_s(frame.exposure_s);
+  header.clear_gain();
+  header.clear_line_status();
+  if (frame.extras.hasGain) header.set_gain(frame.extras.gain);
+  if (frame.extras.hasLines) header.set_line_status(frame.extras.lines);
+  header.set_received_real_ns(frame.times.receivedReal_ns);
+  header.set_received_ns(frame.times.received_ns);
+  header.set_captured_ns(frame.times.captured_ns);
+  header.set_captured_error_ns(frame.times.capturedError_ns);
+  header.set_captured_bound(static_cast<pb::CaptureBound>(frame.times.capturedBound));
+  header.set_tracked_ns(frame.times.tracked_ns);
+  header.set_solved_ns(frame.times.solved_ns);
+  header.set_sent_ns(heading.sent_ns);
+}
 
 void encode(const RestPose& from, pb::Zero& to) {
   set(from.id, *to.mutable_id());
@@ -248,7 +265,7 @@ pb::Colour wireColour(sensor::Colour colour) {
 DescriptionMessage::DescriptionMessage(const Description& description, const std::vector<std::string>& topics)
     : message_(std::make_unique<pb::Description>()) {
   pb::Description& message = *message_;
-  set(description.identity, *message.mutable_header());
+  encode(description.identity, *message.mutable_header());
   message.set_software_version(description.softwareVersion);
   set(description.host, *message.mutable_host());
   for (const std::string& topic : topics) message.add_topics(topic);
@@ -287,7 +304,7 @@ DescriptionMessage::~DescriptionMessage() = default;
 
 std::size_t DescriptionMessage::fill(const Heading& heading) {
   message_->set_timestamp(seconds(heading.sentReal_ns));
-  set(heading, *message_->mutable_header());
+  encode(heading, *message_->mutable_header());
   message_->mutable_header()->set_zero(message_->zero().id());
   return message_->ByteSizeLong();
 }
@@ -300,6 +317,36 @@ std::string DescriptionMessage::bytes() const {
   return message_->SerializeAsString();
 }
 
+PreviewMessage::PreviewMessage(const Identity& identity)
+    : message_(std::make_unique<pb::Preview>()) {
+  encode(identity, *message_->mutable_header());
+}
+
+PreviewMessage::~PreviewMessage() = default;
+
+std::size_t PreviewMessage::fill(const Preview& preview, const Heading& heading) {
+  Heading ofFrame = heading;
+  ofFrame.frame = preview.info;
+  ofFrame.frame.times.tracked_ns = ofFrame.frame.times.solved_ns = 0;
+  ofFrame.flags = preview.flags;
+  ofFrame.zero = preview.zero;
+  message_->set_timestamp(seconds(preview.info.times.receivedReal_ns));
+  encode(ofFrame, *message_->mutable_header());
+  const PlainPicture& picture = preview.picture;
+  message_->set_width(static_cast<std::uint32_t>(picture.width));
+  message_->set_height(static_cast<std::uint32_t>(picture.height));
+  message_->set_format(picture.channels == 1 ? pb::PREVIEW_FORMAT_MONO8 : pb::PREVIEW_FORMAT_RGB8);
+  set(picture.levels, *message_->mutable_pixels());
+  message_->set_scale(preview.factor);
+  const double origin_px = 0.5 * (preview.factor - 1);
+  setXy(std::array{origin_px, origin_px}, *message_->mutable_origin_px());
+  return message_->ByteSizeLong();
+}
+
+void PreviewMessage::write(std::uint8_t* bytes) const {
+  put(*message_, bytes);
+}
+
 struct Wire::Messages {
   pb::Field field;
   pb::Markers markers;
@@ -308,10 +355,10 @@ struct Wire::Messages {
 
 Wire::Wire(const Identity& identity)
     : messages_(std::make_unique<Messages>()) {
-  set(identity, *messages_->field.mutable_header());
+  encode(identity, *messages_->field.mutable_header());
   for (int i = 0; i < kMaxContacts; ++i) set(Contact{}, *messages_->field.add_contacts());  // kept when cleared
-  set(identity, *messages_->markers.mutable_header());
-  set(identity, *messages_->status.mutable_header());
+  encode(identity, *messages_->markers.mutable_header());
+  encode(identity, *messages_->status.mutable_header());
 }
 
 Wire::~Wire() = default;
@@ -319,7 +366,7 @@ Wire::~Wire() = default;
 std::size_t Wire::fill(const TractionField& field, const Heading& heading) {
   pb::Field& message = messages_->field;
   message.set_timestamp(seconds(heading.frame.times.receivedReal_ns));
-  set(heading, *message.mutable_header());
+  encode(heading, *message.mutable_header());
   message.set_valid(field.valid);
   set(field.force_N, *message.mutable_force_n());
   message.mutable_node_valid()->assign(field.force_N.size() / 3, field.valid ? '\1' : '\0');
@@ -348,7 +395,7 @@ std::size_t Wire::fill(const TractionField& field, const Heading& heading) {
 std::size_t Wire::fill(const MarkerField& markers, const Heading& heading) {
   pb::Markers& message = messages_->markers;
   message.set_timestamp(seconds(heading.frame.times.receivedReal_ns));
-  set(heading, *message.mutable_header());
+  encode(heading, *message.mutable_header());
   set(markers.displacement_px, *message.mutable_displacement_px());
   set(markers.variance_px2, *message.mutable_variance_px2());
   set(markers.valid, *message.mutable_marker_valid());
@@ -359,7 +406,7 @@ std::size_t Wire::fill(const MarkerField& markers, const Heading& heading) {
 std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading& heading) {
   pb::Status& message = messages_->status;
   message.set_timestamp(seconds(heading.sentReal_ns));
-  set(heading, *message.mutable_header());
+  encode(heading, *message.mutable_header());
   message.set_uptime_s(status.uptime_s);
   message.set_zero_within_s(status.vitals.zeroWithin_s);
   message.set_log_lines_lost(status.vitals.logLinesLost);
@@ -416,6 +463,7 @@ std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading
     message.clear_rest_drift();
   }
   set(status.vitals.markers, *message.mutable_markers());
+  set(status.vitals.scheduling, *message.mutable_scheduling());
   return message.ByteSizeLong();
 }
 

@@ -4,6 +4,7 @@
 #include "daemon/publish/description.h"
 #include "daemon/publish/status.h"
 #include "daemon/records/ledger.h"
+#include "daemon/records/preview.h"
 #include "daemon/records/traction_field.h"
 
 #include <memory>
@@ -12,7 +13,8 @@
 
 namespace traction::v1 {
 class Description;
-}
+class Preview;
+}  // namespace traction::v1
 
 namespace tractiond::publish {
 
@@ -40,6 +42,20 @@ class DescriptionMessage {
 
  private:
   std::unique_ptr<traction::v1::Description> message_;
+};
+
+/// A picture is encoded beside the publishing thread.
+class PreviewMessage {
+ public:
+  explicit PreviewMessage(const Identity& identity);
+  ~PreviewMessage();
+
+  /// Of the heading the sequence and the time of sending count. \return bytes of the message, for write()
+  std::size_t fill(const Preview& preview, const Heading& heading);
+  void write(std::uint8_t* bytes) const;
+
+ private:
+  std::unique_ptr<traction::v1::Preview> message_;
 };
 
 /// Fills one message of each kind again and again in the same memory: after the first of a kind nothing is allocated.

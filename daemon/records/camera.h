@@ -33,11 +33,11 @@ class Line {
   std::size_t size_ = 0;
 };
 
-/// How the link to the camera does, since it was opened last.
+/// How the link to the camera does; packets since the start, but those of the last second before a link broke.
 struct CameraLink {
   std::uint64_t packetsResent = 0;   ///< asked for again, and come
   std::uint64_t packetsMissing = 0;  ///< never come
-  std::uint64_t packetsRefused = 0;  ///< kept from the stream: not its camera's, or there was no room for them
+  std::uint64_t packetsRefused = 0;  ///< kept from stream and control channel: not its, or no room for them
   Line ptp;                          ///< the camera's word for its state; empty: no PTP
   double ptpOffset_s = 0.0;          ///< of the camera's clock from its master's, as it says
   double temperature_C = 0.0;        ///< of the camera

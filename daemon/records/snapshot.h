@@ -1,7 +1,7 @@
 // A copy of one picture, and what the tracker made of it.
 #pragma once
 
-#include "daemon/records/frame.h"
+#include "daemon/records/frame_copy.h"
 
 #include <cstdint>
 #include <vector>
@@ -16,11 +16,7 @@ enum class MarkerState : std::uint8_t {
   kAbsent,  ///< not seen when the zero was taken
 };
 
-struct Snapshot {
-  std::vector<std::uint8_t> bytes;  ///< as the camera sent them; the room is made before
-  bool fits = false;                ///< there was room; else frame.size says how much is needed
-  Frame frame;                      ///< its data is `bytes`
-
+struct Snapshot : FrameCopy {
   // By marker, in the order of sensor::markerPositions.
   std::vector<float> place_px;  ///< 2 M, (u, v)
   std::vector<MarkerState> state;
@@ -42,5 +38,9 @@ PlainPicture plainPicture(const Frame& frame);
 
 /// Of half the width and height: means of 2 x 2 pixels.
 PlainPicture halved(const PlainPicture& picture);
+
+/// Means of `factor` x `factor` pixels of the plain picture, of which whole ones alone count. `to` keeps its memory.
+/// \param factor from 1 to the smaller side of the picture
+void reduce(const Frame& frame, int factor, PlainPicture& to);
 
 }  // namespace tractiond

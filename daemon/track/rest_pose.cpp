@@ -2,6 +2,9 @@
 
 #include "daemon/base/hash.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace tractiond::track {
 
 Id idOf(const RestPose& pose) {
@@ -11,6 +14,15 @@ Id idOf(const RestPose& pose) {
   const std::array<Hash128, 5> parts = {hashOf(pose.position_px), hashOf(pose.amplitude), hashOf(pose.present),
                                         hashOf(levels), hashOf(moment)};
   return hashOf(parts);
+}
+
+bool isSane(const RestPose& pose) {
+  const auto finite = [](float value) { return std::isfinite(value); };
+  return std::all_of(pose.position_px.begin(), pose.position_px.end(), finite) &&
+         std::all_of(pose.amplitude.begin(), pose.amplitude.end(), finite) &&
+         std::all_of(pose.present.begin(), pose.present.end(), [](std::uint8_t present) { return present <= 1; }) &&
+         finite(pose.noise) && pose.noise > 0.0F && finite(pose.light) && finite(pose.shotNoise) &&
+         pose.shotNoise >= 0.0F;
 }
 
 }  // namespace tractiond::track

@@ -6,7 +6,6 @@
 #include "daemon/track/rest_pose.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 
 namespace tractiond::track {
@@ -41,15 +40,6 @@ void append(std::vector<char>& bytes, const T* data, std::size_t count) {
 
 std::size_t bodySize(std::size_t markers) {
   return markers * (3 * sizeof(float) + 1);
-}
-
-bool sane(const RestPose& pose) {
-  const auto finite = [](float value) { return std::isfinite(value); };
-  return std::all_of(pose.position_px.begin(), pose.position_px.end(), finite) &&
-         std::all_of(pose.amplitude.begin(), pose.amplitude.end(), finite) &&
-         std::all_of(pose.present.begin(), pose.present.end(), [](std::uint8_t present) { return present <= 1; }) &&
-         finite(pose.noise) && pose.noise > 0.0F && finite(pose.light) && finite(pose.shotNoise) &&
-         pose.shotNoise >= 0.0F;
 }
 
 /// Formats of one kind have the same levels at the same places.
@@ -157,7 +147,7 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
   pose.requested = header.requested != 0;
   pose.requestedBy.assign(next + header.camera, header.asker);
   pose.id = header.id;
-  if (!sane(pose) || idOf(pose) != pose.id) return refuse(EX_DATAERR, "is damaged: its numbers make no sense");
+  if (!isSane(pose) || idOf(pose) != pose.id) return refuse(EX_DATAERR, "is damaged: its numbers make no sense");
   return pose;
 }
 

@@ -8,7 +8,6 @@
 // Then nothing is believed that contradicts its neighbours, nor what lies behind a marker nearer to the camera.
 #include "daemon/track/tracker.h"
 
-#include "daemon/base/clock.h"
 #include "daemon/track/appearance.h"
 #include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose.h"
@@ -16,7 +15,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <thread>
 #include <utility>
 
 namespace tractiond::track {
@@ -40,7 +38,6 @@ constexpr double kAcquireBelow = 0.6;      // of the present markers
 constexpr int kAcquirePause = 4;           // frames between two tries that help little
 constexpr int kAgreeingFrames = 10;
 constexpr double kAgreement = 3.0;  // deviations
-constexpr std::size_t kAppearancePlaces = 300;
 
 int validNeighbours(const Lattice& lattice, int column, int row, const std::vector<std::uint8_t>& valid) {
   int count = 0;
@@ -50,12 +47,6 @@ int validNeighbours(const Lattice& lattice, int column, int row, const std::vect
     }
   }
   return count - valid[lattice.at(column, row)];
-}
-
-float median(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 RestPose emptyPose(int markers) {
@@ -85,6 +76,7 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
     , finished_(emptyPose(markers_))
     , returned_(emptyPose(markers_))
     , back_(emptyPose(markers_)) {
+  inputs_.before = back_;
   assert(trackable(sensor));
   const std::vector<Lattice> lattices = latticesOf(sensor);
   double deepest = 0.0;
@@ -113,18 +105,9 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
   centres_.resize(count);
 }
 
-void Tracker::restore(const RestPose& pose) {
-  assert(pose.amplitude.size() == static_cast<std::size_t>(markers_));
-  adopt(pose);
-  for (Layer& layer : layers_) {
-    layer.crossTalk = {pose.crossTalk[1 - layer.rank], pose.crossTalk[layer.rank]};
-  }
-  zeroWasRequested_ = pose.requested;
-  verified_ = false;
-}
-
 Outcome Tracker::track(const Frame& frame, MarkerField& field) {
   ++frames_;
+  inputs_.clear();
   planes_.read(frame);
   for (Layer& layer : layers_) {
     layer.plane = planes_.own(layer.index);
@@ -150,10 +133,14 @@ Outcome Tracker::track(const Frame& frame, MarkerField& field) {
   following_ = countValid() >= kFollowed * countWanted();
   reportSight();
 
-  verdicts_.take(verdict_);
+  if (verdicts_.take(verdict_)) {
+    inputs_.judged = true;
+    inputs_.judgedZero = verdict_.zero;
+    inputs_.fits = verdict_.fits;
+  }
   write(frame.info, relabelled, field);
   const bool tracked = haveRest_ && (!options_.awaitJudge || verdict_.zero == zero_);
-  takeZero();
+  takeZero(frame.info);
   return tracked ? Outcome::kTracked : Outcome::kNoRestPose;
 }
 
@@ -457,25 +444,6 @@ const MarkerTemplate& Tracker::roughOf(Layer& layer) {
   return layer.rough;
 }
 
-/// The camera may be nearer or farther than described: the markers are then as much larger or smaller as the pattern.
-void Tracker::learnSize(Layer& layer, std::span<const std::uint8_t> seen) {
-  const Lattice& lattice = layer.lattice;
-  float shown = 0.0F, described = 0.0F;
-  const auto add = [&](int one, int other) {
-    if (!seen[one] || !seen[other]) return;
-    shown += std::sqrt((place_[other] - place_[one]).squared());
-    described += std::sqrt((nominal_[other] - nominal_[one]).squared());
-  };
-  for (int row = 0; row + 1 < lattice.rows; ++row) {
-    for (int column = 0; column + 1 < lattice.columns; ++column) {
-      const int node = lattice.at(column, row);
-      add(node, node + 1);
-      add(node, node + lattice.columns);
-    }
-  }
-  if (described > 0.0F) layer.radius_px = layer.described_px * static_cast<double>(shown / described);
-}
-
 /// As many columns and rows as described.
 bool Tracker::latticesFit() const {
   for (std::size_t i = 0; i < layers_.size(); ++i) {
@@ -527,205 +495,6 @@ void Tracker::show(Snapshot& snapshot) const {
       snapshot.spotLayer.push_back(static_cast<std::uint8_t>(layer));
     }
   }
-}
-
-void Tracker::judge(const Id& zero, bool fits) {
-  while (!verdicts_.put({zero, fits})) std::this_thread::yield();  // just being taken: some instructions
-}
-
-/// From the markers that are `seen`, where they are.
-void Tracker::learnAppearance(std::span<const std::uint8_t> seen) {
-  for (Layer& layer : layers_) {
-    learnSize(layer, seen);
-    layer.marker = roughTemplate(layer.plane, layer.radius_px);
-  }
-  markOverlaps();
-  const auto places = [&](const Layer& layer) {
-    std::vector<Guess> all, some;
-    for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
-      if (seen[i]) all.push_back({place_[i].u, place_[i].v, layer.plane.unit, mixed_[i] != 0});
-    }
-    const std::size_t stride = all.size() / kAppearancePlaces + 1;
-    for (std::size_t i = 0; i < all.size(); i += stride) some.push_back(all[i]);
-    return some;
-  };
-  if ((!haveRest_ || (taking_ && takingRequested_)) && planes_.mixes()) {
-    for (std::size_t i = 0; i < 2; ++i) {
-      Layer &own = layers_[i], &other = layers_[1 - i];
-      own.crossTalk.own = other.crossTalk.other = crossTalkInto(own.plane, own.otherPlane, own.marker, places(own));
-    }
-  }
-  for (Layer& layer : layers_) {
-    layer.marker = fittingTemplate(layer.plane, layer.radius_px, layer.crossTalk, places(layer));
-  }
-  haveAppearance_ = true;
-}
-
-/// For the zero that is asked for. Where the picture is not followed, the next acquisition learns.
-void Tracker::relearnAppearance() {
-  haveAppearanceBefore_ = haveAppearance_;
-  appearanceBeforeOf_ = zero_;
-  for (Layer& layer : layers_) {
-    layer.markerBefore = layer.marker;
-    layer.crossTalkBefore = layer.crossTalk;
-  }
-  haveAppearance_ = false;
-  acquireIn_ = 0;
-  if (!following_) return;
-  learnAppearance(std::vector<std::uint8_t>(valid_));
-  errors_.forgetShape();
-  newAppearance_ = true;
-}
-
-/// A zero that was refused leaves nothing behind.
-void Tracker::restoreAppearance() {
-  if (!std::exchange(haveAppearanceBefore_, false)) return;
-  for (Layer& layer : layers_) {
-    std::swap(layer.marker, layer.markerBefore);  // no allocation
-    std::swap(layer.crossTalk, layer.crossTalkBefore);
-  }
-  haveAppearance_ = true;
-  errors_.forgetShape();
-  newAppearance_ = true;
-}
-
-/// Until there is a rest pose, the first labelled picture stands in for it.
-void Tracker::assumeRest() {
-  for (Layer& layer : layers_) {
-    const Lattice& lattice = layer.lattice;
-    std::vector<float> amplitudes;
-    for (const Spot& spot : layer.spots) amplitudes.push_back(spot.amplitude);
-    const float typical = median(amplitudes);
-    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
-      displacement_[i] = place_[i] - nominal_[i];
-      restAmplitude_[i] = typical;
-    }
-    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
-      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
-      const auto whole = expectation(lattice, column, row, displacement_, labelled_);
-      if (!labelled_[i] && whole) place_[i] = nominal_[i] + whole->value;
-      rest_[i] = place_[i];
-      if (labelled_[i])
-        restAmplitude_[i] = std::max(amplitudeAt(layer.plane, layer.marker, place_[i].u, place_[i].v), 0.5F * typical);
-    }
-  }
-  std::fill(present_.begin(), present_.end(), std::uint8_t{1});
-}
-
-bool Tracker::cancelZero() {
-  ZeroState seen = zeroState_.load(std::memory_order_relaxed);
-  while (seen == ZeroState::kRequested || seen == ZeroState::kTaking) {
-    if (zeroState_.compare_exchange_weak(seen, ZeroState::kNone, std::memory_order_relaxed)) return true;
-  }
-  return false;
-}
-
-/// Before a frame is looked at: begins the zero that was asked for, ends one that was taken back.
-void Tracker::heedRequest() {
-  if (taking_ && takingRequested_ && zeroState_.load(std::memory_order_relaxed) != ZeroState::kTaking) {
-    taking_ = false;
-    restoreAppearance();
-  }
-  ZeroState requested = ZeroState::kRequested;
-  if (!zeroState_.compare_exchange_strong(requested, ZeroState::kTaking, std::memory_order_relaxed)) return;
-  beginZero(true);
-  relearnAppearance();
-}
-
-void Tracker::beginZero(bool requested) {
-  taking_ = true;
-  takingRequested_ = requested;
-  tornWhileTaking_ = 0;
-  taker_.start();
-  pixelNoise_.start();
-}
-
-void Tracker::takeZero() {
-  if (poseWaits_) poseWaits_ = !finished_.put(pose_);
-  if (!haveRest_ && !taking_ && following_) {
-    beginZero(false);
-    ZeroState none = ZeroState::kNone;  // a refusal stays to be read until a zero is taken
-    zeroState_.compare_exchange_strong(none, ZeroState::kTaking, std::memory_order_relaxed);
-  }
-  if (!taking_) return;
-  ZeroState state = ZeroState::kTaking;
-  if (torn_) {
-    if (++tornWhileTaking_ > options_.zeroFrames) state = ZeroState::kTorn;
-  } else {
-    for (Layer& layer : layers_) {
-      pixelNoise_.add(layer.plane, layer.lattice.first, ofLayer(place_, layer), {0.5F * spacing_px_, 0.0F},
-                      ofLayer(valid_, layer));
-    }
-    state = taker_.add(place_, centres_, valid_);
-  }
-  if (state == ZeroState::kTaking) return;
-  taking_ = false;
-  const bool stillAsked = report(state);
-  if (state != ZeroState::kTaken || !stillAsked) {
-    if (takingRequested_) restoreAppearance();
-    return;
-  }
-  for (int i = 0; i < markers_; ++i) {
-    pose_.position_px[2 * i] = rest_[i].u;
-    pose_.position_px[2 * i + 1] = rest_[i].v;
-    pose_.amplitude[i] = restAmplitude_[i];
-  }
-  for (const Layer& layer : layers_) {
-    taker_.finish(layer.lattice, pose_);
-    pose_.crossTalk[static_cast<std::size_t>(layer.rank)] = layer.crossTalk.other;
-  }
-  pose_.noise = taker_.noise();
-  pose_.shotNoise = pixelNoise_.perLevel();
-  pose_.light = taker_.light();
-  pose_.taken_ns = realNow();
-  pose_.requested = takingRequested_;
-  pose_.id = idOf(pose_);
-  before_ = {zero_, verified_};
-  adopt(pose_);
-  errors_.learnShape(centres_, valid_);
-  verified_ = takingRequested_;
-  zeroWasRequested_ = takingRequested_;
-  poseWaits_ = !finished_.put(pose_);
-}
-
-/// False: it was asked for and has been taken back meanwhile. What somebody asks for meanwhile stays asked for.
-bool Tracker::report(ZeroState state) {
-  if (takingRequested_) {
-    ZeroState taking = ZeroState::kTaking;
-    return zeroState_.compare_exchange_strong(taking, state, std::memory_order_relaxed);
-  }
-  ZeroState seen = zeroState_.load(std::memory_order_relaxed);
-  while (seen != ZeroState::kRequested && !zeroState_.compare_exchange_weak(seen, state, std::memory_order_relaxed)) {
-  }
-  return true;
-}
-
-void Tracker::heedReturned() {
-  if (!returned_.take(back_)) return;
-  const Standing now{zero_, verified_};
-  if (haveAppearanceBefore_ && appearanceBeforeOf_ == back_.id) {
-    restoreAppearance();  // the other one is kept for that zero
-    haveAppearanceBefore_ = true;
-    appearanceBeforeOf_ = zero_;
-  }
-  adopt(back_);
-  verified_ = before_.zero == zero_ && before_.verified;
-  zeroWasRequested_ = back_.requested;
-  before_ = now;
-}
-
-void Tracker::adopt(const RestPose& pose) {
-  for (int i = 0; i < markers_; ++i) {
-    rest_[i] = {pose.position_px[2 * i], pose.position_px[2 * i + 1]};
-    displacement_[i] = place_[i] - rest_[i];
-  }
-  restAmplitude_ = pose.amplitude;
-  present_ = pose.present;
-  errors_.adopt(pose);
-  zero_ = pose.id;
-  haveRest_ = true;
-  agreeing_ = 0;
-  tears_.forget();
 }
 
 void Tracker::write(const FrameInfo& info, bool relabelled, MarkerField& field) {

@@ -5,6 +5,7 @@
 #include "daemon/records/marker_field.h"
 #include "daemon/records/marker_sight.h"
 #include "daemon/records/snapshot.h"
+#include "daemon/records/tracker_inputs.h"
 #include "daemon/track/centre.h"
 #include "daemon/track/centre_errors.h"
 #include "daemon/track/detection.h"
@@ -75,6 +76,11 @@ class Tracker {
   /// Thread-safe, for one thread.
   void judge(const Id& zero, bool fits);
 
+  /// What the frame tracked last heeded of the calls above. Valid until the next.
+  const TrackerInputs& inputs() const { return inputs_; }
+  /// Before track(): the frame heeds these, as one before heeded them. Nobody else calls anything meanwhile.
+  void repeat(const TrackerInputs& inputs);
+
   /// Of the newest frame, once. Thread-safe, for one thread.
   bool takeSight(MarkerSight& sight) { return sights_.take(sight); }
 
@@ -129,7 +135,7 @@ class Tracker {
   void assumeRest();
   void heedRequest();
   void beginZero(bool requested);
-  void takeZero();
+  void takeZero(const FrameInfo& info);
   bool report(ZeroState state);
   void adopt(const RestPose& pose);
   void heedReturned();
@@ -209,6 +215,8 @@ class Tracker {
   };
   Verdict verdict_;
   Mailbox<Verdict> verdicts_;
+  TrackerInputs inputs_;
+  bool forgo_ = false;  ///< the zero that would be finished with the next frame
   MarkerSight sight_;
   Mailbox<MarkerSight> sights_;
 };

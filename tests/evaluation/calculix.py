@@ -340,6 +340,13 @@ def at_centre(thickness):
     return Mesh(across, across, [0, 0.75, 1.5, 2.25, 3, 4, 5, 6, 7, 8, 10, 13, 17, 22, 27, 32, 36, 38.5, thickness])
 
 
+def under_ball(thickness):
+    """at_centre() still finer, for how the surface itself moves under a ball of some millimetres there."""
+    x, y, z = at_centre(thickness).planes
+    across = np.concatenate([np.arange(0, 6.1, 0.5), [6.75, 7.5], x[x > 8]])
+    return Mesh(across, across, np.concatenate([np.arange(0, 2.1, 0.5), [2.75, 3.5, 4.25], z[z > 4.5]]))
+
+
 def static(mesh, parity, material, steps, markers, folder, name, large=False, extra=()):
     """Displacements [m], steps x M x 3, in CalculiX alone, of loads (points 2 x P [m], forces 3 x P [N]) one by one.
     parity[axis] 1: mirror plane; 0: the mesh spans it. Loads and fields have the symmetry that is assumed. With large

@@ -125,6 +125,17 @@ def mechanics(gel, forces):
         return np.fromfile(job / "displacement.f64").reshape(-1, 1152, 3)
 
 
+def surface(gel, forces):
+    """How the touched surface moves at the nodes [m], frames x nodes x 3, as the viewer shows it. `forces`: the same
+    [N]."""
+    with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
+        job = pathlib.Path(name)
+        np.ascontiguousarray(forces, float).tofile(job / "force.f64")
+        (job / "gel").write_text(gel)
+        subprocess.run([BUILD / "bin/evaluation_surface", job, job / "gel"], check=True)
+        return np.fromfile(job / "surface.f64").reshape(np.shape(forces))
+
+
 def calibrate(displacement, gel, twin_gel, weights_N, seed):
     """Of each figure, value and deviation. displacement: weights x markers x 3 [m]; of figures of the same name, the
     first one's."""

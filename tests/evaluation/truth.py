@@ -154,6 +154,34 @@ def probe(forces):
     return np.tensordot(np.asarray(forces), load(40, 0.49, "probe").displacement, axes=1)
 
 
+def surface_points():
+    """3 x P [m] on the touched surface, within 12 mm of its centre, 1 mm apart."""
+    y, x = np.meshgrid(*2 * [1e-3 * np.arange(-12, 13)], indexing="ij")
+    return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+
+
+def surface(folder):
+    """A ball of 8 mm pressed with 400 gf at places drawn within one pitch of the centre. What moves: the markers, the
+    surface at the nodes, and at surface_points()."""
+    import calculix
+
+    ball_radius, force = 4e-3, 400 * 9.80665e-3
+    contact_modulus = 1e6 * calculix.Stiffness.YOUNG / (1 - 0.49**2)
+    radius_mm = 1e3 * np.cbrt(0.75 * force * ball_radius / contact_modulus)  # Hertz
+    places_mm = np.random.default_rng(20059).uniform(-1.5, 1.5, (6, 2))
+    contacts = [[contact("hertz", *place, radius_mm, force * AXES[2])] for place in places_mm]
+    nodes = np.vstack([loads.nodes(), np.zeros(576)])
+    at = np.hstack([loads.markers(), nodes, surface_points()])
+    points = [quadrature(one) for one in contacts]
+    coarse, fine = (
+        calculix.few_loads(mesh, 0.49, at, points, folder / f"surface_{label}")
+        for label, mesh in (("coarse", calculix.at_centre(40)), ("fine", calculix.under_ball(40)))
+    )
+    save(name(40, 0.49, "surface"), Set(as_array(contacts), fine))
+    off = np.linalg.norm(coarse - fine, axis=2)[:, 1152:].max() / fine[:, 1152:, 2].max()
+    print(f"surface: the two meshes differ by at most {100 * off:.2f} % of the depth", flush=True)
+
+
 def layers(folder):
     """The paper's figure 6: LAYER_FORCE_GF at each of 10 x 10 nodes, markers at many depths: blue at 6 mm, then red at
     LAYER_DEPTHS, one layer after another."""
@@ -289,7 +317,7 @@ def linear(thickness, poisson, sets, folder):
 
 
 def main(folder, wanted):
-    for part in (expansion, layers, large_strain):
+    for part in (expansion, surface, layers, large_strain):
         if not wanted or part.__name__ in wanted:
             part(folder)
     for (thickness, poisson), sets in catalogue().items():

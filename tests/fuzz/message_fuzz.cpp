@@ -1,9 +1,11 @@
 #include "client/src/decode.h"
+#include "client/src/decode_control.h"
 #include "tests/fuzz/target.h"
 #include "traction/v1/control.pb.h"
 #include "traction/v1/description.pb.h"
 #include "traction/v1/field.pb.h"
 #include "traction/v1/markers.pb.h"
+#include "traction/v1/preview.pb.h"
 #include "traction/v1/status.pb.h"
 
 #include <google/protobuf/stubs/logging.h>
@@ -23,12 +25,18 @@ std::vector<std::string> seeds() {
   status.mutable_ledger()->set_received(7);
   pb::Description description;
   description.mutable_header()->set_frame_number(1);
+  pb::Preview preview;
+  preview.mutable_header()->set_frame_number(1);
+  preview.set_width(2);
+  preview.set_height(1);
+  preview.set_format(pb::PREVIEW_FORMAT_MONO8);
+  preview.set_pixels("ab");
   pb::Reply reply;
   reply.set_version(1);
   *reply.mutable_status() = status;
   std::vector<std::string> all;
-  for (const google::protobuf::MessageLite* one :
-       std::initializer_list<const google::protobuf::MessageLite*>{&field, &markers, &status, &description, &reply}) {
+  for (const google::protobuf::MessageLite* one : std::initializer_list<const google::protobuf::MessageLite*>{
+           &field, &markers, &status, &description, &preview, &reply}) {
     all.push_back(one->SerializeAsString());
   }
   return all;
@@ -47,6 +55,7 @@ bool feed(std::string_view bytes) {
   attempt(traction::decodeMarkers);
   attempt(traction::decodeDescription);
   attempt(traction::decodeStatus);
+  attempt(traction::decodePreview);
   attempt(traction::decodeStatusReply);
   attempt(traction::decodeDescriptionReply);
   attempt(traction::decodeSnapshotReply);

@@ -13,6 +13,7 @@ import select
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -37,11 +38,11 @@ PATIENCE = float(os.environ.get("TRACTION_PATIENCE", "1"))
 class Process:
     """A child whose lines can be waited for, and which never outlives the test."""
 
-    def __init__(self, *command, env=None, stderr=subprocess.STDOUT):
+    def __init__(self, *command, env=None, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL):
         self.command = [str(word) for word in command]
         self.lines = []
         self.child = subprocess.Popen(
-            self.command, stdout=subprocess.PIPE, stderr=stderr, stdin=subprocess.DEVNULL,
+            self.command, stdout=subprocess.PIPE, stderr=stderr, stdin=stdin,
             env={**os.environ, **(env or {})}, start_new_session=True)
         os.set_blocking(self.child.stdout.fileno(), False)
         self._partial = b""
@@ -57,6 +58,12 @@ class Process:
             self.lines.append(self._partial.decode(errors="replace"))
             self._partial = b""
         return bool(chunk)
+
+    def forget(self):
+        """What was printed up to now."""
+        while select.select([self.child.stdout], [], [], 0)[0] and self.read():
+            pass
+        self.lines.clear()
 
     def wait_for(self, pattern, seconds=30.0):
         """The first line, old or new, that matches; fails with the output otherwise."""
@@ -101,25 +108,48 @@ class Process:
             raise AssertionError(f"{self.command[0]} did not end; it printed:\n" + self.output())
 
     def kill(self):
-        if self.child.poll() is None:
+        with contextlib.suppress(ProcessLookupError):  # what it has started may be there when it has gone
             os.killpg(self.child.pid, signal.SIGKILL)
         self.child.wait()
         self.child.stdout.close()
 
 
+def weigh(process, nice):
+    """The processor's time goes to sessions in equal shares; this one gets a smaller one, where the kernel counts so."""
+    with contextlib.suppress(OSError):
+        pathlib.Path(f"/proc/{process.child.pid}/autogroup").write_text(str(nice))
+        time.sleep(0.3)  # it takes one a while
+
+
 def cache_directory():
-    """Where twins and daemons of all tests share what only depends on the gel."""
-    path = BUILD / "test-cache"
-    path.mkdir(exist_ok=True)
+    """Where twins and daemons of all tests and builds share what only depends on the gel: a sanitized daemon takes minutes."""
+    path = SOURCE / "build" / "test-cache"
+    path.mkdir(parents=True, exist_ok=True)
     return path
 
 
 def copy_into(folder, file):
-    """The copy is there whole or not at all; the folders may be on different file systems."""
-    if not (folder / file.name).exists():
+    """A link where it can be one, as nobody writes into it; else a copy, which is there whole or not at all."""
+    try:
+        os.link(file, folder / file.name)
+    except FileExistsError:
+        pass
+    except OSError:  # another file system
         part = folder / f".{file.name}.{os.getpid()}"
         shutil.copyfile(file, part)
         part.rename(folder / file.name)
+
+
+def lend_inverses(state):
+    """What daemons have computed before into a state directory, which is made."""
+    state.mkdir(parents=True, exist_ok=True)
+    for cached in cache_directory().glob("*.inverse"):
+        copy_into(state, cached)
+
+
+def keep_inverses(state):
+    for made in state.glob("*.inverse"):
+        copy_into(cache_directory(), made)
 
 
 class Rig(contextlib.ExitStack):
@@ -146,24 +176,21 @@ class Rig(contextlib.ExitStack):
             process.wait_for("ready", 60)
         return process
 
-    def daemon(self, config="", *options, instance="default", camera="127.0.0.1", state=None, ready=True, **process):
+    def daemon(self, config="", *options, instance="default", camera="127.0.0.1", state=None, ready=True, before=(), **process):
         """`config` is TOML text put behind the camera's address; the solver's cache is shared between tests."""
         base = self.folder / instance
         (base / "run").mkdir(parents=True, exist_ok=True)
         state = pathlib.Path(state or base / "state")
-        state.mkdir(parents=True, exist_ok=True)
-        for cached in cache_directory().glob("*.inverse"):
-            copy_into(state, cached)
+        lend_inverses(state)
         file = base / "tractiond.toml"
         file.write_text(config if camera is None else f'[camera]\nid = "{camera}"\n' + config)
-        process = self.start(BIN / "tractiond", "--instance", instance, "--config", file, "--state", state,
+        process = self.start(*before, BIN / "tractiond", "--instance", instance, "--config", file, "--state", state,
                              "--runtime", base / "run", *options, **process)
         process.endpoint = {name: f"ipc://{base / 'run' / name}" for name in ("stream", "latest", "control")}
         process.state = state
         if ready:
             process.wait_for("running", 60)
-            for made in state.glob("*.inverse"):
-                copy_into(cache_directory(), made)
+            keep_inverses(state)
         return process
 
     def gateway(self, daemon, config="", *options, keys=True, ready=True, before=(), **process):
@@ -180,9 +207,10 @@ class Rig(contextlib.ExitStack):
         process.file = file
         if ready:
             process.wait_for("listening.*", 30)
-            while len(process.listening()) < 3:
+            names = ("stream", "latest", "control") + ("preview",) * bool(re.search(r"(?m)^preview = ", config))
+            while len(process.listening()) < len(names):
                 process.read(0.1)
-            process.endpoint = dict(zip(("stream", "latest", "control"), process.listening()))
+            process.endpoint = dict(zip(names, process.listening()))
         return process
 
     def allow(self, name, key, *options):
@@ -207,6 +235,7 @@ class Systemd:
         self.socket = rig.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM))
         path = str(rig.folder / "notify")
         self.socket.bind(path)
+        self.socket.setsockopt(socket.SOL_SOCKET, 35, 1)  # SO_TIMESTAMPNS: when it came, not when we find time to read
         self.env = {"NOTIFY_SOCKET": path, "WATCHDOG_USEC": str(int(1e6 * watchdog_s))}
         self.fed = []  # when the watchdog was
         self.notices = queue.Queue()
@@ -214,9 +243,11 @@ class Systemd:
 
     def read(self):
         while True:
-            lines = self.socket.recv(4096).decode().splitlines()
+            data, ((_, _, stamp), *_), *_ = self.socket.recvmsg(4096, 256)
+            lines = data.decode().splitlines()
             if "WATCHDOG=1" in lines:
-                self.fed.append(time.monotonic())
+                seconds, nanoseconds = struct.unpack("qq", stamp)
+                self.fed.append(time.monotonic() - (time.time() - seconds - 1e-9 * nanoseconds))
             self.notices.put(lines)
 
     def wait_for(self, wanted):
@@ -231,6 +262,7 @@ class Subscriber:
     """A plain SUB socket and the generated messages: independent of our client library."""
 
     TYPES = {"field": messages.Field, "markers": messages.Markers, "description": messages.Description,
+             "preview": messages.Preview,
              "status": messages.Status}
 
     def __init__(self, rig, endpoint, topic="", keys=None):
@@ -279,12 +311,17 @@ def vector(message):
     return np.array([message.x, message.y, message.z])
 
 
-def stream_port(process):
-    """The UDP port on which the daemon waits for pictures: of its sockets, the one with the largest receive buffer."""
+def udp_ports(process):
+    """The UDP ports of a process, that with the largest receive buffer last."""
     text = subprocess.run(["ss", "-Huanpme"], capture_output=True, text=True, check=True).stdout.replace("\n\t", " ")
     found = [(int(re.search(r"skmem:\(r\d+,rb(\d+)", line)[1]), int(line.split()[3].rsplit(":", 1)[1]))
              for line in text.splitlines() if f"pid={process.child.pid}," in line]
-    return max(found)[1]
+    return [port for _, port in sorted(found)]
+
+
+def stream_port(process):
+    """The UDP port on which the daemon waits for pictures."""
+    return udp_ports(process)[-1]
 
 
 class Forger:

@@ -36,7 +36,7 @@ pitch_mm = 3.6
 """
 
 
-class Calibrate(unittest.TestCase):
+class TestCase(unittest.TestCase):
     def setUp(self):
         self.bench = self.enterContext(rig.Rig())
 
@@ -72,6 +72,9 @@ class Calibrate(unittest.TestCase):
         for word in words:
             self.assertIn(word, process.lines[-1])
 
+
+# Each class has a network of its own, and runs beside the others.
+class Hidden(TestCase):
     def test_everything_that_is_hidden_is_found(self):
         twin, daemon = self.running("calibrate")
         reports = self.calibrate(daemon, "--weights", "100gf,200gf,500gf", "--name", "left")
@@ -123,6 +126,8 @@ class Calibrate(unittest.TestCase):
         self.assertLess(np.abs(force - (0.6, 0, 3)).max(), 0.06)
         self.assertEqual(daemon.stop(), 0, daemon.output())
 
+
+class Page(TestCase):
     def test_the_twins_example_can_be_pasted(self):
         """The page's own commands, in the page's order, in a shell that knows nothing else."""
         page = (rig.SOURCE / "docs" / "calibration.md").read_text()
@@ -131,14 +136,11 @@ class Calibrate(unittest.TestCase):
         self.assertEqual(len(blocks), 2, section)
         folder = self.bench.folder / "page"
         state = folder / "twin" / "state"  # with what does not depend on the page: the inverse, if it is known
-        state.mkdir(parents=True)
-        for cached in rig.cache_directory().glob("*.inverse"):
-            rig.copy_into(state, cached)
+        rig.lend_inverses(state)
         script = self.file("page.sh", f"set -e\ncd {folder}\n" + "".join(blocks))
         shell = self.bench.start("sh", script, env={"PATH": f"{rig.BIN}:/usr/bin:/bin", "HOME": str(folder)})
         self.assertEqual(shell.join(600), DONE, shell.output())
-        for made in state.glob("*.inverse"):
-            rig.copy_into(rig.cache_directory(), made)
+        rig.keep_inverses(state)
         found = re.search(r"youngs_modulus_pa +([0-9.e+]+)", shell.output())
         self.assertIsNotNone(found, shell.output())
         self.assertLess(abs(float(found[1]) / HIDDEN["youngs_modulus_pa"] - 1), 0.01)
@@ -146,6 +148,8 @@ class Calibrate(unittest.TestCase):
         written = re.search('gel_file = "(.*)"', (folder / "twin" / "calibrated.toml").read_text())[1]
         self.assertIn('camera = "Traction-127-0-0-1"', pathlib.Path(written).read_text())
 
+
+class Order(TestCase):
     def test_weights_in_the_wrong_order_are_noticed(self):
         _, daemon = self.running("calibrate")
         code, output = self.ctl(daemon, "calibrate", "weights", "--weights", "100gf,500gf,200gf", "--yes")
@@ -155,6 +159,8 @@ class Calibrate(unittest.TestCase):
         self.assertEqual(code, TEMPORARY, output)
         self.assertIn("nothing has been measured", output)
 
+
+class Zero(TestCase):
     def test_a_load_is_not_zeroed_by_mistake(self):
         _, daemon = self.running(self.file("scenario.toml", "format = 1\nperiod_s = 1000\n[[contacts]]\nradius_mm = 3\n"
                                            "x_mm = 12\ntime_s = [4, 5]\nforce_z_n = [0, 0.5]\n"))

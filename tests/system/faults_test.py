@@ -1,30 +1,36 @@
 """What a network and its inhabitants do to a stream: counted, never published, and the stream goes on."""
 
+import itertools
 import os
 import random
 import re
 import signal
+import sys
 import time
 import unittest
 
 import numpy as np
 
+import honest
 import rig
+import steady
 
 WIDTH, HEIGHT = 640, 480
 DOUBTED_ORIGIN = 256
+SUPPORT = rig.SOURCE / "tests/support"
 PACKET = 9000 - 36  # bytes of picture in a packet of the default size
 
 
-class Faults(unittest.TestCase):
+class Faults(steady.TestCase):
     def setUp(self):
         self.bench = self.enterContext(rig.Rig())
         self.published = []
         self.honest = True  # nobody sends at the camera's own address
 
-    def begin(self, *options):
+    def begin(self, *options, config=""):
         self.twin = self.bench.twin("idle", *options, ready=False)
-        self.daemon = self.bench.daemon()
+        # The address sanitizer keeps what is freed, up to 256 MB without this: its memory would tell nothing.
+        self.daemon = self.bench.daemon(config, env={"ASAN_OPTIONS": "quarantine_size_mb=8"})
         self.subscriber = self.bench.subscribe(self.daemon)
         self.stream(30)
 
@@ -45,8 +51,12 @@ class Faults(unittest.TestCase):
     def ledger(self):
         return self.status().ledger
 
-    def refused(self):
-        return self.status().camera_link.packets_refused
+    def refused(self, least=0):
+        """The daemon looks once a second, where it has the time: until there are so many."""
+        deadline = time.monotonic() + 20 * rig.PATIENCE
+        while (count := self.status().camera_link.packets_refused) < least and time.monotonic() < deadline:
+            pass
+        return count
 
     def end(self):
         """Every published frame is one that the camera sent, newer than the one before, and reads what it shows."""
@@ -71,9 +81,10 @@ class Faults(unittest.TestCase):
         ids = [field.header.camera_frame_id for field in self.published]
         self.assertGreater(max(ids), 65000)
         self.assertLess(ids[-1], 1000)
-        numbers = [field.header.frame_number for field in self.published]
-        self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))))
-        self.assertEqual(self.ledger().missing, 0)
+        for before, after in itertools.pairwise(field.header for field in self.published):
+            step = (after.camera_frame_id - before.camera_frame_id) % 65535  # 1 follows 65535
+            self.assertEqual(after.frame_number - before.frame_number, step)
+        self.assertLess(self.ledger().missing, 1000, "the wrap is no loss of 65,000 frames")
         self.end()
 
     def test_a_zero_that_was_refused_does_not_come_when_frames_return(self):
@@ -127,8 +138,40 @@ class Faults(unittest.TestCase):
                 forger.raw(os.urandom(random.randrange(PACKET)))
             self.stream(20)
         self.assertLess(self.daemon.memory_MiB() - memory_MiB, 50)
-        self.assertGreater(self.refused(), 1000)
+        self.assertGreater(self.refused(1001), 1000)
         self.end()
+
+    def test_any_datagrams_from_another_address(self):
+        """20,000 a second: nothing is invented, and the process stays as it is."""
+        self.begin()
+        seed, seconds = random.randrange(1 << 32), float(os.environ.get("TRACTION_DATAGRAM_SECONDS", 4))
+        without = self.lost_within(seconds)
+        refused, memory_MiB = self.refused(), self.daemon.memory_MiB()
+        sender = self.bench.start(sys.executable, SUPPORT / "datagrams.py", seed, 20_000, seconds, "127.0.0.2",
+                                  *rig.udp_ports(self.daemon))
+        self.addCleanup(sender.kill)
+        sender.wait_for("sending")
+        rig.weigh(sender, 10)  # it would come from elsewhere
+        lost = self.lost_within(seconds)
+        self.assertEqual(sender.join(60), 0, sender.output())
+        sent, changed = map(int, sender.lines[-1].split())
+        refused, grown_MiB = self.refused(refused + sent // 4 + 1) - refused, self.daemon.memory_MiB() - memory_MiB
+        print(f"\n  seed {seed}: {sent} datagrams in {seconds:.0f} s, {changed} of them changed at random, {refused} refused; "
+              f"lost without them {without}, with them {lost}; memory {grown_MiB:+.1f} MiB", end=" ", flush=True)
+        self.assertGreater(refused, sent // 4)  # what went to the stream's port and to that of the questions
+        # Of the others a machine may be guilty that is too slow for both.
+        self.assertFalse({"wrong_size", "wrong_format", "stale", "implausible", "doubted"} & lost.keys())
+        self.assertLess(grown_MiB, 16)
+        self.end()
+
+    def lost_within(self, seconds):
+        """Fields, and by cause the frames that are none; cameras."""
+        before, begin, fields = self.ledger(), time.monotonic(), len(self.published)
+        while time.monotonic() < begin + seconds:
+            self.stream(10)
+        fields, after = len(self.published) - fields, self.ledger()
+        lost = {loss: getattr(after, loss) - getattr(before, loss) for loss in honest.LOSSES + ("missing", "doubted", "reconnects")}
+        return {"of": fields} | {loss: count for loss, count in lost.items() if count}
 
     def test_a_stranger_that_is_faster_than_the_camera(self):
         self.begin("--rate", "10")
@@ -142,7 +185,7 @@ class Faults(unittest.TestCase):
         after = self.ledger()
         for loss in ("incomplete", "wrong_size", "stale", "implausible"):
             self.assertEqual(getattr(after, loss), getattr(before, loss), loss)
-        self.assertGreater(self.refused(), 15 * 100)
+        self.assertGreater(self.refused(15 * 100 + 1), 15 * 100)
         self.end()
 
     def test_a_forger_at_the_cameras_own_address_is_noticed(self):
@@ -180,6 +223,29 @@ class Faults(unittest.TestCase):
                 # A picture that is whole before the camera's own has begun, and not much before.
                 self.assertLessEqual(len(unflagged), rig.PATIENCE)
 
+    def test_a_stranger_who_answers_for_the_camera(self):
+        """Registers that read 0, among them who controls it; with the numbers of the questions that are next, by guess."""
+        self.begin()
+        forgers = [rig.Forger("127.0.0.1", port, "127.0.0.2") for port in rig.udp_ports(self.daemon)]
+        questions = itertools.cycle([*range(65300, 65536), *range(1, 1500)])
+        before, sent, end = self.refused(), 0, time.monotonic() + 8
+        while time.monotonic() < end:
+            for forger in forgers:
+                for question in itertools.islice(questions, 200):
+                    forger.raw(bytes([0, 0, 0, 0x81, 0, 4]) + question.to_bytes(2, "big") + bytes(4))
+                forger.raw(bytes([random.choice((0, 0x80)), 0, 0, random.randrange(0x80, 0x8c)]) + os.urandom(16))
+                sent += 201
+            self.stream(1)
+        for forger in forgers:
+            forger.close()
+        self.assertNotIn("is lost", self.daemon.output())
+        self.assertGreaterEqual(len(forgers), 2)
+        least = sent * 2 // len(forgers)  # by the control channel and the stream
+        refused = self.refused(before + least) - before
+        print(f"{sent} answers to {len(forgers)} ports, {refused} refused")
+        self.assertGreaterEqual(refused, least)
+        self.end()
+
     def test_one_forged_future_frame(self):
         self.begin("--rate", "10")  # the forged picture must fit between two true ones, or the driver drops one of them
         forger = self.forger()
@@ -212,13 +278,13 @@ class Faults(unittest.TestCase):
         self.twin.kill()
         self.daemon.wait_for("is lost: it does not answer")
         noticed = time.monotonic() - begin
+        noticed_ns = time.monotonic_ns()
         first = rig.read_truth(self.twin)
         old = self.published
         self.assertTrue(all(field.header.camera_frame_id in first for field in old[:-3]))
-        self.published = []
         self.twin = self.bench.twin("idle")
         begin = time.monotonic()
-        self.stream(1)
+        self.published = self.subscriber.collect(until=lambda field: field.header.received_ns > noticed_ns)[-1:]
         print(f"\n  noticed after {noticed:.2f} s, first field {time.monotonic() - begin:.2f} s after it was back")
         self.stream(59)
         self.assertTrue(self.published[0].header.flags & 4, "the first frame after a gap says so")
@@ -227,8 +293,8 @@ class Faults(unittest.TestCase):
         self.end()
 
     def test_the_camera_dies_again_and_again(self):
-        """TRACTION_TIMES, at any moment; it is away for a moment or for seconds."""
-        self.begin()
+        """TRACTION_TIMES, at any moment; it is away for a moment or for seconds; 60 frames/s."""
+        self.begin(config="frame_rate_hz = 60\n")
         noticed, back = [], []
         for _ in range(int(os.environ.get("TRACTION_TIMES", 3))):
             self.stream(random.randrange(1, 60))

@@ -3,9 +3,10 @@
 import unittest
 
 import rig
+import steady
 
 
-class Instances(unittest.TestCase):
+class Instances(steady.TestCase):
     def test_two_cameras_two_daemons(self):
         with rig.Rig() as bench:
             twins = [bench.twin(name, address=address, ready=False)

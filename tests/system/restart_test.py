@@ -8,9 +8,10 @@ import unittest
 import numpy as np
 
 import rig
+import steady
 
 
-class Restart(unittest.TestCase):
+class Restart(steady.TestCase):
     def test_killed_under_load_still_reads_the_load(self):
         with rig.Rig() as bench:
             twin = bench.twin("hold", ready=False)

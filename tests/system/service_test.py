@@ -14,9 +14,10 @@ import unittest
 from prometheus_client import parser
 
 import rig
+import steady
 
 
-class Service(unittest.TestCase):
+class Service(steady.TestCase):
     def setUp(self):
         self.bench = self.enterContext(rig.Rig())
         self.systemd = rig.Systemd(self.bench)
@@ -91,6 +92,39 @@ class Service(unittest.TestCase):
         self.assertTrue(subscriber.collect(10)[-1].valid)
         self.assertEqual(daemon.stop(), 0, daemon.output())
         self.assertNotIn("no zero is kept", daemon.output().split("nothing in the configuration")[1])
+
+    def test_of_a_refused_reload_nothing_stays_in_the_camera(self):
+        seed = random.randrange(2**32)
+        print("seed", seed)
+        draw = random.Random(seed)
+        self.bench.twin("idle")
+        daemon = self.bench.daemon("frame_rate_hz = 60\n")
+        subscriber = self.bench.subscribe(daemon)
+        subscriber.collect(5)
+        file = self.bench.folder / "default" / "tractiond.toml"
+        first = file.read_text()
+        look = ("--control", daemon.endpoint["control"], "camera", "list")
+        before = self.bench.ctl(*look)
+        self.assertEqual(before[0], 0, before)
+        for _ in range(4):
+            features = [f"{{ BinningHorizontal = {draw.randint(2, 16)} }}", f"{{ TestRegister = {draw.randrange(2**31)} }}",
+                        f"{{ BinningVertical = {draw.randint(2, 16)} }}", '{ TriggerSelector = "AcquisitionStart" }']
+            features = draw.sample(features, draw.randint(1, len(features)))
+            text = draw.choice(("exposure_us = 777\n", "frame_rate_hz = 31\n", ""))
+            refused = draw.choice(('strobe_line = "Line1"\n', "throughput_bytes_per_s = 1000000\n", "features"))
+            if refused == "features":
+                features.append("{ NoSuchFeature = 1 }")
+            else:
+                text += refused + draw.choice(('trigger = "software"\n', ""))
+            text += f"features = [{', '.join(features)}]\n"
+            file.write_text(first.replace("frame_rate_hz = 60\n", text))
+            daemon.lines.clear()
+            daemon.child.send_signal(signal.SIGHUP)
+            daemon.wait_for("is opened as before")
+            daemon.wait_for("frames/s, packets of")
+            subscriber.collect(5)
+            self.assertEqual(self.bench.ctl(*look), before, file.read_text())
+        self.assertEqual(daemon.stop(), 0, daemon.output())
 
     def test_metrics_as_prometheus_reads_them(self):
         self.bench.twin("idle")

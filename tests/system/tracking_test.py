@@ -5,6 +5,7 @@ import unittest
 import numpy as np
 
 import rig
+import steady
 
 
 def follow(scenario, frames):
@@ -29,7 +30,7 @@ def follow(scenario, frames):
     return {"frames": len(fields), "largest_px": largest, "swapped": swapped, "valid": valid / total}
 
 
-class Tracking(unittest.TestCase):
+class Tracking(steady.TestCase):
     def test_large_displacement_swaps_no_marker(self):
         result = follow("large_displacement", 600)
         print(result)

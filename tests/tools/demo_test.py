@@ -124,6 +124,18 @@ class Demo(unittest.TestCase):
 
     # What it says.
 
+    def test_the_viewers_address_if_there_is_one(self):
+        self.stand_in()
+        _, text = self.demo("--seconds", "1")
+        self.assertNotIn("browser", text)
+        self.stubs.add("traction-view", "echo traction-view: http://127.0.0.1:1234/; exec sleep 1000", self.programs)
+        _, text = self.demo("--seconds", "1")
+        self.assertIn("in a browser on this machine: http://127.0.0.1:1234/", text)
+        self.stubs.add("traction-view", "echo no port is free; exit 69", self.programs)
+        ended, text = self.demo("--seconds", "1")
+        self.assertEqual(ended, 69, text)  # as without one: no field was measured
+        self.assertIn("no field was measured", text)
+
     def test_says_every_second_what_it_waits_for(self):
         self.stand_in(twin=READY.format(seconds=6, word="ready"))
         _, text = self.demo("--seconds", "1")

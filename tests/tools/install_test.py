@@ -38,7 +38,8 @@ class Install(unittest.TestCase):
                        "share/zsh/site-functions/_tractionctl",
                        "share/fish/vendor_completions.d/tractionctl.fish",
                        "lib/sysusers.d/tractiond.conf", "lib/sysctl.d/60-tractiond.conf", "lib/tmpfiles.d/tractiond.conf",
-                       "lib/udev/rules.d/60-tractiond.rules", "share/tractiond/tractiond.toml"):
+                       "lib/udev/rules.d/60-tractiond.rules", "share/tractiond/tractiond.toml",
+                       "share/doc/tractiond/examples/realtime.conf"):
             self.assertIn(wanted, files)
 
     def test_every_file_belongs_to_one_debian_package(self):
@@ -52,7 +53,7 @@ class Install(unittest.TestCase):
             self.assertEqual(len(holders), 1, f"{path}: {holders}")
 
     def test_the_services_run_in_a_tight_sandbox(self):
-        for unit, tenths in (("tractiond@.service", 16), ("traction-metrics@.service", 15)):
+        for unit, tenths in (("tractiond@.service", 15), ("traction-metrics@.service", 15)):
             self.check_sandbox(unit, tenths)
 
     def check_sandbox(self, unit, tenths):

@@ -17,7 +17,7 @@ from stubs import SOURCE
 
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 MANUAL = BUILD / "manual"
-SECTIONS = {"tractiond": 8, "traction-gateway": 8, "tractionctl": 1, "traction-twin": 1, "traction-lens": 1}
+SECTIONS = {"tractiond": 8, "traction-gateway": 8, "tractionctl": 1, "traction-twin": 1, "traction-lens": 1, "traction-view": 1}
 PROGRAMS = [name for name in SECTIONS if (BUILD / "bin" / name).exists()]
 CONFIGURATIONS = {"tractiond.toml": "tractiond", "traction-gateway.toml": "traction-gateway"}
 PAGES = [f"{name}.{SECTIONS[name]}" for name in PROGRAMS] + [f"{name}.5" for name in CONFIGURATIONS]

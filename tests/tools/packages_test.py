@@ -16,7 +16,7 @@ class Dependencies(unittest.TestCase):
         return set(text.split())
 
     def test_groups_add_up_to_all(self):
-        groups = [self.list(group) for group in ("build", "test", "lens")]
+        groups = [self.list(group) for group in ("build", "test", "lens", "viewer")]
         self.assertEqual(set().union(*groups), self.list())
         self.assertEqual(self.list(), self.list("all"))
         self.assertEqual(self.list("build", "test"), groups[0] | groups[1])
@@ -29,7 +29,7 @@ class Dependencies(unittest.TestCase):
     def test_every_package_says_what_it_is_for(self):
         table = re.search(r"<<'END'\n(.*?)\nEND\n", (TOOLS / "dependencies").read_text(), re.S)[1]
         for line in table.splitlines():
-            self.assertRegex(line, r"^(build|test|lens) +[a-z0-9.+-]+ +# \S")
+            self.assertRegex(line, r"^(build|test|lens|viewer) +[a-z0-9.+-]+ +# \S")
 
     def test_an_unknown_group_is_refused(self):
         code, text = self.stubs.run(TOOLS / "dependencies", "everything")
@@ -69,7 +69,7 @@ class Dependencies(unittest.TestCase):
         text = re.search(r"Build-Depends:\n((?: .*\n)*)", (SOURCE / "debian" / "control").read_text())[1]
         packages = {re.split("[ :]", line.strip(" ,"))[0] for line in text.splitlines()}
         self.assertEqual({one for one in packages if not one.startswith(("debhelper", "dh-"))},
-                         self.list("build", "lens") - {"g++", "iproute2", "libopencv-video-dev"})
+                         self.list("build", "lens", "viewer") - {"g++", "iproute2", "libopencv-video-dev"})
 
     def test_debian_has_the_version_of_the_project(self):
         version = re.search(r"project\(tractiond VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text())[1]

@@ -16,13 +16,15 @@
 namespace traction {
 
 struct ControlOptions {
-  std::string instance = "default";               ///< of tractiond, on this machine
-  std::string endpoint;                           ///< ZeroMQ's, "tcp://HOST:9874"; empty: found by the instance
-  Keys keys = {};                                 ///< for a gateway
-  std::chrono::milliseconds timeout{3000};        ///< for an answer
+  std::string instance = "default";  ///< of tractiond, on this machine
+  std::string endpoint;              ///< ZeroMQ's, "tcp://HOST:9874"; empty: found by the instance
+  Keys keys = {};                    ///< for a gateway
+  // For answers. Who goes before the answer is told at once.
+  std::chrono::milliseconds timeout{3000};
   std::chrono::milliseconds zeroTimeout{15'000};  ///< at least; longer where the daemon's status says so
-  std::chrono::milliseconds workTimeout{
-      60'000};  ///< of the camera; for a step of a calibration, beside its time to look
+  std::chrono::milliseconds workTimeout{60'000};  ///< of the camera
+  std::chrono::milliseconds calibrationTimeout{
+      600'000};  ///< of a step, beside its time to look: a small machine computes long
 };
 
 struct ZeroOptions {
@@ -95,6 +97,9 @@ struct CalibrationReport {
   std::string path;                  ///< of the gel file that was written, on the daemon's host
 };
 
+/// What can be passed on without being read.
+enum class Question { kStatus, kDescription, kZero, kUndoZero };
+
 /// Thread-safe: every request has a connection of its own.
 class TRACTION_EXPORT Control {
  public:
@@ -114,6 +119,10 @@ class TRACTION_EXPORT Control {
   CalibrationReport calibrate(const CalibrationStep& step) const;
   /// Has a step carried out by the camera and waits for it.
   CameraReport camera(const CameraStep& step) const;
+
+  /// For others: asks and waits as the functions above do; the answer as it came, Protobuf's bytes of a Reply. \throws
+  /// Error kNoAnswer, kBadKeys, kNotAllowed
+  std::string pass(Question question) const;
 
   /// Where it asks; for messages to people.
   const std::string& endpoint() const { return options_.endpoint; }

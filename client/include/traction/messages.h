@@ -134,4 +134,15 @@ struct Markers {
   std::uint32_t validMarkers = 0;                     ///< how many are valid
 };
 
+/// The newest picture of the camera, reduced, for eyes.
+struct Preview {
+  Header header;  ///< of the picture's frame; tracked_ns and solved_ns are 0
+  std::uint32_t width = 0, height = 0;
+  std::uint32_t channels = 3;        ///< bytes a pixel; 3: red, green, blue; 1: grey
+  std::vector<std::uint8_t> pixels;  ///< row after row, without gaps
+  /// The pixel (u, v) of this picture lies in the camera's at origin_px + scale * (u, v).
+  double scale = 1.0;  ///< pixels of the camera to one of this picture, in each direction
+  Vector2 origin_px{};
+};
+
 }  // namespace traction

@@ -15,11 +15,11 @@ enum class CameraState {
   kConnecting,  ///< found; being set up
 };
 
-/// Of the link to the camera since it was opened last.
+/// Of the link to the camera; packets since the daemon was started, but those of the last second before a link broke.
 struct CameraLink {
   std::uint64_t packetsResent = 0;    ///< asked for again, and come
   std::uint64_t packetsMissing = 0;   ///< never come
-  std::uint64_t packetsRefused = 0;   ///< kept from the stream: not its camera's, or there was no room for them
+  std::uint64_t packetsRefused = 0;   ///< kept from stream and control channel: not the camera's, or no room for them
   std::string ptp;                    ///< the camera's word for its PTP state; empty: it has none
   std::optional<double> ptpOffset_s;  ///< of the camera's clock from its master's, as the camera says
   std::optional<double> temperature_C;
@@ -99,6 +99,20 @@ struct MarkerStatus {
   std::vector<Finding> findings;
 };
 
+/// How the kernel runs the threads that a frame passes, and what it keeps in memory: asked, and as it is.
+struct Scheduling {
+  struct Thread {
+    std::string name;            ///< as in /proc/PID/task/TID/comm
+    std::uint32_t priority = 0;  ///< among real-time threads, 1 to 99; 0: it is none
+    std::string cpus;            ///< that it may run on, "0-2,5"
+  };
+  std::uint32_t askedPriority = 0;  ///< 0: none
+  std::string askedCpus;            ///< empty: any
+  bool askedLock = false;
+  std::vector<Thread> threads;
+  std::uint64_t locked_bytes = 0;  ///< of the address space, that stay in memory once touched
+};
+
 struct Status {
   Header header;
   double uptime_s = 0.0;
@@ -125,6 +139,7 @@ struct Status {
   double zeroWithin_s = 0.0;       ///< a zero that is asked for now is answered within this time; 0: not known
   std::uint64_t logLinesLost = 0;  ///< of the daemon's log, whose reader was too slow or whose disk was full
   std::uint64_t memory_bytes = 0;  ///< that the daemon holds; 0: not known
+  Scheduling scheduling;
 };
 
 }  // namespace traction

@@ -8,14 +8,22 @@
 
 #include <chrono>
 #include <memory>
+#include <string_view>
 #include <variant>
 
 namespace traction {
 
-using Message = std::variant<Field, Markers, Description, Status>;
+using Message = std::variant<Field, Markers, Description, Status, Preview>;
 
 /// Which of them; or-ed.
-enum Topics : unsigned { kField = 1, kMarkers = 2, kDescription = 4, kStatus = 8, kAllTopics = 15 };
+enum Topics : unsigned {
+  kField = 1,
+  kMarkers = 2,
+  kDescription = 4,
+  kStatus = 8,
+  kAllTopics = 15,  ///< but previews: the daemon makes them while somebody wants them
+  kPreview = 16,
+};
 
 enum class Mode {
   kStream,  ///< every message, in order
@@ -31,6 +39,15 @@ struct SubscriberOptions {
   int queue = 1000;              ///< messages that wait here for a slow reader before some are lost
 };
 
+/// What was sent, to be kept or passed on.
+struct Raw {
+  std::string_view topic;  ///< "traction/v1/<sensor>/field/"; empty of Mode::kLatest
+  std::string_view bytes;  ///< Protobuf
+};
+
+/// What it means. Empty: of a topic that this version does not know. \throws Error kVersion, kMalformed
+TRACTION_EXPORT std::optional<Message> decode(const Raw& raw);
+
 /// Not thread-safe: one thread at a time. The daemon may start later, and again: receive() goes on.
 class TRACTION_EXPORT Subscriber {
  public:
@@ -43,6 +60,9 @@ class TRACTION_EXPORT Subscriber {
   /// The next message; empty: none came within the time, or a signal handler ran. A new subscriber is sent the
   /// description at once. \throws Error kVersion, kMalformed, kNotAllowed
   std::optional<Message> receive(std::chrono::milliseconds timeout);
+
+  /// The message that receive() has returned, or thrown at, last, as it was sent; gone at the next call.
+  Raw raw() const;
 
   /// Messages that were sent since this subscriber joined and did not arrive, by gaps in their sequence. A restart of
   /// the daemon is no loss; neither is what Mode::kLatest passes over.

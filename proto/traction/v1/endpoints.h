@@ -25,7 +25,8 @@ inline bool isValidName(std::string_view name) {
 /// Of all topics of this version of the protocol.
 inline constexpr std::string_view kTopicRoot = "traction/v1/";
 
-/// `kind` is field, markers, description or status. The slash at the end keeps every topic from being another's prefix.
+/// `kind` is field, markers, description, status or preview. The slash at the end keeps every topic from being
+/// another's prefix.
 inline std::string topicOf(std::string_view sensor, std::string_view kind) {
   return std::string(kTopicRoot) + std::string(sensor) + "/" + std::string(kind) + "/";
 }

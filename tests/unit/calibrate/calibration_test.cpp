@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-namespace tractiond::calibrate {
+namespace tractiond::calibrate::calibration_test {
 namespace {
 
 using Kind = CalibrationStep::Kind;
@@ -279,4 +279,4 @@ TEST(DriftWatch, FollowsTheUntouchedPictureAndNothingElse) {
 }
 
 }  // namespace
-}  // namespace tractiond::calibrate
+}  // namespace tractiond::calibrate::calibration_test

@@ -9,7 +9,7 @@
 #include <map>
 #include <sstream>
 
-namespace tractiond::calibrate {
+namespace tractiond::calibrate::contact_fit_test {
 namespace {
 
 constexpr sensor::PictureMotion kMotion{.shift_px = 0.005, .scale = 1e-5, .roll = 1e-5};
@@ -114,4 +114,4 @@ TEST(ContactFit, ReadsAFlatWeightOffTheCentreByATiltedCamera) {
 }
 
 }  // namespace
-}  // namespace tractiond::calibrate
+}  // namespace tractiond::calibrate::contact_fit_test

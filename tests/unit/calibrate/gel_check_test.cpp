@@ -6,7 +6,7 @@
 
 #include <cstdio>
 
-namespace tractiond::calibrate {
+namespace tractiond::calibrate::gel_check_test {
 namespace {
 
 /// What the daemon would find in pictures of `truth`, had it this gel file. Nothing: no zero could be taken.
@@ -190,4 +190,4 @@ TEST(GelCheck, OneLayerIsEnough) {
 }
 
 }  // namespace
-}  // namespace tractiond::calibrate
+}  // namespace tractiond::calibrate::gel_check_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond::calibrate {
+namespace tractiond::calibrate::geometry_fit_test {
 namespace {
 
 constexpr double kZeroNoise_px = 0.003;  // of a zero of thirty frames
@@ -161,4 +161,4 @@ TEST(GeometryFit, SaysWhenAPatternIsNoPattern) {
 }
 
 }  // namespace
-}  // namespace tractiond::calibrate
+}  // namespace tractiond::calibrate::geometry_fit_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond::calibrate {
+namespace tractiond::calibrate::picture_motion_test {
 namespace {
 
 Eigen::Matrix2Xd displaced(const PictureMotionFit& fit, const Eigen::Vector4d& motion, int markers) {
@@ -68,4 +68,4 @@ TEST(Bulge, IsFoundWhereNeighboursAgree) {
 }
 
 }  // namespace
-}  // namespace tractiond::calibrate
+}  // namespace tractiond::calibrate::picture_motion_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond::calibrate {
+namespace tractiond::calibrate::rest_noise_test {
 namespace {
 
 /// A zero with its own error, then frames with noise under a camera that shakes.
@@ -87,4 +87,4 @@ TEST(RestNoise, NoticesATouch) {
 }
 
 }  // namespace
-}  // namespace tractiond::calibrate
+}  // namespace tractiond::calibrate::rest_noise_test

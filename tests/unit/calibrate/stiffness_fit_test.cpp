@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace tractiond::calibrate {
+namespace tractiond::calibrate::stiffness_fit_test {
 namespace {
 
 constexpr double kAssumed = 0.18e6, kTrue = 0.2e6;
@@ -71,4 +71,4 @@ TEST(StiffnessFit, TellsHowLinearTheGelIs) {
 }
 
 }  // namespace
-}  // namespace tractiond::calibrate
+}  // namespace tractiond::calibrate::stiffness_fit_test

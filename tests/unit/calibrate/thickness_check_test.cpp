@@ -6,7 +6,7 @@
 
 #include <cstdio>
 
-namespace tractiond::calibrate {
+namespace tractiond::calibrate::thickness_check_test {
 namespace {
 
 constexpr sensor::PictureMotion kMotion{.shift_px = 0.005, .scale = 1e-5, .roll = 1e-5};
@@ -74,4 +74,4 @@ TEST(ThicknessCheck, AGelAsUncertainAsItsFileSaysIsNoAlarm) {
 }
 
 }  // namespace
-}  // namespace tractiond::calibrate
+}  // namespace tractiond::calibrate::thickness_check_test

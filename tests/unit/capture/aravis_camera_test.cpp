@@ -3,6 +3,7 @@
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
 #include "daemon/capture/camera_list.h"
+#include "tests/support/steady.h"
 #include "tests/unit/capture/fake_camera.h"
 #include "tests/unit/capture/own_network.h"
 
@@ -17,7 +18,7 @@
 #include <string_view>
 #include <thread>
 
-namespace tractiond::capture {
+namespace tractiond::capture::aravis_camera_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -547,11 +548,10 @@ TEST_F(AravisCameraTest, MayEndRightAfterTheCameraDied) {
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::aravis_camera_test
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "--fake-camera") return tractiond::test::CameraProcess::main();
   tractiond::test::enterOwnNetwork(argc, argv);
-  testing::InitGoogleMock(&argc, argv);
-  return RUN_ALL_TESTS();
+  return tractiond::test::runWhereTheMachineIsSteady(argc, argv);
 }

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-namespace tractiond::capture {
+namespace tractiond::capture::camera_list_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -69,4 +69,4 @@ TEST(ShareAdvice, DividesTheLink) {
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::camera_list_test

@@ -9,7 +9,7 @@
 #include <iterator>
 #include <random>
 
-namespace tractiond::capture {
+namespace tractiond::capture::camera_plan_test {
 namespace {
 
 using testing::Contains;
@@ -138,4 +138,4 @@ TEST_F(CameraPlanTest, SurvivesDamagedDescriptions) {
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::camera_plan_test

@@ -1,6 +1,6 @@
 // When was the picture taken? Real packets, and clocks that are set: the camera's, and the time of day.
+#include "tests/support/wall_clock.h"
 #include "tests/unit/capture/quirks.h"
-#include "tests/unit/capture/wall_clock.h"
 
 #include <unistd.h>
 
@@ -10,7 +10,7 @@
 #include <iterator>
 #include <map>
 
-namespace tractiond::capture {
+namespace tractiond::capture::capture_time_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -45,7 +45,7 @@ class Timed : public Quirks {
  protected:
   explicit Timed(const std::string& description = DESCRIPTIONS "/quirky.xml")
       : Quirks(description) {}
-  ~Timed() override { test::wallClockAhead_s = 0; }
+  ~Timed() override { test::wallClockAhead_s() = 0; }
 
   Outcome live(const char* what, std::uint32_t ticksPerSecond) {
     const double rate = std::uniform_real_distribution<double>(-500e-6, 500e-6)(random_);
@@ -55,7 +55,7 @@ class Timed : public Quirks {
     openStreaming();
     for (int i = 0; i < kFrames && !HasFatalFailure(); ++i) {
       if (i == kReset) sender_.setClock(anyTime());
-      if (i % 100 == 50) test::wallClockAhead_s += random_() % 2 == 0 ? 3600 : -3600;
+      if (i % 100 == 50) test::wallClockAhead_s() += random_() % 2 == 0 ? 3600 : -3600;
       send();
       use(milliseconds(4));
       while (use(milliseconds(0))) {
@@ -207,4 +207,4 @@ TEST_F(Timed, ACameraWithoutALatchIsNotAsked) {
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::capture_time_test

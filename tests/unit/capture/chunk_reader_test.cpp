@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace tractiond::capture {
+namespace tractiond::capture::chunk_reader_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -98,4 +98,4 @@ TEST(ChunkReader, SurvivesAnyBytes) {
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::chunk_reader_test

@@ -13,7 +13,7 @@
 #include <random>
 #include <vector>
 
-namespace tractiond::capture {
+namespace tractiond::capture::clock_simulation_test {
 namespace {
 
 constexpr double kSecond_ns = 1e9;
@@ -181,7 +181,7 @@ void live(Random& random, const World& world, Score& score) {
         fit.add({counter.shows(latched_s), Host::raw(now_s), Host::raw(done_s)});
         clock.learn(fit);
       }
-      nextReading_s = now_s + (fit.readings() < 16 ? 0.02 : 0.125) + interrupted_s;
+      nextReading_s = now_s + (fit.readings() < 60 ? 0.02 : 0.125) + interrupted_s;
     } else if (now_s == arrival_s) {
       const Arriving one = flying.top();
       flying.pop();
@@ -273,4 +273,4 @@ TEST_F(ClockSimulation, OneSideIsTrueWhereItCannot) {
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::clock_simulation_test

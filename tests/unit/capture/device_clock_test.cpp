@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <random>
 
-namespace tractiond::capture {
+namespace tractiond::capture::device_clock_test {
 namespace {
 
 constexpr std::int64_t kPeriod_ns = 16'666'667;
@@ -200,4 +200,4 @@ TEST(CaptureClock, APreciseCameraClockKeepsItsSmallError) {
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::device_clock_test

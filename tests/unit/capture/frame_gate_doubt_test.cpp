@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <random>
 
-namespace tractiond::capture {
+namespace tractiond::capture::frame_gate_doubt_test {
 namespace {
 
 /// Packets that come late or twice for a reason, drawn at random: none of them is held against the camera.
@@ -121,4 +121,4 @@ TEST_F(FrameGateTest, DoubtsWhatComesBeforeItCanHaveBeenSent) {
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::frame_gate_doubt_test

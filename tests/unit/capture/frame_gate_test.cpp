@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace tractiond::capture {
+namespace tractiond::capture::frame_gate_test {
 namespace {
 
 TEST_F(FrameGateTest, UsesAnHonestStream) {
@@ -469,4 +469,4 @@ TEST_F(FrameGateTest, AccountsForEveryFrameOfAnHonestCamera) {
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::frame_gate_test

@@ -8,12 +8,13 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <memory>
 #include <random>
 #include <thread>
 #include <vector>
 
-namespace tractiond::capture {
+namespace tractiond::capture::gvcp_search_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -43,6 +44,7 @@ class Answerer {
   }
 
   std::uint16_t port = 0;
+  std::atomic<std::uint16_t> askersPort{0};
   std::string identity;
 
  private:
@@ -53,6 +55,7 @@ class Answerer {
       socklen_t size = sizeof from;
       const auto got =
           recvfrom(socket_, question.data(), question.size(), 0, reinterpret_cast<sockaddr*>(&from), &size);
+      askersPort = ntohs(from.sin_port);
       if (got != 8 || question[0] != 0x42 || question[3] != 0x02 || ++questions == 1) continue;
       const auto send = [&](const std::vector<char>& packet) {
         sendto(socket_, packet.data(), packet.size(), 0, reinterpret_cast<sockaddr*>(&from), size);
@@ -93,6 +96,28 @@ TEST(GvcpSearch, IsAnsweredByTheCameraWhateverElseComes) {
   EXPECT_EQ(search.ask("127.0.0.1", milliseconds(40)), "");
 }
 
+TEST(GvcpSearch, IsAnsweredWhileStrangersFloodThePortOfTheQuestionBefore) {
+  Answerer camera(std::random_device{}());
+  GvcpSearch search(camera.port);
+  ASSERT_EQ(search.ask("127.0.0.1", milliseconds(4000)), camera.identity);
+  const std::uint16_t known = camera.askersPort;
+  const std::jthread stranger([known](const std::stop_token& stop) {
+    const int from = socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    to.sin_port = htons(known);
+    const std::array<char, 300> junk{};
+    while (!stop.stop_requested())
+      sendto(from, junk.data(), junk.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    close(from);
+  });
+  std::this_thread::sleep_for(milliseconds(50));
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(search.ask("127.0.0.1", milliseconds(4000)), camera.identity);
+  EXPECT_NE(camera.askersPort, known);
+  EXPECT_EQ(search.locate(camera.identity, "127.0.0.1", milliseconds(4000), {}), "127.0.0.1");
+}
+
 TEST(GvcpSearch, EndsWhenItIsToldTo) {
   std::stop_source stop;
   GvcpSearch search(1);
@@ -103,4 +128,4 @@ TEST(GvcpSearch, EndsWhenItIsToldTo) {
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::gvcp_search_test

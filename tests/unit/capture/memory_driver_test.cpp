@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond::capture {
+namespace tractiond::capture::memory_driver_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -77,4 +77,4 @@ TEST_F(MemoryDriverTest, TimesOutBeforeTheNextIsDue) {
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::memory_driver_test

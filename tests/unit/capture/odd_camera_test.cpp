@@ -10,7 +10,7 @@
 #include <mutex>
 #include <thread>
 
-namespace tractiond::capture {
+namespace tractiond::capture::odd_camera_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -26,6 +26,8 @@ struct Script {
   int alive = 0, discarded = 0, given = 0;
   std::optional<Error> refusal;
   std::atomic<bool> answers{true};
+  std::atomic<int> asked{0};       // to open it
+  std::atomic<bool> hangs{false};  // while it is opened
   std::uint64_t id = 0;
 };
 
@@ -81,6 +83,9 @@ class OddCamera : public testing::Test {
   }
   ~OddCamera() override {
     camera_.reset();
+    expectNoneAlive();
+  }
+  void expectNoneAlive() {
     for (int i = 0; i < 10'000 && alive() > 0; ++i) std::this_thread::sleep_for(milliseconds(1));  // closed elsewhere
     EXPECT_EQ(alive(), 0);
   }
@@ -91,6 +96,8 @@ class OddCamera : public testing::Test {
   void open(CameraRules rules = {.silenceTimeout_ms = 0}) {
     auto camera = Camera::open(
         [this](const Opening&) -> tl::expected<std::unique_ptr<Driver>, Error> {
+          ++script_.asked;
+          while (script_.hangs) std::this_thread::sleep_for(milliseconds(1));
           const std::lock_guard lock(script_.mutex);
           ++script_.sessions;
           if (script_.refusal) return tl::unexpected(*script_.refusal);
@@ -102,6 +109,7 @@ class OddCamera : public testing::Test {
           said_.push_back(line);
         },
         [this](const CameraInfo& info) -> tl::expected<void, Error> {
+          const std::lock_guard lock(script_.mutex);
           welcomed_.push_back(info.session);
           return {};
         });
@@ -119,6 +127,15 @@ class OddCamera : public testing::Test {
     return next;
   }
 
+  std::vector<std::string> said() {
+    const std::lock_guard lock(script_.mutex);
+    return said_;
+  }
+  std::vector<unsigned> welcomed() {
+    const std::lock_guard lock(script_.mutex);
+    return welcomed_;
+  }
+
   Script script_;
   Ledger ledger_;
   std::vector<std::string> said_;
@@ -134,14 +151,14 @@ TEST_F(OddCamera, OpensAgainInTheSameWayAndWelcomesEachSession) {
   Frame later;
   ASSERT_EQ(nextOtherThan(Next::kTimeout, later), Next::kFrame);
   EXPECT_EQ(script_.sessions, 2);
-  EXPECT_EQ(welcomed_, (std::vector<unsigned>{1, 2}));
+  EXPECT_EQ(welcomed(), (std::vector<unsigned>{1, 2}));
   EXPECT_EQ(camera_->info()->session, 2U);
   EXPECT_EQ(ledger_.reconnects.get(), 1U);
   camera_->recycle(frame);  // of the session that is gone
   EXPECT_EQ(script_.discarded, 1);
   camera_->recycle(later);
   EXPECT_EQ(script_.given, 1);
-  EXPECT_THAT(said_, Contains(HasSubstr("no longer under our control")));
+  EXPECT_THAT(said(), Contains(HasSubstr("no longer under our control")));
   camera_.reset();
   EXPECT_EQ(script_.alive, 0);
 }
@@ -200,7 +217,7 @@ TEST_F(OddCamera, IsLostWhenItFallsSilentUnlessItIsTriggered) {
   open({.silenceTimeout_ms = 30});
   while (script_.sessions < 2) camera_->next(frame, milliseconds(10));
   camera_.reset();  // and its thread, which is the one that says so
-  EXPECT_THAT(said_, Contains(HasSubstr("fell silent")));
+  EXPECT_THAT(said(), Contains(HasSubstr("fell silent")));
 }
 
 TEST_F(OddCamera, IsLostAtOnceWhereItDoesNotAnswerAndKeptWhileItDoes) {
@@ -220,9 +237,39 @@ TEST_F(OddCamera, IsLostAtOnceWhereItDoesNotAnswerAndKeptWhileItDoes) {
   EXPECT_FALSE(lostWithin(kSilence_ns / 4)) << "it only pauses";
   script_.answers = false;
   EXPECT_TRUE(lostWithin(kSilence_ns * 3 / 4));
-  EXPECT_THAT(said_, Contains(HasSubstr("is lost: it does not answer")));
+  EXPECT_THAT(said(), Contains(HasSubstr("is lost: it does not answer")));
   script_.answers = true;
   EXPECT_FALSE(lostWithin(kSilence_ns / 4)) << "the doubt was another session's";
+}
+
+TEST_F(OddCamera, SaysThatWhatIsToOpenItHangs) {
+  open({.silenceTimeout_ms = 0, .slowest = milliseconds(50)});
+  Frame frame;
+  EXPECT_FALSE(camera_->isForsaken());
+  script_.hangs = true;
+  tell({Popped::kBuffer, Popped::kGone});
+  ASSERT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);
+  camera_->recycle(frame);
+  const std::int64_t until_ns = monotonicNow() + 20'000'000'000;
+  while (!camera_->isForsaken() && monotonicNow() < until_ns) camera_->next(frame, milliseconds(10));
+  EXPECT_TRUE(camera_->isForsaken());
+  script_.hangs = false;
+  tell({Popped::kBuffer});
+  ASSERT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);
+  camera_->recycle(frame);
+  EXPECT_FALSE(camera_->isForsaken());
+}
+
+TEST_F(OddCamera, AwaitsACameraForAsLongAsItTakes) {
+  script_.refusal = Error{.exitCode = EX_UNAVAILABLE, .what = "no camera answers"};
+  open({.wait = true, .silenceTimeout_ms = 0, .slowest = milliseconds(50)});
+  Frame frame;
+  const std::int64_t until_ns = monotonicNow() + 2'500'000'000;
+  while (monotonicNow() < until_ns) {
+    camera_->next(frame, milliseconds(10));
+    ASSERT_FALSE(camera_->isForsaken());
+  }
+  EXPECT_GE(script_.sessions, 2);
 }
 
 TEST_F(OddCamera, IsOpenedAnewAsItIsToldOrAsBeforeWhereThatIsRefused) {
@@ -247,21 +294,36 @@ TEST_F(OddCamera, IsOpenedAnewAsItIsToldOrAsBeforeWhereThatIsRefused) {
   camera_->reopen(opensWith("new", {}));
   streams(2);
   EXPECT_EQ(camera_->info()->name.model, "new");
-  EXPECT_THAT(said_, testing::Not(Contains(HasSubstr("lost"))));
+  EXPECT_THAT(said(), testing::Not(Contains(HasSubstr("lost"))));
 
   camera_->reopen(opensWith("refused", Error{.exitCode = EX_CONFIG, .what = "no such exposure"}));
   streams(3);
   camera_->reopen(opensWith("of another width", {}, 10));
   streams(4);
   EXPECT_EQ(camera_->info()->name.model, "new");
-  EXPECT_THAT(said_, Contains(HasSubstr("opened as before: no such exposure")));
-  EXPECT_THAT(said_, Contains(HasSubstr("opened as before: camera Odd came back with another picture")));
+  EXPECT_THAT(said(), Contains(HasSubstr("opened as before: no such exposure")));
+  EXPECT_THAT(said(), Contains(HasSubstr("opened as before: camera Odd came back with another picture")));
 
   camera_->reopen(opensWith("later", Error{.exitCode = EX_UNAVAILABLE, .what = "asleep"}));
   streams(5);
   EXPECT_EQ(camera_->info()->name.model, "later") << "no answer is no refusal";
   EXPECT_EQ(script_.alive, 1);
   EXPECT_EQ(ledger_.reconnects.get(), 4U);
+}
+
+TEST_F(OddCamera, IsClosedThatComesBackWhileAllEnds) {
+  tell({Popped::kGone});
+  open();
+  script_.hangs = true;
+  Frame frame;
+  while (script_.asked < 2) camera_->next(frame, milliseconds(1));
+  std::thread back([this] {
+    std::this_thread::sleep_for(milliseconds(50));
+    script_.hangs = false;
+  });
+  camera_.reset();
+  back.join();
+  expectNoneAlive();
 }
 
 TEST_F(OddCamera, MayEndAtAnyMoment) {
@@ -273,9 +335,9 @@ TEST_F(OddCamera, MayEndAtAnyMoment) {
     for (int i = 0; i < round % 6; ++i)
       if (camera_->next(frame, milliseconds(2)) == Next::kFrame) camera_->recycle(frame);
     camera_.reset();
-    EXPECT_EQ(script_.alive, 0);
+    expectNoneAlive();
   }
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::odd_camera_test

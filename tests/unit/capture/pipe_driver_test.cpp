@@ -10,7 +10,7 @@
 #include <random>
 #include <thread>
 
-namespace tractiond::capture {
+namespace tractiond::capture::pipe_driver_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -75,6 +75,38 @@ TEST_F(PipeDriverTest, HandsOnEveryPictureAndEnds) {
   EXPECT_EQ(ledger_.losses(), 0U);
 }
 
+TEST_F(PipeDriverTest, PictureUnderWayIsNotMixedWithOneThatIsGivenBack) {
+  const std::uint64_t seed = std::random_device{}();
+  std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
+  std::mt19937_64 random(seed);
+  auto camera = Camera::open(fromPipe(options_), {.wait = false}, ledger_);
+  ASSERT_TRUE(camera) << camera.error().message();
+  constexpr std::size_t kSize = 1200, kPictures = 100;
+  std::vector<Frame> held;
+  for (std::size_t written = 0, got = 0; got < kPictures;) {
+    if (written < kPictures * kSize) {
+      const std::size_t piece = std::min<std::size_t>(1 + random() % 1000, kSize - written % kSize);
+      const std::vector<std::uint8_t> bytes(piece, static_cast<std::uint8_t>(written / kSize));
+      ASSERT_EQ(write(ends_[1], bytes.data(), piece), static_cast<ssize_t>(piece));
+      written += piece;
+    }
+    Frame frame;
+    if ((*camera)->next(frame, milliseconds(0)) == Next::kFrame) {
+      for (std::size_t i = 0; i < kSize; ++i) ASSERT_EQ(frame.data[i], got);
+      ++got;
+      held.push_back(frame);
+    }
+    while (held.size() > 5 || (!held.empty() && random() % 4 == 0)) {
+      const std::size_t one = random() % held.size();
+      (*camera)->recycle(held[one]);
+      held.erase(held.begin() + static_cast<std::ptrdiff_t>(one));
+    }
+  }
+  for (Frame& frame : held) (*camera)->recycle(frame);
+  camera->reset();
+  close(ends_[1]);
+}
+
 TEST_F(PipeDriverTest, NamesThePictureInWhichItEnds) {
   feed(std::vector<std::uint8_t>(5 * 1200 + 700), 1);
   EXPECT_EQ(takeAll().size(), 5U);
@@ -100,4 +132,4 @@ TEST_F(PipeDriverTest, SaysThatAFileIsNotThere) {
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::pipe_driver_test

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <mutex>
 #include <random>
 #include <string>
 #include <thread>
@@ -46,7 +47,10 @@ class Quirks : public testing::Test {
   }
   void open() {
     auto camera = Camera::open(fromAravis(options_), {.wait = false, .silenceTimeout_ms = options_.silenceTimeout_ms},
-                               ledger_, [this](Weight, const std::string& line) { said_.push_back(line); });
+                               ledger_, [this](Weight, const std::string& line) {
+                                 const std::lock_guard lock(saidMutex_);
+                                 said_.push_back(line);
+                               });
     ASSERT_TRUE(camera) << camera.error().message();
     camera_ = *std::move(camera);
   }
@@ -72,6 +76,11 @@ class Quirks : public testing::Test {
       if (frame.token != nullptr) camera_->recycle(frame);
     preludeReceived_ = ledger_.received.get();
     preludeLosses_ = ledger_.losses();
+  }
+  /// Every line so far, from whichever thread.
+  std::vector<std::string> said() {
+    const std::lock_guard lock(saidMutex_);
+    return said_;
   }
   /// As the camera's, without what was left of the prelude.
   Next next(Frame& frame, std::chrono::milliseconds timeout) {
@@ -104,6 +113,7 @@ class Quirks : public testing::Test {
   test::GvTransmitter sender_;
   CameraOptions options_;
   Ledger ledger_;
+  std::mutex saidMutex_;
   std::vector<std::string> said_;
   std::unique_ptr<Camera> camera_;
   int width_ = kWidth, height_ = kHeight;

@@ -3,6 +3,7 @@
 #include "daemon/base/clock.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
+#include "tests/support/steady.h"
 #include "tests/unit/capture/own_network.h"
 #include "tests/unit/capture/quirks.h"
 
@@ -19,7 +20,7 @@
 #include <set>
 #include <thread>
 
-namespace tractiond::capture {
+namespace tractiond::capture::quirks_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -147,7 +148,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST_F(Quirks, NobodyElseSendsAPicture) {
   ASSERT_NO_FATAL_FAILURE(openStreaming());
-  EXPECT_THAT(said_, testing::Not(Contains(HasSubstr("GevSCSP"))));
+  EXPECT_THAT(said(), testing::Not(Contains(HasSubstr("GevSCSP"))));
   const int elsewhere = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);  // at the camera's address, on another port
   sockaddr_in to{};
   to.sin_family = AF_INET;
@@ -179,7 +180,7 @@ TEST_F(Quirks, NobodyElseSendsAPicture) {
 TEST_F(Quirks, ACameraThatNamesAnotherPortIsHeardAllTheSame) {
   sender_.write(0x0d1c, 5);
   ASSERT_NO_FATAL_FAILURE(openStreaming());
-  EXPECT_THAT(said_, Contains(HasSubstr("does not send from the port that it says it does")));
+  EXPECT_THAT(said(), Contains(HasSubstr("does not send from the port that it says it does")));
   sender_.send(picture(nextId_, 1));
   Frame frame;
   ASSERT_EQ(next(frame, milliseconds(1000)), Next::kFrame);
@@ -283,8 +284,8 @@ TEST_F(Quirks, ACameraThatForgotIsSetAsItWas) {
   EXPECT_EQ(sender_.read(0x110), 12U);
   EXPECT_EQ(sender_.read(0x100), static_cast<std::uint32_t>(kWidth));
   EXPECT_NEAR(camera_->info()->exposure_s, 5e-3, 1e-9);
-  EXPECT_THAT(said_, Contains(HasSubstr("came back with exposure_us = 20000; set to 5000 us again")));
-  EXPECT_THAT(said_, Contains(HasSubstr("came back with gain = 0; set to 12 again")));
+  EXPECT_THAT(said(), Contains(HasSubstr("came back with exposure_us = 20000; set to 5000 us again")));
+  EXPECT_THAT(said(), Contains(HasSubstr("came back with gain = 0; set to 12 again")));
 }
 
 TEST_F(Quirks, NoAnswerIsNoRefusal) {
@@ -298,10 +299,9 @@ TEST_F(Quirks, NoAnswerIsNoRefusal) {
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::quirks_test
 
 int main(int argc, char** argv) {
   tractiond::test::enterOwnNetwork(argc, argv);
-  testing::InitGoogleMock(&argc, argv);
-  return RUN_ALL_TESTS();
+  return tractiond::test::runWhereTheMachineIsSteady(argc, argv);
 }

@@ -1,11 +1,14 @@
 // A link that loses one packet in a hundred, and a camera that pauses within its frames: how many come whole, and how
 // much later.
+#include "tests/support/steady.h"
 #include "tests/unit/capture/quirks.h"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <map>
 
-namespace tractiond::capture {
+namespace tractiond::capture::resend_test {
 namespace {
 
 using std::chrono::microseconds;
@@ -15,13 +18,13 @@ struct Outcome {
   std::size_t whole = 0;
   std::vector<double> late_ms;  ///< from the last packet's first sending to next()
   double quantile(double share) const {
-    return late_ms[static_cast<std::size_t>(share * static_cast<double>(late_ms.size() - 1))];
+    return late_ms.empty() ? NAN : late_ms[static_cast<std::size_t>(share * static_cast<double>(late_ms.size() - 1))];
   }
 };
 
 class Resend : public Quirks {
  protected:
-  static constexpr int kFrames = 600, kColumns = 320, kRows = 240;
+  static constexpr int kFrames = 300, kColumns = 320, kRows = 240;
 
   Resend() {
     width_ = kColumns;
@@ -40,6 +43,23 @@ class Resend : public Quirks {
     };
   }
   std::uint64_t random() { return paceRandom_(); }
+
+  /// Until a run is as it should be. On a machine that stands still so do camera and receiver: of any others it says
+  /// nothing, and the next run follows.
+  void untilSteady(const std::function<bool()>& run) {
+    constexpr int kRuns = 4;
+    test::Pauses pauses;
+    for (int i = 0; i < kRuns; ++i) {
+      ASSERT_NO_FATAL_FAILURE(openStreaming());
+      pauses.takeLongest();
+      if (run()) return;
+      const auto longest_ms = pauses.takeLongest().count();
+      std::printf("  the machine itself stood still for %lld ms\n", static_cast<long long>(longest_ms));
+      ASSERT_GE(longest_ms, test::kSteady.count());
+      camera_.reset();
+    }
+    GTEST_SKIP() << "the machine stood still in each of " << kRuns << " runs";
+  }
 
   Outcome stream(double loss) {
     std::map<std::uint64_t, std::int64_t> sent_ns;
@@ -90,21 +110,37 @@ class Resend : public Quirks {
 };
 
 TEST_F(Resend, OnePacketInAHundredIsLostAndHardlyAFrame) {
-  ASSERT_NO_FATAL_FAILURE(openStreaming());
-  const Outcome without = stream(0.0);
-  const Outcome with = stream(0.01);
-  ASSERT_FALSE(without.late_ms.empty() || with.late_ms.empty());
-  std::printf("  a camera that %s: without loss %zu of %d frames whole, late by p50 %.1f p99 %.1f ms; with 1 %% %zu, "
-              "p50 %.1f p99 "
-              "%.1f p99.9 %.1f ms, %llu doubted\n",
-              sender_.saysUnavailable ? "says what it does not have" : "is silent of what it does not have",
-              without.whole, kFrames, without.quantile(0.5), without.quantile(0.99), with.whole, with.quantile(0.5),
-              with.quantile(0.99), with.quantile(0.999), static_cast<unsigned long long>(ledger_.doubted.get()));
-  // Of a packet that was only late both may come, and that frame is doubted: not whoever sent it.
-  EXPECT_LT(ledger_.doubted.get(), 30U);
-  EXPECT_EQ(without.whole, static_cast<std::size_t>(kFrames));
-  EXPECT_GE(static_cast<double>(with.whole), 0.995 * kFrames);
+  untilSteady([this] {
+    const std::uint64_t doubtedBefore = ledger_.doubted.get();
+    const Outcome without = stream(0.0);
+    const Outcome with = stream(0.01);
+    const std::uint64_t doubted = ledger_.doubted.get() - doubtedBefore;
+    std::printf("  a camera that %s: without loss %zu of %d frames whole, late by p50 %.1f p99 %.1f ms; with 1 %% %zu, "
+                "p50 %.1f p99 %.1f p99.9 %.1f ms, %llu doubted\n",
+                sender_.saysUnavailable ? "says what it does not have" : "is silent of what it does not have",
+                without.whole, kFrames, without.quantile(0.5), without.quantile(0.99), with.whole, with.quantile(0.5),
+                with.quantile(0.99), with.quantile(0.999), static_cast<unsigned long long>(doubted));
+    // Of a packet that was only late both may come, and that frame is doubted: not whoever sent it.
+    return doubted < kFrames / 20 && without.whole == kFrames && static_cast<double>(with.whole) >= 0.995 * kFrames;
+  });
+}
+
+/// The frame may be whole long since: what was asked for comes twice all the same, and nobody forges anything.
+TEST_F(Resend, ACameraThatAnswersLateIsNoForger) {
+  sender_.answersLate_ms = 300;
+  untilSteady([this] {
+    const std::size_t saidBefore = said().size();
+    const std::uint64_t doubtedBefore = ledger_.doubted.get();
+    const Outcome outcome = stream(0.0);
+    const std::vector<std::string> lines = said();
+    const bool alarmed =
+        std::any_of(lines.begin() + static_cast<std::ptrdiff_t>(saidBefore), lines.end(),
+                    [](const std::string& line) { return line.find("in the camera's name") != std::string::npos; });
+    std::printf("  answers up to 300 ms late: %zu of %d frames whole, %llu doubted%s\n", outcome.whole, kFrames,
+                static_cast<unsigned long long>(ledger_.doubted.get() - doubtedBefore), alarmed ? ", ALARM" : "");
+    return !alarmed;
+  });
 }
 
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::resend_test

@@ -9,7 +9,7 @@
 #include <random>
 #include <regex>
 
-namespace traction::cli {
+namespace traction::cli::board_test {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
@@ -142,6 +142,31 @@ TEST(Board, StatusOfNowIsNotOldWhereFieldsStayAway) {
   EXPECT_EQ(one.row("memory"), "(64.0 MiB)");
 }
 
+TEST(Board, RealTimeIsWhatWasGrantedAndACryWhereItWasNot) {
+  Instrument one;
+  one.run(2.0);
+  EXPECT_EQ(one.row("real time"), "off");
+  Scheduling& scheduling = one.status.scheduling;
+  scheduling.threads = {{"tr-track", 20, "2-3"}, {"ZMQbg/IO/0", 19, "2-3"}};
+  const auto page = [&] {
+    one.run(2.0);
+    return one.page();
+  };
+  EXPECT_FALSE(has(page(), "not granted"));
+  EXPECT_EQ(one.row("real time"), "priority 19 to 20");
+  scheduling.askedPriority = 20;
+  scheduling.askedCpus = "2-3";
+  scheduling.askedLock = true;
+  scheduling.locked_bytes = 512 << 20;
+  EXPECT_FALSE(has(page(), "not granted"));
+  EXPECT_EQ(one.row("real time"), "priority 19 to 20 on 2-3, memory locked");
+  scheduling.threads[0] = {"tr-track", 0, "0-3"};
+  EXPECT_TRUE(has(page(), "! real time is not granted: priority 20, processors 2-3")) << one.page();
+  scheduling.threads[1].priority = 0;
+  scheduling.locked_bytes = 0;
+  EXPECT_TRUE(has(page(), "! real time is not granted: priority 20, processors 2-3, memory")) << one.page();
+}
+
 TEST(Board, FlagsAreWordsForAsLongAsOneCanRead) {
   Instrument one;
   one.run(2.0);
@@ -238,4 +263,4 @@ TEST(Board, WithoutColoursThereAreNone) {
 }
 
 }  // namespace
-}  // namespace traction::cli
+}  // namespace traction::cli::board_test

@@ -7,9 +7,11 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <mutex>
 #include <thread>
 
-namespace traction {
+namespace traction::control_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -25,9 +27,14 @@ class ControlTest : public testing::Test {
     auto opened = tractiond::publish::ControlServer::open(
         {"tcp://127.0.0.1:*"}, {.status = [bytes = status.SerializeAsString()] { return bytes; },
                                 .description = [bytes = description.SerializeAsString()] { return bytes; },
-                                .zero = [this](const auto&) { server_->answerZero(zero_); },
+                                .zero =
+                                    [this](const auto&) {
+                                      const std::lock_guard lock(mutex_);
+                                      server_->answerZero(zero_);
+                                    },
                                 .camera =
                                     [this](const tractiond::CameraStep& step) {
+                                      const std::lock_guard lock(mutex_);
                                       step_ = step;
                                       server_->answerCamera(report_);
                                     }});
@@ -44,10 +51,24 @@ class ControlTest : public testing::Test {
 
   Control control() { return Control({.endpoint = server_->endpoints().at(0)}); }
 
+  void answerZero(tl::expected<tractiond::RestPose, std::string> zero) {
+    const std::lock_guard lock(mutex_);
+    zero_ = std::move(zero);
+  }
+  void answerCamera(tractiond::CameraReport report) {
+    const std::lock_guard lock(mutex_);
+    report_ = std::move(report);
+  }
+  tractiond::CameraStep asked() {
+    const std::lock_guard lock(mutex_);
+    return step_;
+  }
+
+  std::unique_ptr<tractiond::publish::ControlServer> server_;
+  std::mutex mutex_;  // of the daemon's side: answers, and what was asked
   tl::expected<tractiond::RestPose, std::string> zero_;
   tractiond::CameraStep step_;
   tractiond::CameraReport report_;
-  std::unique_ptr<tractiond::publish::ControlServer> server_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };
@@ -59,7 +80,7 @@ TEST_F(ControlTest, StatusAndDescriptionAreTheDaemons) {
 }
 
 TEST_F(ControlTest, ZeroTellsWhatWasTaken) {
-  zero_ = tractiond::publish::restPose();
+  answerZero(tractiond::publish::restPose());
   const ZeroResult result = control().zero();
   EXPECT_EQ(result.zero.id, tractiond::publish::idOf(50));
   EXPECT_EQ(result.markersPresent, 1U);
@@ -68,7 +89,7 @@ TEST_F(ControlTest, ZeroTellsWhatWasTaken) {
 }
 
 TEST_F(ControlTest, RefusalIsTheDaemonsSentence) {
-  zero_ = tl::make_unexpected(std::string("only 12 of 1152 markers were found"));
+  answerZero(tl::make_unexpected(std::string("only 12 of 1152 markers were found")));
   try {
     control().zero();
     ADD_FAILURE();
@@ -95,22 +116,24 @@ TEST_F(ControlTest, CameraIsAskedWordByWord) {
     if (ours == Ours::kList) step.matching = "gain";
     if (ours == Ours::kList) step.categories = {"AnalogControl", "Root"};
     control().camera(step);
-    EXPECT_EQ(step_.kind, theirs);
-    EXPECT_EQ(step_.name, step.name);
-    EXPECT_EQ(step_.value, step.value);
-    EXPECT_EQ(step_.matching, step.matching);
-    EXPECT_EQ(step_.categories, step.categories);
+    const tractiond::CameraStep asked = this->asked();
+    EXPECT_EQ(asked.kind, theirs);
+    EXPECT_EQ(asked.name, step.name);
+    EXPECT_EQ(asked.value, step.value);
+    EXPECT_EQ(asked.matching, step.matching);
+    EXPECT_EQ(asked.categories, step.categories);
   }
 }
 
 TEST_F(ControlTest, CameraTellsFeaturesWordByWord) {
   using Theirs = tractiond::CameraFeature;
+  tractiond::CameraReport report;
   for (int kind = 0; kind <= static_cast<int>(Theirs::Kind::kRegister); ++kind) {
-    report_.features.push_back({.name = "F" + std::to_string(kind),
-                                .kind = static_cast<Theirs::Kind>(kind),
-                                .access = static_cast<Theirs::Access>(kind % 4)});
+    report.features.push_back({.name = "F" + std::to_string(kind),
+                               .kind = static_cast<Theirs::Kind>(kind),
+                               .access = static_cast<Theirs::Access>(kind % 4)});
   }
-  Theirs& whole = report_.features[2];
+  Theirs& whole = report.features[2];
   whole.value = "4000.5";
   whole.unit = "us";
   whole.minimum = 10.0;
@@ -121,14 +144,15 @@ TEST_F(ControlTest, CameraTellsFeaturesWordByWord) {
   whole.first = "6000";
   whole.category = "AcquisitionControl";
   whole.selected = {"S=A"};
-  report_.remarks = {"one", "two"};
-  report_.camera = "Acme-42";
+  report.remarks = {"one", "two"};
+  report.camera = "Acme-42";
+  answerCamera(report);
   const CameraReport told = control().camera({});
-  ASSERT_EQ(told.features.size(), report_.features.size());
+  ASSERT_EQ(told.features.size(), report.features.size());
   for (std::size_t i = 0; i < told.features.size(); ++i) {
-    EXPECT_EQ(told.features[i].name, report_.features[i].name);
-    EXPECT_EQ(static_cast<int>(told.features[i].kind), static_cast<int>(report_.features[i].kind));
-    EXPECT_EQ(static_cast<int>(told.features[i].access), static_cast<int>(report_.features[i].access));
+    EXPECT_EQ(told.features[i].name, report.features[i].name);
+    EXPECT_EQ(static_cast<int>(told.features[i].kind), static_cast<int>(report.features[i].kind));
+    EXPECT_EQ(static_cast<int>(told.features[i].access), static_cast<int>(report.features[i].access));
   }
   const CameraFeature& feature = told.features[2];
   EXPECT_EQ(feature.value, "4000.5");
@@ -190,6 +214,30 @@ TEST(Control, NobodyIsTold) {
   EXPECT_EQ(failureOf({.endpoint = "nonsense"}), ErrorCode::kBadEndpoint);
 }
 
+TEST(Control, WhoGoesBeforeTheAnswerIsNotWaitedFor) {
+  zmq::context_t context;
+  zmq::socket_t socket(context, zmq::socket_type::rep);
+  socket.bind("tcp://127.0.0.1:*");
+  const std::string endpoint = socket.get(zmq::sockopt::last_endpoint);
+  std::thread server([&] {
+    zmq::message_t request;
+    EXPECT_TRUE(socket.recv(request));
+    std::this_thread::sleep_for(100ms);
+    socket.set(zmq::sockopt::linger, 0);
+    socket.close();
+  });
+  const auto begin = std::chrono::steady_clock::now();
+  try {
+    Control({.endpoint = endpoint, .timeout = 600s}).status();
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kNoAnswer);
+    EXPECT_NE(std::string(error.what()).find("has gone"), std::string::npos) << error.what();
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 60s);
+  server.join();
+}
+
 ErrorCode failureOnReply(const std::string& reply) {
   zmq::context_t context;
   zmq::socket_t socket(context, zmq::socket_type::rep);
@@ -215,4 +263,4 @@ TEST(Control, ForgedRepliesAreTold) {
 }
 
 }  // namespace
-}  // namespace traction
+}  // namespace traction::control_test

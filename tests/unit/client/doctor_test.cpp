@@ -8,7 +8,7 @@
 #include <random>
 #include <set>
 
-namespace traction::doctor {
+namespace traction::doctor::doctor_test {
 namespace {
 
 constexpr std::uint32_t kUser = 990, kGroup = 991, kGateway = 992;
@@ -205,7 +205,8 @@ class DrawnBox {
   void configure(const std::string& name, const std::string& camera) {
     const std::string text = "[camera]\nid = \"" + camera + "\"\npacket_socket = \"" + packetSocket_ +
                              "\"\nreceive_buffer_bytes = " + std::to_string(buffer_) +
-                             "\npacket_size_bytes = " + std::to_string(packet_) + "\n[publish]\nstream = [" +
+                             "\npacket_size_bytes = " + std::to_string(packet_) + "\n" + realTime_ +
+                             "[publish]\nstream = [" +
                              (port_ == 0 ? "" : "\"tcp://127.0.0.1:" + std::to_string(port_) + "\"") +
                              "]\nlatest = []\ncontrol = []\n[log]\nlevel = \"info\"\n";
     box.programs[kDaemon + " --instance " + name + " --print-config"] = {0, text, ""};
@@ -237,17 +238,16 @@ class DrawnBox {
           box.start(701, "tractiond", {kDaemon, "--instance", name_});
         });
     drawService();
+    drawRealTime();
     drawState();
     drawPorts();
   }
 
   void drawService() {
-    const std::string show = "systemctl show tractiond@" + name_ + ".service";
     const auto answer = [=, this](const std::string& load, const std::string& file, const std::string& active) {
-      box.programs[show] = {0,
-                            "Result=exit-code\nNRestarts=3\nLoadState=" + load + "\nActiveState=" + active +
-                                "\nUnitFileState=" + file + "\n",
-                            ""};
+      unit_ = "Result=exit-code\nNRestarts=3\nLoadState=" + load + "\nActiveState=" + active +
+              "\nUnitFileState=" + file + "\n";
+      answerUnit();
     };
     draw(
         "service", [=] { answer("loaded", "enabled", "active"); },
@@ -264,20 +264,70 @@ class DrawnBox {
           }
         });
     const auto limits = [=, this](const std::string& files, const std::string& memory) {
-      box.write("/proc/700/limits",
-                "Limit                     Soft Limit           Hard Limit           Units     \n"
-                "Max open files            256                  " +
-                    files +
-                    "               files     \n"
-                    "Max address space         unlimited            " +
-                    memory +
-                    "            bytes     \n"
-                    "Max realtime priority     0                    0                    \n"
-                    "Max locked memory         8388608              8388608              bytes     \n");
+      files_ = files, memory_ = memory, limit();
     };
     draw(
         "limits", [=] { limits("65536", "unlimited"); },
         [&] { coin() ? limits("1024", "unlimited") : limits("65536", "1073741824"); });
+  }
+
+  void limit() {
+    box.write("/proc/700/limits", "Limit                     Soft Limit           Hard Limit           Units     \n"
+                                  "Max open files            256                  " +
+                                      files_ +
+                                      "               files     \n"
+                                      "Max address space         unlimited            " +
+                                      memory_ +
+                                      "            bytes     \n"
+                                      "Max realtime priority     0                    " +
+                                      std::to_string(mostPriority_) +
+                                      "                    \n"
+                                      "Max locked memory         8388608              " +
+                                      locked_ + "              bytes     \n");
+  }
+
+  void answerUnit() {
+    box.programs["systemctl show tractiond@" + name_ + ".service"] = {
+        0, unit_ + "RestrictRealtime=" + (restricted_ ? "yes" : "no") + "\n", ""};
+  }
+
+  /// What is asked for is allowed by a limit or a capability, or is refused in one way or several.
+  void drawRealTime() {
+    const int priority = coin() ? 1 + static_cast<int>(one(98)) : 0;
+    const bool locks = coin(), pins = coin(), byCapability = coin();
+    const unsigned processors = 1 + one(8);
+    box.write("/sys/devices/system/cpu/online", processors == 1 ? "0\n" : "0-" + std::to_string(processors - 1) + "\n");
+    const std::string within = std::to_string(one(processors));
+    const std::string beyond = within + "," + std::to_string(processors + one(9));
+    const auto ask = [=, this](const std::string& cpus) {
+      realTime_ = "[realtime]\npriority = " + std::to_string(priority) + "\ncpus = \"" + cpus +
+                  "\"\nlock_memory = " + (locks ? "true" : "false") + "\n";
+      configure(name_, camera_);
+    };
+    const auto allow = [=, this](int most, const std::string& locked, bool isCapable) {
+      mostPriority_ = most, locked_ = locked, limit();
+      box.write("/proc/700/status",
+                std::string("Name:\ttractiond\nCapEff:\t") + (isCapable ? "0000000000804000\n" : "00000000fF7Fbfff\n"));
+    };
+    const auto restrict = [this](bool isRestricted) { restricted_ = isRestricted, answerUnit(); };
+    const auto good = [=] {
+      ask(pins ? within : "");
+      restrict(false);
+      byCapability ? allow(0, "65536", true) : allow(priority, locks ? "unlimited" : "65536", false);
+    };
+    if (priority == 0 && !locks && !pins) {
+      good();
+      return restrict(coin());
+    }
+    draw("real time", good, [&] {
+      good();
+      const unsigned kind = one(4);
+      if (priority > 0 && kind == 0) return restrict(true);
+      if (priority > 0 && kind == 1)
+        return allow(static_cast<int>(one(static_cast<unsigned>(priority))), "unlimited", false);
+      if (locks && kind != 3) return allow(98, any({"65536", "8388608"}), false);
+      ask(beyond);
+    });
   }
 
   void drawState() {
@@ -392,6 +442,9 @@ class DrawnBox {
   std::mt19937 random_;
   bool onNetwork_ = false, hasUser_ = true;
   std::string name_, camera_, packetSocket_;
+  std::string realTime_, unit_, files_, memory_, locked_ = "65536";
+  int mostPriority_ = 0;
+  bool restricted_ = true;
   int buffer_ = 0, packet_ = 0, port_ = 0;
 };
 
@@ -432,7 +485,8 @@ TEST(Doctor, ABoxThatShowsNothingIsNotKnown) {
   box.timeIsKept.reset();
   const auto findings = examine(box, kDaemon, "");
   EXPECT_EQ(checksOf(findings, {Verdict::kUnknown}),
-            (std::set<std::string>{"clock source", "time of day", "service", "state directory", "limits", "network"}));
+            (std::set<std::string>{"clock source", "time of day", "service", "state directory", "limits", "real time",
+                                   "network"}));
   EXPECT_EQ(checksOf(findings, {Verdict::kWarn, Verdict::kFail}), std::set<std::string>{"user and group"});
 }
 
@@ -483,4 +537,4 @@ TEST(Doctor, ProgramsAreRunToTheirEnd) {
 }
 
 }  // namespace
-}  // namespace traction::doctor
+}  // namespace traction::doctor::doctor_test

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace traction::cli {
+namespace traction::cli::picture_test {
 namespace {
 
 constexpr int kColumns = 24;
@@ -302,4 +302,4 @@ TEST(Json, TextIsEscapedAndNumbersAreExact) {
 }
 
 }  // namespace
-}  // namespace traction::cli
+}  // namespace traction::cli::picture_test

@@ -14,7 +14,7 @@
 #include <random>
 #include <thread>
 
-namespace traction {
+namespace traction::subscriber_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -145,7 +145,7 @@ TEST_F(SubscriberTest, DescriptionArrivesFirstAndNumberByNumber) {
   EXPECT_EQ(description.header.sensor, "gel-1");
   EXPECT_EQ(description.softwareVersion, "0.1.0");
   EXPECT_TRUE(description.sameHost);
-  EXPECT_EQ(description.topics.size(), 4U);
+  EXPECT_EQ(description.topics.size(), 5U);
   EXPECT_EQ(description.gel.youngsModulus_Pa, 0.18e6);
   EXPECT_EQ(description.gel.poissonRatio, 0.49);
   EXPECT_EQ(description.gel.size_m, (Vector3{0.1, 0.1, 0.04}));
@@ -209,6 +209,34 @@ TEST_F(SubscriberTest, OtherTopicsAreLeftOut) {
     ASSERT_TRUE(message);
     EXPECT_TRUE(std::holds_alternative<Markers>(*message));
   }
+}
+
+TEST_F(SubscriberTest, PreviewsAreMadeForWhoWantsThem) {
+  {
+    Subscriber subscriber(at(stream_));
+    await<Field>(subscriber);
+    EXPECT_FALSE(publisher_->previewWanted());
+  }
+  Subscriber subscriber(at(stream_, kPreview));
+  std::optional<Message> message;
+  for (int i = 0; i < 1000 && !message; ++i) {
+    publisher_->wait(-1, 0ms);
+    publisher_->publish(field_);
+    if (publisher_->previewWanted()) {
+      publisher_->offerPreview(
+          {.picture = {1, 2, 3, {1, 2, 3, 4, 5, 6}}, .factor = 2, .info = {}, .flags = 0, .zero = {}});
+    }
+    message = subscriber.receive(5ms);
+  }
+  ASSERT_TRUE(message && std::holds_alternative<Preview>(*message));
+  const auto& preview = std::get<Preview>(*message);
+  EXPECT_EQ(preview.header.sensor, "gel-1");
+  EXPECT_EQ(preview.width, 1U);
+  EXPECT_EQ(preview.height, 2U);
+  EXPECT_EQ(preview.channels, 3U);
+  EXPECT_EQ(preview.pixels, (std::vector<std::uint8_t>{1, 2, 3, 4, 5, 6}));
+  EXPECT_EQ(preview.scale, 2.0);
+  EXPECT_EQ(preview.origin_px, (Vector2{0.5, 0.5}));
 }
 
 TEST_F(SubscriberTest, LatestGivesFields) {
@@ -506,4 +534,4 @@ TEST(Subscriber, TopicsOfALaterDaemonArePassedOver) {
 }
 
 }  // namespace
-}  // namespace traction
+}  // namespace traction::subscriber_test

@@ -93,6 +93,20 @@ TEST(Config, BindsToThisHostAloneUnlessToldOtherwise) {
   }
 }
 
+TEST(Config, NamesProcessorsThatAreNoList) {
+  for (const char* list : {"2-", "3-2", "a", "0,,1", "1024", "0 1", "-1"}) {
+    const std::string error = errorOf(fmt::format("[realtime]\ncpus = \"{}\"\n", list));
+    EXPECT_EQ(error, fmt::format("test.toml:2: realtime.cpus = \"{}\" is no list of processors like 0-2,5, each below "
+                                 "1024",
+                                 list));
+  }
+  const auto config = parsed("[realtime]\npriority = 98\ncpus = \"5,0-2\"\nlock_memory = true\n");
+  ASSERT_TRUE(config) << config.error().message();
+  EXPECT_EQ(config->realtime.priority, 98);
+  EXPECT_EQ(config->realtime.cpus, "5,0-2");
+  EXPECT_TRUE(config->realtime.lockMemory);
+}
+
 TEST(Config, KeepsTheFeaturesInTheOrderOfTheFile) {
   const auto config = parsed("[camera]\nfeatures = [{ Zulu = 1 }, { Alpha = 2.0, Mike = \"m\" }, { Bravo = true },\n"
                              "  { Zulu = 3 }, { Mike = \"n\" }]\n");

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <sstream>
 
-namespace tractiond::gateway {
+namespace tractiond::gateway::config_test {
 namespace {
 
 std::string errorOf(const std::string& text) {
@@ -45,4 +45,4 @@ TEST(GatewayConfig, MistakesAreNamed) {
 }
 
 }  // namespace
-}  // namespace tractiond::gateway
+}  // namespace tractiond::gateway::config_test

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <random>
 
-namespace tractiond::gateway {
+namespace tractiond::gateway::keys_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -191,4 +191,4 @@ TEST_F(KeysTest, SecretKeyOfOthersIsRefused) {
 }
 
 }  // namespace
-}  // namespace tractiond::gateway
+}  // namespace tractiond::gateway::keys_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond::gateway {
+namespace tractiond::gateway::rates_test {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
@@ -26,4 +26,4 @@ TEST(SeldomLine, SaysHowManyOthersThereWere) {
 }
 
 }  // namespace
-}  // namespace tractiond::gateway
+}  // namespace tractiond::gateway::rates_test

@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace tractiond::gateway {
+namespace tractiond::gateway::request_test {
 namespace {
 
 namespace pb = traction::v1;
@@ -70,4 +70,4 @@ TEST(SignedRequest, LargerThanTheInstrumentTakesIsRefused) {
 }
 
 }  // namespace
-}  // namespace tractiond::gateway
+}  // namespace tractiond::gateway::request_test

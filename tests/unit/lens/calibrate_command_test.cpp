@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-namespace lens {
+namespace lens::calibrate_command_test {
 namespace {
 
 /// A random lens and eight good pictures; each test spoils something.
@@ -18,7 +18,13 @@ class CalibrateCommand : public Workplace {
       : truth(draw.camera()) {
     options.board = {9, 6, 10e-3};
     options.output = path("out.toml");
-    for (int i = 0; i < 8; ++i) add(photograph(kTilted[0], kTilted[1]));
+    for (int i = 0; i < 8; ++i) {
+      cv::Mat picture;
+      do {  // a small board in dim focus is none
+        picture = photograph(kTilted[0], kTilted[1]);
+      } while (!findCorners(picture, options.board));
+      add(picture);
+    }
   }
 
   cv::Mat photograph(double least, double most, const Board& board = {9, 6, 10e-3}) {
@@ -28,6 +34,13 @@ class CalibrateCommand : public Workplace {
   void add(const cv::Mat& picture) {
     options.pictures.push_back(path("view" + std::to_string(options.pictures.size()) + ".png"));
     ASSERT_TRUE(writePicture(options.pictures.back(), picture));
+  }
+
+  /// Width of the smallest square that is seen [px].
+  double squareIn(const cv::Mat& picture) const {
+    const auto corners = findCorners(picture, options.board);
+    EXPECT_TRUE(corners) << corners.error();
+    return corners ? corners->smallestSquare_px : 0.0;
   }
 
   /// Replaces one, at random.
@@ -87,7 +100,7 @@ TEST_F(CalibrateCommand, RefusesABoardOfAnotherSize) {
     ASSERT_TRUE(writePicture(file, spoilt));
     const Done done = calibrate(options);
     ASSERT_FALSE(done) << other.columns << " x " << other.rows;
-    ASSERT_EQ(done.error().size(), 1U);
+    ASSERT_EQ(done.error().size(), 1U) << done.error()[0].message() << '\n' << done.error().back().message();
     EXPECT_EQ(done.error()[0].where, file);
     EXPECT_NE(done.error()[0].what.find("shows no chessboard of 9x6 squares"), std::string::npos);
     EXPECT_FALSE(std::filesystem::exists(options.output));
@@ -109,9 +122,19 @@ TEST_F(CalibrateCommand, RefusesInnerCornersForSquares) {
 }
 
 TEST_F(CalibrateCommand, RefusesABlurredPicture) {
-  cv::Mat picture = photograph(kTilted[0], kTilted[1]);
-  cv::GaussianBlur(picture, picture, {}, 4.0);
+  constexpr double kBlur_px = 4.0;
+  cv::Mat picture;
+  do {  // squares of fewer than five times the blur may melt: the test below
+    picture = photograph(kTilted[0], kTilted[1]);
+  } while (squareIn(picture) < 5.0 * kBlur_px);
+  cv::GaussianBlur(picture, picture, {}, kBlur_px);
   expectRefused(spoil(picture), "is blurred");
+}
+
+TEST_F(CalibrateCommand, AsksForASharpPictureWhereTheSquaresMelted) {
+  cv::Mat picture = photograph(kTilted[0], kTilted[1]);
+  cv::GaussianBlur(picture, picture, {}, squareIn(picture));
+  expectRefused(spoil(picture), "it must lie in the picture as a whole, sharp");
 }
 
 TEST_F(CalibrateCommand, RefusesAPictureWithoutABoard) {
@@ -184,4 +207,4 @@ TEST_F(CalibrateCommand, SaysWhenItCannotWrite) {
 }
 
 }  // namespace
-}  // namespace lens
+}  // namespace lens::calibrate_command_test

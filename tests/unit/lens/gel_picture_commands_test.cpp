@@ -7,7 +7,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-namespace lens {
+namespace lens::gel_picture_commands_test {
 namespace {
 
 constexpr double kOff = 20e-3;                      // along each axis [m]
@@ -179,4 +179,4 @@ TEST_F(GelPictureCommands, WhatShowsNoGelIsRefused) {
 }
 
 }  // namespace
-}  // namespace lens
+}  // namespace lens::gel_picture_commands_test

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-namespace lens {
+namespace lens::lens_fit_test {
 namespace {
 
 constexpr int kPictures = 15;
@@ -168,4 +168,4 @@ TEST(LensFit, DeviationsAreTrue) {
 }
 
 }  // namespace
-}  // namespace lens
+}  // namespace lens::lens_fit_test

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace lens {
+namespace lens::picture_file_test {
 namespace {
 
 using PictureFile = Workplace;
@@ -101,4 +101,4 @@ TEST_F(PictureFile, WhatIsNoPictureIsSaid) {
 }
 
 }  // namespace
-}  // namespace lens
+}  // namespace lens::picture_file_test

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace lens {
+namespace lens::sheet_test {
 namespace {
 
 struct Circle {
@@ -101,4 +101,4 @@ TEST(Sheet, RulerIsFiftyMillimetres) {
 }
 
 }  // namespace
-}  // namespace lens
+}  // namespace lens::sheet_test

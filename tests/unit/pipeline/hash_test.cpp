@@ -4,7 +4,7 @@
 
 #include <array>
 
-namespace tractiond {
+namespace tractiond::hash_test {
 namespace {
 
 TEST(Hash, EqualsTheReferenceOfXxh3) {
@@ -27,4 +27,4 @@ TEST(Hash, InPiecesEqualsAtOnce) {
 }
 
 }  // namespace
-}  // namespace tractiond
+}  // namespace tractiond::hash_test

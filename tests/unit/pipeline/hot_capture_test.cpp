@@ -2,6 +2,7 @@
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
 #include "daemon/pipeline.h"
+#include "tests/support/steady.h"
 #include "tests/unit/capture/fake_camera.h"
 #include "tests/unit/capture/own_network.h"
 #include "tests/unit/pipeline/interposed.h"
@@ -11,7 +12,7 @@
 #include <atomic>
 #include <cstdlib>
 
-namespace tractiond {
+namespace tractiond::hot_capture_test {
 namespace {
 
 TEST(HotCapture, AllocatesAndLocksNothing) {
@@ -71,10 +72,9 @@ TEST(HotCapture, AllocatesAndLocksNothing) {
 }
 
 }  // namespace
-}  // namespace tractiond
+}  // namespace tractiond::hot_capture_test
 
 int main(int argc, char** argv) {
   tractiond::test::enterOwnNetwork(argc, argv);
-  testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
+  return tractiond::test::runWhereTheMachineIsSteady(argc, argv);
 }

@@ -3,6 +3,7 @@
 #include "daemon/capture/camera.h"
 #include "daemon/capture/memory_driver.h"
 #include "daemon/pipeline.h"
+#include "daemon/previewer.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/solve/inverse.h"
 #include "daemon/solve/solver.h"
@@ -17,7 +18,7 @@
 #include <cstdlib>
 #include <mutex>
 
-namespace tractiond {
+namespace tractiond::hot_path_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -93,9 +94,11 @@ void runCounted(WhenFull whenFull) {
   auto publisher = publish::Publisher::open(publishOptions, description, ledger, [] { return publish::Vitals{}; });
   ASSERT_TRUE(publisher) << publisher.error().message();
 
+  Previewer previewer(**publisher, {.rate_Hz = 60.0});
   zmq::context_t context;
   zmq::socket_t subscriber(context, zmq::socket_type::sub);
   subscriber.set(zmq::sockopt::subscribe, "");
+  subscriber.set(zmq::sockopt::subscribe, "traction/v1/gel/preview/");
   subscriber.connect((*publisher)->streamEndpoints()[0]);
 
   auto memory = capture::Camera::open(capture::fromMemory(pictures, {.loops = 0}), {}, ledger);
@@ -107,7 +110,9 @@ void runCounted(WhenFull whenFull) {
                            .track =
                                [&](const Frame& frame, MarkerField& markers) {
                                  mark[0]();
-                                 return tracker.track(frame, markers) == track::Outcome::kTracked;
+                                 const bool tracked = tracker.track(frame, markers) == track::Outcome::kTracked;
+                                 previewer.takeFrame(frame, tracked ? &markers : nullptr);
+                                 return tracked;
                                },
                            .solve =
                                [&](const MarkerField& markers, TractionField& field) {
@@ -120,26 +125,28 @@ void runCounted(WhenFull whenFull) {
                                  (*publisher)->publish(field);
                                },
                            .waitToPublish = [&](int fd, auto timeout) { (*publisher)->wait(fd, timeout); },
-                           .control = {}},
+                           .control = {},
+                           .preview = [&](auto timeout) { previewer.turn(timeout); }},
                     {.markers = sensor.markerCount(), .nodes = sensor.nodes.count(), .whenFull = whenFull}, ledger,
                     turns);
   pipeline.start();
-  // Both topics, because each message's memory is made when it is filled for the first time.
-  const auto receive = [&](int fields, int statuses) {
+  // All topics, because each message's memory is made when it is filled for the first time.
+  const auto receive = [&](int fields, int statuses, int previews) {
     zmq::message_t topic, rest;
-    while (fields > 0 || statuses > 0) {
+    while (fields > 0 || statuses > 0 || previews > 0) {
       ASSERT_TRUE(subscriber.recv(topic));
       for (zmq::message_t* last = &topic; last->more(); last = &rest) ASSERT_TRUE(subscriber.recv(rest));
       if (topic.to_string_view() == "traction/v1/gel/field/") --fields;
       if (topic.to_string_view() == "traction/v1/gel/status/") --statuses;
+      if (topic.to_string_view() == "traction/v1/gel/preview/") --previews;
     }
   };
   const auto ours = interposed::ours();
   const auto libraries = interposed::ofLibraries();
-  receive(1, 0);
-  receive(100, 3);
+  receive(1, 0, 0);
+  receive(100, 3, 3);
   interposed::count(true);
-  receive(500, 3);
+  receive(500, 3, 3);
   interposed::count(false);
   pipeline.stop();
 
@@ -175,4 +182,4 @@ TEST(HotPath, AllocatesAndLocksNothingWhenLinksWait) {
 }
 
 }  // namespace
-}  // namespace tractiond
+}  // namespace tractiond::hot_path_test

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-namespace tractiond {
+namespace tractiond::instance_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -120,4 +120,4 @@ TEST(OwnDirectory, ThatCannotBeMadeIsAnError) {
 }
 
 }  // namespace
-}  // namespace tractiond
+}  // namespace tractiond::instance_test

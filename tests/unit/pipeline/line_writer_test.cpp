@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace tractiond {
+namespace tractiond::line_writer_test {
 namespace {
 
 class LineWriterTest : public testing::Test {
@@ -121,4 +121,4 @@ TEST_F(LineWriterTest, CountsWhatAFullDiskDoesNotTake) {
 }
 
 }  // namespace
-}  // namespace tractiond
+}  // namespace tractiond::line_writer_test

@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-namespace tractiond {
+namespace tractiond::link_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -147,4 +147,4 @@ TEST(Link, LosesNothingAtAllWhenItWaits) {
 }
 
 }  // namespace
-}  // namespace tractiond
+}  // namespace tractiond::link_test

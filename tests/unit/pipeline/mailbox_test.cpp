@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-namespace tractiond {
+namespace tractiond::mailbox_test {
 namespace {
 
 TEST(Mailbox, HoldsTheNewestOnce) {
@@ -43,4 +43,4 @@ TEST(Mailbox, NothingIsTornBetweenThreads) {
 }
 
 }  // namespace
-}  // namespace tractiond
+}  // namespace tractiond::mailbox_test

@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-namespace tractiond {
+namespace tractiond::pipeline_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -239,4 +239,4 @@ TEST(Pipeline, LetsAHungStageBeSeenByItsTurns) {
 }
 
 }  // namespace
-}  // namespace tractiond
+}  // namespace tractiond::pipeline_test

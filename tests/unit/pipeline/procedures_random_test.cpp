@@ -7,7 +7,7 @@
 #include <deque>
 #include <random>
 
-namespace tractiond {
+namespace tractiond::procedures_random_test {
 namespace {
 
 using Kind = CalibrationStep::Kind;
@@ -192,4 +192,4 @@ TEST(Procedures, WhateverHappensEachRequestGetsOneAnswerInTime) {
 }
 
 }  // namespace
-}  // namespace tractiond
+}  // namespace tractiond::procedures_random_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond {
+namespace tractiond::procedures_test {
 namespace {
 
 TEST(Procedures, AFinishedZeroIsJudgedDescribedKeptAndAnswered) {
@@ -293,4 +293,4 @@ TEST(Procedures, ANewZeroEndsTheStepThatRuns) {
 }
 
 }  // namespace
-}  // namespace tractiond
+}  // namespace tractiond::procedures_test

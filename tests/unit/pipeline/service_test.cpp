@@ -12,7 +12,7 @@
 #include <string>
 #include <thread>
 
-namespace tractiond {
+namespace tractiond::service_test {
 namespace {
 
 /// What systemd would see.
@@ -185,4 +185,4 @@ TEST(Service, ReloadsOnAHangupAndIsReadyAgain) {
 }
 
 }  // namespace
-}  // namespace tractiond
+}  // namespace tractiond::service_test

@@ -8,7 +8,7 @@
 
 #include <random>
 
-namespace tractiond::publish {
+namespace tractiond::publish::control_test {
 namespace {
 
 namespace pb = traction::v1;
@@ -327,4 +327,4 @@ TEST_F(ControlTest, AskerThatGoesAwayIsForgotten) {
 }
 
 }  // namespace
-}  // namespace tractiond::publish
+}  // namespace tractiond::publish::control_test

@@ -12,7 +12,7 @@
 #include <string>
 #include <thread>
 
-namespace tractiond::publish {
+namespace tractiond::publish::greeting_test {
 namespace {
 
 class GreetingTest : public testing::Test {
@@ -61,4 +61,4 @@ TEST_F(GreetingTest, OfOtherEndpointsNothingIsKnown) {
 }
 
 }  // namespace
-}  // namespace tractiond::publish
+}  // namespace tractiond::publish::greeting_test

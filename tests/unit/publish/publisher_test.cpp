@@ -5,6 +5,7 @@
 #include "traction/v1/description.pb.h"
 #include "traction/v1/field.pb.h"
 #include "traction/v1/markers.pb.h"
+#include "traction/v1/preview.pb.h"
 #include "traction/v1/status.pb.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@
 #include <filesystem>
 #include <set>
 
-namespace tractiond::publish {
+namespace tractiond::publish::publisher_test {
 namespace {
 
 namespace pb = traction::v1;
@@ -71,11 +72,11 @@ class PublisherTest : public testing::Test {
 TEST(Topics, NoneIsAnothersPrefix) {
   std::set<std::string> topics;
   for (const std::string sensor : {"a", "ab", "a-b", "field", "a_"}) {
-    for (const std::string kind : {"field", "markers", "description", "status"}) {
+    for (const std::string kind : {"field", "markers", "description", "status", "preview"}) {
       topics.insert(traction::topicOf(sensor, kind));
     }
   }
-  EXPECT_EQ(topics.size(), 20U);
+  EXPECT_EQ(topics.size(), 25U);
   for (const std::string& one : topics) {
     for (const std::string& other : topics) EXPECT_TRUE(one == other || !one.starts_with(other)) << one << ' ' << other;
   }
@@ -124,7 +125,7 @@ TEST_F(PublisherTest, NewSubscriberOfAnyMatchingPrefixGetsTheDescription) {
     while (parts.topic != kRoot + "description/" && !HasFailure());
     const auto message = parse<pb::Description>(parts);
     EXPECT_EQ(message.camera().serial(), "42");
-    EXPECT_EQ(message.topics_size(), 4);
+    EXPECT_EQ(message.topics_size(), 5);
   }
 }
 
@@ -206,6 +207,91 @@ TEST_F(PublisherTest, WaitEndsWhenTheDescriptorIsReadable) {
   const int fd = eventfd(1, EFD_CLOEXEC);
   publisher_->wait(fd, 1h);
   close(fd);
+}
+
+/// Of 2 x 1 pixels.
+Preview preview(std::uint64_t frame) {
+  return {.picture = {2, 1, 3, {1, 2, 3, 4, 5, 6}},
+          .factor = 4,
+          .info = frameInfo(frame),
+          .flags = kTorn,
+          .zero = idOf(100)};
+}
+
+TEST_F(PublisherTest, PreviewIsSentWithWhereItLies) {
+  open();
+  const auto subscriber = join(kRoot + "preview/");
+  ASSERT_TRUE(publisher_->previewWanted());
+  for (std::uint64_t frame = 7; frame < 9; ++frame) {
+    ASSERT_TRUE(publisher_->offerPreview(preview(frame)));
+    EXPECT_FALSE(publisher_->offerPreview(preview(frame))) << "that before has not been sent";
+    publisher_->wait(-1, 0ms);
+    const Parts parts = subscriber->receive();
+    EXPECT_EQ(parts.topic, kRoot + "preview/");
+    EXPECT_EQ(parts.time, "1700000000.000000001");
+    const auto message = parse<pb::Preview>(parts);
+    EXPECT_EQ(message.header().sequence(), frame - 6);
+    EXPECT_EQ(message.header().sensor(), "gel-1");
+    EXPECT_EQ(message.header().boot(), text(idOf(10)));
+    EXPECT_EQ(message.header().zero(), text(idOf(100)));
+    EXPECT_EQ(message.header().flags(), kTorn);
+    EXPECT_EQ(message.header().frame_number(), frame);
+    EXPECT_EQ(message.header().received_ns(), 1'000'000'000);
+    EXPECT_EQ(message.header().tracked_ns(), 0);
+    EXPECT_EQ(message.width(), 2U);
+    EXPECT_EQ(message.height(), 1U);
+    EXPECT_EQ(message.format(), pb::PREVIEW_FORMAT_RGB8);
+    EXPECT_EQ(message.pixels(), "\1\2\3\4\5\6");
+    EXPECT_EQ(message.scale(), 4.0);
+    EXPECT_EQ(message.origin_px().x(), 1.5);
+    EXPECT_EQ(message.origin_px().y(), 1.5);
+  }
+}
+
+TEST_F(PublisherTest, PreviewsAreWantedAsLongAsASubscriptionNamesThem) {
+  open();
+  const auto everything = join("");
+  const auto sensor = join(kRoot);
+  const auto fields = join(kRoot + "field/");
+  EXPECT_FALSE(publisher_->previewWanted());
+  const auto soon = [&](bool wanted) {
+    for (int i = 0; i < 1000 && publisher_->previewWanted() != wanted; ++i) publisher_->wait(-1, 10ms);
+    EXPECT_EQ(publisher_->previewWanted(), wanted);
+  };
+  auto one = std::make_unique<TestSubscriber>(stream_, kRoot + "preview/");
+  auto same = std::make_unique<TestSubscriber>(stream_, kRoot + "preview/");
+  soon(true);
+  auto shorter = std::make_unique<TestSubscriber>(stream_, kRoot + "p");
+  // Served until all their subscriptions are known.
+  for (bool got = false; !got;) {
+    publisher_->offerPreview(preview(1));
+    publisher_->wait(-1, 1ms);
+    got = !shorter->receive(1).topic.empty();
+  }
+  one.reset();
+  same.reset();
+  for (int i = 0; i < 20; ++i) publisher_->wait(-1, 10ms);
+  EXPECT_TRUE(publisher_->previewWanted());
+  shorter->socket().set(zmq::sockopt::unsubscribe, kRoot + "p");
+  soon(false);
+  TestSubscriber again(stream_, kRoot + "preview");
+  soon(true);
+}
+
+TEST_F(PublisherTest, PreviewsOfASlowReaderAreBounded) {
+  open();
+  const auto stalled = join(kRoot + "preview/", 1);
+  Preview large = preview(1);
+  large.picture = {1000, 1000, 1, std::vector<std::uint8_t>(1'000'000)};
+  int sent = 0;
+  for (int i = 0; i < 1000; ++i) {
+    sent += publisher_->offerPreview(large) ? 1 : 0;
+    publisher_->wait(-1, 0ms);
+  }
+  EXPECT_LT(sent, 200) << "64, and what the kernel holds";
+  const auto reader = join(kRoot + "field/");
+  publisher_->publish(field_);
+  EXPECT_EQ(reader->receive().topic, kRoot + "field/");
 }
 
 TEST_F(PublisherTest, StalledSubscriberLosesVisiblyAndNobodyElseDoes) {
@@ -351,4 +437,4 @@ TEST_F(PublisherTest, PingBehindAFloodAndAResetDoNoHarm) {
 }
 
 }  // namespace
-}  // namespace tractiond::publish
+}  // namespace tractiond::publish::publisher_test

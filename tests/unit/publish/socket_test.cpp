@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-namespace tractiond::publish {
+namespace tractiond::publish::socket_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -92,4 +92,4 @@ TEST_F(SocketTest, NonsenseIsRefused) {
 }
 
 }  // namespace
-}  // namespace tractiond::publish
+}  // namespace tractiond::publish::socket_test

@@ -7,7 +7,7 @@
 
 #include <random>
 
-namespace tractiond::publish {
+namespace tractiond::publish::wire_control_test {
 namespace {
 
 namespace pb = traction::v1;
@@ -295,4 +295,4 @@ TEST(WireControl, RepliesHoldWhatWasSent) {
 }
 
 }  // namespace
-}  // namespace tractiond::publish
+}  // namespace tractiond::publish::wire_control_test

@@ -11,7 +11,7 @@
 
 #include <random>
 
-namespace tractiond::publish {
+namespace tractiond::publish::wire_test {
 namespace {
 
 namespace pb = traction::v1;
@@ -292,6 +292,8 @@ TEST(Wire, EncodingAllocatesNothingAfterTheFirst) {
   status.vitals.markers.layerCount = 2;
   status.vitals.markers.findingCount = 15;
   status.vitals.markers.remark.assign(std::string(1000, 'x'));
+  status.vitals.scheduling.threadCount = 6;
+  for (auto& thread : status.vitals.scheduling.threads) thread.cpus.assign("0-15,32-47");
   Heading head = heading();
   std::vector<std::uint8_t> bytes(64 * 1024);
   std::uint64_t allocated = 0;
@@ -344,6 +346,34 @@ TEST(Wire, DriftIsToldWhereItIsKnown) {
   EXPECT_NEAR(told.rest_drift().age_s(), 2.0, 1e-9);
 }
 
+TEST(Wire, HowTheThreadsRunIsTold) {
+  Wire wire(description().identity);
+  Status status;
+  SchedulingStatus& scheduling = status.vitals.scheduling;
+  scheduling.askedPriority = 20;
+  scheduling.askedCpus.assign("2-3");
+  scheduling.askedLock = true;
+  scheduling.locked_bytes = std::uint64_t{5} << 30;
+  scheduling.threadCount = 2;
+  scheduling.threads[0].name.assign("tr-track");
+  scheduling.threads[1].name.assign("ZMQbg/IO/0");
+  scheduling.threads[1].priority = 19;
+  scheduling.threads[1].cpus.assign("3");
+  pb::Status told;
+  for (int i = 0; i < 2; ++i) {  // nothing is left of the one before
+    ASSERT_TRUE(told.ParseFromString(statusBytes(wire, Ledger{}, status, heading())));
+    EXPECT_EQ(told.scheduling().asked_priority(), 20U);
+    EXPECT_EQ(told.scheduling().asked_cpus(), "2-3");
+    EXPECT_TRUE(told.scheduling().asked_lock());
+    EXPECT_EQ(told.scheduling().locked_bytes(), std::uint64_t{5} << 30);
+    ASSERT_EQ(told.scheduling().threads_size(), 2);
+    EXPECT_EQ(told.scheduling().threads(0).name(), "tr-track");
+    EXPECT_EQ(told.scheduling().threads(0).priority(), 0U);
+    EXPECT_EQ(told.scheduling().threads(1).priority(), 19U);
+    EXPECT_EQ(told.scheduling().threads(1).cpus(), "3");
+  }
+}
+
 TEST(Wire, WhatIsFoundOfTheMarkersIsTold) {
   Wire wire(description().identity);
   Status status;
@@ -385,4 +415,4 @@ TEST(FixedText, IsCutBetweenCharacters) {
 }
 
 }  // namespace
-}  // namespace tractiond::publish
+}  // namespace tractiond::publish::wire_test

@@ -4,7 +4,7 @@
 
 #include <set>
 
-namespace tractiond {
+namespace tractiond::pixel_format_test {
 namespace {
 
 // The convention builds its codes: bits 16 to 23 are the bits that a pixel takes, the highest byte says mono or mosaic
@@ -119,4 +119,4 @@ TEST(PixelFormat, WordsForPeopleNameAll) {
 }
 
 }  // namespace
-}  // namespace tractiond
+}  // namespace tractiond::pixel_format_test

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond {
+#include <random>
+
+namespace tractiond::snapshot_test {
 namespace {
 
 Frame frameOf(const std::vector<std::uint8_t>& bytes, int width, int height, PixelFormat format) {
@@ -65,6 +67,71 @@ TEST(PlainPicture, EveryFormatStaysWithinItsBytes) {
   }
 }
 
+/// Of random size, level for level; `seed` tells which.
+struct RandomPicture {
+  explicit RandomPicture(std::uint32_t seed)
+      : chance(seed)
+      , traits(pixelFormats()[chance() % pixelFormats().size()])
+      , width(static_cast<int>(2 + chance() % 40))
+      , height(static_cast<int>(2 + chance() % 40)) {
+    if (traits.colours == PixelColours::kYuyv || traits.colours == PixelColours::kUyvy) width &= ~1;
+    bytes.resize(traits.size(width, height));
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(chance());
+  }
+  Frame frame() const { return frameOf(bytes, width, height, traits.format); }
+
+  std::mt19937 chance;
+  const PixelFormatTraits& traits;
+  int width, height;
+  Levels bytes;
+};
+
+TEST(PlainPicture, ReducedIsTheMeanOfWholePixels) {
+  for (std::uint32_t seed = 1; seed <= 500; ++seed) {
+    RandomPicture random(seed);
+    const Frame frame = random.frame();
+    SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << random.traits.name << ' ' << random.width << " x "
+                                    << random.height);
+    const PlainPicture whole = plainPicture(frame);
+    const int factor =
+        1 + static_cast<int>(random.chance() % static_cast<unsigned>(std::min(random.width, random.height)));
+    PlainPicture small;
+    reduce(frame, factor, small);
+    ASSERT_EQ(small.width, random.width / factor);
+    ASSERT_EQ(small.height, random.height / factor);
+    ASSERT_EQ(small.channels, whole.channels);
+    Levels means;
+    for (int y = 0; y < small.height; ++y) {
+      for (int x = 0; x < small.width; ++x) {
+        for (int c = 0; c < small.channels; ++c) {
+          int sum = 0;
+          for (int v = y * factor; v < (y + 1) * factor; ++v) {
+            for (int u = x * factor; u < (x + 1) * factor; ++u) {
+              sum += whole.levels[static_cast<std::size_t>((v * whole.width + u) * whole.channels + c)];
+            }
+          }
+          means.push_back(static_cast<std::uint8_t>((sum + factor * factor / 2) / (factor * factor)));
+        }
+      }
+    }
+    ASSERT_EQ(small.levels, means);
+  }
+}
+
+TEST(FrameCopy, IsWholeOrTellsWhatItNeeds) {
+  for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+    const RandomPicture random(seed);
+    FrameCopy copy;
+    copy.take(random.frame());
+    EXPECT_FALSE(copy.fits);
+    copy.makeRoom();
+    copy.take(random.frame());
+    ASSERT_TRUE(copy.fits);
+    EXPECT_EQ(Levels(copy.frame.data, copy.frame.data + copy.frame.size), random.bytes);
+    EXPECT_EQ(copy.frame.data, copy.bytes.data());
+  }
+}
+
 TEST(PlainPicture, HalvedIsTheMean) {
   const PlainPicture half = halved({4, 2, 1, {0, 4, 8, 8, 4, 8, 8, 8}});
   EXPECT_EQ(half.width, 2);
@@ -73,4 +140,4 @@ TEST(PlainPicture, HalvedIsTheMean) {
 }
 
 }  // namespace
-}  // namespace tractiond
+}  // namespace tractiond::snapshot_test

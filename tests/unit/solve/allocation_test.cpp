@@ -49,7 +49,7 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
   std::free(memory);
 }
 
-namespace tractiond::solve {
+namespace tractiond::solve::allocation_test {
 namespace {
 
 TEST(Solver, AllocatesNothingWhateverIsMissing) {
@@ -95,4 +95,4 @@ TEST(Solver, AllocatesNothingWhateverIsMissing) {
 }
 
 }  // namespace
-}  // namespace tractiond::solve
+}  // namespace tractiond::solve::allocation_test

@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-namespace tractiond::solve {
+namespace tractiond::solve::body_test {
 namespace {
 
 using sensor::elastic::displacementMatrix;
@@ -117,4 +117,4 @@ TEST(Body, IdIsOfItsContent) {
 }
 
 }  // namespace
-}  // namespace tractiond::solve
+}  // namespace tractiond::solve::body_test

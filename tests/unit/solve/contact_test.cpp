@@ -10,7 +10,7 @@
 #include <cmath>
 #include <random>
 
-namespace tractiond::solve {
+namespace tractiond::solve::contact_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -517,4 +517,4 @@ TEST_F(ContactTest, WhatNoForceCanDoIsMarked) {
 }
 
 }  // namespace
-}  // namespace tractiond::solve
+}  // namespace tractiond::solve::contact_test

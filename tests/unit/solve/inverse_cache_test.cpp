@@ -8,7 +8,7 @@
 #include <fstream>
 #include <iterator>
 
-namespace tractiond::solve {
+namespace tractiond::solve::inverse_cache_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -227,4 +227,4 @@ TEST_F(InverseCache, TheIdDoesNotDependOnTheRest) {
 }
 
 }  // namespace
-}  // namespace tractiond::solve
+}  // namespace tractiond::solve::inverse_cache_test

@@ -6,7 +6,7 @@
 
 #include <limits>
 
-namespace tractiond::solve {
+namespace tractiond::solve::inverse_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -91,4 +91,4 @@ TEST(Inverse, RefusesMatricesWithoutOne) {
 }
 
 }  // namespace
-}  // namespace tractiond::solve
+}  // namespace tractiond::solve::inverse_test

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-namespace tractiond::solve {
+namespace tractiond::solve::kernels_test {
 namespace {
 
 class Kernels : public testing::TestWithParam<int> {  // the number of rows or unknowns
@@ -150,4 +150,4 @@ TEST(RowMatrix, RowsLieOnCacheLinesAndThePaddingIsZero) {
 }
 
 }  // namespace
-}  // namespace tractiond::solve
+}  // namespace tractiond::solve::kernels_test

@@ -7,7 +7,7 @@
 
 #include <random>
 
-namespace tractiond::solve {
+namespace tractiond::solve::patch_fit_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -192,4 +192,4 @@ TEST_F(PatchFitTest, GivesUpWhereItWillNotDo) {
 }
 
 }  // namespace
-}  // namespace tractiond::solve
+}  // namespace tractiond::solve::patch_fit_test

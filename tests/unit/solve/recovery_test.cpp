@@ -10,7 +10,7 @@
 #include <random>
 #include <string>
 
-namespace tractiond::solve {
+namespace tractiond::solve::recovery_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -124,4 +124,4 @@ TEST_P(Recovery, LoadsComeBackWithinOnePercent) {
 }
 
 }  // namespace
-}  // namespace tractiond::solve
+}  // namespace tractiond::solve::recovery_test

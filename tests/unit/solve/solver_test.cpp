@@ -12,7 +12,7 @@
 #include <numeric>
 #include <random>
 
-namespace tractiond::solve {
+namespace tractiond::solve::solver_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -294,4 +294,4 @@ TEST(LargerSolver, TakesAHoleOutOfTheEquations) {
 }
 
 }  // namespace
-}  // namespace tractiond::solve
+}  // namespace tractiond::solve::solver_test

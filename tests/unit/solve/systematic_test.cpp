@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <memory>
 
-namespace tractiond::solve {
+namespace tractiond::solve::systematic_test {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
@@ -164,4 +164,4 @@ TEST(Systematic, StiffnessScalesTheWholeWrench) {
 }
 
 }  // namespace
-}  // namespace tractiond::solve
+}  // namespace tractiond::solve::systematic_test

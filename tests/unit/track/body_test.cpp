@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond::track {
+namespace tractiond::track::body_test {
 namespace {
 
 /// The paper's markers below a spherical cap, at equal distances along it. Its mechanics do not matter here.
@@ -48,4 +48,4 @@ TEST(BentLayers, AreTrackedAsFlatOnesAre) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond::track::body_test

@@ -7,7 +7,7 @@
 
 #include <cstdio>
 
-namespace tractiond::track {
+namespace tractiond::track::centre_test {
 namespace {
 
 constexpr int kFrames = 150;
@@ -295,4 +295,4 @@ TEST(Appearance, BlurAndCrossTalkAreFoundAgain) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond::track::centre_test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond::track {
+namespace tractiond::track::diagnosis_test {
 namespace {
 
 std::string said(const sensor::Sensor& file, Scene& scene) {
@@ -79,4 +79,4 @@ TEST(Diagnosis, AnotherPitch) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond::track::diagnosis_test

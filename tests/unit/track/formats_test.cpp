@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <string>
 
-namespace tractiond::track {
+namespace tractiond::track::formats_test {
 namespace {
 
 using sensor::Colour;
@@ -139,4 +139,4 @@ TEST(Formats, MoreBitsShowInTheNoise) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond::track::formats_test

@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-namespace tractiond::track {
+namespace tractiond::track::labelling_test {
 namespace {
 
 struct Move {
@@ -193,4 +193,4 @@ TEST(Trackable, RefusesWhatCannotBeTracked) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond::track::labelling_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace tractiond::track {
+namespace tractiond::track::lattice_test {
 namespace {
 
 constexpr float kSpacing = 19.0F;
@@ -121,4 +121,4 @@ TEST(Trust, AWrongFixOfAThirdOfTheSpacingIsAnOutlier) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond::track::lattice_test

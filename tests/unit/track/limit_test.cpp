@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cstdio>
 
-namespace tractiond::track {
+namespace tractiond::track::limit_test {
 namespace {
 
 constexpr int kPoses = 8, kFramesPerPose = 12, kZeroFrames = 30;
@@ -267,4 +267,4 @@ TEST(Limit, CentresAreNearTheBoundAndVariancesAreTrue) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond::track::limit_test

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond::track {
+namespace tractiond::track::motion_test {
 namespace {
 
 constexpr double kFastest_px = 7.0;    // per frame
@@ -240,4 +240,4 @@ TEST(LostMarkers, AreZeroWhereInvalid) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond::track::motion_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond::track {
+namespace tractiond::track::pixel_noise_test {
 namespace {
 
 float noisePerLevel(const twin::Optics& optics, twin::Format format, const std::function<double(int)>& brightness,
@@ -48,4 +48,4 @@ TEST(PixelNoise, IsNothingWithoutPictures) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond::track::pixel_noise_test

@@ -8,7 +8,7 @@
 #include <random>
 #include <string>
 
-namespace tractiond::track {
+namespace tractiond::track::planes_test {
 namespace {
 
 using sensor::Colour;
@@ -246,4 +246,4 @@ TEST(Planes, AGreyPictureHasNoOtherColour) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond::track::planes_test

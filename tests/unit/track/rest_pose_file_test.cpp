@@ -7,7 +7,7 @@
 #include <fstream>
 #include <limits>
 
-namespace tractiond::track {
+namespace tractiond::track::rest_pose_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -185,4 +185,4 @@ TEST_F(RestPoseFile, IdsDifferWhereAnythingDiffers) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond::track::rest_pose_file_test

@@ -7,7 +7,7 @@
 
 #include <cstdio>
 
-namespace tractiond::track {
+namespace tractiond::track::tear_finder_test {
 namespace {
 
 constexpr double kYoung_Pa = 1.8e5;
@@ -234,4 +234,4 @@ TEST(Tear, NoZeroIsTakenFromTornPictures) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond::track::tear_finder_test

@@ -5,7 +5,7 @@
 
 #include <thread>
 
-namespace tractiond::track {
+namespace tractiond::track::tracker_test {
 namespace {
 
 TEST(Tracker, FirstStartTakesAZeroByItself) {
@@ -161,4 +161,4 @@ TEST(Tracker, AZeroMayBeRequestedAndTakenByAnotherThread) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond::track::tracker_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond::track {
+namespace tractiond::track::zero_test {
 namespace {
 
 constexpr int kZeroFrames = 30;
@@ -418,4 +418,4 @@ TEST(RestoredZero, ThePictureMayHaveMovedByMoreThanHalfASpacing) {
 }
 
 }  // namespace
-}  // namespace tractiond::track
+}  // namespace tractiond::track::zero_test

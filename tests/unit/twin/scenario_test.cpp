@@ -125,6 +125,8 @@ TEST(Scenario, MistakesAreNamedWithFileAndLine) {
        "unknown key 'optics.contrast'; the nearest known key is 'optics.contrast_levels'"},
       {"[stream]\npixel_format = \"Mono9\"\n", "scenario.toml:3", "stream.pixel_format must be"},
       {"[[contacts]]\ntime_s = [0, 1]\n", "scenario.toml:2", "contacts[0].radius_mm is missing"},
+      {"[[contacts]]\nradius_mm = 2\ntime_s = []\n", "scenario.toml:4", "contacts[0].time_s must have a time"},
+      {"[warmth]\ntime_s = []\n", "scenario.toml:3", "warmth.time_s must have a time"},
       {"[[contacts]]\nradius_mm = 2\ntime_s = [0, 1, 1]\n", "scenario.toml:4", "contacts[0].time_s must be ascending"},
       {"[[contacts]]\nradius_mm = 2\ntime_s = [0, 1]\nx_mm = [0, 1, 2]\n", "scenario.toml:5",
        "contacts[0].x_mm must have as many values as time_s, 2, or one"},

@@ -1,5 +1,6 @@
 // Datagrams of all kinds through a socket of the kernel's, against what GigE Vision says a camera may send, written
 // here once more and differently: as a reader of packets, not as a program for the kernel.
+#include "daemon/capture/control_filter.h"
 #include "daemon/capture/stream_filter.h"
 
 #include <arpa/inet.h>
@@ -12,7 +13,7 @@
 #include <random>
 #include <string>
 
-namespace tractiond::capture {
+namespace tractiond::capture::packet_filters_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -58,9 +59,17 @@ bool mayPass(const Packet& packet, const StreamShape& shape) {
   return (type == 4 && body >= 12) || ((type == 1 || type == 5) && body >= 36);
 }
 
-class StreamFilter : public testing::Test {
+/// By the standard: an acknowledgement or a refusal of one of the five that a client awaits, from where it asked.
+bool mayAnswer(const Packet& packet) {
+  if (!packet.fromItsPort || packet.bytes.size() < 8) return false;
+  if (packet.bytes[0] != 0 && packet.bytes[0] != 0x80 && packet.bytes[0] != 0x8f) return false;
+  const std::uint64_t command = number(packet.bytes, 2, 2);
+  return (command >= 0x81 && command <= 0x87 && command % 2 == 1) || (command == 0x89 && packet.bytes.size() >= 12);
+}
+
+class PacketFilters : public testing::Test {
  protected:
-  StreamFilter()
+  PacketFilters()
       : receiver_(bound(kCamera))
       , camera_(bound(kCamera))
       , other_(bound(kCamera))
@@ -69,7 +78,7 @@ class StreamFilter : public testing::Test {
       , random_(seed_) {
     std::printf("seed %u\n", seed_);
   }
-  ~StreamFilter() override {
+  ~PacketFilters() override {
     for (const int one : {receiver_, camera_, other_, stranger_}) close(one);
   }
 
@@ -101,8 +110,7 @@ class StreamFilter : public testing::Test {
     shape.extendedIds = chance(40);
     return shape;
   }
-  void attach(const StreamShape& shape) {
-    std::vector<sock_filter> code = streamFilter(shape);
+  void attach(std::vector<sock_filter> code) {
     const sock_fprog program{static_cast<unsigned short>(code.size()), code.data()};
     ASSERT_EQ(setsockopt(receiver_, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program), 0) << std::strerror(errno);
   }
@@ -129,6 +137,19 @@ class StreamFilter : public testing::Test {
     if (extended) put(packet.bytes, 16, 4, id);
     const std::uint64_t types[] = {1, 1, 1, 0x4001, 4, 5, 0x4005, 2, 7, 0x8001, 0x8007, between(0, 0xffff)};
     if (format == 1) put(packet.bytes, header + 2, 2, types[between(0, std::size(types) - 1)]);
+    packet.from = chance(90) ? kCamera : kStranger;
+    packet.fromItsPort = packet.from == kCamera && chance(90);
+    return packet;
+  }
+
+  Packet drawAnswer() {
+    const std::uint64_t sizes[] = {0, 1, 7, 8, 9, 11, 12, 13, 20, 548, between(0, 600)};
+    Packet packet;
+    packet.bytes.resize(sizes[between(0, std::size(sizes) - 1)]);
+    for (std::uint8_t& byte : packet.bytes) byte = static_cast<std::uint8_t>(random_());
+    const std::uint64_t kinds[] = {0, 0, 0, 0x80, 0x8f, 0x42, 1, 0x7f, 0x81, 0x90, between(0, 255)};
+    put(packet.bytes, 0, 1, kinds[between(0, std::size(kinds) - 1)]);
+    put(packet.bytes, 2, 2, chance(80) ? between(0x7f, 0x8b) : between(0, 0xffff));
     packet.from = chance(90) ? kCamera : kStranger;
     packet.fromItsPort = packet.from == kCamera && chance(90);
     return packet;
@@ -165,11 +186,11 @@ std::string text(const Packet& packet) {
   return line;
 }
 
-TEST_F(StreamFilter, LetsThroughWhatACameraCanSendAndNothingElse) {
+TEST_F(PacketFilters, TheStreamTakesWhatItsCameraCanSendAndNothingElse) {
   int passed = 0, refused = 0;
   for (int i = 0; i < 200 && !HasFailure(); ++i) {
     const StreamShape shape = drawShape();
-    attach(shape);
+    attach(streamFilter(shape));
     for (int j = 0; j < 300; ++j) {
       const Packet packet = drawPacket(shape);
       const bool may = mayPass(packet, shape);
@@ -185,9 +206,9 @@ TEST_F(StreamFilter, LetsThroughWhatACameraCanSendAndNothingElse) {
 }
 
 /// What was seen to end Aravis 0.8.26, or to take its memory.
-TEST_F(StreamFilter, RefusesWhatADriverCannotBear) {
+TEST_F(PacketFilters, TheStreamRefusesWhatADriverCannotBear) {
   StreamShape shape{.cameraAddress = kCamera, .packetSize_bytes = 1500, .payload_bytes = 921'600};
-  attach(shape);
+  attach(streamFilter(shape));
   const auto packet = [](std::initializer_list<int> begin, std::size_t size) {
     Packet made;
     made.bytes.assign(begin.begin(), begin.end());
@@ -203,5 +224,19 @@ TEST_F(StreamFilter, RefusesWhatADriverCannotBear) {
   EXPECT_TRUE(passes(packet({0, 0, 0, 1, 3, 0, 2, 0x76}, 1472)));
 }
 
+TEST_F(PacketFilters, TheControlChannelTakesAnswersOfItsCameraAndNothingElse) {
+  attach(controlFilter(kCamera, ntohs(addressOf(camera_).sin_port)));
+  int passed = 0, refused = 0;
+  for (int i = 0; i < 60'000; ++i) {
+    const Packet packet = drawAnswer();
+    const bool may = mayAnswer(packet);
+    ++(may ? passed : refused);
+    ASSERT_EQ(passes(packet), may) << text(packet) << (packet.fromItsPort ? "" : " from elsewhere");
+  }
+  std::printf("%d packets passed, %d were refused\n", passed, refused);
+  EXPECT_GT(passed, 3000);
+  EXPECT_GT(refused, 3000);
+}
+
 }  // namespace
-}  // namespace tractiond::capture
+}  // namespace tractiond::capture::packet_filters_test

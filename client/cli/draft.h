@@ -1,0 +1,48 @@
+// A file that is there whole or not at all.
+#pragma once
+
+#include "client/cli/recordings.h"
+
+#include <sysexits.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <utility>
+
+namespace traction::cli {
+
+/// A file beside the wanted one, which takes its place when it is whole.
+class Draft {
+ public:
+  /// \throws RecordingError
+  explicit Draft(std::string path)
+      : path_(std::move(path)) {
+    std::FILE* const file = std::fopen(part().c_str(), "w");
+    if (file == nullptr) throw RecordingError(EX_CANTCREAT, path_ + " cannot be created: " + std::strerror(errno));
+    std::fclose(file);
+  }
+  ~Draft() {
+    std::error_code unknown;
+    if (!done_) std::filesystem::remove(part(), unknown);
+  }
+  Draft(const Draft&) = delete;
+  Draft& operator=(const Draft&) = delete;
+
+  std::string part() const { return path_ + ".part"; }
+  void finish() {
+    std::error_code error;
+    std::filesystem::rename(part(), path_, error);
+    if (error) throw RecordingError(EX_CANTCREAT, path_ + ": " + error.message());
+    done_ = true;
+  }
+
+ private:
+  std::string path_;
+  bool done_ = false;
+};
+
+}  // namespace traction::cli

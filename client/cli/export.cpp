@@ -1,0 +1,323 @@
+#include "client/cli/draft.h"
+#include "client/cli/notes.h"
+#include "client/cli/npz.h"
+#include "client/cli/recordings.h"
+#include "recording/reader.h"
+
+#include <sysexits.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace traction::cli {
+
+namespace {
+
+/// The messages of a recording that tell of forces.
+class Source {
+ public:
+  explicit Source(const std::string& file)
+      : file_(file)
+      , reader_(opened(file)) {}
+
+  using Use = std::function<void(const recording::Message&, const Message&)>;
+
+  recording::Extent each(const Use& use) const {
+    const auto extent = reader_.read(
+        [&](const recording::Channel& channel, const recording::Schema*, const recording::Message& record) {
+          if (!channel.topic.ends_with("/field/") && !channel.topic.ends_with("/description/")) return;
+          try {
+            if (const auto message = decode(Raw{channel.topic, record.data})) use(record, *message);
+          } catch (const Error& error) {
+            throw RecordingError(error.code() == ErrorCode::kVersion ? EX_PROTOCOL : EX_DATAERR,
+                                 file_ + ": " + error.what());
+          }
+        });
+    if (!extent) throw RecordingError(extent.error().exitCode, extent.error().message());
+    return *extent;
+  }
+
+ private:
+  static recording::Reader opened(const std::string& file) {
+    auto reader = recording::Reader::open(file);
+    if (!reader) throw RecordingError(reader.error().exitCode, reader.error().message());
+    return *std::move(reader);
+  }
+
+  std::string file_;
+  recording::Reader reader_;
+};
+
+/// What is there, before it is written.
+struct Survey {
+  std::string sensor;
+  std::uint64_t fields = 0;
+  std::size_t nodes = 0;
+  std::optional<Description> description;  ///< the last
+  recording::Extent extent;
+};
+
+Survey surveyOf(const Source& source, const std::string& file, const std::string& wanted) {
+  std::map<std::string, Survey> sensors;
+  const auto extent = source.each([&](const recording::Message&, const Message& message) {
+    Survey& survey = sensors[headerOf(message).sensor];
+    if (const auto* field = std::get_if<Field>(&message)) {
+      ++survey.fields;
+      survey.nodes = std::max(survey.nodes, field->force_N.size());
+    } else if (const auto* description = std::get_if<Description>(&message)) {
+      survey.description = *description;
+    }
+  });
+  std::erase_if(sensors, [](const auto& one) { return one.second.fields == 0; });
+  if (sensors.empty()) {
+    throw RecordingError(EX_DATAERR, file + " has no fields" + (extent.isWhole() ? "" : "; " + extent.trouble));
+  }
+  std::string names;
+  for (const auto& [name, survey] : sensors) names += (names.empty() ? "" : ", ") + name;
+  if (wanted.empty() && sensors.size() > 1) {
+    throw RecordingError(EX_USAGE, file + " has fields of " + names + ": which? --sensor NAME");
+  }
+  const auto found = wanted.empty() ? sensors.begin() : sensors.find(wanted);
+  if (found == sensors.end()) {
+    throw RecordingError(EX_DATAERR, file + " is of another sensor: it has fields of " + names + ", not of " + wanted);
+  }
+  Survey survey = found->second;
+  survey.sensor = found->first;
+  survey.extent = extent;
+  return survey;
+}
+
+/// [N^2] -> [N], of one component.
+double deviationOf(const Covariance& covariance, std::size_t axis) {
+  return std::sqrt(std::max(0.0, covariance.noise.at(4 * axis) + covariance.systematic.at(4 * axis)));
+}
+
+/// A line of comma-separated values.
+class Line {
+ public:
+  template <typename Number>
+  Line& add(Number number) {
+    std::array<char, 32> digits{};
+    if (!text_.empty()) text_ += ',';
+    text_.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
+    return *this;
+  }
+  Line& add(const Vector3& vector) { return add(vector[0]).add(vector[1]).add(vector[2]); }
+  Line& addDeviations(const Covariance& covariance) {
+    for (const std::size_t axis : {0, 1, 2}) add(deviationOf(covariance, axis));
+    return *this;
+  }
+  std::string take() { return std::move(text_) + "\n"; }
+
+ private:
+  std::string text_;
+};
+
+constexpr const char* kColumns =
+    "log_time_ns,capture_time_ns,sequence,frame_number,camera_frame_id,valid,method,flags,"
+    "force_x_N,force_y_N,force_z_N,force_deviation_x_N,force_deviation_y_N,force_deviation_z_N,"
+    "moment_x_Nm,moment_y_Nm,moment_z_Nm,moment_deviation_x_Nm,moment_deviation_y_Nm,moment_deviation_z_Nm,"
+    "pressure_x_m,pressure_y_m,pressure_valid,contacts,residual_px,valid_markers\n";
+
+std::string lineOf(const recording::Message& record, const Field& field) {
+  Line line;
+  line.add(record.logTime_ns).add(record.publishTime_ns).add(field.header.sequence).add(field.header.frameNumber);
+  line.add(field.header.cameraFrameId).add(static_cast<int>(field.valid)).add(static_cast<int>(field.method));
+  line.add(field.header.flags).add(field.resultant_N).addDeviations(field.resultantCovariance_N2);
+  line.add(field.moment_Nm).addDeviations(field.momentCovariance_N2m2);
+  line.add(field.centreOfPressure_m[0]).add(field.centreOfPressure_m[1]);
+  line.add(static_cast<int>(field.centreOfPressureValid)).add(field.contacts.size());
+  line.add(field.residual_px).add(field.validMarkers);
+  return line.take();
+}
+
+void writeCsv(const Source& source, const Survey& survey, const std::string& path) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "w"), &std::fclose);
+  if (!file) throw RecordingError(EX_IOERR, path + " cannot be written: " + std::strerror(errno));
+  const auto put = [&](const std::string& text) {
+    if (std::fwrite(text.data(), 1, text.size(), file.get()) == text.size()) return;
+    throw RecordingError(EX_IOERR, path + " cannot be written: " + std::strerror(errno));
+  };
+  put(kColumns);
+  source.each([&](const recording::Message& record, const Message& message) {
+    const auto* field = std::get_if<Field>(&message);
+    if (field != nullptr && field->header.sensor == survey.sensor) put(lineOf(record, *field));
+  });
+  if (std::fflush(file.get()) != 0) {
+    throw RecordingError(EX_IOERR, path + " cannot be written: " + std::strerror(errno));
+  }
+}
+
+/// An array with a row for each field.
+struct Column {
+  NpzWriter::Array array;
+  std::function<std::string(const recording::Message&, const Field&)> row;  ///< its bytes; none: zeros
+};
+
+template <typename Number>
+std::string bytesOf(const Number* numbers, std::size_t count) {
+  return {reinterpret_cast<const char*>(numbers), count * sizeof(Number)};
+}
+
+template <typename Number>
+constexpr const char* kType = nullptr;
+template <>
+constexpr const char* kType<double> = "<f8";
+template <>
+constexpr const char* kType<std::int64_t> = "<i8";
+template <>
+constexpr const char* kType<std::uint64_t> = "<u8";
+template <>
+constexpr const char* kType<std::uint32_t> = "<u4";
+template <>
+constexpr const char* kType<std::uint8_t> = "|u1";
+template <>
+constexpr const char* kType<bool> = "|b1";
+
+/// Of one number.
+template <typename Get>
+Column scalar(const std::string& name, Get get) {
+  using Number = std::invoke_result_t<Get, const recording::Message&, const Field&>;
+  return {{name, kType<Number>, 0, {}, sizeof(Number)}, [get](const recording::Message& record, const Field& field) {
+            const Number number = get(record, field);
+            return bytesOf(&number, 1);
+          }};
+}
+
+/// Of doubles.
+template <typename Get>
+Column block(const std::string& name, std::vector<std::size_t> shape, Get get) {
+  return {{name, "<f8", 0, std::move(shape), 8}, [get](const recording::Message&, const Field& field) {
+            const auto numbers = get(field);
+            return bytesOf(numbers.data(), numbers.size());
+          }};
+}
+
+Matrix3 sumOf(const Covariance& covariance) {
+  Matrix3 sum = covariance.noise;
+  for (std::size_t i = 0; i < sum.size(); ++i) sum.at(i) += covariance.systematic.at(i);
+  return sum;
+}
+
+std::vector<Column> columnsOf(std::size_t nodes) {
+  using Record = recording::Message;
+  std::vector<Column> columns = {
+      scalar("log_time_ns", [](const Record& record, const Field&) { return record.logTime_ns; }),
+      scalar("capture_time_ns", [](const Record& record, const Field&) { return record.publishTime_ns; }),
+      scalar("captured_ns", [](const Record&, const Field& field) { return field.header.captured_ns; }),
+      scalar("captured_error_ns", [](const Record&, const Field& field) { return field.header.capturedError_ns; }),
+      scalar("received_ns", [](const Record&, const Field& field) { return field.header.received_ns; }),
+      scalar("sequence", [](const Record&, const Field& field) { return field.header.sequence; }),
+      scalar("frame_number", [](const Record&, const Field& field) { return field.header.frameNumber; }),
+      scalar("camera_frame_id", [](const Record&, const Field& field) { return field.header.cameraFrameId; }),
+      scalar("flags", [](const Record&, const Field& field) { return field.header.flags; }),
+      scalar("valid", [](const Record&, const Field& field) { return field.valid; }),
+      scalar("method", [](const Record&, const Field& field) { return static_cast<std::uint8_t>(field.method); }),
+      scalar("residual_px", [](const Record&, const Field& field) { return field.residual_px; }),
+      scalar("valid_markers", [](const Record&, const Field& field) { return field.validMarkers; }),
+      scalar("centre_of_pressure_valid", [](const Record&, const Field& field) { return field.centreOfPressureValid; }),
+      block("centre_of_pressure_m", {2}, [](const Field& field) { return field.centreOfPressure_m; }),
+      block("resultant_N", {3}, [](const Field& field) { return field.resultant_N; }),
+      block("moment_Nm", {3}, [](const Field& field) { return field.moment_Nm; }),
+      block("resultant_covariance_N2", {3, 3}, [](const Field& field) { return sumOf(field.resultantCovariance_N2); }),
+      block("moment_covariance_N2m2", {3, 3}, [](const Field& field) { return sumOf(field.momentCovariance_N2m2); }),
+  };
+  columns.push_back({{"force_N", "<f4", 0, {nodes, 3}, 4}, [](const Record&, const Field& field) {
+                       return bytesOf(field.force_N.data(), field.force_N.size());
+                     }});
+  columns.push_back({{"node_deviation_N", "<f4", 0, {nodes, 3}, 4}, [](const Record&, const Field& field) {
+                       return bytesOf(field.nodeDeviation_N.data(), field.nodeDeviation_N.size());
+                     }});
+  columns.push_back({{"node_valid", "|b1", 0, {nodes}, 1}, [](const Record&, const Field& field) {
+                       std::vector<std::uint8_t> valid = field.nodeValid;
+                       for (std::uint8_t& one : valid) one = one != 0 ? 1 : 0;
+                       return bytesOf(valid.data(), valid.size());
+                     }});
+  return columns;
+}
+
+/// Of the nodes, gel frame [m]; empty: nobody has told.
+std::vector<std::array<float, 3>> positionsOf(const Survey& survey) {
+  if (!survey.description) return {};
+  if (survey.description->body) return survey.description->body->nodePositions_m;
+  const Grid& grid = survey.description->nodes;
+  std::vector<std::array<float, 3>> positions;
+  if (std::uint64_t{grid.rows} * grid.columns != survey.nodes) return positions;
+  for (std::uint32_t row = 0; row < grid.rows; ++row) {
+    for (std::uint32_t column = 0; column < grid.columns; ++column) {
+      const Vector2 at = grid.position_m(column, row);
+      positions.push_back({static_cast<float>(at[0]), static_cast<float>(at[1]), 0.0F});
+    }
+  }
+  return positions;
+}
+
+void writeNpz(const Source& source, const Survey& survey, const std::string& path) try {
+  std::vector<Column> columns = columnsOf(survey.nodes);
+  std::vector<NpzWriter::Array> arrays;
+  for (Column& column : columns) {
+    column.array.rows = survey.fields;
+    arrays.push_back(column.array);
+  }
+  const auto positions = positionsOf(survey);
+  if (positions.size() == survey.nodes) arrays.push_back({"node_position_m", "<f4", positions.size(), {3}, 4});
+  NpzWriter writer(path, arrays);
+  std::uint64_t number = 0;
+  source.each([&](const recording::Message& record, const Message& message) {
+    const auto* field = std::get_if<Field>(&message);
+    if (field == nullptr || field->header.sensor != survey.sensor) return;
+    ++number;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      std::string row = columns[i].row(record, *field);
+      if (row.empty()) row.resize(arrays[i].rowBytes());
+      if (row.size() != arrays[i].rowBytes()) {
+        throw RecordingError(EX_DATAERR,
+                             "field " + std::to_string(number) + " has another number of nodes than the most, " +
+                                 std::to_string(survey.nodes) + ": arrays cannot hold them; export as .csv");
+      }
+      writer.add(i, row);
+    }
+  });
+  if (arrays.size() > columns.size()) writer.add(columns.size(), bytesOf(positions.data(), positions.size()));
+  writer.finish();
+} catch (const NpzError& error) {
+  throw RecordingError(EX_IOERR, path + " cannot be written: " + error.what());
+}
+
+}  // namespace
+
+void exportFields(const std::string& from, const std::string& to, const std::string& sensor) {
+  const bool isCsv = to.ends_with(".csv");
+  if (to.ends_with(".mcap")) return illustrate(from, to, sensor);
+  if (!isCsv && !to.ends_with(".npz"))
+    throw RecordingError(EX_USAGE, "'" + to + "' ends neither with .csv nor with .npz nor with .mcap");
+  const Source source(from);
+  const Survey survey = surveyOf(source, from, sensor);
+  Draft draft(to);
+  if (isCsv) {
+    writeCsv(source, survey, draft.part());
+  } else {
+    writeNpz(source, survey, draft.part());
+  }
+  draft.finish();
+  if (survey.extent.isWhole()) return;
+  throw RecordingError(EX_DATAERR, from + ": " + survey.extent.trouble + "; " + to + " has the " +
+                                       std::to_string(survey.fields) + " fields that could be read");
+}
+
+}  // namespace traction::cli

@@ -1,0 +1,107 @@
+#include "client/cli/draft.h"
+#include "client/cli/foxglove.h"
+#include "client/cli/notes.h"
+#include "client/cli/recordings.h"
+#include "recording/reader.h"
+#include "recording/writer.h"
+
+#include <sysexits.h>
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <system_error>
+#include <utility>
+
+namespace traction::cli {
+
+namespace {
+
+/// What is there, and behind each message what Foxglove draws of it.
+class Illustrated {
+ public:
+  Illustrated(const std::string& path, const std::string& sensor)
+      : sensor_(sensor)
+      , file_(opened(path)) {}
+
+  void add(const recording::Channel& channel, const recording::Schema* schema, const recording::Message& record) {
+    auto copy = record;
+    copy.channel = idOf(channel.topic, schema, channel.encoding, channel.metadata);
+    check(writer_.write(copy));
+    const auto message = decode(Raw{channel.topic, record.data});
+    if (!message) return;
+    const std::string& sensor = headerOf(*message).sensor;
+    if (!sensor_.empty() && sensor != sensor_) return;
+    auto& drawing = drawings_.try_emplace(sensor, sensor).first->second;
+    for (const foxglove::Drawn& drawn : drawing.draw(*message, record.publishTime_ns)) {
+      const recording::Schema theirs{0, std::string(drawn.schema), "protobuf", std::string(foxglove::descriptors())};
+      copy.channel =
+          idOf("foxglove/" + sensor + "/" + std::string(drawn.topic), &theirs, "protobuf", {{"sensor", sensor}});
+      copy.data = drawn.data;
+      check(writer_.write(copy));
+      ++drawn_;
+    }
+  }
+  void finish() { check(writer_.close()); }
+  std::uint64_t drawn() const { return drawn_; }
+
+ private:
+  static recording::NewFile opened(const std::string& path) {
+    std::error_code unknown;
+    std::filesystem::remove(path, unknown);
+    auto file = recording::NewFile::create(path);
+    check(file);
+    return *std::move(file);
+  }
+  template <typename Outcome>
+  static void check(const Outcome& outcome) {
+    if (!outcome) throw RecordingError(outcome.error().exitCode, outcome.error().message());
+  }
+
+  std::uint16_t idOf(const std::string& topic, const recording::Schema* schema, const std::string& encoding,
+                     const std::map<std::string, std::string>& metadata) {
+    const auto known = channels_.find(topic);
+    if (known != channels_.end()) return known->second;
+    std::uint16_t& type = schemas_[schema == nullptr ? std::string() : schema->name];
+    if (schema != nullptr && type == 0) type = writer_.schema(schema->name, schema->encoding, schema->data);
+    return channels_[topic] = writer_.channel(type, topic, encoding, metadata);
+  }
+
+  std::string sensor_;
+  recording::NewFile file_;
+  recording::Writer writer_{file_, {.syncChunks = false, .library = "tractionctl"}};
+  std::map<std::string, std::uint16_t> schemas_, channels_;
+  std::map<std::string, foxglove::Drawing> drawings_;
+  std::uint64_t drawn_ = 0;
+};
+
+}  // namespace
+
+void illustrate(const std::string& from, const std::string& to, const std::string& sensor) {
+  const auto reader = recording::Reader::open(from);
+  if (!reader) throw RecordingError(reader.error().exitCode, reader.error().message());
+  std::error_code unknown;
+  if (std::filesystem::equivalent(from, to, unknown))
+    throw RecordingError(EX_USAGE, to + " is what is to be exported: another name for what comes of it");
+  Draft draft(to);
+  Illustrated made(draft.part(), sensor);
+  const auto extent = reader->read([&](const recording::Channel& channel, const recording::Schema* schema,
+                                       const recording::Message& record) {
+    try {
+      made.add(channel, schema, record);
+    } catch (const Error& error) {
+      throw RecordingError(error.code() == ErrorCode::kVersion ? EX_PROTOCOL : EX_DATAERR, from + ": " + error.what());
+    }
+  });
+  if (!extent) throw RecordingError(extent.error().exitCode, extent.error().message());
+  if (made.drawn() == 0) {
+    throw RecordingError(EX_DATAERR, from + " has nothing to draw" + (sensor.empty() ? "" : " of " + sensor) +
+                                         (extent->isWhole() ? "" : "; " + extent->trouble));
+  }
+  made.finish();
+  draft.finish();
+  if (!extent->isWhole())
+    throw RecordingError(EX_DATAERR, from + ": " + extent->trouble + "; " + to + " has what could be read");
+}
+
+}  // namespace traction::cli

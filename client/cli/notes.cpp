@@ -1,0 +1,63 @@
+#include "client/cli/notes.h"
+
+#include <cstdio>
+#include <utility>
+
+namespace traction::cli {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kPatience = 3s;      ///< for the connection, and for a first message
+constexpr auto kBetweenNotes = 1s;  ///< of losses
+
+void say(const std::string& what) {
+  std::fprintf(stderr, "tractionctl: %s\n", what.c_str());
+}
+
+}  // namespace
+
+const Header& headerOf(const Message& message) {
+  return std::visit([](const auto& any) -> const Header& { return any.header; }, message);
+}
+
+Notes::Notes(const Subscriber& subscriber, std::string onSilence, std::string onLoss)
+    : subscriber_(subscriber)
+    , onSilence_(std::move(onSilence))
+    , onLoss_(std::move(onLoss)) {}
+
+void Notes::look(bool isConnected, Clock::time_point now) {
+  const bool late = now - start_ >= kPatience;
+  if (!wasConnected_ && !isConnected && late) {
+    throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + subscriber_.endpoint() + "; is tractiond running?");
+  }
+  if (wasConnected_ && isConnected != isConnected_)
+    say(isConnected ? "tractiond is back" : "tractiond is gone; waiting for it");
+  isConnected_ = isConnected;
+  wasConnected_ = wasConnected_ || isConnected;
+  if (isConnected && late && !heard_) {
+    heard_ = true;
+    say("connected, but nothing of this topic comes from " + subscriber_.endpoint() + "; " + onSilence_);
+  }
+  noteLosses(now);
+}
+
+void Notes::hear(const Message& message, Clock::time_point now) {
+  heard_ = wasConnected_ = isConnected_ = true;
+  const Header& header = headerOf(message);
+  if (boot_ && *boot_ != header.boot) say("tractiond was started anew");
+  boot_ = header.boot;
+  sequence_ = header.sequence;
+  noteLosses(now);
+}
+
+void Notes::noteLosses(Clock::time_point now) {
+  const std::uint64_t lost = subscriber_.lost();
+  if (lost == told_ || (told_ != 0 && now - toldAt_ < kBetweenNotes)) return;
+  say(std::to_string(lost - told_) + " messages lost before number " + std::to_string(sequence_) + ": " + onLoss_);
+  told_ = lost;
+  toldAt_ = now;
+}
+
+}  // namespace traction::cli

@@ -1,0 +1,56 @@
+#include "client/cli/notes.h"
+#include "client/cli/recordings.h"
+#include "client/cli/sockets.h"
+#include "client/cli/tape.h"
+#include "client/cli/terminal.h"
+
+#include <cstdio>
+#include <optional>
+
+namespace traction::cli {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kTurn = 20ms;  ///< by this a chunk may be late
+constexpr int kQueue = 4000;  ///< messages while the disk is slow: half a minute of 60 frames/s
+
+}  // namespace
+
+void record(const SubscriberOptions& options, const std::string& file, const std::string& truth, double seconds) {
+  SubscriberOptions all = options;
+  all.queue = kQueue;
+  Subscriber subscriber(all);
+  Notes notes(subscriber, "see tractionctl status", "the disk, or this machine, is too busy");
+  std::optional<TruthListener> listener;
+  if (!truth.empty()) listener.emplace(truth);
+  Tape tape(file);
+  rememberSignals();
+  const auto begin = Notes::Clock::now();
+  const auto isOver = [&] { return std::chrono::duration<double>(Notes::Clock::now() - begin).count() >= seconds; };
+  try {
+    while (!stopRequested() && !isOver()) {
+      const auto message = subscriber.receive(kTurn);
+      if (message) {
+        tape.add(*message, subscriber.raw());
+        notes.hear(*message, Notes::Clock::now());
+      }
+      while (const auto line = listener ? listener->next() : std::nullopt) tape.addTruth(*line);
+      notes.look(subscriber.isConnected(), Notes::Clock::now());
+      tape.look();
+    }
+    if (tape.isEmpty() && !subscriber.isConnected()) {
+      throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + subscriber.endpoint() + "; is tractiond running?");
+    }
+  } catch (const Error&) {
+    if (!tape.isEmpty()) tape.close();
+    tape.drop();
+    throw;
+  }
+  tape.close();
+  std::printf("%s: %s; each was on disk after at most %.2f s; %llu lost\n", file.c_str(), tape.account().c_str(),
+              tape.longestWait_s(), static_cast<unsigned long long>(subscriber.lost()));
+}
+
+}  // namespace traction::cli

@@ -1,0 +1,181 @@
+#include "client/cli/recordings.h"
+
+#include "client/cli/json_writer.h"
+#include "client/cli/output.h"
+#include "recording/reader.h"
+
+#include <sysexits.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <map>
+#include <system_error>
+#include <vector>
+
+namespace traction::cli {
+
+namespace {
+
+using Count = unsigned long long;
+
+recording::Reader opened(const std::string& file) {
+  auto reader = recording::Reader::open(file);
+  if (!reader) throw RecordingError(reader.error().exitCode, reader.error().message());
+  return *std::move(reader);
+}
+
+struct Topic {
+  std::string name, type, sensor;
+  std::uint64_t messages = 0;
+  std::uint64_t lost = 0;      ///< by gaps in the sequence
+  std::uint64_t restarts = 0;  ///< how often the sequence began again
+  std::uint64_t begin_ns = 0, end_ns = 0;
+  std::uint32_t sequence = 0;  ///< of the last
+
+  void add(const recording::Message& message) {
+    if (message.sequence != 0 && messages != 0) {
+      if (message.sequence > sequence) lost += message.sequence - sequence - 1;
+      if (message.sequence <= sequence) ++restarts;
+    }
+    sequence = message.sequence;
+    begin_ns = messages == 0 ? message.logTime_ns : std::min(begin_ns, message.logTime_ns);
+    end_ns = std::max(end_ns, message.logTime_ns);
+    ++messages;
+  }
+  double rate_hz() const {
+    return end_ns == begin_ns ? 0.0
+                              : static_cast<double>(messages - 1) / (1e-9 * static_cast<double>(end_ns - begin_ns));
+  }
+};
+
+struct Contents {
+  recording::Extent extent;
+  bool isIndexed = false;
+  std::uint64_t bytes = 0;
+  std::vector<Topic> topics;
+  std::uint64_t begin_ns = UINT64_MAX, end_ns = 0;
+};
+
+Contents contentsOf(const std::string& file) {
+  const recording::Reader reader = opened(file);
+  Contents contents;
+  contents.bytes = reader.file().size();
+  std::map<std::uint16_t, Topic> topics;
+  const auto extent = reader.read(
+      [&](const recording::Channel& channel, const recording::Schema* schema, const recording::Message& message) {
+        Topic& topic = topics[channel.id];
+        if (topic.messages == 0) {
+          topic.name = channel.topic;
+          topic.type = schema != nullptr ? schema->name : "";
+          const auto sensor = channel.metadata.find("sensor");
+          topic.sensor = sensor != channel.metadata.end() ? sensor->second : "";
+        }
+        topic.add(message);
+      });
+  if (!extent) throw RecordingError(extent.error().exitCode, extent.error().message());
+  contents.extent = *extent;
+  std::uint64_t messages = 0;
+  for (auto& [id, topic] : topics) {
+    messages += topic.messages;
+    contents.begin_ns = std::min(contents.begin_ns, topic.begin_ns);
+    contents.end_ns = std::max(contents.end_ns, topic.end_ns);
+    contents.topics.push_back(std::move(topic));
+  }
+  if (messages == 0) contents.begin_ns = 0;
+  const auto summary = reader.summary();
+  contents.isIndexed = summary && summary->has_value();
+  if (contents.isIndexed && contents.extent.isWhole() && (*summary)->statistics.messages != messages) {
+    contents.extent.trouble = "its summary tells of " + std::to_string((*summary)->statistics.messages) +
+                              " messages, it has " + std::to_string(messages);
+  }
+  return contents;
+}
+
+std::string utc(std::uint64_t time_ns) {
+  const auto seconds = static_cast<std::time_t>(time_ns / 1'000'000'000);
+  std::tm fields{};
+  std::array<char, 40> text{};
+  if (gmtime_r(&seconds, &fields) == nullptr) return "?";
+  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S UTC", &fields);
+  return text.data();
+}
+
+/// From a file, for a terminal.
+std::string printable(std::string text) {
+  for (char& c : text) {
+    if (c < 0x20 || c > 0x7e) c = '?';
+  }
+  return text;
+}
+
+void printText(const std::string& file, const Contents& contents) {
+  std::array<char, 300> line{};
+  std::snprintf(line.data(), line.size(), "%.1f MB, %.1f s from %s, %s", 1e-6 * static_cast<double>(contents.bytes),
+                1e-9 * static_cast<double>(contents.end_ns - contents.begin_ns), utc(contents.begin_ns).c_str(),
+                !contents.extent.closed ? "NOT CLOSED"
+                : contents.isIndexed    ? "closed"
+                                        : "closed, without an index");
+  printLine(file + ": " + line.data());
+  if (!contents.extent.library.empty()) printLine("written by " + printable(contents.extent.library));
+  for (const Topic& topic : contents.topics) {
+    std::snprintf(line.data(), line.size(), "  %-44s %9llu messages %8.2f Hz %6llu lost", printable(topic.name).c_str(),
+                  static_cast<Count>(topic.messages), topic.rate_hz(), static_cast<Count>(topic.lost));
+    std::string text = line.data();
+    if (topic.restarts != 0) text += ", started anew " + std::to_string(topic.restarts) + " times";
+    printLine(text);
+  }
+}
+
+void printJson(const std::string& file, const Contents& contents) {
+  Json json;
+  json.open('{').key("file").string(file).key("bytes").number(contents.bytes);
+  json.key("closed").boolean(contents.extent.closed).key("indexed").boolean(contents.isIndexed);
+  json.key("trouble").string(contents.extent.trouble);
+  json.key("whole_bytes").number(contents.extent.whole_bytes);
+  json.key("chunks").number(contents.extent.chunks).key("damaged_chunks").number(contents.extent.badChunks);
+  json.key("library").string(contents.extent.library);
+  json.key("begin_ns").number(contents.begin_ns).key("end_ns").number(contents.end_ns).key("topics").open('[');
+  for (const Topic& topic : contents.topics) {
+    json.open('{').key("topic").string(topic.name).key("type").string(topic.type).key("sensor").string(topic.sensor);
+    json.key("messages").number(topic.messages).key("lost").number(topic.lost).key("restarts").number(topic.restarts);
+    json.key("begin_ns").number(topic.begin_ns).key("end_ns").number(topic.end_ns);
+    json.key("rate_hz").number(topic.rate_hz()).close('}');
+  }
+  printLine(json.close(']').close('}').take());
+}
+
+}  // namespace
+
+void info(const std::string& file, bool json) {
+  const Contents contents = contentsOf(file);
+  if (json) {
+    printJson(file, contents);
+  } else {
+    printText(file, contents);
+  }
+  if (contents.extent.isWhole()) return;
+  throw RecordingError(EX_DATAERR, file + ": " + contents.extent.trouble +
+                                       "; tractionctl recover makes a whole recording of what is there");
+}
+
+void recover(const std::string& from, const std::string& to) {
+  const recording::Reader reader = opened(from);
+  auto file = recording::NewFile::create(to);
+  if (!file) throw RecordingError(file.error().exitCode, file.error().message());
+  const auto extent = recording::recover(reader, *file);
+  if (!extent) {
+    std::error_code unknown;
+    std::filesystem::remove(to, unknown);
+    throw RecordingError(extent.error().exitCode, extent.error().message());
+  }
+  std::string text = to + ": " + std::to_string(extent->chunks) + " chunks of " + from;
+  if (extent->whole_bytes < reader.file().size()) {
+    text += ", without its last " + std::to_string(reader.file().size() - extent->whole_bytes) + " bytes";
+  }
+  printLine(text + (extent->isWhole() ? ", which was whole" : " (" + extent->trouble + ")"));
+}
+
+}  // namespace traction::cli

@@ -1,0 +1,38 @@
+"""Reads force fields from tractiond, and asks it things.
+
+    import traction
+
+    for field in traction.fields():
+        print(field.resultant_N, field.force_N.shape)
+
+For asyncio: traction.aio. The protocol: docs/protocol.md; this client: docs/clients.md.
+"""
+
+from pkgutil import extend_path
+
+# What others make of the .proto files is traction.v1, and stays importable beside this.
+__path__ = extend_path(__path__, __name__)
+
+from . import aio  # noqa: E402
+from .control import Control, ZeroResult  # noqa: E402
+from .decode import Message  # noqa: E402
+from .description import (Body, Calibration, Camera, Colour, Description, Gel, Grid, MarkerLayer, Solver,  # noqa: E402
+                          Zero)
+from .errors import (BadEndpoint, BadKeys, Error, Malformed, NoAnswer, NotAllowed, OtherVersion,  # noqa: E402
+                     Refused)
+from .intake import Mode, Topics  # noqa: E402
+from .keys import Keys, load_keys  # noqa: E402
+from .messages import (CaptureBound, Contact, Covariance, Field, Flag, Header, Markers, Method,  # noqa: E402
+                       PictureMotion, Preview, PreviewFormat)
+from .status import CameraState, Ledger, Status  # noqa: E402
+from .subscriber import Subscriber, fields  # noqa: E402
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "BadEndpoint", "BadKeys", "Body", "Calibration", "Camera", "CameraState", "CaptureBound", "Colour", "Contact",
+    "Control", "Covariance", "Description", "Error", "Field", "Flag", "Gel", "Grid", "Header", "Keys", "Ledger",
+    "Malformed", "Markers", "MarkerLayer", "Message", "Method", "Mode", "NoAnswer", "NotAllowed", "OtherVersion",
+    "PictureMotion", "Preview", "PreviewFormat", "Refused", "Solver", "Status", "Subscriber", "Topics", "Zero",
+    "ZeroResult", "aio", "fields", "load_keys",
+]

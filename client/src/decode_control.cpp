@@ -1,0 +1,241 @@
+#include "client/src/decode_control.h"
+
+#include "client/src/messages.h"
+#include "traction/v1/control.pb.h"
+
+#include <algorithm>
+
+namespace traction {
+
+namespace {
+
+constexpr std::uint32_t kVersion = 1;
+
+/// kUnknown for one of a later daemon.
+CameraFeature::Kind kindOf(pb::CameraFeatureKind from) {
+  using Kind = CameraFeature::Kind;
+  switch (from) {
+  case pb::CAMERA_FEATURE_KIND_INTEGER:
+    return Kind::kInteger;
+  case pb::CAMERA_FEATURE_KIND_FLOAT:
+    return Kind::kFloat;
+  case pb::CAMERA_FEATURE_KIND_BOOLEAN:
+    return Kind::kBoolean;
+  case pb::CAMERA_FEATURE_KIND_ENUMERATION:
+    return Kind::kEnumeration;
+  case pb::CAMERA_FEATURE_KIND_STRING:
+    return Kind::kString;
+  case pb::CAMERA_FEATURE_KIND_COMMAND:
+    return Kind::kCommand;
+  case pb::CAMERA_FEATURE_KIND_REGISTER:
+    return Kind::kRegister;
+  default:
+    return Kind::kUnknown;
+  }
+}
+
+CameraFeature::Access accessOf(pb::CameraFeatureAccess from) {
+  using Access = CameraFeature::Access;
+  switch (from) {
+  case pb::CAMERA_FEATURE_ACCESS_READ:
+    return Access::kRead;
+  case pb::CAMERA_FEATURE_ACCESS_WRITE:
+    return Access::kWrite;
+  case pb::CAMERA_FEATURE_ACCESS_READ_WRITE:
+    return Access::kReadWrite;
+  default:
+    return Access::kNone;
+  }
+}
+
+CameraFeature featureOf(const pb::CameraFeature& from) {
+  CameraFeature feature;
+  feature.name = from.name();
+  feature.value = from.value();
+  feature.unit = from.unit();
+  feature.kind = kindOf(from.kind());
+  feature.access = accessOf(from.access());
+  if (from.has_minimum()) feature.minimum = from.minimum();
+  if (from.has_maximum()) feature.maximum = from.maximum();
+  if (from.has_increment()) feature.increment = from.increment();
+  feature.entries.assign(from.entries().begin(), from.entries().end());
+  feature.description = from.description();
+  feature.configured = from.configured();
+  feature.first = from.first();
+  feature.category = from.category();
+  feature.selected.assign(from.selected().begin(), from.selected().end());
+  return feature;
+}
+
+/// kAbsent for one of a later daemon.
+Snapshot::MarkerState markerStateOf(char byte) {
+  return static_cast<Snapshot::MarkerState>(std::min<unsigned char>(static_cast<unsigned char>(byte), 3));
+}
+
+/// A reply that answers `expected`.
+pb::Reply replyOf(std::string_view bytes, pb::Reply::ReplyCase expected) {
+  auto reply = parse<pb::Reply>(bytes);
+  if (reply.version() != kVersion) {
+    throw Error(ErrorCode::kVersion, "the daemon speaks version " + std::to_string(reply.version()) +
+                                         " of the protocol, this library " + std::to_string(kVersion));
+  }
+  if (!reply.error().empty()) throw Error(ErrorCode::kRefused, reply.error());
+  require(reply.reply_case() == expected, "the reply does not answer the request");
+  return reply;
+}
+
+}  // namespace
+
+std::string encodeRequest(Request request) {
+  pb::Request message;
+  message.set_version(kVersion);
+  switch (request) {
+  case Request::kStatus:
+    message.mutable_status();
+    break;
+  case Request::kDescription:
+    message.mutable_description();
+    break;
+  case Request::kSnapshot:
+    message.mutable_snapshot();
+    break;
+  }
+  return message.SerializeAsString();
+}
+
+std::string encodeZero(const ZeroRequest& zero) {
+  pb::Request message;
+  message.set_version(kVersion);
+  message.mutable_zero()->set_anyway(zero.anyway);
+  message.mutable_zero()->set_undo(zero.undo);
+  return message.SerializeAsString();
+}
+
+std::string encodeCalibration(const CalibrationStep& step) {
+  pb::Request message;
+  message.set_version(kVersion);
+  pb::CalibrateRequest& request = *message.mutable_calibrate();
+  switch (step.kind) {
+  case CalibrationStep::Kind::kGeometry:
+    request.mutable_geometry()->set_anyway(step.anyway);
+    break;
+  case CalibrationStep::Kind::kNoise:
+    request.mutable_noise()->set_duration_s(step.seconds);
+    request.mutable_noise()->set_anyway(step.anyway);
+    break;
+  case CalibrationStep::Kind::kWeight:
+    request.mutable_weight()->set_weight_n(step.weight_N);
+    request.mutable_weight()->set_patience_s(step.seconds);
+    request.mutable_weight()->set_first(step.first);
+    break;
+  case CalibrationStep::Kind::kStiffness:
+    request.mutable_stiffness();
+    break;
+  case CalibrationStep::Kind::kFinish:
+    request.mutable_finish()->set_name(step.name);
+    break;
+  }
+  return message.SerializeAsString();
+}
+
+std::string encodeCameraStep(const CameraStep& step) {
+  pb::Request message;
+  message.set_version(kVersion);
+  pb::CameraRequest& request = *message.mutable_camera();
+  switch (step.kind) {
+  case CameraStep::Kind::kList:
+    request.mutable_list()->set_matching(step.matching);
+    for (const std::string& category : step.categories) request.mutable_list()->add_categories(category);
+    break;
+  case CameraStep::Kind::kRead:
+    request.mutable_read()->set_name(step.name);
+    break;
+  case CameraStep::Kind::kWrite:
+    request.mutable_write()->set_name(step.name);
+    request.mutable_write()->set_value(step.value);
+    break;
+  case CameraStep::Kind::kExecute:
+    request.mutable_execute()->set_name(step.name);
+    break;
+  case CameraStep::Kind::kBalanceWhite:
+    request.mutable_balance_white();
+    break;
+  case CameraStep::Kind::kTrigger:
+    request.mutable_trigger();
+    break;
+  }
+  return message.SerializeAsString();
+}
+
+Status decodeStatusReply(std::string_view bytes) {
+  return statusOf(replyOf(bytes, pb::Reply::kStatus).status());
+}
+
+Description decodeDescriptionReply(std::string_view bytes) {
+  return descriptionOf(replyOf(bytes, pb::Reply::kDescription).description());
+}
+
+ZeroResult decodeZeroReply(std::string_view bytes) {
+  const pb::Reply reply = replyOf(bytes, pb::Reply::kZero);
+  const pb::ZeroReply& from = reply.zero();
+  return {zeroOf(from.zero()), from.markers_present(), from.markers_expected(), from.noise_levels(), from.remark()};
+}
+
+Snapshot decodeSnapshotReply(std::string_view bytes) {
+  const pb::Reply reply = replyOf(bytes, pb::Reply::kSnapshot);
+  const pb::SnapshotReply& from = reply.snapshot();
+  Snapshot snapshot;
+  snapshot.width = from.width();
+  snapshot.height = from.height();
+  snapshot.channels = from.channels();
+  snapshot.reduced = std::max(from.reduced(), 1U);
+  const auto size = std::uint64_t{from.width()} * from.height() * from.channels();
+  require((from.channels() == 1 || from.channels() == 3) && from.levels().size() == size,
+          "the picture has not the size that it says");
+  snapshot.levels.assign(from.levels().begin(), from.levels().end());
+  snapshot.pixelFormat = from.pixel_format();
+  snapshot.frameNumber = from.frame_number();
+  snapshot.receivedReal_ns = from.received_real_ns();
+  const auto colourAt = [&from](char layer) {
+    const int index = static_cast<unsigned char>(layer);
+    return index < from.colours_size() ? colourOf(from.colours(index)) : Colour::kUnknown;
+  };
+  const auto placeOf = [](const auto& places, std::size_t i) {
+    return std::array<float, 2>{places[static_cast<int>(2 * i)], places[static_cast<int>(2 * i + 1)]};
+  };
+  const std::size_t markers = from.marker_state().size(), spots = from.spot_layer().size();
+  require(from.marker_layer().size() == markers && static_cast<std::size_t>(from.place_px_size()) == 2 * markers &&
+              static_cast<std::size_t>(from.spot_px_size()) == 2 * spots,
+          "the picture's arrays have different sizes");
+  for (std::size_t i = 0; i < markers; ++i) {
+    snapshot.markers.push_back(
+        {placeOf(from.place_px(), i), colourAt(from.marker_layer()[i]), markerStateOf(from.marker_state()[i])});
+  }
+  for (std::size_t i = 0; i < spots; ++i) {
+    snapshot.spots.push_back({placeOf(from.spot_px(), i), colourAt(from.spot_layer()[i])});
+  }
+  return snapshot;
+}
+
+CalibrationReport decodeCalibrationReply(std::string_view bytes) {
+  const pb::Reply reply = replyOf(bytes, pb::Reply::kCalibrate);
+  const pb::CalibrateReply& from = reply.calibrate();
+  CalibrationReport report;
+  for (const pb::Figure& figure : from.figures()) {
+    report.figures.push_back({figure.name(), figure.value(), figure.deviation()});
+  }
+  report.remarks.assign(from.remarks().begin(), from.remarks().end());
+  report.path = from.path();
+  return report;
+}
+
+CameraReport decodeCameraReply(std::string_view bytes) {
+  const pb::Reply reply = replyOf(bytes, pb::Reply::kCamera);
+  CameraReport report;
+  for (const pb::CameraFeature& feature : reply.camera().features()) report.features.push_back(featureOf(feature));
+  report.remarks.assign(reply.camera().remarks().begin(), reply.camera().remarks().end());
+  report.camera = reply.camera().camera();
+  return report;
+}
+
+}  // namespace traction

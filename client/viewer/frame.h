@@ -1,0 +1,42 @@
+// What travels to browsers.
+#pragma once
+
+#include "traction/subscriber.h"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace traction::view {
+
+/// As it travels: topic, a zero byte, bytes. Shared by all that it goes to.
+using Frame = std::shared_ptr<const std::string>;
+
+Frame makeFrame(std::string_view topic, std::string_view bytes);
+
+/// What a frame is about, beside Topics; or-ed.
+enum Kinds : unsigned {
+  kErrors = 256,  ///< the topic is "error", the bytes are a code of docs/clients.md, a blank and a sentence
+  kPlaces = 512,  ///< "view/places": where the nodes are in the picture, float32 u, v [px]
+  kSurface =
+      1024,      ///< "view/surface": the sequence of a field as uint64, then x, y, z of node after node, float32 [mm]
+  kTime = 2048,  ///< "view/time": where a recording that is played has got to, JSON
+  kRecorder = 4096,  ///< "view/recorder": what is being recorded, JSON
+  kAllKinds = kAllTopics | kErrors | kPlaces | kSurface | kTime | kRecorder,
+};
+inline constexpr unsigned kKindCount = 13;
+
+unsigned kindOf(const Message& message);
+
+/// Of an Error, as clients in other languages call it.
+const char* nameOf(ErrorCode code);
+Frame errorFrame(const Error& error);
+
+/// A JSON string.
+std::string jsonText(std::string_view text);
+
+/// On any thread.
+using Deliver = std::function<void(unsigned kind, const Frame& frame)>;
+
+}  // namespace traction::view

@@ -1,0 +1,17 @@
+// The page's files, compressed, as the build has bundled them.
+#pragma once
+
+#include <string_view>
+
+namespace traction::view {
+
+struct PageFile {
+  std::string_view path;  ///< "/", "/app.js"
+  std::string_view type;  ///< of its content
+  std::string_view gzip;  ///< its content
+};
+
+/// Null: there is none of this path.
+const PageFile* findPageFile(std::string_view path);
+
+}  // namespace traction::view

@@ -1,0 +1,268 @@
+// The viewer's page: what comes goes into a model; what is drawn is the newest of it.
+import {Subscriber, TractionError} from "../../../javascript/traction.js";
+
+import {isSlow, say} from "./canvas.js";
+import {Contours} from "./contours.js";
+import {Film, savePicture} from "./export.js";
+import {Flow} from "./flow.js";
+import {Model} from "./model.js";
+import {showContacts, showFacts, showForce, showState} from "./numbers.js";
+import {Overhead} from "./overhead.js";
+import {History, Plot} from "./plot.js";
+import {Choice, RecordButton, TimeBar} from "./recordings.js";
+import {Surface} from "./surface.js";
+import {onTheme, toggleTheme} from "./theme.js";
+
+const $ = (id) => document.getElementById(id);
+const slow_ms = 75;  // between new texts and new plots, in turns: nobody reads faster
+
+class Sensor {
+  constructor({name, stream, control = false, record = false}) {
+    this.name = name;
+    this.control = control;
+    this.canRecord = record;
+    this.model = new Model(name);
+    this.history = new History();
+    this.subscriber = new Subscriber({
+      url: new URL(stream, location.href).href,
+      topics: ["field", "markers", "description", "status", "preview", "places", "surface"],
+      onConnected: (is) => { this.model.isConnected = is; },
+      onError: (error) => { this.model.error = error.message; },
+      onMessage: (message) => this.#take(message),
+    });
+  }
+
+  /** What was, when time has jumped. */
+  forget() {
+    this.history = new History();
+  }
+
+  #take(message) {
+    const {model} = this;
+    model.error = "";
+    switch (message.kind) {
+      case "field":
+        model.takeField(message);
+        this.history.add(message);
+        break;
+      case "markers": model.takeMarkers(message); break;
+      case "description": model.takeDescription(message); break;
+      case "status": model.status = message; break;
+      case "surface": model.displacement_mm = message.displacement_mm; break;
+      case "preview": views.b.show(message, model); break;
+      case "places": model.takePlaces(message); break;
+      case "time": model.time = message; break;
+      case "recorder": model.recorder = message; break;
+      default: return;
+    }
+    if (this === chosen) isNew = true;
+  }
+}
+
+let sensors = [], chosen = null, isNew = true, isHeld = false, slowAt = 0, isPlotsTurn = false;
+const works = [];
+const redraw = () => { isNew = true; };
+const canvasOf = (letter) => $(`view-${letter}`).querySelector("canvas");
+const views = {
+  a: new Surface(canvasOf("a"), $("scale-a"), redraw),
+  b: new Overhead(canvasOf("b"), $("scale-b")),
+  c: new Contours(canvasOf("c"), $("scale-c")),
+  d: new Flow(canvasOf("d"), $("scale-d"), redraw),
+};
+const plot = new Plot($("plot"));
+const timeBar = new TimeBar(), recordButton = new RecordButton(notice), recordings = new Choice(openRecording);
+let played = null, film = null;
+let owed = null;  // where the processor draws, the two views in three dimensions take turns: the one that waits
+
+function choose(sensor) {
+  chosen = sensor;
+  window.traction.model = sensor.model;
+  for (const button of $("sensors").children) button.setAttribute("aria-current", String(button.sensor === sensor));
+  for (const id of ["zero", "undo"]) $(id).hidden = !sensor.control;
+  recordButton.choose(sensor);
+  timeBar.choose(sensor === played ? sensor : null);
+  redraw();
+}
+
+/** Null: back to what is live. */
+function openRecording(name) {
+  played?.subscriber.close();
+  played = name && new Sensor({name, stream: `recording/${encodeURIComponent(name)}`});
+  choose(played ?? sensors[0]);
+}
+
+function showTexts(model) {
+  model.work_ms = [...works].sort((a, b) => a - b)[works.length >> 1] ?? 0;
+  showState(model);
+  showFacts(model);
+  timeBar.show();
+  recordButton.show();
+  if (!isHeld) {
+    showForce(model);
+    showContacts(model);
+  }
+  for (const button of $("sensors").children) button.describe();
+}
+
+function draw() {
+  requestAnimationFrame(draw);
+  if (!chosen) return;
+  const {model} = chosen;
+  const begin = performance.now();
+  if (begin - slowAt > slow_ms) {
+    slowAt = begin;
+    isPlotsTurn = !isPlotsTurn;
+    if (!isPlotsTurn) showTexts(model);
+    else if (!isHeld) plot.draw(chosen.history);
+  }
+  if (isHeld) return;
+  if (!isNew) {
+    owed?.draw(model);
+    owed = null;
+    return;
+  }
+  isNew = false;
+  const shown = Object.values(views).filter(({isShown}) => isShown !== false);
+  const takeTurns = isSlow && shown.includes(views.a) && shown.includes(views.d);
+  owed = takeTurns ? (owed === views.a ? views.d : views.a) : null;
+  for (const view of shown) if (view !== owed) view.draw(model);
+  film?.add(shownCanvases());
+  ++model.drawn;
+  model.drawn_sequence = model.field?.header.sequence;
+  model.last_work_ms = performance.now() - begin;
+  works.push(model.last_work_ms);
+  if (works.length > 60) works.shift();
+}
+
+// Keys and buttons.
+
+function one(letter) {
+  const box = $("views");
+  const same = box.classList.contains("one") && $(`view-${letter}`)?.classList.contains("chosen");
+  box.classList.toggle("one", Boolean(letter) && !same);
+  for (const figure of box.children) {
+    figure.classList.toggle("chosen", figure.id === `view-${letter}`);
+    const view = views[figure.id.at(-1)];
+    if (view) view.isShown = !box.classList.contains("one") || figure.classList.contains("chosen");
+  }
+  redraw();
+}
+
+let noticeTimer;
+function notice(text) {
+  clearTimeout(noticeTimer);
+  $("notice").textContent = text;
+  $("notice").hidden = false;
+  noticeTimer = setTimeout(() => { $("notice").hidden = true; }, 12000);
+}
+
+async function ask(what, words) {
+  if (!chosen?.control) return;
+  for (const id of ["zero", "undo"]) $(id).disabled = true;
+  try {
+    const {remark} = await chosen.subscriber[what]();
+    notice(words + (remark ? `, but: ${remark}` : ""));
+  } catch (error) {
+    if (!(error instanceof TractionError)) throw error;
+    notice(error.message);
+  } finally {
+    for (const id of ["zero", "undo"]) $(id).disabled = false;
+  }
+}
+
+function hold() {
+  if (played && chosen === played) return timeBar.toggle();
+  isHeld = !isHeld;
+  $("pause").setAttribute("aria-pressed", String(isHeld));
+  redraw();
+}
+
+const shownCanvases = () => Object.keys(views).filter((letter) => views[letter].isShown !== false).map(canvasOf);
+const nameOfFile = () => chosen.model.field?.header.sensor ?? "traction";
+
+/** With all views as they are. */
+function takePicture() {
+  for (const view of Object.values(views)) if (view.isShown !== false) view.draw(chosen.model);
+  savePicture(shownCanvases(), nameOfFile());
+}
+
+async function toggleFilm() {
+  if (!Film.isPossible) return;
+  $("film").setAttribute("aria-pressed", String(!film));
+  if (!film) {
+    film = new Film(shownCanvases());
+    return redraw();
+  }
+  const ended = film;
+  film = null;
+  const bytes = await ended.end(nameOfFile());
+  notice(`A film of ${ended.pictures} pictures, ${(bytes / 1e6).toFixed(1)} MB`);
+}
+
+const actions = {
+  " ": hold, d: toggleTheme, p: takePicture, f: toggleFilm, r: () => recordButton.toggle(),
+  ",": () => timeBar.step(-1), ".": () => timeBar.step(1),
+  z: () => ask("zero", "The zero has been taken"), u: () => ask("undoZero", "The zero before is in force again"),
+  0: () => one(null), Escape: () => one(null),
+  1: () => one("a"), 2: () => one("b"), 3: () => one("c"), 4: () => one("d"),
+  ArrowLeft: () => turn(-0.1, 0), ArrowRight: () => turn(0.1, 0), ArrowUp: () => turn(0, 0.1), ArrowDown: () => turn(0, -0.1),
+};
+
+function turn(across, up) {
+  for (const view of Object.values(views)) view.stage?.turn(across, up);
+}
+
+addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.key === " " && event.target.closest("button")) return;
+  if (event.target.closest("input, select")) return;
+  const action = actions[event.key] ?? actions[event.key.toLowerCase()];
+  if (!action) return;
+  event.preventDefault();
+  action();
+});
+addEventListener("resize", redraw);
+onTheme(redraw);
+$("pause").onclick = hold;
+$("theme").onclick = toggleTheme;
+$("picture").onclick = takePicture;
+$("film").onclick = toggleFilm;
+$("film").hidden = !Film.isPossible;
+$("zero").onclick = actions.z;
+$("undo").onclick = actions.u;
+for (const figure of $("views").children) {
+  figure.ondblclick = () => one(figure.id.at(-1));
+  new ResizeObserver(redraw).observe(figure);
+}
+for (const button of document.querySelectorAll("[data-plot]")) {
+  button.onclick = () => {
+    plot.choose(button.dataset.plot);
+    for (const each of document.querySelectorAll("[data-plot]")) each.setAttribute("aria-pressed", String(each === button));
+  };
+}
+
+async function start() {
+  window.traction = {model: null, views, get sensors() { return sensors.map((sensor) => sensor.model); }};
+  const {sensors: list, recordings: hasRecordings} = await (await fetch("sensors")).json();
+  sensors = list.map((entry) => new Sensor(entry));
+  if (sensors.length > 1) {
+    $("sensors").append(...sensors.map((sensor) => {
+      const button = document.createElement("button");
+      const label = document.createElement("span"), force = document.createElement("small");
+      button.append(label, force);
+      button.sensor = sensor;
+      button.onclick = () => choose(sensor);
+      button.describe = () => {
+        const {field} = sensor.model;
+        say(label, field?.header.sensor && sensor.name.includes("://") ? field.header.sensor : sensor.name);
+        say(force, field?.valid ? `${Math.hypot(...field.resultant_N).toFixed(2)} N` : "–");
+      };
+      return button;
+    }));
+  }
+  choose(sensors[0]);
+  if (hasRecordings) await recordings.look();
+  draw();
+}
+
+start().catch((error) => notice(`The page cannot start: ${error.message}`));

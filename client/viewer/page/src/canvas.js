@@ -1,0 +1,48 @@
+// What the views share: how large a canvas is, how many pixels it gets, its label.
+import {theme} from "./theme.js";
+
+/** Whether the processor draws what others leave to a graphics card: edges are left as they are then, and pixels few. */
+export const isSlow = (() => {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const info = context?.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? context.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return context === null || /swiftshader|llvmpipe|software/i.test(name);
+})();
+
+export const ratio = () => Math.min(devicePixelRatio, isSlow ? 1 : 2);
+
+// To ask a canvas for its size has the browser lay out the page.
+const sizes = new WeakMap();
+const observer = new ResizeObserver((entries) => {
+  for (const {target, contentRect: {width, height}} of entries) sizes.set(target, {width: Math.round(width), height: Math.round(height)});
+});
+
+/** Of the canvas on the page [CSS px]. */
+export function sizeOf(canvas) {
+  if (!sizes.has(canvas)) {
+    sizes.set(canvas, {width: canvas.clientWidth, height: canvas.clientHeight});
+    observer.observe(canvas);
+  }
+  return sizes.get(canvas);
+}
+
+/** A 2D canvas of as many pixels as the screen has there; null: it is not seen. */
+export function fit(canvas) {
+  const {width, height} = sizeOf(canvas), pixels = ratio();
+  if (width === 0 || height === 0) return null;
+  if (canvas.width !== Math.round(pixels * width) || canvas.height !== Math.round(pixels * height)) {
+    canvas.width = Math.round(pixels * width);
+    canvas.height = Math.round(pixels * height);
+  }
+  const context = canvas.getContext("2d", {alpha: false});  // what covers all below it is put there as it is
+  context.setTransform(pixels, 0, 0, pixels, 0, 0);
+  context.fillStyle = theme.card;
+  context.fillRect(0, 0, width, height);
+  return {context, width, height};
+}
+
+/** A text that is there already costs nothing. */
+export function say(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}

@@ -1,0 +1,125 @@
+// Numbers and words beside the views.
+import {say as set} from "./canvas.js";
+import {deviations} from "./model.js";
+
+const flagWords = {
+  zero_unverified: "nobody has confirmed the zero",
+  few_markers: "too few markers are seen",
+  discontinuity: "frames were lost, or clocks jumped",
+  reacquiring: "markers are being labelled anew",
+  torn: "the picture does not hang together",
+  unexplained: "displacements that no force can make",
+  out_of_range: "beyond the range of known uncertainty",
+  gel_mismatch: "the picture contradicts the gel file",
+  doubted_origin: "the picture may be somebody else's",
+};
+const cameraWords = {unknown: "not opened yet", waiting: "waiting for it", streaming: "streaming", lost: "lost, looking for it",
+  connecting: "connecting"};
+const losses = {incomplete: "incomplete", wrong_size: "of wrong size", wrong_format: "of wrong format", stale: "stale",
+  implausible: "implausible", evicted_before_track: "too late to track", evicted_before_solve: "too late to solve",
+  evicted_before_publish: "too late to publish", discarded_at_stop: "discarded", missing: "never arrived"};
+
+const minus = (text) => text.replace("-", "−");
+const show = (value, digits) => minus(value.toFixed(digits));
+const $ = (id) => document.getElementById(id);
+
+function rows(list, count, make) {
+  while (list.children.length > count) list.lastChild.remove();
+  while (list.children.length < count) list.append(make());
+  return list.children;
+}
+
+function element(name, inner = "") {
+  const made = document.createElement(name);
+  made.innerHTML = inner;
+  return made;
+}
+
+/** How the whole does, for the lamp: [colour, words]. */
+export function stateOf(model) {
+  const silent = performance.now() - (model.arrivals.at(-1)?.[0] ?? -Infinity) > 1500;
+  const camera = model.status?.camera;
+  if (!model.isConnected) return ["bad", "no connection to traction-view"];
+  if (model.error) return ["bad", model.error];
+  if (model.time?.trouble) return ["warn", `a recording; ${model.time.trouble}`];
+  if (model.time) return ["good", model.time.speed > 0 ? "a recording" : "a recording, that stands"];
+  if (!model.status && !model.field) return ["warn", "waiting for tractiond"];
+  if (camera && camera !== "streaming") return ["warn", `camera: ${cameraWords[camera]}${model.status.camera_why ? ` (${model.status.camera_why})` : ""}`];
+  if (silent) return ["warn", "no fields come"];
+  if (model.field && !model.field.valid) return ["bad", "fields are not valid"];
+  if (model.field?.header.flags.length) return ["warn", "measuring, with reservations"];
+  return ["good", "measuring"];
+}
+
+export function showState(model) {
+  const [colour, words] = stateOf(model);
+  $("state").firstElementChild.className = `lamp ${colour}`;
+  set($("state-text"), words);
+}
+
+export function showForce(model) {
+  const {field} = model;
+  if (!field) return;
+  const [force, moment] = [field.resultant_N, field.moment_Nm.map((one) => 1e3 * one)];
+  set($("magnitude"), field.valid ? show(Math.hypot(...force), 3) : "–");
+  const spread = [deviations(field.resultant_covariance_N2), deviations(field.moment_covariance_N2m2).map((one) => 1e3 * one)];
+  const lines = rows($("components"), 3, () => element("tr", "<th scope=row></th><td></td><td></td>"));
+  ["x", "y", "z"].forEach((axis, i) => {
+    lines[i].className = axis;
+    const [head, first, second] = lines[i].children;
+    set(head, axis);
+    [[first, force[i], spread[0][i], 3], [second, moment[i], spread[1][i], 2]].forEach(([cell, value, deviation, digits]) => {
+      if (!cell.firstChild) cell.innerHTML = "<span></span> <small></small>";
+      set(cell.firstChild, field.valid ? show(value, digits) : "–");
+      set(cell.lastChild, field.valid ? `± ${(2 * deviation).toFixed(digits)}` : "");
+    });
+  });
+}
+
+export function showContacts(model) {
+  const contacts = model.field?.contacts.slice(0, 5) ?? [];
+  if (contacts.length === 0) {
+    const [only] = rows($("contacts"), 1, () => element("li"));
+    only.className = "empty";
+    set(only, model.field?.method === "whole_face" ? "one large one: the whole face" : "nothing touches");
+    return;
+  }
+  const lines = rows($("contacts"), contacts.length, () => element("li"));
+  contacts.forEach((contact, i) => {
+    const size = Math.hypot(...contact.force_N), spread = Math.hypot(...contact.force_deviation_N);
+    const [x, y] = contact.position_m.map((one) => show(1e3 * one, 1));
+    const [dx, dy] = contact.position_deviation_m.map((one) => 2e3 * one);
+    if (lines[i].children.length !== 3) { lines[i].className = ""; lines[i].innerHTML = "<b></b><span></span><small></small>"; }
+    set(lines[i].children[0], `${show(size, 2)} N ± ${(2 * spread).toFixed(2)}`);
+    set(lines[i].children[1], `${x}, ${y} mm`);
+    set(lines[i].children[2], `± ${Math.max(dx, dy).toFixed(1)}`);
+  });
+}
+
+export function showFacts(model) {
+  const {status, field, description} = model;
+  const lost = Object.entries(losses).filter(([name]) => status?.ledger[name] > 0n).map(([name, words]) => `${status.ledger[name]} ${words}`);
+  const facts = {
+    sensor: field?.header.sensor || model.name,
+    camera: status ? cameraWords[status.camera] : "–",
+    rate: model.rate_hz ? `${model.rate_hz.toFixed(1)} /s${model.passed_over ? `, ${model.passed_over} passed over` : ""}` : "–",
+    latency: model.latency_ms === null ? "–" : `${model.latency_ms.toFixed(1)} ms`,
+    "in the daemon": status ? `${(1e3 * status.latencies.total.p50_s).toFixed(1)} ms, 99 %: ${(1e3 * status.latencies.total.p99_s).toFixed(1)}` : "–",
+    lost: status ? lost.join(", ") || "nothing" : "–",
+    markers: field ? `${field.valid_markers} of ${description?.layers.reduce((sum, layer) => sum + layer.columns * layer.rows, 0) ?? "–"}` : "–",
+    unexplained: field ? `${field.residual_px.toFixed(3)} px` : "–",
+    "page's work": `${model.work_ms.toFixed(1)} ms a frame`,
+  };
+  if (status?.camera_link?.temperature != null) facts["camera's temperature"] = `${status.camera_link.temperature.toFixed(1)} °C`;
+  const list = $("facts");
+  const names = Object.keys(facts);
+  if (list.children.length !== 2 * names.length) list.replaceChildren(...names.flatMap(() => [element("dt"), element("dd")]));
+  names.forEach((name, i) => {
+    set(list.children[2 * i], name);
+    set(list.children[2 * i + 1], facts[name]);
+  });
+  const words = (field?.header.flags ?? []).map((flag) => flagWords[flag] ?? flag);
+  if (status?.markers.remark) words.push(status.markers.remark);
+  const lines = rows($("flags"), words.length, () => element("li"));
+  words.forEach((text, i) => set(lines[i], text));
+}

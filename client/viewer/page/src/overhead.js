@@ -1,0 +1,152 @@
+// View b: what the camera sees, and over it the forces along the surface as arrows, the pressure as discs.
+import {Scale, newtons} from "./scale.js";
+import {fit, ratio, say} from "./canvas.js";
+import {theme} from "./theme.js";
+
+const fullArrow = 2.2;  // node distances that the longest arrow takes
+const fullDisc = 0.46;  // of a node distance: the radius where one node takes the full pressure
+
+export class Overhead {
+  constructor(canvas, label) {
+    this.canvas = canvas;
+    this.label = label;
+    this.scale = new Scale(0.01);
+  }
+
+  /** The camera's own picture, from now on behind the arrows. */
+  show({width, height, format, pixels, scale, origin_px: [u, v]}, model) {
+    const image = new ImageData(Math.max(1, width), Math.max(1, height));
+    const step = format === "rgb8" ? 3 : 1;
+    for (let i = 0, from = 0; i < 4 * width * height; i += 4, from += step) {
+      image.data[i] = pixels[from];
+      image.data[i + 1] = pixels[from + (step >> 1)];
+      image.data[i + 2] = pixels[from + step - 1];
+      image.data[i + 3] = 255;
+    }
+    const canvas = Object.assign(document.createElement("canvas"), {width: image.width, height: image.height});
+    canvas.getContext("2d").putImageData(image, 0, 0);
+    model.preview = {canvas, width, height, scale, origin_px: [u, v]};
+  }
+
+  draw(model) {
+    const fitted = fit(this.canvas);
+    const camera = model.description?.camera;
+    if (!fitted || !camera?.width_px) return;
+    const {context, width, height} = fitted;
+    const zoom = Math.min(width / camera.width_px, height / camera.height_px);
+    const left = Math.round((width - zoom * camera.width_px) / 2), top = Math.round((height - zoom * camera.height_px) / 2);
+    context.save();
+    context.beginPath();
+    context.roundRect(left, top, zoom * camera.width_px, zoom * camera.height_px, 6);
+    context.clip();
+    context.fillStyle = theme.isLight ? "#eceeeb" : "#0b1013";
+    context.fillRect(left, top, zoom * camera.width_px, zoom * camera.height_px);
+    context.translate(left, top);
+    context.scale(zoom, zoom);
+    context.translate(0.5, 0.5);  // (0, 0) is the centre of the first pixel
+    if (model.preview) {
+      // Its pixels lie in the camera's: the first one's centre at the origin.
+      const {canvas, width: wide, height: high, scale, origin_px: [u, v]} = model.preview;
+      context.drawImage(canvas, u - scale / 2, v - scale / 2, scale * wide, scale * high);
+    } else {
+      this.#markers(context, model, zoom);
+    }
+    if (model.isComplete && model.places_px.length === 2 * model.magnitude_N.length) {
+      model.arrows = this.#forces(context, model.arrowGrid, zoom, theme.isLight && !model.preview);
+    }
+    context.restore();
+  }
+
+  /** Discs, pixel by pixel: a thousand of them cost less than as many arcs, or pictures of one. */
+  #markers(context, model, zoom) {
+    const {camera, layers, zero} = model.description;
+    const places = model.markers_px.length ? model.markers_px : zero?.rest_position_px ?? [];
+    const dense = zoom * ratio();
+    const wide = Math.ceil(dense * camera.width_px), high = Math.ceil(dense * camera.height_px);
+    if (this.picture?.width !== wide || this.picture?.height !== high) {
+      this.picture = Object.assign(document.createElement("canvas"), {width: wide, height: high});
+      this.image = new ImageData(wide, high);
+    }
+    const {data} = this.image;
+    data.fill(0);
+    let i = 0;
+    for (const layer of layers) {
+      const end = Math.min(i + 2 * layer.columns * layer.rows, places.length);
+      const height_m = Math.max(1e-3, camera.position_m[2] - layer.depth_m);
+      const radius = Math.max(1, (0.5 * dense * layer.diameter_m * camera.focal_px) / height_m);
+      const colour = parseInt(({blue: theme.blue, red: theme.red}[layer.colour] ?? theme.quiet).slice(1), 16);
+      for (; i < end; i += 2) {
+        const u = dense * (places[i] + 0.5) - 0.5, v = dense * (places[i + 1] + 0.5) - 0.5;
+        if (!(u >= 0 && v >= 0 && u < wide && v < high)) continue;  // NaN: not seen
+        for (let y = Math.max(0, Math.ceil(v - radius - 1)); y <= Math.min(high - 1, v + radius + 1); ++y) {
+          for (let x = Math.max(0, Math.ceil(u - radius - 1)); x <= Math.min(wide - 1, u + radius + 1); ++x) {
+            const cover = radius + 0.5 - Math.sqrt((x - u) ** 2 + (y - v) ** 2);
+            if (cover <= 0) continue;
+            const at = 4 * (y * wide + x);
+            data[at] = colour >> 16;
+            data[at + 1] = (colour >> 8) & 255;
+            data[at + 2] = colour & 255;
+            data[at + 3] = 153 * Math.min(1, cover);
+          }
+        }
+      }
+    }
+    this.picture.getContext("2d").putImageData(this.image, 0, 0);
+    context.drawImage(this.picture, -0.5, -0.5, wide / dense, high / dense);
+  }
+
+  #forces(context, {columns, rows, places_px: places, force_N: force, largest_N}, zoom, isOnLight) {
+    const [across, up, pitch] = axes(places, columns, rows);
+    const full = this.scale.update(largest_N);
+    const px_per_N = (fullArrow * pitch) / full;
+    const nodes = force.length / 3;
+    const from = [], to = [], node = [];
+    context.fillStyle = isOnLight ? theme.accent : "#58c4b8";  // the camera's picture is dark
+    context.globalAlpha = isOnLight ? 0.32 : 0.5;
+    context.beginPath();
+    for (let i = 0; i < nodes; ++i) {
+      const radius = fullDisc * pitch * Math.sqrt(Math.min(1, Math.abs(force[3 * i + 2]) / full));
+      if (radius < 0.04 * pitch) continue;
+      context.moveTo(places[2 * i] + radius, places[2 * i + 1]);
+      context.arc(places[2 * i], places[2 * i + 1], radius, 0, 7);
+    }
+    context.fill();
+    context.globalAlpha = 1;
+    context.strokeStyle = context.fillStyle = isOnLight ? "#a33b12" : "#ffc36b";
+    context.lineWidth = 1.6 / zoom;
+    context.lineCap = "round";
+    context.beginPath();
+    for (let i = 0; i < nodes; ++i) {
+      const fx = force[3 * i], fy = force[3 * i + 1];
+      if (fx === 0 && fy === 0) continue;
+      const x = places[2 * i], y = places[2 * i + 1];
+      const dx = px_per_N * (fx * across[0] + fy * up[0]), dy = px_per_N * (fx * across[1] + fy * up[1]);
+      node.push(i);
+      from.push(x, y);
+      to.push(x + dx, y + dy);
+      const length = Math.hypot(dx, dy);
+      if (length * zoom < 1.5) continue;
+      context.moveTo(x, y);
+      context.lineTo(x + dx, y + dy);
+      const head = Math.min(0.35 * length, 0.45 * pitch) / length;
+      for (const side of [0.5, -0.5]) {
+        context.moveTo(x + dx, y + dy);
+        context.lineTo(x + dx - head * (dx - side * dy), y + dy - head * (dy + side * dx));
+      }
+    }
+    context.stroke();
+    say(this.label, `full arrow ${newtons(full)}`);
+    return {node, from_px: from, to_px: to, px_per_N};
+  }
+}
+
+/** Unit vectors of the gel's x and y in the picture, of a mean node distance [px]. */
+function axes(places, columns, rows) {
+  const step = (a, b) => [places[2 * b] - places[2 * a], places[2 * b + 1] - places[2 * a + 1]];
+  const last = columns * rows - 1;
+  const across = columns > 1 ? step(0, columns - 1) : [1, 0];
+  const up = rows > 1 ? step(0, last - columns + 1) : [0, -1];
+  const unit = ([x, y]) => { const size = Math.hypot(x, y) || 1; return [x / size, y / size]; };
+  const pitch = Math.hypot(...across) / Math.max(1, columns - 1);
+  return [unit(across), unit(up), pitch || 10];
+}

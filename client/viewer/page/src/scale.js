@@ -1,0 +1,29 @@
+// How long an arrow is: steps of 1, 2, 5, that change seldom.
+
+const steps = [1, 2, 5];
+const fade_ms = 2300;  // until what was large counts half
+
+export class Scale {
+  /** @param least the largest value is never taken as smaller */
+  constructor(least) {
+    this.least = least;
+    this.full = least;
+    this.held = least;
+    this.at = 0;
+  }
+
+  /** @param value the largest of now @returns the value of a full arrow or colour */
+  update(value) {
+    const now = performance.now();
+    this.held = Math.max(value, this.held * 0.5 ** ((now - this.at) / fade_ms), this.least);
+    this.at = now;
+    const decade = 10 ** Math.floor(Math.log10(this.held));
+    const nice = (steps.find((step) => step * decade >= this.held * 0.999) ?? 10) * decade;
+    if (nice > this.full || nice < 0.45 * this.full) this.full = nice;
+    return this.full;
+  }
+}
+
+export function newtons(value) {
+  return value >= 1 ? `${Number(value.toPrecision(2))} N` : `${Number((1e3 * value).toPrecision(2))} mN`;
+}

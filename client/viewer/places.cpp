@@ -1,0 +1,49 @@
+#include "client/viewer/places.h"
+
+#include "sensor/projection.h"
+
+namespace traction::view {
+
+std::vector<float> nodePlaces_px(const Description& description) {
+  const Camera& from = description.camera;
+  sensor::Camera camera;
+  camera.width = static_cast<int>(from.width_px);
+  camera.height = static_cast<int>(from.height_px);
+  camera.focal_px = from.focal_px;
+  camera.principal_px = {from.principal_px[0], from.principal_px[1]};
+  camera.k1 = from.k1;
+  camera.k2 = from.k2;
+  camera.position = {from.position_m[0], from.position_m[1], from.position_m[2]};
+  camera.rotation = {from.rotation_rad[0], from.rotation_rad[1], from.rotation_rad[2]};
+  camera.gelIndex = from.gelIndex;
+  camera.windowIndex = from.windowIndex;
+  camera.windowThickness = from.windowThickness_m;
+  const double thickness = description.gel.size_m[2];
+  // Of anybody who publishes: a projection from within the gel has no sense.
+  constexpr std::uint32_t kMost = 1000;
+  const Grid& grid = description.nodes;
+  if (!(camera.position.z() > thickness) || !(from.focal_px > 0.0) || grid.columns > kMost || grid.rows > kMost)
+    return {};
+
+  const sensor::Projection project(camera, thickness);
+  std::vector<float> places;
+  const auto add = [&](const Eigen::Vector3d& point) {
+    const Eigen::Vector2d place = project(point);
+    places.push_back(static_cast<float>(place.x()));
+    places.push_back(static_cast<float>(place.y()));
+  };
+  if (description.body) {
+    for (const auto& [x, y, z] : description.body->nodePositions_m) add({x, y, z});
+    return places;
+  }
+  places.reserve(std::size_t{2} * grid.columns * grid.rows);
+  for (std::uint32_t row = 0; row < grid.rows; ++row) {
+    for (std::uint32_t column = 0; column < grid.columns; ++column) {
+      const Vector2 place = grid.position_m(column, row);
+      add({place[0], place[1], 0.0});
+    }
+  }
+  return places;
+}
+
+}  // namespace traction::view

@@ -1,0 +1,158 @@
+#include "client/viewer/playing.h"
+
+#include "client/cli/recordings.h"
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+
+namespace traction::view {
+
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kTold = 200ms;                        ///< between two words on where it has got to
+constexpr std::uint64_t kBefore_ns = 1'500'000'000;  ///< within this every topic but the description has a message
+
+recording::Reader opened(const std::filesystem::path& file) {
+  auto reader = recording::Reader::open(file);
+  if (!reader) throw cli::RecordingError(reader.error().exitCode, reader.error().message());
+  return *std::move(reader);
+}
+
+/// "traction/v1/NAME/" of one of its topics.
+std::string prefixOf(std::string_view topic) {
+  constexpr std::string_view kRoot = "traction/v1/";
+  if (!topic.starts_with(kRoot)) return {};
+  const std::size_t end = topic.find('/', kRoot.size());
+  return end == std::string_view::npos ? std::string() : std::string(topic.substr(0, end + 1));
+}
+
+}  // namespace
+
+Playing::Playing(const std::filesystem::path& file, Deliver deliver)
+    : reader_(opened(file))
+    , deliver_(std::move(deliver))
+    , forwarder_(deliver_)
+    , thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+Playing::~Playing() {
+  thread_.request_stop();
+  changed_.notify_all();
+}
+
+void Playing::play(double from_s, double speed) {
+  {
+    const std::lock_guard lock(mutex_);
+    wish_ = Wish{from_s, speed};
+  }
+  changed_.notify_all();
+}
+
+void Playing::run(const std::stop_token& stop) {
+  pthread_setname_np(pthread_self(), "view-playing");
+  try {
+    look(stop);
+    while (!stop.stop_requested()) {
+      std::optional<Wish> wish;
+      {
+        std::unique_lock lock(mutex_);
+        if (!changed_.wait(lock, stop, [this] { return wish_.has_value(); })) return;
+        wish = std::exchange(wish_, std::nullopt);
+      }
+      try {
+        show(stop, *wish);
+      } catch (const Interrupted&) {
+      }
+    }
+  } catch (const Interrupted&) {
+  }
+}
+
+bool Playing::isOurs(const std::string& topic) const {
+  return !prefix_.empty() && topic.starts_with(prefix_);
+}
+
+/// What must be known before it is shown.
+void Playing::look(const std::stop_token& stop) {
+  const auto extent =
+      reader_.read([&](const recording::Channel& channel, const recording::Schema*, const recording::Message& message) {
+        if (stop.stop_requested()) throw Interrupted();
+        if (prefix_.empty()) prefix_ = prefixOf(channel.topic);
+        if (!isOurs(channel.topic)) return;
+        if (begin_ns_ == 0) begin_ns_ = message.logTime_ns;
+        end_ns_ = std::max(end_ns_, message.logTime_ns);
+        if (channel.topic == prefix_ + "description/") descriptions_[message.logTime_ns] = message.data;
+      });
+  trouble_ = extent ? extent->trouble : extent.error().message();
+  if (prefix_.empty() && trouble_.empty()) trouble_ = "nothing of a sensor is in it";
+}
+
+void Playing::show(const std::stop_token& stop, const Wish& wish) {
+  const double length_s = 1e-9 * static_cast<double>(end_ns_ - begin_ns_);
+  const double from_s = std::clamp(wish.from_s, 0.0, length_s);
+  const std::uint64_t from_ns = begin_ns_ + static_cast<std::uint64_t>(1e9 * from_s);
+  if (const auto after = descriptions_.upper_bound(from_ns); after != descriptions_.begin()) {
+    pass(prefix_ + "description/", std::prev(after)->second);
+  }
+  std::map<std::string, std::string> standing;  // the last of each topic before that moment
+  bool isThere = false;
+  const auto arrive = [&] {
+    for (const auto& [topic, bytes] : standing) pass(topic, bytes);
+    isThere = true;
+    tell(from_s, wish.speed);
+  };
+  const Clock::time_point begin = Clock::now();
+  Clock::time_point told = begin;
+  const auto extent = reader_.read(
+      [&](const recording::Channel& channel, const recording::Schema*, const recording::Message& message) {
+        if (!isOurs(channel.topic)) return;
+        if (message.logTime_ns <= from_ns) {
+          waitUntil(stop, begin);
+          if (from_ns - message.logTime_ns < kBefore_ns) standing[channel.topic] = message.data;
+          return;
+        }
+        if (!isThere) arrive();
+        if (wish.speed <= 0.0) throw Interrupted();
+        const std::chrono::duration<double> after(1e-9 * static_cast<double>(message.logTime_ns - from_ns) /
+                                                  wish.speed);
+        waitUntil(stop, begin + std::chrono::duration_cast<Clock::duration>(after));
+        pass(channel.topic, message.data);
+        if (Clock::now() - told < kTold) return;
+        told = Clock::now();
+        tell(1e-9 * static_cast<double>(message.logTime_ns - begin_ns_), wish.speed);
+      },
+      from_ns - std::min(from_ns, kBefore_ns));
+  if (!isThere) arrive();
+  if (!extent) trouble_ = extent.error().message();
+  tell(length_s, 0.0);
+}
+
+void Playing::waitUntil(const std::stop_token& stop, Clock::time_point due) {
+  std::unique_lock lock(mutex_);
+  const bool isWished = changed_.wait_until(lock, stop, due, [this] { return wish_.has_value(); });
+  if (isWished || stop.stop_requested()) throw Interrupted();
+}
+
+void Playing::pass(std::string_view topic, std::string_view bytes) {
+  const Raw raw{topic, bytes};
+  try {
+    if (const auto message = decode(raw)) forwarder_.pass(*message, raw);
+  } catch (const Error& error) {
+    deliver_(kErrors, errorFrame(error));
+  }
+}
+
+void Playing::tell(double at_s, double speed) {
+  std::array<char, 160> numbers{};
+  std::snprintf(numbers.data(), numbers.size(), R"({"begin_s":%.3f,"length_s":%.3f,"at_s":%.3f,"speed":%g,"trouble":)",
+                1e-9 * static_cast<double>(begin_ns_), 1e-9 * static_cast<double>(end_ns_ - begin_ns_), at_s, speed);
+  deliver_(kTime, makeFrame("view/time", numbers.data() + jsonText(trouble_) + '}'));
+}
+
+}  // namespace traction::view

@@ -1,0 +1,562 @@
+#include "client/viewer/server.h"
+
+#include "client/cli/recordings.h"
+#include "client/viewer/page.h"
+#include "client/viewer/playing.h"
+#include "client/viewer/recording.h"
+#include "client/viewer/session.h"
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <boost/beast/http.hpp>
+#include <sysexits.h>
+
+#include <algorithm>
+#include <atomic>
+#include <charconv>
+#include <csignal>
+#include <list>
+#include <map>
+
+namespace traction::view {
+
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using asio::ip::tcp;
+using beast::error_code;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+using Request = http::request<http::string_body>;
+
+/// A browser that says nothing has it closed.
+constexpr auto kHttpPatience = 10s;
+constexpr std::uint32_t kLongestHeader = 8192;
+/// Messages on the way from a source's thread to the server's; beyond them the server does not keep up at all.
+constexpr int kBacklog = 1000;
+/// A page that is loaded again finds what was there.
+constexpr auto kLinger = 10s;
+/// Of one source, that wait for an answer.
+constexpr int kQuestions = 8;
+
+/// No script, picture, style or connection from anywhere else; nobody frames the page.
+constexpr const char* kPolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; media-src blob:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// Of a URL's path: "a%20b". What is no escape stays.
+std::string unescaped(std::string_view path) {
+  std::string text;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    unsigned char byte = 0;
+    const auto* digits = path.data() + i + 1;
+    const bool isEscape =
+        path[i] == '%' && i + 2 < path.size() && std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2;
+    text += isEscape ? static_cast<char>(byte) : path[i];
+    if (isEscape) i += 2;
+  }
+  return text;
+}
+
+/// One sensor, and who looks at it. On the server's thread. While nobody does, nothing is received.
+struct Hub {
+  void deliver(unsigned kind, const Frame& frame) {
+    // A newcomer has these at once: the daemon sends them seldom.
+    for (const unsigned kept : {unsigned{kDescription}, unsigned{kStatus}, unsigned{kPlaces}, unsigned{kRecorder}}) {
+      if (kind == kept) last[kind] = frame;
+    }
+    for (const auto& session : sessions) session->offer(kind, frame);
+  }
+
+  SourceOptions options;
+  std::optional<Control> control;
+  std::list<std::shared_ptr<Session>> sessions;
+  std::map<unsigned, Frame> last;
+  bool wantsSurface = false;
+  Clock::time_point looked;  ///< when somebody did last
+  std::atomic<int> backlog{0};
+  int questions = 0;
+  std::unique_ptr<Source> source;
+  std::shared_ptr<Recording> recording;
+  asio::thread_pool asker{1};
+};
+
+/// Somebody who looks at a recording. On the server's thread.
+struct Show {
+  std::shared_ptr<Session> session;
+  std::atomic<int> backlog{0};
+  std::unique_ptr<Playing> playing;
+};
+
+class Server;
+
+/// A browser before it opens a WebSocket: one request after another. Bound to the server's thread.
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(Server& server, tcp::socket&& socket)
+      : server_(server)
+      , stream_(std::move(socket)) {}
+
+  void read();
+  /// Ended, by whomever.
+  void close() {
+    error_code ignored;
+    stream_.socket().close(ignored);
+  }
+
+ private:
+  void handle(const Request& request);
+  void write(http::response<http::string_body>&& response);
+  void upgrade(const Request& request);
+
+  Server& server_;
+  beast::tcp_stream stream_;
+  beast::flat_buffer buffer_;
+  std::optional<http::request_parser<http::string_body>> parser_;
+  std::optional<http::response<http::string_body>> response_;
+};
+
+class Server {
+ public:
+  Server(const ServerOptions& options, const std::vector<SourceOptions>& sources)
+      : options_(options) {
+    listen();
+    for (const SourceOptions& each : sources) {
+      hubs_.push_back(std::make_unique<Hub>());
+      Hub& hub = *hubs_.back();
+      hub.options = each;
+      if (each.control) hub.control.emplace(*each.control);
+    }
+  }
+
+  ~Server() {
+    for (const auto& show : shows_) show->playing.reset();  // while its thread may still ask for the show
+  }
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  std::string url() const {
+    const tcp::endpoint at = acceptor_.local_endpoint();
+    const bool any = at.address().is_unspecified();
+    const std::string host = any ? "localhost" : at.address().to_string();
+    return "http://" + (at.address().is_v6() && !any ? "[" + host + "]" : host) + ":" + std::to_string(at.port()) + "/";
+  }
+
+  void run() {
+    asio::signal_set signals(context_, SIGINT, SIGTERM);
+    signals.async_wait([this](error_code, int) { context_.stop(); });
+    accept();
+    tick();
+    context_.run();
+  }
+
+  // For connections.
+
+  void remove(const Connection* one) {
+    connections_.remove_if([&](const std::shared_ptr<Connection>& each) { return each.get() == one; });
+  }
+
+  /// Hosts that a browser may name. A name that is not ours may be an attacker's, who has it lead here (DNS
+  /// rebinding); an address cannot be led anywhere.
+  bool isOurs(std::string_view host) const {
+    if (!host.empty() && host.front() == '[') {
+      const std::size_t end = host.find(']');
+      host = end == std::string_view::npos ? std::string_view() : host.substr(1, end - 1);
+    } else {
+      host = host.substr(0, host.find(':'));
+    }
+    error_code notAnAddress;
+    asio::ip::make_address(std::string(host), notAnAddress);
+    return !notAnAddress || host == "localhost" ||
+           std::find(options_.names.begin(), options_.names.end(), host) != options_.names.end();
+  }
+
+  std::string sensors() const {
+    std::string list;
+    for (std::size_t i = 0; i < hubs_.size(); ++i) {
+      const bool control = !options_.readOnly && hubs_[i]->control.has_value();
+      list += std::string(list.empty() ? "" : ",") + "{\"name\":" + jsonText(hubs_[i]->options.name) +
+              ",\"stream\":\"/stream/" + std::to_string(i) + "\",\"control\":" + (control ? "true" : "false") +
+              ",\"record\":" + (hasRecordings() && !options_.readOnly ? "true" : "false") + "}";
+    }
+    return "{\"version\":\"" TRACTION_VERSION "\",\"recordings\":" + std::string(hasRecordings() ? "true" : "false") +
+           ",\"sensors\":[" + list + "]}\n";
+  }
+
+  Hub* findHub(std::string_view path) {
+    constexpr std::string_view kStream = "/stream/";
+    if (path.substr(0, kStream.size()) != kStream) return nullptr;
+    path.remove_prefix(kStream.size());
+    std::size_t index = 0;
+    const auto [end, bad] = std::from_chars(path.data(), path.data() + path.size(), index);
+    return bad == std::errc() && end == path.data() + path.size() && index < hubs_.size() ? hubs_[index].get()
+                                                                                          : nullptr;
+  }
+
+  bool isFull() const {
+    std::size_t viewers = 0;
+    for (const auto& hub : hubs_) viewers += hub->sessions.size();
+    return viewers + shows_.size() >= options_.viewers;
+  }
+
+  bool hasRecordings() const { return !options_.recordings.empty(); }
+
+  std::string recordings() const {
+    std::string list;
+    for (const RecordingFile& each : recordingsIn(options_.recordings)) {
+      list += std::string(list.empty() ? "" : ",") + "{\"name\":" + jsonText(each.name) +
+              ",\"bytes\":" + std::to_string(each.bytes) + "}";
+    }
+    return "{\"recordings\":[" + list + "]}\n";
+  }
+
+  /// The file that a path names, which is one of those listed; empty: none.
+  std::filesystem::path findRecording(std::string_view path) const {
+    constexpr std::string_view kRecording = "/recording/";
+    if (!hasRecordings() || !path.starts_with(kRecording)) return {};
+    const std::string name = unescaped(path.substr(kRecording.size()));
+    for (const RecordingFile& each : recordingsIn(options_.recordings)) {
+      if (each.name == name) return std::filesystem::path(options_.recordings) / each.name;
+    }
+    return {};
+  }
+
+  void openRecording(const std::filesystem::path& file, tcp::socket&& socket, const Request& request,
+                     const SessionOptions& wanted) {
+    auto show = std::make_shared<Show>();
+    const std::weak_ptr<Show> seen = show;
+    show->session = std::make_shared<Session>(
+        std::move(socket), wanted,
+        Session::Handlers{
+            .ask =
+                [](Session& from, const std::string& id, const std::string&) {
+                  from.answer(makeFrame("error/" + id, "refused a recording answers nothing"));
+                },
+            .play =
+                [seen](double from_s, double speed) {
+                  const auto still = seen.lock();
+                  if (still && still->playing) still->playing->play(from_s, speed);
+                },
+            .gone = [this](const Session* gone) { asio::post(context_, [this, gone] { endShow(gone); }); }});
+    const auto deliver = [this, seen](unsigned kind, const Frame& frame) {
+      const auto still = seen.lock();
+      if (!still || still->backlog.load() >= kBacklog) return;
+      ++still->backlog;
+      asio::post(context_, [still, kind, frame] {
+        --still->backlog;
+        still->session->offer(kind, frame);
+      });
+    };
+    shows_.push_back(show);
+    show->session->start(request);
+    try {
+      show->playing = std::make_unique<Playing>(file, deliver);
+      if ((wanted.kinds & kSurface) != 0) show->playing->wantSurface();
+    } catch (const cli::RecordingError& error) {
+      show->session->offer(kErrors, makeFrame("error", std::string("malformed ") + error.what()));
+    }
+  }
+
+  void open(Hub& hub, tcp::socket&& socket, const Request& request, const SessionOptions& wanted) {
+    auto session = std::make_shared<Session>(
+        std::move(socket), wanted,
+        Session::Handlers{.ask = [this, &hub](Session& from, const std::string& id,
+                                              const std::string& question) { ask(hub, from, id, question); },
+                          .play = [](double, double) {},  // what is live cannot be wound
+                          .gone =
+                              [&hub](const Session* gone) {
+                                hub.sessions.remove_if(
+                                    [&](const std::shared_ptr<Session>& each) { return each.get() == gone; });
+                              }});
+    hub.sessions.push_back(session);
+    hub.looked = Clock::now();
+    const bool wantsMore = (wanted.kinds & kPreview & ~hub.options.subscription.topics) != 0;
+    hub.options.subscription.topics |= wanted.kinds & kPreview;
+    if (!hub.source || wantsMore) start(hub);
+    hub.wantsSurface = hub.wantsSurface || (wanted.kinds & kSurface) != 0;
+    if (hub.source && hub.wantsSurface) hub.source->wantSurface();
+    for (const auto& [kind, frame] : hub.last) session->offer(kind, frame);
+    session->start(request);
+  }
+
+ private:
+  void listen() {
+    error_code error;
+    const auto address = asio::ip::make_address(options_.address, error);
+    if (error) throw ServerError(EX_USAGE, "'" + options_.address + "' is no address");
+    const tcp::endpoint endpoint(address, options_.port);
+    acceptor_.open(endpoint.protocol());
+    acceptor_.set_option(asio::socket_base::reuse_address(true));
+    acceptor_.bind(endpoint, error);
+    if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
+    if (error) {
+      throw ServerError(EX_UNAVAILABLE, "cannot listen at " + options_.address + ":" + std::to_string(options_.port) +
+                                            ": " + error.message() + "; --listen takes another port");
+    }
+  }
+
+  void accept() {
+    acceptor_.async_accept([this](error_code error, tcp::socket socket) {
+      if (!error) {
+        take(std::move(socket));
+        accept();
+        return;
+      }
+      // Out of descriptors, say: those that end soon make room.
+      retry_.expires_after(100ms);
+      retry_.async_wait([this](error_code) { accept(); });
+    });
+  }
+
+  void take(tcp::socket&& socket) {
+    error_code ignored;
+    socket.set_option(tcp::no_delay(true), ignored);
+    if (connections_.size() >= options_.connections) {
+      connections_.front()->close();
+      connections_.pop_front();
+    }
+    connections_.push_back(std::make_shared<Connection>(*this, std::move(socket)));
+    connections_.back()->read();
+  }
+
+  void tick() {
+    timer_.expires_after(1s);
+    timer_.async_wait([this](error_code) {
+      for (const auto& hub : hubs_) {
+        const auto all = hub->sessions;  // closing takes it out
+        for (const auto& session : all) session->closeIfDeaf();
+        if (!all.empty()) hub->looked = Clock::now();
+        tellRecording(*hub);
+        if (hub->source && Clock::now() - hub->looked > kLinger) {
+          hub->source.reset();
+          hub->options.subscription.topics = kAllTopics;  // the daemon makes previews while somebody wants them
+          hub->wantsSurface = false;
+          hub->last.clear();
+        }
+      }
+      const auto shows = shows_;
+      for (const auto& show : shows) show->session->closeIfDeaf();
+      tick();
+    });
+  }
+
+  void endShow(const Session* gone) {
+    shows_.remove_if([&](const std::shared_ptr<Show>& each) {
+      if (each->session.get() != gone) return false;
+      // It ends on a thread of its own: a surface that is being computed is waited for.
+      asio::post(reaper_, [ended = std::shared_ptr<Playing>(std::move(each->playing))] {});
+      return true;
+    });
+  }
+
+  /// What is taken down, to all who look.
+  void tellRecording(Hub& hub) {
+    if (!hub.recording) return;
+    const Recording::State now = hub.recording->state();
+    hub.deliver(kRecorder, makeFrame("view/recorder", "{\"file\":" + jsonText(hub.recording->name()) +
+                                                          ",\"account\":" + jsonText(now.account) +
+                                                          ",\"error\":" + jsonText(now.error.value_or("")) + "}"));
+    if (!now.error) return;
+    hub.recording.reset();
+    hub.last.erase(kRecorder);
+  }
+
+  void start(Hub& hub) {
+    const auto deliver = [this, &hub](unsigned kind, const Frame& frame) {
+      if (hub.backlog.load() >= kBacklog) return;
+      ++hub.backlog;
+      asio::post(context_, [&hub, kind, frame] {
+        --hub.backlog;
+        hub.deliver(kind, frame);
+      });
+    };
+    hub.source.reset();
+    try {
+      hub.source = std::make_unique<Source>(hub.options.subscription, deliver);
+    } catch (const Error& error) {
+      hub.deliver(kErrors, errorFrame(error));
+    }
+  }
+
+  /// "record" and "stop": what is to be said, or the reason against it.
+  void askRecorder(Hub& hub, Session& from, const std::string& id, bool begins) {
+    const auto refuse = [&](const std::string& why) { from.answer(makeFrame("error/" + id, why)); };
+    if (!hasRecordings()) return refuse("refused this viewer keeps no recordings (--recordings)");
+    if (options_.readOnly) return refuse("not_allowed this viewer only reads (--read-only)");
+    if (begins == (hub.recording != nullptr)) {
+      return refuse(begins ? "refused it is being recorded: " + hub.recording->name()
+                           : "refused nothing is being recorded");
+    }
+    try {
+      if (begins) {
+        const std::filesystem::path file = std::filesystem::path(options_.recordings) / recordingName(hub.options.name);
+        hub.recording = std::make_shared<Recording>(hub.options.subscription, file);
+        from.answer(makeFrame("done/" + id, hub.recording->name()));
+        return tellRecording(hub);
+      }
+    } catch (const cli::RecordingError& error) {
+      return refuse(std::string("refused ") + error.what());
+    } catch (const Error& error) {
+      return refuse(std::string(nameOf(error.code())) + ' ' + error.what());
+    }
+    asio::post(hub.asker,
+               [this, &hub, id, ended = std::exchange(hub.recording, nullptr), session = from.weak_from_this()] {
+                 const Recording::State last = ended->finish();  // waits for the disk
+                 asio::post(context_, [&hub, id, last, name = ended->name(), session] {
+                   hub.deliver(kRecorder, makeFrame("view/recorder", "{\"file\":\"\",\"account\":\"\",\"error\":" +
+                                                                         jsonText(last.error.value_or("")) + "}"));
+                   hub.last.erase(kRecorder);
+                   if (const auto still = session.lock())
+                     still->answer(makeFrame("done/" + id, name + ": " + last.account));
+                 });
+               });
+  }
+
+  /// Has a question answered on the sensor's own thread: an answer may take seconds.
+  void ask(Hub& hub, Session& from, const std::string& id, const std::string& word) {
+    constexpr std::array<std::pair<std::string_view, Question>, 4> kQuestionNames = {
+        {{"status", Question::kStatus},
+         {"describe", Question::kDescription},
+         {"zero", Question::kZero},
+         {"undo", Question::kUndoZero}}};
+    const auto* found =
+        std::find_if(kQuestionNames.begin(), kQuestionNames.end(), [&](const auto& one) { return one.first == word; });
+    if (word == "record" || word == "stop") return askRecorder(hub, from, id, word == "record");
+    const bool changes = word == "zero" || word == "undo";
+    const auto refuse = [&](const std::string& why) { from.answer(makeFrame("error/" + id, why)); };
+    if (found == kQuestionNames.end()) return refuse("refused there is no such question");
+    if (!hub.control) return refuse("no_answer this viewer knows no endpoint for it (--control)");
+    if (changes && options_.readOnly) return refuse("not_allowed this viewer only reads (--read-only)");
+    if (hub.questions >= kQuestions) return refuse("refused others are asking; try again");
+    ++hub.questions;
+    asio::post(hub.asker, [this, &hub, id, question = found->second, session = from.weak_from_this()] {
+      Frame frame;
+      try {
+        frame = makeFrame("reply/" + id, hub.control->pass(question));
+      } catch (const Error& error) {
+        frame = makeFrame("error/" + id, std::string(nameOf(error.code())) + ' ' + error.what());
+      }
+      asio::post(context_, [&hub, frame, session] {
+        --hub.questions;
+        if (const auto still = session.lock()) still->answer(frame);
+      });
+    });
+  }
+
+  ServerOptions options_;
+  asio::io_context context_{1};
+  tcp::acceptor acceptor_{context_};
+  asio::steady_timer timer_{context_}, retry_{context_};
+  std::list<std::shared_ptr<Connection>> connections_;  ///< the oldest first
+  asio::thread_pool reaper_{1};
+  std::list<std::shared_ptr<Show>> shows_;
+  std::vector<std::unique_ptr<Hub>> hubs_;  // last: their threads use the context
+};
+
+void Connection::read() {
+  parser_.emplace();
+  parser_->header_limit(kLongestHeader);
+  parser_->body_limit(0);
+  stream_.expires_after(kHttpPatience);
+  http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
+    if (error) return self->server_.remove(self.get());
+    self->handle(self->parser_->get());
+  });
+}
+
+void Connection::handle(const Request& request) {
+  const std::string_view target(request.target().data(), request.target().size());
+  const std::string_view path = target.substr(0, target.find('?'));
+  http::response<http::string_body> response{http::status::ok, request.version()};
+  response.keep_alive(request.keep_alive());
+  response.set("X-Content-Type-Options", "nosniff");
+  response.set("Cross-Origin-Resource-Policy", "same-origin");
+  response.set("Cross-Origin-Opener-Policy", "same-origin");
+  response.set("Referrer-Policy", "no-referrer");
+  response.set("Content-Security-Policy", kPolicy);
+  response.set(http::field::cache_control, "no-cache");
+  const auto refuse = [&](http::status status, const std::string& why) {
+    response.result(status);
+    response.set(http::field::content_type, "text/plain; charset=utf-8");
+    response.body() = why + "\n";
+  };
+  const auto host = request[http::field::host];
+  const auto origin = request[http::field::origin];
+  if (!server_.isOurs({host.data(), host.size()})) {
+    refuse(http::status::misdirected_request, "This host goes by another name; traction-view --name allows one.");
+  } else if (!origin.empty() && origin != "http://" + std::string(host) && origin != "https://" + std::string(host)) {
+    refuse(http::status::forbidden, "Another origin's page may not read this.");
+  } else if (request.method() != http::verb::get && request.method() != http::verb::head) {
+    refuse(http::status::method_not_allowed, "GET and HEAD are answered.");
+  } else if (beast::websocket::is_upgrade(request)) {
+    const bool unknown = server_.findHub(path) == nullptr && server_.findRecording(path).empty();
+    if (!unknown && !server_.isFull()) return upgrade(request);
+    refuse(unknown ? http::status::not_found : http::status::service_unavailable,
+           unknown ? "There is no such sensor, and no such recording." : "Too many are looking.");
+  } else if (path == "/sensors") {
+    response.set(http::field::content_type, "application/json");
+    response.body() = server_.sensors();
+  } else if (path == "/recordings" && server_.hasRecordings()) {
+    response.set(http::field::content_type, "application/json");
+    response.body() = server_.recordings();
+  } else if (const PageFile* file = findPageFile(path)) {
+    response.set(http::field::content_type, boost::string_view(file->type.data(), file->type.size()));
+    response.set(http::field::content_encoding, "gzip");
+    response.body() = std::string(file->gzip);
+  } else {
+    refuse(http::status::not_found, "There is nothing here.");
+  }
+  if (request.method() == http::verb::head) {
+    response.content_length(response.body().size());
+    response.body().clear();
+  } else {
+    response.prepare_payload();
+  }
+  write(std::move(response));
+}
+
+void Connection::write(http::response<http::string_body>&& response) {
+  response_ = std::move(response);
+  stream_.expires_after(kHttpPatience);
+  http::async_write(stream_, *response_, [self = shared_from_this()](error_code error, std::size_t) {
+    if (!error && !self->response_->need_eof()) return self->read();
+    self->stream_.socket().shutdown(tcp::socket::shutdown_send, error);
+    self->server_.remove(self.get());
+  });
+}
+
+void Connection::upgrade(const Request& request) {
+  const std::string_view target(request.target().data(), request.target().size());
+  const std::size_t mark = target.find('?');
+  const std::string_view query = mark == std::string_view::npos ? std::string_view() : target.substr(mark + 1);
+  const std::string_view path = target.substr(0, mark);
+  stream_.expires_never();
+  if (Hub* hub = server_.findHub(path)) {
+    server_.open(*hub, stream_.release_socket(), request, parseSession(query));
+  } else {
+    server_.openRecording(server_.findRecording(path), stream_.release_socket(), request, parseSession(query));
+  }
+  server_.remove(this);
+}
+
+}  // namespace
+
+bool isLoopback(const std::string& address) {
+  error_code error;
+  const auto parsed = asio::ip::make_address(address, error);
+  return !error && parsed.is_loopback();
+}
+
+void serve(const ServerOptions& options, const std::vector<SourceOptions>& sources,
+           const std::function<void(const std::string& url)>& ready) {
+  Server server(options, sources);
+  ready(server.url());
+  server.run();
+}
+
+}  // namespace traction::view

@@ -1,0 +1,190 @@
+#include "client/viewer/session.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+namespace traction::view {
+
+namespace {
+
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using beast::error_code;
+using namespace std::chrono_literals;
+
+/// A side that has not read for so long is gone, or might as well be.
+constexpr auto kPatience = 15s;
+/// Nobody has more to say than "ask 12345 describe".
+constexpr std::size_t kLongestMessage = 256;
+/// Frames that are on the way or lie in the browser: what is drawn is never older than these.
+constexpr int kWindow = 2;
+/// Of a client that wants all: ten seconds at 60 frames/s.
+constexpr std::size_t kQueue = 1200;
+constexpr std::size_t kAnswers = 16;
+/// What the kernel holds is old when it is read.
+constexpr int kSendBuffer = 128 * 1024;
+constexpr double kFastest = 64.0;  ///< of a recording, times its own pace
+
+unsigned kindNamed(std::string_view name) {
+  if (name == "field") return kField;
+  if (name == "markers") return kMarkers;
+  if (name == "description") return kDescription;
+  if (name == "status") return kStatus;
+  if (name == "preview") return kPreview;
+  if (name == "places") return kPlaces;
+  if (name == "surface") return kSurface;
+  return 0;
+}
+
+/// Calls `visit` for each part between separators.
+template <typename Visit>
+void split(std::string_view text, char separator, const Visit& visit) {
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find(separator), text.size());
+    visit(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+}
+
+}  // namespace
+
+SessionOptions parseSession(std::string_view query) {
+  SessionOptions options;
+  split(query, '&', [&](std::string_view part) {
+    if (part == "mode=stream") options.newest = false;
+    constexpr std::string_view kTopics = "topics=";
+    if (part.substr(0, kTopics.size()) != kTopics) return;
+    options.kinds = kErrors | kTime | kRecorder;
+    split(part.substr(kTopics.size()), ',', [&](std::string_view name) { options.kinds |= kindNamed(name); });
+  });
+  return options;
+}
+
+Session::Session(boost::asio::ip::tcp::socket&& socket, const SessionOptions& options, Handlers handlers)
+    : stream_(std::move(socket))
+    , options_(options)
+    , handlers_(std::move(handlers)) {}
+
+void Session::start(const beast::http::request<beast::http::string_body>& request) {
+  error_code ignored;
+  beast::get_lowest_layer(stream_).socket().set_option(boost::asio::socket_base::send_buffer_size(kSendBuffer),
+                                                       ignored);
+  stream_.set_option(websocket::stream_base::timeout{kPatience, 2 * kPatience, true});
+  stream_.read_message_max(kLongestMessage);
+  stream_.binary(true);
+  stream_.async_accept(request, [self = shared_from_this()](error_code error) {
+    if (error) return self->close();
+    self->open_ = true;
+    self->since_ = Clock::now();
+    self->read();
+    self->pump();
+  });
+}
+
+void Session::read() {
+  stream_.async_read(incoming_, [self = shared_from_this()](error_code error, std::size_t) {
+    if (error) return self->close();
+    self->take(beast::buffers_to_string(self->incoming_.data()));
+    self->incoming_.clear();
+    self->read();
+  });
+}
+
+/// "next": it has done with a message. "ask ID QUESTION". "play SECONDS SPEED". Anything else is of a later version.
+void Session::take(const std::string& text) {
+  if (text == "next") {
+    if (!unread_.empty()) unread_.pop_front();
+    since_ = Clock::now();
+    return pump();
+  }
+  constexpr std::string_view kAsk = "ask ";
+  if (text.starts_with(kAsk)) return takeQuestion(std::string_view(text).substr(kAsk.size()));
+  double from_s = 0.0, speed = 0.0;
+  int end = 0;
+  const bool isPlay = std::sscanf(text.c_str(), "play %lf %lf%n", &from_s, &speed, &end) == 2;
+  if (!isPlay || static_cast<std::size_t>(end) != text.size() || !std::isfinite(from_s)) return;
+  if (speed >= 0.0 && speed <= kFastest) handlers_.play(from_s, speed);
+}
+
+void Session::takeQuestion(std::string_view text) {
+  const std::size_t blank = text.find(' ');
+  if (blank == std::string_view::npos) return;
+  const std::string id(text.substr(0, blank));
+  constexpr std::size_t kLongestId = 16;
+  if (id.empty() || id.size() > kLongestId || id.find_first_not_of("0123456789") != std::string::npos) return;
+  handlers_.ask(*this, id, std::string(text.substr(blank + 1)));
+}
+
+void Session::offer(unsigned kind, const Frame& frame) {
+  if ((options_.kinds & kind) == 0 || closed_) return;
+  if (options_.newest) {
+    Frame& place = newest_.at(static_cast<unsigned>(std::countr_zero(kind)));
+    if (!place) order_.push_back(static_cast<unsigned>(std::countr_zero(kind)));
+    place = frame;
+  } else {
+    if (queue_.size() >= kQueue) queue_.pop_front();
+    queue_.push_back(frame);
+  }
+  pump();
+}
+
+void Session::answer(const Frame& frame) {
+  if (answers_.size() >= kAnswers) return close();
+  answers_.push_back(frame);
+  pump();
+}
+
+Frame Session::next() {
+  Frame frame;
+  if (!answers_.empty()) {
+    frame = answers_.front();
+    answers_.pop_front();
+    return frame;
+  }
+  if (!options_.newest) {
+    if (queue_.empty()) return frame;
+    frame = queue_.front();
+    queue_.pop_front();
+    return frame;
+  }
+  const auto chosen = std::find_if(order_.begin(), order_.end(), [this](unsigned kind) {
+    return std::count(unread_.begin(), unread_.end(), kind) < kWindow;
+  });
+  if (chosen == order_.end()) return frame;
+  const unsigned kind = *chosen;
+  order_.erase(chosen);
+  frame = std::exchange(newest_.at(kind), nullptr);
+  unread_.push_back(kind);
+  return frame;
+}
+
+void Session::pump() {
+  if (!open_ || closed_ || sending_) return;
+  if (unread_.empty()) since_ = Clock::now();
+  sending_ = next();
+  if (!sending_) return;
+  stream_.async_write(boost::asio::buffer(*sending_), [self = shared_from_this()](error_code error, std::size_t) {
+    self->sending_.reset();
+    if (error) return self->close();
+    if (!self->options_.newest) self->since_ = Clock::now();
+    self->pump();
+  });
+}
+
+void Session::closeIfDeaf() {
+  const bool owes = sending_ || !unread_.empty();
+  if (open_ && owes && Clock::now() - since_ > kPatience) close();
+}
+
+void Session::close() {
+  if (closed_) return;
+  closed_ = true;
+  error_code ignored;
+  beast::get_lowest_layer(stream_).socket().close(ignored);
+  handlers_.gone(this);
+}
+
+}  // namespace traction::view

@@ -1,0 +1,109 @@
+// Records what is tracked and what comes of it, so that the same fields can be computed again: docs/recordings.md.
+#pragma once
+
+#include "daemon/base/clock.h"
+#include "daemon/base/error.h"
+#include "daemon/base/link.h"
+#include "daemon/publish/wire.h"
+#include "daemon/publish/wire_recording.h"
+#include "daemon/records/traction_field.h"
+#include "recording/writer.h"
+
+#include <tl/expected.hpp>
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+namespace tractiond {
+
+struct RecordOptions {
+  std::string file;      ///< new; empty: nothing is recorded
+  double rate_Hz = 0.0;  ///< of pictures, at most; 0: all of them
+  bool packed = false;   ///< pictures are compressed
+};
+
+/// Who tells what besides frames and fields. Both are called from the recorder's thread.
+struct RecordLinks {
+  std::function<std::string()> description;  ///< the newest, as bytes of the message; each once
+  std::int64_t (*monotonicClock)() = monotonicNow;
+  std::int64_t (*realClock)() = realNow;
+};
+
+/// Bound to its thread, but for what is marked. A disk that is too slow loses pictures, one that is full ends the
+/// recording: both are told in the log, and nobody waits.
+class Recorder {
+ public:
+  /// EX_CANTCREAT: also where the file is there already.
+  static tl::expected<std::unique_ptr<Recorder>, Error>
+  open(const RecordOptions& options, const publish::Identity& identity, int markers, int nodes, RecordLinks links);
+  ~Recorder();  ///< removes a file in which there is neither picture nor field
+
+  /// Once, before the first frame. Any thread.
+  void begin(const publish::Beginning& beginning);
+
+  /// On the tracking thread, after the frame was tracked. Allocates in the first frames, which make the room.
+  void takeFrame(const Frame& frame, const TrackerInputs& inputs);
+
+  /// On the publishing thread. Allocates nothing.
+  void takeField(const TractionField& field);
+
+  /// Writes what is due; sleeps at most so long when there is nothing.
+  void turn(std::chrono::milliseconds timeout);
+
+  /// When nobody takes anything any more: the rest, and the file's end. What has gone wrong, if anything has.
+  tl::expected<void, Error> close();
+
+  /// What is in the file, for people.
+  std::string account() const;
+
+ private:
+  /// Frames that wait while the disk is slow: a second at 60 frames/s.
+  static constexpr std::size_t kRooms = 64;
+
+  Recorder(RecordOptions options, const publish::Identity& identity, int markers, int nodes, RecordLinks links,
+           recording::NewFile file);
+  void drain();
+  void drainFields();
+  void write(const std::string& kind, const char* type, std::uint64_t sequence, const FrameInfo* frame,
+             std::string_view bytes);
+  void watch(const tl::expected<void, Error>& done);
+  std::uint64_t logNow() const;
+  /// Messages of that kind which are in the file.
+  std::uint64_t written(const std::string& kind) const;
+
+  RecordOptions options_;
+  RecordLinks links_;
+  std::string sensor_;
+  std::int64_t epoch_ns_;
+  recording::NewFile file_;
+  recording::Writer writer_;
+  std::optional<Error> error_;
+
+  std::mutex mutex_;
+  std::string beginning_;  ///< guarded by it; until it is written
+
+  // The tracking thread's.
+  Counter unused_;  ///< who waits evicts nothing
+  Counter picturesLost_, fieldsLost_;
+  Link<publish::TrackedFrame, kRooms> frames_;
+  std::uint64_t number_ = 0;
+  TrackerInputs pending_;  ///< of frames that were left out
+  std::int64_t due_ns_ = 0;
+
+  Link<TractionField, kRooms> fields_;  ///< the publishing thread's
+
+  publish::Wire wire_;
+  publish::PictureMessage picture_;
+  std::map<std::string, std::uint16_t> channels_;
+  std::uint64_t fieldSequence_ = 0;
+  bool toldLost_ = false;
+  std::string described_, message_;
+};
+
+}  // namespace tractiond

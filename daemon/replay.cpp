@@ -1,0 +1,374 @@
+// In one thread, one picture after another. The recording says before which picture the tracker was told what, and with
+// which zero it began: with the same gel file it does the same again, to the bit. With another gel file the zeros are
+// taken at the same pictures, and are held against that one.
+#include "daemon/replay.h"
+
+#include "daemon/config_toml.h"
+#include "daemon/gel_watch.h"
+#include "daemon/instrument.h"
+#include "daemon/recorder.h"
+#include "daemon/solve/inverse_cache.h"
+#include "daemon/track/nominal.h"
+#include "daemon/track/rest_pose.h"
+#include "recording/reader.h"
+#include "sensor/gel_file.h"
+
+#include <spdlog/spdlog.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+namespace tractiond {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+volatile std::sig_atomic_t stopAsked = 0;
+
+void onSignal(int) {
+  stopAsked = 1;
+}
+
+/// The recording's clocks, where the replay has come to [ns].
+std::atomic<std::int64_t> recordedMonotonic{0}, recordedReal{0};
+
+std::int64_t monotonicOfRecording() {
+  return recordedMonotonic.load(std::memory_order_relaxed);
+}
+std::int64_t realOfRecording() {
+  return recordedReal.load(std::memory_order_relaxed);
+}
+
+/// Ends the reading.
+struct Stopped {
+  std::optional<Error> error = {};
+};
+
+/// Written where a library wants to read a file; gone with this.
+class TemporaryFile {
+ public:
+  TemporaryFile(const std::filesystem::path& path, const std::string& bytes)
+      : path_(path) {
+    std::ofstream(path, std::ios::binary) << bytes;
+  }
+  ~TemporaryFile() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+ private:
+  std::filesystem::path path_;
+};
+
+class Replay {
+ public:
+  Replay(Config config, Places places, ReplayOptions options)
+      : config_(std::move(config))
+      , places_(std::move(places))
+      , options_(std::move(options)) {}
+
+  tl::expected<void, Error> run();
+
+ private:
+  void begin(std::string_view bytes);
+  void open(const Frame& first);
+  void picture(std::string_view bytes);
+  sensor::Sensor recordedSensor() const;
+  void pace(std::int64_t received_ns);
+  void require(const RestPose& pose) const;
+  void describe(const RestPose& pose);
+  [[noreturn]] void fail(Error error) const;
+
+  Config config_;
+  Places places_;
+  ReplayOptions options_;
+  std::optional<publish::Beginning> beginning_;
+  bool sameGel_ = false;
+  bool isOpen_ = false;
+  sensor::Sensor sensor_;
+  Ledger ledger_;
+  publish::Description description_;
+  solve::Inverse inverse_;
+  std::optional<OwnDirectory> runtime_;
+  std::unique_ptr<publish::Publisher> publisher_;
+  std::unique_ptr<Recorder> recorder_;
+  std::unique_ptr<track::Tracker> tracker_;
+  std::unique_ptr<solve::Solver> solver_;
+  Mailbox<publish::MarkerStatus> markerStatus_;
+  std::optional<GelWatch> gelWatch_;
+
+  publish::TrackedFrame frame_;
+  MarkerField markers_;
+  TractionField field_;
+  RestPose taken_;
+  std::uint64_t number_ = 0, pictures_ = 0, gaps_ = 0;
+  std::int64_t first_ns_ = 0;
+  Clock::time_point begun_;
+};
+
+/// Where it does not say itself what it is of: the recording.
+void Replay::fail(Error error) const {
+  if (error.where.empty()) error.where = options_.file;
+  throw Stopped{std::move(error)};
+}
+
+void Replay::begin(std::string_view bytes) {
+  if (beginning_) fail({.exitCode = EX_DATAERR, .what = "begins twice: several recordings in one are not replayed"});
+  auto decoded = publish::decodeBeginning(bytes);
+  if (!decoded) fail(decoded.error());
+  beginning_ = *std::move(decoded);
+}
+
+sensor::Sensor Replay::recordedSensor() const {
+  if (beginning_->gel.empty()) return {};
+  const std::filesystem::path influence = places_.runtime / "replayed.influence";
+  std::optional<TemporaryFile> written;
+  if (!beginning_->influence.empty()) written.emplace(influence, beginning_->influence);
+  auto sensor = sensor::parseGel(beginning_->gel, options_.file, written ? influence.string() : "");
+  if (!sensor) fail({.exitCode = EX_DATAERR, .what = "its gel file is damaged: " + sensor.error().what});
+  return *std::move(sensor);
+}
+
+/// With the first picture: what the configuration, the recording and the picture say must fit each other.
+void Replay::open(const Frame& first) {
+  config_ = completed(config_, places_);
+  config_.sensor.name = beginning_->sensor;
+  if (!traction::isValidName(config_.sensor.name)) fail({.exitCode = EX_DATAERR, .what = "its sensor has no name"});
+  auto runtime = OwnDirectory::claim(places_.runtime, "runtime directory");
+  if (!runtime) throw Stopped{runtime.error()};
+  runtime_.emplace(*std::move(runtime));
+  if (options_.ownGel) {
+    auto sensor = loadSensor(config_.sensor.gelFile);
+    if (!sensor) throw Stopped{sensor.error()};
+    sensor_ = *std::move(sensor);
+  } else {
+    std::istringstream text(beginning_->configuration);
+    auto recorded = parseConfig(text, options_.file);
+    if (!recorded) {
+      fail({.exitCode = EX_DATAERR,
+            .what = "its configuration, of tractiond " + beginning_->softwareVersion +
+                    ", is not understood: " + recorded.error().what,
+            .remedy = "give one with --config"});
+    }
+    config_.track = recorded->track;
+    config_.solve = recorded->solve;
+    sensor_ = recordedSensor();
+  }
+  const Id id = solve::inverseId(sensor_, config_.solve);
+  sameGel_ = id == beginning_->calibration;
+  if (!sameGel_ && !options_.ownGel) {
+    spdlog::warn(
+        "warning: {} was recorded by tractiond {}, which computed with other numbers from the same gel file: the "
+        "fields are not those of then",
+        options_.file, beginning_->softwareVersion);
+  }
+  if (auto possible = track::trackable(sensor_, first.format); !possible) fail(possible.error());
+  if (first.width != sensor_.camera.width || first.height != sensor_.camera.height) {
+    fail({.exitCode = EX_CONFIG,
+          .what = fmt::format("is of another sensor: its pictures are {} x {} pixels, the gel's {} x {}", first.width,
+                              first.height, sensor_.camera.width, sensor_.camera.height),
+          .remedy = "replay it with a gel file of its own sensor"});
+  }
+  if (beginning_->rest) require(*beginning_->rest);
+
+  description_.identity = {config_.sensor.name, publish::randomId(), id};
+  description_.softwareVersion = TRACTIOND_VERSION;
+  description_.host = publish::hostId();
+  describeSensor(description_, sensor_, config_.solve);
+  description_.cameraVendor = beginning_->cameraVendor;
+  description_.cameraModel = beginning_->cameraModel;
+  description_.cameraSerial = beginning_->cameraSerial;
+  description_.pixelFormat = traitsOf(first.format).name;
+  auto inverse = solve::loadOrCompute(sensor_, config_.solve, places_.state, {},
+                                      [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
+  if (!inverse) throw Stopped{inverse.error()};
+  inverse_ = *std::move(inverse);
+  description_.calibrated_ns = inverse_.computed_ns;
+  solver_ = std::make_unique<solve::Solver>(inverse_, sensor_, config_.solve);
+  description_.detectionLimit_N = solver_->detectionLimit_N();
+
+  config_.publish.monotonicClock = monotonicOfRecording;
+  config_.publish.realClock = realOfRecording;
+  auto publisher = publish::Publisher::open(config_.publish, description_, ledger_, {});
+  if (!publisher) throw Stopped{publisher.error()};
+  publisher_ = *std::move(publisher);
+  if (!config_.record.file.empty()) {
+    auto recorder = Recorder::open(config_.record, description_.identity, sensor_.markerCount(), sensor_.nodes.count(),
+                                   {.description = [this] { return publisher_->lastDescription(); },
+                                    .monotonicClock = monotonicOfRecording,
+                                    .realClock = realOfRecording});
+    if (!recorder) throw Stopped{recorder.error()};
+    recorder_ = *std::move(recorder);
+    publish::Beginning again = *beginning_;
+    again.softwareVersion = TRACTIOND_VERSION;
+    again.calibration = id;
+    if (options_.ownGel) {
+      Config used;
+      used.track = config_.track;
+      used.solve = config_.solve;
+      again.configuration = configText(used);
+      readGelFiles(sensor_, config_.sensor.gelFile, again);
+    }
+    recorder_->begin(again);
+  }
+  track::TrackOptions tracking = config_.track;
+  tracking.awaitJudge = true;
+  tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
+  gelWatch_.emplace(sensor_, *tracker_, markerStatus_, [](const auto&) {});
+  if (beginning_->rest) {
+    tracker_->restore(*beginning_->rest);
+    if (!sameGel_) gelWatch_->judge(*beginning_->rest);
+    describe(*beginning_->rest);
+  }
+  markers_.resize(sensor_.markerCount());
+  field_.resize(sensor_.markerCount(), sensor_.nodes.count());
+  isOpen_ = true;
+  first_ns_ = first.info.times.received_ns;
+  begun_ = Clock::now();
+  spdlog::info("replaying {}: sensor {}, stream {}", options_.file, config_.sensor.name,
+               fmt::join(publisher_->streamEndpoints(), " "));
+}
+
+/// A zero from outside.
+void Replay::require(const RestPose& pose) const {
+  if (pose.amplitude.size() != static_cast<std::size_t>(sensor_.markerCount())) {
+    fail({.exitCode = EX_CONFIG,
+          .what = fmt::format("is of another sensor: it has {} markers, the gel {}", pose.amplitude.size(),
+                              sensor_.markerCount()),
+          .remedy = "replay it with a gel file of its own sensor"});
+  }
+  if (!track::isSane(pose) || track::idOf(pose) != pose.id)
+    fail({.exitCode = EX_DATAERR, .what = "a zero in it is damaged: its numbers make no sense"});
+}
+
+void Replay::describe(const RestPose& pose) {
+  description_.zero = pose;
+  publisher_->describe(description_);
+}
+
+/// Sleeps until the picture's time has come, and serves subscribers.
+void Replay::pace(std::int64_t received_ns) {
+  constexpr std::int64_t kLongest_ns = 3'600'000'000'000;  // times of a file may be anything
+  std::chrono::nanoseconds after(0);
+  if (options_.rate > 0.0) {
+    const std::int64_t passed_ns = received_ns > first_ns_ ? std::min(received_ns - first_ns_, kLongest_ns) : 0;
+    after = std::chrono::nanoseconds(static_cast<std::int64_t>(static_cast<double>(passed_ns) / options_.rate));
+  }
+  for (;;) {
+    if (stopAsked != 0) throw Stopped{};
+    const auto left = begun_ + after - Clock::now();
+    if (options_.rate <= 0.0 || left <= 0ns) return publisher_->wait(-1, 0ms);
+    publisher_->wait(-1, std::min(std::chrono::ceil<std::chrono::milliseconds>(left), 100ms));
+  }
+}
+
+void Replay::picture(std::string_view bytes) {
+  if (!beginning_) fail({.exitCode = EX_DATAERR, .what = "has pictures before it says of which sensor they are"});
+  if (auto decoded = publish::decodePicture(bytes, frame_); !decoded) fail(decoded.error());
+  Frame& frame = frame_.frame;
+  recordedMonotonic.store(frame.info.times.received_ns, std::memory_order_relaxed);
+  recordedReal.store(frame.info.times.receivedReal_ns, std::memory_order_relaxed);
+  if (!isOpen_) open(frame);
+  if (frame.width != sensor_.camera.width || frame.height != sensor_.camera.height ||
+      traitsOf(frame.format).name != description_.pixelFormat)
+    fail({.exitCode = EX_DATAERR, .what = "its pictures are not all of one size and format"});
+  pace(frame.info.times.received_ns);
+  ledger_.received.add();
+  ++pictures_;
+  if (frame_.number != number_ + 1) {  // what was tracked then and is not here is missing in the tracker's state
+    frame.info.discontinuity = true;
+    ++gaps_;
+  }
+  number_ = frame_.number;
+  TrackerInputs& inputs = frame_.inputs;
+  if (inputs.putBack) require(inputs.before);
+  // Behind a gap zeros are of other frames than those that were judged then.
+  const bool judges = !sameGel_ || gaps_ > 0;
+  const bool isKnown = description_.zero && inputs.judgedZero == description_.zero->id;
+  if (!sameGel_ || (judges && !isKnown)) inputs.judged = false;
+  if (judges && inputs.putBack) gelWatch_->judge(inputs.before);
+  tracker_->repeat(inputs);
+  const bool tracked = tracker_->track(frame, markers_) == track::Outcome::kTracked;
+  if (inputs.putBack) describe(inputs.before);
+  if (tracker_->takeRestPose(taken_)) {
+    if (judges) {
+      if (const std::string doubt = gelWatch_->judge(taken_); !doubt.empty()) spdlog::warn("warning: {}", doubt);
+    }
+    describe(taken_);
+  }
+  if (recorder_) recorder_->takeFrame(frame, tracker_->inputs());
+  if (tracked) {
+    markers_.info.times.tracked_ns = frame.info.times.received_ns;  // no time passes
+    solver_->solve(markers_, field_);
+    field_.markers.info.times.solved_ns = frame.info.times.received_ns;
+    publisher_->publish(field_);
+    ledger_.published.add();
+    if (recorder_) recorder_->takeField(field_);
+  } else {
+    ledger_.noRestPose.add();
+  }
+  if (recorder_) recorder_->turn(0ms);
+}
+
+tl::expected<void, Error> Replay::run() {
+  const auto reader = recording::Reader::open(options_.file);
+  if (!reader) return tl::unexpected(reader.error());
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, onSignal);
+  std::optional<Error> error;
+  tl::expected<recording::Extent, Error> extent;
+  bool stopped = false;
+  try {
+    extent = reader->read(
+        [&](const recording::Channel& channel, const recording::Schema*, const recording::Message& message) {
+          if (channel.topic == "beginning/") begin(message.data);
+          if (channel.topic == "camera/") picture(message.data);
+        });
+    if (!extent) error = extent.error();
+  } catch (Stopped& reason) {
+    stopped = true;
+    error = std::move(reason.error);
+  }
+  if (recorder_) {
+    const auto closed = recorder_->close();
+    if (!closed && !error) error = closed.error();
+    if (closed) spdlog::info("recorded: {}", recorder_->account());
+  }
+  if (isOpen_) {
+    spdlog::info("{}: {} pictures, {} fields in {:.1f} s", stopped ? "stopped" : "replayed", pictures_,
+                 ledger_.published.get(), std::chrono::duration<double>(Clock::now() - begun_).count());
+    if (gaps_ > 0)
+      spdlog::warn(
+          "warning: pictures are missing in the recording at {} places: fields behind them are not those of then",
+          gaps_);
+  }
+  if (error) return tl::unexpected(*error);
+  if (stopped) return {};
+  if (!extent->isWhole()) {
+    return tl::unexpected(Error{.exitCode = EX_DATAERR,
+                                .what = extent->trouble + "; what is whole was replayed",
+                                .where = options_.file,
+                                .remedy = "tractionctl recover makes a whole one of it"});
+  }
+  if (!isOpen_) {
+    return tl::unexpected(Error{.exitCode = EX_DATAERR,
+                                .what = "has no pictures from which fields could be computed",
+                                .where = options_.file,
+                                .remedy = "record with tractiond --record"});
+  }
+  return {};
+}
+
+}  // namespace
+
+tl::expected<void, Error> replay(const Config& config, const Places& places, const ReplayOptions& options) {
+  return Replay(config, places, options).run();
+}
+
+}  // namespace tractiond

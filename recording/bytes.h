@@ -1,0 +1,69 @@
+// Numbers and strings as files have them: little endian, a string behind its length in four bytes.
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace recording {
+
+/// Adds to the end of a string, which must outlive it.
+class Output {
+ public:
+  explicit Output(std::string& to)
+      : to_(to) {}
+
+  template <std::unsigned_integral Number>
+  Output& number(Number value) {
+    for (std::size_t i = 0; i < sizeof value; ++i) to_ += static_cast<char>(std::uint64_t{value} >> (8 * i) & 0xff);
+    return *this;
+  }
+  Output& bytes(std::string_view bytes) {
+    to_ += bytes;
+    return *this;
+  }
+  Output& text(std::string_view text) { return number(static_cast<std::uint32_t>(text.size())).bytes(text); }
+
+ private:
+  std::string& to_;
+};
+
+/// Takes from the front of bytes from outside. What is not there reads as 0 or empty, and ok() is false from then on.
+class Input {
+ public:
+  explicit Input(std::string_view bytes)
+      : left_(bytes) {}
+
+  bool ok() const { return ok_; }
+  bool empty() const { return left_.empty(); }
+
+  template <std::unsigned_integral Number>
+  Number number() {
+    std::uint64_t value = 0;
+    const std::string_view taken = bytes(sizeof(Number));
+    for (std::size_t i = 0; i < taken.size(); ++i) {
+      value |= std::uint64_t{static_cast<unsigned char>(taken[i])} << (8 * i);
+    }
+    return static_cast<Number>(value);
+  }
+  std::string_view bytes(std::uint64_t count) {
+    if (count > left_.size()) {
+      ok_ = false;
+      left_ = {};
+      return {};
+    }
+    const std::string_view taken = left_.substr(0, static_cast<std::size_t>(count));
+    left_.remove_prefix(taken.size());
+    return taken;
+  }
+  std::string_view text() { return bytes(number<std::uint32_t>()); }
+  std::string_view rest() { return bytes(left_.size()); }
+
+ private:
+  std::string_view left_;
+  bool ok_ = true;
+};
+
+}  // namespace recording

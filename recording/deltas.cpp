@@ -1,0 +1,47 @@
+#include "recording/deltas.h"
+
+#include <zlib.h>
+
+#include <cassert>
+#include <limits>
+
+namespace recording {
+
+void packDeltas(std::string_view bytes, std::size_t delta, std::string& scratch, std::string& to) {
+  scratch.resize(bytes.size());
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const auto before = i < delta ? 0U : static_cast<unsigned char>(bytes[i - delta]);
+    scratch[i] = static_cast<char>(static_cast<unsigned char>(bytes[i]) - before);
+  }
+  z_stream stream{};
+  // Codes for single bytes alone: noise has no strings that come again, and seeking them takes ten times as long.
+  [[maybe_unused]] int done =
+      deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, MAX_WBITS, MAX_MEM_LEVEL, Z_HUFFMAN_ONLY);
+  assert(done == Z_OK);
+  to.resize(deflateBound(&stream, static_cast<uLong>(scratch.size())));
+  stream.next_in = reinterpret_cast<Bytef*>(scratch.data());
+  stream.avail_in = static_cast<uInt>(scratch.size());
+  stream.next_out = reinterpret_cast<Bytef*>(to.data());
+  stream.avail_out = static_cast<uInt>(to.size());
+  done = deflate(&stream, Z_FINISH);
+  assert(done == Z_STREAM_END);
+  to.resize(stream.total_out);
+  deflateEnd(&stream);
+}
+
+bool unpackDeltas(std::string_view packed, std::size_t delta, std::span<std::uint8_t> to) {
+  if (delta == 0 || packed.size() > std::numeric_limits<uInt>::max()) return false;
+  z_stream stream{};
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));  // it only reads
+  stream.avail_in = static_cast<uInt>(packed.size());
+  stream.next_out = to.data();
+  stream.avail_out = static_cast<uInt>(to.size());
+  if (inflateInit(&stream) != Z_OK) return false;
+  const bool whole = inflate(&stream, Z_FINISH) == Z_STREAM_END && stream.avail_out == 0 && stream.avail_in == 0;
+  inflateEnd(&stream);
+  if (!whole) return false;
+  for (std::size_t i = delta; i < to.size(); ++i) to[i] = static_cast<std::uint8_t>(to[i] + to[i - delta]);
+  return true;
+}
+
+}  // namespace recording

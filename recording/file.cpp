@@ -1,0 +1,124 @@
+#include "recording/file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace recording {
+namespace {
+
+/// Written at once. Where the kernel does not interrupt itself, others wait for so long.
+constexpr std::size_t kPiece = std::size_t{256} << 10;
+
+}  // namespace
+
+tl::expected<NewFile, Error> NewFile::create(const std::filesystem::path& path) {
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0666);
+  if (fd < 0) {
+    if (errno == EEXIST) {
+      return tl::unexpected(
+          Error{EX_CANTCREAT, "is there already, and what was recorded is not overwritten", path, "name another"});
+    }
+    return tl::unexpected(Error{EX_CANTCREAT, std::string("cannot be created: ") + std::strerror(errno), path});
+  }
+  // The name, too, is to outlive a power cut. Where directories cannot be synced, they need not be.
+  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  if (const int directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); directory >= 0) {
+    static_cast<void>(fsync(directory));
+    ::close(directory);
+  }
+  return NewFile(fd, path);
+}
+
+NewFile::NewFile(int fd, std::filesystem::path path)
+    : fd_(fd)
+    , path_(std::move(path)) {}
+
+NewFile::NewFile(NewFile&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1))
+    , path_(std::move(other.path_))
+    , size_(other.size_) {}
+
+NewFile::~NewFile() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+Error NewFile::failure(int error) const {
+  return {EX_IOERR, std::string("cannot be written: ") + std::strerror(error), path_};
+}
+
+tl::expected<void, Error> NewFile::append(std::string_view bytes, std::uint64_t reserve) {
+  // Where the file system does not know how to keep room, it is found out when it is needed.
+  if (fallocate(fd_, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(size_), static_cast<off_t>(bytes.size() + reserve)) != 0 &&
+      (errno == ENOSPC || errno == EDQUOT)) {
+    return tl::unexpected(failure(errno));
+  }
+  for (std::string_view left = bytes; !left.empty();) {
+    const ssize_t written = ::write(fd_, left.data(), std::min(left.size(), kPiece));
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) {
+      const int error = written < 0 ? errno : ENOSPC;
+      static_cast<void>(ftruncate(fd_, static_cast<off_t>(size_)));  // else there is a part, as after a power cut
+      return tl::unexpected(failure(error));
+    }
+    left.remove_prefix(static_cast<std::size_t>(written));
+  }
+  size_ += bytes.size();
+  if (reserve == 0) static_cast<void>(ftruncate(fd_, static_cast<off_t>(size_)));  // gives back what was kept
+  return {};
+}
+
+tl::expected<void, Error> NewFile::sync() {
+  if (fdatasync(fd_) != 0 && errno != EINVAL) return tl::unexpected(failure(errno));  // EINVAL: nothing to sync, a pipe
+  return {};
+}
+
+tl::expected<OldFile, Error> OldFile::open(const std::filesystem::path& path) {
+  const auto fail = [&](const std::string& why) {
+    return tl::unexpected(Error{EX_NOINPUT, "cannot be read: " + why, path});
+  };
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return fail(std::strerror(errno));
+  struct stat status {};
+  if (fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
+    ::close(fd);
+    return fail("it is no file");
+  }
+  return OldFile(fd, path, static_cast<std::uint64_t>(status.st_size));
+}
+
+OldFile::OldFile(int fd, std::filesystem::path path, std::uint64_t size)
+    : fd_(fd)
+    , path_(std::move(path))
+    , size_(size) {}
+
+OldFile::OldFile(OldFile&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1))
+    , path_(std::move(other.path_))
+    , size_(other.size_) {}
+
+OldFile::~OldFile() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+tl::expected<void, Error> OldFile::read(std::uint64_t offset, std::uint64_t count, std::string& to) const {
+  to.resize(static_cast<std::size_t>(count));
+  for (std::size_t done = 0; done < to.size();) {
+    const ssize_t got = pread(fd_, to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) {
+      return tl::unexpected(
+          Error{EX_IOERR, std::string("cannot be read: ") + (got < 0 ? std::strerror(errno) : "it has become shorter"),
+                path_});
+    }
+    done += static_cast<std::size_t>(got);
+  }
+  return {};
+}
+
+}  // namespace recording

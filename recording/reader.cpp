@@ -1,0 +1,305 @@
+#include "recording/reader.h"
+
+#include "recording/bytes.h"
+#include "recording/writer.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace recording {
+
+namespace {
+
+/// Longer ones are not taken into memory.
+constexpr std::uint64_t kLongest = 1 << 30;
+
+/// What was declared so far; what comes twice stays as it was.
+struct Declared {
+  std::map<std::uint16_t, Schema> schemas;
+  std::map<std::uint16_t, Channel> channels;
+
+  /// False: it is none.
+  bool add(Opcode opcode, std::string_view content) {
+    if (opcode == Opcode::kSchema) {
+      const auto schema = schemaOf(content);
+      if (schema && schema->id != 0) schemas.try_emplace(schema->id, *schema);  // 0 stands for none
+      return schema.has_value();
+    }
+    const auto channel = channelOf(content);
+    if (channel) channels.try_emplace(channel->id, *channel);
+    return channel.has_value();
+  }
+};
+
+struct Head {
+  Opcode opcode;
+  std::uint64_t length;
+};
+
+Head headOf(std::string_view bytes) {
+  Input in(bytes);
+  const auto opcode = static_cast<Opcode>(in.number<std::uint8_t>());
+  return {opcode, in.number<std::uint64_t>()};
+}
+
+std::string atByte(std::uint64_t offset) {
+  return " at byte " + std::to_string(offset);
+}
+
+/// The messages of a chunk, and what it declares. False: it is damaged.
+bool takeChunk(const Chunk& chunk, Declared& declared, std::vector<Message>& messages) {
+  if (chunk.crc != 0 && crcOf(chunk.records) != chunk.crc) return false;
+  Input in(chunk.records);
+  while (!in.empty()) {
+    const Head head = headOf(in.bytes(kRecordHead));
+    const std::string_view content = in.bytes(head.length);
+    if (!in.ok()) return false;
+    if (head.opcode == Opcode::kSchema || head.opcode == Opcode::kChannel) {
+      if (!declared.add(head.opcode, content)) return false;
+    } else if (head.opcode == Opcode::kMessage) {
+      const auto message = messageOf(content);
+      if (!message || !declared.channels.contains(message->channel)) return false;
+      messages.push_back(*message);
+    }
+  }
+  return true;
+}
+
+/// One reading.
+class Scan {
+ public:
+  Scan(const OldFile& file, const Reader::Visit& visit)
+      : file_(file)
+      , visit_(visit) {}
+
+  /// Passes over chunks that end before. What they declare, `summary` repeats.
+  void beginAt(std::uint64_t since_ns, Summary summary) {
+    since_ns_ = since_ns;
+    declared_ = {std::move(summary.schemas), std::move(summary.channels)};
+  }
+
+  tl::expected<Extent, Error> run() {
+    for (extent_.whole_bytes = kMagic.size(); extent_.trouble.empty() && !extent_.closed;) {
+      if (auto taken = takeRecord(extent_.whole_bytes); !taken) return tl::unexpected(taken.error());
+    }
+    if (extent_.badChunks == 0) return std::move(extent_);
+    extent_.trouble = std::to_string(extent_.badChunks) + " chunks are damaged, the first" + firstBad_ +
+                      (extent_.trouble.empty() ? "" : "; ") + extent_.trouble;
+    return std::move(extent_);
+  }
+
+ private:
+  tl::expected<void, Error> takeRecord(std::uint64_t at) {
+    const std::uint64_t left = file_.size() - at;
+    if (left < kRecordHead) {
+      extent_.trouble = "it was not closed: it ends" + atByte(file_.size()) +
+                        (left == 0 ? std::string() : ", within the head of a record");
+      return {};
+    }
+    if (auto got = file_.read(at, kRecordHead, bytes_); !got) return got;
+    const Head head = headOf(bytes_);
+    if (static_cast<int>(head.opcode) == 0) {
+      extent_.trouble = "no record begins" + atByte(at);
+      return {};
+    }
+    if (head.length > left - kRecordHead) {
+      extent_.trouble = "it was not closed: it ends" + atByte(file_.size()) + ", within the record" + atByte(at);
+      return {};
+    }
+    const auto isPassed = endsBefore(head.opcode, at + kRecordHead, head.length);
+    if (!isPassed) return tl::unexpected(isPassed.error());
+    if (isTaken(head.opcode) && !*isPassed) {
+      if (head.length > kLongest) {
+        extent_.trouble = "the record" + atByte(at) + " has " + std::to_string(head.length) + " bytes";
+        return {};
+      }
+      if (auto got = file_.read(at + kRecordHead, head.length, bytes_); !got) return got;
+      take(head.opcode, at);
+      if (!extent_.trouble.empty()) return {};
+    }
+    extent_.whole_bytes = at + kRecordHead + head.length;
+    return head.opcode == Opcode::kFooter ? takeEnd() : tl::expected<void, Error>();
+  }
+
+  /// A chunk that begins so.
+  tl::expected<bool, Error> endsBefore(Opcode opcode, std::uint64_t at, std::uint64_t length) {
+    constexpr std::uint64_t kTimes = 2 * sizeof(std::uint64_t);  // least and greatest
+    if (since_ns_ == 0 || opcode != Opcode::kChunk || length < kTimes) return false;
+    if (auto got = file_.read(at, kTimes, bytes_); !got) return tl::unexpected(got.error());
+    Input in(bytes_);
+    in.number<std::uint64_t>();
+    return in.number<std::uint64_t>() < since_ns_;
+  }
+
+  static bool isTaken(Opcode opcode) {
+    return opcode == Opcode::kHeader || opcode == Opcode::kSchema || opcode == Opcode::kChannel ||
+           opcode == Opcode::kMessage || opcode == Opcode::kChunk;
+  }
+
+  /// What stands in bytes_.
+  void take(Opcode opcode, std::uint64_t at) {
+    messages_.clear();
+    bool isGood = true;
+    if (opcode == Opcode::kHeader) {
+      const auto library = libraryOf(bytes_);
+      isGood = library.has_value();
+      extent_.library = library.value_or("");
+    } else if (opcode == Opcode::kChunk) {
+      takeChunkAt(at);
+    } else if (opcode == Opcode::kMessage) {  // of other writers
+      const auto message = messageOf(bytes_);
+      isGood = message && declared_.channels.contains(message->channel);
+      if (isGood) messages_.push_back(*message);
+    } else {
+      isGood = declared_.add(opcode, bytes_);
+    }
+    if (!isGood) extent_.trouble = "the record" + atByte(at) + " is damaged";
+    for (const Message& message : messages_) {
+      const Channel& channel = declared_.channels.at(message.channel);
+      const auto schema = declared_.schemas.find(channel.schema);
+      visit_(channel, schema == declared_.schemas.end() ? nullptr : &schema->second, message);
+    }
+  }
+
+  void takeChunkAt(std::uint64_t at) {
+    const auto chunk = chunkOf(bytes_);
+    const bool isPlain = chunk && chunk->compression.empty();
+    if (isPlain && takeChunk(*chunk, declared_, messages_)) {
+      ++extent_.chunks;
+      return;
+    }
+    messages_.clear();
+    if (extent_.badChunks++ == 0) firstBad_ = atByte(at) + (chunk && !isPlain ? " (it is compressed)" : "");
+  }
+
+  tl::expected<void, Error> takeEnd() {
+    const std::uint64_t left = file_.size() - extent_.whole_bytes;
+    if (left < kMagic.size()) {
+      extent_.trouble = "it was not closed: its last bytes are missing";
+      return {};
+    }
+    if (auto got = file_.read(extent_.whole_bytes, kMagic.size(), bytes_); !got) return got;
+    if (bytes_ != kMagic || left != kMagic.size()) {
+      extent_.trouble = "there is more behind its end" + atByte(extent_.whole_bytes);
+      return {};
+    }
+    extent_.whole_bytes += kMagic.size();
+    extent_.closed = true;
+    return {};
+  }
+
+  const OldFile& file_;
+  const Reader::Visit& visit_;
+  std::uint64_t since_ns_ = 0;
+  Extent extent_;
+  std::string firstBad_;
+  Declared declared_;
+  std::string bytes_;
+  std::vector<Message> messages_;  ///< of the record in bytes_
+};
+
+/// False: it is damaged.
+bool addToSummary(Summary& summary, Declared& declared, Opcode opcode, std::string_view content) {
+  if (opcode == Opcode::kSchema || opcode == Opcode::kChannel) return declared.add(opcode, content);
+  if (opcode == Opcode::kStatistics) {
+    const auto statistics = statisticsOf(content);
+    if (statistics) summary.statistics = *statistics;
+    return statistics.has_value();
+  }
+  if (opcode == Opcode::kChunkIndex) {
+    const auto index = chunkIndexOf(content);
+    if (index) summary.chunks.push_back(*index);
+    return index.has_value();
+  }
+  return true;
+}
+
+}  // namespace
+
+tl::expected<Reader, Error> Reader::open(const std::filesystem::path& path) {
+  auto file = OldFile::open(path);
+  if (!file) return tl::unexpected(file.error());
+  if (file->size() == 0) return tl::unexpected(Error{EX_DATAERR, "is empty: nothing was recorded", path});
+  std::string magic;
+  if (auto got = file->read(0, std::min<std::uint64_t>(kMagic.size(), file->size()), magic); !got) {
+    return tl::unexpected(got.error());
+  }
+  if (magic.size() < kMagic.size() && kMagic.substr(0, magic.size()) == magic) {
+    return tl::unexpected(Error{EX_DATAERR, "is cut off after " + std::to_string(magic.size()) + " bytes", path});
+  }
+  std::string ours = magic;
+  if (ours.size() > kVersionAt) ours[kVersionAt] = kMagic[kVersionAt];
+  if (ours != kMagic) return tl::unexpected(Error{EX_DATAERR, "is no recording (MCAP)", path});
+  if (ours != magic) {
+    return tl::unexpected(Error{EX_PROTOCOL, "is of a newer version of MCAP than 0, the one that is read here", path,
+                                "read it with a newer tractionctl"});
+  }
+  return Reader(*std::move(file));
+}
+
+tl::expected<Extent, Error> Reader::read(const Visit& visit, std::uint64_t since_ns) const {
+  Scan scan(file_, visit);
+  if (since_ns > 0) {
+    auto known = summary();
+    if (!known) return tl::unexpected(known.error());
+    if (*known) scan.beginAt(since_ns, **std::move(known));
+  }
+  return scan.run();
+}
+
+tl::expected<std::optional<Summary>, Error> Reader::summary() const {
+  const std::uint64_t end = file_.size();
+  std::string bytes;
+  if (end < kMagic.size() + kFooterBytes + kMagic.size()) return std::nullopt;
+  const std::uint64_t footerAt = end - kMagic.size() - kFooterBytes;
+  if (auto got = file_.read(footerAt, end - footerAt, bytes); !got) return tl::unexpected(got.error());
+  const auto footer = footerOf(std::string_view(bytes).substr(kRecordHead));
+  if (!bytes.ends_with(kMagic) || headOf(bytes).opcode != Opcode::kFooter || !footer) return std::nullopt;
+  if (footer->summary < kMagic.size() || footer->summary > footerAt || footerAt - footer->summary > kLongest) {
+    return std::nullopt;
+  }
+  if (auto got = file_.read(footer->summary, end - kMagic.size() - footer->summary, bytes); !got) {
+    return tl::unexpected(got.error());
+  }
+  if (footer->crc != 0 && crcOf(std::string_view(bytes).substr(0, bytes.size() - 4)) != footer->crc)
+    return std::nullopt;
+  Summary summary;
+  Declared declared;
+  Input in(std::string_view(bytes).substr(0, bytes.size() - kFooterBytes));
+  while (!in.empty()) {
+    const Head head = headOf(in.bytes(kRecordHead));
+    const std::string_view content = in.bytes(head.length);
+    if (!in.ok() || !addToSummary(summary, declared, head.opcode, content)) return std::nullopt;
+  }
+  summary.schemas = std::move(declared.schemas);
+  summary.channels = std::move(declared.channels);
+  return summary;
+}
+
+tl::expected<Extent, Error> recover(const Reader& from, Sink& to) {
+  WriterOptions options;
+  options.syncChunks = false;
+  options.library = "tractionctl recover";
+  Writer writer(to, options);
+  std::map<const Schema*, std::uint16_t> schemas = {{nullptr, 0}};
+  std::map<std::uint16_t, std::uint16_t> channels;
+  tl::expected<void, Error> written;
+  auto extent = from.read([&](const Channel& channel, const Schema* schema, const Message& message) {
+    if (!written) return;
+    auto ours = channels.find(channel.id);
+    if (ours == channels.end()) {
+      if (!schemas.contains(schema)) schemas[schema] = writer.schema(schema->name, schema->encoding, schema->data);
+      const auto id = writer.channel(schemas[schema], channel.topic, channel.encoding, channel.metadata);
+      ours = channels.emplace(channel.id, id).first;
+    }
+    Message copy = message;
+    copy.channel = ours->second;
+    written = writer.write(copy);
+  });
+  if (!extent) return extent;
+  if (written) written = writer.close();
+  if (!written) return tl::unexpected(written.error());
+  return extent;
+}
+
+}  // namespace recording

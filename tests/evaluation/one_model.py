@@ -1,0 +1,325 @@
+"""The dense, slow twin of one statistical model for every contact: prior, noise, posterior, straight from the formulae
+(docs/decisions/0020-one-inverse.md), in NumPy, for the paper's gel.
+
+`tools/evaluate --model [SEED]` draws loads at random (shapes.py), gives their exact displacements with white noise to
+the model and to this build's solver, and prints the errors of both. SI; pictures in pixels.
+"""
+
+import dataclasses
+import functools
+import sys
+
+import numpy as np
+
+import chain
+import influence
+import shapes
+
+PITCH = 3e-3
+SIDE = 24  # nodes
+FLOOR = 0.01  # an atom that moves the markers by less than this variance, in n^2, is dropped
+GATE = 1.0  # deviations of what noise leaves, beyond which what is left is looked at
+SCALES = (2, 4, 8)  # half widths of the broad atoms, and their distances [pitches]
+
+
+@dataclasses.dataclass
+class Constants:
+    surety: float = 4.0  # z: the false-alarm rate
+    coupling: float = 0.5  # beta: of the prior between atoms of a level, in their distances
+    turning: float = 0.1  # epsilon: spread of the directions of friction
+    alike: float = 6e-3  # l: neighbours as far as the markers are deep pull alike [m]
+    roughness: float = 0.4  # a contact's pressure varies by this share of itself, at every scale
+    most: tuple = ((48, 48, 96), (96, 96, 192))  # atoms in each round; if what is left shows more
+
+
+def axis_points(beyond):
+    """Places of points along an axis, `beyond` so many outside the nodes at either end [m]."""
+    return PITCH * (np.arange(-beyond, SIDE + beyond) - (SIDE - 1) / 2)
+
+
+class Model:
+    """Atoms of a block: forces on the nodes and one ring of points around them; hats of nodes, broader and broader; a
+    plate on all nodes. `shape`: points x atoms."""
+
+    def __init__(self, thickness, ring=1, noise_px=shapes.MARKER_NOISE_PX, scales=SCALES):
+        self.noise = noise_px
+        along = axis_points(ring)
+        x, y = (each.ravel() for each in np.meshgrid(along, along))
+        self.points = np.stack([x, y])  # row after row
+        limit = (SIDE - 1) / 2 * PITCH + ring * PITCH + 1e-6
+        columns, places, level = [np.eye(len(x))], [self.points], [np.zeros(len(x), int)]
+        spacing = [PITCH]
+        for number, scale in enumerate(scales, 1):
+            width = scale * PITCH
+            count = 2 * int(np.floor(limit / width)) + 1
+            centres = width * (np.arange(count) - count // 2)
+            hats = np.maximum(1 - abs(along[:, None] - centres) / width, 0)
+            hats[abs(along) > limit - ring * PITCH] = 0  # a broad contact is expected on the nodes alone
+            hats /= hats.sum(0)
+            columns.append(np.einsum("yj,xi->yxji", hats, hats).reshape(len(x), -1))
+            cx, cy = np.meshgrid(centres, centres)
+            places.append(np.stack([cx.ravel(), cy.ravel()]))
+            level.append(np.full(count**2, number))
+            spacing.append(width)
+        even = (abs(self.points) < limit - ring * PITCH).all(0)  # a plate on all nodes
+        columns.append((even / even.sum())[:, None])
+        places.append(np.zeros((2, 1)))
+        level.append([len(scales) + 1])
+        spacing.append(SIDE * PITCH)
+        self.shape, self.place, self.level = np.hstack(columns), np.hstack(places), np.concatenate(level)
+        self.spacing = np.array(spacing)
+        self.atoms = self.shape.shape[1]
+        self.H = influence_of(thickness, self.points) @ np.kron(self.shape, np.eye(3))
+        self.markers = influence.of(thickness).markers
+        self.P = picture_motion(self.markers)
+        white = self.P * shapes.MOTION / noise_px
+        u, e, _ = np.linalg.svd(white, full_matrices=False)
+        self.half_weight = np.eye(len(u)) - (u * (1 - 1 / np.sqrt(1 + e**2))) @ u.T
+        seen = self.half_weight @ self.H
+        squares, left = np.linalg.eigh(seen @ seen.T)
+        used = squares > 1e-12 * squares[-1]
+        self.s, self.U = np.sqrt(squares[used]), left[:, used]
+        self.V = (self.U.T @ seen).T / self.s  # 3 atoms x modes
+        self.gram = self.H.T @ self.H
+        self.size = np.square(self.H).sum(0).reshape(-1, 3).sum(1) / 3
+        self.wrench = wrench_of(self.points) @ np.kron(self.shape, np.eye(3))
+        self.power = np.square(self.V).reshape(self.atoms, 3, -1).sum(1)
+
+    @functools.cache
+    def coupled(self, beta):
+        near = np.zeros((self.atoms, self.atoms))
+        for level, spacing in enumerate(self.spacing):
+            at = np.flatnonzero(self.level == level)
+            near[np.ix_(at, at)] = np.exp(-self.distance2[np.ix_(at, at)] / (2 * (beta * spacing) ** 2))
+        return near
+
+    @functools.cached_property
+    def spread(self):
+        """Weights of the points around each, which are the first atoms: a pitch to and fro."""
+        count = self.points.shape[1]
+        near = self.alike(PITCH)[:count, :count]
+        return near / near.sum(1, keepdims=True)
+
+    @functools.cached_property
+    def distance2(self):
+        return np.square(self.place[:, :, None] - self.place[:, None]).sum(0)
+
+    @functools.cache
+    def alike(self, reach):
+        return np.exp(-self.distance2 / (2 * reach**2))
+
+
+def influence_of(thickness, points):
+    """Pixels per newton at each point, by the project's own mechanics: 2M x 3P."""
+    path = chain.BUILD / "evaluation-state" / f"points_{thickness}_{points.shape[1]}_{abs(points).max():.5f}.npy"
+    if path.exists():
+        return np.load(path)
+    rows = [(3 * i + a, *at, *np.eye(3)[a]) for i, at in enumerate(points.T) for a in range(3)]
+    moved = chain.mechanics(chain.gel_text(thickness), rows)
+    markers = influence.of(thickness).markers
+    small = 1e-3
+    result = np.array([shapes.pixels(markers, small * one).ravel() / small for one in moved]).T
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.save(path, result)
+    return result
+
+
+def picture_motion(markers, camera=shapes.CAMERA):
+    rest = camera[0] * np.stack([markers[0], -markers[1]], 1) / (camera[1] - markers[2])[:, None]
+    ones = np.ones(len(rest))
+    columns = [np.outer(ones, [1, 0]), np.outer(ones, [0, 1]), rest, np.stack([-rest[:, 1], rest[:, 0]], 1)]
+    return np.array(columns).reshape(4, -1).T
+
+
+def wrench_of(points):
+    """Force and moment about the origin of unit forces at points of the surface: 6 x 3P."""
+    x, y = points
+    one, none = np.ones_like(x), np.zeros_like(x)
+    rows = [
+        [one, none, none],
+        [none, one, none],
+        [none, none, one],
+        [none, none, y],
+        [none, none, -x],
+        [-y, x, none],
+    ]
+    return np.array(rows).transpose(0, 2, 1).reshape(6, -1)
+
+
+@dataclasses.dataclass
+class Posterior:
+    wrench: np.ndarray  # 6
+    covariance: np.ndarray  # 6 x 6
+    forces: np.ndarray  # of all atoms, 3A
+    atoms: np.ndarray  # that are used
+    residual: float  # squared [px^2]
+    again: bool  # whether more atoms were asked
+
+
+@dataclasses.dataclass
+class Seen:
+    """Of every atom: mean force (A x 3), what is known of it in units of its prior, its noise's variance."""
+
+    mean: np.ndarray
+    known: np.ndarray
+    noise: np.ndarray
+
+    def evident(self, surety):
+        return np.maximum(0, np.square(self.mean).sum(1) - surety**2 * self.noise / 3)
+
+
+def start(model, amplitudes, noise2):
+    """Every atom alike: the evidence says how much is usual."""
+    taus = np.exp(np.arange(np.log(1e-5), np.log(3), 0.25))
+    variance = np.square(model.s[:, None] * taus) + noise2
+    evidence = -0.5 * (np.log(variance) + np.square(amplitudes)[:, None] / variance).sum(0)
+    tau = taus[np.argmax(evidence)]
+    g = (model.s * tau) ** 2 / ((model.s * tau) ** 2 + noise2)
+    mean = (model.V * (g / model.s)) @ amplitudes
+    return Seen(mean.reshape(-1, 3), model.power @ g, noise2 * model.power @ (g / model.s) ** 2)
+
+
+def prior(model, seen, constants):
+    """Of each atom: variance of a component, and 3 x 3 of its directions."""
+    squares = np.square(seen.mean).sum(1)
+    evident = seen.evident(constants.surety)
+    near = model.coupled(constants.coupling)
+    gamma = near @ evident / np.maximum(near @ seen.known, 1e-300)
+    used = evident > 0
+    if not used.any():
+        return np.zeros(model.atoms), np.zeros((model.atoms, 3, 3))
+    share = evident[used] / squares[used]
+    outer = share[:, None, None] * seen.mean[used][:, :, None] * seen.mean[used][:, None]
+    together = np.tensordot(model.alike(constants.alike)[:, used], outer, 1) + 1e-300 * np.eye(3)
+    together /= np.trace(together, axis1=1, axis2=2)[:, None, None]
+    return gamma, (1 - constants.turning) * 3 * together + constants.turning * np.eye(3)
+
+
+def select(model, gamma, most):
+    """The strongest atoms and their variances: one enters at nothing."""
+    value = gamma * model.size
+    order = np.argsort(-value)
+    first = order[:most]
+    rest = value[order[most]] if most < len(order) else 0.0
+    left = value[first] - rest
+    first = first[left > FLOOR * model.noise**2]
+    return first, (value[first] - rest) / model.size[first]
+
+
+def roughen(model, atoms, gamma, mean, most, constants):
+    """Adds the contact's roughness and chooses anew: of a point by its own pressure, of a hat by the (harmonic) mean of
+    what is beneath it, so that what is broader than the contact gets nothing."""
+    pressure = model.spread @ np.linalg.norm(model.shape @ mean, axis=1)
+    beneath = 1 / (model.shape.T @ (1 / (pressure + 1e-6 * pressure.max() + 1e-12)))
+    whole = np.square(constants.roughness * beneath / model.shape.max(0)) / 3
+    whole[atoms] += gamma
+    first = np.argsort(-whole * model.size)[:most]
+    first = first[(whole * model.size)[first] > FLOOR * model.noise**2]
+    return first, whole[first]
+
+
+def fit(model, d, atoms, gamma, omega):
+    """Posterior of chosen atoms: their forces, covariance, the noise's part of it, squared residual."""
+    n2, k = model.noise**2, 3 * len(atoms)
+    unknown = (3 * atoms[:, None] + np.arange(3)).ravel()
+    scale = np.zeros((k, k))
+    for i, one in enumerate(np.linalg.cholesky(gamma[:, None, None] * omega[atoms])):
+        scale[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = one
+    # With the picture's motion: x = (forces / root, motion / its deviation), unit prior.
+    B = np.hstack([model.H[:, unknown] @ scale, model.P * shapes.MOTION])
+    inverse = np.linalg.inv(B.T @ B + n2 * np.eye(B.shape[1]))
+    x = inverse @ (B.T @ d)
+    sigma = n2 * scale @ inverse[:k, :k] @ scale.T
+    noise = n2 * scale @ (inverse - n2 * inverse @ inverse)[:k, :k] @ scale.T
+    left = d - B @ x
+    return scale @ x[:k], sigma, noise, left @ left
+
+
+def solve(model, d, constants=Constants()):
+    n2 = model.noise**2
+    amplitudes = model.U.T @ (model.half_weight @ d)
+    first = seen = start(model, amplitudes, n2)
+    for budget, rounds in enumerate(constants.most):
+        for number, most in enumerate(rounds):
+            gamma, omega = prior(model, seen, constants)
+            atoms, gamma = select(model, gamma, most)
+            if len(atoms) == 0:
+                return Posterior(np.zeros(6), np.zeros((6, 6)), 0 * seen.mean, atoms, d @ d, budget > 0)
+            if number == len(rounds) - 1:
+                atoms, gamma = roughen(model, atoms, gamma, seen.mean, most, constants)
+            found, sigma, spread, residual = fit(model, d, atoms, gamma, omega)
+            # Atoms without a force stay what the picture would tell of them: else the others' prior has no end.
+            seen = Seen(np.zeros((model.atoms, 3)), first.known.copy(), np.zeros(model.atoms))
+            seen.mean[atoms] = found.reshape(-1, 3)
+            seen.known[atoms] = 3 - np.diag(sigma).reshape(-1, 3).sum(1) / gamma
+            seen.noise[atoms] = np.diag(spread).reshape(-1, 3).sum(1)
+        forces, degrees = seen.mean.copy(), seen.known[atoms].sum()
+        expected = n2 * (len(d) - degrees + GATE * np.sqrt(2 * len(d)))
+        if rounds is constants.most[-1] or residual < expected:
+            break
+        # What is left is looked at as if nothing had been found: does it show more?
+        rest = start(model, amplitudes - model.s * (model.V.T @ forces.ravel()), n2)
+        if not rest.evident(constants.surety).any():
+            break
+        new = np.setdiff1d(np.arange(model.atoms), atoms)
+        for to, of in ((seen.mean, rest.mean), (seen.known, rest.known), (seen.noise, rest.noise)):
+            to[new] = of[new]
+        first = rest
+    to = model.wrench[:, (3 * atoms[:, None] + np.arange(3)).ravel()]
+    return Posterior(to @ found, to @ sigma @ to.T, forces, atoms, residual, budget > 0)
+
+
+def compare(thickness, seed, loads, frames=2):
+    """Lines: of what this build's solver and the model make of the same random loads, in single frames."""
+    import unseen
+
+    families = loads * shapes.INSIDE + loads * shapes.BEYOND + 2 * loads * shapes.PALMS
+    drawn = unseen.Drawn(thickness, families, np.random.default_rng([seed, thickness]))
+    gel = chain.gel_text(thickness) + unseen.ALL_KNOWN
+    unit = np.repeat(drawn.displacement, frames, axis=0)
+    found = chain.run(unit, gel=gel, given=shapes.MARKER_NOISE_PX, seed=seed % 2**20)
+    model, generator = Model(thickness), np.random.default_rng([seed, thickness, 1])
+    posteriors = []
+    for moved in unit:
+        seen = shapes.pixels(model.markers, moved).ravel()
+        posteriors.append(solve(model, seen + model.noise * generator.standard_normal(len(seen))))
+    covariance = found["noise_covariance"] + found["systematic_covariance"]
+    return drawn, {
+        "this build's solver": (np.hstack([found.resultant_N, found.moment_Nm]), covariance.reshape(-1, 6, 6)),
+        "one model": (np.array([p.wrench for p in posteriors]), np.array([p.covariance for p in posteriors])),
+    }
+
+
+ZONES = {"inside": ["inside", "rim", "corner"], "beyond": ["beyond"], "palms": ["palm"]}
+
+
+def say(drawn, found):
+    for label, (wrench, covariance) in found.items():
+        frames = len(wrench) // len(drawn.size)
+        error = wrench.reshape(-1, frames, 6) - drawn.wrench[:, None]
+        deviation = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0)).reshape(error.shape)
+        off = np.sqrt(np.mean(np.square(error[:, :, :3]).sum(2), 1)) / drawn.limit()
+        covered = abs(error) <= 1.96 * deviation
+        for zone, kinds in ZONES.items():
+            at = np.isin(drawn.zone, kinds)
+            shares = " ".join(f"{100 * share:3.0f}" for share in covered[at].mean((0, 1)))
+            middle, high = np.quantile(off[at], (0.5, 0.95))
+            print(
+                f"{drawn.thickness} mm, {zone:6}, {at.sum():3} loads, {label:20}: error / limit "
+                f"{middle:.2f}, 95th percentile {high:5.2f}; covered {shares} %",
+                flush=True,
+            )
+
+
+def main(seed, loads=4):
+    print(f"seed {seed}; limits as in --only shapes; exact displacements with {shapes.MARKER_NOISE_PX} px of noise")
+    print("noise of frames alone: nothing is systematic; covered: Fx Fy Fz Mx My Mz")
+    for thickness in (15, 40):
+        say(*compare(thickness, seed, loads))
+
+
+if __name__ == "__main__":
+    if not all(argument.isdecimal() for argument in sys.argv[1:]) or len(sys.argv) > 2:
+        print(f"evaluate: --model takes one seed, a whole number, not '{' '.join(sys.argv[1:])}'", file=sys.stderr)
+        sys.exit(64)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else np.random.default_rng().integers(10**6))

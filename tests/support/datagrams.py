@@ -1,0 +1,76 @@
+"""Datagrams that no camera sent, at a steady rate: whole pictures, packets that once ended a driver, and packets of the
+stream and of the control channel with bytes changed at random.
+usage: datagrams.py SEED RATE SECONDS SOURCE PORT..."""
+
+import os
+import random
+import sys
+import time
+
+import rig
+
+WIDTH, HEIGHT = 640, 480
+PACKET = 9000 - 36
+
+
+class Keeper:
+    """What a forger would send."""
+
+    def __init__(self):
+        self.packets = []
+
+    def sendto(self, data, _):
+        self.packets.append(data)
+
+
+def forged(make):
+    forger = rig.Forger.__new__(rig.Forger)
+    forger.target, forger.socket = None, Keeper()
+    make(forger)
+    return forger.socket.packets
+
+
+def crafted(forger):
+    forger.raw(bytes([0, 0, 0, 0, 0x82] + 10 * [0] + [1, 0xff, 0xff, 0xff, 0xfe]))  # 64 GB, by its number
+    forger.packet(7, random.randrange(65536), 1, bytes(7))  # multipart
+    forger.packet(forger.TRAILER, random.randrange(65536), 0xfffffe, bytes(8))
+    frame = random.randrange(65536)
+    forger.packet(forger.TRAILER, frame, 0, bytes(8))
+    forger.packet(forger.PAYLOAD, frame, 500, bytes(1000))
+    forger.raw(bytes(6) + frame.to_bytes(2, "big") + bytes([0x83]) + bytes(50))  # ids of the other width
+    forger.raw(bytes([0, 0, 0, 0x81, 0, 4]) + os.urandom(2) + bytes(4))  # a register that reads 0
+
+
+def fuzzed(packet):
+    """Some bytes changed, mostly of its header, and often another length."""
+    data = bytearray(packet)
+    for _ in range(random.choice((1, 1, 2, 4, 16))):
+        data[min(int(random.expovariate(0.1)), len(data) - 1)] = random.choice((0, 1, 0x7f, 0x80, 0xfe, 0xff, random.randrange(256)))
+    if random.random() < 0.3:
+        del data[random.randrange(1, len(data) + 1):]
+    return bytes(data)
+
+
+def main(seed, rate, seconds, source, *ports):
+    random.seed(seed)
+    targets = [rig.Forger("127.0.0.1", int(port), source) for port in ports]
+    picture = os.urandom(3 * WIDTH * HEIGHT)
+    whole = forged(lambda forger: forger.frame(random.randrange(65536), picture, WIDTH, HEIGHT, time.time_ns(), chunk=PACKET))
+    print("sending", flush=True)
+    begin, sent, changed = time.monotonic(), 0, 0
+    while (now := time.monotonic()) < begin + float(seconds):
+        while sent < (now - begin) * float(rate):
+            if random.random() < 0.02:
+                packets = whole
+            else:
+                packets = forged(crafted)
+                packets += [fuzzed(packet) for packet in random.choices(packets + whole[:2] + whole[-1:], k=60)]
+                changed += 60
+            for packet in packets:
+                random.choice(targets).raw(packet)
+            sent += len(packets)
+        time.sleep(0.002)
+    print(sent, changed)
+
+
+main(*sys.argv[1:])

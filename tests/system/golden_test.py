@@ -1,0 +1,46 @@
+"""The tree's recordings: whatever the machine and the build, their pictures give their fields again."""
+
+import unittest
+
+import numpy as np
+
+import replays
+import rig
+
+SCENARIOS = sorted((rig.SOURCE / "twin/scenarios").glob("*.toml"))
+
+
+class Golden(replays.TestCase):
+    def test_each_scenario_gives_its_fields(self):
+        """Within a hundredth of their deviation. tests/golden/make.py makes those that are missing."""
+        for scenario in SCENARIOS:
+            with self.subTest(scenario.stem), rig.Rig() as bench:
+                state = bench.folder / "default" / "state"
+                rig.lend_inverses(state)
+                path = rig.SOURCE / "tests/golden" / f"{scenario.stem}.mcap"
+                again, _ = self.replay(bench, path)
+                rig.keep_inverses(state)
+                expected, found = self.arrays(bench, path), self.arrays(bench, again)
+                np.testing.assert_array_equal(found["frame_number"], expected["frame_number"])
+                fits = scenario.stem != "calibrate"  # whose gel is not what the daemon is told
+                np.testing.assert_array_equal(expected["valid"], fits)
+                for key in ("valid", "flags"):
+                    np.testing.assert_array_equal(found[key], expected[key])
+                ok = expected["valid"]
+                deviation = np.sqrt(expected["resultant_covariance_N2"].diagonal(axis1=1, axis2=2))[ok]
+                worst = (np.abs(found["resultant_N"] - expected["resultant_N"])[ok] / deviation).max(initial=0)
+                self.assertLess(worst, 0.01)
+                felt = expected["node_deviation_N"] > 0
+                nodes = np.abs(found["force_N"] - expected["force_N"])[felt] / expected["node_deviation_N"][felt]
+                self.assertLess(nodes.max(initial=0), 0.01)
+                force = np.linalg.norm(expected["resultant_N"], axis=1)
+                if fits and "[[contacts]]" in scenario.read_text():
+                    self.assertGreater(force.min(), 0.5)
+                else:
+                    self.assertLess(force.max(), 0.1)
+                print(f"\n  {scenario.stem:20} {len(force)} fields, {force.mean():.2f} N: off by {worst:.1e}, nodes by "
+                      f"{nodes.max(initial=0):.1e} deviations", end=" ", flush=True)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,300 @@
+"""traction-view's page: what a browser sees of a daemon."""
+
+import json
+import os
+import random
+import secrets
+import time
+import unittest
+import urllib.request
+
+import numpy as np
+
+from browser import TestCase
+from rig import PATIENCE, SOURCE
+
+PAGE_LIMIT = 1_000_000  # bytes, compressed
+
+
+class Page(TestCase):
+    def draw_loads(self):
+        """A press, a twist, two contacts and an object bent along an arc, one after another, drawn at random: a scenario."""
+        seed = int(os.environ.get("TRACTION_SEED") or secrets.randbelow(10**6))
+        print(f"\n  TRACTION_SEED={seed}", end=" ")
+        draw = random.Random(seed)
+        loads, text = {}, "format = 1\n"
+        begin = 4.0
+        for kind in ("press", "twist", "two", "curved"):
+            x, y, turn = draw.uniform(-16, 16), draw.uniform(-16, 16), draw.uniform(0, 2 * np.pi)
+            if kind == "two":
+                places = [(-9 * np.cos(turn) - 4, -9 * np.sin(turn)), (9 * np.cos(turn) - 4, 9 * np.sin(turn))]
+            elif kind == "curved":
+                places = [(0.5 * x + 12 * np.cos(turn + 0.55 * i), 0.5 * y + 12 * np.sin(turn + 0.55 * i)) for i in range(4)]
+            else:
+                places = [(x, y)]
+            for place in places:
+                normal = draw.uniform(1.5, 3) if kind != "curved" else draw.uniform(0.8, 1.2)
+                shear = np.zeros(2) if kind == "twist" else 0.25 * normal * np.array([draw.uniform(-1, 1), draw.uniform(-1, 1)])
+                torque = draw.choice([-1, 1]) * draw.uniform(5, 8) if kind == "twist" else 0
+                held = lambda value: [0, float(value), float(value), 0]  # noqa: E731
+                text += (f'[[contacts]]\nshape = "hertz"\nradius_mm = {draw.uniform(3, 5) if kind != "twist" else 5}\n'
+                         f"time_s = {[begin, begin + 0.5, begin + 4, begin + 4.5]}\nx_mm = {place[0]}\ny_mm = {place[1]}\n"
+                         f"force_x_n = {held(shear[0])}\nforce_y_n = {held(shear[1])}\nforce_z_n = {held(normal)}\n"
+                         f"torque_n_mm = {held(torque)}\n")
+            loads[kind] = (begin + 0.5, begin + 4)
+            begin += 5
+        file = self.rig.folder / "loads.toml"
+        file.write_text(text.replace("format = 1\n", f"format = 1\nperiod_s = {begin}\n"))
+        return file, loads, begin
+
+    def test_arrows_are_where_and_as_long_as_the_twin_has_them(self):
+        """TRACTION_PICTURES=FOLDER keeps what was seen."""
+        file, loads, period_s = self.draw_loads()
+        twin = self.rig.twin(file)
+        daemon = self.rig.daemon()
+        browser = self.browser(self.view(daemon))
+        browser.wait_for("window.traction?.model?.arrows && traction.model.vectors && traction.model.surface && traction.model.description.zero")
+        pictures = os.environ.get("TRACTION_PICTURES")
+        samples, deadline = {}, time.monotonic() + 6 * period_s * PATIENCE
+        while len(samples) < len(loads) and time.monotonic() < deadline:
+            # Of one frame, whichever it is: what was drawn last is what came last.
+            seen = browser.evaluate("""(async () => {
+              const model = traction.model;
+              do await new Promise(requestAnimationFrame);
+              while (model.drawn_sequence !== model.field.header.sequence ||
+                     model.vectors.sequence !== model.drawn_sequence || !model.field.valid || model.field.header.flags.includes("torn"));
+              const {node, from_px, to_px, px_per_N} = model.arrows;
+              return {id: Number(model.field.header.camera_frame_id), node, from_px, to_px, px_per_N,
+                      rest: Array.from(model.description.zero.rest_position_px), layers: model.description.layers,
+                      nodes: model.description.nodes, places: Array.from(model.places_px),
+                      vectors: {...model.vectors, sequence: Number(model.vectors.sequence)},
+                      force: Array.from(model.field.force_N), at: Array.from(model.positions_mm),
+                      gel: model.description.gel, moved: Array.from(model.displacement_mm)};
+            })()""")
+            known = {record["camera_frame_id"]: record for record in map(json.loads, (
+                line for line in twin.truth_file.read_text().splitlines(keepends=True) if line.endswith("}\n")))}
+            truth = known.get(seen["id"])
+            now = truth["scenario_s"] % period_s if truth else -1
+            for kind, (begin, end) in loads.items():
+                if kind not in samples and begin < now < end:
+                    samples[kind] = seen, truth
+                    if pictures:
+                        browser.ask(picture=f"{pictures}/{kind}.png")
+        self.assertEqual(set(samples), set(loads))
+        for kind, (seen, truth) in samples.items():
+            self.check_arrows(kind, seen, truth)
+            self.check_surface(kind, seen, truth)
+        # Registered: a node lies in the picture among the markers above and below it, by their grid.
+        self.check_registered(seen)
+
+    def check_arrows(self, kind, seen, truth):
+        start, end = (np.reshape(seen[name], (-1, 2)) for name in ("from_px", "to_px"))
+        drawn = (end - start) * [1, -1] / seen["px_per_N"]  # the picture's v points down
+        at = np.reshape(seen["at"], (-1, 3))[:, :2]
+        true = np.array(truth["force_N"])
+        size = np.linalg.norm(true)
+        vectors = np.reshape(np.array(seen["vectors"]["to_mm"]) - np.array(seen["vectors"]["from_mm"]), (-1, 3))
+        vectors /= seen["vectors"]["mm_per_N"]
+        force = np.reshape(seen["force"], (-1, 3))
+        print(f"\n  {kind}: arrows sum up to {np.round(drawn.sum(axis=0), 3)}, vectors to {np.round(vectors.sum(axis=0), 3)} N, "
+              f"the twin's truth is {np.round(true, 3)} N", end=" ")
+        np.testing.assert_allclose(drawn.sum(axis=0), true[:2], atol=0.05 * size)
+        np.testing.assert_allclose(force.sum(axis=0), true, atol=0.1 * size)
+        # Each of the vectors is its node's force; those that would be too short to see are not drawn.
+        np.testing.assert_allclose(vectors, force[seen["vectors"]["node"]], atol=1e-5 * size)
+        left = np.delete(np.linalg.norm(force, axis=1), seen["vectors"]["node"])
+        full_N = 5e3 * seen["nodes"]["pitch_m"] / seen["vectors"]["mm_per_N"]
+        self.assertLess(left.max(), 0.0301 * full_N)
+        strongest = at[np.argmax(np.linalg.norm(force, axis=1))]
+        places = [1e3 * np.array(contact["position_m"][:2]) for contact in truth["contacts"]]
+        self.assertLess(min(np.linalg.norm(strongest - place) for place in places), 6.0)  # two nodes
+        if kind in ("twist", "two"):
+            # Of each contact its own arrows: those that are nearest to it.
+            nearest = np.argmin([np.linalg.norm(at[seen["node"]] - place, axis=1) for place in places], axis=0)
+            for number, (contact, place) in enumerate(zip(truth["contacts"], places)):
+                own = drawn[nearest == number]
+                np.testing.assert_allclose(own.sum(axis=0), contact["force_N"][:2], atol=0.1 * size)
+                arm = at[seen["node"]][nearest == number] - place
+                torque = (arm[:, 0] * own[:, 1] - arm[:, 1] * own[:, 0]).sum()
+                if kind == "twist":
+                    print(f"\n  they turn by {torque:.2f} N mm, the truth is {1e3 * contact['torque_Nm']:.2f}", end=" ")
+                    self.assertAlmostEqual(torque / (1e3 * contact["torque_Nm"]), 1, delta=0.25)
+
+    def check_surface(self, kind, seen, truth):
+        """From one to three pitches beyond the contacts' rims, as Hertz and Boussinesq have it for a half space, less what
+        the block's base and sides hold, by CalculiX."""
+        at, depth = np.reshape(seen["at"], (-1, 3))[:, :2], np.reshape(seen["moved"], (-1, 3))[:, 2]
+        modulus = 1e-6 * seen["gel"]["youngs_modulus_Pa"] / (1 - seen["gel"]["poisson_ratio"] ** 2)  # N/mm^2
+        pitch = 1e3 * seen["nodes"]["pitch_m"]
+
+        def half_space(contact):
+            force, radius = contact["force_N"][2], 1e3 * contact["radius_m"]
+            away = np.linalg.norm(at - 1e3 * np.array(contact["position_m"][:2]), axis=1)
+            far = np.maximum(away / radius, 1)
+            pressed = 0.75 * force / (np.pi * radius * modulus)
+            return away, pressed * ((2 - far**2) * np.arcsin(1 / far) + np.sqrt(far**2 - 1))
+
+        with np.load(SOURCE / "tests/evaluation/data/40_0.49_surface.npz") as file:
+            _, x, y, radius, *force = file["contacts"][0, 0]
+            block = 1e3 * file["scale"][0] * file["displacement"][0, 1152:1728, 2]  # of the same nodes
+        away, less = half_space({"position_m": (x, y), "radius_m": radius, "force_N": force})
+        order = np.argsort(away)
+        held = [away[order], ((less - block) / force[2])[order]]
+        expected, beyond = np.zeros(len(at)), np.full(len(at), np.inf)
+        for contact in truth["contacts"]:
+            away, moved = half_space(contact)
+            expected += moved - contact["force_N"][2] * np.interp(away, *held)
+            beyond = np.minimum(beyond, away - 1e3 * contact["radius_m"])
+        near = (beyond > pitch) & (beyond < 3 * pitch)
+        off = (depth - expected)[near].mean() / expected[near].mean()
+        print(f"\n  {kind}: the surface beside the contacts is {depth[near].mean():.3f} mm deep, {100 * off:+.1f} % of what is "
+              "expected", end=" ")
+        self.assertLess(abs(off), 0.1)
+
+    def check_registered(self, seen):
+        """The nodes' places and the markers' own, as two maps from gel to picture: they differ by the depth alone."""
+        layer = seen["layers"][0]
+        count = layer["columns"] * layer["rows"]
+        markers = np.reshape(seen["rest"], (-1, 2))[:count]
+        nodes = np.reshape(seen["places"], (-1, 2))
+
+        def spread(grid):
+            column, row = np.meshgrid(np.arange(grid["columns"]), np.arange(grid["rows"]))
+            x = grid["centre_m"][0] + grid["pitch_m"] * (column - (grid["columns"] - 1) / 2)
+            y = grid["centre_m"][1] + grid["pitch_m"] * (row - (grid["rows"] - 1) / 2)
+            return np.stack([x.ravel(), y.ravel(), np.ones(x.size)], axis=1)
+
+        of_markers = np.linalg.lstsq(spread(layer), markers, rcond=None)[0]
+        of_nodes = np.linalg.lstsq(spread(seen["nodes"]), nodes, rcond=None)[0]
+        distance = np.linalg.norm(of_markers[2] - of_nodes[2])
+        ratio = of_nodes[0, 0] / of_markers[0, 0]
+        print(f"\n  the nodes' centre is {distance:.2f} px from the markers', their scale {ratio:.4f} of theirs", end=" ")
+        self.assertLess(distance, 1.0)
+        self.assertTrue(0.9 < ratio < 1.0, ratio)  # farther away by the layer's depth
+
+    def test_nothing_is_asked_for_elsewhere_and_the_page_is_light(self):
+        self.rig.twin("two_contacts")
+        view = self.view(self.rig.daemon())
+        weight = sum(len(urllib.request.urlopen(view.url + file).read()) for file in ("", "app.js", "app.css", "icon.svg"))
+        print(f"\n  the page weighs {weight} bytes compressed", end=" ")
+        self.assertLess(weight, PAGE_LIMIT)
+        browser = self.browser(view)
+        browser.wait_for("window.traction?.model?.drawn > 3 && traction.model.status")
+        seen = browser.ask(requests=True)
+        own = (view.url, view.url.replace("http", "ws"))
+        foreign = [url for url in seen["requests"] if not url.startswith((*own, "data:", "blob:"))]
+        print(f"\n  {len(seen['requests'])} requests, {len(foreign)} outside its own origin", end=" ")
+        self.assertEqual(foreign, [])
+        self.assertEqual(seen["faults"], [])
+        serious = [one for one in browser.ask(accessibility=True) if one["impact"] in ("serious", "critical")]
+        self.assertEqual(serious, [])
+
+    def test_the_cameras_picture_lies_where_the_markers_are(self):
+        self.rig.twin("idle")
+        browser = self.browser(self.view(self.rig.daemon()))
+        browser.wait_for("window.traction?.model?.preview && traction.model.description?.zero")
+        # How the markers' light differs at their places from that a quarter of the grid's pitch beside and below.
+        seen = browser.evaluate("""(() => {
+          const {preview: {canvas, width, height, scale, origin_px: [left, top]}, description: {layers, zero}} = traction.model;
+          const {data} = canvas.getContext("2d").getImageData(0, 0, width, height);
+          const light = (u, v, channel) => data[4 * (Math.round((v - top) / scale) * width + Math.round((u - left) / scale)) + channel];
+          let i = 0;
+          return {width, height, scale, contrasts: layers.map(({colour, columns, rows}) => {
+            const channel = {red: 0, green: 1, blue: 2}[colour] ?? 0, end = i + 2 * columns * rows;
+            const beside = Math.hypot(zero.rest_position_px[i + 2] - zero.rest_position_px[i], zero.rest_position_px[i + 3] - zero.rest_position_px[i + 1]) / 4;
+            let at = 0, off = 0;
+            for (; i < end; i += 2) {
+              const [u, v] = zero.rest_position_px.slice(i, i + 2);
+              at += light(u, v, channel);
+              off += light(u + beside, v + beside, channel);
+            }
+            return (at - off) / (columns * rows);
+          })};
+        })()""")
+        print(f"\n  {seen['width']} x {seen['height']}, markers stand out by {np.round(seen['contrasts'], 1)} levels", end=" ")
+        self.assertGreater(min(map(abs, seen["contrasts"])), 5)
+
+    def test_the_surface_is_deepest_where_it_is_touched(self):
+        self.rig.twin("hold")
+        browser = self.browser(self.view(self.rig.daemon()))
+        browser.wait_for("window.traction?.model?.surface && traction.model.field.resultant_N[2] > 0.5", 120)
+        seen = browser.evaluate("""(() => {
+          const {displacement_mm: moved, positions_mm: at, field, surface, work_ms, rate_hz} = traction.model;
+          let deepest = 0;
+          for (let i = 2; i < moved.length; i += 3) if (moved[i] > moved[deepest + 2]) deepest = i - 2;
+          return {at: [at[deepest], at[deepest + 1]], depth: moved[deepest + 2], contact: field.contacts[0].position_m,
+                  pressed_mm: surface.deepest_mm, work_ms, rate_hz};
+        })()""")
+        drawn = browser.evaluate("traction.model.drawn")
+        time.sleep(3)
+        drawn = (browser.evaluate("traction.model.drawn") - drawn) / 3
+        print(f"\n  pressed in by {seen['depth']:.3f} mm at {seen['at']} mm, the contact is at {1e3 * np.array(seen['contact'])} mm"
+              f"\n  about {drawn:.0f} frames/s are drawn, {seen['work_ms']:.1f} ms of the page's own work each", end=" ")
+        self.assertGreater(seen["depth"], 0)
+        self.assertAlmostEqual(seen["depth"], seen["pressed_mm"], delta=0.15 * seen["depth"])
+        self.assertLess(np.linalg.norm(np.array(seen["at"]) - 1e3 * np.array(seen["contact"])), 4.0)  # two nodes
+
+    def test_what_is_recorded_is_shown_again(self):
+        """By the buttons, as who looks would do it; each number of a moment is the one that another subscriber has of it."""
+        file, _, _ = self.draw_loads()
+        self.rig.twin(file)
+        daemon = self.rig.daemon()
+        folder = self.rig.folder / "recordings"
+        folder.mkdir()
+        browser = self.browser(self.view(daemon, "--recordings", folder))
+        browser.wait_for("window.traction?.model?.field && traction.model.description.zero && traction.model.preview")
+        witness = self.rig.subscribe(daemon, "traction/v1/default/field/")
+        browser.ask(key="r")
+        browser.wait_for("traction.model.recorder?.file")
+        witness.collect(10)
+        self.assertEqual(browser.evaluate("document.getElementById('record').getAttribute('aria-pressed')"), "true")
+        known = {field.header.sequence: field for field in witness.collect(480)}
+        browser.ask(key="r")
+        browser.wait_for("!traction.model.recorder.file")
+        recording, = folder.iterdir()
+        self.assertRegex(recording.name, r"^[\w-]*\d{4}-\d\d-\d\dT\d\d-\d\d-\d\d\.mcap$")
+        code, text = self.rig.ctl("info", recording)
+        self.assertEqual(code, 0, text)
+
+        choice = "document.getElementById('recordings')"
+        browser.evaluate(f"{choice}.focus()")
+        browser.wait_for(f"[...{choice}.options].some(({{value}}) => value === '{recording.name}')")
+        browser.evaluate(f"{choice}.value = '{recording.name}', {choice}.dispatchEvent(new Event('change'))")
+        browser.wait_for("traction.model.time?.at_s > 0.5 && traction.model.field && traction.model.preview")
+        length_s = browser.evaluate("traction.model.time.length_s")
+        self.assertGreater(length_s, 7.9)
+        compared = 0
+        for _ in range(10):
+            at_s = random.uniform(0.5, length_s - 0.5)
+            browser.evaluate(f"(() => {{ const bar = document.getElementById('at'); bar.value = {at_s};"
+                             "for (const kind of ['input', 'change']) bar.dispatchEvent(new Event(kind)); })()")
+            time.sleep(0.1)
+            if browser.evaluate("traction.model.time.speed > 0"):
+                browser.ask(key=" ")
+            browser.wait_for("(({field: {header}, time}) => time.speed === 0 &&"
+                             " Math.abs(Number(header.received_real_ns) / 1e9 - time.begin_s - time.at_s) < 0.5)(traction.model)")
+            shown = browser.evaluate(
+                "(({field: {header, resultant_N, force_N}}) => ({sequence: Number(header.sequence),"
+                " resultant_N: [...resultant_N], force_N: [...force_N]}))(traction.model)")
+            field = known.get(shown["sequence"])
+            if field is None:  # before the witness came, or after it went
+                continue
+            compared += 1
+            self.assertEqual(shown["resultant_N"], [field.resultant_N.x, field.resultant_N.y, field.resultant_N.z])
+            self.assertEqual(shown["force_N"], list(field.force_N))
+        self.assertGreater(compared, 5)
+        browser.ask(key="f")
+        browser.ask(key=" ")  # goes on
+        browser.wait_for("traction.model.time.at_s === traction.model.time.length_s")
+        browser.ask(key="f")
+        browser.wait_for("/^A film of [1-9]/.test(document.getElementById('notice').textContent)")
+        print(f"\n  {compared} moments of {length_s:.1f} s as recorded;", browser.evaluate("document.getElementById('notice').textContent"))
+        if pictures := os.environ.get("TRACTION_PICTURES"):
+            browser.ask(picture=f"{pictures}/recording.png")
+        browser.evaluate(f"{choice}.value = '', {choice}.dispatchEvent(new Event('change'))")
+        browser.wait_for("traction.model.time === null && traction.model.fields > 0")
+        self.assertEqual(browser.ask(requests=True)["faults"], [])
+
+
+if __name__ == "__main__":
+    unittest.main()

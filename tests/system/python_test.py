@@ -1,0 +1,126 @@
+"""The Python client and its examples with a real daemon: the README's words are run as they stand there."""
+
+import importlib.util
+import json
+import pathlib
+import re
+import signal
+import sys
+import time
+import unittest
+
+import zmq
+
+CLIENT = pathlib.Path(__file__).resolve().parents[2] / "client" / "python"
+EXAMPLES = CLIENT.parent / "examples" / "python"
+sys.path.insert(0, str(CLIENT))
+import rig  # noqa: E402
+import steady  # noqa: E402
+import traction  # noqa: E402
+
+HAS_MATPLOTLIB = importlib.util.find_spec("matplotlib") is not None
+
+
+def drawing(bench):
+    """A screen is not here."""
+    return {"MPLBACKEND": "Agg", "MPLCONFIGDIR": str(bench.folder)}
+
+
+def python(bench, *words, env=None):
+    """Of the instance `default`, which is found by its ports."""
+    path = {"PYTHONPATH": str(CLIENT), "XDG_RUNTIME_DIR": "/nowhere"}
+    return bench.start(sys.executable, "-u", *words, env={**path, **(env or {})})
+
+
+class Python(steady.TestCase):
+    def setUp(self):
+        self.bench = self.enterContext(rig.Rig())
+        self.twin = self.bench.twin("hold", truth=False)
+        self.daemon = self.bench.daemon()
+        next(traction.fields(endpoint=self.daemon.endpoint["stream"], timeout=60 * rig.PATIENCE))  # there is a zero
+
+    def subscriber(self, **options):
+        return self.enterContext(traction.Subscriber(endpoint=self.daemon.endpoint["stream"], **options))
+
+    def test_the_readmes_five_lines_show_a_field(self):
+        snippet = re.search(r"```python\n(.*?)```", (rig.SOURCE / "README.md").read_text(), re.S)[1]
+        self.assertLessEqual(len([line for line in snippet.splitlines() if line.strip()]), 5)
+        begin = time.monotonic()
+        child = python(self.bench, "-c", snippet)
+        child.wait_for(r"^\[.*\] \(576, 3\)$")
+        print(f"\n  first field {time.monotonic() - begin:.2f} s after the start of Python", flush=True)
+
+    def test_a_daemon_that_is_killed_and_comes_again_is_read_on(self):
+        subscriber = self.subscriber(timeout=60 * rig.PATIENCE)
+        messages = iter(subscriber)
+        kinds = set()
+        while len(kinds) < 4:
+            kinds.add(type(next(messages)))
+        boot = next(message for message in messages if isinstance(message, traction.Field)).header.boot
+        self.daemon.stop(signal.SIGKILL)
+        self.daemon = self.bench.daemon(state=self.daemon.state)
+        while next(messages).header.boot == boot:
+            pass
+        self.assertEqual((subscriber.restarts, subscriber.lost), (1, 0))
+
+    def test_control(self):
+        control = traction.Control(endpoint=self.daemon.endpoint["control"])
+        description = control.describe()
+        self.assertTrue(description.same_host)
+        self.assertEqual(description.nodes.positions_m().shape, (24, 24, 2))
+        before = description.zero
+        taken = control.zero(anyway=True)
+        self.assertEqual(taken.markers_present, taken.markers_expected)
+        self.assertEqual(control.describe().zero.id, taken.zero.id)
+        self.assertEqual(control.undo_zero().zero.id, before.id)
+        status = control.status()
+        self.assertIs(status.camera, traction.CameraState.STREAMING)
+        self.assertEqual(status.ledger.received, status.ledger.published + status.ledger.in_flight + status.ledger.losses)
+
+    def test_through_a_gateway(self):
+        public, secret = (key.decode() for key in zmq.curve_keypair())
+        keys = traction.Keys(self.bench.allow("ada", public), public, secret)
+        gateway = self.bench.gateway(self.daemon)
+        for mode in traction.Mode:
+            field = next(traction.fields(endpoint=gateway.endpoint[mode.value], keys=keys, mode=mode, timeout=60))
+            self.assertEqual(field.force_N.shape, (576, 3))
+        with self.assertRaises((traction.NotAllowed, traction.Refused)):
+            traction.Control(endpoint=gateway.endpoint["control"], keys=keys).zero()
+        with self.assertRaises(traction.NotAllowed):
+            next(traction.fields(endpoint=gateway.endpoint["stream"], timeout=60))
+
+    def test_force_meter(self):
+        child = python(self.bench, EXAMPLES / "force_meter.py")
+        child.wait_for(r"x +[+-]\d+[.]\d{3} ± \d+[.]\d{3} N +y .* z .* N")
+        child.stop(signal.SIGINT)
+
+    def test_hold_force_stops_when_the_daemon_is_gone(self):
+        for message in self.subscriber(timeout=60 * rig.PATIENCE):
+            sound = message.header.flags <= traction.Flag.ZERO_UNVERIFIED
+            if sound and isinstance(message, traction.Field) and message.valid:
+                break
+        child = python(self.bench, EXAMPLES / "hold_force.py", "2.0")
+        child.wait_for(r"^move [+-]\d[.]\d{3} mm/s$|stale|lost|flagged")  # a busy machine is late, and that stops it, too
+        self.daemon.stop(signal.SIGKILL)
+        self.assertEqual(child.join(), 1, child.output())
+        self.assertEqual(child.lines[-2], "stop")
+        self.assertRegex(child.lines[-1], "^hold_force: (stale|lost|flagged)")
+
+    @unittest.skipUnless(HAS_MATPLOTLIB, "matplotlib is not here")
+    def test_quiver(self):
+        picture = self.bench.folder / "field.png"
+        child = python(self.bench, EXAMPLES / "quiver.py", picture, env=drawing(self.bench))
+        self.assertEqual(child.join(60), 0, child.output())
+        self.assertEqual(picture.read_bytes()[:4], b"\x89PNG")
+
+    @unittest.skipUnless(HAS_MATPLOTLIB, "matplotlib is not here")
+    def test_notebook(self):
+        cells = json.loads((EXAMPLES / "traction.ipynb").read_text())["cells"]
+        self.assertFalse(any(cell.get("outputs") for cell in cells))
+        program = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
+        child = python(self.bench, "-c", program, env=drawing(self.bench))
+        self.assertEqual(child.join(60), 0, child.output())
+
+
+if __name__ == "__main__":
+    unittest.main()

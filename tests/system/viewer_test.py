@@ -1,0 +1,298 @@
+"""traction-view: what it tells whom, and what it withstands."""
+
+import base64
+import contextlib
+import json
+import os
+import random
+import socket
+import struct
+import subprocess
+import time
+import unittest
+import urllib.parse
+import urllib.request
+
+from browser import TestCase, start_view
+from rig import BIN, PATIENCE, SOURCE
+
+
+class Viewer(TestCase):
+    def exchange(self, view, request, size=65536):
+        with socket.create_connection(("127.0.0.1", view.port), timeout=20 * PATIENCE) as connection:
+            answer = b""
+            with contextlib.suppress(OSError):
+                connection.sendall(request)
+                connection.shutdown(socket.SHUT_WR)
+                while chunk := connection.recv(size):
+                    answer += chunk
+        return answer
+
+    def upgrade(self, view, path="/stream/0?mode=stream&topics=field,status", host=None, origin=None):
+        """A socket after the handshake, or the status of its refusal."""
+        connection = socket.create_connection(("127.0.0.1", view.port), timeout=20 * PATIENCE)
+        self.addCleanup(connection.close)
+        lines = [f"GET {path} HTTP/1.1", f"Host: {host or f'127.0.0.1:{view.port}'}", "Connection: Upgrade", "Upgrade: websocket",
+                 "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: " + base64.b64encode(os.urandom(16)).decode()]
+        if origin:
+            lines.append(f"Origin: {origin}")
+        connection.sendall("\r\n".join([*lines, "", ""]).encode())
+        answer = b""
+        while b"\r\n\r\n" not in answer:
+            answer += connection.recv(1)
+        status = int(answer.split()[1])
+        return connection if status == 101 else status
+
+    @staticmethod
+    def frame(text, opcode=1):
+        mask = os.urandom(4)
+        return bytes([0x80 | opcode, 0x80 | len(text)]) + mask + bytes(a ^ mask[i % 4] for i, a in enumerate(text))
+
+    @staticmethod
+    def receive(connection):
+        """The next message: (topic, bytes)."""
+        def exactly(count):
+            data = b""
+            while len(data) < count:
+                chunk = connection.recv(count - len(data))
+                if not chunk:
+                    raise EOFError
+                data += chunk
+            return data
+
+        message = b""
+        while True:
+            first, length = exactly(2)
+            if length == 126:
+                length, = struct.unpack(">H", exactly(2))
+            elif length == 127:
+                length, = struct.unpack(">Q", exactly(8))
+            payload = exactly(length)
+            if first & 15 in (0, 2):  # one in parts, or the first of them
+                message += payload
+                if first & 128:
+                    return message.split(b"\0", 1)
+
+    def is_well(self, view):
+        connection = self.upgrade(view, path="/stream/0?mode=stream&topics=field")
+        self.receive(connection)
+        connection.close()
+
+    def test_other_origins_and_names_are_refused(self):
+        self.rig.twin("idle")
+        view = self.view(self.rig.daemon())
+        own = f"127.0.0.1:{view.port}"
+        self.is_well(view)
+        self.assertIsInstance(self.upgrade(view, origin=f"http://{own}"), socket.socket)
+        self.assertIsInstance(self.upgrade(view, host=f"localhost:{view.port}", origin=f"http://localhost:{view.port}"), socket.socket)
+        for origin in ("http://example.org", "https://example.org", f"http://localhost:{view.port}", "null", "file://", f"http://{own}.example.org"):
+            self.assertEqual(self.upgrade(view, origin=origin), 403, origin)
+        for host in ("example.org", f"rebound.example.org:{view.port}", "localhost.example.org", "127.0.0.1.example.org", "[::1", "a" * 300):
+            self.assertEqual(self.upgrade(view, host=host), 421, host)
+            self.assertIn(b" 421 ", self.exchange(view, f"GET / HTTP/1.1\r\nHost: {host}\r\n\r\n".encode()).split(b"\r\n")[0])
+        self.assertEqual(self.upgrade(view, path="/stream/1"), 404)
+
+    def test_it_listens_beyond_this_machine_only_if_that_is_meant(self):
+        for address in ("0.0.0.0:0", "[::]:0", "192.0.2.1"):
+            process = self.rig.start(BIN / "traction-view", "--listen", address)
+            self.assertEqual(process.join(), 64)
+            self.assertIn("--insecure", process.output())
+        view = self.view(None, "--listen", "0.0.0.0:0", "--insecure")
+        self.assertEqual(self.upgrade(view, host=f"example.org:{view.port}"), 421)
+        named = self.view(None, "--name", "box.example.org")
+        self.assertIsInstance(self.upgrade(named, host="box.example.org"), socket.socket)
+
+    def test_who_may_only_read_sets_no_zero(self):
+        self.rig.twin("idle")
+        daemon = self.rig.daemon()
+        for options, wanted in (((), b"reply/1"), (("--read-only",), b"error/1")):
+            connection = self.upgrade(self.view(daemon, *options), path="/stream/0?topics=")
+            connection.sendall(self.frame(b"ask 1 zero"))
+            topic, said = self.receive(connection)
+            self.assertEqual(topic, wanted, said)
+        self.assertTrue(said.startswith(b"not_allowed "), said)
+
+    def test_a_browser_that_stops_reading_costs_little_and_is_closed(self):
+        self.rig.twin("hold")
+        view = self.view(self.rig.daemon())
+        self.is_well(view)
+        before = view.memory_MiB()
+        deaf = [self.upgrade(view, path=f"/stream/0?mode={mode}&topics=field,markers,status") for mode in ("newest", "stream") for _ in range(10)]
+        deadline = time.monotonic() + 120 * PATIENCE
+        while self.connected(view) > 0 and time.monotonic() < deadline:
+            time.sleep(0.5)
+        grown = view.memory_MiB() - before
+        print(f"\n  {len(deaf)} that do not read: {grown:.1f} MiB", end=" ")
+        self.assertEqual(self.connected(view), 0)
+        self.assertLess(grown, 64)
+        self.is_well(view)
+
+    def connected(self, view):
+        """Connections that the bridge has."""
+        text = subprocess.run(["ss", "-Htn", "state", "established", f"( sport = :{view.port} )"], capture_output=True, text=True,
+                              check=True).stdout
+        return len(text.splitlines())
+
+    def test_a_slow_one_is_given_the_newest_and_no_more_than_two_at_a_time(self):
+        self.rig.twin("hold")
+        view = self.view(self.rig.daemon())
+        slow = self.upgrade(view, path="/stream/0?mode=newest&topics=field")
+        for _ in range(2):
+            self.receive(slow)
+        slow.settimeout(1.0)
+        with self.assertRaises(TimeoutError):
+            self.receive(slow)
+        slow.settimeout(20 * PATIENCE)
+        slow.sendall(self.frame(b"next"))
+        self.receive(slow)
+
+    def test_what_is_malformed_harms_nobody(self):
+        self.rig.twin("idle")
+        view = self.view(self.rig.daemon())
+        witness = self.upgrade(view)
+        for hurt in (b"\xff" * 100, b"\x81\x05hello",  # not masked
+                     bytes([0x83, 0x80, 0, 0, 0, 0]),  # an opcode that there is none
+                     bytes([0x82, 0xff]) + b"\x7f" + b"\xff" * 7 + bytes(4),  # as long as can be said
+                     bytes([0x89, 0xfe, 0x10, 0]) + bytes(4),  # a ping that is too long
+                     bytes([0x01, 0x80, 0, 0, 0, 0]) * 1000,  # begun, and begun again
+                     self.frame(b"x" * 125) * 3 + bytes([0x81, 0xfe, 2, 0]) + bytes(4 + 512)):  # longer than anybody has to say
+            connection = self.upgrade(view)
+            try:
+                connection.sendall(hurt)
+                with self.assertRaises((EOFError, ConnectionError)):
+                    while True:
+                        self.receive(connection)
+            except ConnectionError:
+                pass
+        for text in (b"ask", b"ask 1", b"ask x zero", b"ask 1 " + b"y" * 100, b"", b"\xc3\xa9", b"next" * 20):
+            connection = self.upgrade(view)
+            connection.sendall(self.frame(text))
+            self.receive(connection)
+        for request in (b"\0" * 100, b"GET\r\n\r\n", b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 5000 + b"\r\n", b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99999999999\r\n\r\n",
+                        b"GET /../../etc/passwd HTTP/1.1\r\nHost: localhost\r\n\r\n", b"GET / HTTP/1.1\r\n\r\n"):
+            self.assertNotIn(b" 200 ", self.exchange(view, request).split(b"\r\n")[0])
+        self.receive(witness)
+        self.is_well(view)
+
+    def heard(self, connection, topic):
+        """The next message of this topic."""
+        while True:
+            found, text = self.receive(connection)
+            if found.decode().startswith(topic):
+                return text
+
+    def asked(self, connection, question):
+        """(how, text) of the answer."""
+        connection.sendall(self.frame(b"ask 7 " + question))
+        while True:
+            topic, text = self.receive(connection)
+            if topic in (b"done/7", b"error/7"):
+                return topic[:-2].decode(), text.decode()
+
+    def test_recordings_that_are_none(self):
+        folder = self.rig.folder / "recordings"
+        folder.mkdir()
+        golden = (SOURCE / "tests/golden/twist.mcap").read_bytes()
+        cut = random.randrange(100, len(golden) - 100)
+        newer = bytearray(golden)
+        newer[5] = ord("9")
+        files = {"empty.mcap": (b"", "is empty"), "text.mcap": (b"nothing of that kind\n" * 9, "is no recording"),
+                 "newer.mcap": (bytes(newer), "newer version"), "cut off.mcap": (golden[:cut], "not closed"),
+                 "nobody's.mcap": (b"\x89MCAP0\r\n", "not closed"), "whole.mcap": (golden, "")}
+        for name, (content, _) in files.items():
+            (folder / name).write_bytes(content)
+        (folder / "secret.txt").write_text("not for you")
+        self.rig.twin("idle")
+        view = self.view(self.rig.daemon(), "--recordings", folder)
+        listed = json.load(urllib.request.urlopen(view.url + "recordings"))["recordings"]
+        self.assertEqual({one["name"]: one["bytes"] for one in listed}, {name: len(content) for name, (content, _) in files.items()})
+        for name, (_, words) in files.items():
+            connection = self.upgrade(view, f"/recording/{urllib.parse.quote(name)}?mode=stream&topics=field,description")
+            topic, text = self.receive(connection)
+            while topic not in (b"error", b"view/time"):
+                topic, text = self.receive(connection)
+            self.assertIn(words, text.decode() if topic == b"error" else json.loads(text)["trouble"], name)
+        for name in ("none.mcap", "secret.txt", "..%2Frecordings%2Fwhole.mcap", "../recordings/whole.mcap", "%00", "%", "%4", ""):
+            self.assertEqual(self.upgrade(view, f"/recording/{name}"), 404, name)
+        connection = self.upgrade(view, "/recording/whole.mcap?mode=stream&topics=field,description")
+        for words in (b"play", b"play nan 1", b"play inf 1", b"play 1e308 -3", b"play 0 1e9", b"play 0 nan", b"play 0 1 2", b"play 0 1x",
+                      b"ask 1 zero", b"play -1e300 64", b"play 1e300 64"):
+            connection.sendall(self.frame(words))
+        for _ in range(100):
+            connection.sendall(self.frame(f"play {random.uniform(-1, 20)} {random.choice([0, 1, 64])}".encode()))
+        connection.sendall(self.frame(b"play 0 0"))
+        while True:
+            told = json.loads(self.heard(connection, "view/time"))
+            if told["at_s"] == 0 and told["speed"] == 0:
+                break
+        self.is_well(view)
+
+    def test_who_may_record_and_how_it_ends(self):
+        folder = self.rig.folder / "recordings"
+        folder.mkdir()
+        self.rig.twin("idle")
+        daemon = self.rig.daemon()
+        stream = "/stream/0?mode=stream&topics=status"
+        self.assertEqual(self.asked(self.upgrade(self.view(daemon), stream), b"record")[0], "error")
+        only = self.view(daemon, "--recordings", folder, "--read-only")
+        self.assertIn("read-only", self.asked(self.upgrade(only, stream), b"record")[1])
+        view = self.view(daemon, "--recordings", folder)
+        first, second = self.upgrade(view, stream), self.upgrade(view, stream)
+        self.assertIn("nothing is being recorded", self.asked(first, b"stop")[1])
+        how, name = self.asked(first, b"record")
+        self.assertEqual(how, "done")
+        self.assertIn("being recorded", self.asked(second, b"record")[1])
+        first.close()  # it goes on all the same
+        self.assertEqual(json.loads(self.heard(second, "view/recorder"))["file"], name)
+        time.sleep(1)
+        how, account = self.asked(second, b"stop")
+        self.assertEqual(how, "done")
+        self.assertRegex(account, rf"^{name}: \d+ messages of [1-9]")
+        code, text = self.rig.ctl("info", folder / name)
+        self.assertEqual(code, 0, text)
+        # Where the disk is full.
+        subprocess.run(["prlimit", f"--pid={view.child.pid}", "--fsize=2000000:2000000"], check=True)
+        time.sleep(1)  # the file's name has the second
+        self.assertEqual(self.asked(second, b"record")[0], "done")
+        while not (told := json.loads(self.heard(second, "view/recorder")))["error"]:
+            pass
+        self.assertIn("the recording has stopped with", told["error"])
+        self.is_well(view)
+        # It is a whole one where the viewer ends.
+        view = self.view(daemon, "--recordings", folder)
+        time.sleep(1)
+        _, name = self.asked(self.upgrade(view, stream), b"record")
+        time.sleep(1)
+        self.assertEqual(view.stop(), 0, view.output())
+        code, text = self.rig.ctl("info", folder / name)
+        self.assertEqual(code, 0, text)
+
+    def test_ten_thousand_connections(self):
+        self.rig.twin("idle")
+        view = self.view(self.rig.daemon())
+        witness = self.upgrade(view)
+        held = []
+        before = view.memory_MiB()
+        for i in range(10_000):
+            connection = socket.socket()
+            connection.setblocking(False)
+            connection.connect_ex(("127.0.0.1", view.port))
+            held.append(connection)
+            if len(held) > 500:  # as many as this process may have
+                held.pop(0).close()
+            if i % 100 == 0:
+                self.receive(witness)
+        self.receive(witness)
+        grown = view.memory_MiB() - before
+        print(f"\n  10,000 connections: {grown:.1f} MiB", end=" ")
+        self.assertLess(grown, 64)
+        self.is_well(view)
+        for connection in held:
+            connection.close()
+        many = [self.upgrade(view) for _ in range(80)]
+        self.assertIn(503, many)
+        self.receive(witness)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,293 @@
+"""The Python client against publishers that come, go, lose, lock and lie. What it reads right: tests/conformance."""
+
+import asyncio
+import os
+import pathlib
+import random
+import socket
+import sys
+import tempfile
+import time
+import unittest
+from unittest import mock
+
+import zmq
+
+SOURCE = pathlib.Path(__file__).resolve().parents[3]
+CLIENT = SOURCE / "client" / "python"
+sys.path.insert(0, str(CLIENT))
+import traction  # noqa: E402
+from publisher import Publisher  # noqa: E402
+from traction.endpoints import TCP, locate  # noqa: E402
+from traction.v1 import messages  # noqa: E402
+
+PATIENCE_S = 30
+
+
+def field(sequence, boot=bytes(range(16)), nodes=0):
+    """As it is sent."""
+    message = messages.Field(timestamp=1.0, valid=True, force_N=[0.0] * (3 * nodes), node_valid=bytes(nodes))
+    message.header.sequence, message.header.boot, message.header.sensor = sequence, boot, "gel"
+    return [b"traction/v1/gel/field/", message.SerializeToString(), b"1.0"]
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.context = zmq.Context()
+        self.addCleanup(self.context.destroy, 0)
+
+    def bind(self, kind=zmq.XPUB, endpoint="tcp://127.0.0.1:*", **options):
+        one = self.context.socket(kind)
+        self.addCleanup(one.close, 0)
+        one.linger = 0
+        for name, value in options.items():
+            setattr(one, name, value)
+        end = time.monotonic() + PATIENCE_S
+        while True:
+            try:
+                one.bind(endpoint)
+                return one, one.getsockopt_string(zmq.LAST_ENDPOINT)
+            except zmq.ZMQError as error:  # who had it before is not gone yet
+                if error.errno != zmq.EADDRINUSE or time.monotonic() > end:
+                    raise
+                time.sleep(0.01)
+
+    def subscriber(self, endpoint, **options):
+        return self.enterContext(traction.Subscriber(endpoint=endpoint, **options))
+
+    def until(self, condition, subscriber):
+        end = time.monotonic() + PATIENCE_S
+        while not condition():
+            self.assertLess(time.monotonic(), end)
+            subscriber.receive(0.01)
+
+
+class Subscriber(Case):
+    def test_it_connects_again_and_a_new_start_is_told_and_is_no_loss(self):
+        publisher, endpoint = self.bind()
+        subscriber = self.subscriber(endpoint)
+        for start in range(3):
+            self.until(lambda: publisher.poll(0), subscriber)  # receive() is what connects again, where ZeroMQ has given up
+            publisher.recv()
+            boot, begin = random.randbytes(16), random.choice([1, 1000])
+            for sequence in range(begin, begin + 3):
+                publisher.send_multipart(field(sequence, boot))
+                self.assertEqual(subscriber.receive(PATIENCE_S).header.boot, boot)
+            self.assertEqual((subscriber.restarts, subscriber.lost), (start, 0))
+            self.assertTrue(subscriber.is_connected)
+            publisher.close()
+            self.until(lambda: not subscriber.is_connected, subscriber)
+            publisher, _ = self.bind(endpoint=endpoint)
+
+    def test_who_reads_too_slowly_is_told_how_much_he_lost(self):
+        publisher, endpoint = self.bind(sndhwm=50)
+        subscriber = self.subscriber(endpoint, queue=50)
+        self.assertTrue(publisher.poll(1000 * PATIENCE_S))
+        publisher.recv()
+        sent = random.randrange(3000, 5000)  # of 30 kB: far beyond what the kernel holds
+        publisher.send_multipart(field(1))
+        self.assertEqual(subscriber.receive(PATIENCE_S).header.sequence, 1)
+        for sequence in range(2, sent):
+            publisher.send_multipart(field(sequence, nodes=2500))
+        read, last = 1, 1
+        while last < sent:  # the last one tells what was lost before it
+            publisher.send_multipart(field(sent))
+            while (message := subscriber.receive(0.05)) is not None:
+                read, last = read + (message.header.sequence != last), message.header.sequence
+        self.assertEqual(read + subscriber.lost, sent)
+        self.assertGreater(subscriber.lost, 0)
+
+    def test_silence_ends_an_iteration_with_a_sentence(self):
+        _, endpoint = self.bind()
+        with self.assertRaisesRegex(traction.NoAnswer, f"nothing came from {endpoint} within 0.05 s"):
+            next(traction.fields(endpoint=endpoint, timeout=0.05))
+        self.assertIsNone(self.subscriber(endpoint).receive(0))
+
+    def test_who_was_something_else_may_be_followed_by_a_publisher(self):
+        other, endpoint = self.bind(zmq.REP)
+        subscriber = self.subscriber(endpoint)
+        for _ in range(30):
+            self.assertIsNone(subscriber.receive(0.01))
+            self.assertFalse(subscriber.is_connected)
+        other.close()
+        publisher, _ = self.bind(endpoint=endpoint)
+        self.until(lambda: subscriber.is_connected, subscriber)
+        publisher.recv()
+        publisher.send_multipart(field(1))
+        self.assertEqual(subscriber.receive(PATIENCE_S).header.sequence, 1)
+
+    def test_latest_connected_to_a_stream_does_no_harm(self):  # ZeroMQ 4.3.4 would abort the process
+        publisher = Publisher()
+        self.addCleanup(publisher.close)
+        subscriber = self.subscriber(publisher.endpoint(publisher.stream), mode=traction.Mode.LATEST)
+        self.assertIsNone(subscriber.receive(0.3))
+
+    def test_who_is_closed_or_dropped_at_any_moment_hinders_no_other(self):  # all of them share ZeroMQ's thread
+        async def in_a_loop(endpoint):
+            one = traction.aio.Subscriber(endpoint=endpoint)
+            await one.receive(random.choice([0, 0.001, 0.005]))
+            return one
+
+        for _ in range(60):
+            publisher, endpoint = self.bind()
+            if random.random() < 0.5:
+                one = traction.Subscriber(endpoint=endpoint)
+                one.receive(random.choice([0, 0.001, 0.005]))
+            else:
+                one = asyncio.run(in_a_loop(endpoint))
+            if random.random() < 0.5:
+                publisher.close(0)
+            if random.random() < 0.5:
+                one.close()
+            del one
+            publisher.close(0)
+            other, endpoint = self.bind()
+            with traction.Subscriber(endpoint=endpoint) as subscriber:
+                self.until(lambda: other.poll(0), subscriber)
+
+    def test_bad_endpoints_and_names_are_refused(self):
+        for endpoint in ("nonsense", "tcp://", "http://localhost"):
+            with self.assertRaisesRegex(traction.BadEndpoint, "an endpoint is written tcp://HOST:PORT"):
+                traction.Subscriber(endpoint=endpoint)
+        for name in ("../etc", "", "a" * 25, "é"):
+            with self.assertRaisesRegex(traction.BadEndpoint, "not an instance's name"):
+                traction.Subscriber(name)
+
+    def test_an_instance_is_found_where_its_sockets_are(self):
+        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="traction-")))
+        self.enterContext(mock.patch.dict(os.environ, XDG_RUNTIME_DIR=str(folder)))
+        at = folder / "tractiond" / "left"
+        self.assertEqual([one.latest for one in locate("left")], [f"ipc://{at}/latest", "ipc:///run/tractiond/left/latest"])
+        if not pathlib.Path("/run/tractiond/default").exists():
+            self.assertEqual(locate(), [TCP])
+        at.mkdir(parents=True)
+        publisher, _ = self.bind(endpoint=f"ipc://{at}/stream")
+        self.assertEqual([one.control for one in locate("left")], [f"ipc://{at}/control"])
+        subscriber = self.enterContext(traction.Subscriber("left"))
+        self.assertTrue(publisher.poll(1000 * PATIENCE_S))
+        publisher.send_multipart(field(7))
+        self.assertEqual(subscriber.receive(PATIENCE_S).header.sequence, 7)
+
+
+class Asyncio(Case):
+    def test_fields_come_to_several_and_cancelling_loses_none(self):
+        publisher, endpoint = self.bind(xpub_verbose=True)  # tells of each subscriber
+
+        async def read(count):
+            seen = []
+            async with traction.aio.Subscriber(endpoint=endpoint) as subscriber:
+                while len(seen) < count:
+                    try:
+                        seen.append((await asyncio.wait_for(subscriber.receive(), 0.003)).header.sequence)
+                    except TimeoutError:
+                        pass
+                self.assertEqual(subscriber.lost, 0)
+            return seen
+
+        async def publish():
+            for _ in range(2):
+                while not publisher.poll(0):
+                    await asyncio.sleep(0.001)
+                publisher.recv()
+            await asyncio.sleep(0.1)
+            for sequence in range(1, 101):
+                publisher.send_multipart(field(sequence))
+                await asyncio.sleep(random.choice([0, 0, 0.005]))
+
+        async def both():
+            return await asyncio.wait_for(asyncio.gather(read(100), read(100), publish()), PATIENCE_S)
+
+        one, other, _ = asyncio.run(both())
+        self.assertEqual(one, [*range(1, 101)])
+        self.assertEqual(other, one)
+
+    def test_generator_and_silence(self):
+        publisher = Publisher(lambda request: messages.Reply(version=1, status=messages.Status(uptime_s=2.5)))
+        self.addCleanup(publisher.close)
+
+        async def first(endpoint, timeout):
+            async for one in traction.aio.fields(endpoint=endpoint, timeout=timeout):
+                return one.resultant_N.tolist()
+
+        self.assertEqual(asyncio.run(first(publisher.endpoint(publisher.stream), PATIENCE_S)), [1.5, -2.5, 3.5])
+        _, silent = self.bind()
+        with self.assertRaises(traction.NoAnswer):
+            asyncio.run(first(silent, 0.05))
+        endpoint = publisher.endpoint(publisher.control)
+        control = traction.aio.Control(traction.Control(endpoint=endpoint, timeout=PATIENCE_S))
+        self.assertEqual(asyncio.run(control.status()).uptime_s, 2.5)
+
+
+class Control(Case):
+    def test_who_is_not_there_or_takes_no_requests_is_told(self):
+        with socket.socket() as nobody:
+            nobody.bind(("127.0.0.1", 0))  # and does not listen
+            endpoint = f"tcp://127.0.0.1:{nobody.getsockname()[1]}"
+            with self.assertRaisesRegex(traction.NoAnswer, f"nobody is at {endpoint}; is tractiond running"):
+                traction.Control(endpoint=endpoint, timeout=0.2).status()
+        with self.assertRaisesRegex(traction.NoAnswer, "nobody is at ipc:///nowhere"):
+            traction.Control(endpoint="ipc:///nowhere").status()
+        _, stream = self.bind()
+        with self.assertRaisesRegex(traction.NoAnswer, "takes no requests; is it the endpoint 'control'"):
+            traction.Control(endpoint=stream).status()
+        _, silent = self.bind(zmq.REP)
+        with self.assertRaisesRegex(traction.NoAnswer, "somebody is at .*, but has not answered within 3 s"):
+            traction.Control(endpoint=silent).status()
+
+
+class Keys(Case):
+    def setUp(self):
+        super().setUp()
+        self.server, self.server_secret = zmq.curve_keypair()
+        self.own = zmq.curve_keypair()
+
+    def gateway(self):
+        return self.bind(curve_server=True, curve_publickey=self.server, curve_secretkey=self.server_secret)
+
+    def keys(self, server=None):
+        return traction.Keys((server or self.server).decode(), self.own[0].decode(), self.own[1].decode())
+
+    def refused(self, endpoint, pattern, **options):
+        subscriber = self.subscriber(endpoint, **options)
+        end = time.monotonic() + PATIENCE_S
+        with self.assertRaisesRegex(traction.NotAllowed, pattern):
+            while time.monotonic() < end:
+                subscriber.receive(0.1)
+
+    def test_with_keys_fields_come_and_without_the_reason(self):
+        publisher, endpoint = self.gateway()
+        subscriber = self.subscriber(endpoint, keys=self.keys())
+        self.assertTrue(publisher.poll(1000 * PATIENCE_S))
+        publisher.send_multipart(field(1))
+        self.assertEqual(subscriber.receive(PATIENCE_S).header.sequence, 1)
+        self.refused(endpoint, "asks for a key, and none is given")
+        self.refused(endpoint, "ends each connection: the server key is not this", keys=self.keys(zmq.curve_keypair()[0]))
+        # It depends on who ends the connection first.
+        self.refused(self.bind()[1], "knows no keys; is it a gateway|ends each connection", keys=self.keys())
+
+    def test_files_of_keys(self):
+        path = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="traction-")), "key")
+        public, secret = (key.decode() for key in self.own)
+
+        def load(text, mode=0o600):
+            path.write_text(text)
+            path.chmod(mode)
+            return traction.load_keys(path)
+
+        pair = f'public = "{public}"\nsecret = "{secret}"\n'
+        self.assertEqual(load(f'{pair}server = "{self.server.decode()}"\n'), self.keys())
+        self.assertEqual(load(pair), traction.Keys("", public, secret))
+        for text, mode, why in ((pair, 0o604, "others can read"), ("public = 1", 0o600, "public is not a key"),
+                                (pair + "x = 1\n", 0o600, "'x' is none of"), ("=", 0o600, ""),
+                                (pair.replace(public, self.server.decode()), 0o600, "does not belong to the secret one")):
+            with self.assertRaisesRegex(traction.BadKeys, f"{path}: .*{why}") as caught:
+                load(text, mode)
+            self.assertNotIn(secret, str(caught.exception))
+        with self.assertRaises(traction.BadKeys):
+            traction.load_keys(path / "absent")
+        with self.assertRaisesRegex(traction.BadKeys, "the server key '' is not a key"):
+            traction.Subscriber(endpoint="tcp://127.0.0.1:1", keys=traction.Keys("", public, secret))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,162 @@
+"""tractionctl record, info, recover, export: what is published is in the file, and what is wrong with a file is said."""
+
+import json
+import pathlib
+import re
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+import numpy as np
+from ctl import OUTPUT, PROGRAM, PROTOCOL, USAGE, Case, ctl
+
+DATA, NO_INPUT, UNAVAILABLE, CANNOT_CREATE = 65, 66, 69, 73
+MAGIC = b"\x89MCAP0\r\n"
+
+
+class Record(Case):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enter_folder())
+
+    def enter_folder(self):
+        folder = tempfile.TemporaryDirectory(prefix="traction-")
+        self.addCleanup(folder.cleanup)
+        return folder.name
+
+    def record(self, name="a.mcap", seconds="1"):
+        path = self.folder / name
+        code, out, err = ctl("record", path, "--seconds", seconds, *self.publisher())
+        self.assertEqual((code, err), (0, ""))
+        self.assertRegex(out, rf"\A{path}: \d+ messages of [01]\.\d s, .* 0 lost\n\Z")
+        return path
+
+    def info(self, path, code=0):
+        returned, out, err = ctl("info", path, "--json")
+        self.assertEqual(returned, code, err)
+        return json.loads(out)
+
+    def test_all_that_is_published_is_in_the_file(self):
+        path = self.record()
+        info = self.info(path)
+        self.assertEqual((info["closed"], info["indexed"], info["trouble"], info["bytes"]),
+                         (True, True, "", path.stat().st_size))
+        (topic,) = info["topics"]
+        self.assertEqual((topic["topic"], topic["type"], topic["sensor"], topic["lost"], topic["restarts"]),
+                         ("traction/v1/gel/field/", "traction.v1.Field", "gel", 0, 0))
+        self.assertGreater(topic["messages"], 10)
+        code, out, err = ctl("info", path)
+        self.assertEqual((code, err), (0, ""))
+        self.assertRegex(out, rf"traction/v1/gel/field/ +{topic['messages']} messages .* 0 lost")
+
+    def test_exported_numbers_are_the_messages(self):
+        path = self.record()
+        messages = self.info(path)["topics"][0]["messages"]
+        self.assertEqual(ctl("export", path, self.folder / "a.npz"), (0, "", ""))
+        arrays = np.load(self.folder / "a.npz")
+        self.assertEqual(arrays["force_N"].shape, (messages, 576, 3))
+        self.assertEqual(arrays["node_valid"].dtype, bool)
+        self.assertTrue(arrays["node_valid"].all() and arrays["valid"].all())
+        self.assertTrue((arrays["resultant_N"] == [1.5, -2.5, 3.5]).all())
+        self.assertTrue((np.diff(arrays["sequence"]) == 1).all())
+        self.assertTrue((arrays["camera_frame_id"] == arrays["sequence"]).all())
+        self.assertTrue((np.diff(arrays["log_time_ns"].astype(np.int64)) > 0).all())
+        self.assertLess(abs(arrays["log_time_ns"][-1] * 1e-9 - time.time()), 3600)
+
+        self.assertEqual(ctl("export", path, self.folder / "a.csv"), (0, "", ""))
+        table = np.genfromtxt(self.folder / "a.csv", delimiter=",", names=True, dtype=None, encoding=None)
+        for name in ("sequence", "log_time_ns", "flags", "method"):
+            self.assertTrue((table[name] == arrays[name]).all(), name)
+        self.assertTrue((table["force_y_N"] == -2.5).all())
+        self.assertEqual(sorted(path.name for path in self.folder.iterdir()), ["a.csv", "a.mcap", "a.npz"])
+
+    def test_a_recorder_that_is_killed_leaves_what_can_be_recovered(self):
+        path = self.folder / "a.mcap"
+        child = self.start("record", path, *self.publisher(), stdout=subprocess.DEVNULL)
+        while not path.exists() or path.stat().st_size < 200_000:
+            time.sleep(0.01)
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+        info = self.info(path, DATA)
+        self.assertFalse(info["closed"])
+        self.assertRegex(info["trouble"], "was not closed")
+        whole = self.folder / "whole.mcap"
+        code, out, err = ctl("recover", path, whole)
+        self.assertEqual((code, err), (0, ""))
+        again = self.info(whole)
+        self.assertEqual([one["messages"] for one in again["topics"]], [one["messages"] for one in info["topics"]])
+        self.assertGreater(again["topics"][0]["messages"], 10)
+
+    def test_signals_end_a_recording_well(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            path = self.folder / f"{number}.mcap"
+            child = self.start("record", path, *self.publisher(), stdout=subprocess.DEVNULL)
+            while not path.exists() or path.stat().st_size < 50_000:
+                time.sleep(0.01)
+            child.send_signal(number)
+            _, err = child.communicate(timeout=60)
+            self.assertEqual((child.returncode, err), (0, ""))
+            self.assertTrue(self.info(path)["closed"])
+
+    def test_a_disk_that_fills_stops_the_recording_and_says_so(self):
+        script = ('mount -t tmpfs -o size=400k none . && cd "$PWD" && "$1" record a.mcap $2 $3; code=$?; '
+                  '"$1" info a.mcap --json; exit $code')
+        child = subprocess.run(["unshare", "--user", "--map-root-user", "--mount", "sh", "-c", script, "sh", PROGRAM,
+                                *self.publisher()[:2]], cwd=self.folder, capture_output=True, text=True, timeout=60)
+        self.assertEqual(child.returncode, OUTPUT, child.stderr)
+        self.assertRegex(child.stderr, r"\Atractionctl: a\.mcap: cannot be written: No space left on device; the "
+                                       r"recording has stopped with \d+ messages of ")
+        info = json.loads(child.stdout)
+        messages = int(re.search(r"with (\d+) messages", child.stderr)[1])
+        self.assertEqual(info["topics"][0]["messages"], messages)
+        self.assertTrue(info["closed"])
+        self.assertNotIn("without its end", child.stderr)
+        self.assertGreater(messages, 5)
+
+    def test_what_is_no_recording_is_told(self):
+        path = self.record(seconds="0.3")
+        bytes_ = path.read_bytes()
+        files = {"empty": (b"", DATA, "is empty"),
+                 "letter": (b"Dear Sir or Madam", DATA, "is no recording"),
+                 "newer": (MAGIC.replace(b"0", b"1") + bytes_[8:], PROTOCOL, "newer version"),
+                 "short": (bytes_[:5], DATA, "is cut off after 5 bytes")}
+        for name, (content, code, text) in files.items():
+            (self.folder / name).write_bytes(content)
+            for words in (["info", self.folder / name], ["recover", self.folder / name, self.folder / "out"],
+                          ["export", self.folder / name, self.folder / "out.csv"]):
+                with self.subTest(name, command=words[0]):
+                    self.fails(code, text, *words)
+        later = self.folder / "later"
+        later.write_bytes(bytes_.replace(b"traction/v1/gel", b"traction/v2/gel"))
+        self.fails(PROTOCOL, "the topic is traction/v2/gel/field/", "export", later, self.folder / "out.csv")
+        self.fails(NO_INPUT, "No such file", "info", self.folder / "nowhere")
+        self.fails(NO_INPUT, "it is no file", "info", self.folder)
+        self.assertFalse((self.folder / "out").exists() or (self.folder / "out.csv").exists())
+
+    def test_a_recording_that_was_cut_off_is_exported_as_far_as_it_goes(self):
+        path = self.record()
+        cut = self.folder / "cut.mcap"
+        cut.write_bytes(path.read_bytes()[:path.stat().st_size * 2 // 3])
+        for output in ("cut.csv", "cut.npz"):
+            self.fails(DATA, f"it was not closed.*{output} has the \\d+ fields", "export", cut, self.folder / output)
+        fields = len(np.load(self.folder / "cut.npz")["sequence"])
+        self.assertEqual(fields, len((self.folder / "cut.csv").read_text().splitlines()) - 1)
+        self.assertGreater(fields, 5)
+
+    def test_wrong_words_and_places_are_told(self):
+        path = self.record(seconds="0.3")
+        self.fails(USAGE, "neither with .csv nor with .npz", "export", path, self.folder / "a.txt")
+        self.fails(DATA, "is of another sensor: it has fields of gel, not of left", "export", path,
+                   self.folder / "a.csv", "--sensor", "left")
+        self.fails(CANNOT_CREATE, "is there already", "record", path, *self.publisher())
+        self.fails(CANNOT_CREATE, "is there already", "recover", path, path)
+        self.fails(CANNOT_CREATE, "No such file", "record", self.folder / "no" / "a", *self.publisher())
+        self.fails(CANNOT_CREATE, "No such file", "export", path, self.folder / "no" / "a.csv")
+        self.fails(UNAVAILABLE, "nobody publishes", "record", self.folder / "b", "--connect", "ipc:///tmp/no-such-one")
+        self.assertFalse((self.folder / "b").exists())
+        self.assertTrue(self.info(path)["closed"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,195 @@
+// What is recorded is read again exactly, and what is damaged is refused or harmless.
+#include "daemon/publish/wire_recording.h"
+#include "tests/unit/publish/support.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <random>
+
+namespace tractiond::publish {
+namespace {
+
+/// Another in each run unless TRACTION_SEED repeats one.
+unsigned printedSeed() {
+  const char* const given = std::getenv("TRACTION_SEED");
+  const unsigned seed = given != nullptr ? static_cast<unsigned>(std::stoul(given)) : std::random_device{}();
+  std::printf("seed %u\n", seed);
+  return seed;
+}
+
+class WireRecording : public ::testing::Test {
+ protected:
+  std::uint64_t any(std::uint64_t most) { return random_() % (most + 1); }
+
+  RestPose anyPose() {
+    RestPose pose;
+    const std::size_t markers = any(20);
+    for (std::size_t i = 0; i < 2 * markers; ++i) pose.position_px.push_back(static_cast<float>(any(1000)) / 7.0F);
+    for (std::size_t i = 0; i < markers; ++i) {
+      pose.amplitude.push_back(static_cast<float>(any(1000)) / 9.0F);
+      pose.present.push_back(static_cast<std::uint8_t>(any(1)));
+    }
+    pose.noise = static_cast<float>(any(1000)) / 3.0F;
+    pose.shotNoise = static_cast<float>(any(1000)) / 3.0F;
+    pose.light = static_cast<float>(any(1000)) / 3.0F;
+    pose.crossTalk = {0.1F, static_cast<float>(any(1000)) / 3.0F};
+    pose.taken_ns = static_cast<std::int64_t>(random_() >> 1);
+    pose.requested = any(1) == 1;
+    pose.requestedBy = any(1) == 1 ? "somebody" : "";
+    pose.id.fill(static_cast<std::uint8_t>(1 + any(254)));
+    return pose;
+  }
+
+  TrackedFrame anyFrame() {
+    const auto formats = pixelFormats();
+    const PixelFormatTraits& format = formats[any(formats.size() - 1)];
+    TrackedFrame one;
+    Frame& frame = one.frame;
+    frame.width = static_cast<int>(1 + any(40));
+    frame.height = static_cast<int>(1 + any(30));
+    frame.format = format.format;
+    frame.stride = format.stride(frame.width);
+    frame.size = format.size(frame.width, frame.height);
+    one.bytes.resize(frame.size);
+    for (std::uint8_t& byte : one.bytes) byte = static_cast<std::uint8_t>(any(255));
+    frame.data = one.bytes.data();
+    one.number = random_();
+    FrameInfo& info = frame.info;
+    info.cameraFrameId = random_();
+    info.frameNumber = random_();
+    info.exposure_s = 0.01;
+    info.extras.hasGain = any(1) == 1;
+    info.extras.gain = info.extras.hasGain ? 2.5 : 0.0;
+    info.discontinuity = any(1) == 1;
+    info.doubted = any(1) == 1;
+    info.times.device_ns = static_cast<std::int64_t>(random_());
+    info.times.received_ns = static_cast<std::int64_t>(random_());
+    info.times.receivedReal_ns = static_cast<std::int64_t>(random_());
+    info.times.captured_ns = static_cast<std::int64_t>(random_());
+    info.times.capturedError_ns = static_cast<std::int64_t>(random_());
+    info.times.capturedBound = static_cast<CaptureBound>(any(2));
+    TrackerInputs& inputs = one.inputs;
+    inputs.zeroBegun = any(1) == 1;
+    inputs.zeroEnded = any(1) == 1;
+    inputs.zeroForgone = any(1) == 1;
+    inputs.judged = any(1) == 1;
+    if (inputs.judged) inputs.judgedZero.fill(static_cast<std::uint8_t>(any(255)));
+    inputs.fits = inputs.judged && any(1) == 1;
+    inputs.putBack = any(1) == 1;
+    if (inputs.putBack) inputs.before = anyPose();
+    return one;
+  }
+
+  static void expectEqual(const RestPose& one, const RestPose& other) {
+    EXPECT_EQ(one.position_px, other.position_px);
+    EXPECT_EQ(one.amplitude, other.amplitude);
+    EXPECT_EQ(one.present, other.present);
+    EXPECT_EQ(one.noise, other.noise);
+    EXPECT_EQ(one.shotNoise, other.shotNoise);
+    EXPECT_EQ(one.light, other.light);
+    EXPECT_EQ(one.crossTalk, other.crossTalk);
+    EXPECT_EQ(one.taken_ns, other.taken_ns);
+    EXPECT_EQ(one.requested, other.requested);
+    EXPECT_EQ(one.requestedBy, other.requestedBy);
+    EXPECT_EQ(one.id, other.id);
+  }
+
+  std::mt19937_64 random_{printedSeed()};
+};
+
+TEST_F(WireRecording, APictureIsReadAgainExactly) {
+  PictureMessage message(description().identity);
+  TrackedFrame again;
+  for (int i = 0; i < 300; ++i) {
+    const TrackedFrame one = anyFrame();
+    const auto read = decodePicture(message.encode(one, any(1) == 1), again);
+    ASSERT_TRUE(read) << read.error().message();
+    EXPECT_EQ(again.bytes, one.bytes);
+    EXPECT_EQ(again.number, one.number);
+    EXPECT_EQ(again.frame.width, one.frame.width);
+    EXPECT_EQ(again.frame.height, one.frame.height);
+    EXPECT_EQ(again.frame.stride, one.frame.stride);
+    EXPECT_EQ(again.frame.size, one.frame.size);
+    EXPECT_EQ(again.frame.format, one.frame.format);
+    const FrameInfo &a = again.frame.info, &b = one.frame.info;
+    EXPECT_EQ(a.cameraFrameId, b.cameraFrameId);
+    EXPECT_EQ(a.frameNumber, b.frameNumber);
+    EXPECT_EQ(a.exposure_s, b.exposure_s);
+    EXPECT_EQ(a.extras.hasGain, b.extras.hasGain);
+    EXPECT_EQ(a.extras.gain, b.extras.gain);
+    EXPECT_EQ(a.discontinuity, b.discontinuity);
+    EXPECT_EQ(a.doubted, b.doubted);
+    EXPECT_EQ(a.times.device_ns, b.times.device_ns);
+    EXPECT_EQ(a.times.received_ns, b.times.received_ns);
+    EXPECT_EQ(a.times.receivedReal_ns, b.times.receivedReal_ns);
+    EXPECT_EQ(a.times.captured_ns, b.times.captured_ns);
+    EXPECT_EQ(a.times.capturedError_ns, b.times.capturedError_ns);
+    EXPECT_EQ(a.times.capturedBound, b.times.capturedBound);
+    const TrackerInputs &c = again.inputs, &d = one.inputs;
+    EXPECT_EQ(std::tie(c.zeroBegun, c.zeroEnded, c.zeroForgone, c.putBack, c.judged, c.fits),
+              std::tie(d.zeroBegun, d.zeroEnded, d.zeroForgone, d.putBack, d.judged, d.fits));
+    if (d.judged) {
+      EXPECT_EQ(c.judgedZero, d.judgedZero);
+    }
+    if (d.putBack) expectEqual(c.before, d.before);
+  }
+}
+
+TEST_F(WireRecording, ABeginningIsReadAgainExactly) {
+  Beginning one{.sensor = "gel",
+                .softwareVersion = "1.2",
+                .calibration = {1, 2, 3},
+                .configuration = "a = 1",
+                .gel = "format = 1",
+                .influence = std::string("\0\1\2", 3),
+                .rest = anyPose(),
+                .cameraVendor = "v",
+                .cameraModel = "m",
+                .cameraSerial = "s"};
+  const auto again = decodeBeginning(encode(one));
+  ASSERT_TRUE(again) << again.error().message();
+  EXPECT_EQ(again->sensor, one.sensor);
+  EXPECT_EQ(again->calibration, one.calibration);
+  EXPECT_EQ(again->configuration, one.configuration);
+  EXPECT_EQ(again->gel, one.gel);
+  EXPECT_EQ(again->influence, one.influence);
+  EXPECT_EQ(again->cameraSerial, one.cameraSerial);
+  ASSERT_TRUE(again->rest);
+  expectEqual(*again->rest, *one.rest);
+  one.rest.reset();
+  EXPECT_FALSE(decodeBeginning(encode(one))->rest);
+}
+
+TEST_F(WireRecording, WhatIsDamagedIsRefusedOrWhole) {
+  PictureMessage message(description().identity);
+  TrackedFrame again;
+  int taken = 0;
+  for (int i = 0; i < 3000; ++i) {
+    std::string bytes = message.encode(anyFrame(), any(1) == 1);
+    if (any(1) == 1) bytes.resize(any(bytes.size()));
+    for (std::uint64_t hits = any(3); hits > 0 && !bytes.empty(); --hits)
+      bytes[any(bytes.size() - 1)] = static_cast<char>(any(255));
+    if (!decodePicture(bytes, again)) continue;
+    ++taken;
+    const PixelFormatTraits& format = traitsOf(again.frame.format);
+    ASSERT_EQ(again.bytes.size(), again.frame.size);
+    ASSERT_GE(again.frame.size, again.frame.stride == 0
+                                    ? format.size(again.frame.width, again.frame.height)
+                                    : static_cast<std::size_t>(again.frame.stride) * (again.frame.height - 1) +
+                                          format.size(again.frame.width, 1));
+  }
+  EXPECT_GT(taken, 0);  // pixels carry no mark of their own; the chunk around them does
+}
+
+TEST_F(WireRecording, ANewerVersionIsRefused) {
+  std::string bytes = encode(Beginning{});
+  ASSERT_EQ(bytes[0], '\x08');  // field 1, a number
+  bytes[1] = 2;
+  const auto newer = decodeBeginning(bytes);
+  ASSERT_FALSE(newer);
+  EXPECT_EQ(newer.error().exitCode, EX_PROTOCOL);
+}
+
+}  // namespace
+}  // namespace tractiond::publish

@@ -1,0 +1,135 @@
+// Recordings of random messages, in memory.
+#pragma once
+
+#include "recording/reader.h"
+#include "recording/writer.h"
+#include "tests/fuzz/target.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <random>
+#include <string>
+#include <tuple>
+#include <vector>
+
+namespace recording {
+
+/// Another in each run unless TRACTION_SEED repeats one.
+inline unsigned printedSeed() {
+  const char* const given = std::getenv("TRACTION_SEED");
+  const unsigned seed = given != nullptr ? static_cast<unsigned>(std::stoul(given)) : std::random_device{}();
+  std::printf("seed %u\n", seed);
+  return seed;
+}
+
+/// A disk of some bytes.
+class Memory : public Sink {
+ public:
+  explicit Memory(std::size_t room = SIZE_MAX)
+      : room_(room) {}
+  tl::expected<void, Error> append(std::string_view added, std::uint64_t reserve) override {
+    if (added.size() + reserve > room_ - bytes.size()) return tl::unexpected(Error{EX_IOERR, "full"});
+    bytes += added;
+    return {};
+  }
+  tl::expected<void, Error> sync() override {
+    synced = bytes.size();
+    return {};
+  }
+
+  std::string bytes;
+  std::size_t synced = 0;
+
+ private:
+  std::size_t room_;
+};
+
+/// Topic, sequence, log and publish time, data.
+using Kept = std::tuple<std::string, std::uint32_t, std::uint64_t, std::uint64_t, std::string>;
+
+/// Some thousand messages of some channels, most of some bytes, some of none, some of many.
+class RandomMessages {
+ public:
+  explicit RandomMessages(unsigned seed)
+      : random_(seed) {
+    std::uint64_t time = 1'000'000'000'000'000'000 + random_();
+    for (std::size_t i = 200 + random_() % 1000; i > 0; --i) {
+      time += random_() % 30'000'000;
+      const std::size_t length = random_() % 200 == 0 ? random_() % 200'000 : random_() % 300;
+      std::string data(length, '\0');
+      for (char& c : data) c = static_cast<char>(random_());
+      all.emplace_back("topic/" + std::to_string(random_() % kChannels), random_(), time, random_(), data);
+    }
+  }
+
+  /// As far as the sink takes them; whether it took them all.
+  bool writeTo(Sink& sink) const {
+    Writer writer(sink, {.chunkBytes = 1 << 16, .library = "a test"});
+    const auto schema = writer.schema("a.Message", "protobuf", std::string("\0\xff of any bytes", 15));
+    std::map<std::string, std::uint16_t> channels;
+    bool isGood = true;
+    for (const auto& [topic, sequence, log, publish, data] : all) {
+      if (!channels.contains(topic)) {
+        channels[topic] = writer.channel(topic == "topic/0" ? 0 : schema, topic, "protobuf", {{"sensor", topic}});
+      }
+      if (!writer.write({channels[topic], sequence, log, publish, data})) {
+        isGood = false;
+        break;
+      }
+    }
+    return writer.close().has_value() && isGood;
+  }
+
+  std::vector<Kept> all;
+
+ private:
+  static constexpr int kChannels = 5;
+  std::mt19937 random_;
+};
+
+struct Read {
+  Extent extent;
+  std::vector<Kept> messages;
+};
+
+inline Read read(std::string_view bytes, std::uint64_t since_ns = 0) {
+  const fuzz::MemoryFile file(bytes);
+  Read result;
+  const auto reader = Reader::open(file.path());
+  if (!reader) {
+    result.extent.trouble = reader.error().message();
+    return result;
+  }
+  const auto extent = reader->read(
+      [&](const Channel& channel, const Schema*, const Message& message) {
+        result.messages.emplace_back(channel.topic, message.sequence, message.logTime_ns, message.publishTime_ns,
+                                     message.data);
+      },
+      since_ns);
+  EXPECT_TRUE(extent);
+  if (extent) result.extent = *extent;
+  return result;
+}
+
+inline std::string recovered(std::string_view bytes) {
+  const fuzz::MemoryFile file(bytes);
+  Memory memory;
+  const auto reader = Reader::open(file.path());
+  EXPECT_TRUE(reader && recover(*reader, memory));
+  return memory.bytes;
+}
+
+/// Of each chunk: where its record begins and ends. By no code of the reader's.
+inline std::vector<std::pair<std::size_t, std::size_t>> chunksOf(const std::string& bytes) {
+  std::vector<std::pair<std::size_t, std::size_t>> chunks;
+  for (std::size_t at = 8; at + 9 <= bytes.size() - 8;) {
+    std::uint64_t length = 0;
+    for (int i = 7; i >= 0; --i) length = length << 8 | static_cast<unsigned char>(bytes[at + 1 + i]);
+    if (bytes[at] == 6) chunks.emplace_back(at, at + 9 + length);
+    at += 9 + length;
+  }
+  return chunks;
+}
+
+}  // namespace recording

@@ -1,0 +1,154 @@
+#include "tests/unit/recording/random_recording.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+
+namespace recording::writer_test {
+namespace {
+
+TEST(Writer, WhatIsWrittenIsRead) {
+  const unsigned seed = printedSeed();
+  for (unsigned i = 0; i < 20; ++i) {
+    const RandomMessages messages(seed + i);
+    Memory memory;
+    ASSERT_TRUE(messages.writeTo(memory));
+    EXPECT_EQ(memory.synced, memory.bytes.size());
+    const Read result = read(memory.bytes);
+    EXPECT_TRUE(result.messages == messages.all);
+    EXPECT_TRUE(result.extent.closed);
+    EXPECT_EQ(result.extent.trouble, "");
+    EXPECT_EQ(result.extent.library, "a test");
+    EXPECT_EQ(result.extent.whole_bytes, memory.bytes.size());
+  }
+}
+
+TEST(Writer, ItsIndexLeadsToEveryMessage) {
+  const RandomMessages messages(printedSeed());
+  Memory memory;
+  ASSERT_TRUE(messages.writeTo(memory));
+  const fuzz::MemoryFile file(memory.bytes);
+  const auto summary = Reader::open(file.path())->summary();
+  ASSERT_TRUE(summary && *summary);
+  const Statistics& statistics = (*summary)->statistics;
+  EXPECT_EQ(statistics.messages, messages.all.size());
+  EXPECT_EQ(statistics.begin_ns, std::get<2>(messages.all.front()));
+  EXPECT_EQ(statistics.end_ns, std::get<2>(messages.all.back()));
+  EXPECT_EQ(statistics.channels, (*summary)->channels.size());
+  EXPECT_EQ((*summary)->schemas.at(1).data, std::string("\0\xff of any bytes", 15));
+  EXPECT_EQ((*summary)->channels.at(1).metadata.at("sensor"), (*summary)->channels.at(1).topic);
+
+  std::map<std::uint16_t, std::uint64_t> counts;
+  const std::string_view bytes = memory.bytes;
+  const auto number = [&](std::size_t at, int size) {
+    std::uint64_t value = 0;
+    for (int i = size - 1; i >= 0; --i) value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
+    return value;
+  };
+  const auto chunks = chunksOf(memory.bytes);
+  ASSERT_EQ((*summary)->chunks.size(), chunks.size());
+  for (std::size_t i = 0; i < chunks.size(); ++i) {
+    const ChunkIndex& chunk = (*summary)->chunks[i];
+    EXPECT_EQ(std::pair(chunk.offset, chunk.offset + chunk.length), chunks[i]);
+    EXPECT_LT(chunk.end_ns - chunk.begin_ns, WriterOptions{}.chunkTime_ns);
+    const std::size_t records = chunks[i].second - chunk.size;
+    for (const auto& [channel, at] : chunk.indexOffsets) {
+      ASSERT_EQ(number(at, 1),
+                7U);  // a message index: opcode, length, channel, bytes of the array, time and offset ...
+      ASSERT_EQ(number(at + 9, 2), channel);
+      for (std::size_t entry = at + 15; entry < at + 15 + number(at + 11, 4); entry += 16) {
+        const std::size_t message = records + number(entry + 8, 8);
+        ASSERT_EQ(number(message, 1), 5U);
+        EXPECT_EQ(number(message + 9, 2), channel);
+        EXPECT_EQ(number(message + 15, 8), number(entry, 8));
+        ++counts[channel];
+      }
+    }
+  }
+  EXPECT_EQ(counts, statistics.counts);
+}
+
+TEST(Writer, WhatADiskHasNoRoomForLeavesAllBeforeIt) {
+  const unsigned seed = printedSeed();
+  const RandomMessages messages(seed);
+  Memory enough;
+  ASSERT_TRUE(messages.writeTo(enough));
+  std::mt19937 random(seed);
+  int some = 0;
+  for (int i = 0; i < 100; ++i) {
+    Memory memory(random() % enough.bytes.size());
+    EXPECT_FALSE(messages.writeTo(memory));
+    if (memory.bytes.empty()) continue;  // not even for the end
+    ++some;
+    const Read result = read(memory.bytes);
+    EXPECT_TRUE(result.extent.closed && result.extent.isWhole()) << result.extent.trouble;
+    EXPECT_TRUE(std::equal(result.messages.begin(), result.messages.end(), messages.all.begin()));
+  }
+  EXPECT_GT(some, 50);
+}
+
+TEST(Writer, AChannelThatHasNoRoomIsForgotten) {
+  Memory memory(2000);
+  Writer writer(memory, {});
+  const auto first = writer.channel(0, "first", "json");
+  ASSERT_TRUE(writer.write({first, 1, 1, 1, "kept"}));
+  ASSERT_TRUE(writer.flush());
+  const auto second =
+      writer.channel(writer.schema("a.Message", "protobuf", std::string(1500, 'x')), "second", "protobuf");
+  ASSERT_TRUE(writer.write({second, 1, 2, 2, "lost"}));
+  EXPECT_FALSE(writer.close());
+  EXPECT_TRUE(writer.close());
+  const Read result = read(memory.bytes);
+  EXPECT_EQ(result.extent.trouble, "");
+  EXPECT_TRUE(result.messages == std::vector<Kept>({{"first", 1, 1, 1, "kept"}}));
+}
+
+TEST(Writer, AnEmptyRecordingIsWhole) {
+  Memory memory;
+  ASSERT_TRUE(Writer(memory, {}).close());
+  const Read result = read(memory.bytes);
+  EXPECT_TRUE(result.extent.closed && result.extent.isWhole());
+  EXPECT_TRUE(result.messages.empty());
+}
+
+class NewFiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = testing::TempDir() + "traction-XXXXXX";
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(NewFiles, NeverReplaceOne) {
+  ASSERT_TRUE(NewFile::create(folder_ / "a")->append("kept", 0));
+  const auto again = NewFile::create(folder_ / "a");
+  ASSERT_FALSE(again);
+  EXPECT_EQ(again.error().exitCode, EX_CANTCREAT);
+  EXPECT_EQ(fuzz::fileText(folder_ / "a"), "kept");
+  EXPECT_EQ(NewFile::create(folder_ / "nowhere" / "a").error().exitCode, EX_CANTCREAT);
+}
+
+TEST_F(NewFiles, TakeAllOrNothing) {
+  auto file = NewFile::create(folder_ / "a");
+  ASSERT_TRUE(file->append("kept", 0));
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit small{100, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &small);
+  const auto tooMuch = file->append(std::string(200, 'x'), 0);
+  setrlimit(RLIMIT_FSIZE, &before);
+  ASSERT_FALSE(tooMuch);
+  EXPECT_EQ(tooMuch.error().exitCode, EX_IOERR);
+  EXPECT_EQ(fuzz::fileText(folder_ / "a"), "kept");
+  ASSERT_TRUE(file->append(" more", 0));
+  EXPECT_EQ(fuzz::fileText(folder_ / "a"), "kept more");
+}
+
+}  // namespace
+}  // namespace recording::writer_test
