@@ -4,7 +4,6 @@ being damaged. TRACTION_SEED=N repeats a run; docs/clients.md says how another c
 import json
 import os
 import pathlib
-import random
 import select
 import subprocess
 import sys
@@ -13,6 +12,7 @@ import unittest
 import zmq
 
 import cases
+import seed
 from contract import FILES
 from form import difference
 
@@ -23,7 +23,6 @@ if (BUILD / "bin" / "traction-view").exists():  # through which it reads
     READERS["javascript"] = ["node", HERE / "reader.mjs", BUILD]
 else:
     print("traction-view is not built: the JavaScript client is left out", file=sys.stderr)
-SEED = int(os.environ.get("TRACTION_SEED", random.SystemRandom().randrange(10**9)))
 PATIENCE_S = 60  # for a line; it takes a millisecond
 
 
@@ -62,8 +61,7 @@ class Reader:
 
 class Conformance(unittest.TestCase):
     def setUp(self):
-        print(f"\n  seed {SEED}", end=" ", flush=True)
-        self.chance = random.Random(f"{SEED} {self.id()}")
+        self.chance = seed.chance(self.id())
         context = zmq.Context()
         self.addCleanup(context.destroy, 0)
         self.context = context

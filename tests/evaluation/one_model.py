@@ -14,6 +14,10 @@ import numpy as np
 import chain
 import influence
 import shapes
+from report import SOURCE
+
+sys.path.insert(0, str(SOURCE / "tests" / "support"))
+import seed  # noqa: E402
 
 PITCH = 3e-3
 SIDE = 24  # nodes
@@ -269,16 +273,16 @@ def solve(model, d, constants=Constants()):
     return Posterior(to @ found, to @ sigma @ to.T, forces, atoms, residual, budget > 0)
 
 
-def compare(thickness, seed, loads, frames=2):
+def compare(thickness, seed_number, loads, frames=2):
     """Lines: of what this build's solver and the model make of the same random loads, in single frames."""
     import unseen
 
     families = loads * shapes.INSIDE + loads * shapes.BEYOND + 2 * loads * shapes.PALMS
-    drawn = unseen.Drawn(thickness, families, np.random.default_rng([seed, thickness]))
+    drawn = unseen.Drawn(thickness, families, np.random.default_rng([seed_number, thickness]))
     gel = chain.gel_text(thickness) + unseen.ALL_KNOWN
     unit = np.repeat(drawn.displacement, frames, axis=0)
-    found = chain.run(unit, gel=gel, given=shapes.MARKER_NOISE_PX, seed=seed % 2**20)
-    model, generator = Model(thickness), np.random.default_rng([seed, thickness, 1])
+    found = chain.run(unit, gel=gel, given=shapes.MARKER_NOISE_PX, seed=seed_number % 2**20)
+    model, generator = Model(thickness), np.random.default_rng([seed_number, thickness, 1])
     posteriors = []
     for moved in unit:
         seen = shapes.pixels(model.markers, moved).ravel()
@@ -311,15 +315,16 @@ def say(drawn, found):
             )
 
 
-def main(seed, loads=4):
-    print(f"seed {seed}; limits as in --only shapes; exact displacements with {shapes.MARKER_NOISE_PX} px of noise")
+def main(seed_number, loads=4):
+    noise = f"exact displacements with {shapes.MARKER_NOISE_PX} px of noise"
+    print(f"seed {seed_number}; limits as in --only shapes; {noise}")
     print("noise of frames alone: nothing is systematic; covered: Fx Fy Fz Mx My Mz")
     for thickness in (15, 40):
-        say(*compare(thickness, seed, loads))
+        say(*compare(thickness, seed_number, loads))
 
 
 if __name__ == "__main__":
     if not all(argument.isdecimal() for argument in sys.argv[1:]) or len(sys.argv) > 2:
         print(f"evaluate: --model takes one seed, a whole number, not '{' '.join(sys.argv[1:])}'", file=sys.stderr)
         sys.exit(64)
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else np.random.default_rng().integers(10**6))
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else seed.fresh())

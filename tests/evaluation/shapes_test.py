@@ -2,8 +2,7 @@
 equilibrium, mirrors, the project's own mechanics and projection; and the families. TRACTION_SEED=N repeats a run."""
 
 import csv
-import os
-import secrets
+import sys
 import unittest
 
 import numpy as np
@@ -15,7 +14,9 @@ import shapes
 import truth
 from report import SOURCE
 
-SEED = int(os.environ.get("TRACTION_SEED") or secrets.randbelow(10**6))
+sys.path.insert(0, str(SOURCE / "tests" / "support"))
+import seed  # noqa: E402
+
 MARKERS = loads.markers()
 POISSON = influence.POISSON
 
@@ -30,7 +31,7 @@ class Truth(unittest.TestCase):
             meshes = float(np.loadtxt(truth.DATA / f"{thickness}_0.49_mesh_difference.txt"))
             for which in sets:
                 stored = truth.load(thickness, 0.49, which)
-                for number in np.random.default_rng(SEED).choice(len(stored.contacts), 4, replace=False):
+                for number in np.random.default_rng(seed.SEED).choice(len(stored.contacts), 4, replace=False):
                     contacts = stored.contacts[number]
                     points, forces = truth.quadrature(contacts[~np.isnan(contacts[:, 0])])
                     off = shapes.displacements(thickness, points, forces) - stored.displacement[number]
@@ -51,7 +52,7 @@ class Truth(unittest.TestCase):
 
     def test_moves_as_the_own_block_does_where_the_gel_is_not_as_drawn(self):
         """Markers beside their places, another thickness, another Poisson's ratio: the project's own mechanics."""
-        load = shapes.draw("ball", np.random.default_rng(SEED))
+        load = shapes.draw("ball", np.random.default_rng(seed.SEED))
         rows = np.column_stack([np.zeros(load.points.shape[1]), load.points.T, load.forces.T])
         straight = chain.mechanics(chain.gel_text(25), rows)[0]
         kept = influence.of(25)
@@ -104,7 +105,8 @@ class Truth(unittest.TestCase):
         across = np.arange(1152).reshape(2, 24, 24).transpose(0, 2, 1).ravel()
         blue_mirrored = np.arange(576).reshape(24, 24)[:, ::-1].ravel()
         for thickness in influence.THICKNESSES:
-            load = shapes.draw(str(np.random.default_rng(SEED).choice(shapes.FAMILIES)), np.random.default_rng(SEED))
+            family = str(np.random.default_rng(seed.SEED).choice(shapes.FAMILIES))
+            load = shapes.draw(family, np.random.default_rng(seed.SEED))
             moved = shapes.displacements(thickness, load.points, load.forces)
             swapped = shapes.displacements(thickness, load.points[::-1], load.forces[[1, 0, 2]])[across][:, [1, 0, 2]]
             self.assertLess(peak(swapped - moved), 1e-4 * peak(moved), load.text)
@@ -113,7 +115,7 @@ class Truth(unittest.TestCase):
             self.assertLess(peak(flip * turned[blue_mirrored] - moved[:576]), 1e-4 * peak(moved), load.text)
 
     def test_pixels_are_the_daemons(self):
-        load = shapes.draw("disc", np.random.default_rng(SEED))
+        load = shapes.draw("disc", np.random.default_rng(seed.SEED))
         moved = shapes.displacements(40, load.points, load.forces)
         seen = chain.run(moved[None], given=0).true_px.reshape(1152, 2)
         self.assertLess(abs(shapes.pixels(MARKERS, moved) - seen).max(), 1e-9)
@@ -123,11 +125,11 @@ class Families(unittest.TestCase):
     def loads(self):
         for family in shapes.FAMILIES:
             for number in range(6):
-                yield family, shapes.draw(family, np.random.default_rng([SEED, number]))
+                yield family, shapes.draw(family, np.random.default_rng([seed.SEED, number]))
 
     def test_the_same_seed_draws_the_same_load(self):
         for family in shapes.FAMILIES:
-            one, other = (shapes.draw(family, np.random.default_rng(SEED)) for _ in range(2))
+            one, other = (shapes.draw(family, np.random.default_rng(seed.SEED)) for _ in range(2))
             self.assertEqual(one.text, other.text)
             np.testing.assert_array_equal(one.forces, other.forces)
 
@@ -154,7 +156,7 @@ class Families(unittest.TestCase):
 
     def test_bound_is_what_least_squares_reaches(self):
         """Scatter of the weighted least-squares estimate of a load's patterns and the picture's motion."""
-        generator = np.random.default_rng(SEED)
+        generator = np.random.default_rng(seed.SEED)
         load = shapes.draw("ring", generator)
         answers = shapes.displacements(40, load.points, shapes.patterns(load))
         columns = shapes.pixels(MARKERS, 1e-3 * answers) / 1e-3
@@ -172,12 +174,12 @@ class Families(unittest.TestCase):
         self.assertLess(abs(reached / bound - 1), 0.15)
 
     def test_scaled_is_linear(self):
-        load = shapes.draw("several", np.random.default_rng(SEED))
+        load = shapes.draw("several", np.random.default_rng(seed.SEED))
         np.testing.assert_allclose(load.scaled(2).resultant, 2 * load.resultant)
         moved = [shapes.displacements(25, one.points, one.forces) for one in (load, load.scaled(2))]
         np.testing.assert_allclose(moved[1], 2 * moved[0], atol=1e-9 * peak(moved[0]))
 
 
 if __name__ == "__main__":
-    print(f"seed {SEED}: again with TRACTION_SEED={SEED}")
+    print(f"seed {seed.SEED}: repeat with TRACTION_SEED={seed.SEED}")
     unittest.main()

@@ -1,21 +1,81 @@
-// For the tests: seeds, each cut short, and random changes of them; another seed of the random numbers in each run
-// unless TRACTION_SEED repeats one. With files: those, as tools/fuzz left them.
+// Feeds a parser with its seeds, with cuts of each (its first bytes), and with random changes of them, which are the
+// same in every run unless TRACTION_SEED is set: a test. Given files, feeds those instead, for example what tools/fuzz
+// has found.
 #include "tests/fuzz/target.h"
+#include "tests/support/seed.h"
+
+#include <sysexits.h>
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
+#include <optional>
 #include <random>
 
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr const char* kUsage = "usage: NAME_fuzz [--runs N | --seconds N | FILE...]\n"
+                               "Feeds the parser with its seeds, with cuts of each, and with random changes of them.\n"
+                               "  --runs N     makes N changes; 20000 without\n"
+                               "  --seconds N  makes changes for N seconds\n"
+                               "  FILE...      feeds these files instead\n"
+                               "TRACTION_SEED=N makes other changes.\n";
+
+struct Options {
+  std::uint32_t runs = 20'000;
+  std::optional<std::uint32_t> seconds;
+  std::vector<std::string> files;
+};
+
+/// Returns nothing when the arguments are not those of kUsage.
+std::optional<Options> parsed(const std::vector<std::string>& arguments) {
+  Options options;
+  if (arguments.empty()) return options;
+  if (std::ranges::none_of(arguments, [](const std::string& one) { return one.empty() || one[0] == '-'; })) {
+    options.files = arguments;
+    return options;
+  }
+  if (arguments.size() != 2) return std::nullopt;
+  const std::string &name = arguments[0], &text = arguments[1];
+  std::uint32_t number = 0;
+  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || rest != text.data() + text.size()) return std::nullopt;
+  if (name == "--runs")
+    options.runs = number;
+  else if (name == "--seconds")
+    options.seconds = number;
+  else
+    return std::nullopt;
+  return options;
+}
+
+/// Counts what it feeds to the parser, and notes what took longest.
+class Feeder {
+ public:
+  bool feed(std::string_view bytes) {
+    ++executions_;
+    const auto before = Clock::now();
+    const bool taken = fuzz::feed(bytes);
+    slowest_ = std::max(slowest_, Clock::now() - before);
+    return taken;
+  }
+  void print() const {
+    std::printf("%llu executions, the slowest %.1f ms\n", static_cast<unsigned long long>(executions_),
+                std::chrono::duration<double, std::milli>(slowest_).count());
+  }
+
+ private:
+  std::uint64_t executions_ = 0;
+  Clock::duration slowest_{};
+};
+
 class Mutator {
  public:
-  Mutator(unsigned seed, const std::vector<std::string>& seeds)
+  Mutator(std::uint32_t seed, const std::vector<std::string>& seeds)
       : random_(seed)
       , seeds_(seeds) {}
 
@@ -70,34 +130,50 @@ class Mutator {
   const std::vector<std::string>& seeds_;
 };
 
+/// Returns whether all of them can be read.
+bool feedFiles(Feeder& feeder, const std::vector<std::string>& paths) {
+  for (const std::string& path : paths) {
+    if (access(path.c_str(), R_OK) != 0) return std::perror(path.c_str()), false;
+    feeder.feed(fuzz::fileText(path));
+  }
+  return true;
+}
+
+/// Feeds each seed, which the parser must take, and about kCuts of its beginnings.
+void feedSeeds(Feeder& feeder, const std::vector<std::string>& seeds) {
+  constexpr std::size_t kCuts = 300;
+  for (const std::string& one : seeds) {
+    fuzz::require(feeder.feed(one), "a seed is refused");
+    for (std::size_t size = 0; size <= one.size(); size += 1 + one.size() / kCuts) feeder.feed({one.data(), size});
+  }
+}
+
+void feedChanges(Feeder& feeder, const std::vector<std::string>& seeds, const Options& options) {
+  Mutator mutator(tractiond::test::seed(), seeds);
+  if (options.seconds) {
+    const auto end = Clock::now() + std::chrono::seconds(*options.seconds);
+    while (Clock::now() < end) feeder.feed(mutator.next());
+  } else {
+    for (std::uint32_t i = 0; i < options.runs; ++i) feeder.feed(mutator.next());
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  constexpr auto kTime = std::chrono::seconds(3);
-  constexpr int kCuts = 300;
+  const std::optional<Options> options = parsed({argv + 1, argv + argc});
+  if (!options) return std::fputs(kUsage, stderr), EX_USAGE;
   if (fuzz::begin != nullptr) fuzz::begin(argc, argv);
-  for (int i = 1; i < argc; ++i) fuzz::feed(fuzz::fileText(argv[i]));
-  if (argc > 1) return 0;
-
-  const char* const given = std::getenv("TRACTION_SEED");
-  const unsigned seed = given != nullptr ? static_cast<unsigned>(std::stoul(given)) : std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::fflush(stdout);
-  const std::vector<std::string> seeds = fuzz::seeds();
-  if (seeds.empty() || std::ranges::any_of(seeds, &std::string::empty)) return std::puts("a seed is missing"), 1;
-  for (const std::string& one : seeds) {
-    fuzz::require(fuzz::feed(one), "a seed is refused");
-    for (std::size_t size = 0; size <= one.size(); size += 1 + one.size() / kCuts) fuzz::feed({one.data(), size});
+  Feeder feeder;
+  if (!options->files.empty()) {
+    if (!feedFiles(feeder, options->files)) return EX_NOINPUT;
+  } else {
+    tractiond::test::seed();  // prints it before anything can fail
+    const std::vector<std::string> seeds = fuzz::seeds();
+    if (seeds.empty() || std::ranges::any_of(seeds, &std::string::empty)) return std::puts("a seed is missing"), 1;
+    feedSeeds(feeder, seeds);
+    feedChanges(feeder, seeds, *options);
   }
-  Mutator mutator(seed, seeds);
-  long runs = 0;
-  Clock::duration slowest{};
-  for (const auto begin = Clock::now(); Clock::now() - begin < kTime; ++runs) {
-    const std::string bytes = mutator.next();
-    const auto before = Clock::now();
-    fuzz::feed(bytes);
-    slowest = std::max(slowest, Clock::now() - before);
-  }
-  std::printf("%ld inputs, the slowest %.1f ms\n", runs, std::chrono::duration<double, std::milli>(slowest).count());
+  feeder.print();
   return 0;
 }

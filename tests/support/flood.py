@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import random
 import resource
 import selectors
 import socket
@@ -11,9 +10,12 @@ import time
 
 import zmq
 
+import seed
+
 KIND, SECONDS, PORTS, KEYS = sys.argv[1], float(sys.argv[2]), [int(port) for port in sys.argv[3:6]], sys.argv[6:9]
 GREETING = b"\xff" + bytes(8) + b"\x7f\x03\x00" + b"CURVE".ljust(20, b"\0") + bytes(32)
 HELLO = b"\x04\xc8\x05HELLO\x01\x00" + bytes(72)  # its length; what follows is random
+DRAW = seed.chance("flood", *sys.argv[1:3])  # kind and seconds
 STATUS, SNAPSHOT = b"\x08\x01\x12\x00", b"\x08\x01\x3a\x00"  # traction.v1.Request
 
 
@@ -26,7 +28,7 @@ def raw(first, at_a_time=1500):
             one.bind(("127.0.0.2", 0))
             one.settimeout(0.5)
             try:
-                one.connect(("127.0.0.1", random.choice(PORTS)))
+                one.connect(("127.0.0.1", DRAW.choice(PORTS)))
                 one.setblocking(False)
                 one.send(first())
             except OSError:
@@ -59,7 +61,7 @@ def subscriptions():
     while time.monotonic() < end:
         for peer in peers:
             with contextlib.suppress(zmq.Again):
-                peer.send(b"\x01" + os.urandom(24), zmq.DONTWAIT)
+                peer.send(b"\x01" + DRAW.randbytes(24), zmq.DONTWAIT)
                 count += 1
     return f"{count} subscriptions"
 
@@ -80,7 +82,7 @@ def connections():
         peers = []
         with contextlib.suppress(zmq.ZMQError):  # those before are still being closed, and no descriptor is left
             for _ in range(20):
-                peers.append(allowed(zmq.SUB, random.choice(PORTS[:2])))
+                peers.append(allowed(zmq.SUB, DRAW.choice(PORTS[:2])))
         time.sleep(0.05)
         for peer in peers:
             peer.close()
@@ -91,8 +93,8 @@ def connections():
 resource.setrlimit(resource.RLIMIT_NOFILE, 2 * resource.getrlimit(resource.RLIMIT_NOFILE)[1:])
 print("flooding", flush=True)
 print({"silence": lambda: raw(lambda: b""),
-       "junk": lambda: raw(lambda: os.urandom(random.randrange(1, 600))),
-       "handshakes": lambda: raw(lambda: GREETING + HELLO + os.urandom(120)),
+       "junk": lambda: raw(lambda: DRAW.randbytes(DRAW.randrange(1, 600))),
+       "handshakes": lambda: raw(lambda: GREETING + HELLO + DRAW.randbytes(120)),
        "connections": connections,
        "subscriptions": subscriptions,
        "requests": lambda: requests(STATUS),

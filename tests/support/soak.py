@@ -25,6 +25,7 @@ import faults
 import honest
 import pauses
 import rig
+import seed
 
 WATCHDOG_S = 0.8  # WatchdogSec= of the unit
 NEVER_S = 30.0  # without a field for longer the instrument has not recovered
@@ -43,10 +44,10 @@ force_z_n = [0, 2, 2, 0]
 
 
 class Soak(faults.Faults):
-    def __init__(self, bench, seed, minutes):
+    def __init__(self, bench, seed_number, minutes):
         self.bench, self.seconds = bench, 60 * minutes
         self.brief = 1.0 if minutes else 0.25
-        self.draw = random.Random(seed)
+        self.draw = random.Random(seed_number)
         self.begin = time.monotonic()
         self.recoveries = collections.defaultdict(list)  # name -> (instrument, remote) [s]
         self.memory = []  # (when [s], daemon [MiB], gateway [MiB])
@@ -60,9 +61,9 @@ class Soak(faults.Faults):
 
     # What there is.
 
-    def set_up(self, seed):
-        self.wire = self.bench.start(sys.executable, rig.SOURCE / "tests/support/wire.py", faults.NEAR, faults.CAMERA, seed, faults.STRANGER,
-                                     stdin=subprocess.PIPE)
+    def set_up(self, seed_number):
+        self.wire = self.bench.start(sys.executable, rig.SOURCE / "tests/support/wire.py", faults.NEAR, faults.CAMERA,
+                                     seed_number, faults.STRANGER, stdin=subprocess.PIPE)
         self.wire.wait_for("ready")
         self.inside = f"/proc/{self.wire.child.pid}/ns/net"
         place = [round(self.draw.uniform(-8, 8), 2) for _ in range(4)]
@@ -245,11 +246,12 @@ class Soak(faults.Faults):
         for _ in range(3):
             self.calm(self.draw, 1, 2)
 
-    def perform(self, what, seed):
+    def perform(self, what, seed_number):
         begin = time.monotonic()
         try:
-            said = what(self, random.Random(seed))
-            self.say(f"{what.__name__:20} {seed:016x} since {begin - self.begin:.1f} s, at {self.memory[-1][1]:.1f} MiB: {said}")
+            said = what(self, random.Random(seed_number))
+            self.say(f"{what.__name__:20} {seed_number:016x} since {begin - self.begin:.1f} s, "
+                     f"at {self.memory[-1][1]:.1f} MiB: {said}")
         except Exception as error:  # the fault's own: the rest goes on, and the soak has not held
             self.blame(f"{what.__name__}: {type(error).__name__}: {error}")
 
@@ -332,7 +334,7 @@ class Soak(faults.Faults):
 def main():
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("--minutes", type=float, default=20)
-    arguments.add_argument("--seed", type=int, default=random.SystemRandom().randrange(2**32))
+    arguments.add_argument("--seed", type=int, default=seed.fresh())
     given = arguments.parse_args()
     print(f"seed {given.seed}", flush=True)
     with rig.Rig() as bench:

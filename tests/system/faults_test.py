@@ -2,7 +2,6 @@
 
 import itertools
 import os
-import random
 import re
 import signal
 import sys
@@ -13,6 +12,7 @@ import numpy as np
 
 import honest
 import rig
+import seed
 import steady
 
 WIDTH, HEIGHT = 640, 480
@@ -23,6 +23,7 @@ PACKET = 9000 - 36  # bytes of picture in a packet of the default size
 
 class Faults(steady.TestCase):
     def setUp(self):
+        self.draw = seed.chance(self.id())
         self.bench = self.enterContext(rig.Rig())
         self.published = []
         self.honest = True  # nobody sends at the camera's own address
@@ -129,13 +130,13 @@ class Faults(steady.TestCase):
             forger = self.forger(source)
             for _ in range(200):
                 forger.raw(bytes([0, 0, 0, 0, 0x82] + 10 * [0] + [1, 0xff, 0xff, 0xff, 0xfe]))  # 64 GB, by its number
-                forger.packet(7, random.randrange(65536), 1, bytes(7))  # multipart
-                forger.packet(rig.Forger.TRAILER, random.randrange(65536), 0xfffffe, bytes(8))
-                frame = (self.published[-1].header.camera_frame_id + random.randrange(4)) % 65535
+                forger.packet(7, self.draw.randrange(65536), 1, bytes(7))  # multipart
+                forger.packet(rig.Forger.TRAILER, self.draw.randrange(65536), 0xfffffe, bytes(8))
+                frame = (self.published[-1].header.camera_frame_id + self.draw.randrange(4)) % 65535
                 forger.packet(rig.Forger.TRAILER, frame, 0, bytes(8))
                 forger.packet(rig.Forger.PAYLOAD, frame, 500, bytes(1000))
                 forger.raw(bytes(6) + frame.to_bytes(2, "big") + bytes([0x83]) + bytes(50))  # ids of the other width
-                forger.raw(os.urandom(random.randrange(PACKET)))
+                forger.raw(self.draw.randbytes(self.draw.randrange(PACKET)))
             self.stream(20)
         self.assertLess(self.daemon.memory_MiB() - memory_MiB, 50)
         self.assertGreater(self.refused(1001), 1000)
@@ -144,10 +145,10 @@ class Faults(steady.TestCase):
     def test_any_datagrams_from_another_address(self):
         """20,000 a second: nothing is invented, and the process stays as it is."""
         self.begin()
-        seed, seconds = random.randrange(1 << 32), float(os.environ.get("TRACTION_DATAGRAM_SECONDS", 4))
+        seed_number, seconds = self.draw.randrange(1 << 32), float(os.environ.get("TRACTION_DATAGRAM_SECONDS", 4))
         without = self.lost_within(seconds)
         refused, memory_MiB = self.refused(), self.daemon.memory_MiB()
-        sender = self.bench.start(sys.executable, SUPPORT / "datagrams.py", seed, 20_000, seconds, "127.0.0.2",
+        sender = self.bench.start(sys.executable, SUPPORT / "datagrams.py", seed_number, 20_000, seconds, "127.0.0.2",
                                   *rig.udp_ports(self.daemon))
         self.addCleanup(sender.kill)
         sender.wait_for("sending")
@@ -156,7 +157,7 @@ class Faults(steady.TestCase):
         self.assertEqual(sender.join(60), 0, sender.output())
         sent, changed = map(int, sender.lines[-1].split())
         refused, grown_MiB = self.refused(refused + sent // 4 + 1) - refused, self.daemon.memory_MiB() - memory_MiB
-        print(f"\n  seed {seed}: {sent} datagrams in {seconds:.0f} s, {changed} of them changed at random, {refused} refused; "
+        print(f"\n  {sent} datagrams in {seconds:.0f} s, {changed} of them changed at random, {refused} refused; "
               f"lost without them {without}, with them {lost}; memory {grown_MiB:+.1f} MiB", end=" ", flush=True)
         self.assertGreater(refused, sent // 4)  # what went to the stream's port and to that of the questions
         # Of the others a machine may be guilty that is too slow for both.
@@ -177,7 +178,7 @@ class Faults(steady.TestCase):
         self.begin("--rate", "10")
         before = self.ledger()
         forger = self.forger("127.0.0.2")
-        picture = os.urandom(3 * WIDTH * HEIGHT)
+        picture = self.draw.randbytes(3 * WIDTH * HEIGHT)
         for _ in range(15):  # each true frame has been sent once, before the camera does
             forger.frame((self.published[-1].header.camera_frame_id + 1) % 65535, picture, WIDTH, HEIGHT, time.time_ns(),
                          chunk=PACKET)
@@ -190,14 +191,14 @@ class Faults(steady.TestCase):
 
     def test_a_forger_at_the_cameras_own_address_is_noticed(self):
         """He fills each frame before the camera does, in whole or in part, or has the driver ask for what is not there."""
-        kinds = {"whole frames": 1.0, "a part of each": random.uniform(0.1, 0.9), "a packet of each": 0.0, "a packet with a gap": None}
+        kinds = {"whole frames": 1.0, "a part of each": self.draw.uniform(0.1, 0.9), "a packet of each": 0.0, "a packet with a gap": None}
         for name, share in kinds.items():
             with self.subTest(name), rig.Rig() as self.bench:
                 self.begin("--rate", "30")
                 self.stream(120)  # until it is known how soon after their own time its frames come
                 before = self.ledger()
                 forger = self.forger()
-                picture = os.urandom(3 * WIDTH * HEIGHT)
+                picture = self.draw.randbytes(3 * WIDTH * HEIGHT)
                 bytes_sent = PACKET * (1 + int((share or 0) * (len(picture) // PACKET)))
                 begin = time.monotonic()
                 fields, alarm_s = [], None
@@ -208,7 +209,7 @@ class Faults(steady.TestCase):
                         alarm_s = time.monotonic() - begin
                     due = (header.camera_frame_id + 1) % 65536
                     forger.frame(due, picture[:bytes_sent], WIDTH, HEIGHT, header.device_time_ns + 33_000_000, chunk=PACKET,
-                                 trailer=share == 1.0, first=random.randrange(2, 20) if share is None else 1)
+                                 trailer=share == 1.0, first=self.draw.randrange(2, 20) if share is None else 1)
                 self.assertGreater(self.ledger().doubted, before.doubted)
                 self.daemon.wait_for("warning: more packets come in the camera's name than it sends", 5)
                 self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
@@ -233,7 +234,8 @@ class Faults(steady.TestCase):
             for forger in forgers:
                 for question in itertools.islice(questions, 200):
                     forger.raw(bytes([0, 0, 0, 0x81, 0, 4]) + question.to_bytes(2, "big") + bytes(4))
-                forger.raw(bytes([random.choice((0, 0x80)), 0, 0, random.randrange(0x80, 0x8c)]) + os.urandom(16))
+                head = bytes([self.draw.choice((0, 0x80)), 0, 0, self.draw.randrange(0x80, 0x8c)])
+                forger.raw(head + self.draw.randbytes(16))
                 sent += 201
             self.stream(1)
         for forger in forgers:
@@ -252,7 +254,7 @@ class Faults(steady.TestCase):
         forged = []
         while self.ledger().implausible == 0:  # a forged packet may be lost like any other
             self.assertLess(len(forged), 20)
-            picture = os.urandom(3 * WIDTH * HEIGHT)
+            picture = self.draw.randbytes(3 * WIDTH * HEIGHT)
             self.stream(1)
             forged.append((self.published[-1].header.camera_frame_id + 3000) % 65535)
             forger.frame(forged[-1], picture, WIDTH, HEIGHT, time.time_ns(), chunk=PACKET)
@@ -265,7 +267,7 @@ class Faults(steady.TestCase):
         self.begin()
         before = self.ledger()
         forged = (self.published[-1].header.camera_frame_id + 3000) % 65535
-        self.forger().frame(forged, os.urandom(3 * 320 * 240), 320, 240, time.time_ns(), chunk=PACKET)
+        self.forger().frame(forged, self.draw.randbytes(3 * 320 * 240), 320, 240, time.time_ns(), chunk=PACKET)
         self.stream(60)
         after = self.ledger()
         self.assertGreater(after.wrong_size + after.incomplete, before.wrong_size + before.incomplete)
@@ -297,14 +299,14 @@ class Faults(steady.TestCase):
         self.begin(config="frame_rate_hz = 60\n")
         noticed, back = [], []
         for _ in range(int(os.environ.get("TRACTION_TIMES", 3))):
-            self.stream(random.randrange(1, 60))
+            self.stream(self.draw.randrange(1, 60))
             lost = len(re.findall("is lost: it does not answer", self.daemon.output()))
             begin = time.monotonic()
             self.twin.kill()
             while len(re.findall("is lost: it does not answer", self.daemon.output())) == lost:
                 self.assertTrue(self.daemon.read(0.01) and time.monotonic() < begin + 20 * rig.PATIENCE)
             noticed.append(time.monotonic() - begin)
-            time.sleep(random.choice([0.0, random.uniform(0.0, 3.0)]))
+            time.sleep(self.draw.choice([0.0, self.draw.uniform(0.0, 3.0)]))
             self.twin = self.bench.twin("idle", truth=False)
             died_ns = time.monotonic_ns()
             self.subscriber.collect(until=lambda field: field.header.received_ns > died_ns)

@@ -2,14 +2,13 @@
 
 import json
 import os
-import random
-import secrets
 import time
 import unittest
 import urllib.request
 
 import numpy as np
 
+import seed
 from browser import TestCase
 from rig import PATIENCE, SOURCE
 
@@ -17,11 +16,13 @@ PAGE_LIMIT = 1_000_000  # bytes, compressed
 
 
 class Page(TestCase):
+    def setUp(self):
+        super().setUp()
+        self.draw = seed.chance(self.id())
+
     def draw_loads(self):
         """A press, a twist, two contacts and an object bent along an arc, one after another, drawn at random: a scenario."""
-        seed = int(os.environ.get("TRACTION_SEED") or secrets.randbelow(10**6))
-        print(f"\n  TRACTION_SEED={seed}", end=" ")
-        draw = random.Random(seed)
+        draw = self.draw
         loads, text = {}, "format = 1\n"
         begin = 4.0
         for kind in ("press", "twist", "two", "curved"):
@@ -265,7 +266,7 @@ class Page(TestCase):
         self.assertGreater(length_s, 7.9)
         compared = 0
         for _ in range(10):
-            at_s = random.uniform(0.5, length_s - 0.5)
+            at_s = self.draw.uniform(0.5, length_s - 0.5)
             browser.evaluate(f"(() => {{ const bar = document.getElementById('at'); bar.value = {at_s};"
                              "for (const kind of ['input', 'change']) bar.dispatchEvent(new Event(kind)); })()")
             time.sleep(0.1)

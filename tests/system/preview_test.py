@@ -5,7 +5,6 @@ import base64
 import json
 import os
 import pathlib
-import random
 import sys
 import threading
 import time
@@ -16,9 +15,9 @@ import zmq
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "client" / "python"))
 import rig  # noqa: E402
+import seed  # noqa: E402
 import traction  # noqa: E402
 
-SEED = int(os.environ.get("TRACTION_SEED", random.SystemRandom().randrange(10**9)))
 FORMATS = ([f"{colours}{how}" for colours in ("Mono", "BayerRG", "BayerGR", "BayerGB", "BayerBG")
             for how in ("8", "10", "10p", "10Packed", "12", "12p", "12Packed", "16")]
            + [f"{colours}{how}" for colours in ("RGB", "BGR") for how in ("8", "10", "10p", "12", "12p", "16")]
@@ -119,8 +118,7 @@ class Feeder(threading.Thread):
 
 class Preview(unittest.TestCase):
     def setUp(self):
-        print(f"\n  seed {SEED}", end=" ", flush=True)
-        self.chance = random.Random(f"{SEED} {self.id()}")
+        self.chance = seed.chance(self.id())
 
     def test_it_is_the_average_of_the_picture_in_every_format(self):
         chance = self.chance

@@ -2,7 +2,6 @@
 
 import os
 import pathlib
-import random
 import re
 import subprocess
 import unittest
@@ -11,6 +10,7 @@ from prometheus_client import parser
 
 import freezer
 import rig
+import seed
 import steady
 
 FRAME_PATH = ["ZMQbg/IO/0", "arv_gv_stream", "tr-capture", "tr-publish", "tr-solve", "tr-track"]
@@ -80,7 +80,8 @@ class RealTime(steady.TestCase):
         self.assertNotIn("real time", daemon.output())
 
     def test_what_is_asked_for_is_shown_as_it_was_granted(self):
-        priority, cpu = random.randint(1, 98), random.choice(sorted(os.sched_getaffinity(0)))
+        draw = seed.chance(self.id())
+        priority, cpu = draw.randint(1, 98), draw.choice(sorted(os.sched_getaffinity(0)))
         time, memory = grants()
         print(f"\n  priority {priority} on {cpu}; granted here: real time {time}, locked memory {memory} ", end="", flush=True)
         memory = memory and rig.PATIENCE == 1  # sanitizers pass mlockall() over

@@ -4,7 +4,6 @@ import base64
 import json
 import os
 import pathlib
-import random
 import subprocess
 import time
 import unittest
@@ -13,6 +12,7 @@ import numpy as np
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
 import rig
+import seed
 import steady
 
 READER = pathlib.Path(os.environ.get("TRACTION_MCAP", rig.BUILD / "tests" / "system" / "mcap"))
@@ -235,9 +235,7 @@ class Recording(steady.TestCase):
             self.assertEqual(replayer.join(), 0, replayer.output())
 
     def test_what_is_recovered_of_any_cut_is_whole_to_a_foreign_reader(self):
-        seed = int(os.environ.get("TRACTION_SEED", random.randrange(2**32)))
-        print(f"\n  seed {seed}", end=" ", flush=True)
-        place = random.Random(seed)
+        place = seed.chance(self.id())
         with rig.Rig() as bench:
             bench.twin("press", truth=False)
             daemon = bench.daemon()

@@ -1,7 +1,6 @@
 """Recordings with the camera's pictures: the same fields once more."""
 
 import os
-import random
 import re
 import subprocess
 import sys
@@ -12,6 +11,7 @@ import numpy as np
 
 import replays
 import rig
+import seed
 
 
 class Replay(replays.TestCase):
@@ -44,9 +44,7 @@ class Replay(replays.TestCase):
 
     def test_the_same_fields(self):
         """Any touch, and whatever people and a cable do meanwhile."""
-        seed = int(os.environ.get("TRACTION_SEED", random.randrange(2**32)))
-        draw = random.Random(seed)
-        print(f"\n  seed {seed}", end=" ", flush=True)
+        draw = seed.chance(self.id())
         for scenario in draw.sample(("press", "twist", "hold", "two_contacts"), 2):
             with self.subTest(scenario), rig.Rig() as bench:
                 self.twin = bench.twin(scenario, "--rate", "20", truth=False)
@@ -159,9 +157,7 @@ class Replay(replays.TestCase):
 
     def refusals(self, bench, path):
         content = path.read_bytes()
-        seed = int(os.environ.get("TRACTION_SEED", random.randrange(2**32)))
-        print(f"\n  seed {seed}", end=" ", flush=True)
-        place = random.Random(seed)
+        place = seed.chance(self.id())
 
         def refused(name, bytes_, code, pattern, *options):
             file = bench.folder / f"{name}.mcap"

@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import random
 import re
 import resource
 import signal
@@ -14,11 +13,13 @@ import unittest
 from prometheus_client import parser
 
 import rig
+import seed
 import steady
 
 
 class Service(steady.TestCase):
     def setUp(self):
+        self.draw = seed.chance(self.id())
         self.bench = self.enterContext(rig.Rig())
         self.systemd = rig.Systemd(self.bench)
 
@@ -44,7 +45,7 @@ class Service(steady.TestCase):
     def test_stops_while_an_inverse_is_computed(self):
         gel = (rig.SOURCE / "config/gels/paper.toml").read_text()
         path = self.bench.folder / "new.toml"
-        path.write_text(re.sub(r"(?m)^youngs_modulus_pa.*", f"youngs_modulus_pa = {random.uniform(1e5, 3e5)}", gel))
+        path.write_text(re.sub(r"(?m)^youngs_modulus_pa.*", f"youngs_modulus_pa = {self.draw.uniform(1e5, 3e5)}", gel))
         daemon = self.bench.daemon(f'[sensor]\ngel_file = "{path}"\n', env=self.systemd.env, ready=False)
         daemon.wait_for("computing its inverse")
         self.assertEqual(daemon.stop(), 0, daemon.output())
@@ -77,7 +78,7 @@ class Service(steady.TestCase):
             self.systemd.wait_for("READY=1")
             daemon.wait_for(answer)
 
-        rate = random.randint(20, 45)
+        rate = self.draw.randint(20, 45)
         for wrong, answer in ((first + "gain = \n", "stays as it was: .*tractiond.toml:4: "),
                               (first.replace("60", "0.5e9"), "stays as it was: .*frame_rate_hz"),
                               (first.replace("60", "50") + "width_px = 320\n[publish]\nhigh_water_mark = 7\n",
@@ -94,9 +95,7 @@ class Service(steady.TestCase):
         self.assertNotIn("no zero is kept", daemon.output().split("nothing in the configuration")[1])
 
     def test_of_a_refused_reload_nothing_stays_in_the_camera(self):
-        seed = random.randrange(2**32)
-        print("seed", seed)
-        draw = random.Random(seed)
+        draw = self.draw
         self.bench.twin("idle")
         daemon = self.bench.daemon("frame_rate_hz = 60\n")
         subscriber = self.bench.subscribe(daemon)
@@ -160,7 +159,7 @@ class Service(steady.TestCase):
             self.assertLess(value("latency_seconds", "_sum", stage=stage), 1.0 * count)
 
         # As systemd's socket hands it over, whatever is asked.
-        for request in (b"GET /metrics HTTP/1.1\r\nHost: box\r\n\r\n", b"", random.randbytes(100_000)):
+        for request in (b"GET /metrics HTTP/1.1\r\nHost: box\r\n\r\n", b"", self.draw.randbytes(100_000)):
             answer = subprocess.run([rig.BIN / "tractionctl", "metrics", "--http", "--control", daemon.endpoint["control"]],
                                     input=request, stdout=subprocess.PIPE, timeout=60, check=True).stdout
             head, _, body = answer.partition(b"\r\n\r\n")
@@ -229,7 +228,7 @@ class Service(steady.TestCase):
 
     @unittest.skipIf(rig.PATIENCE > 1, "sanitizers take terabytes of it")
     def test_with_too_little_address_space(self):
-        for size in (random.randrange(150 << 20, 2 << 30) for _ in range(4)):
+        for size in (self.draw.randrange(150 << 20, 2 << 30) for _ in range(4)):
             daemon = self.bench.start("prlimit", f"--as={size}", rig.BIN / "tractiond", "--state", "/nowhere")
             self.assertEqual(daemon.join(), 71, daemon.output())
             self.assertRegex(daemon.output(), r"tractiond: \d+ MiB of address space are too few; allow 2048 MiB or more")

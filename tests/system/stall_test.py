@@ -1,7 +1,6 @@
 """A thread that hangs, whosever it is: systemd's watchdog fires within a second, or the daemon mends it by itself."""
 
 import os
-import random
 import re
 import signal
 import time
@@ -10,6 +9,7 @@ import unittest
 import freezer
 import pauses
 import rig
+import seed
 import steady
 
 WATCHDOG_S = 0.8  # WatchdogSec= of the unit
@@ -17,6 +17,7 @@ WATCHDOG_S = 0.8  # WatchdogSec= of the unit
 
 class Stalls(steady.TestCase):
     def setUp(self):
+        self.draw = seed.chance(self.id())
         self.bench = self.enterContext(rig.Rig())
         self.systemd = rig.Systemd(self.bench, WATCHDOG_S)
 
@@ -67,7 +68,7 @@ class Stalls(steady.TestCase):
         self.bench.subscribe(daemon).collect(60)
         tid = next(tid for tid, name in freezer.threads(daemon.child.pid).items() if name == "camera-keeper")
         with freezer.Frozen(tid):
-            time.sleep(random.uniform(0, 3))
+            time.sleep(self.draw.uniform(0, 3))
             self.assertFalse(self.starved())
             twin.kill()
             begin = time.monotonic()
@@ -84,7 +85,7 @@ class Stalls(steady.TestCase):
         self.bench.twin("idle", truth=False)
         daemon = self.bench.daemon(env=self.systemd.env)
         noticed, restarted = [], []
-        for stage in random.sample(["tr-capture", "tr-track", "tr-solve", "tr-publish", "tr-control"], 5):
+        for stage in self.draw.sample(["tr-capture", "tr-track", "tr-solve", "tr-publish", "tr-control"], 5):
             self.bench.subscribe(daemon).collect(60)
             tid = next(tid for tid, name in freezer.threads(daemon.child.pid).items() if name == stage)
             begin = time.monotonic()
@@ -114,7 +115,7 @@ class Stalls(steady.TestCase):
             self.bench.start("sh", "-c", "while :; do :; done")
         words = [("zero", "--anyway"), ("snapshot", self.bench.folder / "a.png", "--marked"), ("camera", "list"),
                  ("calibrate", "geometry", "noise", "--seconds", "1", "--yes", "--anyway"), ("status",), ("describe",)]
-        for ask in words + random.choices(words, k=3):
+        for ask in words + self.draw.choices(words, k=3):
             asked = time.monotonic()
             code, text = self.bench.ctl("--control", daemon.endpoint["control"], *ask, seconds=60)
             print(f"\n  {ask[0]:10} {time.monotonic() - asked:5.2f} s, exit code {code}", end=" ", flush=True)

@@ -1,7 +1,6 @@
 """Fifty subscribers, of which forty-five read nothing: what the others and the daemon's memory notice of it."""
 
 import os
-import random
 import time
 import unittest
 
@@ -10,6 +9,7 @@ import zmq
 
 import deaf
 import rig
+import seed
 import steady
 
 FROZEN, READING = 45, 5
@@ -66,7 +66,8 @@ class Subscribers(steady.TestCase):
         self.check(lambda: 0.0)
 
     def test_frozen_one_by_one(self):
-        self.check(lambda: random.uniform(0.2, 0.8))
+        draw = seed.chance(self.id())
+        self.check(lambda: draw.uniform(0.2, 0.8))
 
     def test_frozen_while_somebody_sees_previews(self):
         self.check(lambda: 0.0, previews=True)

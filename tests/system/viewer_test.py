@@ -3,8 +3,6 @@
 import base64
 import contextlib
 import json
-import os
-import random
 import socket
 import struct
 import subprocess
@@ -13,11 +11,16 @@ import unittest
 import urllib.parse
 import urllib.request
 
+import seed
 from browser import TestCase, start_view
 from rig import BIN, PATIENCE, SOURCE
 
 
 class Viewer(TestCase):
+    def setUp(self):
+        super().setUp()
+        self.draw = seed.chance(self.id())
+
     def exchange(self, view, request, size=65536):
         with socket.create_connection(("127.0.0.1", view.port), timeout=20 * PATIENCE) as connection:
             answer = b""
@@ -33,7 +36,8 @@ class Viewer(TestCase):
         connection = socket.create_connection(("127.0.0.1", view.port), timeout=20 * PATIENCE)
         self.addCleanup(connection.close)
         lines = [f"GET {path} HTTP/1.1", f"Host: {host or f'127.0.0.1:{view.port}'}", "Connection: Upgrade", "Upgrade: websocket",
-                 "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: " + base64.b64encode(os.urandom(16)).decode()]
+                 "Sec-WebSocket-Version: 13",
+                 "Sec-WebSocket-Key: " + base64.b64encode(self.draw.randbytes(16)).decode()]
         if origin:
             lines.append(f"Origin: {origin}")
         connection.sendall("\r\n".join([*lines, "", ""]).encode())
@@ -43,9 +47,8 @@ class Viewer(TestCase):
         status = int(answer.split()[1])
         return connection if status == 101 else status
 
-    @staticmethod
-    def frame(text, opcode=1):
-        mask = os.urandom(4)
+    def frame(self, text, opcode=1):
+        mask = self.draw.randbytes(4)
         return bytes([0x80 | opcode, 0x80 | len(text)]) + mask + bytes(a ^ mask[i % 4] for i, a in enumerate(text))
 
     @staticmethod
@@ -193,7 +196,7 @@ class Viewer(TestCase):
         folder = self.rig.folder / "recordings"
         folder.mkdir()
         golden = (SOURCE / "tests/golden/twist.mcap").read_bytes()
-        cut = random.randrange(100, len(golden) - 100)
+        cut = self.draw.randrange(100, len(golden) - 100)
         newer = bytearray(golden)
         newer[5] = ord("9")
         files = {"empty.mcap": (b"", "is empty"), "text.mcap": (b"nothing of that kind\n" * 9, "is no recording"),
@@ -219,7 +222,7 @@ class Viewer(TestCase):
                       b"ask 1 zero", b"play -1e300 64", b"play 1e300 64"):
             connection.sendall(self.frame(words))
         for _ in range(100):
-            connection.sendall(self.frame(f"play {random.uniform(-1, 20)} {random.choice([0, 1, 64])}".encode()))
+            connection.sendall(self.frame(f"play {self.draw.uniform(-1, 20)} {self.draw.choice([0, 1, 64])}".encode()))
         connection.sendall(self.frame(b"play 0 0"))
         while True:
             told = json.loads(self.heard(connection, "view/time"))

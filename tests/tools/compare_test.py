@@ -2,14 +2,12 @@
 
 import json
 import os
-import random
 import re
 import threading
 import unittest
 
+import seed
 from stubs import TOOLS, Stubs
-
-SEED = random.randrange(1 << 32)
 
 
 def recording(draw, stretches):
@@ -51,8 +49,7 @@ def rows(output):
 
 class Compare(unittest.TestCase):
     def setUp(self):
-        print(f"seed {SEED}")
-        self.draw = random.Random(SEED)
+        self.draw = seed.chance(self.id())
         self.stubs = Stubs(self)
         self.truth, self.measured = (self.stubs.scratch / name for name in ("truth", "measured"))
 

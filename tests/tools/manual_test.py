@@ -3,7 +3,6 @@
 import os
 import pathlib
 import pty
-import random
 import re
 import select
 import subprocess
@@ -13,6 +12,7 @@ import time
 import tomllib
 import unittest
 
+import seed
 from stubs import SOURCE
 
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
@@ -99,8 +99,7 @@ class Pages(unittest.TestCase):
     def test_any_words_are_read_as_they_were_written(self):
         sys.path.insert(0, str(SOURCE / "manual"))
         import mdoc
-        seed = random.randrange(10**6)
-        draw = random.Random(seed)
+        draw = seed.chance(self.id())
         words = [".Sh", "'br", "\\fB", "--some-flag", "a-b", "Fl", "No", '"said"', "e.g.", "End.", "(x).", "%", "\\",
                  "-1", "|"]
         for _ in range(20):
@@ -113,7 +112,7 @@ class Pages(unittest.TestCase):
                 page.flush()
                 rendered = run("mandoc", "-Tutf8", "-Owidth=500", page.name, check=True).stdout
             shown = re.search(r"(?s)DESCRIPTION(.*)\n[^\n]+\n*\Z", re.sub(".\b", "", rendered))[1].split()
-            self.assertEqual(shown, text.split() + " of it ".join([*tags, ""]).split(), f"seed {seed}")
+            self.assertEqual(shown, text.split() + " of it ".join([*tags, ""]).split())
 
 
 class Bash:
@@ -196,17 +195,16 @@ def said(*command, **options):
 
 class Completion(unittest.TestCase):
     def setUp(self):
-        self.seed = random.randrange(10**6)
-        self.random = random.Random(self.seed)
+        self.draw = seed.chance(self.id())
         self.shells = [Bash(), Fish(), Zsh(self)]
 
     def start_of(self, word):
-        return word[:self.random.randint(3 if word.startswith("--") else 0, len(word))]
+        return word[:self.draw.randint(3 if word.startswith("--") else 0, len(word))]
 
     def test_what_help_shows_is_offered(self):
         helps = [help for program in PROGRAMS for help in Help(program).all()]
         for shell in self.shells:
-            with self.subTest(shell.name, seed=self.seed):
+            with self.subTest(shell.name):
                 for help in helps:
                     offered = shell.complete(*help.path, "--")
                     self.assertLessEqual(set(help.options), set(offered), help.path)
@@ -218,12 +216,12 @@ class Completion(unittest.TestCase):
                             self.assertEqual(set(offered), set(re.split(", *", choices[1])))
                     if help.commands:
                         self.assertEqual(set(shell.complete(*help.path, "")), set(help.commands), help.path)
-                    word = self.random.choice(help.options + help.commands)
+                    word = self.draw.choice(help.options + help.commands)
                     self.assertIn(word, shell.complete(*help.path, self.start_of(word)))
 
     def test_a_value_is_no_command(self):
         for shell in self.shells:
-            with self.subTest(shell.name, seed=self.seed):
+            with self.subTest(shell.name):
                 self.assertIn("status", shell.complete("tractionctl", "--instance", "camera", "st"))
                 self.assertEqual(shell.complete("tractionctl", "--server-key", ""), [])
 
@@ -235,19 +233,19 @@ class Completion(unittest.TestCase):
 
     def test_an_option_of_the_program_may_stand_behind_the_command(self):
         for shell in self.shells:
-            with self.subTest(shell.name, seed=self.seed):
+            with self.subTest(shell.name):
                 self.assertIn("--instance", shell.complete("tractionctl", "echo", "--"))
                 self.assertEqual(set(shell.complete("tractionctl", "echo", "--topic", "fi")), {"field"})
 
     def test_a_commands_own_option_is_not_the_programs(self):
         for shell in self.shells:
-            with self.subTest(shell.name, seed=self.seed):
+            with self.subTest(shell.name):
                 self.assertIn("--directory", shell.complete("tractionctl", "keys", "allow", "--control", "--d"))
                 self.assertEqual(shell.complete("tractionctl", "--control", "zz"), [])
 
     def test_operands(self):
         for shell in self.shells:
-            with self.subTest(shell.name, seed=self.seed):
+            with self.subTest(shell.name):
                 self.assertEqual(set(shell.complete("tractionctl", "calibrate", "geometry", "we")), {"weights"})
                 self.assertIn("idle", shell.complete("traction-twin", "i"))
                 self.assertIn("default", shell.complete("tractiond", "--instance", ""))
@@ -257,7 +255,7 @@ class Completion(unittest.TestCase):
             (pathlib.Path(folder) / "ab").touch()
             (pathlib.Path(folder) / "adir").mkdir()
             for shell in self.shells:
-                with self.subTest(shell.name, seed=self.seed):
+                with self.subTest(shell.name):
                     self.assertEqual(set(shell.complete("tractiond", "--config", "a", cwd=folder)), {"ab", "adir"})
                     self.assertEqual(set(shell.complete("tractiond", "--state", "a", cwd=folder)), {"adir"})
                     self.assertIn("ab", shell.complete("tractionctl", "snapshot", "a", cwd=folder))

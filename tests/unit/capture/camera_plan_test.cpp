@@ -1,4 +1,5 @@
 #include "daemon/capture/camera_plan.h"
+#include "tests/support/seed.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -90,9 +91,7 @@ TEST_F(CameraPlanTest, ACircleIsNamed) {
 /// Descriptions that a bad sector, a careless maker or an attacker could have made of a good one: a plan or a sentence,
 /// never the end of the process.
 TEST_F(CameraPlanTest, SurvivesDamagedDescriptions) {
-  const std::uint64_t seed = std::random_device{}();
-  std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(test::seed());
   const std::string good = quirky();
   const auto at = [&](const std::string& text) { return random() % text.size(); };
   std::vector<std::string> names;

@@ -1,10 +1,10 @@
 #include "daemon/capture/chunk_reader.h"
+#include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <bit>
-#include <cstdio>
 #include <random>
 #include <vector>
 
@@ -51,9 +51,7 @@ TEST(ChunkReader, ThePictureMayBeAChunkItself) {
 
 /// Any number of chunks of any size: all are found, whatever else there is.
 TEST(ChunkReader, ReadsAnyChunks) {
-  const std::uint64_t seed = std::random_device{}();
-  std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(test::seed());
   for (int round = 0; round < 500; ++round) {
     const bool big = random() % 2 == 0;
     const std::size_t picture = 1 + random() % 4000;
@@ -82,7 +80,7 @@ TEST(ChunkReader, ReadsAnyChunks) {
 
 /// Whatever the bytes are, nothing beyond them is touched (the sanitizer watches), and a picture is never cut short.
 TEST(ChunkReader, SurvivesAnyBytes) {
-  std::mt19937_64 random(std::random_device{}());
+  std::mt19937_64 random(test::seed());
   const std::vector<ChunkField> fields{{ChunkField::Meaning::kTimestamp_ns, 1, 3, 8, false, false, true, 8.0},
                                        {ChunkField::Meaning::kGain, 0, 0, 4, true, false, true}};
   for (int round = 0; round < 20'000; ++round) {

@@ -2,6 +2,7 @@
 // know. Prints how often what was stated was true, and how narrow it was.
 #include "daemon/capture/clock_fit.h"
 #include "daemon/capture/device_clock.h"
+#include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
 
@@ -221,16 +222,14 @@ void live(Random& random, const World& world, Score& score) {
 
 class ClockSimulation : public testing::Test {
  protected:
-  ClockSimulation() { std::printf("seed %llu\n", static_cast<unsigned long long>(seed_)); }
   Score run(const World& world) {
     Score score;
     for (std::size_t i = 0; i < kCases; ++i) {
-      Random random(seed_ + i);
+      Random random(test::seed() + i);
       live(random, world, score);
     }
     return score;
   }
-  const std::uint64_t seed_ = std::random_device{}();
 };
 
 TEST_F(ClockSimulation, BothSidesAreTrueAndNarrowWhereTheCameraCanBeAsked) {

@@ -1,8 +1,8 @@
 // Whose pictures are these? Packets that come twice, late or early.
+#include "tests/support/seed.h"
 #include "tests/unit/capture/frame_gate_bench.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <random>
 
 namespace tractiond::capture::frame_gate_doubt_test {
@@ -10,9 +10,7 @@ namespace {
 
 /// Packets that come late or twice for a reason, drawn at random: none of them is held against the camera.
 TEST_F(FrameGateTest, DoubtsNoCameraForWhatANetworkDoes) {
-  const unsigned seed = std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed());
   const auto oneIn = [&](unsigned n) { return random() % n == 0; };
   SimulatedCamera camera(40'000);
   stream(camera, 100);
@@ -44,9 +42,7 @@ TEST_F(FrameGateTest, DoubtsNoCameraForWhatANetworkDoes) {
 }
 
 TEST_F(FrameGateTest, DoubtsWhatComesBesideTheCamera) {
-  const unsigned seed = std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed());
   for (int i = 0; i < 200; ++i) {
     FrameGate gate(kShape, {});
     SimulatedCamera camera(1 + random() % 65'000);
@@ -98,9 +94,7 @@ TEST_F(FrameGateTest, DoubtsTheOriginWherePacketsComeTwiceInOneFrameAfterAnother
 
 /// A picture of now, whole before the camera's own can be.
 TEST_F(FrameGateTest, DoubtsWhatComesBeforeItCanHaveBeenSent) {
-  const unsigned seed = std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed());
   for (int i = 0; i < 200; ++i) {
     FrameGate gate(kShape, {});
     SimulatedCamera camera(1 + random() % 60'000);

@@ -1,9 +1,9 @@
+#include "tests/support/seed.h"
 #include "tests/unit/capture/frame_gate_bench.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <random>
 #include <utility>
 #include <vector>
@@ -221,9 +221,7 @@ class OddClock {
 
 /// Whatever the camera's clock is worth: every whole picture is used once, and no old one is used again.
 TEST_F(FrameGateTest, UsesEveryFrameOfACameraWithAnOddClock) {
-  const std::uint64_t seed = std::random_device{}();
-  std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(test::seed());
   for (int round = 0; round < 200; ++round) {
     FrameGate gate(kShape, {.memory = 1100});
     SimulatedCamera camera(1 + random() % 65'535);

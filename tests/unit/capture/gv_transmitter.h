@@ -2,6 +2,8 @@
 // test sends them. Aravis's own fake camera has a good clock and no chunk data.
 #pragma once
 
+#include "tests/support/seed.h"
+
 #include <atomic>
 #include <cstdint>
 #include <deque>
@@ -71,8 +73,8 @@ class GvTransmitter {
   std::mutex sending_;
   std::map<std::uint16_t, Packets> sent_;  ///< of the last frames, what has been sent
   std::deque<std::uint16_t> sentIds_;
-  std::mt19937_64 fate_{std::random_device{}()};
-  std::mt19937_64 patience_{std::random_device{}()};  ///< of the serving thread
+  std::mt19937_64 fate_{seed() + 1};      ///< seed() itself is the test's
+  std::mt19937_64 patience_{seed() + 2};  ///< of the serving thread
 
   std::atomic<std::int64_t> clockSet_ns_{0}, clockShowed_ns_{0};
 

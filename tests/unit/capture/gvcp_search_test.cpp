@@ -1,5 +1,6 @@
 #include "daemon/base/clock.h"
 #include "daemon/capture/gvcp_search.h"
+#include "tests/support/seed.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -84,9 +85,7 @@ class Answerer {
 };
 
 TEST(GvcpSearch, IsAnsweredByTheCameraWhateverElseComes) {
-  const unsigned seed = std::random_device{}();
-  SCOPED_TRACE(testing::Message() << "seed " << seed);
-  auto camera = std::make_unique<Answerer>(seed);
+  auto camera = std::make_unique<Answerer>(test::seed());
   GvcpSearch search(camera->port);
   EXPECT_EQ(search.ask("127.0.0.1", milliseconds(4000)), camera->identity) << "the first question was lost";
   EXPECT_EQ(search.locate(camera->identity, "127.0.0.1", milliseconds(4000), {}), "127.0.0.1");
@@ -97,7 +96,7 @@ TEST(GvcpSearch, IsAnsweredByTheCameraWhateverElseComes) {
 }
 
 TEST(GvcpSearch, IsAnsweredWhileStrangersFloodThePortOfTheQuestionBefore) {
-  Answerer camera(std::random_device{}());
+  Answerer camera(test::seed());
   GvcpSearch search(camera.port);
   ASSERT_EQ(search.ask("127.0.0.1", milliseconds(4000)), camera.identity);
   const std::uint16_t known = camera.askersPort;

@@ -2,6 +2,7 @@
 // here once more and differently: as a reader of packets, not as a program for the kernel.
 #include "daemon/capture/control_filter.h"
 #include "daemon/capture/stream_filter.h"
+#include "tests/support/seed.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -74,10 +75,7 @@ class PacketFilters : public testing::Test {
       , camera_(bound(kCamera))
       , other_(bound(kCamera))
       , stranger_(bound(kStranger))
-      , seed_(std::random_device{}())
-      , random_(seed_) {
-    std::printf("seed %u\n", seed_);
-  }
+      , random_(test::seed()) {}
   ~PacketFilters() override {
     for (const int one : {receiver_, camera_, other_, stranger_}) close(one);
   }
@@ -172,7 +170,6 @@ class PacketFilters : public testing::Test {
   }
 
   int receiver_, camera_, other_, stranger_;
-  unsigned seed_;
   std::mt19937_64 random_;
 };
 

@@ -1,11 +1,11 @@
 #include "daemon/capture/camera.h"
 #include "daemon/capture/pipe_driver.h"
+#include "tests/support/seed.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <cstdio>
 #include <fstream>
 #include <random>
 #include <thread>
@@ -65,9 +65,7 @@ class PipeDriverTest : public testing::Test {
 TEST_F(PipeDriverTest, HandsOnEveryPictureAndEnds) {
   std::vector<std::uint8_t> bytes;
   for (int i = 0; i < 100; ++i) bytes.insert(bytes.end(), 1200, static_cast<std::uint8_t>(i));
-  const std::uint64_t seed = std::random_device{}();
-  std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
-  feed(bytes, seed);
+  feed(bytes, test::seed());
   const std::vector<int> got = takeAll();
   ASSERT_EQ(got.size(), 100U);
   for (int i = 0; i < 100; ++i) EXPECT_EQ(got[static_cast<std::size_t>(i)], i);
@@ -76,9 +74,7 @@ TEST_F(PipeDriverTest, HandsOnEveryPictureAndEnds) {
 }
 
 TEST_F(PipeDriverTest, PictureUnderWayIsNotMixedWithOneThatIsGivenBack) {
-  const std::uint64_t seed = std::random_device{}();
-  std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(test::seed());
   auto camera = Camera::open(fromPipe(options_), {.wait = false}, ledger_);
   ASSERT_TRUE(camera) << camera.error().message();
   constexpr std::size_t kSize = 1200, kPictures = 100;

@@ -4,12 +4,12 @@
 #include "daemon/base/clock.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
+#include "tests/support/seed.h"
 #include "tests/unit/capture/gv_transmitter.h"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <cstdio>
 #include <cstring>
 #include <memory>
 #include <mutex>
@@ -43,7 +43,6 @@ class Quirks : public testing::Test {
     sender_.write(0x100, kWidth);
     sender_.write(0x104, kHeight);
     sender_.write(0x128, kRgb8Code);
-    std::printf("seed %llu\n", static_cast<unsigned long long>(seed_));
   }
   void open() {
     auto camera = Camera::open(fromAravis(options_), {.wait = false, .silenceTimeout_ms = options_.silenceTimeout_ms},
@@ -108,8 +107,7 @@ class Quirks : public testing::Test {
     return picture;
   }
 
-  const std::uint64_t seed_ = std::random_device{}();
-  std::mt19937_64 random_{seed_};
+  std::mt19937_64 random_{test::seed()};  ///< the sender's generators have the next two seeds
   test::GvTransmitter sender_;
   CameraOptions options_;
   Ledger ledger_;

@@ -1,5 +1,6 @@
 #include "client/cli/board.h"
 #include "client/cli/top.h"
+#include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -68,9 +69,7 @@ bool has(const std::string& text, const std::string& part) {
 }
 
 TEST(Board, LedgerIsCountedByCausePerSecondAndInTotal) {
-  const unsigned seed = std::random_device()();
-  SCOPED_TRACE(testing::Message() << "seed " << seed);
-  std::mt19937 random(seed);
+  std::mt19937 random(tractiond::test::seed());
   using Member = std::uint64_t Ledger::*;
   const std::pair<const char*, Member> kinds[] = {{"received", &Ledger::received},
                                                   {"published", &Ledger::published},
@@ -226,9 +225,7 @@ TEST(Board, TerminalObeysNobodyElse) {
 TEST(Top, SubscribersAreTheConnectionsToAnEndpoint) {
   const auto folder = std::filesystem::temp_directory_path() / ("tables-" + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
-  const unsigned seed = std::random_device()();
-  SCOPED_TRACE(testing::Message() << "seed " << seed);
-  std::mt19937 random(seed);
+  std::mt19937 random(tractiond::test::seed());
   std::ofstream local(folder / "unix"), tcp(folder / "tcp");
   local << "Num       RefCount Protocol Flags    Type St Inode Path\n";
   tcp << "  sl  local_address rem_address   st\n";

@@ -1,9 +1,9 @@
 """tractionctl camera and trigger, against a daemon's camera of a few features."""
 
 import json
-import random
 import unittest
 
+import seed
 from ctl import TEMPORARY, UNAVAILABLE, USAGE, Case, ctl
 from traction.v1 import messages
 
@@ -120,8 +120,9 @@ class CameraCommand(Case):
         self.assertEqual(len(json.loads(self.run_ok("camera", "get", "Gain", "GainAuto", "--json"))["features"]), 2)
 
     def test_set_writes_in_order_and_shows_what_the_camera_made_of_it(self):
-        names = random.sample(["ExposureTime", "Gain", "BlackLevel", "DeviceUserID"], 3)
-        changes = [(name, random.choice(["7", "a = b", "", "-1.5"])) for name in names]
+        draw = seed.chance(self.id())
+        names = draw.sample(["ExposureTime", "Gain", "BlackLevel", "DeviceUserID"], 3)
+        changes = [(name, draw.choice(["7", "a = b", "", "-1.5"])) for name in names]
         found = json.loads(self.run_ok("camera", "set", *(f"{name}={value}" for name, value in changes), "--json"))
         self.assertEqual(self.camera.asked, [("write", name, value) for name, value in changes])
         self.assertEqual([feature["name"] for feature in found["features"]], names)

@@ -1,4 +1,5 @@
 #include "client/doctor/checks.h"
+#include "tests/support/seed.h"
 #include "tests/unit/client/doctor_box.h"
 
 #include <gtest/gtest.h>
@@ -457,11 +458,9 @@ std::set<std::string> checksOf(const std::vector<Finding>& findings, std::initia
 }
 
 TEST(Doctor, FindsExactlyWhatIsWrong) {
-  const unsigned seed = std::random_device()();
-  SCOPED_TRACE(testing::Message() << "seed " << seed);
   for (unsigned trial = 0; trial < 30; ++trial) {
     SCOPED_TRACE(testing::Message() << "trial " << trial);
-    DrawnBox drawn(seed + trial);
+    DrawnBox drawn(tractiond::test::seed() + trial);
     const auto findings = examine(drawn.box, kDaemon, "");
     ASSERT_EQ(checksOf(findings, {Verdict::kWarn, Verdict::kFail}), drawn.bad) << reportText(findings);
     ASSERT_EQ(checksOf(findings, {Verdict::kUnknown}), drawn.unknown) << reportText(findings);

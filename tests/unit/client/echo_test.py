@@ -2,7 +2,6 @@
 
 import json
 import os
-import random
 import signal
 import subprocess
 import tempfile
@@ -10,6 +9,7 @@ import threading
 import time
 import unittest
 
+import seed
 import zmq
 from ctl import PROGRAM, USAGE, OUTPUT, Case, ctl
 from publisher import Publisher
@@ -52,6 +52,7 @@ class Echo(Case):
             self.ends_at_once(child, "File too large")
 
     def test_closed_pipe_ends_echo_also_where_nothing_is_published(self):
+        draw = seed.chance(self.id())
         with zmq.Context() as context, context.socket(zmq.XPUB) as silent:
             silent.bind("tcp://127.0.0.1:*")
             for endpoints in (self.publisher(), ["--connect", Publisher.endpoint(silent)]):
@@ -59,16 +60,16 @@ class Echo(Case):
                     reader, writer = os.pipe()
                     child = self.start("echo", *endpoints, stdout=writer)
                     os.close(writer)
-                    time.sleep(random.uniform(0, 0.3))
+                    time.sleep(draw.uniform(0, 0.3))
                     os.close(reader)
                     self.ends_at_once(child, "nobody reads standard output any more; [0-9]+ messages printed")
 
-    def stalled(self, seed):
+    def stalled(self, number):
         """Publishes past a reader that stalls at random: (last number sent, lines, what was said)."""
-        chance = random.Random(seed)
+        draw, stalls = seed.chance(self.id(), number), seed.chance(self.id(), number, "reader")  # one for each thread
         context = self.enterContext(zmq.Context())
         socket = self.enterContext(context.socket(zmq.XPUB))
-        socket.linger, socket.sndhwm = 0, chance.choice([20, 200, 1000])
+        socket.linger, socket.sndhwm = 0, draw.choice([20, 200, 1000])
         socket.bind("tcp://127.0.0.1:*")
         child = self.start("echo", "--connect", Publisher.endpoint(socket), stdout=subprocess.PIPE)
         self.assertTrue(socket.poll(60_000))
@@ -77,15 +78,15 @@ class Echo(Case):
         def read():
             for line in child.stdout:
                 lines.append(json.loads(line)["sequence"])
-                if not stop.is_set() and chance.random() < 0.01:
-                    time.sleep(chance.choice([0.02, 0.1, 0.4]))
+                if not stop.is_set() and stalls.random() < 0.01:
+                    time.sleep(stalls.choice([0.02, 0.1, 0.4]))
 
         reader = threading.Thread(target=read)
         reader.start()
         field = messages.Field(force_N=[0.0] * (3 * 576), node_valid=bytes(576))
         field.header.boot = bytes(range(16))
         deadline = time.monotonic() + 60
-        burst, sent = chance.randrange(2000, 8000), 0
+        burst, sent = draw.randrange(2000, 8000), 0
         while sent < burst or lines[-1:] != [sent]:
             self.assertLess(time.monotonic(), deadline)
             if sent >= burst:  # now the reader catches up
@@ -101,11 +102,10 @@ class Echo(Case):
         return sent, lines, child.stderr.read(), child.wait(60)
 
     def test_what_a_stalling_reader_loses_is_counted(self):
-        seed = random.randrange(2**32)
         lost_at_all = 0
-        for seed in range(seed, seed + 4):
-            with self.subTest(seed=seed):
-                sent, lines, err, code = self.stalled(seed)
+        for number in range(4):
+            with self.subTest(number=number):
+                sent, lines, err, code = self.stalled(number)
                 lost = sent - len(lines)
                 lost_at_all += lost
                 self.assertEqual(code, 0)

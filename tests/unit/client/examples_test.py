@@ -4,7 +4,6 @@ import csv
 import io
 import os
 import pathlib
-import random
 import subprocess
 import sys
 import unittest
@@ -13,6 +12,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[3]
 EXAMPLES = SOURCE / "client" / "examples" / "python"
 sys.path[:0] = [str(SOURCE / "client" / "python"), str(EXAMPLES)]
 import hold_force  # noqa: E402
+import seed  # noqa: E402
 import traction  # noqa: E402
 from publisher import Publisher  # noqa: E402
 from traction.decode import decode  # noqa: E402
@@ -69,9 +69,10 @@ class Hold(unittest.TestCase):
         return self.hold.doubt(self.field(*words, **what), NOW_NS)
 
     def test_moves_on_fresh_sound_fields_alone(self):
-        number = random.randrange(1, 10**6)
+        draw = seed.chance(self.id())
+        number = draw.randrange(1, 10**6)
         for _ in range(20):
-            number += random.randint(1, hold_force.MOST_FRAMES)
+            number += draw.randint(1, hold_force.MOST_FRAMES)
             self.assertEqual(self.doubt(number, flags=traction.Flag.ZERO_UNVERIFIED), "")
         self.assertRegex(self.doubt(number + hold_force.MOST_FRAMES + 1), "^lost: 4 frames")
 

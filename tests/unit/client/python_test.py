@@ -3,7 +3,6 @@
 import asyncio
 import os
 import pathlib
-import random
 import socket
 import sys
 import tempfile
@@ -11,6 +10,7 @@ import time
 import unittest
 from unittest import mock
 
+import seed
 import zmq
 
 SOURCE = pathlib.Path(__file__).resolve().parents[3]
@@ -64,12 +64,13 @@ class Case(unittest.TestCase):
 
 class Subscriber(Case):
     def test_it_connects_again_and_a_new_start_is_told_and_is_no_loss(self):
+        draw = seed.chance(self.id())
         publisher, endpoint = self.bind()
         subscriber = self.subscriber(endpoint)
         for start in range(3):
             self.until(lambda: publisher.poll(0), subscriber)  # receive() is what connects again, where ZeroMQ has given up
             publisher.recv()
-            boot, begin = random.randbytes(16), random.choice([1, 1000])
+            boot, begin = draw.randbytes(16), draw.choice([1, 1000])
             for sequence in range(begin, begin + 3):
                 publisher.send_multipart(field(sequence, boot))
                 self.assertEqual(subscriber.receive(PATIENCE_S).header.boot, boot)
@@ -84,7 +85,7 @@ class Subscriber(Case):
         subscriber = self.subscriber(endpoint, queue=50)
         self.assertTrue(publisher.poll(1000 * PATIENCE_S))
         publisher.recv()
-        sent = random.randrange(3000, 5000)  # of 30 kB: far beyond what the kernel holds
+        sent = seed.chance(self.id()).randrange(3000, 5000)  # of 30 kB: far beyond what the kernel holds
         publisher.send_multipart(field(1))
         self.assertEqual(subscriber.receive(PATIENCE_S).header.sequence, 1)
         for sequence in range(2, sent):
@@ -123,21 +124,23 @@ class Subscriber(Case):
         self.assertIsNone(subscriber.receive(0.3))
 
     def test_who_is_closed_or_dropped_at_any_moment_hinders_no_other(self):  # all of them share ZeroMQ's thread
+        draw = seed.chance(self.id())
+
         async def in_a_loop(endpoint):
             one = traction.aio.Subscriber(endpoint=endpoint)
-            await one.receive(random.choice([0, 0.001, 0.005]))
+            await one.receive(draw.choice([0, 0.001, 0.005]))
             return one
 
         for _ in range(60):
             publisher, endpoint = self.bind()
-            if random.random() < 0.5:
+            if draw.random() < 0.5:
                 one = traction.Subscriber(endpoint=endpoint)
-                one.receive(random.choice([0, 0.001, 0.005]))
+                one.receive(draw.choice([0, 0.001, 0.005]))
             else:
                 one = asyncio.run(in_a_loop(endpoint))
-            if random.random() < 0.5:
+            if draw.random() < 0.5:
                 publisher.close(0)
-            if random.random() < 0.5:
+            if draw.random() < 0.5:
                 one.close()
             del one
             publisher.close(0)
@@ -171,6 +174,7 @@ class Subscriber(Case):
 
 class Asyncio(Case):
     def test_fields_come_to_several_and_cancelling_loses_none(self):
+        draw = seed.chance(self.id())
         publisher, endpoint = self.bind(xpub_verbose=True)  # tells of each subscriber
 
         async def read(count):
@@ -192,7 +196,7 @@ class Asyncio(Case):
             await asyncio.sleep(0.1)
             for sequence in range(1, 101):
                 publisher.send_multipart(field(sequence))
-                await asyncio.sleep(random.choice([0, 0, 0.005]))
+                await asyncio.sleep(draw.choice([0, 0, 0.005]))
 
         async def both():
             return await asyncio.wait_for(asyncio.gather(read(100), read(100), publish()), PATIENCE_S)

@@ -1,5 +1,6 @@
 // The client library against the daemon's publisher, and against forgeries.
 
+#include "tests/support/seed.h"
 #include "tests/unit/publish/support.h"
 #include "traction/subscriber.h"
 #include "traction/v1/field.pb.h"
@@ -308,9 +309,7 @@ std::string greeting(const std::string& mechanism) {
 }
 
 TEST(Subscriber, HandshakesThatFailAreNoConnectionsAndAreNotHeldAgainstALaterOne) {
-  const auto seed = std::random_device{}();
-  SCOPED_TRACE(seed);
-  std::mt19937 random(seed);
+  std::mt19937 random(tractiond::test::seed());
   std::vector<std::string> greetings = {
       "", "HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n", greeting("NULL"),
       greeting("PLAIN"), greeting("NULL") + std::string("\4\5\5READY")};

@@ -1,4 +1,5 @@
 #include "gateway/keys.h"
+#include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -119,9 +120,7 @@ TEST_F(KeysTest, SameKeyTwiceIsAllowedOnce) {
 }
 
 TEST_F(KeysTest, WhatIsNoKeyAllowsNobodyAndIsNamedInALine) {
-  const auto seed = std::random_device{}();
-  SCOPED_TRACE(seed);
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed());
   const std::string key = newKeyPair().publicKey;
   const std::string good = "key = \"" + key + "\"\npermission = \"control\"\n";
   ASSERT_TRUE(allow(folder_, {"good", newKeyPair().publicKey, Permission::kRead}));

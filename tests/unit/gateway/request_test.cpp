@@ -1,4 +1,5 @@
 #include "gateway/request.h"
+#include "tests/support/seed.h"
 #include "traction/v1/control.pb.h"
 
 #include <gtest/gtest.h>
@@ -34,9 +35,7 @@ std::string anything(std::mt19937& random) {
 }
 
 TEST(SignedRequest, NamesTheAskerWhateverTheRequestSaid) {
-  const auto seed = std::random_device{}();
-  SCOPED_TRACE(seed);
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed());
   int taken = 0;
   testing::internal::CaptureStderr();
   for (int i = 0; i < 20'000; ++i) {

@@ -1,12 +1,14 @@
 #include "lens/commands.h"
 #include "lens/picture_file.h"
 #include "sensor/gel_file.h"
+#include "tests/support/seed.h"
 #include "tests/unit/lens/random_views.h"
 #include "tests/unit/lens/workplace.h"
 
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
+#include <cstdio>
 
 namespace lens::calibrate_command_test {
 namespace {
@@ -61,7 +63,7 @@ class CalibrateCommand : public Workplace {
     EXPECT_FALSE(std::filesystem::exists(options.output));
   }
 
-  Draw draw{newSeed()};
+  Draw draw{tractiond::test::seed()};
   TrueCamera truth;
   CalibrateOptions options;
 };

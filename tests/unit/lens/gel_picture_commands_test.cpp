@@ -2,10 +2,13 @@
 #include "lens/first_pose.h"
 #include "lens/picture_file.h"
 #include "sensor/gel_file.h"
+#include "tests/support/seed.h"
 #include "tests/unit/lens/workplace.h"
 #include "twin/renderer.h"
 
 #include <opencv2/imgproc.hpp>
+
+#include <random>
 
 namespace lens::gel_picture_commands_test {
 namespace {
@@ -46,7 +49,7 @@ class GelPictureCommands : public Workplace {
     return picture;
   }
 
-  std::mt19937 generator{newSeed()};
+  std::mt19937 generator{tractiond::test::seed()};
   sensor::Sensor truth;
   Eigen::Matrix2Xd places;  ///< px
   PictureOptions options;

@@ -1,6 +1,6 @@
 #include "lens/lens_fit.h"
+#include "tests/support/seed.h"
 #include "tests/unit/lens/random_views.h"
-#include "tests/unit/lens/workplace.h"
 
 #include <gtest/gtest.h>
 
@@ -45,7 +45,7 @@ struct Coverage {
 
 /// Where the edges are, not where the camera's pixels are: without noise, errors are far below what noise does.
 TEST(Corners, AreExactToThousandthsOfAPixel) {
-  Draw draw(newSeed());
+  Draw draw(tractiond::test::seed());
   const Board board{10, 7, 10e-3};
   double squares = 0.0, worst_px = 0.0;
   int coordinates = 0;
@@ -97,15 +97,14 @@ Lens fromPictures(unsigned seed) {
 }
 
 TEST(LensFit, TruthIsInsideTheStatedIntervals) {
-  const unsigned seed = newSeed();
   constexpr int kLenses = 20, kAtATime = 2;
   constexpr int kUnfound = 4;  // OpenCV's search misses one board in some thousands
   std::vector<Lens> lenses(kLenses);
   std::vector<std::thread> threads;
   for (int first = 0; first < kAtATime; ++first) {
-    threads.emplace_back([&lenses, seed, first] {
+    threads.emplace_back([&lenses, first] {
       for (int i = first; i < kLenses; i += kAtATime)
-        lenses[static_cast<std::size_t>(i)] = fromPictures(seed + static_cast<unsigned>(i));
+        lenses[static_cast<std::size_t>(i)] = fromPictures(tractiond::test::seed() + static_cast<unsigned>(i));
     });
   }
   for (std::thread& thread : threads) thread.join();
@@ -138,7 +137,7 @@ TEST(LensFit, TruthIsInsideTheStatedIntervals) {
 
 /// The same with corners that err as these do, without pictures: many lenses.
 TEST(LensFit, DeviationsAreTrue) {
-  Draw draw(newSeed());
+  Draw draw(tractiond::test::seed());
   const Board board{10, 7, 10e-3};
   constexpr int kLenses = 150;
   Coverage coverage;

@@ -1,8 +1,10 @@
 #include "lens/picture_file.h"
+#include "tests/support/seed.h"
 #include "tests/unit/lens/workplace.h"
 
 #include <opencv2/imgcodecs.hpp>
 
+#include <random>
 #include <vector>
 
 namespace lens::picture_file_test {
@@ -23,7 +25,7 @@ bool isSame(const cv::Mat& a, const cv::Mat& b) {
 }
 
 TEST_F(PictureFile, WhatIsWrittenIsRead) {
-  std::mt19937 generator(newSeed());
+  std::mt19937 generator(tractiond::test::seed());
   for (int trial = 0; trial < 20; ++trial) {
     const cv::Mat picture = randomPicture(generator, trial % 2 == 0 ? CV_8UC1 : CV_8UC3);
     ASSERT_TRUE(writePicture(path("a.png"), picture));
@@ -50,7 +52,7 @@ TEST_F(PictureFile, MoreBitsAreScaled) {
 
 /// Every byte of a PNG is under a check sum: no damage goes unnoticed, and none is the end of the program.
 TEST_F(PictureFile, EveryDamageOfAPngIsNamed) {
-  std::mt19937 generator(newSeed());
+  std::mt19937 generator(tractiond::test::seed());
   for (int trial = 0; trial < 300; ++trial) {
     std::vector<std::uint8_t> bytes;
     cv::imencode(".png", randomPicture(generator, trial % 2 == 0 ? CV_8UC1 : CV_8UC3), bytes);
@@ -72,7 +74,7 @@ TEST_F(PictureFile, EveryDamageOfAPngIsNamed) {
 
 /// TIFF and JPEG have no check sums: a damage may pass, but a cut never does.
 TEST_F(PictureFile, EveryCutOfATiffOrJpegIsNamed) {
-  std::mt19937 generator(newSeed());
+  std::mt19937 generator(tractiond::test::seed());
   for (int trial = 0; trial < 200; ++trial) {
     std::vector<std::uint8_t> bytes;
     cv::imencode(trial % 2 == 0 ? ".tiff" : ".jpg", randomPicture(generator, CV_8UC3), bytes);

@@ -1,4 +1,5 @@
 #include "lens/sheet.h"
+#include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
 
@@ -51,9 +52,7 @@ sensor::Sensor randomSensor(std::mt19937& generator) {
 }
 
 TEST(Sheet, CirclesAreTheMarkers) {
-  const unsigned seed = std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::mt19937 generator(seed);
+  std::mt19937 generator(tractiond::test::seed());
   for (int trial = 0; trial < 50; ++trial) {
     const sensor::Sensor sensor = randomSensor(generator);
     const bool mirrored = trial % 2 == 1;

@@ -1,26 +1,16 @@
-// A folder of its own for each test, and a seed that is new in each run unless one is given.
+// Gives each test a folder of its own.
 #pragma once
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <random>
 #include <string>
 
 namespace lens {
-
-/// TRACTION_SEED repeats a run.
-inline unsigned newSeed() {
-  const char* given = std::getenv("TRACTION_SEED");
-  const unsigned seed = given != nullptr ? static_cast<unsigned>(std::stoul(given)) : std::random_device{}();
-  std::printf("seed %u\n", seed);
-  return seed;
-}
 
 class Workplace : public testing::Test {
  protected:

@@ -1,4 +1,5 @@
 #include "daemon/line_writer.h"
+#include "tests/support/seed.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -62,9 +63,7 @@ TEST_F(LineWriterTest, WritesEveryLineInOrder) {
 
 /// The reader stands still, and reads on: where lines are missing stands how many.
 TEST_F(LineWriterTest, CountsWhatAReaderThatStandsStillDoesNotGet) {
-  const unsigned seed = std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::mt19937 random(seed);
+  std::mt19937 random(test::seed());
   std::string text;
   std::uint64_t lost = 0;
   int next = 0;

@@ -1,4 +1,5 @@
 #include "daemon/realtime.h"
+#include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
 #include <pthread.h>
@@ -44,16 +45,13 @@ class Drawn {
     }
     return text;
   }
-  unsigned seed() const { return seed_; }
 
  private:
-  unsigned seed_ = std::random_device()();
-  std::mt19937 random_{seed_};
+  std::mt19937 random_{test::seed()};
 };
 
 TEST(Cpus, AreReadAndWrittenAsTheKernelDoes) {
   Drawn drawn;
-  SCOPED_TRACE(testing::Message() << "seed " << drawn.seed());
   for (int trial = 0; trial < 300; ++trial) {
     std::set<int> meant;
     const std::string text = drawn.list(meant);
@@ -71,7 +69,6 @@ TEST(Cpus, AreReadAndWrittenAsTheKernelDoes) {
 
 TEST(Cpus, ThatAreNoListAreRefused) {
   Drawn drawn;
-  SCOPED_TRACE(testing::Message() << "seed " << drawn.seed());
   for (int trial = 0; trial < 300; ++trial) {
     std::set<int> meant;
     std::string text = drawn.list(meant);
@@ -212,7 +209,6 @@ void checkPriority(int priority) {
 
 TEST(Realtime, PriorityIsWhatTheKernelGrants) {
   Drawn drawn;
-  SCOPED_TRACE(testing::Message() << "seed " << drawn.seed());
   for (const int priority : {1, drawn.number(2, 97), 98}) {
     for (const bool allowed : {true, false}) inProcess(allowed, [&] { checkPriority(priority); });
   }

@@ -1,4 +1,5 @@
 #include "daemon/publish/wire_control.h"
+#include "tests/support/seed.h"
 #include "tests/unit/publish/support.h"
 #include "traction/v1/control.pb.h"
 #include "traction/v1/status.pb.h"
@@ -191,10 +192,7 @@ TEST(WireControl, FeaturesOfTheCameraArriveWordByWord) {
 
 // A reader refuses a message with text that is not UTF-8; a camera's registers hold anything.
 TEST(WireControl, BytesOfACameraThatAreNoTextDoNotSpoilTheReply) {
-  std::mt19937 random(std::random_device{}());
-  const auto seed = random();
-  random.seed(seed);
-  SCOPED_TRACE(seed);
+  std::mt19937 random(test::seed());
   const std::vector<std::string> pieces = {
       "a",        "\xc3\xa9",     "\xe2\x82\xac", "\xf0\x9f\x98\x80", "\x80", "\xc3",        "\xe2\x82", "\xf0\x9f\x98",
       "\xc0\x80", "\xed\xa0\x80", "\xf5\x80",     "\xf4\x90\x80",     "\xff", "\xe0\x80\x80"};

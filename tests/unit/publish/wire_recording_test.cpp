@@ -1,22 +1,14 @@
 // What is recorded is read again exactly, and what is damaged is refused or harmless.
 #include "daemon/publish/wire_recording.h"
+#include "tests/support/seed.h"
 #include "tests/unit/publish/support.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <random>
 
 namespace tractiond::publish {
 namespace {
-
-/// Another in each run unless TRACTION_SEED repeats one.
-unsigned printedSeed() {
-  const char* const given = std::getenv("TRACTION_SEED");
-  const unsigned seed = given != nullptr ? static_cast<unsigned>(std::stoul(given)) : std::random_device{}();
-  std::printf("seed %u\n", seed);
-  return seed;
-}
 
 class WireRecording : public ::testing::Test {
  protected:
@@ -95,7 +87,7 @@ class WireRecording : public ::testing::Test {
     EXPECT_EQ(one.id, other.id);
   }
 
-  std::mt19937_64 random_{printedSeed()};
+  std::mt19937_64 random_{test::seed()};
 };
 
 TEST_F(WireRecording, APictureIsReadAgainExactly) {

@@ -7,21 +7,12 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <random>
 #include <string>
 #include <tuple>
 #include <vector>
 
 namespace recording {
-
-/// Another in each run unless TRACTION_SEED repeats one.
-inline unsigned printedSeed() {
-  const char* const given = std::getenv("TRACTION_SEED");
-  const unsigned seed = given != nullptr ? static_cast<unsigned>(std::stoul(given)) : std::random_device{}();
-  std::printf("seed %u\n", seed);
-  return seed;
-}
 
 /// A disk of some bytes.
 class Memory : public Sink {

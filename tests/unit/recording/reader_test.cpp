@@ -1,3 +1,4 @@
+#include "tests/support/seed.h"
 #include "tests/unit/recording/random_recording.h"
 
 namespace recording::reader_test {
@@ -22,15 +23,14 @@ std::vector<std::size_t> messagesUpTo(const std::string& bytes) {
 
 TEST(Reader, AllWholeChunksBeforeACutAreReadAndRecovered) {
   constexpr int kCuts = 1000;
-  const unsigned seed = printedSeed();
-  const RandomMessages messages(seed);
+  const RandomMessages messages(tractiond::test::seed());
   Memory memory;
   ASSERT_TRUE(messages.writeTo(memory));
   const auto chunks = chunksOf(memory.bytes);
   const auto sums = messagesUpTo(memory.bytes);
   ASSERT_EQ(sums.size(), chunks.size());
   ASSERT_EQ(sums.back(), messages.all.size());
-  std::mt19937 random(seed);
+  std::mt19937 random(tractiond::test::seed() + 1);
   std::size_t whole = 0;
   for (int i = 0; i < kCuts; ++i) {
     const std::string_view cut = std::string_view(memory.bytes).substr(0, 8 + random() % (memory.bytes.size() - 8));
@@ -50,11 +50,10 @@ TEST(Reader, AllWholeChunksBeforeACutAreReadAndRecovered) {
 }
 
 TEST(Reader, BeginsWhereItIsWanted) {
-  const unsigned seed = printedSeed();
-  const RandomMessages messages(seed);
+  const RandomMessages messages(tractiond::test::seed());
   Memory memory;
   ASSERT_TRUE(messages.writeTo(memory));
-  std::mt19937 random(seed);
+  std::mt19937 random(tractiond::test::seed() + 1);
   std::size_t passed = 0;
   for (int i = 0; i < 100; ++i) {
     const std::size_t first = random() % messages.all.size();
@@ -73,13 +72,12 @@ TEST(Reader, BeginsWhereItIsWanted) {
 }
 
 TEST(Reader, ADamagedChunkIsPassedOver) {
-  const unsigned seed = printedSeed();
-  const RandomMessages messages(seed);
+  const RandomMessages messages(tractiond::test::seed());
   Memory memory;
   ASSERT_TRUE(messages.writeTo(memory));
   const auto chunks = chunksOf(memory.bytes);
   const auto sums = messagesUpTo(memory.bytes);
-  std::mt19937 random(seed);
+  std::mt19937 random(tractiond::test::seed() + 1);
   for (int i = 0; i < 200; ++i) {
     const std::size_t hit = random() % chunks.size();
     const std::size_t head = 9 + 8 + 8 + 8 + 4 + 4 + 8;  // up to its records
@@ -98,7 +96,7 @@ TEST(Reader, ADamagedChunkIsPassedOver) {
 }
 
 TEST(Reader, ZerosThatAPowerCutLeavesAreNoRecords) {
-  const RandomMessages messages(printedSeed());
+  const RandomMessages messages(tractiond::test::seed());
   Memory memory;
   ASSERT_TRUE(messages.writeTo(memory));
   const auto chunks = chunksOf(memory.bytes);
@@ -110,11 +108,10 @@ TEST(Reader, ZerosThatAPowerCutLeavesAreNoRecords) {
 }
 
 TEST(Reader, ASummaryThatIsDamagedIsNone) {
-  const unsigned seed = printedSeed();
-  const RandomMessages messages(seed);
+  const RandomMessages messages(tractiond::test::seed());
   Memory memory;
   ASSERT_TRUE(messages.writeTo(memory));
-  std::mt19937 random(seed);
+  std::mt19937 random(tractiond::test::seed() + 1);
   const std::size_t begin = chunksOf(memory.bytes).back().second;
   const auto summaryOf = [](std::string_view bytes) {
     const fuzz::MemoryFile file(bytes);

@@ -1,3 +1,4 @@
+#include "tests/support/seed.h"
 #include "tests/unit/recording/random_recording.h"
 
 #include <sys/resource.h>
@@ -9,9 +10,8 @@ namespace recording::writer_test {
 namespace {
 
 TEST(Writer, WhatIsWrittenIsRead) {
-  const unsigned seed = printedSeed();
   for (unsigned i = 0; i < 20; ++i) {
-    const RandomMessages messages(seed + i);
+    const RandomMessages messages(tractiond::test::seed() + i);
     Memory memory;
     ASSERT_TRUE(messages.writeTo(memory));
     EXPECT_EQ(memory.synced, memory.bytes.size());
@@ -25,7 +25,7 @@ TEST(Writer, WhatIsWrittenIsRead) {
 }
 
 TEST(Writer, ItsIndexLeadsToEveryMessage) {
-  const RandomMessages messages(printedSeed());
+  const RandomMessages messages(tractiond::test::seed());
   Memory memory;
   ASSERT_TRUE(messages.writeTo(memory));
   const fuzz::MemoryFile file(memory.bytes);
@@ -70,11 +70,10 @@ TEST(Writer, ItsIndexLeadsToEveryMessage) {
 }
 
 TEST(Writer, WhatADiskHasNoRoomForLeavesAllBeforeIt) {
-  const unsigned seed = printedSeed();
-  const RandomMessages messages(seed);
+  const RandomMessages messages(tractiond::test::seed());
   Memory enough;
   ASSERT_TRUE(messages.writeTo(enough));
-  std::mt19937 random(seed);
+  std::mt19937 random(tractiond::test::seed() + 1);
   int some = 0;
   for (int i = 0; i < 100; ++i) {
     Memory memory(random() % enough.bytes.size());

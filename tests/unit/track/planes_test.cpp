@@ -2,6 +2,7 @@
 // bit.
 #include "daemon/track/planes.h"
 #include "daemon/track/unpack.h"
+#include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
 
@@ -139,9 +140,7 @@ struct Random {
 };
 
 TEST(Planes, GiveBackTheNumbersOfAnyFormat) {
-  const unsigned seed = std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::mt19937 generator(seed);
+  std::mt19937 generator(test::seed());
   std::uniform_int_distribution<int> size(3, 40);
   for (int trial = 0; trial < 400; ++trial) {
     const auto formats = pixelFormats();

@@ -1,4 +1,5 @@
 #include "daemon/track/rest_pose.h"
+#include "tests/support/seed.h"
 #include "tests/unit/track/scene.h"
 
 #include <gtest/gtest.h>
@@ -201,9 +202,7 @@ TEST(Zero, MarkersThatWereMissingAreTakenInAtTheNext) {
 
 TEST(Zero, WhatWasTakenBackNeverComes) {
   // At any moment of its taking; whatever is then on the gel stays a load.
-  const unsigned seed = std::random_device{}();
-  SCOPED_TRACE("seed " + std::to_string(seed));
-  std::mt19937 generator(seed);
+  std::mt19937 generator(test::seed());
   Scene scene;
   Tracking tracking(scene);
   ASSERT_TRUE(tracking.start(scene));
@@ -251,9 +250,7 @@ TEST(Zero, TakenBackAtTheFirstStartItIsTheFirstStarts) {
 
 TEST(Zero, LearnsAnewWhatMarkersLookLike) {
   // The lens has been refocused and its filter changed: as good as a tracker that has never seen anything else.
-  const unsigned seed = std::random_device{}();
-  SCOPED_TRACE("seed " + std::to_string(seed));
-  std::mt19937 generator(seed);
+  std::mt19937 generator(test::seed());
   std::uniform_real_distribution<double> blur(0.6, 1.8), crossTalk(0.0, 0.4);
   const auto drawn = [&] {
     twin::Optics optics;
