@@ -28,11 +28,4 @@ tl::expected<Inverse, Error> loadOrCompute(const sensor::Sensor& sensor, const S
 
 std::filesystem::path cachePath(const std::filesystem::path& directory, const Id& id);
 
-/// Fails with the reason if there is no file, or it is not whole or not of this id and size.
-tl::expected<Inverse, std::string> loadInverse(const std::filesystem::path& path, const Id& id, int coordinateCount,
-                                               int forceCount);
-
-/// All or nothing: the file appears when it is whole and on the disk. Fails with the reason.
-tl::expected<void, std::string> saveInverse(const std::filesystem::path& path, const Inverse& inverse);
-
 }  // namespace tractiond::solve

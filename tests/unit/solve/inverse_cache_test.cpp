@@ -1,4 +1,5 @@
 #include "daemon/solve/inverse_cache.h"
+#include "daemon/solve/inverse_file.h"
 #include "tests/unit/solve/sensors.h"
 
 #include <gtest/gtest.h>
