@@ -33,6 +33,7 @@ from traction.v1 import messages  # noqa: E402  (generated into the build folder
 GRAM_FORCE = 9.80665e-3  # [N]
 # Sanitizers slow everything down; deadlines, never results, are stretched by this.
 PATIENCE = float(os.environ.get("TRACTION_PATIENCE", "1"))
+HUNG_S = 120.0  # a program that takes longer hangs, however busy the machine
 
 
 class Process:
@@ -65,7 +66,7 @@ class Process:
             pass
         self.lines.clear()
 
-    def wait_for(self, pattern, seconds=30.0):
+    def wait_for(self, pattern, seconds=HUNG_S):
         """The first line, old or new, that matches; fails with the output otherwise."""
         deadline = time.monotonic() + seconds * PATIENCE
         seen = 0
@@ -91,13 +92,13 @@ class Process:
         """The endpoints that a gateway says it has."""
         return [line.split("listening at ")[1] for line in self.lines if "listening at " in line]
 
-    def stop(self, sig=signal.SIGTERM, seconds=20.0):
+    def stop(self, sig=signal.SIGTERM, seconds=HUNG_S):
         """Ends the child and returns its exit code."""
         if self.child.poll() is None:
             self.child.send_signal(sig)
         return self.join(seconds)
 
-    def join(self, seconds=20.0):
+    def join(self, seconds=HUNG_S):
         deadline = time.monotonic() + seconds * PATIENCE
         while self.read(0.1) and time.monotonic() < deadline:
             pass
@@ -173,7 +174,7 @@ class Rig(contextlib.ExitStack):
         process = self.start(*command, *options)
         process.truth_file = truth_file
         if ready:
-            process.wait_for("ready", 60)
+            process.wait_for("ready")
         return process
 
     def daemon(self, config="", *options, instance="default", camera="127.0.0.1", state=None, ready=True, before=(), **process):
@@ -189,7 +190,7 @@ class Rig(contextlib.ExitStack):
         process.endpoint = {name: f"ipc://{base / 'run' / name}" for name in ("stream", "latest", "control")}
         process.state = state
         if ready:
-            process.wait_for("running", 60)
+            process.wait_for("running")
             keep_inverses(state)
         return process
 
@@ -206,7 +207,7 @@ class Rig(contextlib.ExitStack):
         process = self.start(*before, BIN / "traction-gateway", "--config", file, "--runtime", runtime, *options, **process)
         process.file = file
         if ready:
-            process.wait_for("listening.*", 30)
+            process.wait_for("listening.*")
             names = ("stream", "latest", "control") + ("preview",) * bool(re.search(r"(?m)^preview = ", config))
             while len(process.listening()) < len(names):
                 process.read(0.1)
@@ -222,7 +223,7 @@ class Rig(contextlib.ExitStack):
     def subscribe(self, daemon, topic="", keys=None):
         return Subscriber(self, daemon.endpoint["stream"], topic, keys)
 
-    def ctl(self, *words, seconds=30.0):
+    def ctl(self, *words, seconds=HUNG_S):
         """Runs tractionctl to its end: (exit code, output)."""
         process = self.start(BIN / "tractionctl", *words)
         return process.join(seconds), process.output()
@@ -254,7 +255,7 @@ class Systemd:
         """The notice that has this line, whole."""
         lines = []
         while wanted not in lines:
-            lines = self.notices.get(timeout=60 * PATIENCE)
+            lines = self.notices.get(timeout=HUNG_S * PATIENCE)
         return lines
 
 
@@ -285,7 +286,7 @@ class Subscriber:
         kind = topic.decode().rstrip("/").rsplit("/", 1)[1]
         return kind, self.TYPES[kind].FromString(payload), now
 
-    def collect(self, count=None, kind="field", seconds=60.0, until=None):
+    def collect(self, count=None, kind="field", seconds=HUNG_S, until=None):
         """The next `count` messages of a kind, or all up to and including the one for which `until` holds."""
         result = []
         deadline = time.monotonic() + seconds * PATIENCE

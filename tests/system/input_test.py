@@ -16,7 +16,7 @@ class Input(unittest.TestCase):
 
     def refused(self, code, words, process):
         """Ends by itself with the code and one line of error, behind what was logged, that has all the words."""
-        self.assertEqual(process.join(30), code, process.output())
+        self.assertEqual(process.join(), code, process.output())
         *logged, line = process.lines
         self.assertTrue(all(re.match("tractiond: (camera|warning:|a gel not seen before:) ", other) for other in logged), process.output())
         for word in words:

@@ -12,6 +12,7 @@ from stubs import SOURCE, TOOLS, Stubs
 
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 RULES = SOURCE / "systemd" / "udev.rules"
+UDEVADM_VERIFIES = bool(shutil.which("udevadm")) and b"verify" in subprocess.check_output(["udevadm", "--help"])
 
 
 class Install(unittest.TestCase):
@@ -118,12 +119,10 @@ class Rules(unittest.TestCase):
         users = (SOURCE / "systemd" / "sysusers.conf").read_text()
         self.assertRegex(users, r"(?m)^[ug] tractiond ")  # a user has a group of its name
 
-    def test_udev_understands_them(self):
-        udevadm = shutil.which("udevadm", path="/usr/bin:/bin:/usr/sbin:/sbin")
-        if not udevadm or "verify" not in subprocess.run([udevadm, "--help"], capture_output=True, text=True).stdout:
-            self.skipTest("udevadm verify came with systemd 254")
-        done = subprocess.run([udevadm, "verify", "--resolve-names=never", RULES], capture_output=True, text=True)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+    if UDEVADM_VERIFIES:  # since systemd 254, which Debian 12 has not
+        def test_udev_understands_them(self):
+            done = subprocess.run(["udevadm", "verify", "--resolve-names=never", RULES], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 
 if __name__ == "__main__":

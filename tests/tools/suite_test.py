@@ -1,0 +1,168 @@
+"""The tests themselves: one source of chance, marks that are understood, command lines of tools/test."""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import textwrap
+import unittest
+
+from stubs import SOURCE, TOOLS
+
+TESTS = SOURCE / "tests"
+SUPPORT = TESTS / "support"
+# Each draws what no seed repeats.
+UNSEEDED = {
+    ".cpp": r"random_device|urandom|getentropy|getrandom|\bs?rand\(|TRACTION_SEED\b.*getenv|getenv.*TRACTION_SEED",
+    ".py": r"urandom|\bsecrets\b|SystemRandom|default_rng\(\)|\brandom\.Random\(\)|TRACTION_SEED.*environ|environ.*TRACTION_SEED"
+           r"|\bnp\.random\.(?!default_rng|Generator)\w+"
+           r"|\brandom\.(random|choices?|randrange|randint|uniform|randbytes|getrandbits|seed|sample|shuffle|expovariate|gauss)\(",
+}
+UNSEEDED[".h"] = UNSEEDED[".cpp"]
+SOURCES_OF_CHANCE = {SUPPORT / "seed.h", SUPPORT / "seed.py", pathlib.Path(__file__).resolve()}
+
+
+def run_python(*words, **environment):
+    """Runs Python with tests/support on its path; its exit code and what it printed."""
+    done = subprocess.run([sys.executable, "-B", *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          env={**os.environ, "PYTHONPATH": str(SUPPORT), **environment})
+    return done.returncode, done.stdout
+
+
+class Chance(unittest.TestCase):
+    def test_comes_from_the_seed_alone(self):
+        files = [file for file in TESTS.rglob("*") if file.suffix in UNSEEDED and "node_modules" not in file.parts]
+        self.assertGreater(len(files), 200)
+        found = [f"{file.relative_to(SOURCE)}:{number}: {line.strip()}" for file in files
+                 if file.resolve() not in SOURCES_OF_CHANCE
+                 for number, line in enumerate(file.read_text().splitlines(), 1) if re.search(UNSEEDED[file.suffix], line)]
+        self.assertEqual(found, [], "draw from tests/support/seed.h or seed.py instead")
+
+    def test_a_clock_is_no_seed(self):
+        seeded = re.compile(r"(mt19937(_64)?|minstd_rand|Random|default_rng)\b[^;\n]*(now\(\)|time_ns|time\(\)|monotonic)")
+        for file in TESTS.rglob("*"):
+            if file.suffix in UNSEEDED and file.resolve() not in SOURCES_OF_CHANCE:
+                self.assertNotRegex(file.read_text(), seeded, file)
+
+    def test_is_the_same_in_both_languages(self):
+        fixed = re.search(r"kFixedSeed = (\d+)", (SUPPORT / "seed.h").read_text())[1]
+        self.assertEqual(run_python("-c", "import seed; print(seed.FIXED)"), (0, fixed + "\n"))
+
+    def test_is_fixed_without_a_number_and_repeated_with_one(self):
+        draw = "import seed; print(seed.chance('a').random(), seed.chance('b').random())"
+        environment = {key: value for key, value in os.environ.items() if key != "TRACTION_SEED"}
+        fixed = [subprocess.check_output([sys.executable, "-Bc", draw], text=True,
+                                         env={**environment, "PYTHONPATH": str(SUPPORT)}) for _ in range(2)]
+        self.assertEqual(fixed[0], fixed[1])
+        other = [run_python("-c", draw, TRACTION_SEED="7") for _ in range(2)]
+        self.assertEqual(other[0], other[1])
+        self.assertIn("TRACTION_SEED=7", other[0][1])
+        self.assertNotEqual(fixed[0].splitlines()[-1], other[0][1].splitlines()[-1])
+
+    def test_a_seed_that_is_no_number_is_refused(self):
+        for wrong in ("", "x", "-1", "1.5", "4294967296", "0x7", " 7", "٣"):
+            said = f"TRACTION_SEED is '{wrong}', must be a whole number below 2^32\n"
+            self.assertEqual(run_python("-c", "import seed", TRACTION_SEED=wrong), (64, said))
+            for words in ([], ["all"]):
+                done = subprocess.run([TOOLS / "test", *words], capture_output=True, text=True,
+                                      env={**os.environ, "TRACTION_SEED": wrong})
+                self.assertEqual((done.returncode, done.stderr), (64, "test: " + said))
+
+
+class Marks(unittest.TestCase):
+    FILE = textwrap.dedent("""\
+        import unittest
+        import suite
+        class Mixed(unittest.TestCase):
+            def test_plain(self): pass
+            @suite.realtime
+            def test_timed(self): pass
+        @suite.statistics
+        class Drawn(unittest.TestCase):
+            def test_shares(self): pass
+        """)
+
+    def run_part(self, part, *names):
+        with tempfile.TemporaryDirectory() as folder:
+            pathlib.Path(folder, "example_test.py").write_text(self.FILE)
+            done = subprocess.run([sys.executable, "-B", SUPPORT / "suite.py", part, *names], cwd=folder,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                  env={**os.environ, "PYTHONPATH": str(SUPPORT)})
+        return done.returncode, sorted(re.findall(r"^(test_\w+)", done.stdout, re.M))
+
+    def test_each_part_runs_what_bears_its_mark(self):
+        for part, tests in (("unmarked", ["test_plain"]), ("realtime", ["test_timed"]), ("statistics", ["test_shares"]),
+                            ("every", ["test_plain", "test_shares", "test_timed"])):
+            self.assertEqual(self.run_part(part, "example_test"), (0, tests))
+
+    def test_nothing_to_run_is_a_failure(self):
+        self.assertEqual(self.run_part("minutes", "example_test"), (1, []))
+        self.assertEqual(self.run_part("every", "no_such_test")[0], 1)
+        self.assertEqual(self.run_part("fast", "example_test")[0], 64)
+
+
+class CommandLine(unittest.TestCase):
+    def test_what_is_not_understood_is_said(self):
+        for words, answer in ((["nonsense"], "test: 'nonsense' is not understood; see tools/test --help\n"),
+                              (["--list", "more"], "test: 'more' is not understood; see tools/test --help\n"),
+                              (["all", "debug"], "test: no preset is called 'debug': release, asan, tsan\n")):
+            done = subprocess.run([TOOLS / "test", *words], capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stderr), (64, answer))
+
+    def test_help(self):
+        done = subprocess.run([TOOLS / "test", "--help"], capture_output=True, text=True, check=True)
+        for word in ("all", "--list", "--accept", "TRACTION_SEED"):
+            self.assertIn(word, done.stdout)
+
+
+class Tally(unittest.TestCase):
+    """tests/support/tally.py on results made up here."""
+
+    OUTPUT = {"GoogleTest": "[==========] 3 tests from 2 test suites ran. (1 ms total)\n",
+              "GoogleTest, one left out": "[==========] 3 tests from 1 test suite ran. (1 ms total)\n[  SKIPPED ] A.B (0 ms)\n",
+              "unittest": "test_a (x) ... ok\n----\nRan 2 tests in 0.1s\n",
+              "unittest, one left out": "test_a (x) ... skipped 'no pip'\nRan 2 tests in 0.1s\nOK (skipped=1)\n",
+              "a command": "checked\n"}
+
+    def test_cases_are_counted(self):
+        for kind, number in zip(self.OUTPUT, (3, 2, 2, 1, 1)):
+            code, text = run_python("-c", f"import tally; print(tally.cases_of({self.OUTPUT[kind]!r})[0])")
+            self.assertEqual((kind, code, text), (kind, 0, f"{number}\n"))
+
+    def gate(self, results, expected):
+        """tally.py gate in a tree of its own: (exit code, output)."""
+        with tempfile.TemporaryDirectory() as folder:
+            support = pathlib.Path(folder, "tests", "support")
+            support.mkdir(parents=True)
+            (support / "tally.py").write_bytes((SUPPORT / "tally.py").read_bytes())
+            (support.parent / "gate.txt").write_text(expected)
+            build = pathlib.Path(folder, "build", "release")
+            build.mkdir(parents=True)
+            cases = "".join(f'<testcase name="{name}" time="1" status="{status}"><system-out>{text}</system-out></testcase>'
+                            for name, status, text in results)
+            (build / "tests.xml").write_text(f"<testsuite>{cases}</testsuite>")
+            done = subprocess.run([sys.executable, "-B", support / "tally.py", "gate", "release"], capture_output=True, text=True)
+            return done.returncode, done.stdout
+
+    def test_fewer_than_expected_is_a_failure(self):
+        three, skipped = self.OUTPUT["GoogleTest"], self.OUTPUT["unittest, one left out"]
+        self.assertEqual(self.gate([("ring", "run", three)], "release ring 3\n"), (0, "gate: 3 test cases ran, 3 are expected\n"))
+        for results, expected, line in (
+                ([("ring", "run", three)], "release ring 4\n", "missing: release ring: 3 of 4 cases ran"),
+                ([("ring", "run", three)], "release ring 3\nrelease lens 9\n", "missing: release lens: 0 of 9 cases ran"),
+                ([("pip", "run", skipped)], "release pip 1\n", "missing: release pip: test_a (x) ... skipped 'no pip'"),
+                ([("ring", "fail", three)], "release ring 3\n", "failed: release ring")):
+            code, text = self.gate(results, expected)
+            self.assertEqual(code, 1, text)
+            self.assertIn(f"gate: {line}\n", text)
+
+    def test_more_than_expected_is_said(self):
+        code, text = self.gate([("ring", "run", self.OUTPUT["GoogleTest"])], "release ring 1\n")
+        self.assertEqual(code, 0)
+        self.assertIn("2 of them are not in tests/gate.txt yet", text)
+
+
+if __name__ == "__main__":
+    unittest.main()
