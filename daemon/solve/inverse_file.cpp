@@ -1,6 +1,6 @@
 // The file: a header with sizes and a checksum of itself and all that follows, then the inverse's arrays as they are in
-// memory. It is read, not mapped, so a file that is cut short while the daemon runs does no harm, and checked before any
-// of it is used.
+// memory. It is read, not mapped, so a file that is cut short while the daemon runs does no harm, and checked before
+// any of it is used.
 #include "daemon/solve/inverse_file.h"
 
 #include "daemon/base/hash.h"
@@ -21,7 +21,6 @@ namespace fs = std::filesystem;
 /// To be raised when the file's layout changes.
 constexpr std::uint32_t kFormatVersion = 3;
 constexpr std::array<char, 8> kMagic = {'t', 'r', 'a', 'c', 't', 'i', 'n', 'v'};
-
 
 /// In the machine's byte order: another order's version would not be known.
 struct Header {

@@ -23,7 +23,7 @@ if (BUILD / "bin" / "traction-view").exists():  # through which it reads
     READERS["javascript"] = ["node", HERE / "reader.mjs", BUILD]
 else:
     print("traction-view is not built: the JavaScript client is left out", file=sys.stderr)
-PATIENCE_S = 60  # for a line; it takes a millisecond
+PATIENCE_S = 120  # for a line; it takes a millisecond
 
 
 class Reader:

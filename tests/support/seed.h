@@ -13,8 +13,8 @@ namespace tractiond::test {
 inline constexpr std::uint32_t kFixedSeed = 20050125;
 
 /// Returns the seed of all random draws of this test program: the number in the environment variable TRACTION_SEED, or
-/// kFixedSeed. Prints it once for each program. Ends the program with 64 (EX_USAGE) when TRACTION_SEED is no number below
-/// 2^32. Thread-safe.
+/// kFixedSeed. Prints it once for each program. Ends the program with 64 (EX_USAGE) when TRACTION_SEED is no number
+/// below 2^32. Thread-safe.
 inline std::uint32_t seed() {
   static const std::uint32_t value = [] {
     std::uint32_t number = kFixedSeed;

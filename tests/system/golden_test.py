@@ -10,7 +10,7 @@ import rig
 SCENARIOS = sorted((rig.SOURCE / "twin/scenarios").glob("*.toml"))
 
 
-class Golden(replays.TestCase):
+class Golden(replays.Replays, unittest.TestCase):
     def test_each_scenario_gives_its_fields(self):
         """Within a hundredth of their deviation. tests/golden/make.py makes those that are missing."""
         for scenario in SCENARIOS:

@@ -3,10 +3,9 @@
 import unittest
 
 import rig
-import steady
 
 
-class Instances(steady.TestCase):
+class Instances(unittest.TestCase):
     def test_two_cameras_two_daemons(self):
         with rig.Rig() as bench:
             twins = [bench.twin(name, address=address, ready=False)

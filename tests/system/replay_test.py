@@ -11,10 +11,11 @@ import numpy as np
 
 import replays
 import rig
+import steady
 import seed
 
 
-class Replay(replays.TestCase):
+class Replay(replays.Replays, steady.TestCase):
     def record(self, bench, scenario, *options, config="", seconds=6.0, meanwhile=(), name="live"):
         """A recording of some seconds, through which the events that are called `meanwhile` are spread."""
         path = bench.folder / f"{name}.mcap"

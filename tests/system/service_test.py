@@ -14,10 +14,10 @@ from prometheus_client import parser
 
 import rig
 import seed
-import steady
+import suite
 
 
-class Service(steady.TestCase):
+class Service(unittest.TestCase):
     def setUp(self):
         self.draw = seed.chance(self.id())
         self.bench = self.enterContext(rig.Rig())
@@ -125,6 +125,7 @@ class Service(steady.TestCase):
             self.assertEqual(self.bench.ctl(*look), before, file.read_text())
         self.assertEqual(daemon.stop(), 0, daemon.output())
 
+    @suite.realtime
     def test_metrics_as_prometheus_reads_them(self):
         self.bench.twin("idle")
         daemon = self.bench.daemon()

@@ -18,7 +18,7 @@ from stubs import SOURCE
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 MANUAL = BUILD / "manual"
 SECTIONS = {"tractiond": 8, "traction-gateway": 8, "tractionctl": 1, "traction-twin": 1, "traction-lens": 1, "traction-view": 1}
-PROGRAMS = [name for name in SECTIONS if (BUILD / "bin" / name).exists()]
+PROGRAMS = list(SECTIONS)
 CONFIGURATIONS = {"tractiond.toml": "tractiond", "traction-gateway.toml": "traction-gateway"}
 PAGES = [f"{name}.{SECTIONS[name]}" for name in PROGRAMS] + [f"{name}.5" for name in CONFIGURATIONS]
 ENV = {**os.environ, "PATH": f"{BUILD / 'bin'}:{os.environ['PATH']}", "LC_ALL": "C.UTF-8"}
@@ -27,7 +27,7 @@ OPTION = r"  (?:-\w,)?(--[\w-]+)(?: ([A-Z]\S*(?:, [^}]*})?))?"  # as --help has 
 
 
 def run(*command, **options):
-    return subprocess.run(command, env=ENV, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60,
+    return subprocess.run(command, env=ENV, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120,
                           **options)
 
 
@@ -172,7 +172,7 @@ zle -N capture; bindkey '^T' capture; bindkey '^U' kill-whole-line; : >{ready}
         os.write(self.terminal, text.encode())
 
     def wait(self, condition):
-        end = time.monotonic() + 20
+        end = time.monotonic() + 120
         while not condition():
             assert time.monotonic() < end, "zsh does not answer"
             if select.select([self.terminal], [], [], 0.01)[0]:
@@ -270,7 +270,7 @@ class Completion(unittest.TestCase):
             os.execvpe("bash", ["bash", "--norc", "--noprofile", "-i"], plain)
         os.write(terminal, f"source '{MANUAL}/tractionctl'; tractionctl() {{ echo called: \"$@\"; }}\n".encode())
         os.write(terminal, b"tractionctl ech\t--topic=descr\t --ins\tdefa\t\n")
-        text, end = "", time.monotonic() + 20
+        text, end = "", time.monotonic() + 120
         while not re.search("(?m)^called: .*\n", text) and time.monotonic() < end:
             if select.select([terminal], [], [], 0.5)[0]:
                 text += os.read(terminal, 4096).decode()

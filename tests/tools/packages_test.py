@@ -3,6 +3,7 @@
 import re
 import unittest
 
+import suite
 from stubs import SOURCE, TOOLS, Stubs
 
 
@@ -110,6 +111,7 @@ class Progress(unittest.TestCase):
             self.assertIn(words, text)
         self.assertNotIn("Unpacking g++", text)  # nothing hides how far it is
 
+    @suite.realtime
     def test_speaks_at_once_and_every_second_whatever_the_command_does(self):
         _, text = self.run_script("printf half; sleep 4.2; echo ' a line'", every_s=1)
         self.assertTrue(text.startswith("work: started"), text)

@@ -28,7 +28,7 @@ class Stubs:
     def called(self):
         return self.log.read_text() if self.log.exists() else ""
 
-    def run(self, *command, timeout=60, **options):
+    def run(self, *command, timeout=120, **options):
         """Exit code and everything printed."""
         done = subprocess.run([str(word) for word in command], env=self.env, stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, text=True, timeout=timeout, **options)

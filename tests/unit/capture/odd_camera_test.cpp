@@ -1,6 +1,7 @@
 // A camera with a driver of our choice: what the half that is the same for all of them makes of it.
 #include "daemon/base/clock.h"
 #include "daemon/capture/camera.h"
+#include "tests/support/deadline.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -86,8 +87,10 @@ class OddCamera : public testing::Test {
     expectNoneAlive();
   }
   void expectNoneAlive() {
-    for (int i = 0; i < 10'000 && alive() > 0; ++i) std::this_thread::sleep_for(milliseconds(1));  // closed elsewhere
-    EXPECT_EQ(alive(), 0);
+    EXPECT_TRUE(test::eventually([this] {  // it is closed elsewhere
+      std::this_thread::sleep_for(milliseconds(1));
+      return alive() == 0;
+    }));
   }
   int alive() {
     const std::lock_guard lock(script_.mutex);
@@ -121,9 +124,11 @@ class OddCamera : public testing::Test {
     script_.pops.insert(script_.pops.end(), pops);
   }
   Next nextOtherThan(Next dull, Frame& frame) {
-    const std::int64_t until_ns = monotonicNow() + 20'000'000'000;
     Next next = dull;
-    while (next == dull && monotonicNow() < until_ns) next = camera_->next(frame, milliseconds(20));
+    EXPECT_TRUE(test::eventually([&] {
+      next = camera_->next(frame, milliseconds(20));
+      return next != dull;
+    }));
     return next;
   }
 
@@ -250,9 +255,10 @@ TEST_F(OddCamera, SaysThatWhatIsToOpenItHangs) {
   tell({Popped::kBuffer, Popped::kGone});
   ASSERT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);
   camera_->recycle(frame);
-  const std::int64_t until_ns = monotonicNow() + 20'000'000'000;
-  while (!camera_->isForsaken() && monotonicNow() < until_ns) camera_->next(frame, milliseconds(10));
-  EXPECT_TRUE(camera_->isForsaken());
+  EXPECT_TRUE(test::eventually([&] {
+    camera_->next(frame, milliseconds(10));
+    return camera_->isForsaken();
+  }));
   script_.hangs = false;
   tell({Popped::kBuffer});
   ASSERT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);

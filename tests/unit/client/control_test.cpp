@@ -15,6 +15,7 @@ namespace traction::control_test {
 namespace {
 
 using namespace std::chrono_literals;
+using tractiond::test::kHung;
 
 class ControlTest : public testing::Test {
  protected:
@@ -49,7 +50,9 @@ class ControlTest : public testing::Test {
     thread_.join();
   }
 
-  Control control() { return Control({.endpoint = server_->endpoints().at(0)}); }
+  Control control() {
+    return Control({.endpoint = server_->endpoints().at(0), .timeout = kHung, .zeroTimeout = kHung});
+  }
 
   void answerZero(tl::expected<tractiond::RestPose, std::string> zero) {
     const std::lock_guard lock(mutex_);
@@ -191,7 +194,7 @@ TEST(Control, AZeroIsWaitedForAsLongAsTheDaemonSaysThatItMayTake) {
       socket.send(zmq::buffer(reply.SerializeAsString()), zmq::send_flags::none);
     }
   });
-  const Control control({.endpoint = socket.get(zmq::sockopt::last_endpoint), .timeout = 10s, .zeroTimeout = 50ms});
+  const Control control({.endpoint = socket.get(zmq::sockopt::last_endpoint), .timeout = kHung, .zeroTimeout = 50ms});
   EXPECT_NO_THROW(EXPECT_EQ(control.zero().markersPresent, 7U));
   daemon.join();
 }
@@ -214,6 +217,7 @@ TEST(Control, NobodyIsTold) {
   EXPECT_EQ(failureOf({.endpoint = "nonsense"}), ErrorCode::kBadEndpoint);
 }
 
+/// A deadline of days: a client that waits for it hangs.
 TEST(Control, WhoGoesBeforeTheAnswerIsNotWaitedFor) {
   zmq::context_t context;
   zmq::socket_t socket(context, zmq::socket_type::rep);
@@ -222,19 +226,16 @@ TEST(Control, WhoGoesBeforeTheAnswerIsNotWaitedFor) {
   std::thread server([&] {
     zmq::message_t request;
     EXPECT_TRUE(socket.recv(request));
-    std::this_thread::sleep_for(100ms);
     socket.set(zmq::sockopt::linger, 0);
     socket.close();
   });
-  const auto begin = std::chrono::steady_clock::now();
   try {
-    Control({.endpoint = endpoint, .timeout = 600s}).status();
+    Control({.endpoint = endpoint, .timeout = 240h}).status();
     ADD_FAILURE();
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::kNoAnswer);
     EXPECT_NE(std::string(error.what()).find("has gone"), std::string::npos) << error.what();
   }
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, 60s);
   server.join();
 }
 
@@ -246,7 +247,7 @@ ErrorCode failureOnReply(const std::string& reply) {
     zmq::message_t request;
     if (socket.recv(request)) socket.send(zmq::buffer(reply), zmq::send_flags::none);
   });
-  const ErrorCode code = failureOf({.endpoint = socket.get(zmq::sockopt::last_endpoint), .timeout = 10s});
+  const ErrorCode code = failureOf({.endpoint = socket.get(zmq::sockopt::last_endpoint), .timeout = kHung});
   server.join();
   return code;
 }

@@ -35,7 +35,7 @@ class Examples(unittest.TestCase):
 
     def test_log_csv(self):
         child = run("log_csv.py", "", self.stream, "20")
-        out, err = child.communicate(timeout=60)
+        out, err = child.communicate(timeout=120)
         self.assertEqual((child.returncode, err), (0, ""))
         lines = list(csv.DictReader(io.StringIO(out)))
         self.assertEqual(len(lines), 20)
@@ -46,7 +46,7 @@ class Examples(unittest.TestCase):
 
     def test_force_meter_says_what_is_wrong(self):
         child = run("force_meter.py", "nonsense")
-        out, err = child.communicate(timeout=60)
+        out, err = child.communicate(timeout=120)
         self.assertEqual((child.returncode, out), (1, ""))
         self.assertRegex(err, r"\Aforce_meter: cannot connect to 'nonsense'.*\n\Z")
 

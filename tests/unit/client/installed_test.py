@@ -31,9 +31,9 @@ class Installed(unittest.TestCase):
             publisher = Publisher()
             self.addCleanup(publisher.close)
             endpoint = publisher.endpoint(publisher.stream)
-            output = run(build / "print_resultant", endpoint, "3", timeout=60)
+            output = run(build / "print_resultant", endpoint, "3", timeout=120)
             self.assertEqual(output, "+1.500 -2.500 +3.500 N\n" * 3)
-            output = run(prefix / "bin" / "tractionctl", "echo", "--connect", endpoint, "--count", "1", timeout=60)
+            output = run(prefix / "bin" / "tractionctl", "echo", "--connect", endpoint, "--count", "1", timeout=120)
             self.assertIn('"resultant_N":[1.5,-2.5,3.5]', output)
 
     def test_headers_need_nothing_but_the_standard_library(self):

@@ -7,13 +7,13 @@ import unittest
 
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 ROOT = pathlib.Path(__file__).resolve().parents[3]
-PROGRAMS = ("tractiond", "tractionctl", "traction-gateway", "traction-twin")
-TOOLS = ("arm64", "bench", "boot", "build", "compare", "demo", "evaluate", "lint", "package", "test", "uninstall")
+PROGRAMS = ("tractiond", "tractionctl", "traction-gateway", "traction-twin", "traction-lens", "traction-view")
+TOOLS = sorted(path.name for path in (ROOT / "tools").iterdir())
 USAGE = 64
 
 
 def run(program, *words, **options):
-    done = subprocess.run([program, *words], stdin=subprocess.DEVNULL, text=True, timeout=60,
+    done = subprocess.run([program, *words], stdin=subprocess.DEVNULL, text=True, timeout=120,
                           **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options})
     return done.returncode, done.stdout, done.stderr
 

@@ -21,7 +21,7 @@ from publisher import Publisher  # noqa: E402
 from traction.endpoints import TCP, locate  # noqa: E402
 from traction.v1 import messages  # noqa: E402
 
-PATIENCE_S = 30
+PATIENCE_S = 120
 
 
 def field(sequence, boot=bytes(range(16)), nodes=0):

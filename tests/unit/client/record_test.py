@@ -10,7 +10,7 @@ import time
 import unittest
 
 import numpy as np
-from ctl import OUTPUT, PROGRAM, PROTOCOL, USAGE, Case, ctl
+from ctl import HUNG_S, OUTPUT, PROGRAM, PROTOCOL, USAGE, Case, ctl
 
 DATA, NO_INPUT, UNAVAILABLE, CANNOT_CREATE = 65, 66, 69, 73
 MAGIC = b"\x89MCAP0\r\n"
@@ -25,11 +25,16 @@ class Record(Case):
         self.addCleanup(folder.cleanup)
         return folder.name
 
-    def record(self, name="a.mcap", seconds="1"):
+    def record(self, name="a.mcap", size=300_000, ending=signal.SIGINT):
+        """Records until the file has that size."""
         path = self.folder / name
-        code, out, err = ctl("record", path, "--seconds", seconds, *self.publisher())
-        self.assertEqual((code, err), (0, ""))
-        self.assertRegex(out, rf"\A{path}: \d+ messages of [01]\.\d s, .* 0 lost\n\Z")
+        child = self.start("record", path, *self.publisher(), stdout=subprocess.PIPE)
+        while not path.exists() or path.stat().st_size < size:
+            time.sleep(0.01)
+        child.send_signal(ending)
+        out, err = child.communicate(timeout=HUNG_S)
+        self.assertEqual((child.returncode, err), (0, ""))
+        self.assertRegex(out, rf"\A{path}: \d+ messages of \d+\.\d s, .* 0 lost\n\Z")
         return path
 
     def info(self, path, code=0):
@@ -90,20 +95,19 @@ class Record(Case):
 
     def test_signals_end_a_recording_well(self):
         for number in (signal.SIGINT, signal.SIGTERM):
-            path = self.folder / f"{number}.mcap"
-            child = self.start("record", path, *self.publisher(), stdout=subprocess.DEVNULL)
-            while not path.exists() or path.stat().st_size < 50_000:
-                time.sleep(0.01)
-            child.send_signal(number)
-            _, err = child.communicate(timeout=60)
-            self.assertEqual((child.returncode, err), (0, ""))
-            self.assertTrue(self.info(path)["closed"])
+            self.assertTrue(self.info(self.record(f"{number}.mcap", 50_000, number))["closed"])
+
+    def test_a_recording_ends_after_the_seconds_that_it_was_given(self):
+        path = self.folder / "a.mcap"
+        code, out, err = ctl("record", path, "--seconds", "0.3", *self.publisher())
+        self.assertEqual((code, err), (0, ""))
+        self.assertTrue(self.info(path)["closed"])
 
     def test_a_disk_that_fills_stops_the_recording_and_says_so(self):
         script = ('mount -t tmpfs -o size=400k none . && cd "$PWD" && "$1" record a.mcap $2 $3; code=$?; '
                   '"$1" info a.mcap --json; exit $code')
         child = subprocess.run(["unshare", "--user", "--map-root-user", "--mount", "sh", "-c", script, "sh", PROGRAM,
-                                *self.publisher()[:2]], cwd=self.folder, capture_output=True, text=True, timeout=60)
+                                *self.publisher()[:2]], cwd=self.folder, capture_output=True, text=True, timeout=HUNG_S)
         self.assertEqual(child.returncode, OUTPUT, child.stderr)
         self.assertRegex(child.stderr, r"\Atractionctl: a\.mcap: cannot be written: No space left on device; the "
                                        r"recording has stopped with \d+ messages of ")
@@ -115,7 +119,7 @@ class Record(Case):
         self.assertGreater(messages, 5)
 
     def test_what_is_no_recording_is_told(self):
-        path = self.record(seconds="0.3")
+        path = self.record(size=50_000)
         bytes_ = path.read_bytes()
         files = {"empty": (b"", DATA, "is empty"),
                  "letter": (b"Dear Sir or Madam", DATA, "is no recording"),
@@ -145,7 +149,7 @@ class Record(Case):
         self.assertGreater(fields, 5)
 
     def test_wrong_words_and_places_are_told(self):
-        path = self.record(seconds="0.3")
+        path = self.record(size=50_000)
         self.fails(USAGE, "neither with .csv nor with .npz", "export", path, self.folder / "a.txt")
         self.fails(DATA, "is of another sensor: it has fields of gel, not of left", "export", path,
                    self.folder / "a.csv", "--sensor", "left")

@@ -5,10 +5,9 @@
 #include "traction/subscriber.h"
 #include "traction/v1/field.pb.h"
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -22,6 +21,8 @@ using namespace std::chrono_literals;
 using tractiond::publish::Description;
 using tractiond::publish::idOf;
 using tractiond::publish::TestClock;
+using tractiond::test::eventually;
+using tractiond::test::kHung;
 
 constexpr int kMarkerCount = 1152;
 constexpr int kNodeCount = 576;
@@ -32,6 +33,13 @@ SubscriberOptions at(const std::string& endpoint, unsigned topics = kAllTopics, 
   options.topics = topics;
   options.mode = mode;
   return options;
+}
+
+void expectConnected(Subscriber& subscriber, bool connected) {
+  EXPECT_TRUE(eventually([&] {
+    subscriber.receive(10ms);
+    return subscriber.isConnected() == connected;
+  }));
 }
 
 class SubscriberTest : public testing::Test {
@@ -50,15 +58,21 @@ class SubscriberTest : public testing::Test {
   /// Publishes until a message of this kind arrives.
   template <typename Kind>
   Kind await(Subscriber& subscriber) {
-    for (int i = 0; i < 1000; ++i) {
+    std::optional<Kind> found;
+    const bool arrived = eventually([&] {
       TestClock::advance(50ms);
       publisher_->wait(-1, 0ms);
       publisher_->publish(field_);
       while (auto message = subscriber.receive(5ms)) {
-        if (auto* kind = std::get_if<Kind>(&*message)) return std::move(*kind);
+        if (auto* kind = std::get_if<Kind>(&*message)) {
+          found = std::move(*kind);
+          break;
+        }
       }
-    }
-    throw std::runtime_error("nothing arrived");
+      return found.has_value();
+    });
+    if (!arrived) throw std::runtime_error("nothing arrived");
+    return *std::move(found);
   }
 
   tractiond::TractionField field_ = tractiond::publish::traction(kMarkerCount, kNodeCount, 70'000);
@@ -206,7 +220,7 @@ TEST_F(SubscriberTest, OtherTopicsAreLeftOut) {
   await<Markers>(subscriber);
   for (int i = 0; i < 3; ++i) publisher_->publish(field_);
   for (int i = 0; i < 3; ++i) {
-    const auto message = subscriber.receive(10s);
+    const auto message = subscriber.receive(kHung);
     ASSERT_TRUE(message);
     EXPECT_TRUE(std::holds_alternative<Markers>(*message));
   }
@@ -261,26 +275,22 @@ TEST_F(SubscriberTest, ConnectionIsTold) {
 /// Listens where a publisher might, and is none: each that connects is sent some bytes and hung up on.
 class Stranger {
  public:
-  explicit Stranger(std::vector<std::string> greetings)
-      : greetings_(std::move(greetings)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
-    const int yes = 1;
-    setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-    auto* any = reinterpret_cast<sockaddr*>(&address);
-    if (bind(listener_, any, size) != 0 || listen(listener_, 8) != 0) throw std::runtime_error("no port");
-    getsockname(listener_, any, &size);
-    endpoint_ = "tcp://127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+  Stranger(std::string socket, std::vector<std::string> greetings)
+      : socket_(std::move(socket))
+      , greetings_(std::move(greetings)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    socket_.copy(address.sun_path, sizeof address.sun_path - 1);
+    const auto* any = reinterpret_cast<const sockaddr*>(&address);
+    if (bind(listener_, any, sizeof address) != 0 || listen(listener_, 8) != 0) throw std::runtime_error("no socket");
     thread_ = std::thread([this] { run(); });
   }
   ~Stranger() {
     shutdown(listener_, SHUT_RDWR);
     thread_.join();
     close(listener_);
+    std::filesystem::remove(socket_);
   }
-  const std::string& endpoint() const { return endpoint_; }
   std::size_t met() const { return met_; }
 
  private:
@@ -293,9 +303,9 @@ class Stranger {
     }
   }
 
+  std::string socket_;  ///< a path
   std::vector<std::string> greetings_;
-  int listener_ = socket(AF_INET, SOCK_STREAM, 0);
-  std::string endpoint_;
+  int listener_ = ::socket(AF_UNIX, SOCK_STREAM, 0);
   std::atomic<std::size_t> met_{0};
   std::thread thread_;
 };
@@ -308,15 +318,26 @@ std::string greeting(const std::string& mechanism) {
   return text;
 }
 
-TEST(Subscriber, HandshakesThatFailAreNoConnectionsAndAreNotHeldAgainstALaterOne) {
+/// A folder for a socket, whose name nobody else can take meanwhile as they could a port.
+class SocketTest : public testing::Test {
+ protected:
+  ~SocketTest() override { std::filesystem::remove_all(folder_); }
+
+  const std::filesystem::path folder_ = [] {
+    std::string pattern = testing::TempDir() + "traction-XXXXXX";
+    return mkdtemp(pattern.data());
+  }();
+  const std::string path_ = folder_ / "stream", endpoint_ = "ipc://" + path_;
+};
+
+TEST_F(SocketTest, HandshakesThatFailAreNoConnectionsAndAreNotHeldAgainstALaterOne) {
   std::mt19937 random(tractiond::test::seed());
   std::vector<std::string> greetings = {
       "", "HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n", greeting("NULL"),
       greeting("PLAIN"), greeting("NULL") + std::string("\4\5\5READY")};
   std::shuffle(greetings.begin(), greetings.end(), random);
-  auto stranger = std::make_unique<Stranger>(greetings);
-  const std::string endpoint = stranger->endpoint();
-  Subscriber subscriber(at(endpoint));
+  auto stranger = std::make_unique<Stranger>(path_, greetings);
+  Subscriber subscriber(at(endpoint_));
   const std::size_t handshakes = 2 + random() % 6;
   while (stranger->met() < handshakes) {
     subscriber.receive(10ms);
@@ -328,22 +349,19 @@ TEST(Subscriber, HandshakesThatFailAreNoConnectionsAndAreNotHeldAgainstALaterOne
     zmq::context_t context;
     zmq::socket_t publisher(context, zmq::socket_type::xpub);
     publisher.set(zmq::sockopt::linger, 0);
-    publisher.bind(endpoint);
-    for (int turn = 0; turn < 1000 && !subscriber.isConnected(); ++turn) subscriber.receive(10ms);
-    EXPECT_TRUE(subscriber.isConnected()) << "after " << handshakes << " handshakes that failed";
+    publisher.bind(endpoint_);
+    expectConnected(subscriber, true);
     publisher.close();
     context.close();
-    for (int turn = 0; turn < 1000 && subscriber.isConnected(); ++turn) subscriber.receive(10ms);
-    EXPECT_FALSE(subscriber.isConnected());
+    expectConnected(subscriber, false);
   }
 }
 
-TEST(Subscriber, PeerOfAnotherKindIsNoConnectionAndMayBeFollowedByAPublisher) {
+TEST_F(SocketTest, PeerOfAnotherKindIsNoConnectionAndMayBeFollowedByAPublisher) {
   zmq::context_t context;
   zmq::socket_t replier(context, zmq::socket_type::rep);  // the control endpoint, say
-  replier.bind("tcp://127.0.0.1:*");
-  const std::string endpoint = replier.get(zmq::sockopt::last_endpoint);
-  Subscriber subscriber(at(endpoint));
+  replier.bind(endpoint_);
+  Subscriber subscriber(at(endpoint_));
   for (int i = 0; i < 50; ++i) {
     subscriber.receive(10ms);
     EXPECT_FALSE(subscriber.isConnected());
@@ -352,9 +370,8 @@ TEST(Subscriber, PeerOfAnotherKindIsNoConnectionAndMayBeFollowedByAPublisher) {
   context.close();
   zmq::context_t other;
   zmq::socket_t publisher(other, zmq::socket_type::xpub);
-  publisher.bind(endpoint);
-  for (int turn = 0; turn < 1000 && !subscriber.isConnected(); ++turn) subscriber.receive(10ms);
-  EXPECT_TRUE(subscriber.isConnected());
+  publisher.bind(endpoint_);
+  expectConnected(subscriber, true);
 }
 
 /// Publishes for as long as it lives.
@@ -372,7 +389,7 @@ TEST_F(SubscriberTest, StreamReadFromTheLatestEndpointIsToldInsteadOfWaitedFor) 
   Subscriber subscriber(at(latest_, kField));
   const auto fields = publishing(*publisher_, field_);
   try {
-    subscriber.receive(10s);
+    subscriber.receive(kHung);
     ADD_FAILURE() << "no error";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::kBadEndpoint);
@@ -387,7 +404,7 @@ TEST_F(SubscriberTest, LatestReadFromTheStreamEndpointDoesNoHarm) {
   Subscriber subscriber(at(stream_, kField, Mode::kLatest));
   const auto fields = publishing(*publisher_, field_);
   for (int i = 0; i < 50; ++i) EXPECT_FALSE(subscriber.receive(10ms));
-  EXPECT_TRUE(subscriber.isConnected());
+  expectConnected(subscriber, true);
 }
 
 TEST_F(SubscriberTest, RestartOfTheDaemonIsNoLoss) {
@@ -444,7 +461,7 @@ class Forger {
   }
   std::optional<ErrorCode> failure() {
     try {
-      subscriber_->receive(10s);
+      subscriber_->receive(kHung);
       return std::nullopt;
     } catch (const Error& error) {
       return error.code();
@@ -463,7 +480,7 @@ TEST(Subscriber, WhatCameBeforeTheEndOfADaemonIsReadAfterIt) {
   auto forger = std::make_unique<Forger>();
   Subscriber subscriber = std::move(forger->subscriber());
   for (int i = 1; i <= kFields; ++i) forger->field(static_cast<std::uint64_t>(i));
-  ASSERT_TRUE(subscriber.receive(10s));
+  ASSERT_TRUE(subscriber.receive(kHung));
   std::this_thread::sleep_for(100ms);  // all have come
   forger.reset();
   while (subscriber.isConnected()) std::this_thread::sleep_for(1ms);
@@ -475,7 +492,7 @@ TEST(Subscriber, GapsOfTheSequenceAreLosses) {
   Forger forger;
   const auto lostAfter = [&](std::uint64_t sequence, char boot = 'b') {
     forger.field(sequence, boot);
-    EXPECT_TRUE(forger.subscriber().receive(10s));
+    EXPECT_TRUE(forger.subscriber().receive(kHung));
     return forger.subscriber().lost();
   };
   EXPECT_EQ(lostAfter(7), 0U);  // joined late
@@ -529,7 +546,7 @@ TEST(Subscriber, TopicsOfALaterDaemonArePassedOver) {
     forger.send({topic, "\xff", "0.0"});
   }
   forger.field(1);
-  EXPECT_TRUE(std::holds_alternative<Field>(forger.subscriber().receive(10s).value()));
+  EXPECT_TRUE(std::holds_alternative<Field>(forger.subscriber().receive(kHung).value()));
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // A peer that speaks ZMTP 3.0 by hand, and so can say what no ZeroMQ would.
 #pragma once
 
+#include "tests/support/deadline.h"
+
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -56,11 +58,11 @@ class RawPeer {
     fd_ = -1;
   }
 
-  /// The other side has ended the connection; waits at most 10 s.
-  bool isCutOff() {
+  /// Waits until the other side has ended the connection. Returns false if it does not.
+  bool isCutOff(int timeout_ms = test::kHung_ms) {
     std::array<char, 4096> bytes;
     pollfd item{fd_, POLLIN, 0};
-    while (poll(&item, 1, 10'000) > 0) {
+    while (poll(&item, 1, timeout_ms) > 0) {
       if (recv(fd_, bytes.data(), bytes.size(), 0) <= 0) return true;
     }
     return false;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "daemon/publish/publisher.h"
+#include "tests/support/deadline.h"
 
 #include <zmq.hpp>
 
@@ -121,7 +122,6 @@ class TestSubscriber {
   TestSubscriber(const std::string& endpoint, const std::string& topic, int highWaterMark = 1000) {
     socket_.set(zmq::sockopt::linger, 0);
     socket_.set(zmq::sockopt::rcvhwm, highWaterMark);
-    socket_.set(zmq::sockopt::rcvtimeo, 10'000);
     socket_.connect(endpoint);
     socket_.set(zmq::sockopt::subscribe, topic);
   }
@@ -129,7 +129,7 @@ class TestSubscriber {
   zmq::socket_t& socket() { return socket_; }
 
   /// Empty topic: nothing came within the time.
-  Parts receive(int timeout_ms = 10'000) {
+  Parts receive(int timeout_ms = test::kHung_ms) {
     std::array<std::string, 3> parts;
     socket_.set(zmq::sockopt::rcvtimeo, timeout_ms);
     for (std::size_t i = 0;; ++i) {

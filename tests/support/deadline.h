@@ -1,0 +1,22 @@
+// How long tests wait for what must happen.
+#pragma once
+
+#include <chrono>
+
+namespace tractiond::test {
+
+/// Longer than anything takes on a busy machine: what takes longer hangs.
+inline constexpr std::chrono::seconds kHung{120};
+inline constexpr int kHung_ms = 120'000;
+
+/// Calls `step`, which waits for a moment by itself, until it returns true. Returns false if it has not after kHung.
+template <typename Step>
+bool eventually(Step step) {
+  const auto until = std::chrono::steady_clock::now() + kHung;
+  while (!step()) {
+    if (std::chrono::steady_clock::now() > until) return false;
+  }
+  return true;
+}
+
+}  // namespace tractiond::test
