@@ -1,6 +1,8 @@
-// traction-twin: draws a scenario's frames ahead, serves them through the camera, writes what was true in each.
+// traction-twin: draws a scenario's frames ahead, serves them through the camera or writes them, and tells what was
+// true in each.
 #include "twin/film.h"
 #include "twin/options.h"
+#include "twin/picture_writer.h"
 #include "twin/scene_time.h"
 #include "twin/truth_writer.h"
 
@@ -27,9 +29,9 @@ struct Shot {
 };
 
 tl::expected<std::unique_ptr<Film>, Failure> openFilm(const Options& options, const Scenario& scenario) {
-  if (options.images.empty()) return std::make_unique<GelFilm>(scenario, options.seed, options.cache);
+  if (options.served.empty()) return std::make_unique<GelFilm>(scenario, options.seed, options.cache);
   const sensor::Camera& camera = scenario.sensor.camera;
-  return RawFilm::open(options.images, pictureSize(scenario.format, camera.width, camera.height));
+  return RawFilm::open(options.served, pictureSize(scenario.format, camera.width, camera.height));
 }
 
 /// Waits for the middle of the pause between two frames. A camera has a processor of its own: a daemon at work on the
@@ -40,24 +42,11 @@ void waitForPause(const Stamp& sent, double period_s) {
                                 std::chrono::duration_cast<Clock::duration>(half));
 }
 
-tl::expected<void, Failure> run(const Options& options) {
-  const auto path = findScenario(options.scenario);
-  if (!path) return tl::unexpected(path.error());
-  auto scenario = loadScenario(path->string());
-  if (!scenario) {
-    const sensor::FileError& error = scenario.error();
-    return tl::unexpected(Failure{error.unreadable ? EX_NOINPUT : EX_CONFIG, error.where + ": " + error.what});
-  }
-  scenario->format = options.format.value_or(scenario->format);
-  scenario->rate_hz = options.rate_hz.value_or(scenario->rate_hz);
-
-  const sensor::Camera& size = scenario->sensor.camera;
-  auto truth = TruthWriter::open(options.truth);
-  if (!truth) return tl::unexpected(truth.error());
-  auto film = openFilm(options, *scenario);
-  if (!film) return tl::unexpected(film.error());
-  auto camera = GvCamera::open(
-      {options.address, size.width, size.height, scenario->format, scenario->rate_hz, options.lostRatio});
+/// Serves pictures at the camera's pace, to whoever controls it.
+tl::expected<void, Failure> serve(const Options& options, const Scenario& scenario, Film& film, TruthWriter& truth) {
+  const sensor::Camera& size = scenario.sensor.camera;
+  auto camera =
+      GvCamera::open({options.address, size.width, size.height, scenario.format, scenario.rate_hz, options.lostRatio});
   if (!camera) return tl::unexpected(camera.error());
 
   std::uint64_t next = 0;
@@ -68,14 +57,14 @@ tl::expected<void, Failure> run(const Options& options) {
     picture.pixels.resize(pictureSize(picture.format, size.width, size.height));
     picture.number = next++;
     picture.time_s = time.next((*camera)->framePeriod_s());
-    (*film)->draw(picture, shot.truth);
+    film.draw(picture, shot.truth);
     (*camera)->queue(picture);
   };
   std::array<Shot, 3> shots;  // one is being sent, one is ready, one is being drawn
   for (Shot& shot : shots) shoot(shot);
 
   std::printf("ready %s %dx%d %s %g Hz %s\n", options.address.c_str(), size.width, size.height,
-              traitsOf(scenario->format).name, scenario->rate_hz, (*camera)->id().c_str());
+              traitsOf(scenario.format).name, scenario.rate_hz, (*camera)->id().c_str());
   std::fflush(stdout);
   const auto end =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.seconds));
@@ -84,7 +73,7 @@ tl::expected<void, Failure> run(const Options& options) {
     if (!picture) return nullptr;
     Shot& shot = *std::find_if(shots.begin(), shots.end(), [&](const Shot& s) { return &s.picture == picture; });
     if (picture->stamp) {
-      (*truth)->write(shot.truth, *picture->stamp);
+      truth.write(shot.truth, *picture->stamp);
       time.wasSent(1e-9 * static_cast<double>(picture->stamp->monotonic_ns), (*camera)->framePeriod_s());
     }
     return &shot;
@@ -109,6 +98,47 @@ tl::expected<void, Failure> run(const Options& options) {
   return {};
 }
 
+/// Writes pictures as fast as they are read. Their ids count from 1, as the daemon counts them; they have no other
+/// times than the scenario's.
+tl::expected<void, Failure> writePictures(const Options& options, const Scenario& scenario, Film& film,
+                                          TruthWriter& truth) {
+  auto writer = PictureWriter::open(options.images, isStopping);
+  if (isStopping) return {};
+  if (!writer) return tl::unexpected(writer.error());
+  const sensor::Camera& size = scenario.sensor.camera;
+  Shot shot;
+  Picture& picture = shot.picture;
+  picture.format = scenario.format;
+  picture.pixels.resize(pictureSize(picture.format, size.width, size.height));
+  for (; !isStopping; ++picture.number) {
+    picture.time_s = static_cast<double>(picture.number) / scenario.rate_hz;
+    if (options.seconds != 0.0 && picture.time_s >= options.seconds) break;
+    film.draw(picture, shot.truth);
+    truth.write(shot.truth, {.cameraFrameId = picture.number + 1, .device_ns = 0, .monotonic_ns = 0});
+    if (auto written = (*writer)->write(picture.pixels); !written) return written;
+  }
+  return {};
+}
+
+tl::expected<void, Failure> run(const Options& options) {
+  const auto path = findScenario(options.scenario);
+  if (!path) return tl::unexpected(path.error());
+  auto scenario = loadScenario(path->string());
+  if (!scenario) {
+    const sensor::FileError& error = scenario.error();
+    return tl::unexpected(Failure{error.unreadable ? EX_NOINPUT : EX_CONFIG, error.where + ": " + error.what});
+  }
+  scenario->format = options.format.value_or(scenario->format);
+  scenario->rate_hz = options.rate_hz.value_or(scenario->rate_hz);
+
+  auto truth = TruthWriter::open(options.truth);
+  if (!truth) return tl::unexpected(truth.error());
+  auto film = openFilm(options, *scenario);
+  if (!film) return tl::unexpected(film.error());
+  return options.images.empty() ? serve(options, *scenario, **film, **truth)
+                                : writePictures(options, *scenario, **film, **truth);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -116,6 +146,7 @@ int main(int argc, char** argv) {
   action.sa_handler = [](int) { isStopping = true; };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);  // a reader of pictures that has gone is an error like others
 
   const auto options = parseCommandLine(argc, argv);
   if (!options && options.error().exitCode == EX_OK) {

@@ -20,7 +20,7 @@ constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
   69  an address is in use, or not this machine's
   71  the operating system refuses something
   73  a file cannot be created
-  74  a file cannot be read to its end
+  74  a file cannot be read to its end, or written
   78  the scenario is wrong)";
 
 /// Beside the program, in the build as after the installation.
@@ -52,9 +52,9 @@ tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* arg
   app.footer([] { return "Shipped scenarios: " + shippedNames() + "\n\n" + kExitCodes; });
   app.set_version_flag("--version", "traction-twin " TRACTION_VERSION);
   app.add_option("SCENARIO", options.scenario, "TOML file, or name of a shipped scenario")->type_name("");
-  app.add_option("--address", options.address, "Local IPv4 address to serve on; the port is 3956")
-      ->type_name("ADDRESS")
-      ->capture_default_str();
+  auto* const address = app.add_option("--address", options.address, "Local IPv4 address to serve on; the port is 3956")
+                            ->type_name("ADDRESS")
+                            ->capture_default_str();
   app.add_option("--format", format, "Pixel format, in place of the scenario's")
       ->check([](const std::string& name) { return formatByName(name) ? "" : "it is one of " + formatNames(); },
               "{" + formatNames() + "}");
@@ -65,14 +65,23 @@ tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* arg
   app.add_option("--truth-endpoint", options.truth.endpoint, "ZeroMQ endpoint to publish the same on, topic truth/")
       ->type_name("ENDPOINT");
   app.add_flag("--truth-markers", options.truth.markers, "With the displacement of every marker [px]");
-  app.add_option("--lost-ratio", options.lostRatio, "Share of the stream's packets to lose")->check(CLI::Range(0., 1.));
-  app.add_option("--seconds", options.seconds, "End after this time (0: on SIGINT or SIGTERM)")
+  auto* const lostRatio = app.add_option("--lost-ratio", options.lostRatio, "Share of the stream's packets to lose");
+  lostRatio->check(CLI::Range(0., 1.));
+  app.add_option("--seconds", options.seconds,
+                 "End after this time (0: on SIGINT or SIGTERM); with --images the scenario's")
       ->check(CLI::Range(0., 1e9));
   app.add_option("--cache", options.cache, "Directory in which to keep the gel's mechanics from start to start")
       ->type_name("DIR");
-  app.add_option("--images", options.images,
+  app.add_option("--serve", options.served,
                  "File of raw pictures of the scenario's size and format, to serve in a loop in place of drawing")
       ->type_name("FILE");
+  app.add_option(
+         "--images", options.images,
+         "File or pipe (-: standard output) to write raw pictures to, as tractiond --images reads them, in place of "
+         "serving them; as fast as they are read")
+      ->type_name("FILE")
+      ->excludes(address)
+      ->excludes(lostRatio);
   try {
     app.parse(argc, argv);
     // Asked for here, so that a wrong word is named first.

@@ -17,7 +17,8 @@ struct Options {
   double lostRatio = 0.0;
   double seconds = 0.0;          ///< 0: until a signal
   std::filesystem::path cache;   ///< empty: none
-  std::filesystem::path images;  ///< empty: the scenario is drawn
+  std::filesystem::path served;  ///< raw pictures, in place of the scenario's; empty: the scenario is drawn
+  std::string images;            ///< where to write pictures to, in place of serving them; empty: they are served
 };
 
 /// The options; or how the program ends at once (help, version or a mistake), with exit code and text for the user.

@@ -3,6 +3,7 @@
 Run inside a network namespace of its own (tests/system/CMakeLists.txt sees to it): the camera's port is fixed.
 """
 
+import collections
 import contextlib
 import json
 import os
@@ -153,6 +154,10 @@ def keep_inverses(state):
         copy_into(cache_directory(), made)
 
 
+BITS = {"RGB8": 24, "BayerRG8": 8, "BayerGR8": 8, "Mono8": 8, "Mono12p": 12}  # of a pixel
+Film = collections.namedtuple("Film", "fields markers description")
+
+
 class Rig(contextlib.ExitStack):
     """One test's folder and processes; all of them end with it."""
 
@@ -193,6 +198,52 @@ class Rig(contextlib.ExitStack):
             process.wait_for("running")
             keep_inverses(state)
         return process
+
+    def feed(self, source, pictures, rest, config="", pixel_format="RGB8"):
+        """Passes pictures of 640 x 480 from a binary file through a pipe into a daemon, as fast as it reads them: none is lost,
+        however busy the machine. After the first `rest` pictures it waits until the daemon has taken a zero of them. Returns
+        the Film of all that was published.
+        """
+        pipe = self.folder / "pictures"
+        os.mkfifo(pipe)
+        ours = os.open(pipe, os.O_RDWR)  # so that the daemon waits for no writer, and the end comes when this is closed
+        daemon = self.daemon(f'[camera]\nwidth_px = 640\nheight_px = 480\npixel_format = "{pixel_format}"\n' + config,
+                             "--images", pipe, camera=None)
+        subscriber = self.subscribe(daemon)
+        film = Film([], [], subscriber.collect(1, "description")[0])  # so the subscription has arrived
+        with open(pipe, "wb", buffering=0) as target:
+            for number in range(pictures):
+                if number == rest:
+                    daemon.wait_for("zero taken, by itself")
+                picture = memoryview(source.read(640 * 480 * BITS[pixel_format] // 8))
+                assert picture, f"there are {number} pictures, not {pictures}"
+                while picture:
+                    picture = picture[target.write(picture):]
+        while not film.fields or film.fields[-1].header.camera_frame_id != pictures:
+            kind, message, _ = subscriber.receive(HUNG_S * PATIENCE) or ("nothing", None, None)
+            assert kind != "nothing", f"{len(film.fields)} fields came:\n" + daemon.output()
+            if kind in ("field", "markers"):
+                (film.fields if kind == "field" else film.markers).append(message)
+        os.close(ours)
+        assert daemon.join() == 0, daemon.output()
+        return film
+
+    def film(self, scenario, pictures, *options, rest=200, config="", pixel_format="RGB8"):
+        """Feeds a scenario's first pictures; its first load comes after 240. Returns the Film and the truth of each frame, by
+        camera_frame_id.
+        """
+        truth_file = self.folder / "truth.jsonl"
+        command = [BIN / "traction-twin", scenario, "--cache", cache_directory(), "--truth", truth_file, "--images", "-",
+                   "--format", pixel_format, "--rate", 60, *options]
+        twin = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, stdin=subprocess.DEVNULL,
+                                start_new_session=True)
+        self.callback(twin.wait)
+        self.callback(twin.kill)
+        film = self.feed(twin.stdout, pictures, rest, config, pixel_format)
+        twin.send_signal(signal.SIGTERM)
+        twin.stdout.close()
+        twin.truth_file = truth_file
+        return film, read_truth(twin)
 
     def gateway(self, daemon, config="", *options, keys=True, ready=True, before=(), **process):
         """`config` is TOML text behind the endpoints, which are at any free port; `keys`: the box has one."""

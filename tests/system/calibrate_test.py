@@ -224,7 +224,7 @@ class Zero(TestCase):
         with open(pictures, "wb") as file:
             for _ in range(60):
                 file.write(independent.frame(levels, "RGB8", noise))
-        _, daemon = self.running("idle", "--images", pictures, "--rate", 20,
+        _, daemon = self.running("idle", "--serve", pictures, "--rate", 20,
                                  gel=nominal.gel_file() + NOMINAL.partition("\n")[2])
         found = self.calibrate(daemon, "geometry")["geometry"]["figures"]
         value = {name: figure["value"] for name, figure in found.items()}

@@ -1,4 +1,5 @@
-"""Forces, losses and times of the whole chain against the twin's truth."""
+"""Forces, losses and times of the whole chain against the twin's truth: through pictures in a pipe, of which none can be
+lost, and over the wire, in real time."""
 
 import unittest
 
@@ -7,6 +8,7 @@ import numpy as np
 import pauses
 import rig
 import steady
+import suite
 
 
 def stretches_of(fields, truth, settle=5):
@@ -23,7 +25,64 @@ def stretches_of(fields, truth, settle=5):
     return [(true, measured[settle:]) for true, measured in stretches if len(measured) >= 4 * settle]
 
 
-class Forces(unittest.TestCase):
+def mean_force(fields):
+    return np.mean([rig.vector(field.resultant_N) for field in fields], axis=0)
+
+
+class TestCase(unittest.TestCase):
+    def check_forces(self, fields, truth, tolerance=0.02):
+        """Each stretch of constant load: magnitude within the tolerance, direction within a degree."""
+        loaded = 0
+        for true, measured in stretches_of(fields, truth):
+            mean, norm = mean_force(measured), np.linalg.norm(true)
+            if norm == 0:
+                self.assertLess(np.linalg.norm(mean), 0.02 * 3.92266)
+                continue
+            loaded += 1
+            self.assertLess(abs(np.linalg.norm(mean) - norm), tolerance * norm, f"{true} {mean}")
+            cosine = mean @ true / norm / np.linalg.norm(mean)
+            self.assertLess(np.degrees(np.arccos(min(1.0, cosine))), 1.0, f"{true} {mean}")
+        self.assertGreater(loaded, 0)
+
+
+class Pictures(TestCase):
+    """Ten seconds of each scenario, at any speed."""
+
+    PICTURES, REST = 600, 200
+
+    def check(self, scenario, pixel_format="RGB8", gel=None):
+        with rig.Rig() as bench:
+            film, truth = bench.film(scenario, self.PICTURES, rest=self.REST, pixel_format=pixel_format, config=(
+                f'[sensor]\ngel_file = "{rig.SOURCE / "config/gels" / gel}"\n' if gel else ""))
+        numbers = [field.header.frame_number for field in film.fields]
+        self.assertLessEqual(numbers[0], self.REST + 1)
+        self.assertEqual(numbers, list(range(numbers[0], self.PICTURES + 1)))
+        self.assertEqual([field.header.camera_frame_id for field in film.fields], numbers)
+        sequence = [field.header.sequence for field in film.fields]
+        self.assertEqual(sequence, list(range(sequence[0], sequence[0] + len(sequence))))
+        self.check_forces(film.fields, truth)
+
+    def test_press_rgb8(self):
+        self.check("press")
+
+    def test_press_at_an_angle_rgb8(self):
+        self.check("angle")
+
+    def test_press_bayer(self):
+        self.check("press", "BayerRG8")
+
+    def test_black_dots_behind_a_monochrome_camera(self):
+        self.check("black_dots", "Mono8", "black_dots.toml")
+
+    def test_black_dots_in_twelve_packed_bits(self):
+        self.check("black_dots", "Mono12p", "black_dots.toml")
+
+    def test_missing_markers(self):
+        self.check("missing_markers")
+
+
+@suite.realtime
+class Wire(TestCase):
     def measure(self, scenario, fields, *options, gel=None):
         with rig.Rig() as bench:
             twin = bench.twin(scenario, *options, ready=False)
@@ -39,18 +98,7 @@ class Forces(unittest.TestCase):
 
     def check(self, scenario, *options, tolerance=0.02, gel=None):
         messages, truth, status = self.measure(scenario, 600, *options, gel=gel)
-        loaded = 0
-        for true, measured in stretches_of(messages, truth):
-            mean = np.mean([rig.vector(field.resultant_N) for field in measured], axis=0)
-            norm = np.linalg.norm(true)
-            if norm == 0:
-                self.assertLess(np.linalg.norm(mean), 0.02 * 3.92266)
-                continue
-            loaded += 1
-            self.assertLess(abs(np.linalg.norm(mean) - norm), tolerance * norm, f"{true} {mean}")
-            cosine = mean @ true / norm / np.linalg.norm(mean)
-            self.assertLess(np.degrees(np.arccos(min(1.0, cosine))), 1.0, f"{true} {mean}")
-        self.assertGreater(loaded, 0)
+        self.check_forces(messages, truth, tolerance)
         self.account(messages, truth, status)
 
     def account(self, messages, truth, statuses):

@@ -127,10 +127,37 @@ class Input(unittest.TestCase):
         self.twin(UNAVAILABLE, ["10.1.2.3"], "idle", "--cache", rig.cache_directory(), "--address", "10.1.2.3")
 
     def test_twin_images_of_a_wrong_size(self):
-        self.twin(DATA, ["odd.raw"], "idle", "--images", self.file("odd.raw", "x" * 1000))
+        self.twin(DATA, ["odd.raw"], "idle", "--serve", self.file("odd.raw", "x" * 1000))
 
     def test_twin_truth_that_cannot_be_written(self):
         self.twin(73, ["/nowhere/truth"], "idle", "--cache", rig.cache_directory(), "--truth", "/nowhere/truth")
+
+    def test_twin_pictures_that_cannot_be_written(self):
+        self.twin(73, ["/nowhere/pictures"], "idle", "--cache", rig.cache_directory(), "--images", "/nowhere/pictures")
+        self.twin(USAGE, ["--lost-ratio", "--images"], "idle", "--images", "-", "--lost-ratio", "0.1")
+
+    def test_twin_pictures_that_nobody_reads(self):
+        pipe = self.bench.folder / "pictures"
+        os.mkfifo(pipe)
+        for reader in (False, True):
+            twin = self.bench.start(rig.BIN / "traction-twin", "idle", "--cache", rig.cache_directory(), "--images", pipe,
+                                    "--truth", self.bench.folder / "truth")
+            if reader:  # and stops reading: the twin waits with a part of a picture
+                with open(pipe, "rb", buffering=0) as source:
+                    source.read(1)
+                    self.assertEqual(twin.stop(), 0, twin.output())
+            else:
+                while not (self.bench.folder / "truth").exists():
+                    twin.read(0.01)
+                self.assertEqual(twin.stop(), 0, twin.output())
+
+    def test_twin_whose_reader_goes(self):
+        pipe = self.bench.folder / "pictures"
+        os.mkfifo(pipe)
+        twin = self.bench.start(rig.BIN / "traction-twin", "idle", "--cache", rig.cache_directory(), "--images", pipe)
+        with open(pipe, "rb", buffering=0) as source:
+            source.read(1)
+        self.refused(74, [str(pipe), "Broken pipe"], twin)
 
     # --- the client
 
