@@ -1,5 +1,6 @@
 """The tests themselves: one source of chance, marks that are understood, command lines of tools/test."""
 
+import fnmatch
 import os
 import pathlib
 import re
@@ -69,6 +70,77 @@ class Chance(unittest.TestCase):
                 done = subprocess.run([TOOLS / "test", *words], capture_output=True, text=True,
                                       env={**os.environ, "TRACTION_SEED": wrong})
                 self.assertEqual((done.returncode, done.stderr), (64, "test: " + said))
+
+
+class Waits(unittest.TestCase):
+    """In the gate no test sleeps and then asserts, and no deadline is shorter than a minute."""
+
+    SLEEP = re.compile(r"sleep_for\(|\bsleep\(")
+    ASSERTION = re.compile(r"EXPECT_|ASSERT_|self\.assert")
+    DEADLINE = re.compile(r"""rcvtimeo,\s*(?P<ms>[\d']+)|(?:communicate|run|join)\([^()]*timeout=(?P<s>\d+)"""
+                          r"""|\.wait_for\(r?f?".*",\s*(?P<line_s>\d+)\)""")
+    FOLDERS = {"client": "unit/client", "clients": "conformance", "lens": "unit/lens", "system": "system", "tools": "tools"}
+
+    def gate_files(self):
+        """Yields C++ test files of the rooms and those Python files that are in the gate."""
+        yield from (file for file in sorted((TESTS / "unit").rglob("*")) if file.suffix in (".cpp", ".h"))
+        for line in (TESTS / "gate.txt").read_text().splitlines():
+            folder, _, name = line.split()[1].partition(".")
+            file = TESTS / self.FOLDERS.get(folder, "") / f"{name}_test.py"
+            if file.exists() and file != pathlib.Path(__file__).resolve():
+                yield file
+
+    @staticmethod
+    def real_time_filters(folder):
+        """Returns GoogleTest's filters of the folder's real-time tests, and the files that have no other."""
+        filters, files = [], set()
+        listing = folder / "CMakeLists.txt"
+        for call in re.findall(r"traction_test\(([^()]*)\)", listing.read_text() if listing.exists() else ""):
+            for key, value in re.findall(r'(REALTIME|STATISTICS|MINUTES) +"([^"]*)"', call):
+                filters += value.split(":")
+                if value == "*":
+                    filters.pop()
+                    files.update(re.findall(r"\w+_test\.cpp", call))
+        return filters, files
+
+    def faults(self, file):
+        lines = file.read_text().splitlines()
+        filters, apart = self.real_time_filters(file.parent)
+        marked = class_marked = file.name in apart
+        for number, line in enumerate(lines):
+            if begin := re.match(r"TEST(?:_[FP])?\((\w+), (\w+)\)", line):
+                marked = file.name in apart or any(fnmatch.fnmatchcase(f"{begin[1]}.{begin[2]}", each) for each in filters)
+            elif re.match(r"class ", line):
+                marked = class_marked = lines[number - 1].startswith("@suite.")
+            elif re.match(r"    def test_", line):
+                marked = class_marked or lines[number - 1].startswith("    @suite.")
+            if marked:
+                continue
+            after = next((each for each in lines[number + 1:] if each.strip(" })];")), "")
+            if self.SLEEP.search(line) and self.ASSERTION.search(after):
+                yield f"{file}:{number + 1}: sleeps, then asserts: {after.strip()}"
+            if found := self.DEADLINE.search(line):
+                ms, s = found["ms"], found["s"] or found["line_s"]
+                if (ms and int(ms.replace("'", "")) < 60_000) or (s and int(s) < 60):
+                    yield f"{file}:{number + 1}: a deadline below a minute: {line.strip()}"
+
+    def test_a_condition_is_waited_for(self):
+        files = list(self.gate_files())
+        self.assertGreater(len(files), 120)
+        self.assertEqual([fault for file in files for fault in self.faults(file)], [])
+
+    def test_the_check_finds_what_it_looks_for(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "a_test.cpp")
+            file.write_text("TEST(A, B) {\n  std::this_thread::sleep_for(1ms);\n  EXPECT_TRUE(done);\n"
+                            "  socket.set(zmq::sockopt::rcvtimeo, 10'000);\n}\n")
+            self.assertEqual(len(list(self.faults(file))), 2)
+            (file.parent / "CMakeLists.txt").write_text('traction_test(a REALTIME "A.*" SOURCES a_test.cpp)\n')
+            self.assertEqual(list(self.faults(file)), [])
+            script = pathlib.Path(folder, "b_test.py")
+            script.write_text('class B:\n    def test_b(self):\n        time.sleep(1)\n        self.assertTrue(x)\n'
+                              '        daemon.wait_for("ready", 30)\n        child.communicate(timeout=10)\n')
+            self.assertEqual(len(list(self.faults(script))), 3)
 
 
 class Marks(unittest.TestCase):

@@ -2,12 +2,14 @@
 #include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
 #include <random>
+#include <stdexcept>
 
 namespace tractiond::gateway::keys_test {
 namespace {
@@ -61,16 +63,35 @@ TEST_F(KeysTest, BoxesKeyIsForTheGatewaysGroup) {
   EXPECT_EQ(loadKeyPair(path).error().exitCode, EX_NOPERM);
 }
 
-TEST_F(KeysTest, RootWritesIntoNobodyElsesDirectory) {
-  if (geteuid() != 0 || chown(folder_.c_str(), 65534, 65534) != 0) GTEST_SKIP() << "not root";
-  const auto saved = saveServerKey(folder_, newKeyPair());
+/// Makes this process root of a user namespace of its own, in which what the machine's root has is nobody's.
+void becomeRootOfANamespace() {
+  const std::string map = "0 " + std::to_string(geteuid()) + " 1";
+  if (unshare(CLONE_NEWUSER) != 0) throw std::runtime_error("user namespaces are forbidden here");
+  std::ofstream("/proc/self/uid_map") << map;
+}
+
+void expectRefused(const fs::path& folder) {
+  const auto saved = saveServerKey(folder, newKeyPair());
   ASSERT_FALSE(saved);
-  EXPECT_EQ(saved.error().message(), folder_.string() +
-                                         ": the directory is not root's, and root writes no key there; "
-                                         "sudo chown root " +
-                                         folder_.string());
-  EXPECT_FALSE(allow(folder_, {"ada", newKeyPair().publicKey, Permission::kRead}));
-  EXPECT_TRUE(fs::is_empty(folder_));
+  EXPECT_EQ(saved.error().message(),
+            folder.string() + ": the directory is not root's, and root writes no key there; sudo chown root " +
+                folder.string());
+  EXPECT_FALSE(allow(folder, {"ada", newKeyPair().publicKey, Permission::kRead}));
+}
+
+TEST_F(KeysTest, RootWritesIntoNobodyElsesDirectory) {
+  if (geteuid() == 0) {
+    ASSERT_EQ(chown(folder_.c_str(), 65534, 65534), 0);
+    expectRefused(folder_);
+    EXPECT_TRUE(fs::is_empty(folder_));
+    return;
+  }
+  const auto inANamespace = [] {
+    becomeRootOfANamespace();
+    expectRefused("/");
+    std::_Exit(HasFailure() ? EXIT_FAILURE : EXIT_SUCCESS);
+  };
+  EXPECT_EXIT(inANamespace(), testing::ExitedWithCode(EXIT_SUCCESS), "");
 }
 
 TEST(Keys, NoneOfOursBeginsLikeAnOption) {
