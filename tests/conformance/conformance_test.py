@@ -13,16 +13,14 @@ import zmq
 
 import cases
 import seed
+import suite
 from contract import FILES
 from form import difference
 
 HERE = pathlib.Path(__file__).resolve().parent
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
-READERS = {"cpp": [BUILD / "bin" / "conformance_reader"], "python": [sys.executable, HERE / "reader.py"]}
-if (BUILD / "bin" / "traction-view").exists():  # through which it reads
-    READERS["javascript"] = ["node", HERE / "reader.mjs", BUILD]
-else:
-    print("traction-view is not built: the JavaScript client is left out", file=sys.stderr)
+READERS = {"cpp": [BUILD / "bin" / "conformance_reader"], "python": [sys.executable, HERE / "reader.py"],
+           "javascript": ["node", HERE / "reader.mjs", BUILD]}
 PATIENCE_S = 120  # for a line; it takes a millisecond
 
 
@@ -59,7 +57,7 @@ class Reader:
         self.child.communicate()
 
 
-class Conformance(unittest.TestCase):
+class Checks:
     def setUp(self):
         self.chance = seed.chance(self.id())
         context = zmq.Context()
@@ -141,15 +139,28 @@ class Conformance(unittest.TestCase):
         return message_factory.MessageFactory(pool).GetPrototype(pool.FindMessageTypeByName("traction.v1.Request"))
 
 
-def add(client, part):
+class Conformance(Checks, unittest.TestCase):
+    pass
+
+
+@suite.npm
+class JavaScript(Checks, unittest.TestCase):
+    """Reads through traction-view, which npm's packages are needed to build."""
+
+    def setUp(self):
+        self.assertTrue((BUILD / "bin" / "traction-view").exists(), "traction-view is not built: tools/dependencies viewer")
+        super().setUp()
+
+
+def add(case, client, part):
     def test(self):
         getattr(self, f"check_{part}")(client)
-    setattr(Conformance, f"test_{client}_{part}", test)
+    setattr(case, f"test_{client}_{part}", test)
 
 
 for _client in READERS:
     for _part in ("stream", "latest", "control"):
-        add(_client, _part)
+        add(JavaScript if _client == "javascript" else Conformance, _client, _part)
 
 
 if __name__ == "__main__":

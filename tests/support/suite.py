@@ -1,6 +1,6 @@
 """Marks tests that are not in the gate, and runs one part of a file of tests.
 
-usage: suite.py unmarked|statistics|realtime|minutes|every MODULE[.CLASS[.TEST]]...
+usage: suite.py unmarked|statistics|realtime|minutes|npm|every MODULE[.CLASS[.TEST]]...
 Ends with 0 if all passed and there was at least one, 1 otherwise.
 """
 
@@ -18,6 +18,7 @@ def _marker(part):
 statistics = _marker("statistics")  # bounds shares, variances or coverage of random draws
 realtime = _marker("realtime")  # bounds times, rates or memory, or counts what real-time threads deliver
 minutes = _marker("minutes")  # computes for longer than the gate may
+npm = _marker("npm")  # needs what npm brings, which a machine may not reach
 
 
 def part_of(test):
@@ -41,7 +42,7 @@ def main(part, *names):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 3 or sys.argv[1] not in ("unmarked", "statistics", "realtime", "minutes", "every"):
+    if len(sys.argv) < 3 or sys.argv[1] not in ("unmarked", "statistics", "realtime", "minutes", "npm", "every"):
         print(__doc__, file=sys.stderr)
         sys.exit(64)
     sys.path.insert(0, "")

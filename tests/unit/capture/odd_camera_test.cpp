@@ -220,7 +220,10 @@ TEST_F(OddCamera, IsLostWhenItFallsSilentUnlessItIsTriggered) {
   script_.info.triggered = false;
   script_.sessions = 0;
   open({.silenceTimeout_ms = 30});
-  while (script_.sessions < 2) camera_->next(frame, milliseconds(10));
+  EXPECT_TRUE(test::eventually([&] {
+    camera_->next(frame, milliseconds(10));
+    return script_.sessions >= 2;
+  }));
   camera_.reset();  // and its thread, which is the one that says so
   EXPECT_THAT(said(), Contains(HasSubstr("fell silent")));
 }

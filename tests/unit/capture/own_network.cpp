@@ -5,17 +5,21 @@
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <string>
 #include <string_view>
 #include <vector>
 
 namespace tractiond::test {
 
 void enterOwnNetwork(int argc, char** argv) {
-  constexpr const char* kInside = "TRACTION_OWN_NETWORK";
+  constexpr const char* kOutside = "TRACTION_OUTER_NETWORK";
   for (int i = 1; i < argc; ++i)
     if (std::string_view(argv[i]).starts_with("--gtest_list_tests")) return;
-  if (std::getenv(kInside) != nullptr) return;
-  setenv(kInside, "1", 1);
+  const std::string network = std::filesystem::read_symlink("/proc/self/ns/net");
+  const char* const outside = std::getenv(kOutside);
+  if (outside != nullptr && std::string_view(outside).starts_with("net:[") && network != outside) return;
+  setenv(kOutside, network.c_str(), 1);
   static std::array<char, 4096> self{};
   if (readlink("/proc/self/exe", self.data(), self.size() - 1) < 0) std::exit(EXIT_FAILURE);
   static char program[] = "unshare", flags[] = "-rn", shell[] = "sh", command[] = "-c";

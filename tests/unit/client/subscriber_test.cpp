@@ -269,7 +269,7 @@ TEST_F(SubscriberTest, ConnectionIsTold) {
   Subscriber alone(at("ipc://@traction-nobody-is-here"));
   EXPECT_FALSE(alone.isConnected());
   Subscriber subscriber(at(stream_));
-  while (!subscriber.isConnected()) subscriber.receive(10ms);
+  expectConnected(subscriber, true);
 }
 
 /// Listens where a publisher might, and is none: each that connects is sent some bytes and hung up on.

@@ -1,5 +1,6 @@
 #include "daemon/base/apart.h"
 #include "daemon/service.h"
+#include "tests/support/deadline.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -23,6 +24,8 @@ class NotifySocket {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     path_.native().copy(address.sun_path, sizeof address.sun_path - 1);
+    const timeval patience{test::kHung.count(), 0};
+    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
     setenv("NOTIFY_SOCKET", path_.c_str(), 1);
     setenv("WATCHDOG_USEC", "40000", 1);
@@ -36,15 +39,32 @@ class NotifySocket {
     std::filesystem::remove(path_);
   }
 
-  /// Waits for the next message.
+  /// Waits for the next message. Ends the program if none comes: the service hangs, and cannot be joined.
   std::string next() {
     std::array<char, 4096> text{};
     const auto size = recv(socket_, text.data(), text.size(), 0);
-    return {text.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0))};
+    if (size < 0) std::fputs("the service has told systemd nothing for two minutes\n", stderr), std::abort();
+    return {text.data(), static_cast<std::size_t>(size)};
   }
+  /// Waits for a message of exactly these words, as the service tells others every few milliseconds.
   void skipTo(const std::string& wanted) {
+    const auto until = std::chrono::steady_clock::now() + test::kHung;
     while (next() != wanted) {
+      if (std::chrono::steady_clock::now() < until) continue;
+      std::fprintf(stderr, "the service has never told systemd %s\n", wanted.c_str());
+      std::abort();
     }
+  }
+
+  /// Waits until the status has come three times without a word to the watchdog in between.
+  void expectStarved() {
+    int statuses = 0;
+    for (int messages = 0; statuses < 3 && messages < 3000; ++messages) {
+      const std::string message = next();
+      if (message == "STATUS=well") ++statuses;
+      if (message == "WATCHDOG=1") statuses = 0;
+    }
+    EXPECT_EQ(statuses, 3) << "the watchdog is fed";
   }
 
  private:
@@ -99,11 +119,7 @@ TEST(Service, StarvesTheWatchdogWhileALibraryHangs) {
   std::thread service([&] { run(hooks); });
   systemd.skipTo("WATCHDOG=1");
   works = false;
-  for (int statuses = 0; statuses < 3;) {
-    const std::string message = systemd.next();
-    if (message == "STATUS=well") ++statuses;
-    if (message == "WATCHDOG=1") statuses = 0;
-  }
+  systemd.expectStarved();
   works = true;
   systemd.skipTo("WATCHDOG=1");
   fixture.ended = true;
@@ -129,11 +145,7 @@ TEST(Service, LetsTheWatchdogStarveWhenAStageHangs) {
   systemd.skipTo("WATCHDOG=1");
   fixture.hung = &fixture.turns.solve;
   // After what was on its way when it hung the status goes on, and the watchdog gets nothing.
-  for (int statuses = 0; statuses < 3;) {
-    const std::string message = systemd.next();
-    if (message == "STATUS=well") ++statuses;
-    if (message == "WATCHDOG=1") statuses = 0;
-  }
+  systemd.expectStarved();
   fixture.hung = nullptr;
   systemd.skipTo("WATCHDOG=1");
   fixture.ended = true;

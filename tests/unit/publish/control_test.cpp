@@ -53,14 +53,19 @@ class ControlTest : public testing::Test {
     return request([](pb::Request& r) { r.mutable_status(); });
   }
 
+  template <typename Condition>
+  void serveUntil(Condition condition) {
+    EXPECT_TRUE(test::eventually([&] {
+      server_->serve(10ms);
+      return condition();
+    }));
+  }
+
   /// Serves until the asker has its reply.
   pb::Reply await(zmq::socket_t& socket) {
     pb::Reply reply;
     zmq::message_t message;
-    EXPECT_TRUE(test::eventually([&] {
-      server_->serve(10ms);
-      return bool(socket.recv(message, zmq::recv_flags::dontwait));
-    })) << "no reply";
+    serveUntil([&] { return bool(socket.recv(message, zmq::recv_flags::dontwait)); });
     if (message.size() == 0 && message.more()) (void)socket.recv(message, zmq::recv_flags::dontwait);  // a DEALER
     EXPECT_TRUE(reply.ParseFromArray(message.data(), static_cast<int>(message.size())));
     return reply;
@@ -123,7 +128,7 @@ TEST_F(ControlTest, ZeroIsAnsweredWhenItIsTakenForAllWhoAsked) {
   auto one = connect(zmq::socket_type::req);
   auto two = connect(zmq::socket_type::dealer);
   one.send(zmq::buffer(zero), zmq::send_flags::none);
-  while (!server_->zeroPending()) server_->serve(10ms);
+  serveUntil([&] { return server_->zeroPending(); });
   send(two, zero);
   send(two, statusRequest());
   EXPECT_EQ(await(two).status().uptime_s(), 12.0);  // and what was sent before has come
@@ -139,7 +144,7 @@ TEST_F(ControlTest, ZeroIsAnsweredWhenItIsTakenForAllWhoAsked) {
 TEST_F(ControlTest, WhoAsksForAnotherZeroMeanwhileIsSentAway) {
   auto one = connect(zmq::socket_type::req);
   one.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero(); })), zmq::send_flags::none);
-  while (!server_->zeroPending()) server_->serve(10ms);
+  serveUntil([&] { return server_->zeroPending(); });
   EXPECT_FALSE(zero_.anyway || zero_.undo);
   EXPECT_EQ(zero_.asker, "127.0.0.1");
   EXPECT_EQ(ask(request([](pb::Request& r) { r.mutable_zero()->set_anyway(true); })).error(),
@@ -150,7 +155,7 @@ TEST_F(ControlTest, WhoAsksForAnotherZeroMeanwhileIsSentAway) {
   EXPECT_TRUE(await(one).error().empty());
   auto two = connect(zmq::socket_type::req);
   two.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero()->set_undo(true); })), zmq::send_flags::none);
-  while (!server_->zeroPending()) server_->serve(10ms);
+  serveUntil([&] { return server_->zeroPending(); });
   EXPECT_TRUE(zero_.undo);
 }
 
@@ -163,7 +168,10 @@ TEST_F(ControlTest, ALocalAskerIsNamedByItsProcess) {
   socket.set(zmq::sockopt::linger, 0);
   socket.connect((*local)->endpoints().at(0));
   socket.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero(); })), zmq::send_flags::none);
-  while (!(*local)->zeroPending()) (*local)->serve(10ms);
+  EXPECT_TRUE(test::eventually([&] {
+    (*local)->serve(10ms);
+    return (*local)->zeroPending();
+  }));
   EXPECT_EQ(zero_.asker, "uid " + std::to_string(getuid()) + ", pid " + std::to_string(getpid()));
 }
 
@@ -182,10 +190,7 @@ TEST_F(ControlTest, WhoPassesRequestsOnNamesTheAskerAndIsNamed) {
   // What was sent before the status has come when that is answered.
   gateway.send(zmq::buffer(std::string("three")), zmq::send_flags::sndmore);
   send(gateway, statusRequest());
-  EXPECT_TRUE(test::eventually([&] {
-    server_->serve(10ms);
-    return (gateway.get(zmq::sockopt::events) & ZMQ_POLLIN) != 0;
-  }));
+  serveUntil([&] { return (gateway.get(zmq::sockopt::events) & ZMQ_POLLIN) != 0; });
   EXPECT_EQ(receiveParts(gateway).at(0), "three");
   EXPECT_TRUE(zero_.asker.starts_with("\"ada\" at 192.0.2.7?forged: line ?[2Jxx")) << zero_.asker;
   EXPECT_TRUE(zero_.asker.ends_with("xx through 127.0.0.1")) << zero_.asker;
@@ -213,7 +218,7 @@ TEST_F(ControlTest, NoPeerWritesTheLog) {
 TEST_F(ControlTest, FailedZeroSaysWhy) {
   auto socket = connect(zmq::socket_type::req);
   socket.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero(); })), zmq::send_flags::none);
-  while (!server_->zeroPending()) server_->serve(10ms);
+  serveUntil([&] { return server_->zeroPending(); });
   server_->answerZero(tl::make_unexpected(std::string("only 12 of 1152 markers were found")));
   EXPECT_EQ(await(socket).error(), "only 12 of 1152 markers were found");
 }
@@ -222,7 +227,7 @@ TEST_F(ControlTest, PictureIsForAllWhoAsked) {
   const std::string wanted = request([](pb::Request& r) { r.mutable_snapshot(); });
   auto one = connect(zmq::socket_type::req), two = connect(zmq::socket_type::dealer);
   one.send(zmq::buffer(wanted), zmq::send_flags::none);
-  while (snapshots_ == 0) server_->serve(10ms);
+  serveUntil([&] { return snapshots_ > 0; });
   send(two, wanted);
   send(two, statusRequest());
   EXPECT_EQ(await(two).status().uptime_s(), 12.0);  // and what was sent before has come
@@ -237,7 +242,7 @@ TEST_F(ControlTest, StepOfACalibrationIsAnsweredWhenItIsDone) {
       request([](pb::Request& r) { r.mutable_calibrate()->mutable_noise()->set_duration_s(3.0); });
   auto socket = connect(zmq::socket_type::req);
   socket.send(zmq::buffer(noise), zmq::send_flags::none);
-  while (steps_.empty()) server_->serve(10ms);
+  serveUntil([&] { return !steps_.empty(); });
   EXPECT_EQ(steps_[0].seconds, 3.0);
   // Another request ends the step that runs.
   auto other = connect(zmq::socket_type::req);
@@ -256,14 +261,14 @@ TEST_F(ControlTest, CameraIsAskedOneThingAfterAnother) {
   auto one = connect(zmq::socket_type::req);
   auto others = connect(zmq::socket_type::dealer);
   one.send(zmq::buffer(read("One")), zmq::send_flags::none);
-  while (cameraSteps_.size() < 2) server_->serve(10ms);
+  serveUntil([&] { return cameraSteps_.size() >= 2; });
   for (const std::string& bytes : {read("Two"), trigger, statusRequest()}) send(others, bytes);
   EXPECT_EQ(await(others).status().uptime_s(), 12.0);         // and what was sent before has come
   EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);  // nobody else waits
   EXPECT_EQ(cameraSteps_.size(), 2U);
   server_->answerCamera(CameraReport{.camera = "one"});
   EXPECT_EQ(await(one).camera().camera(), "one");
-  while (cameraSteps_.size() < 3) server_->serve(10ms);
+  serveUntil([&] { return cameraSteps_.size() >= 3; });
   EXPECT_EQ(cameraSteps_[2].name, "Two");
   server_->answerCamera(tl::make_unexpected(std::string("no such feature")));
   EXPECT_EQ(await(others).error(), "no such feature");
@@ -322,10 +327,7 @@ TEST_F(ControlTest, PingBehindAFloodAndAResetDoNoHarm) {
 TEST_F(ControlTest, FloodOfRequestsCutsThePeerOff) {
   RawPeer peer(server_->endpoints().at(0), "DEALER");
   for (int i = 0; i < 3000; ++i) peer.send(RawPeer::message("x"));
-  EXPECT_TRUE(test::eventually([&] {
-    server_->serve(10ms);
-    return peer.isCutOff(0);
-  }));
+  serveUntil([&] { return peer.isCutOff(0); });
   EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
 }
 
@@ -333,7 +335,7 @@ TEST_F(ControlTest, AskerThatGoesAwayIsForgotten) {
   {
     auto socket = connect(zmq::socket_type::req);
     socket.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero(); })), zmq::send_flags::none);
-    while (!server_->zeroPending()) server_->serve(10ms);
+    serveUntil([&] { return server_->zeroPending(); });
   }
   server_->answerZero(RestPose{});
   EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
