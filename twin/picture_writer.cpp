@@ -14,17 +14,22 @@
 #include <cstring>
 
 namespace twin {
+namespace {
+
+constexpr int kLookForStop_ms = 50;
+
+}  // namespace
 
 tl::expected<std::unique_ptr<PictureWriter>, Failure> PictureWriter::open(const std::string& path,
                                                                           const std::atomic<bool>& stop) {
-  int descriptor = STDOUT_FILENO;
-  if (path != "-") {
-    do descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    while (descriptor < 0 && errno == EINTR && !stop);
-    if (descriptor < 0)
-      return tl::unexpected(
-          Failure{EX_CANTCREAT, "cannot write the pictures to " + path + ": " + std::strerror(errno)});
-  }
+  if (path == "-") return std::unique_ptr<PictureWriter>(new PictureWriter(path, STDOUT_FILENO, stop));
+  // A pipe without a reader refuses to be opened (ENXIO) rather than wait where a stop is not seen.
+  int descriptor = -1;
+  do {
+    descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);
+  } while (descriptor < 0 && errno == ENXIO && !stop && poll(nullptr, 0, kLookForStop_ms) <= 0);
+  if (descriptor < 0)
+    return tl::unexpected(Failure{EX_CANTCREAT, "cannot write the pictures to " + path + ": " + std::strerror(errno)});
   return std::unique_ptr<PictureWriter>(new PictureWriter(path, descriptor, stop));
 }
 
@@ -38,7 +43,6 @@ PictureWriter::~PictureWriter() {
 }
 
 tl::expected<void, Failure> PictureWriter::write(std::span<const std::uint8_t> pixels) {
-  constexpr int kLookForStop_ms = 50;
   while (!pixels.empty()) {
     pollfd item{descriptor_, POLLOUT, 0};
     const int ready = poll(&item, 1, kLookForStop_ms);
