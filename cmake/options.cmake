@@ -6,16 +6,18 @@ set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 
 # A compiler cache where one is installed. What is unsafe about precompiled headers in it is that __TIME__ may be old, which
-# nothing here uses. A clone at the same path finds all that another has compiled; at another path nothing, as precompiled
-# headers and unity files hold absolute paths.
+# nothing here uses. A clone at another path finds what this one has compiled: the cache takes paths below the clone as
+# relative, and the compiler writes none that is not (NOHASHDIR, the prefix map).
 find_program(TRACTION_CCACHE ccache)
 if(TRACTION_CCACHE)
   foreach(language C CXX)
     set(CMAKE_${language}_COMPILER_LAUNCHER
         ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
-        CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} ${TRACTION_CCACHE})
+        CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${TRACTION_CCACHE})
   endforeach()
 endif()
+
+add_compile_options(-ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)  # debuggers: start them at the top of the tree
 
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE RelWithDebInfo)

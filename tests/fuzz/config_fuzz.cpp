@@ -1,12 +1,13 @@
 #include "daemon/config_toml.h"
 #include "tests/fuzz/target.h"
+#include "tests/support/places.h"
 
 #include <sstream>
 
 namespace fuzz {
 
 std::vector<std::string> seeds() {
-  return {fileText(SOURCE "/config/tractiond.toml"),
+  return {fileText(tractiond::test::source("config/tractiond.toml")),
           "camera.features = [{ BalanceRatioSelector = \"Red\" }, { BalanceRatio = 1.5 }, { UserSetLoad = true }]\n",
           "[publish]\nstream = [\"tcp://127.0.0.1:9882\", \"ipc:///run/x\"]\n"};
 }

@@ -1,12 +1,14 @@
 #include "gateway/config.h"
 #include "tests/fuzz/target.h"
+#include "tests/support/places.h"
 
 #include <sstream>
 
 namespace fuzz {
 
 std::vector<std::string> seeds() {
-  return {fileText(SOURCE "/config/gateway.toml"), "[gateway]\nstream = [\"tcp://*:9882\"]\n[limits]\npeers = 3\n"};
+  return {fileText(tractiond::test::source("config/gateway.toml")),
+          "[gateway]\nstream = [\"tcp://*:9882\"]\n[limits]\npeers = 3\n"};
 }
 
 bool feed(std::string_view bytes) {

@@ -1,13 +1,14 @@
 #include "sensor/gel_file.h"
 #include "tests/fuzz/target.h"
+#include "tests/support/places.h"
 
 namespace fuzz {
 
 std::vector<std::string> seeds() {
   sensor::Sensor calibrated;
   calibrated.calibration = sensor::Calibration{};
-  return {fileText(SOURCE "/config/gels/paper.toml"), fileText(SOURCE "/config/gels/black_dots.toml"),
-          sensor::gelText(calibrated)};
+  return {fileText(tractiond::test::source("config/gels/paper.toml")),
+          fileText(tractiond::test::source("config/gels/black_dots.toml")), sensor::gelText(calibrated)};
 }
 
 bool feed(std::string_view bytes) {

@@ -1,4 +1,5 @@
 #include "tests/fuzz/target.h"
+#include "tests/support/places.h"
 #include "twin/scenario.h"
 
 #include <algorithm>
@@ -8,7 +9,7 @@ namespace fuzz {
 
 std::vector<std::string> seeds() {
   std::vector<std::string> texts;
-  for (const auto& file : std::filesystem::directory_iterator(SOURCE "/twin/scenarios")) {
+  for (const auto& file : std::filesystem::directory_iterator(tractiond::test::source("twin/scenarios"))) {
     texts.push_back(fileText(file.path()));
   }
   std::ranges::sort(texts);  // the same in every folder: a seed repeats a run

@@ -2,6 +2,7 @@
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
 #include "tests/fuzz/target.h"
+#include "tests/support/places.h"
 #include "tests/unit/capture/gv_transmitter.h"
 #include "tests/unit/capture/own_network.h"
 
@@ -77,7 +78,7 @@ class Stream {
   }
 
  private:
-  test::GvTransmitter sender_{SOURCE "/tests/unit/capture/descriptions/quirky.xml"};
+  test::GvTransmitter sender_{tractiond::test::source("tests/unit/capture/descriptions/quirky.xml")};
   Ledger ledger_;
   std::unique_ptr<capture::Camera> camera_;
   int socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);

@@ -1,6 +1,7 @@
 #include "daemon/calibrate/contact_fit.h"
 #include "sensor/elastic/half_space.h"
 #include "sensor/elastic/loads.h"
+#include "tests/support/places.h"
 #include "tests/unit/calibrate/markers.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +25,7 @@ const ContactFit& paperFit() {
 sensor::Points finiteElements(const std::string& wanted) {
   const sensor::Sensor sensor;
   const sensor::Points markers = sensor::markerPositions(sensor.layers);
-  std::ifstream file(TRACTION_GOLDEN_DIR "/block_reference.csv");
+  std::ifstream file(test::source("tests/golden/block_reference.csv"));
   std::string line;
   std::getline(file, line);
   std::vector<std::string> names;

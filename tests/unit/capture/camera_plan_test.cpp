@@ -1,4 +1,5 @@
 #include "daemon/capture/camera_plan.h"
+#include "tests/support/places.h"
 #include "tests/support/seed.h"
 
 #include <gmock/gmock.h>
@@ -17,7 +18,7 @@ using testing::Contains;
 using testing::HasSubstr;
 
 std::string quirky() {
-  std::ifstream file(DESCRIPTIONS "/quirky.xml");
+  std::ifstream file(test::source("tests/unit/capture/descriptions/quirky.xml"));
   return {std::istreambuf_iterator<char>(file), {}};
 }
 

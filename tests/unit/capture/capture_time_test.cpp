@@ -1,4 +1,5 @@
 // When was the picture taken? Real packets, and clocks that are set: the camera's, and the time of day.
+#include "tests/support/places.h"
 #include "tests/support/wall_clock.h"
 #include "tests/unit/capture/quirks.h"
 
@@ -19,7 +20,7 @@ using test::GvTransmitter;
 
 /// The same camera, and it latches its clock.
 std::string withLatch() {
-  std::ifstream in(DESCRIPTIONS "/quirky.xml");
+  std::ifstream in(test::source("tests/unit/capture/descriptions/quirky.xml"));
   std::string text{std::istreambuf_iterator<char>(in), {}};
   text.insert(text.find("<Port Name=\"Device\"/>"), R"(
     <Command Name="GevTimestampControlLatch"><pValue>LatchReg</pValue><CommandValue>2</CommandValue></Command>
@@ -44,7 +45,7 @@ struct Outcome {
 /// The time of day is set by an hour all the while.
 class Timed : public Quirks {
  protected:
-  explicit Timed(const std::string& description = DESCRIPTIONS "/quirky.xml")
+  explicit Timed(const std::string& description = test::source("tests/unit/capture/descriptions/quirky.xml"))
       : Quirks(description) {}
   ~Timed() override { test::wallClockAhead_s() = 0; }
 

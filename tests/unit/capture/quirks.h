@@ -4,6 +4,7 @@
 #include "daemon/base/clock.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
+#include "tests/support/places.h"
 #include "tests/support/seed.h"
 #include "tests/unit/capture/gv_transmitter.h"
 
@@ -33,7 +34,7 @@ inline std::uint64_t noClock(std::uint64_t, std::mt19937_64&) {
 
 class Quirks : public testing::Test {
  protected:
-  explicit Quirks(const std::string& description = DESCRIPTIONS "/quirky.xml")
+  explicit Quirks(const std::string& description = test::source("tests/unit/capture/descriptions/quirky.xml"))
       : sender_(description) {
     options_.id = "127.0.0.1";
     options_.wait = false;

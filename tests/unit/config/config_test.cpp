@@ -1,5 +1,6 @@
 #include "daemon/config.h"
 #include "daemon/config_toml.h"
+#include "tests/support/places.h"
 
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
@@ -34,7 +35,7 @@ TEST(Config, OfAnEmptyFileIsTheDefault) {
 }
 
 TEST(Config, ShippedFileIsTheDefaultsWithEveryKey) {
-  std::ifstream stream(CONFIG_FILE);
+  std::ifstream stream(test::source("config/tractiond.toml"));
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
   EXPECT_EQ(text, configText(Config{})) << "run: tractiond --print-config > config/tractiond.toml";
 }

@@ -1,4 +1,5 @@
 #include "gateway/config.h"
+#include "tests/support/places.h"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +19,7 @@ std::string errorOf(const std::string& text) {
 }
 
 TEST(GatewayConfig, ShippedFileIsTheDefaultsWithEveryKey) {
-  std::ifstream stream(CONFIG_FILE);
+  std::ifstream stream(test::source("config/gateway.toml"));
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
   EXPECT_EQ(text, configText(Config{})) << "run: traction-gateway --print-config > config/gateway.toml";
 }

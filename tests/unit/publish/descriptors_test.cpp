@@ -1,5 +1,7 @@
 // The committed descriptor set is the promise to those who read our messages today; the .proto files must keep it.
 
+#include "tests/support/places.h"
+
 #include <google/protobuf/descriptor.pb.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +28,7 @@ void add(const std::string& scope, const DescriptorProto& message, Contract& con
   for (const auto& nested : message.enum_type()) contract.enums[name + "." + nested.name()] = nested;
 }
 
-FileDescriptorSet read(const char* path) {
+FileDescriptorSet read(const std::string& path) {
   FileDescriptorSet files;
   std::ifstream stream(path, std::ios::binary);
   EXPECT_TRUE(files.ParseFromIstream(&stream)) << path;
@@ -100,16 +102,19 @@ std::vector<std::string> breaks(const Contract& before, const Contract& now) {
 }
 
 TEST(Descriptors, CommittedContractIsKept) {
-  for (const std::string& line : breaks(contractOf(read(COMMITTED)), contractOf(read(CURRENT)))) ADD_FAILURE() << line;
+  for (const std::string& line : breaks(contractOf(test::source("proto/traction/v1.descriptors")),
+                                        contractOf(test::built("proto/cpp/v1.descriptors"))))
+    ADD_FAILURE() << line;
 }
 
 TEST(Descriptors, CommittedContractIsComplete) {
-  EXPECT_EQ(read(CURRENT).SerializeAsString(), read(COMMITTED).SerializeAsString())
+  EXPECT_EQ(test::built("proto/cpp/v1.descriptors").SerializeAsString(),
+            test::source("proto/traction/v1.descriptors").SerializeAsString())
       << "the .proto files have grown: ninja commit_descriptors";
 }
 
 TEST(Descriptors, EveryBreakIsSeen) {
-  FileDescriptorSet committed = read(COMMITTED);
+  FileDescriptorSet committed = test::source("proto/traction/v1.descriptors");
   for (auto& file : *committed.mutable_file()) {
     for (auto& message : *file.mutable_message_type()) {
       if (message.name() != "Field") continue;

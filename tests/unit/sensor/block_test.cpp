@@ -4,6 +4,7 @@
 #include "sensor/elastic/half_space.h"
 #include "sensor/elastic/loads.h"
 #include "sensor/elastic/quadrature.h"
+#include "tests/support/places.h"
 #include "tests/unit/sensor/elasticity.h"
 
 #include <gtest/gtest.h>
@@ -232,7 +233,7 @@ TEST(Block, SumsForcesAsItsMatrixDoes) {
 }
 
 TEST(Block, AgreesWithFiniteElements) {
-  std::ifstream file(TRACTION_GOLDEN_DIR "/block_reference.csv");
+  std::ifstream file(test::source("tests/golden/block_reference.csv"));
   ASSERT_TRUE(file);
   std::string line;
   std::getline(file, line);
