@@ -145,7 +145,7 @@ class Faults(steady.TestCase):
     def test_any_datagrams_from_another_address(self):
         """20,000 a second: nothing is invented, and the process stays as it is."""
         self.begin()
-        seed_number, seconds = self.draw.randrange(1 << 32), float(os.environ.get("TRACTION_DATAGRAM_SECONDS", 4))
+        seed_number, seconds = self.draw.randrange(1 << 32), float(os.environ.get("TRACTION_DATAGRAM_SECONDS", 60))
         without = self.lost_within(seconds)
         refused, memory_MiB = self.refused(), self.daemon.memory_MiB()
         sender = self.bench.start(sys.executable, SUPPORT / "datagrams.py", seed_number, 20_000, seconds, "127.0.0.2",
@@ -298,7 +298,7 @@ class Faults(steady.TestCase):
         """TRACTION_TIMES, at any moment; it is away for a moment or for seconds; 60 frames/s."""
         self.begin(config="frame_rate_hz = 60\n")
         noticed, back = [], []
-        for _ in range(int(os.environ.get("TRACTION_TIMES", 3))):
+        for _ in range(int(os.environ.get("TRACTION_TIMES", 50))):
             self.stream(self.draw.randrange(1, 60))
             lost = len(re.findall("is lost: it does not answer", self.daemon.output()))
             begin = time.monotonic()

@@ -13,7 +13,7 @@ import seed
 import steady
 
 FROZEN, READING = 45, 5
-TIMES = int(os.environ.get("TRACTION_FREEZES", 1))
+TIMES = int(os.environ.get("TRACTION_FREEZES", 5))
 
 
 class Subscribers(steady.TestCase):

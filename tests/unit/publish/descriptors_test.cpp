@@ -102,19 +102,19 @@ std::vector<std::string> breaks(const Contract& before, const Contract& now) {
 }
 
 TEST(Descriptors, CommittedContractIsKept) {
-  for (const std::string& line : breaks(contractOf(test::source("proto/traction/v1.descriptors")),
-                                        contractOf(test::built("proto/cpp/v1.descriptors"))))
+  for (const std::string& line : breaks(contractOf(tractiond::test::source("proto/traction/v1.descriptors")),
+                                        contractOf(tractiond::test::built("proto/cpp/v1.descriptors"))))
     ADD_FAILURE() << line;
 }
 
 TEST(Descriptors, CommittedContractIsComplete) {
-  EXPECT_EQ(test::built("proto/cpp/v1.descriptors").SerializeAsString(),
-            test::source("proto/traction/v1.descriptors").SerializeAsString())
+  EXPECT_EQ(tractiond::test::built("proto/cpp/v1.descriptors").SerializeAsString(),
+            tractiond::test::source("proto/traction/v1.descriptors").SerializeAsString())
       << "the .proto files have grown: ninja commit_descriptors";
 }
 
 TEST(Descriptors, EveryBreakIsSeen) {
-  FileDescriptorSet committed = test::source("proto/traction/v1.descriptors");
+  FileDescriptorSet committed = tractiond::test::source("proto/traction/v1.descriptors");
   for (auto& file : *committed.mutable_file()) {
     for (auto& message : *file.mutable_message_type()) {
       if (message.name() != "Field") continue;

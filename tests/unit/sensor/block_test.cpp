@@ -233,7 +233,7 @@ TEST(Block, SumsForcesAsItsMatrixDoes) {
 }
 
 TEST(Block, AgreesWithFiniteElements) {
-  std::ifstream file(test::source("tests/golden/block_reference.csv"));
+  std::ifstream file(tractiond::test::source("tests/golden/block_reference.csv"));
   ASSERT_TRUE(file);
   std::string line;
   std::getline(file, line);

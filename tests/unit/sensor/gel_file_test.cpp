@@ -59,7 +59,7 @@ void expectSame(const Sensor& a, const Sensor& b) {
 }
 
 std::string paperText() {
-  std::ifstream file(test::source("config/gels/paper.toml"));
+  std::ifstream file(tractiond::test::source("config/gels/paper.toml"));
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
@@ -82,7 +82,7 @@ int lineOf(const std::string& text, const std::string& part) {
 }
 
 TEST(GelFile, PaperTomlHoldsTheDefaults) {
-  const auto loaded = sensor::loadGel(test::source("config/gels/paper.toml"));
+  const auto loaded = sensor::loadGel(tractiond::test::source("config/gels/paper.toml"));
   ASSERT_TRUE(loaded.has_value()) << loaded.error().what;
   expectSame(*loaded, Sensor{});
 }
@@ -114,7 +114,7 @@ TEST(GelFile, WhatIsWrittenIsRead) {
 }
 
 TEST(GelFile, BlackDotsAreOneLayerThatTakesLightAway) {
-  const auto read = sensor::loadGel(test::source("config/gels/black_dots.toml"));
+  const auto read = sensor::loadGel(tractiond::test::source("config/gels/black_dots.toml"));
   ASSERT_TRUE(read.has_value()) << read.error().where << read.error().what;
   ASSERT_EQ(read->layers.size(), 1U);
   EXPECT_EQ(read->layers[0].colour, sensor::Colour::kGrey);

@@ -16,7 +16,7 @@ namespace {
 using namespace twin;
 
 Scenario shipped(const std::string& name) {
-  const auto scenario = loadScenario(test::source("twin/scenarios/" + name + ".toml"));
+  const auto scenario = loadScenario(tractiond::test::source("twin/scenarios/" + name + ".toml"));
   EXPECT_TRUE(scenario.has_value()) << scenario.error().where << ": " << scenario.error().what;
   return scenario.value_or(Scenario{});
 }
@@ -30,7 +30,7 @@ Picture picture(double time_s, std::uint64_t number = 0) {
 
 std::vector<std::string> shippedNames() {
   std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(test::source("twin/scenarios")))
+  for (const auto& entry : std::filesystem::directory_iterator(tractiond::test::source("twin/scenarios")))
     names.push_back(entry.path().stem());
   return names;
 }
