@@ -101,20 +101,24 @@ std::vector<std::string> breaks(const Contract& before, const Contract& now) {
   return found;
 }
 
+FileDescriptorSet readCommitted() {
+  return read(tractiond::test::source("proto/traction/v1.descriptors"));
+}
+FileDescriptorSet readBuilt() {
+  return read(tractiond::test::built("proto/cpp/v1.descriptors"));
+}
+
 TEST(Descriptors, CommittedContractIsKept) {
-  for (const std::string& line : breaks(contractOf(tractiond::test::source("proto/traction/v1.descriptors")),
-                                        contractOf(tractiond::test::built("proto/cpp/v1.descriptors"))))
-    ADD_FAILURE() << line;
+  for (const std::string& line : breaks(contractOf(readCommitted()), contractOf(readBuilt()))) ADD_FAILURE() << line;
 }
 
 TEST(Descriptors, CommittedContractIsComplete) {
-  EXPECT_EQ(tractiond::test::built("proto/cpp/v1.descriptors").SerializeAsString(),
-            tractiond::test::source("proto/traction/v1.descriptors").SerializeAsString())
+  EXPECT_EQ(readBuilt().SerializeAsString(), readCommitted().SerializeAsString())
       << "the .proto files have grown: ninja commit_descriptors";
 }
 
 TEST(Descriptors, EveryBreakIsSeen) {
-  FileDescriptorSet committed = tractiond::test::source("proto/traction/v1.descriptors");
+  FileDescriptorSet committed = readCommitted();
   for (auto& file : *committed.mutable_file()) {
     for (auto& message : *file.mutable_message_type()) {
       if (message.name() != "Field") continue;
