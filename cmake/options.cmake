@@ -17,7 +17,13 @@ if(TRACTION_CCACHE)
   endforeach()
 endif()
 
-add_compile_options(-ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)  # debuggers: start them at the top of the tree
+option(TRACTION_COVERAGE "Count the lines that tests run: tools/coverage" OFF)
+if(TRACTION_COVERAGE)
+  add_compile_options(-O1 --coverage -fprofile-update=atomic)
+  add_link_options(--coverage)
+else()
+  add_compile_options(-ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)  # debuggers: start them at the top of the tree
+endif()
 
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE RelWithDebInfo)

@@ -17,7 +17,7 @@ class Dependencies(unittest.TestCase):
         return set(text.split())
 
     def test_groups_add_up_to_all(self):
-        groups = [self.list(group) for group in ("build", "test", "lens", "viewer", "page")]
+        groups = [self.list(group) for group in ("build", "test", "lens", "viewer", "page", "coverage")]
         self.assertEqual(set().union(*groups), self.list())
         self.assertEqual(self.list(), self.list("all"))
         self.assertEqual(self.list("build", "test"), groups[0] | groups[1])
@@ -30,7 +30,7 @@ class Dependencies(unittest.TestCase):
     def test_every_package_says_what_it_is_for(self):
         table = re.search(r"<<'END'\n(.*?)\nEND\n", (TOOLS / "dependencies").read_text(), re.S)[1]
         for line in table.splitlines():
-            self.assertRegex(line, r"^(build|test|lens|viewer|page) +[a-z0-9.+-]+ +# \S")
+            self.assertRegex(line, r"^(build|test|lens|viewer|page|coverage) +[a-z0-9.+-]+ +# \S")
 
     def test_an_unknown_group_is_refused(self):
         code, text = self.stubs.run(TOOLS / "dependencies", "everything")
