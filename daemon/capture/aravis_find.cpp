@@ -57,8 +57,13 @@ tl::expected<Ref<ArvCamera>, Error> find(const CameraOptions& options) {
   Failure failure;
   const Ref<ArvDevice> device(arv_open_device(id.empty() ? nullptr : id.c_str(), failure.into()));
   if (device) {
-    if (const std::string fault = faultOf(arv_device_get_genicam(device.get())); !fault.empty())
-      return failed(EX_UNAVAILABLE, fault, "its firmware may be damaged");
+    std::size_t size = 0;
+    const char* const xml = arv_device_get_genicam_xml(device.get(), &size);
+    ArvGc* const description = arv_device_get_genicam(device.get());
+    std::string fault =
+        xml == nullptr || description == nullptr ? "the camera has no description" : faultOfText({xml, size});
+    if (fault.empty()) fault = faultOf(description);
+    if (!fault.empty()) return failed(EX_UNAVAILABLE, fault, "its firmware may be damaged");
   }
   Ref<ArvCamera> camera(device ? arv_camera_new_with_device(device.get(), failure.into()) : nullptr);
   if (!camera)

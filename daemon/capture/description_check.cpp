@@ -1,4 +1,10 @@
+// Strategy. Aravis follows references without a bound and takes memory without asking: what would make it do so
+// forever, or take too much, is looked for before it evaluates anything. It parses what it can of a file that was cut
+// short, so libxml2 reads the text once more and says whether it is whole.
 #include "daemon/capture/description_check.h"
+
+#include <libxml/SAX2.h>
+#include <libxml/parser.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -7,22 +13,100 @@
 namespace tractiond::capture {
 namespace {
 
-void walk(ArvDomNode* node, const std::function<void(ArvGcNode*)>& visit) {
-  for (ArvDomNode* child = arv_dom_node_get_first_child(node); child != nullptr;
-       child = arv_dom_node_get_next_sibling(child)) {
-    if (ARV_IS_GC_FEATURE_NODE(child))
-      visit(ARV_GC_NODE(child));
-    else if (g_strcmp0(arv_dom_node_get_node_name(child), "Group") == 0)
-      walk(child, visit);
-  }
-}
-
 /// Tables for shading correction are some hundred kilobytes.
 constexpr long long kLargestRegister_bytes = 16 << 20;
 
-/// What a node's value is made of.
-std::vector<std::string> ingredients(ArvGcNode* node) {
-  return elementTexts(node, {"pValue", "pVariable", "pAddress", "pIndex", "pLength", "pValueIndexed", "pValueDefault"});
+/// Calls visit for each feature node below a node. Groups are feature nodes in Aravis, but have no value.
+void walk(ArvDomNode* node, const std::function<void(ArvGcNode*)>& visit) {
+  for (ArvDomNode* child = arv_dom_node_get_first_child(node); child != nullptr;
+       child = arv_dom_node_get_next_sibling(child)) {
+    if (ARV_IS_GC_FEATURE_NODE(child) && !ARV_IS_GC_GROUP_NODE(child)) visit(ARV_GC_NODE(child));
+    walk(child, visit);
+  }
+}
+
+std::vector<std::string> elementTextsOf(ArvDomNode* node, std::initializer_list<const char*> names) {
+  std::vector<std::string> texts;
+  for (ArvDomNode* child = arv_dom_node_get_first_child(node); child != nullptr;
+       child = arv_dom_node_get_next_sibling(child)) {
+    const char* name = arv_dom_node_get_node_name(child);
+    if (std::none_of(names.begin(), names.end(), [&](const char* one) { return g_strcmp0(name, one) == 0; })) continue;
+    ArvDomNode* content = arv_dom_node_get_first_child(child);
+    if (content != nullptr) texts.push_back(text(arv_dom_node_get_node_value(content)));
+  }
+  return texts;
+}
+
+constexpr std::initializer_list<const char*> kReferences{"pValue",        "pVariable",  "pAddress",
+                                                         "pIndex",        "pLength",    "pValueIndexed",
+                                                         "pValueDefault", "pValueCopy", "pCommandValue"};
+
+/// Adds the names of the nodes that a node's value is made of, those of nodes inside it among them: a register may hold
+/// the formula of its address.
+void addReferences(ArvDomNode* node, std::vector<std::string>& references) {
+  const std::vector<std::string> own = elementTextsOf(node, kReferences);
+  references.insert(references.end(), own.begin(), own.end());
+  for (ArvDomNode* child = arv_dom_node_get_first_child(node); child != nullptr;
+       child = arv_dom_node_get_next_sibling(child))
+    if (ARV_IS_GC_FEATURE_NODE(child)) addReferences(child, references);
+}
+
+/// Returns where references of values lead back to where they came from, or lead too far; empty: nowhere. Depth first,
+/// without recursion: a chain may be as long as the file.
+std::string circleIn(const std::unordered_map<std::string, std::vector<std::string>>& madeOf) {
+  constexpr std::size_t kDeepest = 200;
+  enum class State { kNew, kOpen, kDone };
+  std::unordered_map<std::string, State> states;
+  for (const auto& entry : madeOf) {
+    std::vector<std::pair<std::string, std::size_t>> path{{entry.first, 0}};
+    if (states[entry.first] != State::kNew) continue;
+    states[entry.first] = State::kOpen;
+    while (!path.empty()) {
+      auto& [name, next] = path.back();
+      const std::vector<std::string>& parts = madeOf.at(name);
+      if (next == parts.size()) {
+        states[name] = State::kDone;
+        path.pop_back();
+        continue;
+      }
+      const std::string part = parts[next++];
+      if (madeOf.count(part) == 0) continue;
+      if (states[part] == State::kOpen) return "the camera's description goes in a circle at " + part;
+      if (path.size() > kDeepest) return "the camera's description is nested too deeply at " + part;
+      if (states[part] == State::kNew) {
+        states[part] = State::kOpen;
+        path.emplace_back(part, 0);
+      }
+    }
+  }
+  return {};
+}
+
+/// Returns the first register that claims more than any camera has; empty: there is none.
+std::string claimIn(ArvGc* description) {
+  std::string claim;
+  forEachNode(description, [&](ArvGcNode* node) {
+    const std::string length = elementText(node, "Length");
+    const long long bytes = std::strtoll(length.c_str(), nullptr, 0);
+    if (bytes < 0 || bytes > kLargestRegister_bytes)
+      claim =
+          "register " + text(arv_gc_feature_node_get_name(ARV_GC_FEATURE_NODE(node))) + " claims " + length + " bytes";
+  });
+  return claim.empty() ? claim : "the camera's description is impossible: " + claim;
+}
+
+/// The same of registers whose length the camera tells. The references have been checked.
+std::string claimOf(ArvGc* description) {
+  std::string claim;
+  forEachNode(description, [&](ArvGcNode* node) {
+    if (!ARV_IS_GC_REGISTER(node) || elementText(node, "pLength").empty()) return;
+    Failure failure;
+    const guint64 bytes = arv_gc_register_get_length(ARV_GC_REGISTER(node), failure.into());
+    if (failure || bytes <= static_cast<guint64>(kLargestRegister_bytes)) return;
+    claim = "register " + text(arv_gc_feature_node_get_name(ARV_GC_FEATURE_NODE(node))) + " has " +
+            std::to_string(bytes) + " bytes";
+  });
+  return claim.empty() ? claim : "the camera cannot be believed: " + claim;
 }
 
 }  // namespace
@@ -33,57 +117,41 @@ void forEachNode(ArvGc* description, const std::function<void(ArvGcNode*)>& visi
 }
 
 std::vector<std::string> elementTexts(ArvGcNode* node, std::initializer_list<const char*> names) {
-  std::vector<std::string> texts;
-  for (ArvDomNode* child = arv_dom_node_get_first_child(ARV_DOM_NODE(node)); child != nullptr;
-       child = arv_dom_node_get_next_sibling(child)) {
-    const char* name = arv_dom_node_get_node_name(child);
-    if (std::none_of(names.begin(), names.end(), [&](const char* one) { return g_strcmp0(name, one) == 0; })) continue;
-    ArvDomNode* content = arv_dom_node_get_first_child(child);
-    if (content != nullptr) texts.push_back(text(arv_dom_node_get_node_value(content)));
-  }
-  return texts;
+  return elementTextsOf(ARV_DOM_NODE(node), names);
+}
+
+std::string faultOfText(std::string_view xml) {
+  const std::size_t end =
+      xml.find_last_not_of(std::string_view(" \t\r\n\0", 5));  // some cameras fill up their last page
+  if (end == std::string_view::npos) return "the camera's description is empty";
+  xmlSAXHandler handler{};
+  handler.initialized = XML_SAX2_MAGIC;
+  handler.serror = [](void* /*data*/, xmlErrorPtr /*error*/) {};  // it is said below
+  if (xmlSAXUserParseMemory(&handler, nullptr, xml.data(), static_cast<int>(end + 1)) == 0) return {};
+  const xmlError* const error = xmlGetLastError();
+  std::string why = error == nullptr || error->message == nullptr ? "" : error->message;
+  while (!why.empty() && std::isspace(static_cast<unsigned char>(why.back())) != 0) why.pop_back();
+  return "the camera's description is cut short or damaged" +
+         (error == nullptr ? "" : " at line " + std::to_string(error->line) + ": " + why);
 }
 
 std::string faultOf(ArvGc* description) {
+  if (std::string claim = claimIn(description); !claim.empty()) return claim;
   std::unordered_map<std::string, std::vector<std::string>> madeOf;
-  std::string claim;
   forEachNode(description, [&](ArvGcNode* node) {
-    const std::string name = text(arv_gc_feature_node_get_name(ARV_GC_FEATURE_NODE(node)));
-    madeOf[name] = ingredients(node);
-    // Aravis takes the memory for it without a second thought.
-    const std::string length = elementText(node, "Length");
-    const long long bytes = std::strtoll(length.c_str(), nullptr, 0);
-    if (bytes < 0 || bytes > kLargestRegister_bytes) claim = "register " + name + " claims " + length + " bytes";
-  });
-  if (!claim.empty()) return "the camera's description is impossible: " + claim;
-  if (madeOf.empty()) return "the camera's description is empty or cut short";
-
-  // Depth first, without recursion: a chain may be as long as the file.
-  enum class State { kNew, kOpen, kDone };
-  std::unordered_map<std::string, State> states;
-  for (const auto& entry : madeOf) {
-    std::vector<std::pair<std::string, std::size_t>> path{{entry.first, 0}};
-    if (states[entry.first] != State::kNew) continue;
-    states[entry.first] = State::kOpen;
-    while (!path.empty()) {
-      auto& [name, next] = path.back();
-      const std::vector<std::string>& parts = madeOf[name];
-      if (next == parts.size()) {
-        states[name] = State::kDone;
-        path.pop_back();
-        continue;
-      }
-      const std::string part = parts[next++];
-      if (madeOf.count(part) == 0) continue;
-      if (states[part] == State::kOpen) return "the camera's description goes in a circle at " + part;
-      if (path.size() > 200) return "the camera's description is nested too deeply at " + part;
-      if (states[part] == State::kNew) {
-        states[part] = State::kOpen;
-        path.emplace_back(part, 0);
-      }
+    // Where two nodes have one name, either may be meant.
+    auto& references = madeOf[text(arv_gc_feature_node_get_name(ARV_GC_FEATURE_NODE(node)))];
+    addReferences(ARV_DOM_NODE(node), references);
+    // An entry of a structure is read at the structure's address.
+    for (ArvDomNode* outer = arv_dom_node_get_parent_node(ARV_DOM_NODE(node));
+         outer != nullptr && ARV_IS_GC_FEATURE_NODE(outer); outer = arv_dom_node_get_parent_node(outer)) {
+      const std::vector<std::string> more = elementTextsOf(outer, kReferences);
+      references.insert(references.end(), more.begin(), more.end());
     }
-  }
-  return {};
+  });
+  if (madeOf.empty()) return "the camera's description is empty";
+  if (std::string circle = circleIn(madeOf); !circle.empty()) return circle;
+  return claimOf(description);
 }
 
 }  // namespace tractiond::capture

@@ -5,16 +5,22 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 
 namespace tractiond::capture {
 
-/// Every node of a description, those in groups too.
+/// Calls visit for every node of a description that can have a value, those in groups and in other nodes too.
 void forEachNode(ArvGc* description, const std::function<void(ArvGcNode*)>& visit);
 
-/// The texts of a node's elements whose names are in the list.
+/// Returns the texts of a node's elements whose names are in the list.
 std::vector<std::string> elementTexts(ArvGcNode* node, std::initializer_list<const char*> names);
 
-/// Empty, or a sentence: a value that depends on itself would be followed without end, and takes the process with it.
+/// Returns why the text of a description is not whole, as a sentence; empty: it is.
+std::string faultOfText(std::string_view xml);
+
+/// Returns why a description must not be evaluated, as a sentence; empty: it may be. A value depends on itself, which
+/// Aravis would follow without end; a register takes more memory than any camera has. Reads the lengths that the camera
+/// itself tells.
 std::string faultOf(ArvGc* description);
 
 }  // namespace tractiond::capture

@@ -141,22 +141,17 @@ void seed(ArvDevice* device, ArvGcNode* node, std::initializer_list<const char*>
 Ref<ArvDevice> makePaperDevice(const std::string& xml, Failure& failure) {
   auto* object = static_cast<PaperDevice*>(g_object_new(paperType(), nullptr));
   Ref<ArvDevice> device(reinterpret_cast<ArvDevice*>(object));
+  const auto refused = [&](const std::string& why) {
+    g_set_error(failure.into(), ARV_DEVICE_ERROR, ARV_DEVICE_ERROR_GENICAM_NOT_FOUND, "%s", why.c_str());
+    return Ref<ArvDevice>();
+  };
+  if (const std::string fault = faultOfText(xml); !fault.empty()) return refused(fault);
   object->paper->xml = xml;
   object->paper->description.reset(arv_gc_new(device.get(), object->paper->xml.c_str(), object->paper->xml.size()));
-  if (!object->paper->description) {
-    g_set_error(failure.into(), ARV_DEVICE_ERROR, ARV_DEVICE_ERROR_GENICAM_NOT_FOUND, "it is no GenICam description");
-    return {};
-  }
-  if (const std::string fault = faultOf(object->paper->description.get()); !fault.empty()) {
-    g_set_error(failure.into(), ARV_DEVICE_ERROR, ARV_DEVICE_ERROR_GENICAM_NOT_FOUND, "%s", fault.c_str());
-    return {};
-  }
+  if (!object->paper->description) return refused("it is no GenICam description");
+  if (const std::string fault = faultOf(object->paper->description.get()); !fault.empty()) return refused(fault);
   forEachNode(object->paper->description.get(), [&](ArvGcNode* node) {
     seed(device.get(), node, {"pIsImplemented", "pIsAvailable"}, true);
-    // Entries of enumerations are asked one by one.
-    for (ArvDomNode* child = arv_dom_node_get_first_child(ARV_DOM_NODE(node)); child != nullptr;
-         child = arv_dom_node_get_next_sibling(child))
-      if (ARV_IS_GC_ENUM_ENTRY(child)) seed(device.get(), ARV_GC_NODE(child), {"pIsImplemented", "pIsAvailable"}, true);
   });
   forEachNode(object->paper->description.get(), [&](ArvGcNode* node) { seed(device.get(), node, {"pMax"}, false); });
   return device;

@@ -89,6 +89,73 @@ TEST_F(CameraPlanTest, ACircleIsNamed) {
   EXPECT_THAT(planned.error().message(), HasSubstr("goes in a circle"));
 }
 
+/// The description with everything in a group in a group, as some makers sort theirs.
+std::string grouped() {
+  std::string xml = quirky();
+  xml.insert(xml.find('>', xml.find("<RegisterDescription")) + 1, "<Group Comment=\"all\"><Group>");
+  xml.insert(xml.find("</RegisterDescription"), "</Group></Group>");
+  return xml;
+}
+
+TEST_F(CameraPlanTest, GroupsChangeNothing) {
+  const auto plain = plan(quirky(), {.exposure_us = 200});
+  const auto sorted = plan(grouped(), {.exposure_us = 200});
+  ASSERT_TRUE(plain && sorted);
+  EXPECT_EQ(sorted->formats, plain->formats);
+  EXPECT_EQ(sorted->settings, plain->settings);
+  EXPECT_EQ(sorted->chunks, plain->chunks);
+}
+
+TEST_F(CameraPlanTest, ACircleInAGroupIsNamed) {
+  std::string xml = grouped();
+  replace(xml, "<pValue>GainReg</pValue>", "<pValue>BalanceRatio</pValue>");
+  replace(xml, "<pValue>BalanceReg</pValue>", "<pValue>Gain</pValue>");
+  const auto planned = plan(xml);
+  ASSERT_FALSE(planned);
+  EXPECT_THAT(planned.error().message(), HasSubstr("goes in a circle"));
+}
+
+/// The address of a register may be the result of a formula that stands in the register.
+TEST_F(CameraPlanTest, ACircleThroughARegistersFormulaIsNamed) {
+  for (const char* name : {"Name=\"Where\"", ""}) {
+    std::string xml = quirky();
+    replace(xml, "<IntReg Name=\"GainReg\">",
+            "<IntReg Name=\"GainReg\"><IntSwissKnife " + std::string(name) +
+                "><pVariable Name=\"G\">Gain</pVariable><Formula>G</Formula></IntSwissKnife>");
+    const auto planned = plan(xml);
+    ASSERT_FALSE(planned) << name;
+    EXPECT_THAT(planned.error().message(), HasSubstr("goes in a circle"));
+  }
+}
+
+TEST_F(CameraPlanTest, ARegisterOfTooManyBytesIsRefused) {
+  const std::string number = "<Integer Name=\"Bytes\"><Value>9000000000000000000</Value></Integer>";
+  const std::string large = "<StringReg Name=\"Large\"><Address>0x9000</Address><Length>2147483648</Length>"
+                            "<AccessMode>RO</AccessMode><pPort>Device</pPort></StringReg>";
+  const std::string told = "<StringReg Name=\"Told\"><Address>0x9000</Address><pLength>Bytes</pLength>"
+                           "<AccessMode>RO</AccessMode><pPort>Device</pPort></StringReg>";
+  for (const std::string& more :
+       {large, "<Group>" + large + "</Group>", number + told, number + "<Group>" + told + "</Group>"}) {
+    std::string xml = quirky();
+    xml.insert(xml.find("</RegisterDescription"), more);
+    const auto planned = plan(xml);
+    ASSERT_FALSE(planned) << more;
+    EXPECT_EQ(planned.error().exitCode, EX_DATAERR);
+    EXPECT_THAT(planned.error().message(), HasSubstr(" bytes"));
+  }
+}
+
+TEST_F(CameraPlanTest, ADescriptionCutShortIsRefusedWhereverTheCutIs) {
+  std::string xml = quirky();
+  xml.erase(xml.find_last_of('>') + 1);
+  for (std::size_t length = 0; length < xml.size(); length += length < xml.size() - 50 ? 97 : 1) {
+    const auto planned = plan(xml.substr(0, length));
+    ASSERT_FALSE(planned) << length << " of " << xml.size() << " bytes";
+    EXPECT_EQ(planned.error().exitCode, EX_DATAERR);
+  }
+  EXPECT_TRUE(plan(xml + std::string(512, '\0'))) << "some cameras fill up their last page";
+}
+
 /// Descriptions that a bad sector, a careless maker or an attacker could have made of a good one: a plan or a sentence,
 /// never the end of the process.
 TEST_F(CameraPlanTest, SurvivesDamagedDescriptions) {
