@@ -60,6 +60,7 @@ struct Camera::Keeper {
   OpenDriver former;  // what `open` was, until the camera has been opened by it; else empty
   bool wait = true;
   nanoseconds slowest{0};
+  std::int64_t (*clock)() = nullptr;
   std::stop_source stop;
   std::atomic<CameraState> state{CameraState::kUnknown};
   std::atomic<bool> refusedLast{false};
@@ -90,7 +91,7 @@ struct Camera::Keeper {
   std::optional<tl::expected<CameraReport, std::string>> answer;
 
   void run();
-  void begin(nanoseconds longest) { due_ns = monotonicNow() + (longest + kLate).count(); }
+  void begin(nanoseconds longest) { due_ns = clock() + (longest + kLate).count(); }
   std::unique_ptr<Driver> openOne(const CameraInfo* before);
   void accompany(Driver& driver);
   void renew();
@@ -137,7 +138,7 @@ std::unique_ptr<Driver> Camera::Keeper::openOne(const CameraInfo* before) {
   if (before == nullptr) show(absent, "");
   std::string told;
   for (int attempt = 0; !stop.stop_requested(); ++attempt) {
-    const std::int64_t next_ns = monotonicNow() + kTurn.count();
+    const std::int64_t next_ns = clock() + kTurn.count();
     begin(slowest);
     renew();
     Opening opening{
@@ -184,7 +185,7 @@ std::unique_ptr<Driver> Camera::Keeper::openOne(const CameraInfo* before) {
     changed.notify_all();
     if (question) answer = tl::unexpected("the camera is not there: " + line), question.reset();
     begin(kTurn);
-    changed.wait_for(lock, nanoseconds(next_ns - monotonicNow()), [&] { return stop.stop_requested() || renewing; });
+    changed.wait_for(lock, nanoseconds(next_ns - clock()), [&] { return stop.stop_requested() || renewing; });
   }
   return nullptr;
 }
@@ -204,7 +205,7 @@ void Camera::Keeper::accompany(Driver& driver) {
   const auto due = [&] { return !lent || doubted.has_value() || question.has_value() || stop.stop_requested(); };
   for (;;) {
     begin(kTurn);
-    changed.wait_for(lock, nanoseconds(std::max<std::int64_t>(0, look_ns - monotonicNow())), due);
+    changed.wait_for(lock, nanoseconds(std::max<std::int64_t>(0, look_ns - clock())), due);
     begin(slowest);
     if (stop.stop_requested() && !lent) return;
     if (!lent) {
@@ -236,7 +237,7 @@ void Camera::Keeper::accompany(Driver& driver) {
       answer = std::move(result);
       question.reset();
     }
-    if (monotonicNow() >= look_ns) {
+    if (clock() >= look_ns) {
       lock.unlock();
       newest.link = driver.link();
       newest.link.packetsResent += before.packetsResent;
@@ -245,7 +246,7 @@ void Camera::Keeper::accompany(Driver& driver) {
       publish();
       warnOfForgery();
       lock.lock();
-      look_ns = monotonicNow() + kTurn.count();
+      look_ns = clock() + kTurn.count();
     }
   }
 }
@@ -308,6 +309,7 @@ tl::expected<std::unique_ptr<Camera>, Error> Camera::open(OpenDriver driver, con
   keeper->open = std::move(driver);
   keeper->wait = rules.wait;
   keeper->slowest = rules.slowest;
+  keeper->clock = rules.clock;
   keeper->say = std::move(say);
   keeper->welcome = std::move(welcome);
   std::unique_ptr<Camera> camera(new Camera(rules, ledger, keeper));
@@ -348,7 +350,7 @@ CameraState Camera::state() const {
 }
 
 bool Camera::isForsaken() const {
-  return !keeper_->lent && monotonicNow() > keeper_->due_ns;
+  return !keeper_->lent && rules_.clock() > keeper_->due_ns;
 }
 
 bool Camera::takeVitals(CameraVitals& vitals) {
@@ -404,7 +406,7 @@ Next Camera::next(Frame& frame, milliseconds timeout) {
   if (popped == Popped::kEnd) return end(driver_->end()), Next::kEnd;
   if (popped == Popped::kGone) return giveUp("it is no longer under our control"), Next::kTimeout;
   if (rules_.silenceTimeout_ms == 0 || driver_->info().triggered) return Next::kTimeout;
-  const std::int64_t now_ns = monotonicNow();
+  const std::int64_t now_ns = rules_.clock();
   const bool dead = keeper_->unanswered.load(std::memory_order_relaxed) == lastArrival_ns_;
   if (dead || now_ns - lastArrival_ns_ > std::int64_t{rules_.silenceTimeout_ms} * 1'000'000) {
     driver_->markSilent();
@@ -499,7 +501,7 @@ bool Camera::adopt(milliseconds timeout) {
     gate_->restart();
   }
   clock_.learn({});
-  lastArrival_ns_ = lastWhole_ns_ = monotonicNow();
+  lastArrival_ns_ = lastWhole_ns_ = rules_.clock();
   longest_ns_ = 0;
   return true;
 }

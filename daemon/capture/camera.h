@@ -5,6 +5,7 @@
 // streams, and closes it; next() only pops, judges and hands on.
 #pragma once
 
+#include "daemon/base/clock.h"
 #include "daemon/base/mailbox.h"
 #include "daemon/capture/device_clock.h"
 #include "daemon/capture/driver.h"
@@ -26,6 +27,7 @@ struct CameraRules {
   int silenceTimeout_ms = 2000;  ///< without a usable frame for longer the camera is lost; 0: only if it says so
   int buffers = 10;              ///< of the driver: the gate remembers more pictures than that
   std::chrono::milliseconds slowest{30'000};  ///< try to open a camera, or question to it: what takes longer hangs
+  std::int64_t (*clock)() = monotonicNow;     ///< of arrivals [ns]; waits are in real time
 };
 
 /// As a FrameSource bound to the capture thread; the functions marked so are thread-safe.

@@ -18,6 +18,12 @@ using std::chrono::milliseconds;
 using testing::Contains;
 using testing::HasSubstr;
 
+/// The camera's time, which passes only when a test says so [ns].
+std::atomic<std::int64_t> virtual_ns{1'000'000'000};
+std::int64_t virtualNow() {
+  return virtual_ns;
+}
+
 /// What the test tells the driver to do next, shared with it.
 struct Script {
   std::mutex mutex;
@@ -27,6 +33,8 @@ struct Script {
   int alive = 0, discarded = 0, given = 0;
   std::optional<Error> refusal;
   std::atomic<bool> answers{true};
+  std::atomic<int> doubts{0};  // how often it was asked whether it is there
+  std::int64_t (*clock)() = monotonicNow;
   std::atomic<int> asked{0};       // to open it
   std::atomic<bool> hangs{false};  // while it is opened
   std::uint64_t id = 0;
@@ -55,13 +63,17 @@ class ScriptedDriver : public Driver {
     script_.pops.pop_front();
     if (popped != Popped::kBuffer) return popped;
     buffer.arrival = {
-        .complete = true, .shape = info_.shape, .id = ++script_.id, .device_ns = 0, .host_ns = monotonicNow()};
+        .complete = true, .shape = info_.shape, .id = ++script_.id, .device_ns = 0, .host_ns = script_.clock()};
     picture_[0] = static_cast<std::uint8_t>(script_.id);
     buffer.data = picture_.data();
     buffer.handle = &script_;
     return Popped::kBuffer;
   }
-  std::string doubt() override { return script_.answers ? "" : "it does not answer"; }
+  std::string doubt() override {
+    const bool answers = script_.answers;
+    ++script_.doubts;
+    return answers ? "" : "it does not answer";
+  }
   void giveBack(void*) override { ++script_.given; }
   Discard discard() const override {
     return [](void* script) { ++static_cast<Script*>(script)->discarded; };
@@ -97,6 +109,7 @@ class OddCamera : public testing::Test {
     return script_.alive;
   }
   void open(CameraRules rules = {.silenceTimeout_ms = 0}) {
+    script_.clock = rules.clock;
     auto camera = Camera::open(
         [this](const Opening&) -> tl::expected<std::unique_ptr<Driver>, Error> {
           ++script_.asked;
@@ -211,17 +224,20 @@ TEST_F(OddCamera, EndsWithTheErrorOfAFirstCameraThatCannotBeUsed) {
 
 TEST_F(OddCamera, IsLostWhenItFallsSilentUnlessItIsTriggered) {
   script_.info.triggered = true;
-  open({.silenceTimeout_ms = 30});
+  open({.silenceTimeout_ms = 30, .clock = virtualNow});
   Frame frame;
-  const std::int64_t until_ns = monotonicNow() + 200'000'000;
-  while (monotonicNow() < until_ns) camera_->next(frame, milliseconds(10));
+  for (int i = 0; i < 5; ++i) {
+    camera_->next(frame, milliseconds(1));
+    virtual_ns += 1'000'000'000;
+  }
   EXPECT_EQ(script_.sessions, 1);
   camera_.reset();
   script_.info.triggered = false;
   script_.sessions = 0;
-  open({.silenceTimeout_ms = 30});
+  open({.silenceTimeout_ms = 30, .clock = virtualNow});
   EXPECT_TRUE(test::eventually([&] {
-    camera_->next(frame, milliseconds(10));
+    camera_->next(frame, milliseconds(1));
+    virtual_ns += 10'000'000;
     return script_.sessions >= 2;
   }));
   camera_.reset();  // and its thread, which is the one that says so
@@ -229,25 +245,45 @@ TEST_F(OddCamera, IsLostWhenItFallsSilentUnlessItIsTriggered) {
 }
 
 TEST_F(OddCamera, IsLostAtOnceWhereItDoesNotAnswerAndKeptWhileItDoes) {
-  constexpr std::int64_t kSilence_ns = 4'000'000'000;
+  constexpr std::int64_t kSilence_ns = 4'000'000'000, kPatience_ns = 1'001'000'000;  // longer than any camera is given
   script_.info.frameRate_Hz = 100;
-  open({.silenceTimeout_ms = static_cast<int>(kSilence_ns / 1'000'000)});
+  open({.silenceTimeout_ms = static_cast<int>(kSilence_ns / 1'000'000), .clock = virtualNow});
   Frame frame;
-  const auto lostWithin = [&](std::int64_t limit_ns) {
-    const std::uint64_t before = ledger_.reconnects.get();
+  const auto stream = [&] {
     tell({Popped::kBuffer});
-    if (nextOtherThan(Next::kTimeout, frame) != Next::kFrame) return false;
+    ASSERT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);
     camera_->recycle(frame);
-    const std::int64_t until_ns = monotonicNow() + limit_ns;
-    while (ledger_.reconnects.get() == before && monotonicNow() < until_ns) camera_->next(frame, milliseconds(20));
-    return ledger_.reconnects.get() != before;
   };
-  EXPECT_FALSE(lostWithin(kSilence_ns / 4)) << "it only pauses";
+  // Has the camera asked once more, and calls next() with what it answered.
+  const auto doubt = [&] {
+    const int before = script_.doubts;
+    virtual_ns += kPatience_ns;
+    ASSERT_TRUE(test::eventually([&] {
+      camera_->next(frame, milliseconds(1));
+      return script_.doubts > before;
+    }));
+    camera_->next(frame, milliseconds(1));
+  };
+  stream();
+  for (int i = 0; i < 3; ++i) doubt();
+  virtual_ns += kSilence_ns - 3 * kPatience_ns;  // not a moment longer than it may be silent
+  camera_->next(frame, milliseconds(1));
+  EXPECT_EQ(ledger_.reconnects.get(), 0U) << "it only pauses";
+  EXPECT_EQ(script_.sessions, 1);
+
+  stream();
   script_.answers = false;
-  EXPECT_TRUE(lostWithin(kSilence_ns * 3 / 4));
+  doubt();
+  EXPECT_TRUE(test::eventually([&] {
+    camera_->next(frame, milliseconds(1));
+    return ledger_.reconnects.get() == 1;
+  }));
   EXPECT_THAT(said(), Contains(HasSubstr("is lost: it does not answer")));
+
   script_.answers = true;
-  EXPECT_FALSE(lostWithin(kSilence_ns / 4)) << "the doubt was another session's";
+  stream();
+  doubt();
+  EXPECT_EQ(ledger_.reconnects.get(), 1U) << "the doubt was another session's";
 }
 
 TEST_F(OddCamera, SaysThatWhatIsToOpenItHangs) {
@@ -271,14 +307,15 @@ TEST_F(OddCamera, SaysThatWhatIsToOpenItHangs) {
 
 TEST_F(OddCamera, AwaitsACameraForAsLongAsItTakes) {
   script_.refusal = Error{.exitCode = EX_UNAVAILABLE, .what = "no camera answers"};
-  open({.wait = true, .silenceTimeout_ms = 0, .slowest = milliseconds(50)});
+  open({.wait = true, .silenceTimeout_ms = 0, .slowest = milliseconds(50), .clock = virtualNow});
+  virtual_ns += 1'500'000'000;  // it waits for the next try: that is no try which takes too long
+  EXPECT_FALSE(camera_->isForsaken());
   Frame frame;
-  const std::int64_t until_ns = monotonicNow() + 2'500'000'000;
-  while (monotonicNow() < until_ns) {
+  EXPECT_TRUE(test::eventually([&] {
     camera_->next(frame, milliseconds(10));
-    ASSERT_FALSE(camera_->isForsaken());
-  }
-  EXPECT_GE(script_.sessions, 2);
+    return script_.sessions >= 2;
+  }));
+  EXPECT_FALSE(camera_->isForsaken());
 }
 
 TEST_F(OddCamera, IsOpenedAnewAsItIsToldOrAsBeforeWhereThatIsRefused) {
