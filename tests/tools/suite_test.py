@@ -149,12 +149,12 @@ class Marks(unittest.TestCase):
         import suite
         class Mixed(unittest.TestCase):
             def test_plain(self): pass
-            @suite.realtime
+            @{suite}.realtime
             def test_timed(self): pass
-        @suite.statistics
+        @{suite}.statistics
         class Drawn(unittest.TestCase):
             def test_shares(self): pass
-        """)
+        """).replace("{suite}", "suite")  # CMake looks for marks in this file, too
 
     def run_part(self, part, *names):
         with tempfile.TemporaryDirectory() as folder:

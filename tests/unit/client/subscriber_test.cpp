@@ -323,7 +323,7 @@ class SocketTest : public testing::Test {
  protected:
   ~SocketTest() override { std::filesystem::remove_all(folder_); }
 
-  const std::filesystem::path folder_ = [] {
+  const std::filesystem::path folder_ = []() -> std::filesystem::path {  // made before `pattern` ends
     std::string pattern = testing::TempDir() + "traction-XXXXXX";
     return mkdtemp(pattern.data());
   }();
