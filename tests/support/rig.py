@@ -23,6 +23,7 @@ import time
 
 import numpy as np
 import zmq
+from deadline import HUNG_S
 
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 BIN = BUILD / "bin"
@@ -34,7 +35,6 @@ from traction.v1 import messages  # noqa: E402  (generated into the build folder
 GRAM_FORCE = 9.80665e-3  # [N]
 # Sanitizers slow everything down; deadlines, never results, are stretched by this.
 PATIENCE = float(os.environ.get("TRACTION_PATIENCE", "1"))
-HUNG_S = 120.0  # a program that takes longer hangs, however busy the machine
 
 
 class Process:
