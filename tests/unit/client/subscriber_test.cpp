@@ -119,8 +119,27 @@ TEST_F(SubscriberTest, FieldArrivesNumberByNumber) {
   EXPECT_EQ(field.moment_Nm, (Vector3{4.0, 5.0, 6.0}));
   EXPECT_EQ(field.centreOfPressure_m, (Vector2{7.0, 8.0}));
   EXPECT_TRUE(field.centreOfPressureValid);
+  EXPECT_EQ(field.resultantCovariance_N2.noise, (Matrix3{11, 12, 13, 21, 22, 23, 31, 32, 33}));
+  EXPECT_EQ(field.resultantCovariance_N2.systematic, (Matrix3{111, 112, 113, 121, 122, 123, 131, 132, 133}));
+  EXPECT_EQ(field.momentCovariance_N2m2.noise, (Matrix3{44, 45, 46, 54, 55, 56, 64, 65, 66}));
+  EXPECT_EQ(field.momentCovariance_N2m2.systematic, (Matrix3{144, 145, 146, 154, 155, 156, 164, 165, 166}));
+  EXPECT_EQ(field.resultantMomentCovariance_N2m.noise, (Matrix3{14, 15, 16, 24, 25, 26, 34, 35, 36}));
+  EXPECT_EQ(field.resultantMomentCovariance_N2m.systematic, (Matrix3{114, 115, 116, 124, 125, 126, 134, 135, 136}));
   EXPECT_EQ(field.residual_px, 9.0);
   EXPECT_EQ(field.validMarkers, kMarkerCount - 1U);
+  EXPECT_EQ(field.nodeDeviation_N[1], (std::array{3.0625F, 4.0625F, 5.0625F}));
+  EXPECT_EQ(field.method, Method::kBlend);
+  EXPECT_EQ(field.regularisation_px_per_N, 10.0);
+  EXPECT_EQ(field.pictureMotion.shift_px, (Vector2{11.0, 12.0}));
+  EXPECT_EQ(field.pictureMotion.scale, 13.0);
+  EXPECT_EQ(field.pictureMotion.roll_rad, 14.0);
+  ASSERT_EQ(field.contacts.size(), 2U);
+  EXPECT_EQ(field.contacts[1].position_m, (Vector2{13.0, 14.0}));
+  EXPECT_EQ(field.contacts[1].positionDeviation_m, (Vector2{15.0, 16.0}));
+  EXPECT_EQ(field.contacts[1].force_N, (Vector3{17.0, 18.0, 19.0}));
+  EXPECT_EQ(field.contacts[1].forceDeviation_N, (Vector3{20.0, 21.0, 22.0}));
+  EXPECT_EQ(field.contacts[1].area_m2, 23.0);
+  EXPECT_EQ(field.contacts[1].areaDeviation_m2, 24.0);
 }
 
 TEST_F(SubscriberTest, MarkersArriveNumberByNumber) {
