@@ -117,10 +117,16 @@ class Process:
 
 
 def weigh(process, nice):
-    """The processor's time goes to sessions in equal shares; this one gets a smaller one, where the kernel counts so."""
-    with contextlib.suppress(OSError):
-        pathlib.Path(f"/proc/{process.child.pid}/autogroup").write_text(str(nice))
-        time.sleep(0.3)  # it takes one a while
+    """Gives the session of a process a smaller share of the processor than others. Says so where the kernel counts no sessions
+    (CONFIG_SCHED_AUTOGROUP); raises OSError where it refuses.
+    """
+    share = pathlib.Path(f"/proc/{process.child.pid}/autogroup")
+    if not share.exists():
+        print(f"\n  no autogroups in this kernel: {process.command[0]} has the same share as all ", end="", flush=True)
+        return
+    share.write_text(str(nice))
+    assert share.read_text().split()[1:] == ["nice", str(nice)], share.read_text()
+    time.sleep(0.3)  # it takes one a while
 
 
 def cache_directory():
