@@ -158,13 +158,13 @@ void run(const ServiceHooks& hooks) {
   // Asked four times within the watchdog's patience: a stage may take half of it for one turn.
   const milliseconds look = watched ? std::min(kLook, milliseconds(deadline_us / 4000)) : kLook;
   StageWatch watch(hooks.loops);
-  std::int64_t told_ns = monotonicNow();
+  std::int64_t told_ns = hooks.monotonicClock();
   sd_notify(0, ("READY=1\nSTATUS=" + hooks.statusLine()).c_str());
   maskSignals(SIG_UNBLOCK);
   while (!wait(look) && !hooks.ended()) {
     if (requests().reload.wait(milliseconds(0))) reload(hooks);
-    if (monotonicNow() - told_ns >= kStatus_ns) {
-      told_ns = monotonicNow();
+    if (const std::int64_t now_ns = hooks.monotonicClock(); now_ns - told_ns >= kStatus_ns) {
+      told_ns = now_ns;
       sd_notify(0, ("STATUS=" + hooks.statusLine()).c_str());
     }
     const bool others = !hooks.others || hooks.others();

@@ -1,12 +1,14 @@
 // A program as a service: signals, and what systemd wants to know.
 #pragma once
 
+#include "daemon/base/clock.h"
 #include "daemon/base/error.h"
 #include "daemon/records/turns.h"
 
 #include <tl/expected.hpp>
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <thread>
@@ -59,11 +61,12 @@ class StageWatch {
 };
 
 struct ServiceHooks {
-  std::vector<const Counter*> loops;        ///< of the running program, each counting its turns
-  std::function<bool()> ended;              ///< it has come to its end by itself
-  std::function<std::string()> statusLine;  ///< for `systemctl status`
-  std::function<void()> reload = {};        ///< the configuration
-  std::function<bool()> others = {};        ///< do the other threads work? Must not wait
+  std::vector<const Counter*> loops;                ///< of the running program, each counting its turns
+  std::function<bool()> ended;                      ///< it has come to its end by itself
+  std::function<std::string()> statusLine;          ///< for `systemctl status`
+  std::function<void()> reload = {};                ///< the configuration
+  std::function<bool()> others = {};                ///< do the other threads work? Must not wait
+  std::int64_t (*monotonicClock)() = monotonicNow;  ///< for when the status is told again [ns]
 };
 
 /// Tells systemd that the service is ready, feeds its watchdog while every loop advances and the others work, reloads

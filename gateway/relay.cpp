@@ -1,6 +1,5 @@
 #include "gateway/relay.h"
 
-#include "daemon/base/clock.h"
 #include "daemon/publish/socket.h"
 #include "gateway/rates.h"
 #include "gateway/request.h"
@@ -107,12 +106,13 @@ tl::expected<std::optional<KeyPair>, Error> serverKey(const Config& config) {
 }  // namespace
 
 struct Relay::Impl {
-  Impl(const Config& given, const std::filesystem::path& instrument)
+  Impl(const Config& given, const std::filesystem::path& instrument, Clock monotonicClock)
       : config(given)
+      , clock(monotonicClock)
       , directory(instrument)
       , keys(given.keys)
       , requests(given.limits.requestsPerSecond, given.limits.requestsPerSecondEach)
-      , heard_ns(monotonicNow()) {
+      , heard_ns(clock()) {
     const traction::Endpoints endpoints = traction::ipcEndpoints(instrument);
     for (zmq::socket_t* socket : {&stream, &latest, &control}) socket->set(zmq::sockopt::linger, 0);
     latest.set(zmq::sockopt::conflate, true);
@@ -133,7 +133,7 @@ struct Relay::Impl {
       return keys.find(key);
     };
     const auto refused = [this](const std::string& what) {
-      if (const std::string line = refusals.next(what, monotonicNow()); !line.empty()) spdlog::warn("{}", line);
+      if (const std::string line = refusals.next(what, clock()); !line.empty()) spdlog::warn("{}", line);
     };
     auto opened = Front::open(options, mayEnter, refused);
     if (!opened) return tl::unexpected(opened.error());
@@ -206,7 +206,7 @@ struct Relay::Impl {
     for (int i = 0; i < kMessagesPerTurn; ++i) {
       const std::size_t count = receive(stream, parts);
       if (count == 0) return;
-      heard_ns = monotonicNow();
+      heard_ns = clock();
       if (std::exchange(silent, false)) spdlog::info("the instrument is heard again");
       if (count != 3) continue;  // of no tractiond
       keepDescription();
@@ -352,6 +352,7 @@ struct Relay::Impl {
   }
 
   Config config;
+  Clock clock;
   std::filesystem::path directory;
   KeyDirectory keys;
   Front::Options options;
@@ -384,11 +385,11 @@ Relay::Relay(std::unique_ptr<Impl> impl)
 
 Relay::~Relay() = default;
 
-tl::expected<std::unique_ptr<Relay>, Error> Relay::open(const Config& config,
-                                                        const std::filesystem::path& instrument) try {
+tl::expected<std::unique_ptr<Relay>, Error> Relay::open(const Config& config, const std::filesystem::path& instrument,
+                                                        Clock monotonicClock) try {
   auto server = serverKey(config);
   if (!server) return tl::unexpected(server.error());
-  auto impl = std::make_unique<Impl>(config, instrument);
+  auto impl = std::make_unique<Impl>(config, instrument, monotonicClock);
   impl->options = {.endpoints = {config.stream, config.latest, config.control, config.preview},
                    .server = *std::move(server),
                    .highWaterMark = config.highWaterMark,
@@ -405,7 +406,7 @@ tl::expected<void, Error> Relay::turn(milliseconds timeout) {
   Impl& self = *impl_;
   const long wait = self.descriptionDue ? 10 : timeout.count();
   zmq_poll(self.items.data(), static_cast<int>(self.items.size()), wait);
-  const std::int64_t now = monotonicNow();
+  const std::int64_t now = self.clock();
   self.passLatest();
   self.passStream();
   self.passReplies();

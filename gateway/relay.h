@@ -1,9 +1,11 @@
 // Between one instrument and peers on the network: passes on what it publishes, and what they ask of it.
 #pragma once
 
+#include "daemon/base/clock.h"
 #include "gateway/front.h"
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -14,10 +16,12 @@ namespace tractiond::gateway {
 /// Thread-bound, but for what is noted as such. The instrument may start later, and again.
 class Relay {
  public:
-  /// \param instrument its runtime directory
+  using Clock = std::int64_t (*)();
+
+  /// \param instrument its runtime directory \param monotonicClock returns CLOCK_MONOTONIC [ns]
   /// EX_CONFIG where other hosts would be let in without a key, and what the endpoints and the box's key may have.
-  static tl::expected<std::unique_ptr<Relay>, Error> open(const Config& config,
-                                                          const std::filesystem::path& instrument);
+  static tl::expected<std::unique_ptr<Relay>, Error> open(const Config& config, const std::filesystem::path& instrument,
+                                                          Clock monotonicClock = monotonicNow);
   ~Relay();
 
   /// Waits for something to pass on, no longer than this, and passes on what has come. Fails where the endpoints are

@@ -21,6 +21,7 @@ using namespace std::chrono_literals;
 
 /// Before an endpoint is tried again that ZeroMQ has given up.
 constexpr auto kRetry = 200ms;
+constexpr std::int64_t kRetry_ns = std::chrono::nanoseconds(kRetry).count();
 
 /// Begins every topic, of whatever version.
 constexpr std::string_view kTopics = "traction/";
@@ -93,6 +94,7 @@ std::optional<Message> decode(const Raw& raw) {
 struct Subscriber::Impl {
   explicit Impl(const SubscriberOptions& given)
       : options(given) {
+    if (options.monotonicClock == nullptr) options.monotonicClock = monotonicNow;
     const bool latest = options.mode == Mode::kLatest;
     endpoints = {options.endpoint};
     if (options.endpoint.empty()) {
@@ -145,7 +147,7 @@ struct Subscriber::Impl {
         break;
       case ZMQ_EVENT_DISCONNECTED:  // also after a handshake that failed: there was no connection
         connections.erase(address.to_string());
-        givenUp[address.to_string()] = Clock::now() + kRetry;
+        givenUp[address.to_string()] = options.monotonicClock() + kRetry_ns;
         break;
       case ZMQ_EVENT_CONNECT_RETRIED:  // ZeroMQ tries it again by itself
         givenUp.erase(address.to_string());
@@ -159,7 +161,7 @@ struct Subscriber::Impl {
   /// ZeroMQ never connects again to a peer that did not speak its protocol; a daemon may take its place.
   void retry() {
     for (auto one = givenUp.begin(); one != givenUp.end();) {
-      if (one->second > Clock::now()) {
+      if (one->second > options.monotonicClock()) {
         ++one;
         continue;
       }
@@ -261,9 +263,9 @@ struct Subscriber::Impl {
   zmq::socket_t socket{context, zmq::socket_type::sub};
   zmq::socket_t monitor{context, zmq::socket_type::pair};
   std::optional<Handshake> handshake;
-  std::optional<Error> refusal;                      ///< not told yet
-  std::set<std::string> connections;                 ///< endpoints that somebody is at
-  std::map<std::string, Clock::time_point> givenUp;  ///< endpoints, and when to try them again
+  std::optional<Error> refusal;                 ///< not told yet
+  std::set<std::string> connections;            ///< endpoints that somebody is at
+  std::map<std::string, std::int64_t> givenUp;  ///< endpoints, and when to try them again [ns]
 };
 
 Subscriber::Subscriber(const SubscriberOptions& options)
@@ -277,7 +279,7 @@ std::optional<Message> Subscriber::receive(std::chrono::milliseconds timeout) {
   for (;;) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
     if (!impl_->next(std::max(left, std::chrono::milliseconds(0)))) return std::nullopt;
-    if (auto message = impl_->take(monotonicNow())) return message;
+    if (auto message = impl_->take(impl_->options.monotonicClock())) return message;
   }
 }
 

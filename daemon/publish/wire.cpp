@@ -348,7 +348,18 @@ void PreviewMessage::write(std::uint8_t* bytes) const {
 }
 
 struct Wire::Messages {
+  /// Makes room for as many contacts in `field`. Clears none, as that frees the messages in it.
+  void resizeContacts(int count) {
+    auto& contacts = *field.mutable_contacts();
+    while (contacts.size() > count) spare.emplace_back(contacts.ReleaseLast());
+    while (contacts.size() < count) {
+      contacts.AddAllocated(spare.back().release());
+      spare.pop_back();
+    }
+  }
+
   pb::Field field;
+  std::vector<std::unique_ptr<pb::Contact>> spare;  ///< contacts that are not in `field`
   pb::Markers markers;
   pb::Status status;
 };
@@ -356,7 +367,8 @@ struct Wire::Messages {
 Wire::Wire(const Identity& identity)
     : messages_(std::make_unique<Messages>()) {
   encode(identity, *messages_->field.mutable_header());
-  for (int i = 0; i < kMaxContacts; ++i) set(Contact{}, *messages_->field.add_contacts());  // kept when cleared
+  for (int i = 0; i < kMaxContacts; ++i) set(Contact{}, *messages_->field.add_contacts());
+  messages_->spare.reserve(kMaxContacts);
   encode(identity, *messages_->markers.mutable_header());
   encode(identity, *messages_->status.mutable_header());
 }
@@ -380,8 +392,8 @@ std::size_t Wire::fill(const TractionField& field, const Heading& heading) {
   set(field, 3, 3, *message.mutable_moment_covariance_n2m2());
   set(field, 0, 3, *message.mutable_resultant_moment_covariance_n2m());
   set(field.deviation_N, *message.mutable_node_deviation_n());
-  message.clear_contacts();
-  for (int i = 0; i < field.contactCount; ++i) set(field.contacts[i], *message.add_contacts());
+  messages_->resizeContacts(field.contactCount);
+  for (int i = 0; i < field.contactCount; ++i) set(field.contacts[i], *message.mutable_contacts(i));
   message.set_method(methodOf(field.method));
   message.set_regularisation_px_per_n(field.strength);
   pb::PictureMotion& motion = *message.mutable_picture_motion();

@@ -15,13 +15,13 @@ import cases
 import seed
 import suite
 from contract import FILES
+from deadline import HUNG_S
 from form import difference
 
 HERE = pathlib.Path(__file__).resolve().parent
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 READERS = {"cpp": [BUILD / "bin" / "conformance_reader"], "python": [sys.executable, HERE / "reader.py"],
            "javascript": ["node", HERE / "reader.mjs", BUILD]}
-PATIENCE_S = 120  # for a line; it takes a millisecond
 
 
 class Reader:
@@ -36,7 +36,7 @@ class Reader:
 
     def line(self):
         while b"\n" not in self.text:
-            if not select.select([self.child.stdout], [], [], PATIENCE_S)[0]:
+            if not select.select([self.child.stdout], [], [], HUNG_S)[0]:
                 raise AssertionError("the reader says nothing")
             chunk = os.read(self.child.stdout.fileno(), 1 << 20)
             if not chunk:
@@ -82,7 +82,7 @@ class Checks:
     def published(self, client, mode, shuffled):
         socket, endpoint = self.bind(zmq.XPUB)
         reader = Reader(self, client, mode, endpoint)
-        self.assertTrue(socket.poll(1000 * PATIENCE_S))
+        self.assertTrue(socket.poll(1000 * HUNG_S))
         socket.recv()
         lost = 0
         for name, steps in shuffled:
@@ -115,7 +115,7 @@ class Checks:
         for name, (what, reply, expected) in cases.control(self.chance).items():
             reader.ask(what)
             for _ in range(2):
-                self.assertTrue(socket.poll(1000 * PATIENCE_S), name)
+                self.assertTrue(socket.poll(1000 * HUNG_S), name)
                 request = requests.FromString(socket.recv())
                 self.assertEqual(request.version, 1, name)
                 asked = request.WhichOneof("request")

@@ -1,4 +1,4 @@
-// How long tests wait for what must happen.
+// How long tests wait for what must happen. Twin: deadline.py.
 #pragma once
 
 #include <chrono>

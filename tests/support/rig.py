@@ -23,6 +23,7 @@ import time
 
 import numpy as np
 import zmq
+from deadline import HUNG_S
 
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 BIN = BUILD / "bin"
@@ -34,7 +35,6 @@ from traction.v1 import messages  # noqa: E402  (generated into the build folder
 GRAM_FORCE = 9.80665e-3  # [N]
 # Sanitizers slow everything down; deadlines, never results, are stretched by this.
 PATIENCE = float(os.environ.get("TRACTION_PATIENCE", "1"))
-HUNG_S = 120.0  # a program that takes longer hangs, however busy the machine
 
 
 class Process:
@@ -117,10 +117,16 @@ class Process:
 
 
 def weigh(process, nice):
-    """The processor's time goes to sessions in equal shares; this one gets a smaller one, where the kernel counts so."""
-    with contextlib.suppress(OSError):
-        pathlib.Path(f"/proc/{process.child.pid}/autogroup").write_text(str(nice))
-        time.sleep(0.3)  # it takes one a while
+    """Gives the session of a process a smaller share of the processor than others. Says so where the kernel counts no sessions
+    (CONFIG_SCHED_AUTOGROUP); raises OSError where it refuses.
+    """
+    share = pathlib.Path(f"/proc/{process.child.pid}/autogroup")
+    if not share.exists():
+        print(f"\n  no autogroups in this kernel: {process.command[0]} has the same share as all ", end="", flush=True)
+        return
+    share.write_text(str(nice))
+    assert share.read_text().split()[1:] == ["nice", str(nice)], share.read_text()
+    time.sleep(0.3)  # it takes one a while
 
 
 def cache_directory():

@@ -13,6 +13,7 @@ import seed
 import steady
 
 FROZEN, READING = 45, 5
+FRAME_MS = 1000 / 60
 TIMES = int(os.environ.get("TRACTION_FREEZES", 5))
 
 
@@ -57,6 +58,7 @@ class Subscribers(steady.TestCase):
             print(f"\n  p99 of the others {np.median(before_ms):.2f} -> {np.median(during_ms):.2f} ms, times "
                   f"{' '.join(f'{ratio:.2f}' for ratio in ratios)}; memory {before_MiB:.1f} MiB, {max(with_MiB):+.1f} with "
                   f"them, {max(after_MiB):+.1f} after them ", end="", flush=True)
+            self.assertLess(np.median(during_ms), FRAME_MS, "a field is read before the next one comes")
             waiting_MiB = 16 if previews else 0  # 64 of 0.23 MB, of all together, also of those who read late
             self.assertLess(max(with_MiB), 16 + waiting_MiB)
             self.assertLess(max(after_MiB), 4 + waiting_MiB)

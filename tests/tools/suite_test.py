@@ -81,6 +81,10 @@ class Waits(unittest.TestCase):
                           r"""|\.wait_for\(r?f?".*",\s*(?P<line_s>\d+)\)""")
     FOLDERS = {"client": "unit/client", "clients": "conformance", "lens": "unit/lens", "system": "system", "tools": "tools"}
 
+    def test_hung_is_the_same_in_both_languages(self):
+        seconds = re.search(r"kHung\{(\d+)\}", (SUPPORT / "deadline.h").read_text())[1]
+        self.assertEqual(run_python("-c", "import deadline; print(f'{deadline.HUNG_S:.0f}')"), (0, seconds + "\n"))
+
     def gate_files(self):
         """Yields C++ test files of the rooms and those Python files that are in the gate."""
         yield from (file for file in sorted((TESTS / "unit").rglob("*")) if file.suffix in (".cpp", ".h"))

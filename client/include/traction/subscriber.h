@@ -7,6 +7,7 @@
 #include "traction/status.h"
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <string_view>
 #include <variant>
@@ -37,6 +38,10 @@ struct SubscriberOptions {
   Mode mode = Mode::kStream;
   unsigned topics = kAllTopics;  ///< of kStream
   int queue = 1000;              ///< messages that wait here for a slow reader before some are lost
+
+  /// Returns CLOCK_MONOTONIC [ns], for Header::arrived_ns and for when to try an endpoint again that was given up;
+  /// null: this host's. For tests. The timeout of receive() is in real time.
+  std::int64_t (*monotonicClock)() = nullptr;
 };
 
 /// What was sent, to be kept or passed on.

@@ -17,11 +17,10 @@ SOURCE = pathlib.Path(__file__).resolve().parents[3]
 CLIENT = SOURCE / "client" / "python"
 sys.path.insert(0, str(CLIENT))
 import traction  # noqa: E402
+from deadline import HUNG_S  # noqa: E402
 from publisher import Publisher  # noqa: E402
 from traction.endpoints import TCP, locate  # noqa: E402
 from traction.v1 import messages  # noqa: E402
-
-PATIENCE_S = 120
 
 
 def field(sequence, boot=bytes(range(16)), nodes=0):
@@ -42,7 +41,7 @@ class Case(unittest.TestCase):
         one.linger = 0
         for name, value in options.items():
             setattr(one, name, value)
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + HUNG_S
         while True:
             try:
                 one.bind(endpoint)
@@ -56,7 +55,7 @@ class Case(unittest.TestCase):
         return self.enterContext(traction.Subscriber(endpoint=endpoint, **options))
 
     def until(self, condition, subscriber):
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + HUNG_S
         while not condition():
             self.assertLess(time.monotonic(), end)
             subscriber.receive(0.01)
@@ -73,7 +72,7 @@ class Subscriber(Case):
             boot, begin = draw.randbytes(16), draw.choice([1, 1000])
             for sequence in range(begin, begin + 3):
                 publisher.send_multipart(field(sequence, boot))
-                self.assertEqual(subscriber.receive(PATIENCE_S).header.boot, boot)
+                self.assertEqual(subscriber.receive(HUNG_S).header.boot, boot)
             self.assertEqual((subscriber.restarts, subscriber.lost), (start, 0))
             self.assertTrue(subscriber.is_connected)
             publisher.close()
@@ -83,11 +82,11 @@ class Subscriber(Case):
     def test_who_reads_too_slowly_is_told_how_much_he_lost(self):
         publisher, endpoint = self.bind(sndhwm=50)
         subscriber = self.subscriber(endpoint, queue=50)
-        self.assertTrue(publisher.poll(1000 * PATIENCE_S))
+        self.assertTrue(publisher.poll(1000 * HUNG_S))
         publisher.recv()
         sent = seed.chance(self.id()).randrange(3000, 5000)  # of 30 kB: far beyond what the kernel holds
         publisher.send_multipart(field(1))
-        self.assertEqual(subscriber.receive(PATIENCE_S).header.sequence, 1)
+        self.assertEqual(subscriber.receive(HUNG_S).header.sequence, 1)
         for sequence in range(2, sent):
             publisher.send_multipart(field(sequence, nodes=2500))
         read, last = 1, 1
@@ -115,7 +114,7 @@ class Subscriber(Case):
         self.until(lambda: subscriber.is_connected, subscriber)
         publisher.recv()
         publisher.send_multipart(field(1))
-        self.assertEqual(subscriber.receive(PATIENCE_S).header.sequence, 1)
+        self.assertEqual(subscriber.receive(HUNG_S).header.sequence, 1)
 
     def test_latest_connected_to_a_stream_does_no_harm(self):  # ZeroMQ 4.3.4 would abort the process
         publisher = Publisher()
@@ -167,9 +166,9 @@ class Subscriber(Case):
         publisher, _ = self.bind(endpoint=f"ipc://{at}/stream")
         self.assertEqual([one.control for one in locate("left")], [f"ipc://{at}/control"])
         subscriber = self.enterContext(traction.Subscriber("left"))
-        self.assertTrue(publisher.poll(1000 * PATIENCE_S))
+        self.assertTrue(publisher.poll(1000 * HUNG_S))
         publisher.send_multipart(field(7))
-        self.assertEqual(subscriber.receive(PATIENCE_S).header.sequence, 7)
+        self.assertEqual(subscriber.receive(HUNG_S).header.sequence, 7)
 
 
 class Asyncio(Case):
@@ -199,7 +198,7 @@ class Asyncio(Case):
                 await asyncio.sleep(draw.choice([0, 0, 0.005]))
 
         async def both():
-            return await asyncio.wait_for(asyncio.gather(read(100), read(100), publish()), PATIENCE_S)
+            return await asyncio.wait_for(asyncio.gather(read(100), read(100), publish()), HUNG_S)
 
         one, other, _ = asyncio.run(both())
         self.assertEqual(one, [*range(1, 101)])
@@ -213,12 +212,12 @@ class Asyncio(Case):
             async for one in traction.aio.fields(endpoint=endpoint, timeout=timeout):
                 return one.resultant_N.tolist()
 
-        self.assertEqual(asyncio.run(first(publisher.endpoint(publisher.stream), PATIENCE_S)), [1.5, -2.5, 3.5])
+        self.assertEqual(asyncio.run(first(publisher.endpoint(publisher.stream), HUNG_S)), [1.5, -2.5, 3.5])
         _, silent = self.bind()
         with self.assertRaises(traction.NoAnswer):
             asyncio.run(first(silent, 0.05))
         endpoint = publisher.endpoint(publisher.control)
-        control = traction.aio.Control(traction.Control(endpoint=endpoint, timeout=PATIENCE_S))
+        control = traction.aio.Control(traction.Control(endpoint=endpoint, timeout=HUNG_S))
         self.assertEqual(asyncio.run(control.status()).uptime_s, 2.5)
 
 
@@ -253,7 +252,7 @@ class Keys(Case):
 
     def refused(self, endpoint, pattern, **options):
         subscriber = self.subscriber(endpoint, **options)
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + HUNG_S
         with self.assertRaisesRegex(traction.NotAllowed, pattern):
             while time.monotonic() < end:
                 subscriber.receive(0.1)
@@ -261,9 +260,9 @@ class Keys(Case):
     def test_with_keys_fields_come_and_without_the_reason(self):
         publisher, endpoint = self.gateway()
         subscriber = self.subscriber(endpoint, keys=self.keys())
-        self.assertTrue(publisher.poll(1000 * PATIENCE_S))
+        self.assertTrue(publisher.poll(1000 * HUNG_S))
         publisher.send_multipart(field(1))
-        self.assertEqual(subscriber.receive(PATIENCE_S).header.sequence, 1)
+        self.assertEqual(subscriber.receive(HUNG_S).header.sequence, 1)
         self.refused(endpoint, "asks for a key, and none is given")
         self.refused(endpoint, "ends each connection: the server key is not this", keys=self.keys(zmq.curve_keypair()[0]))
         # It depends on who ends the connection first.

@@ -10,7 +10,8 @@ import time
 import unittest
 
 import numpy as np
-from ctl import HUNG_S, OUTPUT, PROGRAM, PROTOCOL, USAGE, Case, ctl
+from ctl import OUTPUT, PROGRAM, PROTOCOL, USAGE, Case, ctl
+from deadline import HUNG_S
 
 DATA, NO_INPUT, UNAVAILABLE, CANNOT_CREATE = 65, 66, 69, 73
 MAGIC = b"\x89MCAP0\r\n"

@@ -12,8 +12,10 @@ import termios
 import time
 import unittest
 
+import suite
 import zmq
 from ctl import NO_CAMERA, OUTPUT, PROTOCOL, TEMPORARY, UNAVAILABLE, USAGE, Case, answer, ctl
+from deadline import HUNG_S
 from publisher import Publisher
 from traction.v1 import messages
 
@@ -23,13 +25,13 @@ class Tractionctl(Case):
         for command in (["echo"], ["watch"], ["top"], ["top", "--once"], ["status"], ["status", "--json"], ["describe"], ["zero"], ["--help"],
                         ["calibrate", "--weights", "1N"]):
             with self.subTest(command), open("/dev/full", "wb") as full:
-                self.ends_at_once(self.start(*command, *self.publisher(), stdout=full), "No space left on device")
+                self.ends(self.start(*command, *self.publisher(), stdout=full), "No space left on device")
 
     def test_nobody_is_asked_what_the_disk_has_swallowed(self):
         person, terminal = os.openpty()
         with open("/dev/full", "wb") as full:
             child = self.start("calibrate", "--weights", "1N", *self.publisher(), stdin=terminal, stdout=full)
-            self.ends_at_once(child, "No space left on device")
+            self.ends(child, "No space left on device")
         os.close(person)
         os.close(terminal)
 
@@ -118,10 +120,19 @@ class Tractionctl(Case):
         with socket.socket() as nobody:
             nobody.bind(("127.0.0.1", 0))  # and does not listen
             endpoint = f"tcp://127.0.0.1:{nobody.getsockname()[1]}"
-            for command in (["zero"], ["calibrate", "noise"], ["camera"]):
-                start = time.monotonic()
+            # Answers to them are waited for for 10 min, longer than HUNG_S, 60 s and 15 s.
+            for command in (["calibrate", "noise"], ["camera"], ["zero"]):
                 self.fails(UNAVAILABLE, rf"nobody is at {endpoint}; is tractiond running\?", *command, "--control",
                            endpoint)
+
+    @suite.realtime
+    def test_who_is_not_there_is_told_within_seconds(self):
+        with socket.socket() as nobody:
+            nobody.bind(("127.0.0.1", 0))  # and does not listen
+            for command in (["zero"], ["calibrate", "noise"], ["camera"]):
+                start = time.monotonic()
+                self.fails(UNAVAILABLE, "nobody is at tcp", *command, "--control",
+                           f"tcp://127.0.0.1:{nobody.getsockname()[1]}")
                 self.assertLess(time.monotonic() - start, 10)  # 3 s
 
     def test_who_is_there_but_takes_no_requests_is_told(self):
@@ -138,9 +149,9 @@ class Tractionctl(Case):
                 socket.linger = 0
                 socket.bind("tcp://127.0.0.1:*")
                 child = self.start(command, "--connect", Publisher.endpoint(socket))
-                self.assertTrue(socket.poll(60_000))  # it has subscribed
+                self.assertTrue(socket.poll(1000 * HUNG_S))  # it has subscribed
                 socket.send_multipart([b"traction/v2/gel/field/", b"", b"0.0"])
-                _, err = child.communicate(timeout=60)
+                _, err = child.communicate(timeout=HUNG_S)
             self.assertEqual(child.returncode, PROTOCOL)
             self.assertRegex(err, r"\Atractionctl: .*traction/v2.*\n\Z")
 
@@ -172,6 +183,7 @@ class Tractionctl(Case):
             self.fails(USAGE, "cannot connect to 'nonsense': .*; an endpoint is written tcp://HOST:PORT or ipc:///PATH",
                        command, option, "nonsense")
 
+    @suite.realtime
     def test_watch_without_a_terminal_prints_a_line_a_second(self):
         code, out, err = ctl("watch", "--seconds", "2", *self.publisher())
         self.assertEqual((code, err), (0, ""))
@@ -180,6 +192,7 @@ class Tractionctl(Case):
         self.assertTrue(1 <= len(lines) <= 3, out)
         self.assertIn("force +1.500 -2.500 +3.500 N", lines[-1])
 
+    @suite.realtime
     def test_watch_says_at_once_why_numbers_are_old(self):
         context = self.enterContext(zmq.Context())
 
@@ -208,7 +221,7 @@ class Tractionctl(Case):
         socket = open_at("tcp://127.0.0.1:*")
         endpoint = Publisher.endpoint(socket)
         child = self.start("watch", "--connect", endpoint, stdout=subprocess.PIPE)
-        self.assertTrue(socket.poll(60_000))
+        self.assertTrue(socket.poll(1000 * HUNG_S))
         field = messages.Field(valid=True)
         field.resultant_N.z = 3.5
         send("field", field)
@@ -220,17 +233,20 @@ class Tractionctl(Case):
         self.assertLess(expect("no force: tractiond is gone, no field for"), 1)
         boot = bytes(range(1, 17))
         socket = open_at(endpoint)
-        self.assertTrue(socket.poll(60_000))
+        self.assertTrue(socket.poll(1000 * HUNG_S))
         send("status", messages.Status(camera=messages.CAMERA_STATE_WAITING))
         self.assertLess(expect("no force: tractiond was restarted: tractiond waits for a camera"), 1)
         send("field", field)
         expect("force .* [+]3.500 N .*! tractiond restarted")
         child.send_signal(signal.SIGINT)
-        self.assertEqual(child.wait(10), 0)
+        self.assertEqual(child.wait(HUNG_S), 0)
 
-    def in_terminal(self, endings, *words, **env):
-        """Runs in a pseudo terminal, ends it by `endings(child, terminal)`; (exit code, output, settings kept)."""
+    def in_terminal(self, ending, *words, until=lambda output: b"+3.500" in output, **env):
+        """Runs in a pseudo terminal, ends it by `ending(child, terminal)` once the output is as wanted; (exit code, output,
+        settings kept).
+        """
         leader, terminal = pty.openpty()
+        self.leader = leader
         self.addCleanup(os.close, leader)
         self.addCleanup(os.close, terminal)
         termios.tcsetwinsize(terminal, (30, 100))
@@ -238,17 +254,18 @@ class Tractionctl(Case):
         child = self.start(*words, stdin=terminal, stdout=terminal, stderr=terminal, start_new_session=True,
                            env={**os.environ, "LC_ALL": "C.UTF-8", "TERM": "xterm-256color", **env})
         output = b""
-        deadline = time.monotonic() + 60
         ended = False
-        while time.monotonic() < deadline:
-            if select.select([leader], [], [], 0.05)[0]:
+        while True:
+            over = child.poll() is not None  # so all is there that will be printed
+            if select.select([leader], [], [], 0 if over else 0.05)[0]:
                 output += os.read(leader, 65536)
-            elif child.poll() is not None:
+            elif over:
                 break
-            if not ended and b"+3.500" in output:
+            if not ended and until(output):
                 ended = True
-                endings(child, leader)
-        return child.wait(timeout=10), output.decode(errors="replace"), termios.tcgetattr(terminal) == before
+                ending(child, leader)
+        self.assertTrue(ended, output)
+        return child.returncode, output.decode(errors="replace"), termios.tcgetattr(terminal) == before
 
     def test_watch_restores_the_terminal(self):
         endpoints = self.publisher()
@@ -278,21 +295,30 @@ class Tractionctl(Case):
             self.assertIn(word, text)
 
     def test_top_shows_numbers_on_a_terminal_of_any_size(self):
-        def resize(child, leader):
-            termios.tcsetwinsize(leader, (24, 80))
-            time.sleep(0.5)
+        def quit(_, leader):
             os.write(leader, b"q")
 
-        _, out, _ = self.in_terminal(resize, "top", *self.publisher(), NO_COLOR="1")
+        def is_small(output):
+            """Makes the terminal smaller once there are numbers; whether a whole page of that size has come."""
+            nonlocal resized
+            if not resized and b"+3.500" in output:
+                termios.tcsetwinsize(self.leader, (24, 80))
+                resized = True
+            pages = output.split(b"\x1b[H")[1:-1]
+            return resized and len(pages) > 0 and b"\x1b[24;1H" in pages[-1] and b"\x1b[30;1H" not in pages[-1]
+
+        resized = False
+        _, out, _ = self.in_terminal(quit, "top", *self.publisher(), until=is_small, NO_COLOR="1")
         self.assertIn("+1.500 -2.500 +3.500 N", out)
         self.assertNotRegex(out, r"\x1b\[[0-9;]*[34]8;")
         large, small = out.index("\x1b[30;1H"), out.rindex("\x1b[24;1H")  # the lowest rows
         self.assertNotIn("\x1b[30;1H", out[out.rindex("\x1b[H"):])
         self.assertLess(large, small)
-        _, out, _ = self.in_terminal(resize, "top", *self.publisher(), LC_ALL="C")
+        _, out, _ = self.in_terminal(quit, "top", *self.publisher(), LC_ALL="C")
         self.assertTrue(out.isascii())
         self.assertRegex(out, r"\x1b\[[0-9;]*38;5;")
 
+    @suite.realtime
     def test_top_without_a_terminal_prints_a_line_a_second_for_each(self):
         endpoints = [self.publisher()[1] for _ in range(2)]
         code, out, err = ctl("top", "--seconds", "2", *endpoints)
@@ -333,7 +359,7 @@ class Tractionctl(Case):
         while b"+3.500" not in output:
             output += os.read(leader, 65536)
         os.close(leader)
-        self.assertEqual(child.wait(20), OUTPUT)
+        self.assertEqual(child.wait(HUNG_S), OUTPUT)
 
 
 if __name__ == "__main__":

@@ -16,6 +16,30 @@ TEST(RequestLimit, HoldsForEachAndForAll) {
   EXPECT_EQ(limit.beyond("ada", 11 * kSecond_ns), 0) << "a second is over";
 }
 
+TEST(RequestLimit, BeginsAnewWithTheFirstRequestAfterASecond) {
+  RequestLimit limit(4, 2);
+  EXPECT_EQ(limit.beyond("ada", kSecond_ns), 0);
+  EXPECT_EQ(limit.beyond("ada", 2 * kSecond_ns - 1), 0);
+  EXPECT_EQ(limit.beyond("ada", 2 * kSecond_ns - 1), 2);
+  EXPECT_EQ(limit.beyond("ada", 5 * kSecond_ns / 2), 0) << "of the second from here on";
+  EXPECT_EQ(limit.beyond("ada", 3 * kSecond_ns), 0);
+  EXPECT_EQ(limit.beyond("ada", 7 * kSecond_ns / 2 - 1), 2);
+  EXPECT_EQ(limit.beyond("ada", 7 * kSecond_ns / 2), 0);
+}
+
+TEST(RequestLimit, IsOfEachBeforeItIsOfAll) {
+  RequestLimit limit(100, 20);
+  int passed = 0;
+  for (const std::string who : {"a", "b", "c", "d", "e", "f"}) {
+    for (int i = 0; i < 30; ++i) {
+      const int beyond = limit.beyond(who, kSecond_ns);
+      passed += beyond == 0 ? 1 : 0;
+      EXPECT_EQ(beyond, who == "f" ? 100 : i < 20 ? 0 : 20) << who << i;
+    }
+  }
+  EXPECT_EQ(passed, 100);
+}
+
 TEST(SeldomLine, SaysHowManyOthersThereWere) {
   SeldomLine line;
   EXPECT_EQ(line.next("a", 0), "a");

@@ -1,4 +1,5 @@
 #include "daemon/line_writer.h"
+#include "tests/support/deadline.h"
 #include "tests/support/seed.h"
 
 #include <fcntl.h>
@@ -43,6 +44,14 @@ class LineWriterTest : public testing::Test {
     return found;
   }
 
+  static void expectAllLost(const LineWriter& log, std::uint64_t lines) {
+    EXPECT_TRUE(test::eventually([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      return log.lost() >= lines;
+    }));
+    EXPECT_EQ(log.lost(), lines);
+  }
+
   int reader_ = -1, writer_ = -1;
 };
 
@@ -50,7 +59,7 @@ TEST_F(LineWriterTest, WritesEveryLineInOrder) {
   std::string text;
   std::thread reader([&] { text = readAll(); });
   {
-    LineWriter log(writer_, {.patience = std::chrono::seconds(60)});
+    LineWriter log(writer_, {.patience = test::kHung});
     for (int i = 0; i < 5000; ++i) log.write(std::to_string(i));
     EXPECT_EQ(log.lost(), 0U);
   }
@@ -68,7 +77,7 @@ TEST_F(LineWriterTest, CountsWhatAReaderThatStandsStillDoesNotGet) {
   std::uint64_t lost = 0;
   int next = 0;
   std::optional<LineWriter> log(std::in_place, writer_,
-                                LineWriterOptions{.most_bytes = 20'000, .patience = std::chrono::seconds(60)});
+                                LineWriterOptions{.most_bytes = 20'000, .patience = test::kHung});
   for (int i = 0; i < 10'000; ++i) log->write(std::to_string(next++) + std::string(random() % 60, ' '));
   EXPECT_GT(log->lost(), 0U);
   std::thread reader([&] { text = readAll(); });
@@ -108,7 +117,7 @@ TEST_F(LineWriterTest, OutlivesItsReader) {
   close(std::exchange(reader_, -1));
   LineWriter log(writer_);
   for (int i = 0; i < 10; ++i) log.write("line");
-  while (log.lost() < 10) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  expectAllLost(log, 10);
 }
 
 TEST_F(LineWriterTest, CountsWhatAFullDiskDoesNotTake) {
@@ -116,7 +125,7 @@ TEST_F(LineWriterTest, CountsWhatAFullDiskDoesNotTake) {
   ASSERT_GE(full, 0);
   LineWriter log(full);
   for (int i = 0; i < 10; ++i) log.write("line");
-  while (log.lost() < 10) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  expectAllLost(log, 10);
 }
 
 }  // namespace

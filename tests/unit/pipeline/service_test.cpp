@@ -72,20 +72,29 @@ class NotifySocket {
   int socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
 };
 
-/// Turns that advance on every look, but for a stage that hangs.
+/// Turns, and a clock, that advance on every look, but for a stage that hangs.
 struct Fixture {
   void look() {
+    now_ns += step_ns;
     for (Counter* stage : {&turns.capture, &turns.track, &turns.solve, &turns.publish, &turns.control}) {
       if (stage != hung.load()) stage->add();
     }
   }
   ServiceHooks hooks() {
-    return {loopsOf(turns), [this] { return look(), ended.load(); }, [] { return std::string("well"); }};
+    return {loopsOf(turns),
+            [this] { return look(), ended.load(); },
+            [] { return std::string("well"); },
+            {},
+            {},
+            [] { return now_ns.load(); }};
   }
+
+  static inline std::atomic<std::int64_t> now_ns{0};
 
   Turns turns;
   std::atomic<const Counter*> hung{nullptr};
   std::atomic<bool> ended{false};
+  std::atomic<std::int64_t> step_ns{300'000'000};
 };
 
 TEST(StageWatch, WantsATurnOfEveryStage) {
@@ -133,6 +142,22 @@ TEST(Service, TellsReadyFeedsTheWatchdogAndTellsStopping) {
   EXPECT_EQ(systemd.next(), "READY=1\nSTATUS=well");
   systemd.skipTo("WATCHDOG=1");
   systemd.skipTo("WATCHDOG=1");
+  fixture.ended = true;
+  systemd.skipTo("STOPPING=1");
+  service.join();
+}
+
+TEST(Service, TellsItsStatusOnceASecond) {
+  NotifySocket systemd;
+  Fixture fixture;
+  fixture.step_ns = 250'000'000;
+  std::thread service([&] { run(fixture.hooks()); });
+  EXPECT_EQ(systemd.next(), "READY=1\nSTATUS=well");
+  for (int second = 0; second < 3; ++second) {
+    for (int look = 1; look < 4; ++look) EXPECT_EQ(systemd.next(), "WATCHDOG=1");
+    EXPECT_EQ(systemd.next(), "STATUS=well");
+    EXPECT_EQ(systemd.next(), "WATCHDOG=1");
+  }
   fixture.ended = true;
   systemd.skipTo("STOPPING=1");
   service.join();

@@ -58,7 +58,19 @@ inline TractionField traction(int markers, int nodes, std::uint64_t number = 1) 
   field.moment_Nm = {4.0, 5.0, 6.0};
   field.centreOfPressure_m = {7.0, 8.0};
   field.centreOfPressureValid = true;
+  for (std::size_t i = 0; i < 36;
+       ++i) {  // 11 to 16, 21 to 26 ...: row and column; not symmetric, so each has its place
+    field.noise[i] = static_cast<double>(10 * (i / 6 + 1) + i % 6 + 1);
+    field.systematic[i] = 100.0 + field.noise[i];
+  }
   field.residual_px = 9.0;
+  std::iota(field.deviation_N.begin(), field.deviation_N.end(), 0.0625F);
+  field.method = Method::kBlend;
+  field.strength = 10.0;
+  field.pictureMotion = {11.0, 12.0, 13.0, 14.0};
+  field.contacts[0] = {{1, 2}, {3, 4}, {5, 6, 7}, {8, 9, 10}, 11, 12};
+  field.contacts[1] = {{13, 14}, {15, 16}, {17, 18, 19}, {20, 21, 22}, 23, 24};
+  field.contactCount = 2;
   field.flags = kZeroUnverified;
   return field;
 }

@@ -89,6 +89,45 @@ TEST(Wire, FieldArrivesNumberByNumber) {
   EXPECT_EQ(message.valid_markers(), kMarkers - 1U);
 }
 
+TEST(Wire, CovariancesAreTheBlocksOfTheWrenchsRowAfterRow) {
+  Wire wire(description().identity);
+  pb::Field message;
+  ASSERT_TRUE(message.ParseFromString(fieldBytes(wire, traction(kMarkers, kNodes), heading())));
+  const auto expectBlock = [](const pb::Covariance& block, std::vector<double> expected) {
+    EXPECT_EQ(std::vector(block.noise().begin(), block.noise().end()), expected);
+    for (double& number : expected) number += 100.0;
+    EXPECT_EQ(std::vector(block.systematic().begin(), block.systematic().end()), expected);
+  };
+  expectBlock(message.resultant_covariance_n2(), {11, 12, 13, 21, 22, 23, 31, 32, 33});
+  expectBlock(message.moment_covariance_n2m2(), {44, 45, 46, 54, 55, 56, 64, 65, 66});
+  expectBlock(message.resultant_moment_covariance_n2m(), {14, 15, 16, 24, 25, 26, 34, 35, 36});
+}
+
+TEST(Wire, ContactsAndHowTheForcesWereFoundArriveNumberByNumber) {
+  Wire wire(description().identity);
+  const TractionField field = traction(kMarkers, kNodes);
+  pb::Field message;
+  ASSERT_TRUE(message.ParseFromString(fieldBytes(wire, field, heading())));
+  EXPECT_EQ(std::vector<float>(message.node_deviation_n().begin(), message.node_deviation_n().end()),
+            field.deviation_N);
+  EXPECT_EQ(message.method(), pb::METHOD_BLEND);
+  EXPECT_EQ(message.regularisation_px_per_n(), 10.0);
+  EXPECT_EQ(message.picture_motion().shift_px().x(), 11.0);
+  EXPECT_EQ(message.picture_motion().shift_px().y(), 12.0);
+  EXPECT_EQ(message.picture_motion().scale(), 13.0);
+  EXPECT_EQ(message.picture_motion().roll_rad(), 14.0);
+  ASSERT_EQ(message.contacts_size(), 2);
+  double expected = 0.0;
+  for (const pb::Contact& contact : message.contacts()) {
+    for (const double number : {contact.position_m().x(), contact.position_m().y(), contact.position_deviation_m().x(),
+                                contact.position_deviation_m().y(), contact.force_n().x(), contact.force_n().y(),
+                                contact.force_n().z(), contact.force_deviation_n().x(), contact.force_deviation_n().y(),
+                                contact.force_deviation_n().z(), contact.area_m2(), contact.area_deviation_m2()}) {
+      EXPECT_EQ(number, ++expected);
+    }
+  }
+}
+
 TEST(Wire, NothingOfTheFieldBeforeIsLeft) {
   Wire wire(description().identity);
   fieldBytes(wire, traction(kMarkers, kNodes), heading());
@@ -107,7 +146,15 @@ TEST(Wire, NothingOfTheFieldBeforeIsLeft) {
   EXPECT_FALSE(message.centre_of_pressure_valid());
   EXPECT_EQ(message.residual_px(), 0.0);
   EXPECT_EQ(message.valid_markers(), 0U);
+  for (const pb::Covariance* block : {&message.resultant_covariance_n2(), &message.moment_covariance_n2m2(),
+                                      &message.resultant_moment_covariance_n2m()}) {
+    EXPECT_EQ(std::vector(block->noise().begin(), block->noise().end()), std::vector<double>(9));
+    EXPECT_EQ(std::vector(block->systematic().begin(), block->systematic().end()), std::vector<double>(9));
+  }
   for (const float force : message.force_n()) EXPECT_EQ(force, 0.0F);
+  for (const float deviation : message.node_deviation_n()) EXPECT_EQ(deviation, 0.0F);
+  EXPECT_EQ(message.contacts_size(), 0);
+  EXPECT_EQ(message.method(), pb::METHOD_NONE);
 }
 
 TEST(Wire, InvalidFieldSaysSoAtEveryNode) {
@@ -303,6 +350,7 @@ TEST(Wire, EncodingAllocatesNothingAfterTheFirst) {
     head.frame = frameInfo(static_cast<std::uint64_t>(i) << 20);
     head.zero = i % 3 == 0 ? Id{} : idOf(static_cast<std::uint8_t>(i));  // a zero comes and goes
     field.valid = i % 2 == 0;
+    field.contactCount = i % (kMaxContacts + 1);
     wire.fill(field, head);
     wire.writeField(bytes.data());
     wire.fill(field.markers, head);

@@ -1,0 +1,218 @@
+// The relay between an instrument and peers that the test plays, under a clock that it moves.
+
+#include "gateway/relay.h"
+#include "proto/traction/v1/endpoints.h"
+#include "tests/support/deadline.h"
+#include "traction/v1/control.pb.h"
+
+#include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <atomic>
+#include <sstream>
+
+namespace tractiond::gateway::relay_test {
+namespace {
+
+namespace pb = traction::v1;
+using namespace std::chrono_literals;
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+const std::string kField = "traction/v1/gel/field/", kDescription = "traction/v1/gel/description/";
+
+std::atomic<std::int64_t> time_ns{0};
+
+class RelayTest : public testing::Test {
+ protected:
+  RelayTest() {
+    time_ns = 100 * kSecond_ns;
+    spdlog::set_default_logger(
+        std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log_)));
+    const traction::Endpoints endpoints = traction::ipcEndpoints(folder_);
+    for (zmq::socket_t* socket : {&stream_, &latest_, &control_, &peer_}) socket->set(zmq::sockopt::linger, 0);
+    stream_.set(zmq::sockopt::sndhwm, 0);
+    stream_.bind(endpoints.stream);
+    latest_.bind(endpoints.latest);
+    control_.bind(endpoints.control);
+    Config config;
+    config.insecure = true;
+    config.stream = config.latest = config.control = {"tcp://127.0.0.1:*"};
+    config.highWaterMark = 100'000;  // nothing is lost, however slowly a thread of ZeroMQ gets on
+    config.limits.requestsPerSecond = 5;
+    config.limits.requestsPerSecondEach = 3;
+    auto opened = Relay::open(config, folder_, [] { return time_ns.load(); });
+    if (!opened) throw std::runtime_error(opened.error().message());
+    relay_ = *std::move(opened);
+    peer_.connect(relay_->bound(kControl).at(0));
+  }
+  ~RelayTest() override {
+    spdlog::set_default_logger(before_);
+    relay_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+
+  /// Lets the relay work until `done`, which does not wait.
+  template <typename Done>
+  void turnUntil(Done done) {
+    ASSERT_TRUE(test::eventually([&] {
+      EXPECT_TRUE(relay_->turn(1ms));
+      return done();
+    }));
+  }
+
+  /// Returns the parts of a message that has come to a socket; none: there is none.
+  static std::vector<std::string> take(zmq::socket_t& socket) {
+    std::vector<std::string> parts;
+    zmq::message_t part;
+    do {
+      if (!socket.recv(part, zmq::recv_flags::dontwait)) break;
+      parts.push_back(part.to_string());
+    } while (part.more());
+    return parts;
+  }
+
+  /// Asks for the status. Returns why not; empty: it has come to the instrument.
+  std::string ask() {
+    pb::Request request;
+    request.set_version(1);
+    request.mutable_status();
+    peer_.send(zmq::str_buffer(""), zmq::send_flags::sndmore);
+    peer_.send(zmq::buffer(request.SerializeAsString()));
+    std::string why = "nothing came";
+    turnUntil([&] {
+      if (!take(control_).empty()) return why.clear(), true;
+      const auto parts = take(peer_);
+      if (parts.size() != 2) return false;
+      pb::Reply reply;
+      EXPECT_TRUE(reply.ParseFromString(parts[1]));
+      why = reply.error();
+      return true;
+    });
+    return why;
+  }
+
+  void publish(const std::string& topic, const std::string& payload) {
+    stream_.send(zmq::buffer(topic), zmq::send_flags::sndmore);
+    stream_.send(zmq::buffer(payload), zmq::send_flags::sndmore);
+    stream_.send(zmq::str_buffer("0.0"));
+  }
+
+  zmq::socket_t subscriber() {
+    zmq::socket_t socket(context_, zmq::socket_type::sub);
+    socket.set(zmq::sockopt::linger, 0);
+    socket.set(zmq::sockopt::rcvhwm, 0);
+    socket.connect(relay_->bound(kStream).at(0));
+    socket.set(zmq::sockopt::subscribe, "traction/");
+    return socket;
+  }
+
+  /// Publishes fields until one has come to the subscriber. Returns the topics that came before it.
+  std::vector<std::string> topicsBeforeAField(zmq::socket_t& subscriber) {
+    std::vector<std::string> topics;
+    turnUntil([&] {
+      publish(kField, std::to_string(++fields_));
+      const auto parts = take(subscriber);
+      if (parts.empty()) return false;
+      if (parts[0] == kField) return true;
+      topics.push_back(parts[0]);
+      return false;
+    });
+    return topics;
+  }
+
+  /// Returns the topic of the next message that is no field.
+  std::string nextBesideFields(zmq::socket_t& subscriber) {
+    std::string topic;
+    turnUntil([&] {
+      for (auto parts = take(subscriber); topic.empty() && !parts.empty(); parts = take(subscriber)) {
+        if (parts[0] != kField) topic = parts[0];
+      }
+      return !topic.empty();
+    });
+    return topic;
+  }
+
+  /// Waits until a field published from now on has come to the subscriber. Returns whether only fields came until then.
+  bool onlyFieldsCome(zmq::socket_t& subscriber) {
+    const std::string last = std::to_string(++fields_);
+    publish(kField, last);
+    bool only = true;
+    turnUntil([&] {
+      for (auto parts = take(subscriber); !parts.empty(); parts = take(subscriber)) {
+        only = only && parts[0] == kField;
+        if (parts[1] == last) return true;
+      }
+      return false;
+    });
+    return only;
+  }
+
+  std::size_t lines(const std::string& text) const {
+    const std::string all = log_.str();
+    std::size_t count = 0;
+    for (std::size_t at = all.find(text); at != std::string::npos; at = all.find(text, at + 1)) ++count;
+    return count;
+  }
+
+  const std::filesystem::path folder_ = []() -> std::filesystem::path {
+    std::string pattern = testing::TempDir() + "traction-XXXXXX";
+    return mkdtemp(pattern.data());
+  }();
+  const std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
+  std::ostringstream log_;
+  int fields_ = 0;
+  zmq::context_t context_;
+  zmq::socket_t stream_{context_, zmq::socket_type::xpub}, latest_{context_, zmq::socket_type::pub},
+      control_{context_, zmq::socket_type::router}, peer_{context_, zmq::socket_type::dealer};
+  std::unique_ptr<Relay> relay_;
+};
+
+TEST_F(RelayTest, RequestsBeyondTheLimitAreRefusedUntilTheSecondIsOver) {
+  while (ask() == "no instrument is there; is tractiond running?") time_ns += kSecond_ns;  // not yet
+  time_ns += kSecond_ns;
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(ask(), "");
+  EXPECT_EQ(ask(), "too many requests: more than 3 in a second");
+  time_ns += kSecond_ns - 1;
+  EXPECT_EQ(ask(), "too many requests: more than 3 in a second");
+  time_ns += 1;
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(ask(), "");
+  EXPECT_EQ(ask(), "too many requests: more than 3 in a second");
+}
+
+TEST_F(RelayTest, NewSubscribersAreToldTheDescriptionAtMostTenTimesASecond) {
+  zmq::socket_t first = subscriber();
+  topicsBeforeAField(first);
+  publish(kDescription, "what its numbers mean");
+  EXPECT_EQ(nextBesideFields(first), kDescription);
+
+  zmq::socket_t second = subscriber();
+  EXPECT_EQ(nextBesideFields(second), kDescription) << "at once, as the last time is long ago";
+  EXPECT_EQ(nextBesideFields(first), kDescription) << "all are told";
+
+  zmq::socket_t third = subscriber();
+  ASSERT_TRUE(topicsBeforeAField(third).empty());
+  time_ns += 99'999'999;
+  ASSERT_TRUE(onlyFieldsCome(third));
+  time_ns += 1;
+  EXPECT_EQ(nextBesideFields(third), kDescription);
+}
+
+TEST_F(RelayTest, AnInstrumentThatIsSilentIsToldOnce) {
+  zmq::socket_t reader = subscriber();
+  topicsBeforeAField(reader);
+  ASSERT_TRUE(onlyFieldsCome(reader));
+  const std::string silent = "nothing comes from the instrument", heard = "the instrument is heard again";
+  time_ns += 3 * kSecond_ns;
+  EXPECT_TRUE(relay_->turn(1ms));
+  EXPECT_EQ(lines(silent), 0U) << "three seconds are none";
+  time_ns += kSecond_ns;
+  for (int i = 0; i < 3; ++i, time_ns += kSecond_ns) EXPECT_TRUE(relay_->turn(1ms));
+  EXPECT_EQ(lines(silent), 1U);
+  EXPECT_EQ(lines(heard), 0U);
+  ASSERT_TRUE(onlyFieldsCome(reader));
+  EXPECT_EQ(lines(heard), 1U);
+}
+
+}  // namespace
+}  // namespace tractiond::gateway::relay_test
