@@ -13,6 +13,9 @@ import seed
 import steady
 
 WATCHDOG_S = 0.8  # WatchdogSec= of the unit
+NOTICED_S = 1.0 + steady.STEADY_S
+# Fields flow without them, or again within four seconds. Besides, of those with the program's name: the log's, not the main one.
+MENDED = {"tr-preview", "libusb_event", "camera-keeper", "arv_gv_stream", "ZMQbg/Reaper"}
 
 
 class Stalls(steady.TestCase):
@@ -58,7 +61,11 @@ class Stalls(steady.TestCase):
                 elif flows:
                     said = "fields flow"
                 print(f"\n  {name:16} {said}", end=" ", flush=True)
-                self.assertTrue(noticed or flows)
+                if name in MENDED or (name == "tractiond" and tid != daemon.child.pid):
+                    self.assertTrue(flows)
+                else:
+                    self.assertTrue(noticed)
+                    self.assertLess(noticed - begin, NOTICED_S)
             daemon.kill()
 
     def test_who_looks_for_a_lost_camera(self):
