@@ -9,6 +9,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <memory>
 
 namespace tractiond::solve::systematic_test {
@@ -41,17 +43,32 @@ Matrix6 error(const std::vector<double>& errors, int number) {
   return Matrix6::Map(errors.data() + 36 * number);
 }
 
-constexpr double kX_m = 4e-3, kY_m = -5e-3;  // of the load
+/// Nine nodes across the face, at which errors are taken.
+sensor::Points places() {
+  const sensor::NodeGrid& grid = thin().nodes;
+  std::vector<int> nodes;
+  for (const int row : {grid.rows / 4, grid.rows / 2, grid.rows * 3 / 4})
+    for (const int column : {grid.columns / 4, grid.columns / 2, grid.columns * 3 / 4})
+      nodes.push_back(row * grid.columns + column);
+  return sensor::nodePositions(thin())(Eigen::all, nodes);
+}
 
-/// What a sensor's picture shows of unit forces on a ball's contact, 2M x 3 [px/N].
+/// 6 x 27: the wrench of unit forces at these.
+Eigen::MatrixXd wrenches(const sensor::Points& at) {
+  Eigen::MatrixXd wrenches(6, 3 * at.cols());
+  for (Eigen::Index i = 0; i < at.cols(); ++i)
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d force = Eigen::Vector3d::Unit(axis);
+      wrenches.col(3 * i + axis) << force, at.col(i).cross(force);
+    }
+  return wrenches;
+}
+
+/// What a sensor's picture shows of unit forces at these, 2M x 27 [px/N].
 Eigen::MatrixXd seen(const sensor::Sensor& sensor) {
-  const auto load = sensor::elastic::hertz({kX_m, kY_m}, 2.5e-3, Eigen::Vector3d::UnitZ());
-  const Eigen::MatrixXd image = sensor::elastic::toImage(
-      sensor, sensor::elastic::displacementMatrix(sensor.gel, Model::kBlock, sensor::markerPositions(sensor),
-                                                  load.points, {.degree = 6, .breaks = {}}));
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(image.rows(), 3);
-  for (Eigen::Index i = 0; i < load.points.cols(); ++i) sum += load.forces(2, i) * image.middleCols<3>(3 * i);
-  return sum;
+  return sensor::elastic::toImage(sensor, sensor::elastic::displacementMatrix(sensor.gel, Model::kBlock,
+                                                                              sensor::markerPositions(sensor), places(),
+                                                                              {.degree = 6, .breaks = {}}));
 }
 
 Vector6 reading(Solver& solver, const Eigen::VectorXd& image) {
@@ -65,35 +82,49 @@ Vector6 reading(Solver& solver, const Eigen::VectorXd& image) {
   return wrench;
 }
 
-/// Those that take most of it, of all strays.
-void expectPredicted(bool contactAware, const std::vector<double>& errors, double share) {
-  sensor::Sensor others[kCount];
-  std::ranges::fill(others, thin());
-  const sensor::Uncertainty by = thin().uncertainty;
-  others[kPositionZ].camera.position.z() += by.position.z();
-  others[kRoll].camera.rotation.z() += by.rotation.z();
-  others[kFocal].camera.focal_px *= 1.0 + by.focal;
-  others[kPoisson].gel.poissonRatio += by.poissonRatio;
-  others[kThickness].gel.size.z() += by.thickness;
-  others[kBlue].layers[0].depth += by.layerDepth;
-  others[kRed].layers[1].depth += by.layerDepth;
+/// Of sensors that are each one deviation off, by number.
+const std::map<int, Eigen::MatrixXd>& seenByOthers() {
+  static const std::map<int, Eigen::MatrixXd> seenByOthers = [] {
+    sensor::Sensor others[kCount];
+    std::ranges::fill(others, thin());
+    const sensor::Uncertainty by = thin().uncertainty;
+    others[kPositionZ].camera.position.z() += by.position.z();
+    others[kPositionZ].camera.focal_px *= 1.0 + by.focal * by.focalDistance;
+    others[kRoll].camera.rotation.z() += by.rotation.z();
+    others[kFocal].camera.focal_px *= 1.0 + by.focal * std::sqrt(1.0 - by.focalDistance * by.focalDistance);
+    others[kPoisson].gel.poissonRatio += by.poissonRatio;
+    others[kThickness].gel.size.z() += by.thickness;
+    others[kBlue].layers[0].depth += by.layerDepth;
+    others[kRed].layers[1].depth += by.layerDepth;
+    std::map<int, Eigen::MatrixXd> result;
+    for (const int number : {kPositionZ, kRoll, kFocal, kPoisson, kThickness, kBlue, kRed})
+      result[number] = seen(others[number]);
+    return result;
+  }();
+  return seenByOthers;
+}
+
+/// Presses and shears each of the nine places, and adds up what is misread of a wrench that they share.
+/// \param share by which the prediction may miss; of a press on another thickness
+void expectPredicted(bool contactAware, const std::vector<double>& errors, double share, double shareOfThickness) {
   SolveOptions options;
   options.contactAware = contactAware;
   Solver solver(thinInverse(), thin(), options);
-  const Eigen::MatrixXd straight = seen(thin());
-  for (const int number : {kPositionZ, kRoll, kFocal, kPoisson, kThickness, kBlue, kRed}) {
-    const Eigen::MatrixXd strayed = seen(others[number]);
+  const Eigen::MatrixXd shares = wrenches(places()).completeOrthogonalDecomposition().pseudoInverse();  // 27 x 6
+  const auto readings = [&](const Eigen::MatrixXd& image) {
+    Eigen::MatrixXd read(6, image.cols());
+    for (Eigen::Index i = 0; i < image.cols(); ++i) read.col(i) = reading(solver, kForce_N * image.col(i)) / kForce_N;
+    return read;
+  };
+  const Eigen::MatrixXd straight = readings(seen(thin()));
+  for (const auto& [number, image] : seenByOthers()) {
+    const Eigen::MatrixXd measured = (readings(image) - straight) * shares;
+    const Matrix6 predicted = error(errors, number);
     for (const int axis : {0, 2}) {
-      const Eigen::Vector3d force = kForce_N * Eigen::Vector3d::Unit(axis);
-      Vector6 wrench;
-      wrench << force, Eigen::Vector3d(kX_m, kY_m, 0.0).cross(force);
-      const Vector6 measured =
-          reading(solver, kForce_N * strayed.col(axis)) - reading(solver, kForce_N * straight.col(axis));
-      const Vector6 predicted = error(errors, number) * wrench;
-      // The errors are means over the face, and one place has its own.
-      EXPECT_LT((measured - predicted).head<3>().norm(), std::max(2e-3 * kForce_N, share * predicted.head<3>().norm()))
-          << number << ", axis " << axis << ": " << measured.head<3>().transpose() << " instead of "
-          << predicted.head<3>().transpose();
+      const Eigen::Vector3d force = measured.col(axis).head<3>(), expected = predicted.col(axis).head<3>();
+      const double allowed = number == kThickness && axis == 2 ? shareOfThickness : share;
+      EXPECT_LT((force - expected).norm(), std::max(1e-4, allowed * expected.norm()))
+          << number << ", axis " << axis << ": " << force.transpose() << " instead of " << expected.transpose();
     }
   }
 }
@@ -105,12 +136,14 @@ const SystematicErrors& thinErrors() {
 
 TEST(Systematic, AContactIsMisreadAsPredicted) {
   ASSERT_EQ(thinErrors().contact.size(), 36U * kCount);
-  expectPredicted(true, thinErrors().contact, 0.35);
+  // The solver chooses its nodes by what it sees, the prediction those around a node; a press reaches furthest, and
+  // there the thickness shows most.
+  expectPredicted(true, thinErrors().contact, 0.1, 0.3);
 }
 
 TEST(Systematic, SoIsTheWholeFace) {
   ASSERT_EQ(thinErrors().wholeFace.size(), 36U * kCount);
-  expectPredicted(false, thinErrors().wholeFace, 0.7);  // places differ more
+  expectPredicted(false, thinErrors().wholeFace, 0.06, 0.01);  // but for the step of the derivatives, the same sum
 }
 
 TEST(Systematic, PressAndShearAreMisreadApart) {
