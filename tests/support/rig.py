@@ -207,8 +207,8 @@ class Rig(contextlib.ExitStack):
 
     def feed(self, source, pictures, rest, config="", pixel_format="RGB8"):
         """Passes pictures of 640 x 480 from a binary file through a pipe into a daemon, as fast as it reads them: none is lost,
-        however busy the machine. After the first `rest` pictures it waits until the daemon has taken a zero of them. Returns
-        the Film of all that was published.
+        however busy the machine. After the first `rest` pictures it waits until the daemon has a zero. Returns the Film of all
+        that was published.
         """
         pipe = self.folder / "pictures"
         os.mkfifo(pipe)
@@ -220,7 +220,7 @@ class Rig(contextlib.ExitStack):
         with open(pipe, "wb", buffering=0) as target:
             for number in range(pictures):
                 if number == rest:
-                    daemon.wait_for("zero taken, by itself")
+                    daemon.wait_for("zero taken, by itself|the zero is the one kept")
                 picture = memoryview(source.read(640 * 480 * BITS[pixel_format] // 8))
                 assert picture, f"there are {number} pictures, not {pictures}"
                 while picture:

@@ -9,7 +9,9 @@ import unittest
 import numpy as np
 
 import independent
+import projector
 import rig
+import suite
 
 DONE, TEMPORARY, CONFIG = 0, 75, 78
 # twin/scenarios/calibrate.toml
@@ -73,17 +75,8 @@ class TestCase(unittest.TestCase):
             self.assertIn(word, process.lines[-1])
 
 
-# Each class has a network of its own, and runs beside the others.
-class Hidden(TestCase):
-    def test_everything_that_is_hidden_is_found(self):
-        twin, daemon = self.running("calibrate")
-        reports = self.calibrate(daemon, "--weights", "100gf,200gf,500gf", "--name", "left")
-        code, again = self.ctl(daemon, "calibrate", "finish", "--yes", "--name", "left")
-        self.assertEqual(code, TEMPORARY, again)
-        self.assertIn("nothing has been measured since", again)
-        self.assertEqual(daemon.stop(), 0, daemon.output())
-        self.assertEqual(twin.stop(), 0, twin.output())
-
+    def check_found(self, reports):
+        """What geometry, noise and stiffness say, against what the gel was made with."""
         figures = {**reports["geometry"]["figures"], **reports["stiffness"]["figures"]}
         print()
         for name, hidden in HIDDEN.items():
@@ -98,6 +91,66 @@ class Hidden(TestCase):
         noise = reports["noise"]["figures"]
         self.assertAlmostEqual(noise["noise_over_promised"]["value"], 1, delta=0.1)
         self.assertLess(noise["shift_px"]["value"], 0.005)
+
+    def check_newtons(self, fields):
+        """The last second's, of 3 N that press and 0.6 N that shear."""
+        force = np.mean([rig.vector(field.resultant_N) for field in fields[-50:]], axis=0)
+        print(f"  then 0.6 N, 3 N read as {force[0]:.3f} N, {force[2]:.3f} N")
+        self.assertLess(np.abs(force - (0.6, 0, 3)).max(), 0.06)
+
+
+class Projected(TestCase):
+    """At any speed: each scene is shown for as long as its step takes. A zero is averaged over 30 pictures, and so many are
+    shown in a loop: whichever it takes, they are the same."""
+
+    def daemon(self, scene, config):
+        pictures = projector.Projector(self.bench, scene)
+        daemon = self.bench.daemon(pictures.CONFIG + config, "--images", pictures.pipe, camera=None)
+        daemon.wait_for("zero taken, by itself")
+        return pictures, daemon
+
+    def test_everything_that_is_hidden_is_found(self):
+        weights = (100, 200, 500)
+        loads = self.file("weights.toml", GEL + "[[contacts]]\nradius_mm = 4\nx_mm = 1.3\ny_mm = -2.1\n"
+                          "time_s = [3, 3.1, 4.1, 4.2, 5.2, 5.3, 9]\nforce_z_n = "
+                          f"{[0] + [gf * rig.GRAM_FORCE for gf in weights for _ in range(2)]}\n")
+        rest, *loaded = projector.scenes(self.bench, loads, [(0, 0.5), (3.1, 4.1), (4.2, 5.2), (5.3, 6.3)])
+        nominal = self.file("nominal.toml", NOMINAL)
+        pictures, daemon = self.daemon(rest, f'[sensor]\ngel_file = "{nominal}"\n')
+        reports = self.calibrate(daemon, "geometry", "noise", "--seconds", 2)
+        pictures.show(loaded[0])
+        asking = self.bench.start(rig.BIN / "tractionctl", "--control", daemon.endpoint["control"], "calibrate", "weights",
+                                  "--weights", ",".join(f"{gf}gf" for gf in weights), "--seconds", 600, "--yes", "--json")
+        for scene, gf in zip(loaded[1:], weights):
+            asking.wait_for(rf'"weight_gf":{{"value":{gf},')
+            pictures.show(scene)
+        self.assertEqual(asking.join(), DONE, asking.output())
+        reports["stiffness"] = json.loads(asking.lines[-1])
+        self.check_found(reports)
+        code, output = self.ctl(daemon, "calibrate", "finish", "--name", "left", "--json")
+        self.assertEqual(code, DONE, output)
+        path = json.loads(output)["path"]
+        self.assertEqual(daemon.stop(), 0, daemon.output())
+        pictures.stop()
+
+        press = self.file("press.toml", GEL + "[[contacts]]\nradius_mm = 3\nx_mm = -4\ny_mm = 3\ntime_s = [4, 5]\n"
+                          "force_z_n = [0, 3]\nforce_x_n = [0, 0.6]\n")
+        film, _ = self.bench.film(press, 360, config=f'[sensor]\ngel_file = "{path}"\n')
+        self.check_newtons(film.fields)
+
+
+# Each class has a network of its own, and runs beside the others.
+@suite.realtime
+class Hidden(TestCase):
+    def test_everything_that_is_hidden_is_found(self):
+        twin, daemon = self.running("calibrate")
+        reports = self.calibrate(daemon, "--weights", "100gf,200gf,500gf", "--name", "left")
+        code, again = self.ctl(daemon, "calibrate", "finish", "--yes", "--name", "left")
+        self.assertEqual(code, TEMPORARY, again)
+        self.assertIn("nothing has been measured since", again)
+        self.assertEqual(daemon.stop(), 0, daemon.output())
+        self.assertEqual(twin.stop(), 0, twin.output())
+        self.check_found(reports)
 
         path = reports["finish"]["path"]
         text = pathlib.Path(path).read_text()
@@ -120,13 +173,11 @@ class Hidden(TestCase):
         other.stop()
         twin = self.bench.twin(press, ready=False)
         daemon = self.bench.daemon(config, state=self.bench.folder / "other" / "state")
-        fields = self.bench.subscribe(daemon).collect(480)
-        force = np.mean([rig.vector(field.resultant_N) for field in fields[-60:]], axis=0)
-        print(f"  then 0.6 N, 3 N read as {force[0]:.3f} N, {force[2]:.3f} N")
-        self.assertLess(np.abs(force - (0.6, 0, 3)).max(), 0.06)
+        self.check_newtons(self.bench.subscribe(daemon).collect(480))
         self.assertEqual(daemon.stop(), 0, daemon.output())
 
 
+@suite.realtime
 class Page(TestCase):
     def test_the_twins_example_can_be_pasted(self):
         """The page's own commands, in the page's order, in a shell that knows nothing else."""
@@ -149,6 +200,7 @@ class Page(TestCase):
         self.assertIn('camera = "Traction-127-0-0-1"', pathlib.Path(written).read_text())
 
 
+@suite.realtime
 class Order(TestCase):
     def test_weights_in_the_wrong_order_are_noticed(self):
         _, daemon = self.running("calibrate")
@@ -160,6 +212,7 @@ class Order(TestCase):
         self.assertIn("nothing has been measured", output)
 
 
+@suite.realtime
 class Zero(TestCase):
     def test_a_load_is_not_zeroed_by_mistake(self):
         _, daemon = self.running(self.file("scenario.toml", "format = 1\nperiod_s = 1000\n[[contacts]]\nradius_mm = 3\n"
