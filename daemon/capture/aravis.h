@@ -5,7 +5,7 @@
 #include "daemon/base/mailbox.h"
 #include "daemon/capture/camera_info.h"
 #include "daemon/capture/camera_options.h"
-#include "daemon/capture/clock_fit.h"
+#include "daemon/capture/clock_asker.h"
 #include "daemon/capture/driver.h"
 #include "daemon/capture/stream_filter.h"
 #include "daemon/records/camera_features.h"
@@ -155,22 +155,9 @@ class AskedClock {
   bool take(ClockFit& fit) { return fit_.take(fit); }
 
  private:
-  struct Registers {
-    std::uint64_t latch = 0;
-    std::uint32_t command = 0;  ///< that latches
-    std::uint64_t value = 0;
-    std::uint64_t perSecond = 1'000'000'000;
-    bool bigEndian = false;
-  };
-  AskedClock(ArvDevice* device, const Registers& registers)
-      : device_(device)
-      , registers_(registers) {}
-  bool ask(ClockFit& fit);
-  void run(const std::stop_token& stop, ClockFit fit);
+  AskedClock() = default;
+  void run(const std::stop_token& stop, ClockAsker asker);
 
-  ArvDevice* device_;
-  Registers registers_;
-  bool refused_ = false;  ///< what was asked last, and not just left without an answer
   Mailbox<ClockFit> fit_;
   std::jthread thread_;  ///< the last member: it ends first
 };

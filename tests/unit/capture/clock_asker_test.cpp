@@ -1,0 +1,144 @@
+#include "daemon/capture/clock_asker.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+
+namespace tractiond::capture::clock_asker_test {
+namespace {
+
+using Answer = LatchedCounter::Answer;
+
+constexpr std::int64_t kMillisecond_ns = 1'000'000, kSecond_ns = 1'000'000'000;
+constexpr std::int64_t kHost_ns = 70'000 * kSecond_ns, kDevice_ns = 3'000 * kSecond_ns;  // at true time 0
+
+/// A camera 200 ppm fast, whose answers take about a millisecond.
+class ClockAskerTest : public testing::Test {
+ protected:
+  ClockAsker asker(std::uint64_t perSecond = kSecond_ns, bool bigEndian = true) {
+    LatchedCounter counter;
+    counter.perSecond = perSecond;
+    counter.bigEndian = bigEndian;
+    counter.latch = [this, perSecond] {
+      now_ns_ += 7919 * ++questions_ % 50'000;  // no two answers take as long, or all times would be multiples of that
+      now_ns_ += answerTakes_ns_ / 2;
+      if (answer_ == Answer::kDone && !standsStill_)
+        latched_ =
+            static_cast<std::uint64_t>(std::floor(static_cast<long double>(shown_ns()) * perSecond / kSecond_ns));
+      now_ns_ += answerTakes_ns_ / 2;
+      return answer_;
+    };
+    counter.read = [this, bigEndian](std::array<std::uint8_t, 8>& bytes) {
+      for (std::size_t i = 0; i < 8; ++i)
+        bytes[i] = static_cast<std::uint8_t>(latched_ >> (bigEndian ? 56 - 8 * i : 8 * i));
+      now_ns_ += answerTakes_ns_;
+      return answer_;
+    };
+    return ClockAsker(counter, [this] { return kHost_ns + now_ns_; });
+  }
+  std::int64_t shown_ns() const {
+    return kDevice_ns + set_ns_ + now_ns_ + std::llround(200e-6 * static_cast<double>(now_ns_));
+  }
+
+  /// As many questions, with the pauses between them.
+  void ask(ClockAsker& asker, int questions) {
+    for (int i = 0; i < questions; ++i) {
+      asker.ask();
+      now_ns_ += asker.pause_ns();
+    }
+  }
+
+  std::int64_t questions_ = 0, now_ns_ = 0, answerTakes_ns_ = kMillisecond_ns;
+  std::int64_t set_ns_ = 0;  ///< by so much somebody has set the camera's clock
+  Answer answer_ = Answer::kDone;
+  bool standsStill_ = false;
+  std::uint64_t latched_ = 0;
+};
+
+TEST_F(ClockAskerTest, KnowsWhenTheCameraShowedWhatItDoesWhateverItCountsIn) {
+  for (const std::uint64_t perSecond : {1'000'000'000U, 125'000'000U, 33'333'333U, 1'000'000U}) {
+    now_ns_ = 0;
+    ClockAsker one = asker(perSecond);
+    ask(one, 100);
+    const std::int64_t tick_ns = static_cast<std::int64_t>(kSecond_ns / perSecond);
+    const auto span = one.fit().at(shown_ns(), tick_ns);
+    ASSERT_TRUE(span) << perSecond;
+    EXPECT_LE(span->earliest_ns, kHost_ns + now_ns_) << perSecond;
+    EXPECT_GE(span->latest_ns, kHost_ns + now_ns_) << perSecond;
+    // What two looks are apart, and a little for the drift in the eighth of a second since.
+    EXPECT_LE(span->latest_ns - span->earliest_ns, 11 * kMillisecond_ns / 10 + 6 * tick_ns) << perSecond;
+  }
+}
+
+TEST_F(ClockAskerTest, ReadsBothOrdersOfBytes) {
+  ClockAsker big = asker(kSecond_ns, true);
+  ask(big, 10);
+  questions_ = now_ns_ = 0;
+  ClockAsker little = asker(kSecond_ns, false);
+  ask(little, 10);
+  EXPECT_EQ(big.fit().at(shown_ns())->latest_ns, little.fit().at(shown_ns())->latest_ns);
+}
+
+TEST_F(ClockAskerTest, AsksOftenUntilItKnowsTheDrift) {
+  ClockAsker one = asker();
+  for (int i = 0; i < 59; ++i) {
+    EXPECT_TRUE(one.ask());
+    EXPECT_EQ(one.pause_ns(), 20 * kMillisecond_ns);
+    now_ns_ += one.pause_ns();
+  }
+  EXPECT_TRUE(one.ask());
+  EXPECT_EQ(one.pause_ns(), 125 * kMillisecond_ns);
+}
+
+TEST_F(ClockAskerTest, LearnsNothingFromAnAnswerThatTookTooLong) {
+  ClockAsker one = asker();
+  ask(one, 10);
+  answerTakes_ns_ = 101 * kMillisecond_ns;
+  EXPECT_TRUE(one.ask());
+  EXPECT_EQ(one.fit().readings(), 10U);
+}
+
+TEST_F(ClockAskerTest, DoesNotBelieveAClockThatStandsStill) {
+  standsStill_ = true;
+  ClockAsker one = asker();
+  ask(one, 10);
+  EXPECT_LT(one.fit().readings(), 2U);
+  EXPECT_FALSE(one.fit().at(0));
+}
+
+TEST_F(ClockAskerTest, ForgetsWhatItKnewOfAClockThatWasSet) {
+  ClockAsker one = asker();
+  ask(one, 100);
+  set_ns_ = -kDevice_ns;
+  one.ask();
+  EXPECT_EQ(one.fit().readings(), 1U);
+}
+
+TEST_F(ClockAskerTest, IsRefusedAfterThreeRefusalsInARow) {
+  ClockAsker one = asker();
+  answer_ = Answer::kRefused;
+  ask(one, 2);
+  EXPECT_FALSE(one.isRefused());
+  answer_ = Answer::kDone;
+  ask(one, 1);
+  answer_ = Answer::kRefused;
+  ask(one, 2);
+  EXPECT_FALSE(one.isRefused());
+  EXPECT_FALSE(one.ask());
+  EXPECT_TRUE(one.isRefused());
+}
+
+TEST_F(ClockAskerTest, WaitsForACameraThatIsSilent) {
+  ClockAsker one = asker();
+  answer_ = Answer::kNone;
+  ask(one, 100);
+  EXPECT_FALSE(one.isRefused());
+  EXPECT_EQ(one.pause_ns(), kSecond_ns);
+  answer_ = Answer::kDone;
+  EXPECT_TRUE(one.ask());
+  EXPECT_EQ(one.pause_ns(), 20 * kMillisecond_ns);
+}
+
+}  // namespace
+}  // namespace tractiond::capture::clock_asker_test
