@@ -38,6 +38,9 @@ ROOMS = {
         ("tsan", "capture", "daemon/capture/stream_filter.cpp", "a packet behind a frame's last reaches the driver",
          "program.jump(BPF_JGT, blocks, Program::kRefuse, Program::kNext);",
          "program.jump(BPF_JGT, blocks + 1, Program::kRefuse, Program::kNext);"),
+        ("tsan", "capture", "daemon/capture/clock_asker.cpp", "a clock that refuses to be asked is asked for ever",
+         "refusals_ = answer == kRefused ? refusals_ + 1 :",
+         "refusals_ = answer == kRefused ? 1 :"),
     ],
     "track": [
         ("release", "track_centre", "daemon/track/centre.cpp", "a mosaic's centres are told to be better than they are",
@@ -73,6 +76,9 @@ ROOMS = {
          "if (!first && wanted.undo) return;"),
     ],
     "calibrate": [
+        ("release", "calibrate", "daemon/calibrate/stiffness_fit.cpp", "a weight's own modulus is the inverse of it",
+         "assumed * one.weight_N / one.read_N",
+         "assumed * one.read_N / one.weight_N"),
         ("release", "calibrate", "daemon/calibrate/calibration.cpp", "the weight before is read once more",
          "if (moved || !load.found() || !isNew) {",
          "if (moved || !load.found()) {"),
@@ -148,6 +154,9 @@ ROOMS = {
          "(0o030 if owner == 0 else 0o070)"),
     ],
     "lens": [
+        ("release", "lens_fit", "lens/lens_fit.cpp", "a lens keeps its first number of distortion twice",
+         "fit.camera.k2 = model.distortion.at<double>(1);",
+         "fit.camera.k2 = model.distortion.at<double>(0);"),
         ("release", "lens", "lens/first_pose.cpp", "a turned camera is put where it is not",
          "camera.position = -toCamera.transpose() * shift;",
          "camera.position = -toCamera * shift;"),

@@ -1,5 +1,6 @@
 #include "daemon/calibrate/stiffness_fit.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +20,8 @@ TEST(StiffnessFit, ScalesReadingsToWeights) {
   EXPECT_NEAR(found.youngsModulus, kTrue, 1e-9 * kTrue);
   EXPECT_NEAR(found.linearity, 0.0, 1e-9);
   EXPECT_EQ(found.contradiction, "");
-  EXPECT_EQ(found.ofEach.size(), 3U);
+  EXPECT_THAT(found.ofEach, testing::ElementsAre(testing::DoubleNear(kTrue, 1e-3), testing::DoubleNear(kTrue, 1e-3),
+                                                 testing::DoubleNear(kTrue, 1e-3)));
 }
 
 TEST(StiffnessFit, DeviationIsTrue) {
