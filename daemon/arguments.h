@@ -11,6 +11,9 @@ namespace tractiond {
 
 struct Arguments {
   Places places;
+  std::string
+      inspected;  ///< camera whose description is to be evaluated: this is a child of tractiond; empty: it is not
+  bool limited = false;     ///< likewise, with --plan
   std::string description;  ///< of a camera, to say what would be done with it; empty: none
   std::string images;       ///< empty: a camera
   RecordOptions record;

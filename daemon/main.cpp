@@ -2,6 +2,8 @@
 #include "daemon/arguments.h"
 #include "daemon/capture/camera_list.h"
 #include "daemon/capture/camera_plan.h"
+#include "daemon/capture/child.h"
+#include "daemon/capture/inspection.h"
 #include "daemon/config_toml.h"
 #include "daemon/instrument.h"
 #include "daemon/log.h"
@@ -34,13 +36,14 @@ tl::expected<Config, Error> configured(const Arguments& arguments, const Places&
   auto config = places.config.empty() ? tl::expected<Config, Error>() : loadConfig(places.config);
   if (config) {
     config->camera.images = arguments.images;
+    config->camera.inspector = "/proc/self/exe";
     config->record = arguments.record;
   }
   return config;
 }
 
-int listCameras(bool withFake) {
-  const auto sights = capture::inspectCameras(withFake);
+int listCameras(const capture::CameraOptions& options) {
+  const auto sights = capture::inspectCameras(options.inspector, options.fakeInterface);
   if (sights.empty()) std::cerr << "tractiond: no camera in sight\n";
   for (const auto& [camera, obstacle, remedy, notes] : sights) {
     std::cout << camera.vendor << "-" << camera.serial << "  " << camera.model << "  " << camera.address << "  "
@@ -65,6 +68,18 @@ int plan(const std::string& file, const capture::CameraOptions& options) {
             << "\n  link      " << plan->link << "\n  set       " << list(plan->settings) << "\n";
   for (const std::string& note : plan->notes) std::cout << "  note      " << note << "\n";
   return EX_OK;
+}
+
+/// By a child: a description may end whoever evaluates it.
+int planApart(int argc, char** argv, const std::string& file) {
+  std::vector<std::string> words(argv + 1, argv + argc);
+  words.emplace_back("--limited");
+  const capture::ChildEnd end = capture::runChild(words, {});
+  if (const std::string what = capture::misdeed(end); !what.empty())
+    return failed({.exitCode = EX_DATAERR, .what = "the description " + what, .where = file});
+  std::cout << end.output;
+  std::cerr << end.errors;
+  return end.code;
 }
 
 int checkConfig(const Config& config) {
@@ -126,13 +141,18 @@ int main(int argc, char** argv) try {
   if (const auto enough = checkAddressSpace(); !enough) std::_Exit(failed(enough.error()));
   const auto arguments = parseArguments(argc, argv);
   if (!arguments) return arguments.error();
+  if (!arguments->inspected.empty()) return capture::printInspection(arguments->inspected);
+  if (arguments->limited) capture::limitChild();
   const auto places = located(arguments->places);
   if (!places) return failed(places.error());
   const auto config = configured(*arguments, *places);
   if (!config) return failed(config.error());
   if (arguments->printConfig) return std::cout << configText(*config), EX_OK;
-  if (!arguments->description.empty()) return plan(arguments->description, config->camera);
-  if (arguments->listCameras) return listCameras(config->camera.fakeInterface);
+  if (!arguments->description.empty()) {
+    return arguments->limited ? plan(arguments->description, config->camera)
+                              : planApart(argc, argv, arguments->description);
+  }
+  if (arguments->listCameras) return listCameras(config->camera);
   if (!arguments->replay.file.empty() && !arguments->checkConfig) return replayed(*arguments, *config, *places);
   return arguments->checkConfig ? checkConfig(*config) : serve(*arguments, *config, *places);
 } catch (const std::bad_alloc&) {

@@ -4,6 +4,7 @@
 #include "daemon/capture/aravis.h"
 #include "daemon/capture/camera_list.h"
 #include "daemon/capture/description_check.h"
+#include "daemon/capture/inspection.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -38,37 +39,56 @@ bool matches(const CameraName& name, const std::string& id) {
   return same(name.id) || same(name.physicalId) || same(name.address) || same(name.vendor + "-" + name.serial);
 }
 
-/// Looks in the list itself: Aravis would ask the name server for an unknown id.
-tl::expected<Ref<ArvCamera>, Error> find(const CameraOptions& options) {
+/// What Aravis opens the camera by; empty: the first. Looks in the list itself: Aravis would ask the name server for an
+/// unknown id.
+tl::expected<std::string, Error> idFor(const CameraOptions& options) {
   showFake(options.fakeInterface);
-  std::string id = options.id;
-  if (!id.empty() && !isAddress(id)) {
-    const std::vector<CameraName> all = listCameras(options.fakeInterface);
-    const auto found = std::find_if(all.begin(), all.end(), [&](const CameraName& c) { return matches(c, id); });
-    if (found == all.end()) {
-      std::vector<std::string> ids;
-      for (const CameraName& camera : all) ids.push_back(camera.id);
-      return failed(EX_UNAVAILABLE, "there is no camera \"" + id + "\"",
-                    ids.empty() ? "no camera answers" : "there are: " + joined(ids));
-    }
-    // Twins of one id are told apart by their addresses.
-    id = isAddress(found->address) ? found->address : found->id;
+  const std::string& id = options.id;
+  if (id.empty() || isAddress(id)) return id;
+  const std::vector<CameraName> all = listCameras(options.fakeInterface);
+  const auto found = std::find_if(all.begin(), all.end(), [&](const CameraName& c) { return matches(c, id); });
+  if (found == all.end()) {
+    std::vector<std::string> ids;
+    for (const CameraName& camera : all) ids.push_back(camera.id);
+    return failed(EX_UNAVAILABLE, "there is no camera \"" + id + "\"",
+                  ids.empty() ? "no camera answers" : "there are: " + joined(ids));
+  }
+  return isAddress(found->address) ? found->address : found->id;  // twins of one id are told apart by their addresses
+}
+
+tl::unexpected<Error> damaged(const std::string& fault) {
+  return failed(EX_UNAVAILABLE, fault, "its firmware may be damaged, or it is not what it says");
+}
+
+tl::expected<Ref<ArvCamera>, Error> find(const CameraOptions& options, const std::stop_token& stop) {
+  const auto id = idFor(options);
+  if (!id) return tl::unexpected(id.error());
+  const auto silent = [&](const std::string& why) {
+    return failed(EX_UNAVAILABLE, id->empty() ? "no camera answers" : "camera \"" + options.id + "\" does not answer",
+                  id->empty() ? "" : why);
+  };
+  std::string harmless;
+  if (!options.inspector.empty() && !options.fakeInterface) {
+    const Inspection inspection = inspectApart(*id, {.program = options.inspector}, stop);
+    if (inspection.outcome == Inspection::Outcome::kAbsent) return silent(inspection.text);
+    if (inspection.outcome == Inspection::Outcome::kFault) return damaged(inspection.text);
+    harmless = inspection.text;
   }
   Failure failure;
-  const Ref<ArvDevice> device(arv_open_device(id.empty() ? nullptr : id.c_str(), failure.into()));
+  const Ref<ArvDevice> device(arv_open_device(id->empty() ? nullptr : id->c_str(), failure.into()));
   if (device) {
     std::size_t size = 0;
     const char* const xml = arv_device_get_genicam_xml(device.get(), &size);
     ArvGc* const description = arv_device_get_genicam(device.get());
-    std::string fault =
-        xml == nullptr || description == nullptr ? "the camera has no description" : faultOfText({xml, size});
+    if (xml == nullptr || description == nullptr) return damaged("the camera has no description");
+    if (!harmless.empty() && hashOf({xml, size}) != harmless)
+      return damaged("the camera's description is not the one of a moment ago");
+    std::string fault = faultOfText({xml, size});
     if (fault.empty()) fault = faultOf(description);
-    if (!fault.empty()) return failed(EX_UNAVAILABLE, fault, "its firmware may be damaged");
+    if (!fault.empty()) return damaged(fault);
   }
   Ref<ArvCamera> camera(device ? arv_camera_new_with_device(device.get(), failure.into()) : nullptr);
-  if (!camera)
-    return failed(EX_UNAVAILABLE, id.empty() ? "no camera answers" : "camera \"" + options.id + "\" does not answer",
-                  id.empty() ? "" : failure.text());
+  if (!camera) return silent(failure.text());
   return camera;
 }
 
@@ -116,7 +136,7 @@ tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, 
   // A camera forgets a client that died 3 s after its last heartbeat, and one try may take Aravis 2.5 s.
   constexpr std::int64_t kPatience_ns = 8'000'000'000;
   const std::int64_t until_ns = monotonicNow() + kPatience_ns;
-  auto camera = find(options);
+  auto camera = find(options, opening.stop);
   if (!camera) return camera;
   ArvDevice* device = arv_camera_get_device(camera->get());
   if (!ARV_IS_GV_DEVICE(device)) return camera;

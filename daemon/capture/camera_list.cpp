@@ -1,6 +1,7 @@
 #include "daemon/capture/camera_list.h"
 
 #include "daemon/capture/aravis.h"
+#include "daemon/capture/inspection.h"
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>
@@ -26,6 +27,13 @@ std::string firstLine(const fs::path& path) {
   std::string line;
   std::getline(file, line);
   return line;
+}
+
+/// What a process of its own finds wrong with a camera's description; empty: nothing, or it does not open.
+std::string faultSeenApart(const std::string& inspector, const CameraName& camera) {
+  if (inspector.empty() || camera.protocol == "Fake") return {};
+  const Inspection inspection = inspectApart(camera.id, {.program = inspector});
+  return inspection.outcome == Inspection::Outcome::kFault ? inspection.text : "";
 }
 
 /// The interface in whose network an address lies; empty: in none.
@@ -120,7 +128,7 @@ std::vector<UsbCamera> usbCameras(const fs::path& sys, const fs::path& dev) {
   return cameras;
 }
 
-std::vector<CameraSight> inspectCameras(bool withFake) {
+std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withFake) {
   std::vector<CameraSight> all;
   std::map<std::string, std::vector<std::size_t>> onInterface;  // which of them
   for (const CameraName& name : listCameras(withFake)) {
@@ -128,6 +136,9 @@ std::vector<CameraSight> inspectCameras(bool withFake) {
     if (name.protocol == "GigEVision" && interfaceTowards(name.address).empty()) {
       sight.obstacle = "its address " + name.address + " is in no network of this host";
       sight.remedy = "give it one with \"arv-tool-0.8 network\" or the maker's tool (persistent or forced IP)";
+    } else if (const std::string fault = faultSeenApart(inspector, name); !fault.empty()) {
+      sight.obstacle = fault;
+      sight.remedy = "its firmware may be damaged, or it is not what it says";
     } else {
       Failure failure;
       const Ref<ArvCamera> camera(arv_camera_new(name.id.c_str(), failure.into()));

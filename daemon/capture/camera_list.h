@@ -20,7 +20,8 @@ struct CameraSight {
 };
 
 /// As listCameras, and USB cameras that may not be opened. Opens each for a moment, so that it knows.
-std::vector<CameraSight> inspectCameras(bool withFake = false);
+/// \param inspector as CameraOptions has it
+std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withFake);
 
 /// How `cameras` share a link of `link_bytes_per_s`, in words, with the keys that make them.
 std::string shareAdvice(int cameras, double link_bytes_per_s, int packet_bytes);

@@ -59,6 +59,8 @@ struct CameraOptions {
   int buffers = 10;
   /// Without a frame for longer the camera counts as lost. 0: only if it says so (a trigger that may pause).
   int silenceTimeout_ms = 2'000;
+  /// Evaluates the camera's description first, in a process of its own: tractiond's path. Empty: nobody does.
+  std::string inspector = {};
   /// Aravis's in-process test camera may be opened.
   bool fakeInterface = false;
 };

@@ -51,12 +51,13 @@ void addReferences(ArvDomNode* node, std::vector<std::string>& references) {
     if (ARV_IS_GC_FEATURE_NODE(child)) addReferences(child, references);
 }
 
-/// Returns where references of values lead back to where they came from, or lead too far; empty: nowhere. Depth first,
-/// without recursion: a chain may be as long as the file.
+/// Returns where references of values lead back to where they came from, lead too far, or multiply; empty: nowhere.
+/// Depth first, without recursion: a chain may be as long as the file.
 std::string circleIn(const std::unordered_map<std::string, std::vector<std::string>>& madeOf) {
-  constexpr std::size_t kDeepest = 200;
+  constexpr std::size_t kDeepest = 200, kMostEvaluations = 100'000;
   enum class State { kNew, kOpen, kDone };
   std::unordered_map<std::string, State> states;
+  std::unordered_map<std::string, std::size_t> evaluations;  // for one value, of all that it is made of
   for (const auto& entry : madeOf) {
     std::vector<std::pair<std::string, std::size_t>> path{{entry.first, 0}};
     if (states[entry.first] != State::kNew) continue;
@@ -65,6 +66,12 @@ std::string circleIn(const std::unordered_map<std::string, std::vector<std::stri
       auto& [name, next] = path.back();
       const std::vector<std::string>& parts = madeOf.at(name);
       if (next == parts.size()) {
+        std::size_t& count = evaluations[name] = 1;
+        for (const std::string& part : parts) {
+          const auto known = evaluations.find(part);
+          count = std::min(count + (known == evaluations.end() ? 1 : known->second), kMostEvaluations);
+        }
+        if (count == kMostEvaluations) return "the camera's description takes too long to evaluate at " + name;
         states[name] = State::kDone;
         path.pop_back();
         continue;

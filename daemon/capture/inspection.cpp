@@ -1,0 +1,121 @@
+#include "daemon/capture/inspection.h"
+
+#include "daemon/capture/aravis.h"
+#include "daemon/capture/description_check.h"
+#include "daemon/capture/paper_device.h"
+
+#include <algorithm>
+#include <iostream>
+#include <iterator>
+#include <utility>
+
+namespace tractiond::capture {
+namespace {
+
+constexpr std::pair<Inspection::Outcome, std::string_view> kWords[] = {{Inspection::Outcome::kHarmless, "harmless "},
+                                                                       {Inspection::Outcome::kFault, "fault "},
+                                                                       {Inspection::Outcome::kAbsent, "absent "}};
+constexpr std::size_t kHashDigits = 64, kLongest = 500;
+constexpr const char* kAny = "*";  // in place of an id
+
+bool isHash(std::string_view text) {
+  return text.size() == kHashDigits &&
+         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+}
+
+/// Asks for everything that a feature can be asked for; what it answers does not matter.
+void evaluate(ArvGcNode* node) {
+  Failure failure;
+  auto* feature = ARV_GC_FEATURE_NODE(node);
+  arv_gc_feature_node_is_implemented(feature, failure.into());
+  arv_gc_feature_node_is_available(feature, failure.into());
+  arv_gc_feature_node_is_locked(feature, failure.into());
+  arv_gc_feature_node_get_actual_access_mode(feature);
+  arv_gc_feature_node_get_value_as_string(feature, failure.into());
+  if (ARV_IS_GC_INTEGER(node)) {
+    arv_gc_integer_get_min(ARV_GC_INTEGER(node), failure.into());
+    arv_gc_integer_get_max(ARV_GC_INTEGER(node), failure.into());
+    arv_gc_integer_get_inc(ARV_GC_INTEGER(node), failure.into());
+  }
+  if (ARV_IS_GC_FLOAT(node)) {
+    arv_gc_float_get_min(ARV_GC_FLOAT(node), failure.into());
+    arv_gc_float_get_max(ARV_GC_FLOAT(node), failure.into());
+    arv_gc_float_get_inc(ARV_GC_FLOAT(node), failure.into());
+  }
+  if (ARV_IS_GC_ENUMERATION(node)) {
+    guint count = 0;
+    taken(arv_gc_enumeration_dup_available_string_values(ARV_GC_ENUMERATION(node), &count, failure.into()), count);
+  }
+  if (ARV_IS_GC_REGISTER(node)) {
+    arv_gc_register_get_address(ARV_GC_REGISTER(node), failure.into());
+    arv_gc_register_get_length(ARV_GC_REGISTER(node), failure.into());
+  }
+}
+
+Inspection fault(const std::string& sentence) {
+  return {.outcome = Inspection::Outcome::kFault, .text = sentence};
+}
+
+Inspection inspect(ArvDevice* device) {
+  std::size_t size = 0;
+  const char* const xml = arv_device_get_genicam_xml(device, &size);
+  ArvGc* const description = arv_device_get_genicam(device);
+  if (xml == nullptr || description == nullptr) return fault("the camera has no description");
+  if (const std::string known = faultOf(description); !known.empty()) return fault(known);
+  Failure failure;
+  const Ref<ArvDevice> paper = makePaperDevice(std::string(xml, size), failure);
+  if (!paper) return fault(failure.text());
+  forEachNode(arv_device_get_genicam(paper.get()), evaluate);
+  return {.outcome = Inspection::Outcome::kHarmless, .text = hashOf({xml, size})};
+}
+
+}  // namespace
+
+std::string hashOf(std::string_view xml) {
+  char* digits =
+      g_compute_checksum_for_data(G_CHECKSUM_SHA256, reinterpret_cast<const guchar*>(xml.data()), xml.size());
+  std::string hash = text(digits);
+  g_free(digits);
+  return hash;
+}
+
+std::string encodeInspection(const Inspection& inspection) {
+  const auto* const word = std::find_if(std::begin(kWords), std::end(kWords),
+                                        [&](const auto& one) { return one.first == inspection.outcome; });
+  return std::string(word->second) + inspection.text + "\n";
+}
+
+Inspection decodeInspection(std::string_view bytes) {
+  const Inspection odd = fault("the camera's description makes what evaluates it talk nonsense");
+  if (bytes.empty() || bytes.back() != '\n') return odd;
+  bytes.remove_suffix(1);
+  for (const auto& [outcome, word] : kWords) {
+    if (bytes.substr(0, word.size()) != word) continue;
+    std::string text(bytes.substr(word.size(), kLongest));
+    if (text.empty() || (outcome == Inspection::Outcome::kHarmless && !isHash(text))) return odd;
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return g_ascii_isprint(c) == 0; }, '?');
+    return {.outcome = outcome, .text = text};
+  }
+  return odd;
+}
+
+int printInspection(const std::string& id) {
+  limitChild();
+  g_log_set_handler(
+      "XML", GLogLevelFlags(G_LOG_LEVEL_MASK), [](auto...) {}, nullptr);
+  Failure failure;
+  const Ref<ArvDevice> device(arv_open_device(id == kAny ? nullptr : id.c_str(), failure.into()));
+  const Inspection inspection =
+      device ? inspect(device.get()) : Inspection{.outcome = Inspection::Outcome::kAbsent, .text = failure.text()};
+  std::cout << encodeInspection(inspection) << std::flush;
+  return EX_OK;
+}
+
+Inspection inspectApart(const std::string& id, const ChildOptions& options, const std::stop_token& stop) {
+  const ChildEnd end = runChild({"--inspect", id.empty() ? kAny : id}, options, stop);
+  const std::string what = misdeed(end);
+  return what.empty() ? decodeInspection(end.output) : fault("the camera's description " + what);
+}
+
+}  // namespace tractiond::capture

@@ -1,0 +1,98 @@
+#include "daemon/capture/child.h"
+#include "daemon/capture/inspection.h"
+#include "tests/support/seed.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cerrno>
+#include <csignal>
+#include <random>
+#include <thread>
+
+namespace tractiond::capture::child_test {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::HasSubstr;
+using How = ChildEnd::How;
+using Outcome = Inspection::Outcome;
+
+ChildEnd shell(const std::string& script, const ChildOptions& options = {.program = "/bin/sh"}) {
+  return runChild({"-c", script}, options);
+}
+
+TEST(Child, IsReadToItsEnd) {
+  const ChildEnd end = shell("echo one; echo two >&2; cat; exit 7");  // nobody writes to it: cat ends at once
+  EXPECT_EQ(end.how, How::kExit);
+  EXPECT_EQ(end.code, 7);
+  EXPECT_EQ(end.output, "one\n");
+  EXPECT_EQ(end.errors, "two\n");
+  EXPECT_EQ(misdeed(end), "");
+}
+
+TEST(Child, ACrashIsTold) {
+  const ChildEnd end = shell("echo before; kill -SEGV $$");
+  EXPECT_EQ(end.how, How::kSignal);
+  EXPECT_EQ(end.code, SIGSEGV);
+  EXPECT_EQ(end.output, "before\n");
+  EXPECT_THAT(misdeed(end), HasSubstr("signal 11"));
+}
+
+TEST(Child, OneThatHangsIsEndedAfterItsTime) {
+  const ChildOptions options{.program = "/bin/sh", .patience = milliseconds(100)};
+  EXPECT_EQ(shell("exec sleep 1000", options).how, How::kLate);
+  EXPECT_EQ(shell("exec sleep 1000 >/dev/null 2>&1", options).how, How::kLate) << "it says nothing, and lives on";
+}
+
+TEST(Child, OneThatTalksWithoutEndIsEnded) {
+  EXPECT_EQ(shell("exec yes", {.program = "/bin/sh", .most_bytes = 100'000}).how, How::kTooMuch);
+  EXPECT_EQ(shell("exec yes >&2", {.program = "/bin/sh", .most_bytes = 100'000}).how, How::kTooMuch);
+}
+
+TEST(Child, AStopEndsIt) {
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(runChild({"-c", "exec sleep 1000"}, {.program = "/bin/sh"}, stop.get_token()).how, How::kStopped);
+}
+
+TEST(Child, AProgramThatIsNotThereIsTold) {
+  const ChildEnd end = runChild({}, {.program = "/nowhere/tractiond"});
+  EXPECT_EQ(end.how, How::kNotStarted);
+  EXPECT_EQ(end.code, ENOENT);
+  EXPECT_THAT(misdeed(end), HasSubstr("No such file"));
+}
+
+TEST(Child, HasNoneOfOurFilesAndHearsEverySignal) {
+  sigset_t term, before;
+  sigemptyset(&term);
+  sigaddset(&term, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &term, &before);
+  const ChildEnd end = shell("ls /proc/self/fd | wc -l; kill -TERM $$; echo deaf");
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  EXPECT_EQ(end.output, "4\n") << "standard ones, and the directory that ls reads";
+  EXPECT_EQ(end.code, SIGTERM);
+}
+
+TEST(Inspection, IsReadAsItWasPrinted) {
+  for (const Inspection& one : {Inspection{Outcome::kHarmless, hashOf("<RegisterDescription/>")},
+                                Inspection{Outcome::kFault, "the camera's description goes in a circle at Gain"},
+                                Inspection{Outcome::kAbsent, "no camera answers"}}) {
+    const Inspection read = decodeInspection(encodeInspection(one));
+    EXPECT_EQ(read.outcome, one.outcome);
+    EXPECT_EQ(read.text, one.text);
+  }
+}
+
+TEST(Inspection, WhatNoChildPrintsIsAFault) {
+  const std::string good = encodeInspection({Outcome::kHarmless, hashOf("")});
+  for (const std::string& bytes :
+       {std::string(), std::string("\n"), std::string("harmless \n"), std::string("fault \n"),
+        std::string("harmless me\n"), good.substr(0, good.size() - 1), good + "x", good + good,
+        std::string(good).replace(10, 1, "G")})
+    EXPECT_EQ(decodeInspection(bytes).outcome, Outcome::kFault) << bytes;
+  EXPECT_EQ(decodeInspection("fault \x1b[2J\n").text, "?[2J") << "a terminal would obey";
+}
+
+}  // namespace
+}  // namespace tractiond::capture::child_test

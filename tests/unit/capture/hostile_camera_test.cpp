@@ -1,0 +1,127 @@
+// Cameras whose descriptions would end whoever evaluates them: they are refused, and the process goes on.
+#include "daemon/capture/aravis_driver.h"
+#include "daemon/capture/inspection.h"
+#include "tests/support/places.h"
+#include "tests/unit/capture/own_network.h"
+#include "tests/unit/capture/quirks.h"
+
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+
+namespace tractiond::capture::hostile_camera_test {
+namespace {
+
+using testing::AnyOf;
+using testing::HasSubstr;
+
+std::string quirky() {
+  std::ifstream file(test::source("tests/unit/capture/descriptions/quirky.xml"));
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The same with more in it.
+std::string with(const std::string& nodes) {
+  std::string xml = quirky();
+  xml.insert(xml.find("</RegisterDescription>"), nodes);
+  return xml;
+}
+
+std::string knife(const std::string& name, const std::string& of) {
+  return "<IntSwissKnife Name=\"" + name + "\"><pVariable Name=\"A\">" + of + "</pVariable><pVariable Name=\"B\">" +
+         of + "</pVariable><Formula>A + B</Formula></IntSwissKnife>";
+}
+
+/// Each needs its predecessor twice: 2^40 evaluations.
+std::string doubling() {
+  std::string nodes = "<Integer Name=\"D0\"><Value>1</Value></Integer>";
+  for (int i = 1; i <= 40; ++i) nodes += knife("D" + std::to_string(i), "D" + std::to_string(i - 1));
+  return nodes;
+}
+
+class HostileCamera : public testing::Test {
+ protected:
+  ~HostileCamera() override { std::remove(file_.c_str()); }
+
+  /// At 127.0.0.1 until the test ends.
+  test::GvTransmitter& serve(const std::string& xml) {
+    std::ofstream(file_) << xml;
+    camera_.reset();
+    camera_ = std::make_unique<test::GvTransmitter>(file_);
+    return *camera_;
+  }
+  Error open() {
+    const auto driver = fromAravis(options_)({});
+    return driver ? Error{.exitCode = EX_OK} : driver.error();
+  }
+  void expectRefused(const testing::Matcher<std::string>& why) {
+    const Error error = open();
+    EXPECT_EQ(error.exitCode, EX_UNAVAILABLE) << "worth another try";
+    EXPECT_THAT(error.message(), why);
+  }
+
+  std::string file_ = testing::TempDir() + "hostile-" + std::to_string(getpid()) + ".xml";
+  std::unique_ptr<test::GvTransmitter> camera_;
+  CameraOptions options_{.id = "127.0.0.1", .inspector = test::built("bin/tractiond")};
+};
+
+TEST_F(HostileCamera, OneWithoutMaliceIsOpened) {
+  Inspection inspection = inspectApart("127.0.0.1", {.program = options_.inspector});
+  EXPECT_EQ(inspection.outcome, Inspection::Outcome::kAbsent) << inspection.text;
+  serve(quirky());
+  inspection = inspectApart("127.0.0.1", {.program = options_.inspector});
+  EXPECT_EQ(inspection.outcome, Inspection::Outcome::kHarmless) << inspection.text;
+}
+
+TEST_F(HostileCamera, ValuesThatDependOnThemselvesAreRefused) {
+  serve(with("<Group>" + knife("One", "Two") + knife("Two", "One") + "</Group>"));
+  expectRefused(HasSubstr("goes in a circle"));
+}
+
+TEST_F(HostileCamera, ValuesThatMultiplyAreRefused) {
+  serve(with(doubling()));
+  expectRefused(HasSubstr("takes too long"));
+}
+
+TEST_F(HostileCamera, NodesInNodesWithoutEndAreRefused) {
+  constexpr int kDeep = 200'000;
+  std::string nodes;
+  for (int i = 0; i < kDeep; ++i) nodes += "<Group>";
+  for (int i = 0; i < kDeep; ++i) nodes += "</Group>";
+  serve(with(nodes));
+  expectRefused(AnyOf(HasSubstr("crashes what evaluates it"), HasSubstr("cut short or damaged")));
+}
+
+TEST_F(HostileCamera, ADescriptionThatIsCutShortIsRefused) {
+  serve(quirky().substr(0, quirky().size() / 2));
+  expectRefused(HasSubstr("cut short or damaged"));
+}
+
+/// GigE Vision 1.2, 27.2: where the description is, as text.
+TEST_F(HostileCamera, APlaceThatIsNoneIsRefused) {
+  test::GvTransmitter& camera = serve(quirky());
+  for (const std::string url : {"Local:camera.xml;10000;7fffffffffffffff", "file:///dev/zero", "nonsense"}) {
+    std::string text = url;
+    text.resize(512);
+    for (std::uint32_t i = 0; i < text.size(); i += 4) {
+      std::uint32_t word = 0;
+      std::memcpy(&word, text.data() + i, sizeof word);
+      camera.write(0x200 + i, __builtin_bswap32(word));
+    }
+    const Error error = open();
+    EXPECT_EQ(error.exitCode, EX_UNAVAILABLE) << url;
+    std::printf("%s: %s\n", url.c_str(), error.message().c_str());
+  }
+}
+
+}  // namespace
+}  // namespace tractiond::capture::hostile_camera_test
+
+int main(int argc, char** argv) {
+  tractiond::test::enterOwnNetwork(argc, argv);
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}
