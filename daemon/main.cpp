@@ -62,11 +62,13 @@ int plan(const std::string& file, const capture::CameraOptions& options) {
     for (const std::string& item : items) text += (text.empty() ? "" : ", ") + item;
     return text.empty() ? std::string("none") : text;
   };
-  std::cout << plan->vendor << " " << plan->model << "\n  format    " << plan->picture << " of " << list(plan->formats)
+  const std::string format = plan->format.empty() ? "the camera's own, or else the first that it has" : plan->format;
+  std::cout << plan->vendor << " " << plan->model << "\n  format    " << format << " of " << list(plan->formats)
             << "\n  rate      " << plan->rate << "\n  exposure  " << plan->exposure << "\n  gain      " << plan->gain
             << "\n  triggers  " << plan->trigger << "\n  PTP       " << plan->clock << "\n  chunks    " << plan->chunks
             << "\n  link      " << plan->link << "\n  set       " << list(plan->settings) << "\n";
   for (const std::string& note : plan->notes) std::cout << "  note      " << note << "\n";
+  std::cout << "  note      the file describes a family: one model may have fewer formats, triggers and features\n";
   return EX_OK;
 }
 

@@ -130,10 +130,13 @@ std::optional<double> readQuantity(ArvDevice* device, const Quantity& quantity);
 tl::expected<void, Error> applySettings(ArvCamera* camera, const CameraOptions& options, const Standing* before,
                                         CameraInfo& info, std::vector<Feature>& undo);
 
-/// What the camera offers, as it spells the names; and those of them that can be read, the best first: as few bytes as
-/// colours need, then as few bits.
+/// A format as the camera spells it, with its code where that cannot be read.
+std::string formatInWords(const std::string& name, std::int64_t code);
+/// What the camera offers now, in words; and those of them that can be read, the best first.
 std::vector<std::string> offeredFormats(ArvCamera* camera);
 std::vector<const PixelFormatTraits*> readableFormats(ArvCamera* camera);
+/// The best: as few bytes as colours need, then as few bits.
+void bestFirst(std::vector<const PixelFormatTraits*>& formats);
 
 /// The picture as it will be sent; enters it, rate and exposure in the info. EX_CONFIG: a format that cannot be read.
 tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cinttypes>
 #include <cmath>
 #include <cstdio>
 #include <tuple>
@@ -13,10 +14,29 @@
 
 namespace tractiond::capture {
 
+std::string formatInWords(const std::string& name, std::int64_t code) {
+  if (pixelFormatByCode(static_cast<std::uint32_t>(code)) != nullptr) return name;
+  std::array<char, 24> digits{};
+  std::snprintf(digits.data(), digits.size(), "0x%08" PRIX64, code);
+  return name.empty() ? digits.data() : name + " (" + digits.data() + ")";
+}
+
 std::vector<std::string> offeredFormats(ArvCamera* camera) {
-  guint count = 0;
-  const char** names = arv_camera_dup_available_pixel_formats_as_strings(camera, &count, nullptr);
-  return taken(names, count);
+  guint nameCount = 0, codeCount = 0;
+  const char** names = arv_camera_dup_available_pixel_formats_as_strings(camera, &nameCount, nullptr);
+  std::vector<std::string> offered = taken(names, nameCount);
+  gint64* codes = arv_camera_dup_available_pixel_formats(camera, &codeCount, nullptr);
+  for (guint i = 0; codes != nullptr && codeCount == nameCount && i < codeCount; ++i)
+    offered[i] = formatInWords(offered[i], codes[i]);
+  g_free(codes);
+  return offered;
+}
+
+void bestFirst(std::vector<const PixelFormatTraits*>& formats) {
+  const auto rank = [](const PixelFormatTraits* format) {
+    return std::tuple(format->colours == PixelColours::kMono, format->bits, format->bitsPerPixel);
+  };
+  std::stable_sort(formats.begin(), formats.end(), [&](const auto* a, const auto* b) { return rank(a) < rank(b); });
 }
 
 std::vector<const PixelFormatTraits*> readableFormats(ArvCamera* camera) {
@@ -27,10 +47,7 @@ std::vector<const PixelFormatTraits*> readableFormats(ArvCamera* camera) {
     if (const PixelFormatTraits* known = pixelFormatByCode(static_cast<std::uint32_t>(codes[i])))
       formats.push_back(known);
   g_free(codes);
-  const auto rank = [](const PixelFormatTraits* format) {
-    return std::tuple(format->colours == PixelColours::kMono, format->bits, format->bitsPerPixel);
-  };
-  std::stable_sort(formats.begin(), formats.end(), [&](const auto* a, const auto* b) { return rank(a) < rank(b); });
+  bestFirst(formats);
   return formats;
 }
 
@@ -411,16 +428,11 @@ tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info) {
   if (failure) return failed(EX_UNAVAILABLE, "the camera does not tell its pixel format: " + failure.text());
   const PixelFormatTraits* known = pixelFormatByCode(code);
   if (known == nullptr) {
-    std::string own = text(arv_camera_get_pixel_format_as_string(camera, failure.into()));
-    if (own.empty()) {
-      std::array<char, 16> digits{};
-      std::snprintf(digits.data(), digits.size(), "0x%08X", code);
-      own = digits.data();
-    }
+    const std::string own = formatInWords(text(arv_camera_get_pixel_format_as_string(camera, failure.into())), code);
     const std::vector<std::string> offered = offeredFormats(camera);
     return failed(EX_CONFIG,
                   "the camera sends " + own + ", which cannot be read" +
-                      (offered.empty() ? "" : ", and offers nothing else that can: " + joined(offered)),
+                      (offered.empty() ? "" : "; of what it offers none can: " + joined(offered)),
                   "formats that can be read: " + std::string(kPixelFormatsInWords));
   }
   info.format = known->format;

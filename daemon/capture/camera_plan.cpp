@@ -4,6 +4,7 @@
 #include "daemon/capture/chunk_description.h"
 #include "daemon/capture/paper_device.h"
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <tuple>
@@ -15,11 +16,36 @@ std::string orNone(std::string feature) {
   return feature.empty() ? "none" : feature;
 }
 
-std::vector<std::string> entriesOf(ArvDevice* device, const char* name) {
-  guint count = 0;
-  if (!hasFeature(device, name)) return {};
-  const char** entries = arv_device_dup_available_enumeration_feature_values_as_strings(device, name, &count, nullptr);
-  return taken(entries, count);
+struct Entry {
+  std::string name;
+  std::int64_t value = 0;
+};
+
+/// All that the file names, whether or not a camera whose registers hold zeros offers them.
+std::vector<Entry> entriesOf(ArvDevice* device, const char* name) {
+  std::vector<Entry> entries;
+  ArvGcNode* node = arv_device_get_feature(device, name);
+  if (node == nullptr || !ARV_IS_GC_ENUMERATION(node)) return entries;
+  for (const GSList* one = arv_gc_enumeration_get_entries(ARV_GC_ENUMERATION(node)); one != nullptr; one = one->next) {
+    Failure failure;
+    const gint64 value = arv_gc_enum_entry_get_value(ARV_GC_ENUM_ENTRY(one->data), failure.into());
+    if (!failure) entries.push_back({text(arv_gc_feature_node_get_name(ARV_GC_FEATURE_NODE(one->data))), value});
+  }
+  return entries;
+}
+
+std::vector<std::string> namesOf(const std::vector<Entry>& entries) {
+  std::vector<std::string> names;
+  for (const Entry& one : entries) names.push_back(one.name);
+  return names;
+}
+
+/// Lets the device stand at a pixel format, as any camera does at one of its own.
+void standAt(ArvDevice* device, const PixelFormatTraits& format) {
+  ArvGcNode* node = arv_device_get_feature(device, "PixelFormat");
+  ArvGcNode* behind = arv_gc_get_node(arv_device_get_genicam(device), elementText(node, "pValue").c_str());
+  if (behind != nullptr && ARV_IS_GC_INTEGER(behind))
+    arv_gc_integer_set_value(ARV_GC_INTEGER(behind), format.code(), nullptr);
 }
 
 }  // namespace
@@ -52,7 +78,7 @@ tl::expected<CameraPlan, Error> planCamera(const std::string& file, const Camera
   plan.rate = orNone(firstFeature(device.get(), {"AcquisitionFrameRate", "AcquisitionFrameRateAbs", "FPS"}));
   plan.exposure = orNone(exposureOf(device.get()).feature);
   plan.gain = orNone(gainOf(device.get()).feature);
-  plan.trigger = orNone(joined(entriesOf(device.get(), "TriggerSource")));
+  plan.trigger = orNone(joined(namesOf(entriesOf(device.get(), "TriggerSource"))));
   plan.clock = orNone(firstFeature(device.get(), {"PtpEnable", "GevIEEE1588", "PtpMode"}));
   plan.link = orNone(firstFeature(device.get(), {"DeviceLinkThroughputLimit", "GevSCPD"}));
   const ChunkDescription chunks = describeChunks(device.get());
@@ -61,22 +87,41 @@ tl::expected<CameraPlan, Error> planCamera(const std::string& file, const Camera
   plan.chunks = orNone(plan.chunks);
   if (const std::string note = byteOrderNote(device.get()); !note.empty()) plan.notes.push_back(note);
   if (!hasFeature(device.get(), "TLParamsLocked")) plan.notes.emplace_back("it has no TLParamsLocked");
-  for (const PixelFormatTraits* format : readableFormats(camera.get())) plan.formats.emplace_back(format->name);
 
-  CameraInfo info;
-  const auto withPlace = [&](Error error) {
-    error.where = file;
-    error.exitCode = EX_CONFIG;  // nobody can fail to answer here
-    return tl::unexpected(error);
-  };
-  std::vector<Feature> undo;  // a description is nobody's camera
-  if (auto set = applySettings(camera.get(), options, nullptr, info, undo); !set) return withPlace(set.error());
-  if (auto read = readPicture(camera.get(), info); !read) {
-    // Registers of 0 are no size: that it is read is what can be known here.
-    if (read.error().what.find("size") == std::string::npos) return withPlace(read.error());
+  std::vector<const PixelFormatTraits*> readable;
+  std::vector<std::string> foreign;
+  for (const Entry& one : entriesOf(device.get(), "PixelFormat")) {
+    const PixelFormatTraits* known = pixelFormatByCode(static_cast<std::uint32_t>(one.value));
+    if (known != nullptr)
+      readable.push_back(known);
+    else
+      foreign.push_back(formatInWords(one.name, one.value));
   }
-  plan.settings = info.settings;
-  plan.picture = std::string(traitsOf(info.format).name);
+  bestFirst(readable);
+  for (const PixelFormatTraits* format : readable) plan.formats.emplace_back(format->name);
+  const auto refusedFor = [&](std::string what) {
+    return tl::unexpected(Error{.exitCode = EX_CONFIG, .what = std::move(what), .where = file});
+  };
+  if (readable.empty() && foreign.empty()) return refusedFor("it has no PixelFormat: it describes no camera");
+  if (readable.empty())
+    return refusedFor("none of its pixel formats can be read: " + joined(foreign) +
+                      "; those that can: " + std::string(kPixelFormatsInWords));
+  if (!foreign.empty()) plan.notes.push_back("formats that cannot be read: " + joined(foreign));
+  plan.format = options.pixelFormat;
+  if (!plan.format.empty() && std::find(plan.formats.begin(), plan.formats.end(), plan.format) == plan.formats.end())
+    return refusedFor("the camera refuses camera.pixel_format = \"" + plan.format + "\": it offers " +
+                      joined(plan.formats));
+
+  standAt(device.get(), *readable.front());
+  CameraOptions others = options;
+  others.pixelFormat.clear();
+  CameraInfo info;
+  std::vector<Feature> undo;  // a description is nobody's camera
+  if (auto set = applySettings(camera.get(), others, nullptr, info, undo); !set)
+    return refusedFor(set.error().message());
+  if (!plan.format.empty()) plan.settings.push_back("PixelFormat = " + plan.format);
+  for (const std::string& setting : info.settings)
+    if (setting.find("PixelFormat = ") != 0) plan.settings.push_back(setting);
   return plan;
 }
 

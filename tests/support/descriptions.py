@@ -2,19 +2,21 @@
 
 usage: descriptions.py TRACTIOND NUMBER FILE...
 Prints each case that tractiond did not bear, keeps its description in build/descriptions, and ends with a line of counts.
-Exit codes: 0 it bore all; 8 it crashed, was busy for longer than 5 s, or made a plan of a description that is cut short.
+Exit codes: 0 it bore all; 8 it crashed, computed for longer than 5 s, or made a plan of a description that is cut short.
 """
 
 import collections
 import pathlib
 import re
+import resource
 import subprocess
 import sys
 import tempfile
 
 import seed
 
-LONGEST_S = 5
+LONGEST_S = 5  # of processor time
+HUNG_S = 120
 REFERENCE = re.compile(r"<(p[A-Z]\w*)[^>]*>([^<]*)</\1>")
 LENGTH = re.compile(r"<Length>([^<]*)<")
 NODE = re.compile(r'<(?:Integer|Float|IntReg|IntSwissKnife|SwissKnife|Enumeration|Converter|MaskedIntReg|StringReg) [^>]*'
@@ -65,6 +67,12 @@ def group(text, _):
 DAMAGES = (cut, redirect, redirect, refer, lengthen, group)
 
 
+def computed_s():
+    """Returns the processor time of all children so far."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 def main(tractiond, number, *files):
     draw = seed.chance("descriptions")
     texts = {}
@@ -86,10 +94,13 @@ def main(tractiond, number, *files):
                     break
             pathlib.Path(spoilt.name).write_text(text, encoding="utf-8", errors="surrogateescape")
             try:
-                done = subprocess.run([tractiond, "--plan", spoilt.name], capture_output=True, timeout=LONGEST_S)
+                before_s = computed_s()
+                done = subprocess.run([tractiond, "--plan", spoilt.name], capture_output=True, timeout=HUNG_S)
                 what = {0: "plans", 78: "refusals"}.get(done.returncode, "not opened")
                 if done.returncode < 0 or done.returncode > 128:
                     what = "CRASHES"
+                elif computed_s() - before_s > LONGEST_S:
+                    what = "HANGS"
                 elif done.returncode == 0 and cut in damages:
                     what = "PLANS OF WHAT IS CUT SHORT"
                 elif b"crashes what evaluates it" in done.stderr:

@@ -15,6 +15,7 @@ namespace tractiond::capture::camera_plan_test {
 namespace {
 
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 std::string quirky() {
@@ -43,8 +44,8 @@ TEST_F(CameraPlanTest, SaysWhatWouldBeDone) {
   ASSERT_TRUE(planned) << planned.error().message();
   EXPECT_EQ(planned->vendor, "Tractiond");
   EXPECT_EQ(planned->model, "Quirky");
-  EXPECT_EQ(planned->picture, "BayerRG8") << "the fewest bytes of those that have colours";
-  EXPECT_EQ(planned->formats.size(), 3U);
+  EXPECT_EQ(planned->format, "") << "the camera's own";
+  EXPECT_THAT(planned->formats, ElementsAre("BayerRG8", "RGB8", "Mono8")) << "the fewest bytes of those with colours";
   EXPECT_EQ(planned->rate, "none");
   EXPECT_EQ(planned->exposure, "ExposureTime");
   EXPECT_EQ(planned->gain, "Gain");
@@ -69,6 +70,41 @@ TEST_F(CameraPlanTest, RefusalsAreTheCameras) {
   ASSERT_FALSE(planned);
   EXPECT_EQ(planned.error().exitCode, EX_CONFIG);
   EXPECT_THAT(planned.error().message(), HasSubstr("it may be 0 to 4095"));
+}
+
+TEST_F(CameraPlanTest, AFormatIsOneOfTheFilesOrIsRefused) {
+  const auto planned = plan(quirky(), {.pixelFormat = "Mono8"});
+  ASSERT_TRUE(planned) << planned.error().message();
+  EXPECT_EQ(planned->format, "Mono8");
+  EXPECT_THAT(planned->settings, Contains("PixelFormat = Mono8"));
+  const auto refused = plan(quirky(), {.pixelFormat = "Mono12"});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message(), HasSubstr("it offers BayerRG8, RGB8, Mono8"));
+}
+
+/// What registers of 0 say of a format, and of what is available, is no camera's word.
+TEST_F(CameraPlanTest, FormatsAreTheFilesWhateverRegistersSay) {
+  std::string xml = quirky();
+  replace(xml, "<EnumEntry Name=\"BayerRG8\">", "<EnumEntry Name=\"BayerRG8\"><pIsAvailable>GainReg</pIsAvailable>");
+  replace(xml, "<EnumEntry Name=\"RGB8Packed\"><Value>35127316</Value>", "<EnumEntry Name=\"Depth\"><Value>7</Value>");
+  const auto planned = plan(xml);
+  ASSERT_TRUE(planned) << planned.error().message();
+  EXPECT_THAT(planned->formats, ElementsAre("BayerRG8", "Mono8"));
+  EXPECT_THAT(planned->notes, Contains("formats that cannot be read: Depth (0x00000007)"));
+}
+
+TEST_F(CameraPlanTest, ACameraOfForeignFormatsIsRefusedWithTheirCodes) {
+  std::string xml = quirky();
+  replace(xml, "17301505", "8");
+  replace(xml, "17301513", "12");
+  replace(xml, "35127316", "16");
+  const auto foreign = plan(xml);
+  ASSERT_FALSE(foreign);
+  EXPECT_EQ(foreign.error().exitCode, EX_CONFIG);
+  EXPECT_THAT(foreign.error().message(),
+              HasSubstr("RGB8Packed (0x00000010), BayerRG8 (0x0000000C), Mono8 (0x00000008)"));
+  replace(xml, "<Enumeration Name=\"PixelFormat\">", "<Enumeration Name=\"Else\">");
+  EXPECT_THAT(plan(xml).error().message(), HasSubstr("it has no PixelFormat"));
 }
 
 TEST_F(CameraPlanTest, NoDescriptionIsSaidToBeNone) {
