@@ -2,6 +2,7 @@
 
 #include "client/cli/json.h"
 #include "client/cli/page.h"
+#include "client/src/printable.h"
 
 #include <algorithm>
 #include <utility>

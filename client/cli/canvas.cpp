@@ -1,17 +1,13 @@
 #include "client/cli/canvas.h"
 
+#include "client/src/printable.h"
+
 #include <algorithm>
 #include <cmath>
 
 namespace traction::cli {
 
 namespace {
-
-/// Bytes of the UTF-8 character that starts with `lead`.
-std::size_t lengthOf(char lead) {
-  const auto byte = static_cast<unsigned char>(lead);
-  return byte < 0x80 ? 1 : byte < 0xe0 ? 2 : byte < 0xf0 ? 3 : 4;
-}
 
 /// What resembles a glyph in ASCII, one character.
 std::string asciiOf(const std::string& glyph) {
@@ -69,21 +65,6 @@ Colour24 mix(Colour24 from, Colour24 to, double share) {
   return {between(from.red, to.red), between(from.green, to.green), between(from.blue, to.blue)};
 }
 
-std::string printable(std::string_view utf8) {
-  std::string text;
-  while (!utf8.empty()) {
-    const std::string_view glyph = utf8.substr(0, lengthOf(utf8[0]));
-    const auto first = static_cast<unsigned char>(glyph[0]);
-    const bool isWhole = glyph.size() == lengthOf(glyph[0]) && first != 0x7f && first >= 0x20 &&
-                         (first < 0x80 || first >= 0xc2) &&
-                         std::all_of(glyph.begin() + 1, glyph.end(), [](char c) { return (c & 0xc0) == 0x80; });
-    const bool isControl = first == 0xc2 && glyph.size() == 2 && static_cast<unsigned char>(glyph[1]) < 0xa0;
-    text += isWhole && !isControl ? glyph : "?";
-    utf8.remove_prefix(isWhole ? glyph.size() : 1);
-  }
-  return text;
-}
-
 Canvas::Canvas(int width, int height)
     : width_(std::max(width, 0))
     , height_(std::max(height, 0))
@@ -96,7 +77,7 @@ Canvas::Cell* Canvas::at(int column, int row) {
 
 int Canvas::text(int column, int row, std::string_view utf8, const Style& style, Paper paper) {
   while (!utf8.empty()) {
-    const std::size_t length = std::min(lengthOf(utf8[0]), utf8.size());
+    const std::size_t length = std::min(utf8Length(utf8[0]), utf8.size());
     if (Cell* cell = at(column, row)) {
       const Colour24 below = cell->style.paper;
       *cell = {printable(utf8.substr(0, length)).substr(0, length), style};

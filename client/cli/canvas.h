@@ -39,10 +39,6 @@ struct Style {
   bool operator==(const Style& other) const = default;
 };
 
-/// Without what a terminal would obey: a question mark for each control character. What comes from elsewhere may have
-/// any.
-std::string printable(std::string_view utf8);
-
 /// Everything outside is cut off. Every character is one column wide.
 class Canvas {
  public:

@@ -2,6 +2,7 @@
 
 #include "client/cli/json_writer.h"
 #include "client/cli/output.h"
+#include "client/src/printable.h"
 #include "recording/reader.h"
 
 #include <sysexits.h>
@@ -101,14 +102,6 @@ std::string utc(std::uint64_t time_ns) {
   if (gmtime_r(&seconds, &fields) == nullptr) return "?";
   std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S UTC", &fields);
   return text.data();
-}
-
-/// From a file, for a terminal.
-std::string printable(std::string text) {
-  for (char& c : text) {
-    if (c < 0x20 || c > 0x7e) c = '?';
-  }
-  return text;
 }
 
 void printText(const std::string& file, const Contents& contents) {

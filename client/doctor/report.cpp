@@ -1,6 +1,6 @@
-#include "client/cli/canvas.h"
 #include "client/cli/json_writer.h"
 #include "client/doctor/checks.h"
+#include "client/src/printable.h"
 
 #include <algorithm>
 #include <cctype>
@@ -35,8 +35,8 @@ std::string reportText(const std::vector<Finding>& findings) {
   for (const Finding& one : findings) {
     const std::string word = wordOf(one.verdict), name = nameOf(one);
     text += word + std::string(6 - word.size(), ' ') + name + std::string(widest + 2 - name.size(), ' ') +
-            cli::printable(one.found) + "\n";
-    if (!one.mend.empty()) text += std::string(6, ' ') + cli::printable(one.mend) + "\n";
+            printable(one.found) + "\n";
+    if (!one.mend.empty()) text += std::string(6, ' ') + printable(one.mend) + "\n";
   }
   return text;
 }
@@ -48,7 +48,7 @@ std::string reportJson(const std::vector<Finding>& findings) {
     std::string word = one.verdict == Verdict::kUnknown ? "unknown" : wordOf(one.verdict);
     std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
     json.open('{').key("check").string(one.check).key("instance").string(one.instance).key("verdict").string(word);
-    json.key("found").string(cli::printable(one.found)).key("mend").string(cli::printable(one.mend)).close('}');
+    json.key("found").string(printable(one.found)).key("mend").string(printable(one.mend)).close('}');
   }
   return json.close(']').key("exit_code").number(exitCodeOf(findings)).close('}').take();
 }

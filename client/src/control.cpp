@@ -77,6 +77,8 @@ std::string awaitReply(zmq::socket_t& socket, zmq::socket_t& monitor, const std:
                                         " s; a tractiond that computes the inverse of a new gel answers later");
 }
 
+constexpr std::int64_t kLargestReply_bytes = 128 << 20;  // a picture of 40 million pixels, 24 bits each
+
 /// \param timeout for the answer of who is there
 std::string ask(const ControlOptions& options, const std::string& request, std::chrono::milliseconds timeout) {
   constexpr const char* kMonitor = "inproc://monitor";
@@ -85,6 +87,7 @@ std::string ask(const ControlOptions& options, const std::string& request, std::
   zmq::socket_t socket(context, zmq::socket_type::req);
   zmq::socket_t monitor(context, zmq::socket_type::pair);
   socket.set(zmq::sockopt::linger, 0);
+  socket.set(zmq::sockopt::maxmsgsize, kLargestReply_bytes);
   useKeys(socket, options.keys);
   zmq_socket_monitor(socket.handle(), kMonitor, kHandshakeEvents | ZMQ_EVENT_DISCONNECTED);
   monitor.connect(kMonitor);

@@ -3,6 +3,7 @@
 #include "client/src/decode.h"
 #include "client/src/handshake.h"
 #include "client/src/locate.h"
+#include "client/src/printable.h"
 
 #include <zmq.hpp>
 
@@ -32,6 +33,8 @@ constexpr std::string_view kFieldBegins = "\x09";
 /// Who speak of keys where none are given, or the other way round, before they are taken for the one who is meant.
 constexpr int kStrangers = 3;
 
+constexpr std::size_t kLongestTopic = 64;  // that is worth a quotation
+
 constexpr const char* kMonitor = "inproc://monitor";
 
 std::int64_t monotonicNow() {
@@ -47,14 +50,6 @@ unsigned topicNamed(std::string_view kind) {
   if (kind == "status") return kStatus;
   if (kind == "preview") return kPreview;
   return 0;  // of a later daemon
-}
-
-/// From anywhere, for people: what a terminal would take as a command is left out.
-std::string printable(std::string_view bytes) {
-  std::string text(bytes.substr(0, 64));
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c < 0x20 || c > 0x7e; }, '?');
-  return text;
 }
 
 Message decode(unsigned topic, std::string_view bytes) {
@@ -83,8 +78,8 @@ unsigned kindOf(std::string_view topic) {
 
 std::optional<Message> decode(const Raw& raw) {
   if (raw.topic.substr(0, kTopicRoot.size()) != kTopicRoot) {
-    throw Error(ErrorCode::kVersion,
-                "the topic is " + printable(raw.topic) + ", this library reads " + std::string(kTopicRoot));
+    throw Error(ErrorCode::kVersion, "the topic is " + printable(raw.topic.substr(0, kLongestTopic)) +
+                                         ", this library reads " + std::string(kTopicRoot));
   }
   const unsigned kind = kindOf(raw.topic);
   if (kind == 0) return std::nullopt;
@@ -236,8 +231,9 @@ struct Subscriber::Impl {
       }
       topic = parts[0].to_string();
       if (!startsWith(kTopicRoot)) {
-        throw Error(ErrorCode::kVersion,
-                    endpoint + " publishes " + printable(topic) + ", this library reads " + std::string(kTopicRoot));
+        throw Error(ErrorCode::kVersion, endpoint + " publishes " +
+                                             printable(std::string_view(topic).substr(0, kLongestTopic)) +
+                                             ", this library reads " + std::string(kTopicRoot));
       }
       if ((options.topics & kPreview) != 0) askForPreviews(topic);
       const unsigned kind = kindOf(topic);

@@ -1,0 +1,33 @@
+// Text from elsewhere, for people's terminals. Internal to this folder's library and the command line.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace traction {
+
+/// Bytes of the UTF-8 character that starts with `lead`.
+inline std::size_t utf8Length(char lead) {
+  const auto byte = static_cast<unsigned char>(lead);
+  return byte < 0x80 ? 1 : byte < 0xe0 ? 2 : byte < 0xf0 ? 3 : 4;
+}
+
+/// Without what a terminal would obey: a question mark in place of each control character and of what is no UTF-8.
+inline std::string printable(std::string_view utf8) {
+  std::string text;
+  while (!utf8.empty()) {
+    const std::string_view glyph = utf8.substr(0, utf8Length(utf8[0]));
+    const auto first = static_cast<unsigned char>(glyph[0]);
+    const bool isWhole = glyph.size() == utf8Length(glyph[0]) && first != 0x7f && first >= 0x20 &&
+                         (first < 0x80 || first >= 0xc2) &&
+                         std::all_of(glyph.begin() + 1, glyph.end(), [](char c) { return (c & 0xc0) == 0x80; });
+    const bool isControl = first == 0xc2 && glyph.size() == 2 && static_cast<unsigned char>(glyph[1]) < 0xa0;
+    text += isWhole && !isControl ? glyph : "?";
+    utf8.remove_prefix(isWhole ? glyph.size() : 1);
+  }
+  return text;
+}
+
+}  // namespace traction
