@@ -41,6 +41,17 @@ void readKey(TomlTable& file, const char* name, std::string& key) {
   if (!isKey(key)) file.fail(name, "is not a key: 40 letters of Z85, as tractionctl keys new prints them");
 }
 
+bool canOthersWrite(const struct stat& of) {
+  return (of.st_mode & S_IWOTH) != 0;
+}
+
+Error openToOthers(const fs::path& path, const std::string& what) {
+  return {.exitCode = EX_NOPERM,
+          .what = "anybody on this machine can write into this " + what + ", so nothing in it is believed",
+          .where = path.string(),
+          .remedy = "chmod o-w it, and look at what it allows"};
+}
+
 tl::expected<AllowedKey, Error> loadAllowed(const fs::path& path) {
   AllowedKey allowed{.name = path.stem().string(), .key = {}};
   if (!traction::isValidName(allowed.name)) {
@@ -50,6 +61,8 @@ tl::expected<AllowedKey, Error> loadAllowed(const fs::path& path) {
   }
   auto file = TomlTable::load(path.string());
   if (!file) return tl::unexpected(asError(file.error()));
+  struct stat status {};
+  if (stat(path.c_str(), &status) == 0 && canOthersWrite(status)) return tl::unexpected(openToOthers(path, "file"));
   readKey(*file, "key", allowed.key);
   std::string word;
   file->read("permission", word);
@@ -193,6 +206,8 @@ bool KeyDirectory::refresh() {
   std::vector<Stamp> now;
   std::optional<Error> failure;
   if (DIR* const directory = opendir(path_.c_str())) {
+    struct stat own {};
+    if (fstat(dirfd(directory), &own) == 0 && canOthersWrite(own)) failure = openToOthers(path_, "directory of keys");
     while (const dirent* const entry = readdir(directory)) {
       const std::string_view name = entry->d_name;
       struct stat status {};
@@ -208,6 +223,7 @@ bool KeyDirectory::refresh() {
                     .what = "the directory of keys cannot be read: " + std::generic_category().message(errno),
                     .where = path_.string()};
   }
+  if (failure) now.clear();
   if (now.size() > kMostKeys) {
     now.clear();
     failure = Error{.exitCode = EX_CONFIG,

@@ -19,7 +19,15 @@ namespace {
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kLargestPicture = 16U << 20U;  // of a snapshot [bytes]
 
+/// Of a step that looks for a while; 0: as long as is usual.
+bool isTime(double seconds) {
+  constexpr double kLongest_s = 3600.0;
+  return seconds >= 0.0 && seconds <= kLongest_s;  // and no NaN
+}
+
 tl::expected<CalibrationStep, std::string> decodeStep(const pb::CalibrateRequest& request) {
+  if (!isTime(request.noise().duration_s()) || !isTime(request.weight().patience_s()))
+    return tl::unexpected<std::string>("a step of a calibration takes 0 (as long as is usual) to 3600 s");
   CalibrationStep step;
   switch (request.step_case()) {
   case pb::CalibrateRequest::kGeometry:

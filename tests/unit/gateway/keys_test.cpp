@@ -129,6 +129,28 @@ TEST_F(KeysTest, DirectoryIsLookedAtAnew) {
   EXPECT_FALSE(directory.refresh()) << "is told once";
 }
 
+/// Whoever can write there lets himself in.
+TEST_F(KeysTest, WhatAnybodyCanWriteAllowsNobody) {
+  const std::string key = newKeyPair().publicKey;
+  ASSERT_TRUE(allow(folder_, {"ada", key, Permission::kRead}));
+  KeyDirectory directory(folder_);
+  directory.refresh();
+  ASSERT_NE(directory.find(key), nullptr);
+  for (const fs::path& open : {folder_, folder_ / "ada.key"}) {
+    const auto before = static_cast<fs::perms>(modeOf(open));
+    fs::permissions(open, before | fs::perms::others_write);
+    EXPECT_TRUE(directory.refresh()) << open;
+    EXPECT_EQ(directory.find(key), nullptr) << open;
+    ASSERT_EQ(directory.faults().size(), 1U);
+    EXPECT_EQ(directory.faults()[0].exitCode, EX_NOPERM);
+    EXPECT_EQ(directory.faults()[0].where, open);
+    EXPECT_FALSE(directory.refresh()) << "is told once";
+    fs::permissions(open, before);
+    EXPECT_TRUE(directory.refresh()) << open;
+    EXPECT_NE(directory.find(key), nullptr) << open;
+  }
+}
+
 TEST_F(KeysTest, SameKeyTwiceIsAllowedOnce) {
   const std::string key = newKeyPair().publicKey;
   ASSERT_TRUE(allow(folder_, {"ada", key, Permission::kRead}));

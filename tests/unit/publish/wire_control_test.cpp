@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
 #include <random>
 
 namespace tractiond::publish::wire_control_test {
@@ -50,6 +52,13 @@ TEST(WireControl, StepsOfACalibrationAreTold) {
   EXPECT_EQ(step.kind, Kind::kNoise);
   EXPECT_EQ(step.seconds, 7.0);
   EXPECT_FALSE(step.anyway);
+  for (const double seconds : {-5.0, 1e300, std::numeric_limits<double>::quiet_NaN(), HUGE_VAL}) {
+    request.mutable_calibrate()->mutable_noise()->set_duration_s(seconds);
+    EXPECT_FALSE(decoded()) << seconds;
+    request.mutable_calibrate()->mutable_weight()->set_patience_s(seconds);
+    EXPECT_FALSE(decoded()) << seconds;
+  }
+  request.mutable_calibrate()->mutable_weight()->set_patience_s(0.0);
   request.mutable_calibrate()->mutable_weight()->set_weight_n(0.5);
   request.mutable_calibrate()->mutable_weight()->set_first(true);
   EXPECT_EQ(decoded().value(), Request::kCalibrate);
