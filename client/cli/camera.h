@@ -22,6 +22,9 @@ void trigger(const ControlOptions& control);
 /// "ExposureTime=4000" -> a step that writes; nothing where that is none.
 std::optional<CameraStep> parseWrite(const std::string& text);
 
+/// How words that are no writes were meant: "Gain 3" -> "Gain=3".
+std::string asWrites(const std::vector<std::string>& words);
+
 /// A block of lines a feature or, of more than one, a line each in columns; what is not as the configuration says or as
 /// it was is marked.
 std::string table(const CameraReport& report);

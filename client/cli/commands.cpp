@@ -75,8 +75,8 @@ void print(const Status& status) {
   std::printf("latency   %.2f ms p50, %.2f p99, %.2f max (p50: track %.2f, solve %.2f, send %.2f)\n",
               ms(status.total.p50_s), ms(status.total.p99_s), ms(status.total.max_s), ms(status.track.p50_s),
               ms(status.solve.p50_s), ms(status.send.p50_s));
-  std::printf("frames    %llu received = %llu published + %llu in flight + %llu lost\n", Count{ledger.received},
-              Count{ledger.published}, Count{ledger.inFlight}, Count{ledger.losses()});
+  std::printf("frames    %llu received = %llu published + %llu in flight + %llu not published\n",
+              Count{ledger.received}, Count{ledger.published}, Count{ledger.inFlight}, Count{ledger.losses()});
   const std::pair<const char*, std::uint64_t> losses[] = {
       {"incomplete", ledger.incomplete},
       {"of a wrong size", ledger.wrongSize},
@@ -84,7 +84,7 @@ void print(const Status& status) {
       {"stale", ledger.stale},
       {"implausible", ledger.implausible},
       {"evicted before tracking", ledger.evictedBeforeTrack},
-      {"without a rest pose", ledger.noRestPose},
+      {"before there was a zero, or averaged for one", ledger.noRestPose},
       {"evicted before solving", ledger.evictedBeforeSolve},
       {"evicted before publishing", ledger.evictedBeforePublish},
       {"discarded at the stop", ledger.discardedAtStop},

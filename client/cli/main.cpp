@@ -106,7 +106,7 @@ class CameraCommand {
       step.name = word;
       if (set_->parsed()) {
         const auto write = cli::parseWrite(word);
-        if (!write) return fail(EX_USAGE, "'" + word + "' is not NAME=VALUE, as in ExposureTime=4000");
+        if (!write) return fail(EX_USAGE, "'" + word + "' is not NAME=VALUE; write " + cli::asWrites(words_) + ", say");
         step = *write;
       }
       steps.push_back(step);

@@ -228,8 +228,18 @@ Answer Query::read(const std::string& name) {
   });
 }
 
+/// Whether a feature decides which part of the sensor's picture is sent, and how.
+bool isOfThePicture(const std::string& feature) {
+  for (const char* one : {"Width", "Height", "OffsetX", "OffsetY", "PixelFormat", "Binning", "Decimation", "Reverse"})
+    if (feature.find(one) == 0) return true;
+  return false;
+}
+
 Answer Query::write(const std::string& name, const std::string& value) {
   return with(name, [&](const std::string& feature) -> Answer {
+    if (isOfThePicture(feature))
+      return tl::unexpected(feature + " changes the picture that markers are followed in: set it in [camera] of the "
+                                      "configuration, restart tractiond, and take a new zero");
     ArvGcNode* node = arv_device_get_feature(device_, feature.c_str());
     Feature setting{feature, value};
     const char* end = value.data() + value.size();
@@ -270,6 +280,9 @@ Answer Query::execute(const std::string& name) {
 }
 
 Answer Query::balanceWhite() {
+  if (!hasFeature(device_, "BalanceWhiteAuto"))
+    return tl::unexpected<std::string>("the camera cannot balance white by itself: it has no BalanceWhiteAuto; see "
+                                       "tractionctl camera list balance");
   const auto done = writeFeature(device_, {"BalanceWhiteAuto", std::string("Once")});
   if (!done) return tl::unexpected(done.error().message());
   for (int i = 0; i < 100 && readFeature(device_, "BalanceWhiteAuto") == "Once"; ++i) g_usleep(50'000);
@@ -284,6 +297,9 @@ Answer Query::balanceWhite() {
 
 Answer Query::trigger() {
   Failure failure;
+  if (readFeature(device_, "TriggerMode") == "Off")
+    return tl::unexpected<std::string>("the camera waits for no trigger (TriggerMode is Off); set camera.trigger = "
+                                       "\"software\"");
   const std::string source = readFeature(device_, "TriggerSource");
   if (source != "Software")
     return tl::unexpected("the camera's trigger is " + (source.empty() ? std::string("not to be had") : source) +

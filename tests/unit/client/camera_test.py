@@ -98,7 +98,7 @@ class CameraCommand(Case):
         self.assertEqual((found["camera"], found["remarks"]), ("Acme-42", []))
         values = {feature["name"]: feature["value"] for feature in found["features"]}
         self.assertEqual(values, {"ExposureTime": 4000.0, "Gain": 0.0, "BlackLevel": 3, "GainAuto": "Off",
-                                  "ReverseX": False, "DeviceUserID": "\x1b[2Jleft", "DeviceTemperature": 41.5,
+                                  "ReverseX": False, "DeviceUserID": "?[2Jleft", "DeviceTemperature": 41.5,
                                   "UserSetLoad": None, "TimestampLatchValue": 2**63 - 1})
         exposure = found["features"][0]
         self.assertEqual((exposure["configured"], exposure["first"], exposure["maximum"], exposure["increment"]),
@@ -145,9 +145,10 @@ class CameraCommand(Case):
         self.assertEqual([step for step, *_ in self.camera.asked], ["execute", "balance_white", "list", "trigger"])
 
     def test_wrong_words(self):
-        for word in ("Gain", "=5", ""):
-            self.fails(USAGE, f"'{word}' is not NAME=VALUE, as in ExposureTime=4000", "camera", "set", word,
-                       *self.endpoints)
+        for words, meant in ((["Gain"], "Gain=VALUE"), (["Gain", "3"], "Gain=3"), (["=5"], "ExposureTime=4000"),
+                             (["BlackLevel=5", "Gain", "3"], "BlackLevel=5 Gain=3"), ([""], "ExposureTime=4000")):
+            wrong = next(word for word in words if word.find("=") < 1)
+            self.fails(USAGE, f"'{wrong}' is not NAME=VALUE; write {meant}, say", "camera", "set", *words, *self.endpoints)
         self.fails(USAGE, "nonsense", "camera", "nonsense")
         for command in ("get", "set", "run"):
             self.fails(USAGE, rf"which\? tractionctl camera {command} ", "camera", command)

@@ -39,7 +39,7 @@ class Tractionctl(Case):
         endpoints = self.publisher()
         code, out, _ = ctl("status", *endpoints)
         self.assertEqual(code, 0)
-        self.assertIn("10 received = 7 published + 0 in flight + 3 lost", out)
+        self.assertIn("10 received = 7 published + 0 in flight + 3 not published", out)
         self.assertIn("3 stale", out)
         self.assertIn("drifted by (+0.125, +0.000) px", out)
         self.assertEqual(json.loads(ctl("status", "--json", *endpoints)[1])["ledger"]["stale"], 3)

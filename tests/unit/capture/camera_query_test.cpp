@@ -1,0 +1,68 @@
+// What people ask of a camera's features, on a camera that is a description.
+#include "daemon/capture/aravis.h"
+#include "daemon/capture/paper_device.h"
+#include "tests/support/places.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+namespace tractiond::capture::camera_query_test {
+namespace {
+
+using testing::HasSubstr;
+using Kind = CameraStep::Kind;
+
+class CameraQuery : public testing::Test {
+ protected:
+  CameraQuery() {
+    std::ifstream file(test::source("tests/unit/capture/descriptions/quirky.xml"));
+    const std::string xml{std::istreambuf_iterator<char>(file), {}};
+    Failure failure;
+    device_ = makePaperDevice(xml, failure);
+    if (!device_) throw std::runtime_error(failure.text());
+    camera_.reset(arv_camera_new_with_device(device_.get(), failure.into()));
+    if (!camera_) throw std::runtime_error(failure.text());
+  }
+  tl::expected<CameraReport, std::string> ask(Kind kind, const std::string& name = {}, const std::string& value = {}) {
+    CameraStep step;
+    step.kind = kind;
+    step.name = name;
+    step.value = value;
+    return serveFeatures(camera_.get(), step, {}, first_);
+  }
+  std::string refusal(Kind kind, const std::string& name = {}, const std::string& value = {}) {
+    const auto report = ask(kind, name, value);
+    return report ? "done" : report.error();
+  }
+
+  Ref<ArvDevice> device_;
+  Ref<ArvCamera> camera_;
+  std::vector<std::pair<std::string, std::string>> first_;
+};
+
+TEST_F(CameraQuery, WritesAndTellsWhatStoodBefore) {
+  const auto report = ask(Kind::kWrite, "ExposureTime", "500");
+  ASSERT_TRUE(report) << report.error();
+  ASSERT_EQ(report->features.size(), 1U);
+  EXPECT_EQ(report->features[0].value, "500");
+  EXPECT_EQ(first_.size(), 1U);
+  EXPECT_THAT(refusal(Kind::kWrite, "ExposureTime", "long"), HasSubstr("is a number, not long"));
+  EXPECT_THAT(refusal(Kind::kWrite, "Exposuretime", "500"), HasSubstr("it has ExposureTime"));
+}
+
+/// The driver would notice another picture, open the camera again, and put it back without a word.
+TEST_F(CameraQuery, DoesNotChangeThePictureThatMarkersAreFollowedIn) {
+  for (const char* feature : {"Width", "Height", "OffsetX", "OffsetY", "PixelFormat"})
+    EXPECT_THAT(refusal(Kind::kWrite, feature, "256"), HasSubstr("set it in [camera] of the configuration")) << feature;
+}
+
+TEST_F(CameraQuery, SaysWhatIsMissingForWhiteAndTriggers) {
+  EXPECT_THAT(refusal(Kind::kBalanceWhite), HasSubstr("it has no BalanceWhiteAuto; see tractionctl camera list"));
+  EXPECT_THAT(refusal(Kind::kTrigger), HasSubstr("set camera.trigger = \"software\""));
+}
+
+}  // namespace
+}  // namespace tractiond::capture::camera_query_test
