@@ -2,6 +2,7 @@
 
 #include "client/cli/json.h"
 #include "client/cli/output.h"
+#include "client/src/printable.h"
 
 #include <unistd.h>
 
@@ -42,7 +43,7 @@ class Guide {
 
   void say(const std::string& sentence) const {
     if (options_.json) return;
-    std::printf("%s\n", sentence.c_str());
+    std::printf("%s\n", printable(sentence).c_str());
     flushOutput();
   }
 
@@ -60,11 +61,11 @@ class Guide {
       return;
     }
     for (const CalibrationReport::Figure& figure : report.figures) {
-      std::printf("  %-32s %.7g", figure.name.c_str(), figure.value);
+      std::printf("  %-32s %.7g", printable(figure.name).c_str(), figure.value);
       if (figure.deviation > 0.0) std::printf(" +- %.2g", figure.deviation);
       std::printf("\n");
     }
-    for (const std::string& remark : report.remarks) std::printf("  note: %s\n", remark.c_str());
+    for (const std::string& remark : report.remarks) std::printf("  note: %s\n", printable(remark).c_str());
     flushOutput();
   }
 

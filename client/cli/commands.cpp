@@ -2,6 +2,7 @@
 
 #include "client/cli/json.h"
 #include "client/cli/output.h"
+#include "client/src/printable.h"
 
 #include <cstdio>
 
@@ -36,11 +37,11 @@ void printMarkers(const MarkerStatus& markers) {
             std::to_string(layer.expected) + " (" + std::to_string(layer.inZero) + " in the zero)";
   }
   std::printf("markers   %s\n", text.c_str());
-  if (!markers.remark.empty()) std::printf("          %s\n", markers.remark.c_str());
+  if (!markers.remark.empty()) std::printf("          %s\n", printable(markers.remark).c_str());
   for (const MarkerStatus::Finding& finding : markers.findings) {
     if (!finding.contradicts) continue;
-    std::printf("          %s: %.5g by the gel file, %.5g by the picture", finding.name.c_str(), finding.expected,
-                finding.seen);
+    std::printf("          %s: %.5g by the gel file, %.5g by the picture", printable(finding.name).c_str(),
+                finding.expected, finding.seen);
     if (finding.deviation > 0.0) std::printf(" +- %.2g", finding.deviation);
     std::printf("\n");
   }
@@ -61,7 +62,7 @@ void print(const CameraLink& link) {
   }
   if (link.temperature_C) std::printf("          %.1f degrees Celsius\n", *link.temperature_C);
   if (link.ptp.empty()) return;
-  std::printf("          PTP %s", link.ptp.c_str());
+  std::printf("          PTP %s", printable(link.ptp).c_str());
   if (link.ptpOffset_s) std::printf(", %+.1f us from its master", *link.ptpOffset_s * 1e6);
   std::printf("\n");
 }
@@ -69,8 +70,8 @@ void print(const CameraLink& link) {
 void print(const Status& status) {
   const Ledger& ledger = status.ledger;
   const auto ms = [](double seconds) { return seconds * 1e3; };
-  std::printf("%s: %s, up %.0f s, boot %s\n", status.header.sensor.c_str(), sentence(status).c_str(), status.uptime_s,
-              toHex(status.header.boot).c_str());
+  std::printf("%s: %s, up %.0f s, boot %s\n", printable(status.header.sensor).c_str(),
+              printable(sentence(status)).c_str(), status.uptime_s, toHex(status.header.boot).c_str());
   std::printf("rate      %.1f frames/s received, %.1f published\n", status.received_hz, status.published_hz);
   std::printf("latency   %.2f ms p50, %.2f p99, %.2f max (p50: track %.2f, solve %.2f, send %.2f)\n",
               ms(status.total.p50_s), ms(status.total.p99_s), ms(status.total.max_s), ms(status.track.p50_s),
@@ -106,9 +107,9 @@ void print(const Status& status) {
                 drift->shiftU_px, drift->shiftV_px, drift->scale, drift->roll, drift->rms_px, drift->age_s);
   }
   if (const std::string granted = grantedOf(status.scheduling); granted != "off")
-    std::printf("real time %s\n", granted.c_str());
+    std::printf("real time %s\n", printable(granted).c_str());
   if (const std::string refused = refusedOf(status.scheduling); !refused.empty())
-    std::printf("real time not granted: %s; the log has what mends it\n", refused.c_str());
+    std::printf("real time not granted: %s; the log has what mends it\n", printable(refused).c_str());
   if (status.logLinesLost != 0) {
     std::printf("log       %llu lines lost: whoever reads it was too slow, or its disk is full\n",
                 Count{status.logLinesLost});
@@ -144,7 +145,7 @@ void zero(const ControlOptions& options, const ZeroCommand& command) {
   std::printf("zero %s: %u of %u markers, pixel noise %.1f grey levels, id %s\n",
               command.undo ? "of before in force again" : "taken", result.markersPresent, result.markersExpected,
               result.noise_levels, toHex(result.zero.id).c_str());
-  if (!result.remark.empty()) std::printf("but: %s\n", result.remark.c_str());
+  if (!result.remark.empty()) std::printf("but: %s\n", printable(result.remark).c_str());
 }
 
 }  // namespace traction::cli

@@ -11,6 +11,7 @@
 #include "client/cli/recordings.h"
 #include "client/cli/top.h"
 #include "client/doctor/checks.h"
+#include "client/src/printable.h"
 #include "gateway/keys.h"
 #include "manual/describe.h"
 #include "proto/traction/v1/endpoints.h"
@@ -66,7 +67,8 @@ int exitCodeOf(ErrorCode code) {
 }
 
 int fail(int exitCode, const std::string& what) {
-  std::cerr << "tractionctl: " << what << '\n';
+  constexpr std::size_t kLongest = 2000;  // what was asked may be anybody
+  std::cerr << "tractionctl: " << printable(std::string_view(what).substr(0, kLongest)) << '\n';
   return exitCode;
 }
 

@@ -1,6 +1,7 @@
 // A picture of the camera as a PNG file, with rings around what was found.
 #include "client/cli/commands.h"
 #include "client/cli/output.h"
+#include "client/src/printable.h"
 
 #include <png.h>
 
@@ -139,7 +140,7 @@ void snapshot(const ControlOptions& options, const std::string& path, bool marke
                          [state](const auto& marker) { return marker.state == state; });
   };
   std::printf("%s: %u x %u pixels of %s, frame %llu; of %zu markers %zd found, %zd lost, %zd not in the zero\n",
-              path.c_str(), snapshot.width, snapshot.height, snapshot.pixelFormat.c_str(),
+              path.c_str(), snapshot.width, snapshot.height, printable(snapshot.pixelFormat).c_str(),
               static_cast<unsigned long long>(snapshot.frameNumber), snapshot.markers.size(),
               static_cast<std::ptrdiff_t>(count(Snapshot::MarkerState::kFound)),
               static_cast<std::ptrdiff_t>(count(Snapshot::MarkerState::kLost)),

@@ -1,7 +1,6 @@
 #include "client/src/decode.h"
 
 #include "client/src/messages.h"
-#include "client/src/printable.h"
 #include "traction/v1/description.pb.h"
 #include "traction/v1/field.pb.h"
 #include "traction/v1/markers.pb.h"
@@ -71,7 +70,7 @@ Vector3 vectorOf(const pb::Vector3& vector) {
 Header headerOf(const pb::Header& from) {
   Header header;
   header.sequence = from.sequence();
-  header.sensor = textOf(from.sensor());
+  header.sensor = from.sensor();
   header.boot = idOf(from.boot());
   header.calibration = idOf(from.calibration());
   header.zero = idOf(from.zero());
@@ -120,10 +119,10 @@ bool isThisHost(const std::string& host) {
 
 Camera cameraOf(const pb::Camera& from) {
   Camera camera;
-  camera.vendor = textOf(from.vendor());
-  camera.model = textOf(from.model());
-  camera.serial = textOf(from.serial());
-  camera.pixelFormat = textOf(from.pixel_format());
+  camera.vendor = from.vendor();
+  camera.model = from.model();
+  camera.serial = from.serial();
+  camera.pixelFormat = from.pixel_format();
   camera.width_px = from.width_px();
   camera.height_px = from.height_px();
   camera.focal_px = from.focal_px();
@@ -206,7 +205,7 @@ Zero zeroOf(const pb::Zero& from) {
   zero.id = idOf(from.id());
   zero.time_ns = from.time_ns();
   zero.requested = from.requested();
-  zero.requestedBy = textOf(from.requested_by());
+  zero.requestedBy = from.requested_by();
   zero.restPosition_px = vectorsOf<2>(from.rest_position_px());
   zero.markerPresent = maskOf(from.marker_present());
   require(zero.markerPresent.size() == zero.restPosition_px.size(), "the rest pose's mask has another size");
@@ -216,9 +215,9 @@ Zero zeroOf(const pb::Zero& from) {
 Description descriptionOf(const pb::Description& from) {
   Description description;
   description.header = headerOf(from.header());
-  description.softwareVersion = textOf(from.software_version());
+  description.softwareVersion = from.software_version();
   description.sameHost = isThisHost(from.host());
-  description.topics = textsOf(from.topics());
+  description.topics.assign(from.topics().begin(), from.topics().end());
   description.gel = {from.gel().youngs_modulus_pa(), from.gel().poisson_ratio(), vectorOf(from.gel().size_m())};
   for (const pb::MarkerLayer& layer : from.layers()) {
     const Grid grid{layer.columns(), layer.rows(), layer.pitch_m(), vectorOf(layer.centre_m())};
@@ -228,8 +227,8 @@ Description descriptionOf(const pb::Description& from) {
   description.nodes = {nodes.columns(), nodes.rows(), nodes.pitch_m(), vectorOf(nodes.centre_m())};
   description.camera = cameraOf(from.camera());
   const pb::Solver& solver = from.solver();
-  description.solver = {textOf(solver.mechanics()),
-                        textOf(solver.regularisation()),
+  description.solver = {solver.mechanics(),
+                        solver.regularisation(),
                         solver.strength(),
                         solver.contact_aware(),
                         solver.noise_px(),
@@ -252,11 +251,11 @@ Status statusOf(const pb::Status& from) {
   status.residual_px = from.residual_px();
   const pb::Scheduling& scheduling = from.scheduling();
   status.scheduling.askedPriority = scheduling.asked_priority();
-  status.scheduling.askedCpus = textOf(scheduling.asked_cpus());
+  status.scheduling.askedCpus = scheduling.asked_cpus();
   status.scheduling.askedLock = scheduling.asked_lock();
   status.scheduling.locked_bytes = scheduling.locked_bytes();
   for (const auto& thread : scheduling.threads())
-    status.scheduling.threads.push_back({textOf(thread.name()), thread.priority(), textOf(thread.cpus())});
+    status.scheduling.threads.push_back({thread.name(), thread.priority(), thread.cpus()});
   switch (from.camera()) {
   case pb::CAMERA_STATE_WAITING:
     status.camera = CameraState::kWaiting;
@@ -273,14 +272,14 @@ Status statusOf(const pb::Status& from) {
   default:
     status.camera = CameraState::kUnknown;
   }
-  status.cameraWhy = textOf(from.camera_why());
+  status.cameraWhy = from.camera_why();
   if (from.has_camera_link()) {
     const pb::CameraLink& link = from.camera_link();
     CameraLink& to = status.cameraLink.emplace();
     to.packetsResent = link.packets_resent();
     to.packetsMissing = link.packets_missing();
     to.packetsRefused = link.packets_refused();
-    to.ptp = textOf(link.ptp());
+    to.ptp = link.ptp();
     if (link.has_ptp_offset_s()) to.ptpOffset_s = link.ptp_offset_s();
     if (link.has_temperature()) to.temperature_C = link.temperature();
   }
@@ -318,20 +317,13 @@ Status statusOf(const pb::Status& from) {
     status.markers.layers.push_back(
         {colourOf(layer.colour()), layer.expected(), layer.found(), layer.in_zero(), layer.columns(), layer.rows()});
   }
-  status.markers.remark = textOf(from.markers().remark());
+  status.markers.remark = from.markers().remark();
   for (const pb::GelFinding& finding : from.markers().findings()) {
     status.markers.findings.push_back(
-        {textOf(finding.name()), finding.expected(), finding.seen(), finding.deviation(), finding.contradicts()});
+        {finding.name(), finding.expected(), finding.seen(), finding.deviation(), finding.contradicts()});
   }
   status.turns = {turns.capture(), turns.track(), turns.solve(), turns.publish(), turns.control()};
   return status;
-}
-
-std::string textOf(std::string_view from) {
-  std::string text(from);
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r' || c == '\t'; }, ' ');
-  return printable(text);
 }
 
 Field decodeField(std::string_view bytes) {

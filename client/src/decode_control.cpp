@@ -50,20 +50,20 @@ CameraFeature::Access accessOf(pb::CameraFeatureAccess from) {
 
 CameraFeature featureOf(const pb::CameraFeature& from) {
   CameraFeature feature;
-  feature.name = textOf(from.name());
-  feature.value = textOf(from.value());
-  feature.unit = textOf(from.unit());
+  feature.name = from.name();
+  feature.value = from.value();
+  feature.unit = from.unit();
   feature.kind = kindOf(from.kind());
   feature.access = accessOf(from.access());
   if (from.has_minimum()) feature.minimum = from.minimum();
   if (from.has_maximum()) feature.maximum = from.maximum();
   if (from.has_increment()) feature.increment = from.increment();
-  feature.entries = textsOf(from.entries());
-  feature.description = textOf(from.description());
-  feature.configured = textOf(from.configured());
-  feature.first = textOf(from.first());
-  feature.category = textOf(from.category());
-  feature.selected = textsOf(from.selected());
+  feature.entries.assign(from.entries().begin(), from.entries().end());
+  feature.description = from.description();
+  feature.configured = from.configured();
+  feature.first = from.first();
+  feature.category = from.category();
+  feature.selected.assign(from.selected().begin(), from.selected().end());
   return feature;
 }
 
@@ -72,8 +72,6 @@ Snapshot::MarkerState markerStateOf(char byte) {
   return static_cast<Snapshot::MarkerState>(std::min<unsigned char>(static_cast<unsigned char>(byte), 3));
 }
 
-constexpr std::size_t kLongestError = 2000;  // a sentence is shorter
-
 /// A reply that answers `expected`.
 pb::Reply replyOf(std::string_view bytes, pb::Reply::ReplyCase expected) {
   auto reply = parse<pb::Reply>(bytes);
@@ -81,8 +79,7 @@ pb::Reply replyOf(std::string_view bytes, pb::Reply::ReplyCase expected) {
     throw Error(ErrorCode::kVersion, "the daemon speaks version " + std::to_string(reply.version()) +
                                          " of the protocol, this library " + std::to_string(kVersion));
   }
-  if (!reply.error().empty())
-    throw Error(ErrorCode::kRefused, textOf(std::string_view(reply.error()).substr(0, kLongestError)));
+  if (!reply.error().empty()) throw Error(ErrorCode::kRefused, reply.error());
   require(reply.reply_case() == expected, "the reply does not answer the request");
   return reply;
 }
@@ -181,8 +178,7 @@ Description decodeDescriptionReply(std::string_view bytes) {
 ZeroResult decodeZeroReply(std::string_view bytes) {
   const pb::Reply reply = replyOf(bytes, pb::Reply::kZero);
   const pb::ZeroReply& from = reply.zero();
-  return {zeroOf(from.zero()), from.markers_present(), from.markers_expected(), from.noise_levels(),
-          textOf(from.remark())};
+  return {zeroOf(from.zero()), from.markers_present(), from.markers_expected(), from.noise_levels(), from.remark()};
 }
 
 Snapshot decodeSnapshotReply(std::string_view bytes) {
@@ -197,7 +193,7 @@ Snapshot decodeSnapshotReply(std::string_view bytes) {
   require((from.channels() == 1 || from.channels() == 3) && from.levels().size() == size,
           "the picture has not the size that it says");
   snapshot.levels.assign(from.levels().begin(), from.levels().end());
-  snapshot.pixelFormat = textOf(from.pixel_format());
+  snapshot.pixelFormat = from.pixel_format();
   snapshot.frameNumber = from.frame_number();
   snapshot.receivedReal_ns = from.received_real_ns();
   const auto colourAt = [&from](char layer) {
@@ -226,10 +222,10 @@ CalibrationReport decodeCalibrationReply(std::string_view bytes) {
   const pb::CalibrateReply& from = reply.calibrate();
   CalibrationReport report;
   for (const pb::Figure& figure : from.figures()) {
-    report.figures.push_back({textOf(figure.name()), figure.value(), figure.deviation()});
+    report.figures.push_back({figure.name(), figure.value(), figure.deviation()});
   }
-  report.remarks = textsOf(from.remarks());
-  report.path = textOf(from.path());
+  report.remarks.assign(from.remarks().begin(), from.remarks().end());
+  report.path = from.path();
   return report;
 }
 
@@ -237,8 +233,8 @@ CameraReport decodeCameraReply(std::string_view bytes) {
   const pb::Reply reply = replyOf(bytes, pb::Reply::kCamera);
   CameraReport report;
   for (const pb::CameraFeature& feature : reply.camera().features()) report.features.push_back(featureOf(feature));
-  report.remarks = textsOf(reply.camera().remarks());
-  report.camera = textOf(reply.camera().camera());
+  report.remarks.assign(reply.camera().remarks().begin(), reply.camera().remarks().end());
+  report.camera = reply.camera().camera();
   return report;
 }
 

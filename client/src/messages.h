@@ -6,9 +6,7 @@
 #include "traction/v1/description.pb.h"
 #include "traction/v1/status.pb.h"
 
-#include <string>
 #include <string_view>
-#include <vector>
 
 namespace traction {
 
@@ -17,15 +15,6 @@ namespace pb = traction::v1;
 // All throw Error kMalformed.
 inline void require(bool condition, const char* what) {
   if (!condition) throw Error(ErrorCode::kMalformed, what);
-}
-
-/// A text of a message, in one line: no daemon of ours writes control characters, but anybody may stand in its place.
-std::string textOf(std::string_view from);
-template <typename Texts>
-std::vector<std::string> textsOf(const Texts& from) {
-  std::vector<std::string> texts;
-  for (const std::string& one : from) texts.push_back(textOf(one));
-  return texts;
 }
 
 template <typename Parsed>

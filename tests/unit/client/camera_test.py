@@ -98,7 +98,7 @@ class CameraCommand(Case):
         self.assertEqual((found["camera"], found["remarks"]), ("Acme-42", []))
         values = {feature["name"]: feature["value"] for feature in found["features"]}
         self.assertEqual(values, {"ExposureTime": 4000.0, "Gain": 0.0, "BlackLevel": 3, "GainAuto": "Off",
-                                  "ReverseX": False, "DeviceUserID": "?[2Jleft", "DeviceTemperature": 41.5,
+                                  "ReverseX": False, "DeviceUserID": "\x1b[2Jleft", "DeviceTemperature": 41.5,
                                   "UserSetLoad": None, "TimestampLatchValue": 2**63 - 1})
         exposure = found["features"][0]
         self.assertEqual((exposure["configured"], exposure["first"], exposure["maximum"], exposure["increment"]),

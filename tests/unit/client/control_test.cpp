@@ -102,19 +102,6 @@ TEST_F(ControlTest, RefusalIsTheDaemonsSentence) {
   }
 }
 
-/// Whoever stands in a daemon's place would drive the terminal of who asks it.
-TEST_F(ControlTest, WhatATerminalWouldObeyIsReplaced) {
-  answerZero(tl::make_unexpected(std::string("\x1b]0;mine\a \u009b2J n\u00e4chste\nZeile") + std::string(5000, 'x')));
-  try {
-    control().zero();
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    const std::string what = error.what();
-    EXPECT_EQ(what.substr(0, what.find('x')), "?]0;mine? ?2J n\u00e4chste Zeile");
-    EXPECT_LE(what.size(), 2000U);
-  }
-}
-
 TEST_F(ControlTest, CameraIsAskedWordByWord) {
   using Theirs = tractiond::CameraStep::Kind;
   using Ours = CameraStep::Kind;

@@ -44,6 +44,28 @@ class Tractionctl(Case):
         self.assertIn("drifted by (+0.125, +0.000) px", out)
         self.assertEqual(json.loads(ctl("status", "--json", *endpoints)[1])["ledger"]["stale"], 3)
 
+    def test_a_terminal_obeys_nobody_who_answers(self):
+        """ESC, BEL, the one-byte CSI, and lines that look like ours, of whoever stands in a daemon's place."""
+        text = "\x1b]0;mine\a \u009b2J nächste\ntractionctl: all is well"
+
+        def refuse(request):
+            return messages.Reply(version=1, error=text)
+
+        def tell(request):
+            told = answer(request)
+            told.status.camera_why = told.status.markers.remark = told.status.camera_link.ptp = text
+            return told
+
+        for reply, commands in ((refuse, (["status"], ["describe"], ["zero"], ["trigger"], ["camera", "white"],
+                                          ["snapshot", "/dev/null"], ["calibrate", "geometry", "--keep-zero"])),
+                                (tell, (["status"],))):
+            endpoints = self.publisher(reply)
+            for command in commands:
+                with self.subTest(command):
+                    _, out, err = ctl(*command, *endpoints)
+                    self.assertIn("?]0;mine? ?2J nächste?tractionctl: all is well", out + err)
+                    self.assertNotRegex(out + err, "[\x00-\x09\x0b-\x1f\x7f-\x9f]")
+
     def test_status_without_a_camera_has_a_code_of_its_own(self):
         for state, name, words in ((messages.CAMERA_STATE_LOST, "lost", "camera lost, being looked for"),
                                    (messages.CAMERA_STATE_WAITING, "waiting", "waiting for its camera"),
