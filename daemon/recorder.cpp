@@ -21,6 +21,7 @@ publish::TrackedFrame blankFrame(int markers) {
   blank.inputs.before.position_px.resize(2 * static_cast<std::size_t>(markers));
   blank.inputs.before.amplitude.resize(static_cast<std::size_t>(markers));
   blank.inputs.before.present.resize(static_cast<std::size_t>(markers));
+  blank.inputs.before.oddity.resize(static_cast<std::size_t>(markers));
   return blank;
 }
 

@@ -35,14 +35,20 @@ double step(double t, double sigma) {
 }  // namespace
 
 std::vector<Strip> discStrips(double radius) {
-  // y = r sin(angle): the midpoint rule in the angle is exact for the area and converges fast for all smooth kernels.
+  return ellipseStrips(radius, radius, 0.0);
+}
+
+std::vector<Strip> ellipseStrips(double a, double b, double angle) {
+  // y = height sin(t): the midpoint rule in t is exact for the area and converges fast for all smooth kernels.
+  const double height = std::hypot(a * std::sin(angle), b * std::cos(angle));
+  const double lean = (a * a - b * b) * std::sin(angle) * std::cos(angle) / (height * height);
   std::vector<Strip> strips;
   strips.reserve(kDiscStrips);
   const double step = std::numbers::pi / kDiscStrips;
   for (int i = 0; i < kDiscStrips; ++i) {
-    const double angle = (i + 0.5) * step - 0.5 * std::numbers::pi;
-    const double halfWidth = radius * std::cos(angle);
-    strips.push_back({radius * std::sin(angle), halfWidth * step, -halfWidth, halfWidth});
+    const double t = (i + 0.5) * step - 0.5 * std::numbers::pi;
+    const double y = height * std::sin(t), halfWidth = a * b / height * std::cos(t);
+    strips.push_back({y, height * std::cos(t) * step, lean * y - halfWidth, lean * y + halfWidth});
   }
   return strips;
 }

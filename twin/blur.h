@@ -16,6 +16,9 @@ struct Strip {
 /// The disc around (0, 0), as strips whose areas add up to exactly its own.
 std::vector<Strip> discStrips(double radius);
 
+/// The same of an ellipse with these half axes, the first of them at `angle` from the x axis towards the y axis.
+std::vector<Strip> ellipseStrips(double a, double b, double angle);
+
 /// Gaussian point spread and pixel square in one separable kernel. Reentrant; immutable after construction.
 class Blur {
  public:

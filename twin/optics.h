@@ -20,6 +20,16 @@ struct Speck {
   double radius_px = 2.0;
 };
 
+/// How markers made by hand differ from each other, and discs from circles behind a wide lens.
+struct Variety {
+  double diameter = 0.0;    ///< standard deviation of the markers' diameters, share of the layer's
+  double contrast = 0.0;    ///< likewise of their contrasts
+  double elongation = 0.0;  ///< in the picture's corners, away from its middle; grows with the distance squared
+  unsigned seed = 0;
+
+  bool any() const { return diameter > 0.0 || contrast > 0.0 || elongation > 0.0; }
+};
+
 /// A level is 1/255 of the range: one step of the 8-bit picture, 16 of one of 12 bits. Defaults: the picture the
 /// project's accuracy figures are given for.
 struct Optics {
@@ -38,6 +48,7 @@ struct Optics {
   double driftPeriod = 60.0;  ///< [s]
   std::vector<Highlight> highlights;
   std::vector<Speck> dust;
+  Variety variety;
 };
 
 }  // namespace twin

@@ -23,7 +23,8 @@ constexpr int kLoudest = 8000;     // units
 constexpr std::size_t kNoiseCount = 1U << 16U;
 constexpr float kDeviation = 4096.0F;  // of the noise table where it is scaled per sample
 constexpr int kLensStrips = 24;
-constexpr int kLanes = 4;  // stamps are this many pixels wide or a multiple of it
+constexpr int kLanes = 4;                              // stamps are this many pixels wide or a multiple of it
+constexpr double kLeastShare = 0.3, kMostShare = 1.7;  // of a marker's diameter or contrast, of its layer's
 
 Channel channelOf(sensor::Colour colour) {
   return colour == sensor::Colour::kBlue ? kBlue : colour == sensor::Colour::kRed ? kRed : kGreen;
@@ -86,13 +87,23 @@ Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format fo
   const sensor::Projection project(sensor.camera, sensor.gel.size.z());
   int firstMarker = 0;
   double largest = 0.0;
+  for (const sensor::MarkerLayer& layer : sensor.layers) firstMarker += layer.count();
+  diameters_.assign(static_cast<std::size_t>(firstMarker), 1.0);
+  contrasts_ = diameters_;
+  drawVariety(optics.variety);
+  const double widestShare = ownShapes_ ? kMostShare * (1.0 + elongation_) : 1.0;
+  firstMarker = 0;
   for (const sensor::MarkerLayer& layer : sensor.layers) {
     const Eigen::Vector3d middle(layer.centre.x(), layer.centre.y(), layer.depth);
     const Eigen::Matrix2d scale = project.jacobian(middle).leftCols<2>();
     const double radius = 0.5 * layer.diameter * std::sqrt(std::abs(scale.determinant()));
     layers_.push_back(makeLayer(layer, firstMarker, radius, optics));
+    if (ownShapes_) {
+      const int half = static_cast<int>(std::ceil(widestShare * radius + blur_.reach()));
+      layers_.back().patch = std::min(2 * half + 2, kLargestPatch);
+    }
     firstMarker += layer.count();
-    largest = std::max(largest, radius);
+    largest = std::max(largest, widestShare * radius);
   }
   int widest = 0;
   for (const Layer& layer : layers_) widest = std::max(widest, layer.patch);
@@ -162,7 +173,13 @@ void Renderer::render(const Eigen::Matrix2Xd& markers_px, std::uint32_t seed, st
   assert(picture.size() == pictureSize() && markers_px.cols() == static_cast<Eigen::Index>(nextInCell_.size()));
   std::copy(background_.begin(), background_.end(), light_.begin());
   for (const Layer& layer : layers_) {
-    for (int i = 0; i < layer.count; ++i) drawMarker(layer, markers_px.col(layer.firstMarker + i));
+    for (int i = layer.firstMarker; i < layer.firstMarker + layer.count; ++i) {
+      if (ownShapes_) {
+        drawOwnShape(layer, i, markers_px.col(i));
+      } else {
+        drawMarker(layer, markers_px.col(i));
+      }
+    }
   }
   hideBehindNearer(markers_px);
   dim(brightness);
@@ -210,6 +227,35 @@ void Renderer::drawMarker(const Layer& layer, const Eigen::Vector2d& centre) {
   }
   const int left = static_cast<int>(u) - size / 2 + 1, top = static_cast<int>(v) - size / 2 + 1;
   for (int row = 0; row < size; ++row) add(layer, left, top, row, blended + row * size);
+}
+
+/// Draws lots: how each marker differs from its layer's.
+void Renderer::drawVariety(const Variety& variety) {
+  ownShapes_ = variety.any();
+  elongation_ = variety.elongation;
+  std::mt19937 generator(variety.seed);
+  std::normal_distribution<double> normal;
+  const auto draw = [&](double deviation) {
+    return std::clamp(1.0 + deviation * normal(generator), kLeastShare, kMostShare);
+  };
+  for (double& diameter : diameters_) diameter = draw(variety.diameter);
+  for (double& contrast : contrasts_) contrast = draw(variety.contrast);
+}
+
+void Renderer::drawOwnShape(const Layer& layer, int marker, const Eigen::Vector2d& centre) {
+  const double margin = 0.5 * layer.patch;
+  if (!(centre.x() > -margin && centre.x() < width_ + margin && centre.y() > -margin && centre.y() < height_ + margin))
+    return;
+  const Eigen::Vector2d fromMiddle = centre - 0.5 * Eigen::Vector2d(width_ - 1, height_ - 1);
+  const double toCorner = 0.5 * std::hypot(width_ - 1, height_ - 1);
+  const double along = 1.0 + elongation_ * fromMiddle.squaredNorm() / (toCorner * toCorner);
+  const double radius = radiusOf(layer, marker);
+  const int left = static_cast<int>(std::floor(centre.x())) - layer.patch / 2 + 1;
+  const int top = static_cast<int>(std::floor(centre.y())) - layer.patch / 2 + 1;
+  std::fill_n(patch_.begin(), layer.patch * layer.patch, 0.0F);
+  blur_.add(ellipseStrips(along * radius, radius, std::atan2(fromMiddle.y(), fromMiddle.x())), left - centre.x(),
+            top - centre.y(), layer.patch, gain_ * contrasts_[marker], patch_);
+  for (int row = 0; row < layer.patch; ++row) add(layer, left, top, row, patch_.data() + row * layer.patch);
 }
 
 /// Adds a row of a patch to the picture, in the colours of its layer.
@@ -262,8 +308,8 @@ void Renderer::hideBehindNearer(const Eigen::Matrix2Xd& markers_px) {
         if (nearer.depth <= layer.depth || other < nearer.firstMarker || other >= nearer.firstMarker + nearer.count)
           continue;
         const double apart = (markers_px.col(other) - markers_px.col(marker)).norm();
-        if (apart < layer.radius_px + nearer.radius_px) {
-          hide(layer, markers_px.col(marker), nearer.radius_px, markers_px.col(other));
+        if (apart < radiusOf(layer, marker) + radiusOf(nearer, other)) {
+          hide(layer, marker, markers_px.col(marker), radiusOf(nearer, other), markers_px.col(other));
         }
       }
     }
@@ -284,17 +330,18 @@ void Renderer::hideBehindNearer(const Eigen::Matrix2Xd& markers_px) {
   }
 }
 
-void Renderer::hide(const Layer& layer, const Eigen::Vector2d& centre, double nearerRadius,
+void Renderer::hide(const Layer& layer, int marker, const Eigen::Vector2d& centre, double nearerRadius,
                     const Eigen::Vector2d& nearer) {
-  const double bottom = std::max(centre.y() - layer.radius_px, nearer.y() - nearerRadius);
-  const double height = std::min(centre.y() + layer.radius_px, nearer.y() + nearerRadius) - bottom;
+  const double radius_px = radiusOf(layer, marker);
+  const double bottom = std::max(centre.y() - radius_px, nearer.y() - nearerRadius);
+  const double height = std::min(centre.y() + radius_px, nearer.y() + nearerRadius) - bottom;
   std::array<Strip, kLensStrips> lens;
   for (int i = 0; i < kLensStrips; ++i) {
     const double y = bottom + (i + 0.5) / kLensStrips * height;
     const auto halfWidth = [y](double radius, const Eigen::Vector2d& c) {
       return std::sqrt(std::max(0.0, radius * radius - (y - c.y()) * (y - c.y())));
     };
-    const double own = halfWidth(layer.radius_px, centre), other = halfWidth(nearerRadius, nearer);
+    const double own = halfWidth(radius_px, centre), other = halfWidth(nearerRadius, nearer);
     const double x0 = std::max(centre.x() - own, nearer.x() - other);
     const double x1 = std::min(centre.x() + own, nearer.x() + other);
     lens[static_cast<std::size_t>(i)] = {y, height / kLensStrips, x0, std::max(x0, x1)};
@@ -303,7 +350,7 @@ void Renderer::hide(const Layer& layer, const Eigen::Vector2d& centre, double ne
   const int left = static_cast<int>(std::floor(centre.x())) - size / 2 + 1;
   const int top = static_cast<int>(std::floor(centre.y())) - size / 2 + 1;
   std::fill_n(patch_.begin(), size * size, 0.0F);
-  blur_.add(lens, left, top, size, -gain_, patch_);
+  blur_.add(lens, left, top, size, -gain_ * contrasts_[marker], patch_);
   for (int row = 0; row < size; ++row) add(layer, left, top, row, patch_.data() + row * size);
 }
 

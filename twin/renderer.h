@@ -4,7 +4,8 @@
 // weight(channel) cover(u, v)] + highlights(u, v)} + noise, rounded to the format's steps and cut to 0 ... 255. cover
 // is the share of the visible part of the marker's disc in the pixel, after the blur; weight is 1 in the marker's own
 // channel and crossTalk in the others, 1 in all for grey markers and in grey pictures, and negative for dark markers. A
-// marker of a deeper layer, which is nearer to the camera, hides what is behind it. clear is 1 without dust.
+// marker of a deeper layer, which is nearer to the camera, hides what is behind it. clear is 1 without dust. Where
+// markers differ from each other, each is drawn by itself; what hides another is a disc all the same.
 #pragma once
 
 #include "sensor/sensor.h"
@@ -46,9 +47,13 @@ class Renderer {
   };
 
   Layer makeLayer(const sensor::MarkerLayer& layer, int firstMarker, double radius_px, const Optics& optics) const;
+  void drawVariety(const Variety& variety);
+  double radiusOf(const Layer& layer, int marker) const { return layer.radius_px * diameters_[marker]; }
   void drawMarker(const Layer& layer, const Eigen::Vector2d& centre);
+  void drawOwnShape(const Layer& layer, int marker, const Eigen::Vector2d& centre);
   void hideBehindNearer(const Eigen::Matrix2Xd& markers_px);
-  void hide(const Layer& layer, const Eigen::Vector2d& centre, double nearerRadius, const Eigen::Vector2d& nearer);
+  void hide(const Layer& layer, int marker, const Eigen::Vector2d& centre, double nearerRadius,
+            const Eigen::Vector2d& nearer);
   void add(const Layer& layer, int left, int top, int row, const float* brightness);
   void sortIntoCells(const Eigen::Matrix2Xd& markers_px);
   void prepareDust(const std::vector<Speck>& dust);
@@ -68,6 +73,9 @@ class Renderer {
   double gain_;  ///< units of light_ in a marker
   double shotNoise_, readNoise_;
   std::vector<Layer> layers_;
+  bool ownShapes_ = false;                      ///< markers differ from each other
+  double elongation_ = 0.0;                     ///< in the corners
+  std::vector<double> diameters_, contrasts_;   ///< of the markers, relative to their layer's
   std::vector<float> lightAcross_, lightDown_;  ///< light(u, v) = lightAcross_[u] + lightDown_[v]
   std::vector<std::int16_t> background_;        ///< picture without markers and noise
   std::vector<std::int16_t> light_;             ///< the picture in the making

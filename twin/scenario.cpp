@@ -39,6 +39,12 @@ void readOptics(TomlTable& table, Optics& optics) {
   table.read("light_falloff", optics.lightFalloff, {0, 0.8});
   table.read("light_drift", optics.drift, {0, 0.9});
   table.read("light_drift_period_s", optics.driftPeriod, {0.1, 1e6});
+  table.read("diameter_scatter", optics.variety.diameter, {0, 0.5});
+  table.read("contrast_scatter", optics.variety.contrast, {0, 0.5});
+  table.read("elongation", optics.variety.elongation, {0, 1});
+  int varietySeed = 0;
+  table.read("variety_seed", varietySeed, {0, 1e9});
+  optics.variety.seed = static_cast<unsigned>(varietySeed);
   for (TomlTable& entry : table.tables("highlights")) {
     Highlight highlight;
     entry.read("centre_px", std::span(highlight.centre_px.data(), 2), {-1e4, 1e4});

@@ -36,6 +36,7 @@ void set(const RestPose& from, pb::Rest& to) {
   to.mutable_position_px()->Assign(from.position_px.begin(), from.position_px.end());
   to.mutable_amplitude()->Assign(from.amplitude.begin(), from.amplitude.end());
   to.mutable_present()->assign(from.present.begin(), from.present.end());
+  to.mutable_oddity()->Assign(from.oddity.begin(), from.oddity.end());
   to.set_noise(from.noise);
   to.set_shot_noise(from.shotNoise);
   to.set_light(from.light);
@@ -50,12 +51,14 @@ void set(const RestPose& from, pb::Rest& to) {
 bool get(const pb::Rest& from, RestPose& to) {
   const auto markers = static_cast<std::size_t>(from.amplitude_size());
   if (static_cast<std::size_t>(from.position_px_size()) != 2 * markers || from.present().size() != markers ||
+      (from.oddity_size() != 0 && static_cast<std::size_t>(from.oddity_size()) != markers) ||
       static_cast<std::size_t>(from.cross_talk_size()) != to.crossTalk.size() || !get(from.id(), to.id)) {
     return false;
   }
   to.position_px.assign(from.position_px().begin(), from.position_px().end());
   to.amplitude.assign(from.amplitude().begin(), from.amplitude().end());
   to.present.assign(from.present().begin(), from.present().end());
+  to.oddity.assign(from.oddity().begin(), from.oddity().end());
   to.noise = from.noise();
   to.shotNoise = from.shot_noise();
   to.light = from.light();

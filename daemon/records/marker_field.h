@@ -30,9 +30,11 @@ struct RestPose {
   std::vector<float> position_px;     ///< 2 M, (u, v)
   std::vector<float> amplitude;       ///< M, grey levels of the marker above its surroundings
   std::vector<std::uint8_t> present;  ///< M, 1: seen in the rest frames
-  float noise = 0.0F;                 ///< standard deviation of a pixel between rest frames, grey levels
-  float shotNoise = 0.0F;             ///< by how much its variance grows with each grey level of light
-  float light = 0.0F;                 ///< mean light at the markers' rims, where `noise` is stated, grey levels
+  std::vector<float> oddity;  ///< M, rms of what the marker's template leaves unexplained beyond the noise, as a
+                              ///< share of the amplitude; empty: not known
+  float noise = 0.0F;         ///< standard deviation of a pixel between rest frames, grey levels
+  float shotNoise = 0.0F;     ///< by how much its variance grows with each grey level of light
+  float light = 0.0F;         ///< mean light at the markers' rims, where `noise` is stated, grey levels
   /// Share of the other layer's colour that each layer's shows, in the order blue, red, green: of red seen in blue,
   /// then of blue in red. 0 where colours do not tell the layers apart.
   std::array<float, 2> crossTalk{};

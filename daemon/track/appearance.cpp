@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numeric>
 #include <vector>
 
 namespace tractiond::track {
@@ -12,9 +14,142 @@ namespace {
 constexpr double kLeastBlur_px = 0.3, kMostBlur_px = 3.0, kTypicalBlur_px = 0.9;
 constexpr double kBlurResolution_px = 0.01;  // a misfit of the blur by this much does not show
 constexpr float kMostCrossTalk = 0.9F;
+constexpr double kSizeStep = 1.05;
+constexpr int kLeastStep = -20, kMostStep = 12;  // to a disc of 0.38 and of 1.8 times the size
+constexpr int kPatience = 4;                     // steps
+constexpr float kBetterMisfit = 0.85F;           // of the size before: else the noise decides
+constexpr int kSizeRounds = 2;
+constexpr double kOddShape = 0.03;  // rms misfit, of the amplitude: more than little noise leaves
+constexpr double kFarBetter = 0.5;
 
 MarkerTemplate templateFor(const Plane& plane, double radius_px, double blur_px) {
   return {radius_px / plane.scale, blur_px / plane.scale};
+}
+
+float unexplained(const MarkerTemplate& marker, const Centre& centre) {
+  return centre.misfit + centre.blurred * centre.blurred / static_cast<float>(marker.used());
+}
+
+struct BlurFit {
+  double blur_px = 0.0;
+  double misfit = std::numeric_limits<double>::max();  ///< mean square [levels^2]
+  double amplitude2 = 0.0;                             ///< mean square [levels^2]
+};
+
+BlurFit fittingBlur(const Plane& plane, double radius_px, const CrossTalk& crossTalk, std::span<const Guess> places) {
+  std::vector<Centre> centres(places.size());
+  const auto fit = [&](double blur) {
+    const MarkerTemplate marker = templateFor(plane, radius_px, blur);
+    fitCentres(plane, marker, crossTalk, places, centres);
+    double sum = 0.0, squares = 0.0;
+    int found = 0;
+    for (const Centre& centre : centres) {
+      if (!centre.found) continue;
+      sum += unexplained(marker, centre);
+      squares += centre.amplitude * centre.amplitude;
+      ++found;
+    }
+    if (found == 0) return BlurFit{blur};
+    // A template that finds fewer does not get away with it.
+    return BlurFit{blur, sum / found * static_cast<double>(centres.size()) / found, squares / found};
+  };
+  // Golden section: the misfit has one minimum.
+  constexpr double kGolden = 0.6180339887498949;
+  double low = kLeastBlur_px, high = kMostBlur_px;
+  BlurFit a = fit(high - kGolden * (high - low)), b = fit(low + kGolden * (high - low));
+  while (high - low > kBlurResolution_px) {
+    if (a.misfit < b.misfit) {
+      high = b.blur_px;
+      b = a;
+      a = fit(high - kGolden * (high - low));
+    } else {
+      low = a.blur_px;
+      a = b;
+      b = fit(low + kGolden * (high - low));
+    }
+  }
+  BlurFit best = a.misfit < b.misfit ? a : b;
+  best.blur_px = 0.5 * (low + high);
+  return best;
+}
+
+/// The radius that discs have, where they are far from `radius_px`: another one only if it leaves much less
+/// unexplained.
+BlurFit fittingRadius(const Plane& plane, double& radius_px, const CrossTalk& crossTalk,
+                      std::span<const Guess> places) {
+  BlurFit best = fittingBlur(plane, radius_px, crossTalk, places);
+  if (best.misfit < kOddShape * kOddShape * best.amplitude2) return best;
+  double least = kFarBetter * best.misfit;
+  const double described_px = radius_px;
+  for (const double share : {0.6, 0.7, 0.84, 1.19, 1.4, 1.6}) {
+    const BlurFit other = fittingBlur(plane, share * described_px, crossTalk, places);
+    if (other.misfit >= least) continue;
+    best = other;
+    least = other.misfit;
+    radius_px = share * described_px;
+  }
+  return best;
+}
+
+/// Takes back steps of size that are far beyond most others': they are not made so, there is dust on them.
+void forgetDust(std::span<int> steps) {
+  std::vector<int> sizes;
+  for (const int step : steps) sizes.push_back(std::abs(step));
+  if (sizes.empty()) return;
+  const auto most = sizes.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(sizes.size()));
+  std::nth_element(sizes.begin(), most, sizes.end());
+  const int limit = 3 * *most;
+  for (int& step : steps) {
+    if (std::abs(step) > limit) step = 0;
+  }
+}
+
+/// Every so many that `count` are left, or a few less.
+std::vector<Guess> someOf(std::span<const Guess> all, std::size_t count) {
+  std::vector<Guess> some;
+  for (std::size_t i = 0; i < all.size(); i += all.size() / count + 1) some.push_back(all[i]);
+  return some;
+}
+
+/// By how many steps of size each place's disc is larger than one of `radius_px`. From step to step, up and down, until
+/// two running fit no better.
+std::vector<int> stepsOfSize(const Plane& plane, double radius_px, double blur_px, const CrossTalk& crossTalk,
+                             std::span<const Guess> places) {
+  std::vector<int> steps(places.size(), 0);
+  constexpr float kNothing = std::numeric_limits<float>::max();
+  std::vector<float> least(places.size(), kNothing);
+  std::vector<std::size_t> climbing(places.size());
+  std::vector<Guess> guesses;
+  std::vector<Centre> centres;
+  const auto fit = [&](int step) {
+    const MarkerTemplate marker = templateFor(plane, radius_px * std::pow(kSizeStep, step), blur_px);
+    guesses.clear();
+    for (const std::size_t i : climbing) guesses.push_back(places[i]);
+    centres.resize(guesses.size());
+    fitCentres(plane, marker, crossTalk, guesses, centres);
+    for (std::size_t k = 0; k < climbing.size(); ++k) {
+      const std::size_t i = climbing[k];
+      const float left = centres[k].found ? unexplained(marker, centres[k]) : kNothing;
+      if (left < (step == 0 ? 1.0F : kBetterMisfit) * least[i]) {
+        least[i] = left;
+        steps[i] = step;
+      }
+    }
+    std::erase_if(climbing,
+                  [&](std::size_t i) { return least[i] < kNothing && std::abs(steps[i] - step) >= kPatience; });
+  };
+  std::iota(climbing.begin(), climbing.end(), std::size_t{0});
+  fit(0);
+  for (const int direction : {1, -1}) {
+    climbing.clear();
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (steps[i] == 0) climbing.push_back(i);
+    }
+    for (int step = direction; step >= kLeastStep && step <= kMostStep && !climbing.empty(); step += direction) {
+      fit(step);
+    }
+  }
+  return steps;
 }
 
 }  // namespace
@@ -25,42 +160,43 @@ MarkerTemplate roughTemplate(const Plane& plane, double radius_px) {
 
 MarkerTemplate fittingTemplate(const Plane& plane, double radius_px, const CrossTalk& crossTalk,
                                std::span<const Guess> places) {
-  std::vector<Centre> centres(places.size());
-  const auto misfit = [&](double blur) {
-    const MarkerTemplate marker = templateFor(plane, radius_px, blur);
-    const double perSample = 1.0 / marker.used();
-    fitCentres(plane, marker, crossTalk, places, centres);
-    double sum = 0.0;
-    int found = 0;
-    for (const Centre& centre : centres) {
-      if (!centre.found) continue;
-      sum += centre.misfit + perSample * centre.blurred * centre.blurred;
-      ++found;
-    }
-    // A template that finds fewer does not get away with it.
-    return found > 0 ? sum / found * static_cast<double>(centres.size()) / found : std::numeric_limits<double>::max();
-  };
-  // Golden section: the misfit has one minimum.
-  constexpr double kGolden = 0.6180339887498949;
-  double low = kLeastBlur_px, high = kMostBlur_px;
-  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-  double atA = misfit(a), atB = misfit(b);
-  while (high - low > kBlurResolution_px) {
-    if (atA < atB) {
-      high = b;
-      b = a;
-      atB = atA;
-      a = high - kGolden * (high - low);
-      atA = misfit(a);
-    } else {
-      low = a;
-      a = b;
-      atA = atB;
-      b = low + kGolden * (high - low);
-      atB = misfit(b);
-    }
+  return templateFor(plane, radius_px, fittingBlur(plane, radius_px, crossTalk, places).blur_px);
+}
+
+Sizes fittingSizes(const Plane& plane, double radius_px, const CrossTalk& crossTalk, std::span<const Guess> places,
+                   std::span<const std::uint8_t> seen, std::size_t sample) {
+  std::vector<Guess> typical;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (seen[i]) typical.push_back(places[i]);
   }
-  return templateFor(plane, radius_px, 0.5 * (low + high));
+  double blur = fittingRadius(plane, radius_px, crossTalk, someOf(typical, sample)).blur_px;
+  std::vector<int> steps;
+  for (int round = 1;; ++round) {
+    steps = stepsOfSize(plane, radius_px, blur, crossTalk, places);
+    forgetDust(steps);
+    std::vector<int> sorted;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (seen[i]) sorted.push_back(steps[i]);
+    }
+    if (round == kSizeRounds || std::ranges::all_of(sorted, [](int step) { return step == 0; })) break;
+    // Discs of the middle size tell the blur better than all.
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    typical.clear();
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (seen[i] && steps[i] == *middle) typical.push_back(places[i]);
+    }
+    radius_px *= std::pow(kSizeStep, *middle);
+    blur = fittingBlur(plane, radius_px, crossTalk, someOf(typical, sample)).blur_px;
+  }
+  Sizes sizes{{templateFor(plane, radius_px, blur)}, std::vector<std::uint8_t>(places.size()), radius_px};
+  std::map<int, std::uint8_t> known = {{0, 0}};
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto [place, isNew] = known.try_emplace(steps[i], static_cast<std::uint8_t>(sizes.markers.size()));
+    if (isNew) sizes.markers.push_back(templateFor(plane, radius_px * std::pow(kSizeStep, steps[i]), blur));
+    sizes.of[i] = place->second;
+  }
+  return sizes;
 }
 
 float crossTalkInto(const Plane& own, const Plane& other, const MarkerTemplate& marker, std::span<const Guess> places) {

@@ -6,6 +6,7 @@
 
 #include "daemon/base/vector_clones.h"
 
+#include <algorithm>
 #include <cassert>
 
 namespace tractiond::track {
@@ -233,42 +234,41 @@ TRACTION_INLINE void prefetch(const Plane& plane, int half, const Guess& guess) 
 }
 
 template <typename R>
-TRACTION_INLINE void fitAll(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
+TRACTION_INLINE void fitAll(const Plane& plane, const MarkerTemplate* markers, const CrossTalk& crossTalk,
                             const Guess* guesses, Centre* centres, std::size_t count) {
-  switch (marker.half()) {
-  case 3:
-    for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const MarkerTemplate& marker = markers[guesses[i].size];
+    switch (marker.half()) {
+    case 3:
       if (i + kAhead < count) prefetch<R>(plane, 3, guesses[i + kAhead]);
       fitOne<R, 3>(plane, marker, crossTalk, guesses[i], centres[i]);
-    }
-    break;
-  case 4:
-    for (std::size_t i = 0; i < count; ++i) {
+      break;
+    case 4:
       if (i + kAhead < count) prefetch<R>(plane, 4, guesses[i + kAhead]);
       fitOne<R, 4>(plane, marker, crossTalk, guesses[i], centres[i]);
+      break;
+    default:
+      fitOne<R, 0>(plane, marker, crossTalk, guesses[i], centres[i]);
     }
-    break;
-  default:
-    for (std::size_t i = 0; i < count; ++i) fitOne<R, 0>(plane, marker, crossTalk, guesses[i], centres[i]);
   }
 }
 
 TRACTION_VECTOR_CLONES
-void fit(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk, const Guess* guesses,
+void fit(const Plane& plane, const MarkerTemplate* markers, const CrossTalk& crossTalk, const Guess* guesses,
          Centre* centres, std::size_t count) {
   switch (plane.step + (plane.wide ? 3 : 0)) {
   case 1:
-    return fitAll<Rows<std::uint8_t, 1>>(plane, marker, crossTalk, guesses, centres, count);
+    return fitAll<Rows<std::uint8_t, 1>>(plane, markers, crossTalk, guesses, centres, count);
   case 2:
-    return fitAll<Rows<std::uint8_t, 2>>(plane, marker, crossTalk, guesses, centres, count);
+    return fitAll<Rows<std::uint8_t, 2>>(plane, markers, crossTalk, guesses, centres, count);
   case 3:
-    return fitAll<Rows<std::uint8_t, 3>>(plane, marker, crossTalk, guesses, centres, count);
+    return fitAll<Rows<std::uint8_t, 3>>(plane, markers, crossTalk, guesses, centres, count);
   case 4:
-    return fitAll<Rows<std::uint16_t, 1>>(plane, marker, crossTalk, guesses, centres, count);
+    return fitAll<Rows<std::uint16_t, 1>>(plane, markers, crossTalk, guesses, centres, count);
   case 5:
-    return fitAll<Rows<std::uint16_t, 2>>(plane, marker, crossTalk, guesses, centres, count);
+    return fitAll<Rows<std::uint16_t, 2>>(plane, markers, crossTalk, guesses, centres, count);
   default:
-    return fitAll<Rows<std::uint16_t, 3>>(plane, marker, crossTalk, guesses, centres, count);
+    return fitAll<Rows<std::uint16_t, 3>>(plane, markers, crossTalk, guesses, centres, count);
   }
 }
 
@@ -296,10 +296,11 @@ void loadAny(const Plane& plane, const Shape<0>& shape, const float* mask, int l
 
 }  // namespace
 
-void fitCentres(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
+void fitCentres(const Plane& plane, std::span<const MarkerTemplate> markers, const CrossTalk& crossTalk,
                 std::span<const Guess> guesses, std::span<Centre> centres) {
   assert(guesses.size() == centres.size() && (plane.step >= 1 && plane.step <= 3));
-  fit(plane, marker, crossTalk, guesses.data(), centres.data(), guesses.size());
+  assert(std::ranges::all_of(guesses, [&](const Guess& guess) { return guess.size < markers.size(); }));
+  fit(plane, markers.data(), crossTalk, guesses.data(), centres.data(), guesses.size());
 }
 
 float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, float v) {

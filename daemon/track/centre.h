@@ -13,6 +13,7 @@ struct Guess {
   float u = 0.0F, v = 0.0F;            ///< px
   float minAmplitude = 0.0F;           ///< levels; below, there is no marker here
   bool mixed = false;                  ///< a marker of the other colour is near: take its cross-talk out
+  std::uint8_t size = 0;               ///< which of the templates
   float slopeU = 0.0F, slopeV = 0.0F;  ///< of the surroundings' brightness [levels / px]
 };
 
@@ -36,10 +37,16 @@ struct CrossTalk {
   float other = 0.0F;  ///< of the other colour in this plane
 };
 
-/// One centre per guess. Where the plane's markers are dark, amplitudes and slopes are those of its negative.
-///  A marker is caught from about its own radius away. Reentrant; allocates nothing.
-void fitCentres(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
+/// One centre per guess, each with the template that it names. Where the plane's markers are dark, amplitudes and
+/// slopes are those of its negative. A marker is caught from about its own radius away. Reentrant; allocates nothing.
+void fitCentres(const Plane& plane, std::span<const MarkerTemplate> markers, const CrossTalk& crossTalk,
                 std::span<const Guess> guesses, std::span<Centre> centres);
+
+/// All with one template.
+inline void fitCentres(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
+                       std::span<const Guess> guesses, std::span<Centre> centres) {
+  fitCentres(plane, {&marker, 1}, crossTalk, guesses, centres);
+}
 
 /// The template's amplitude at exactly this place, no steps. 0 where the window leaves the picture.
 float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, float v);

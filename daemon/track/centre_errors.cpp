@@ -8,9 +8,10 @@ namespace {
 
 constexpr float kTypicalNoise = 3.0F;  // 1/255 of the range, until it is measured
 // What the template may leave unexplained of something that is to be taken for a marker at all: rms as a share of the
-// amplitude, beyond twice the noise and what this gel's markers typically leave at rest.
-constexpr float kOddShape = 0.16F, kNoiseDeviations = 2.0F, kMostTypicalShape = 0.15F;
-constexpr double kTypical = 0.75;  // of the markers leave less
+// amplitude, beyond twice the noise and what this marker, or the typical one, leaves at rest.
+constexpr float kOddShape = 0.16F, kNoiseDeviations = 2.0F, kMostShape = 0.15F;
+constexpr double kTypical = 0.75;      // of the markers leave less
+constexpr float kMostOwnShape = 2.0F;  // of that
 // A disc strained by s leaves 0.22 s. Where x times the noise's variance is left beyond that, the squared error of the
 // centre is 1 + 6 x times what noise alone would make it (measured with dust of 0.4 to 3 px at all places). It is
 // heeded where the noise alone would hardly leave as much, and a marker with too much of it is not believed.
@@ -24,7 +25,9 @@ CentreErrors::CentreErrors(int markers, float spacing_px, int zeroFrames)
     : spacing_px_(spacing_px)
     , perZeroFrame_(1.0F / static_cast<float>(zeroFrames))
     , noise_(kTypicalNoise)
-    , excess_(static_cast<std::size_t>(markers))
+    , shape_(static_cast<std::size_t>(markers))
+    , restShape_(shape_.size())
+    , excess_(shape_.size())
     , variance_(excess_.size()) {
   shares_.reserve(excess_.size());
 }
@@ -34,6 +37,24 @@ void CentreErrors::adopt(const RestPose& pose) {
   shotNoise_ = pose.shotNoise;
   light_ = pose.light;
   measured_ = true;
+  if (pose.oddity.size() == restShape_.size()) {
+    restShape_ = pose.oddity;
+  } else {
+    std::fill(restShape_.begin(), restShape_.end(), 0.0F);
+  }
+  restoreOwnShapes();
+}
+
+void CentreErrors::restoreOwnShapes() {
+  shape_ = restShape_;
+}
+
+void CentreErrors::learnOwnShapes(std::span<const Centre> centres, std::span<const std::uint8_t> valid) {
+  for (std::size_t i = 0; i < centres.size(); ++i) {
+    if (!valid[i]) continue;
+    const float excess = std::max(centres[i].misfit - noise_ * noise_, 0.0F);
+    shape_[i] = std::min(std::sqrt(excess) / centres[i].amplitude, kMostShape);
+  }
 }
 
 void CentreErrors::setUnit(float unit) {
@@ -50,16 +71,22 @@ void CentreErrors::learnShape(std::span<const Centre> centres, std::span<const s
   if (shares_.empty()) return;
   const auto typical = shares_.begin() + static_cast<std::ptrdiff_t>(kTypical * static_cast<double>(shares_.size()));
   std::nth_element(shares_.begin(), typical, shares_.end());
-  typicalShape_ = std::min(std::sqrt(*typical), kMostTypicalShape);
+  typicalShape_ = std::min(std::sqrt(*typical), kMostShape);
 }
 
 void CentreErrors::forgetShape() {
-  typicalShape_ = kMostTypicalShape;
+  typicalShape_ = kMostShape;
 }
 
-bool CentreErrors::isMarker(const Centre& centre) const {
+/// At least the typical one, so that most markers do not depend on how well their own is known. What is odder than
+/// twice that is not made so: there is dust on it, which stays where it is while the marker moves.
+float CentreErrors::shapeOf(int marker) const {
+  return std::clamp(shape_[static_cast<std::size_t>(marker)], typicalShape_, kMostOwnShape * typicalShape_);
+}
+
+bool CentreErrors::isMarker(int marker, const Centre& centre) const {
   const float noise = kNoiseDeviations * noise_;
-  const float shape = (typicalShape_ + kOddShape) * centre.amplitude;
+  const float shape = (shapeOf(marker) + kOddShape) * centre.amplitude;
   return centre.misfit <= noise * noise + shape * shape;
 }
 
@@ -89,7 +116,7 @@ void CentreErrors::weigh(const Lattice& lattice, int pixels, std::span<const Cen
     const Centre& centre = centres[i];
     const float noise2 =
         std::max(noise_ * noise_ + shotNoise_ * (centre.level - light_), kLeastNoise2 * noise_ * noise_);
-    float shape = typicalShape_ * centre.amplitude;
+    float shape = shapeOf(i) * centre.amplitude;
     float excess = (centre.misfit - shape * shape) / noise2 - 1.0F;
     if (excess > heeded) {
       shape += kOddPerStrain * strainAt(lattice, i, displacement, valid) * centre.amplitude;

@@ -17,18 +17,22 @@ class CentreErrors {
   /// A rest pose averages `zeroFrames` frames.
   CentreErrors(int markers, float spacing_px, int zeroFrames);
 
-  /// The noise in force.
+  /// The noise and the markers' shapes in force.
   void adopt(const RestPose& pose);
   float noise() const { return noise_; }  ///< standard deviation of a pixel [levels]
   /// What a typical camera's is, as long as none is known. `unit`: levels in 1/255 of the range.
   void setUnit(float unit);
 
-  /// How far this gel's markers are from discs: from the present frame's.
+  /// How far this gel's markers typically are from discs: from the present frame's.
   void learnShape(std::span<const Centre> centres, std::span<const std::uint8_t> valid);
   void forgetShape();
+  /// How far each of them is, as long as a zero is taken that will tell: from the present frame's.
+  void learnOwnShapes(std::span<const Centre> centres, std::span<const std::uint8_t> valid);
+  /// Those of the zero in force again.
+  void restoreOwnShapes();
 
-  /// Could what was fitted be a marker?
-  bool isMarker(const Centre& centre) const;
+  /// Could what was fitted be this marker?
+  bool isMarker(int marker, const Centre& centre) const;
 
   /// The variances of a layer's valid centres. A marker that has not the shape that it should have under its strain
   /// (dust at its edge, the fringe of a reflection, white pixels) is pulled aside: it counts for less or, where it is
@@ -44,6 +48,7 @@ class CentreErrors {
   static float weightOf(int n);
 
  private:
+  float shapeOf(int marker) const;
   float strainAt(const Lattice& lattice, int marker, std::span<const Vector> displacement,
                  std::span<const std::uint8_t> valid) const;
 
@@ -54,6 +59,8 @@ class CentreErrors {
   float shotNoise_ = 0.0F;     ///< variance per level
   float light_ = 0.0F;         ///< levels at which noise_ is stated
   float typicalShape_ = 0.0F;  ///< rms misfit of most markers beyond the noise, share of the amplitude
+  std::vector<float> shape_;   ///< of each, likewise
+  std::vector<float> restShape_;
   std::vector<float> excess_;  ///< of misfit, in noise variances, mean over the frames
   std::vector<float> variance_, shares_;
 };

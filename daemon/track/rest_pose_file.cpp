@@ -13,7 +13,8 @@ namespace tractiond::track {
 namespace {
 
 constexpr std::array<char, 8> kMagic = {'t', 'r', 'a', 'c', 'r', 'e', 's', 't'};
-constexpr std::uint32_t kVersion = 3;
+constexpr std::uint32_t kVersion = 4;
+constexpr std::uint32_t kWithoutOddity = 3;  ///< the version that did not say how odd each marker is
 constexpr std::uint32_t kWithoutCamera = 2;  ///< the version that did not say whose camera it was
 constexpr std::size_t kLongestName = 4096;
 
@@ -38,8 +39,8 @@ void append(std::vector<char>& bytes, const T* data, std::size_t count) {
   bytes.insert(bytes.end(), first, first + count * sizeof(T));
 }
 
-std::size_t bodySize(std::size_t markers) {
-  return markers * (3 * sizeof(float) + 1);
+std::size_t bodySize(std::size_t markers, bool oddity) {
+  return markers * ((oddity ? 4 : 3) * sizeof(float) + 1);
 }
 
 /// Formats of one kind have the same levels at the same places.
@@ -101,13 +102,15 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
   if (header.version == kWithoutCamera) {
     return refuse(EX_DATAERR, "is of an earlier version, which does not say whose camera it belongs to");
   }
-  if (header.version != kVersion) {
+  if (header.version != kVersion && header.version != kWithoutOddity) {
     return refuse(EX_DATAERR, "has version " + std::to_string(header.version) + ", this program writes " +
                                   std::to_string(kVersion));
   }
   if (header.camera > kLongestName || header.asker > kLongestName)
     return refuse(EX_DATAERR, "is damaged: it makes no sense");
-  const std::size_t whole = sizeof header + bodySize(header.markers) + header.camera + header.asker + sizeof(Hash128);
+  const bool oddity = header.version == kVersion;
+  const std::size_t body = bodySize(header.markers, oddity);
+  const std::size_t whole = sizeof header + body + header.camera + header.asker + sizeof(Hash128);
   if (bytes->size() < whole) return refuse(EX_DATAERR, "is cut short");
   if (bytes->size() > whole) return refuse(EX_DATAERR, "is damaged: too long");
   Hash128 checksum;
@@ -119,7 +122,7 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
       header.markers != static_cast<std::uint32_t>(sensor.markerCount())) {
     return refuse(EX_DATAERR, "belongs to other marker layers or another picture format");
   }
-  const std::string owner(bytes->data() + sizeof header + bodySize(header.markers), header.camera);
+  const std::string owner(bytes->data() + sizeof header + body, header.camera);
   if (owner != camera) {
     return tl::make_unexpected(
         Error{EX_DATAERR, "the rest pose was taken with camera " + owner + ", this is " + camera, path.string(),
@@ -131,6 +134,7 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
   pose.position_px.resize(2 * header.markers);
   pose.amplitude.resize(header.markers);
   pose.present.resize(header.markers);
+  if (oddity) pose.oddity.resize(header.markers);
   const char* next = bytes->data() + sizeof header;
   const auto read = [&next](auto& values) {
     std::memcpy(values.data(), next, values.size() * sizeof values[0]);
@@ -139,6 +143,7 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
   read(pose.position_px);
   read(pose.amplitude);
   read(pose.present);
+  if (oddity) read(pose.oddity);
   pose.noise = header.noise;
   pose.shotNoise = header.shotNoise;
   pose.light = header.light;
@@ -165,12 +170,14 @@ tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const 
   header.light = pose.light;
   header.crossTalk = pose.crossTalk;
   header.requested = pose.requested ? 1 : 0;
+  if (pose.oddity.empty()) header.version = kWithoutOddity;
 
   std::vector<char> bytes;
   append(bytes, &header, 1);
   append(bytes, pose.position_px.data(), pose.position_px.size());
   append(bytes, pose.amplitude.data(), pose.amplitude.size());
   append(bytes, pose.present.data(), pose.present.size());
+  append(bytes, pose.oddity.data(), pose.oddity.size());
   append(bytes, camera.data(), header.camera);
   append(bytes, pose.requestedBy.data(), header.asker);
   const Hash128 checksum = hash128(bytes.data(), bytes.size());

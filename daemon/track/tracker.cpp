@@ -54,6 +54,7 @@ RestPose emptyPose(int markers) {
   pose.position_px.resize(2 * static_cast<std::size_t>(markers));
   pose.amplitude.resize(static_cast<std::size_t>(markers));
   pose.present.resize(static_cast<std::size_t>(markers));
+  pose.oddity.resize(static_cast<std::size_t>(markers));
   return pose;
 }
 
@@ -94,7 +95,8 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
   const auto count = static_cast<std::size_t>(markers_);
   rest_ = place_ = previous_ = labelPlace_ = nominal_;
   for (auto* vectors : {&velocity_, &displacement_, &increment_, &slope_}) vectors->resize(count);
-  for (auto* flags : {&valid_, &wasValid_, &stepped_, &mixed_, &attempts_, &labelled_, &slopeFrames_}) {
+  for (auto* flags :
+       {&valid_, &wasValid_, &stepped_, &mixed_, &attempts_, &size_, &sizeBefore_, &labelled_, &slopeFrames_}) {
     flags->resize(count);
   }
   present_.assign(count, 1);
@@ -133,7 +135,8 @@ Outcome Tracker::track(const Frame& frame, MarkerField& field) {
   following_ = countValid() >= kFollowed * countWanted();
   reportSight();
 
-  if (verdicts_.take(verdict_)) {
+  if (verdicts_.take(verdict_) || std::exchange(newVerdict_, false)) {
+    newVerdict_ = false;
     inputs_.judged = true;
     inputs_.judgedZero = verdict_.zero;
     inputs_.fits = verdict_.fits;
@@ -158,7 +161,7 @@ bool Tracker::acquire() {
   LabelOptions options{.seenBefore = haveRest_, .least = kLabelled};
   for (std::size_t i = 0; i < layers_.size(); ++i) {
     Layer& layer = layers_[i];
-    const MarkerTemplate& marker = haveAppearance_ ? layer.marker : roughOf(layer);
+    const MarkerTemplate& marker = haveAppearance_ ? layer.markers.front() : roughOf(layer);
     const auto found = detector_.find(layer.plane, layer.otherPlane, marker);
     options.border_px = std::max(options.border_px, Detector::border_px(layer.plane, marker));
     layer.spots.assign(found.begin(), found.end());
@@ -171,10 +174,12 @@ bool Tracker::acquire() {
   }
   for (std::size_t i = 0; i < layers_.size(); ++i) sight_.layers[i].seen = labeller_.seen()[i];
   place_ = labelPlace_;
+  placeUnlabelled();
   previous_ = place_;
   valid_ = labelled_;
   std::fill(wasValid_.begin(), wasValid_.end(), std::uint8_t{0});
   std::fill(velocity_.begin(), velocity_.end(), Vector{});
+  const bool learnsShapes = !haveRest_ || (!haveAppearance_ && taking_ && takingRequested_);
   if (!haveAppearance_) learnAppearance(labelled_);
   if (!haveRest_) assumeRest();
   markOverlaps();
@@ -189,13 +194,14 @@ bool Tracker::acquire() {
   }
   errors_.forgetShape();
   for (Layer& layer : layers_) {
-    fitCentres(layer.plane, layer.marker, layer.crossTalk, ofLayer(guesses_, layer), ofLayer(centres_, layer));
+    fitCentres(layer.plane, layer.markers, layer.crossTalk, ofLayer(guesses_, layer), ofLayer(centres_, layer));
     for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
       heedSlope(layer, i, centres_[i]);
       accept(i, centres_[i], {guesses_[i].u, guesses_[i].v});
     }
   }
   errors_.learnShape(centres_, valid_);
+  if (learnsShapes) errors_.learnOwnShapes(centres_, valid_);
   newAppearance_ = false;
   finishFrame(true);
   if (countValid() >= kAcquireBelow * countWanted()) acquireIn_ = 0;
@@ -213,7 +219,7 @@ void Tracker::follow() {
   std::fill(valid_.begin(), valid_.end(), std::uint8_t{0});
   std::fill(stepped_.begin(), stepped_.end(), std::uint8_t{0});
   for (Layer& layer : layers_) {
-    fitCentres(layer.plane, layer.marker, layer.crossTalk, ofLayer(guesses_, layer), ofLayer(centres_, layer));
+    fitCentres(layer.plane, layer.markers, layer.crossTalk, ofLayer(guesses_, layer), ofLayer(centres_, layer));
     for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
       heedSlope(layer, i, centres_[i]);
       if (accept(i, centres_[i], {guesses_[i].u, guesses_[i].v})) continue;
@@ -223,7 +229,10 @@ void Tracker::follow() {
       if (wasTorn && wasValid_[i] && tears_.referenceValid()[i]) fitAt(layer, i, rest_[i] + tears_.reference_px()[i]);
     }
   }
-  if (std::exchange(newAppearance_, false)) errors_.learnShape(centres_, valid_);
+  if (std::exchange(newAppearance_, false)) {
+    errors_.learnShape(centres_, valid_);
+    if (taking_ && takingRequested_) errors_.learnOwnShapes(centres_, valid_);
+  }
   finishFrame(false);
 }
 
@@ -231,7 +240,8 @@ void Tracker::finishFrame(bool thorough) {
   recover();
   markOverlaps();
   for (Layer& layer : layers_) {
-    errors_.weigh(layer.lattice, layer.marker.used(), centres_, displacement_, restAmplitude_, slopeFrames_, valid_);
+    errors_.weigh(layer.lattice, layer.markers.front().used(), centres_, displacement_, restAmplitude_, slopeFrames_,
+                  valid_);
   }
   for (int i = 0; i < markers_; ++i) stepped_[i] = stepped_[i] && valid_[i];
   torn_ = tears_.torn(displacement_, errors_.variance_px2(), valid_) || torn_;
@@ -242,7 +252,8 @@ void Tracker::finishFrame(bool thorough) {
 }
 
 Guess Tracker::guessAt(int marker, Vector place) const {
-  return {place.u, place.v, kCatch * restAmplitude_[marker], mixed_[marker] != 0, slope_[marker].u, slope_[marker].v};
+  return {place.u,          place.v,         kCatch * restAmplitude_[marker], mixed_[marker] != 0, size_[marker],
+          slope_[marker].u, slope_[marker].v};
 }
 
 /// A reflection beside the marker pulls its centre. The slope of the surroundings is known from the frames before;
@@ -256,7 +267,7 @@ void Tracker::heedSlope(const Layer& layer, int marker, Centre& centre) {
     slope_[marker] = seen;
     slopeFrames_[marker] = 0;
     const Guess guess = guessAt(marker, {centre.u, centre.v});
-    fitCentres(layer.plane, layer.marker, layer.crossTalk, {&guess, 1}, {&centre, 1});
+    fitCentres(layer.plane, layer.markers, layer.crossTalk, {&guess, 1}, {&centre, 1});
   }
   centre.slopeShare /= std::max<float>(slopeFrames_[marker], 1.0F);
 }
@@ -277,7 +288,7 @@ bool Tracker::accept(int marker, const Centre& centre, Vector expected) {
   if (!centre.found) return false;
   const float rest = restAmplitude_[marker], amplitude = centre.amplitude;
   if (!(amplitude >= kDim * rest && amplitude <= kBright * rest)) return false;
-  if (!errors_.isMarker(centre)) return false;
+  if (!errors_.isMarker(marker, centre)) return false;
   const Vector place{centre.u, centre.v};
   if ((place - expected).squared() > kWander * kWander * spacing_px_ * spacing_px_) return false;
   centres_[marker] = centre;
@@ -292,7 +303,7 @@ bool Tracker::accept(int marker, const Centre& centre, Vector expected) {
 bool Tracker::fitAt(const Layer& layer, int marker, Vector place) {
   const Guess guess = guessAt(marker, place);
   Centre centre;
-  fitCentres(layer.plane, layer.marker, layer.crossTalk, {&guess, 1}, {&centre, 1});
+  fitCentres(layer.plane, layer.markers, layer.crossTalk, {&guess, 1}, {&centre, 1});
   heedSlope(layer, marker, centre);
   return accept(marker, centre, place);
 }
@@ -356,7 +367,7 @@ bool Tracker::searchAround(const Layer& layer, int marker, Vector place) {
       guesses[count++] = guessAt(marker, place + step * Vector{static_cast<float>(x), static_cast<float>(y)});
     }
   }
-  fitCentres(layer.plane, layer.marker, layer.crossTalk, std::span(guesses).first(count),
+  fitCentres(layer.plane, layer.markers, layer.crossTalk, std::span(guesses).first(count),
              std::span(centres).first(count));
   // The nearest, if no other is nearly as near.
   std::sort(centres.begin(), centres.begin() + static_cast<std::ptrdiff_t>(count),
@@ -391,7 +402,11 @@ void Tracker::markOverlaps() {
     if (present_[i]) grid_.add(i, place_[i].u, place_[i].v);
   }
   const auto reachOf = [](const Layer& layer) { return static_cast<float>(layer.radius_px) + kBlurredRim_px; };
-  const auto windowOf = [](const Layer& layer) { return static_cast<float>(layer.marker.half()) * layer.plane.scale; };
+  const auto windowOf = [](const Layer& layer) {
+    int half = 0;
+    for (const MarkerTemplate& marker : layer.markers) half = std::max(half, marker.half());
+    return static_cast<float>(half) * layer.plane.scale;
+  };
   const float backWindow = windowOf(back), frontWindow = windowOf(front);
   const float backReach = reachOf(back) + kOverlapMotion_px, frontReach = reachOf(front) + kOverlapMotion_px;
   const float hides = static_cast<float>(front.radius_px + back.radius_px) + kBlurredRim_px;

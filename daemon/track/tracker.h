@@ -76,6 +76,9 @@ class Tracker {
   /// Thread-safe, for one thread.
   void judge(const Id& zero, bool fits);
 
+  /// There is a zero, and none has been judged yet: track() would find no displacements. Called from track()'s thread.
+  bool awaitsFirstVerdict();
+
   /// What the frame tracked last heeded of the calls above. Valid until the next.
   const TrackerInputs& inputs() const { return inputs_; }
   /// Before track(): the frame heeds these, as one before heeded them. Nobody else calls anything meanwhile.
@@ -94,12 +97,12 @@ class Tracker {
     std::size_t index;  ///< of its planes
     Lattice lattice;
     int rank;          ///< in a rest pose's cross-talk
-    double radius_px;  ///< as described; once markers are labelled, as their spacing has it
+    double radius_px;  ///< as described; once markers are labelled, as the typical one of them shows it
     bool nearer;       ///< to the camera than the other layer: its markers hide the other's
     Trust trust;
-    MarkerTemplate marker = {};
+    std::vector<MarkerTemplate> markers = {};  ///< the first is of the typical size
     CrossTalk crossTalk = {};
-    MarkerTemplate markerBefore = {};  ///< the zero that is being taken
+    std::vector<MarkerTemplate> markersBefore = {};  ///< the zero that is being taken
     CrossTalk crossTalkBefore = {};
     Plane plane = {}, otherPlane = {};  ///< of this frame
     std::vector<Spot> spots = {};
@@ -132,6 +135,7 @@ class Tracker {
   void learnAppearance(std::span<const std::uint8_t> seen);
   void relearnAppearance();
   void restoreAppearance();
+  void placeUnlabelled();
   void assumeRest();
   void heedRequest();
   void beginZero(bool requested);
@@ -177,8 +181,9 @@ class Tracker {
   std::vector<Vector> displacement_, increment_;
   std::vector<std::uint8_t> valid_, wasValid_, stepped_;  ///< stepped: valid now and in the frame before
   std::vector<std::uint8_t> mixed_, attempts_;
-  std::vector<Vector> slope_;              ///< of the surroundings' brightness [levels / px]
-  std::vector<std::uint8_t> slopeFrames_;  ///< that it is the mean of; 0: of this frame alone
+  std::vector<std::uint8_t> size_, sizeBefore_;  ///< which of its layer's templates; before: the zero being taken
+  std::vector<Vector> slope_;                    ///< of the surroundings' brightness [levels / px]
+  std::vector<std::uint8_t> slopeFrames_;        ///< that it is the mean of; 0: of this frame alone
   std::vector<Vector> labelPlace_;
   std::vector<std::uint8_t> labelled_;
   std::vector<int> lostFor_;  ///< frames
@@ -215,6 +220,7 @@ class Tracker {
   };
   Verdict verdict_;
   Mailbox<Verdict> verdicts_;
+  bool newVerdict_ = false;  ///< taken, not heeded yet
   TrackerInputs inputs_;
   bool forgo_ = false;  ///< the zero that would be finished with the next frame
   MarkerSight sight_;

@@ -56,26 +56,32 @@ void Tracker::learnSize(Layer& layer, std::span<const std::uint8_t> seen) {
 void Tracker::learnAppearance(std::span<const std::uint8_t> seen) {
   for (Layer& layer : layers_) {
     learnSize(layer, seen);
-    layer.marker = roughTemplate(layer.plane, layer.radius_px);
+    layer.markers = {roughTemplate(layer.plane, layer.radius_px)};
   }
   markOverlaps();
-  const auto places = [&](const Layer& layer) {
-    std::vector<Guess> all, some;
+  const auto places = [&](const Layer& layer, bool unseen) {
+    std::vector<Guess> all;
     for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
-      if (seen[i]) all.push_back({place_[i].u, place_[i].v, layer.plane.unit, mixed_[i] != 0});
+      if (unseen || seen[i]) all.push_back({place_[i].u, place_[i].v, layer.plane.unit, mixed_[i] != 0});
     }
-    const std::size_t stride = all.size() / kAppearancePlaces + 1;
-    for (std::size_t i = 0; i < all.size(); i += stride) some.push_back(all[i]);
-    return some;
+    return all;
   };
   if ((!haveRest_ || (taking_ && takingRequested_)) && planes_.mixes()) {
     for (std::size_t i = 0; i < 2; ++i) {
       Layer &own = layers_[i], &other = layers_[1 - i];
-      own.crossTalk.own = other.crossTalk.other = crossTalkInto(own.plane, own.otherPlane, own.marker, places(own));
+      own.crossTalk.own = other.crossTalk.other =
+          crossTalkInto(own.plane, own.otherPlane, own.markers.front(), places(own, false));
     }
   }
   for (Layer& layer : layers_) {
-    layer.marker = fittingTemplate(layer.plane, layer.radius_px, layer.crossTalk, places(layer));
+    // Dots that differ too much from the others to be found may be there all the same.
+    const auto first = static_cast<std::size_t>(layer.lattice.first),
+               count = static_cast<std::size_t>(layer.lattice.count());
+    Sizes sizes = fittingSizes(layer.plane, layer.radius_px, layer.crossTalk, places(layer, true),
+                               seen.subspan(first, count), kAppearancePlaces);
+    layer.markers = std::move(sizes.markers);
+    layer.radius_px = sizes.radius_px;
+    std::ranges::copy(sizes.of, size_.begin() + layer.lattice.first);
   }
   haveAppearance_ = true;
 }
@@ -85,9 +91,10 @@ void Tracker::relearnAppearance() {
   haveAppearanceBefore_ = haveAppearance_;
   appearanceBeforeOf_ = zero_;
   for (Layer& layer : layers_) {
-    layer.markerBefore = layer.marker;
+    layer.markersBefore = layer.markers;
     layer.crossTalkBefore = layer.crossTalk;
   }
+  sizeBefore_ = size_;
   haveAppearance_ = false;
   acquireIn_ = 0;
   if (!following_) return;
@@ -100,12 +107,29 @@ void Tracker::relearnAppearance() {
 void Tracker::restoreAppearance() {
   if (!std::exchange(haveAppearanceBefore_, false)) return;
   for (Layer& layer : layers_) {
-    std::swap(layer.marker, layer.markerBefore);  // no allocation
+    std::swap(layer.markers, layer.markersBefore);  // no allocation
     std::swap(layer.crossTalk, layer.crossTalkBefore);
   }
+  std::swap(size_, sizeBefore_);
   haveAppearance_ = true;
+  errors_.restoreOwnShapes();
   errors_.forgetShape();
   newAppearance_ = true;
+}
+
+/// Puts the markers that no spot was found for where those around them say.
+void Tracker::placeUnlabelled() {
+  const std::vector<Vector>& reference = haveRest_ ? rest_ : nominal_;
+  for (int i = 0; i < markers_; ++i) displacement_[i] = place_[i] - reference[i];
+  for (const Layer& layer : layers_) {
+    const Lattice& lattice = layer.lattice;
+    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+      if (labelled_[i]) continue;
+      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
+      const auto whole = expectation(lattice, column, row, displacement_, labelled_);
+      place_[i] = whole ? reference[i] + whole->value : reference[i];
+    }
+  }
 }
 
 /// Until there is a rest pose, the first labelled picture stands in for it.
@@ -116,16 +140,11 @@ void Tracker::assumeRest() {
     for (const Spot& spot : layer.spots) amplitudes.push_back(spot.amplitude);
     const float typical = median(amplitudes);
     for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
-      displacement_[i] = place_[i] - nominal_[i];
-      restAmplitude_[i] = typical;
-    }
-    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
-      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
-      const auto whole = expectation(lattice, column, row, displacement_, labelled_);
-      if (!labelled_[i] && whole) place_[i] = nominal_[i] + whole->value;
       rest_[i] = place_[i];
+      restAmplitude_[i] = typical;
       if (labelled_[i])
-        restAmplitude_[i] = std::max(amplitudeAt(layer.plane, layer.marker, place_[i].u, place_[i].v), 0.5F * typical);
+        restAmplitude_[i] =
+            std::max(amplitudeAt(layer.plane, layer.markers[size_[i]], place_[i].u, place_[i].v), 0.5F * typical);
     }
   }
   std::fill(present_.begin(), present_.end(), std::uint8_t{1});
@@ -193,12 +212,12 @@ void Tracker::takeZero(const FrameInfo& info) {
     pose_.position_px[2 * i + 1] = rest_[i].v;
     pose_.amplitude[i] = restAmplitude_[i];
   }
+  pose_.shotNoise = pixelNoise_.perLevel();
   for (const Layer& layer : layers_) {
     taker_.finish(layer.lattice, pose_);
     pose_.crossTalk[static_cast<std::size_t>(layer.rank)] = layer.crossTalk.other;
   }
   pose_.noise = taker_.noise();
-  pose_.shotNoise = pixelNoise_.perLevel();
   pose_.light = taker_.light();
   pose_.taken_ns = info.times.receivedReal_ns;
   pose_.requested = takingRequested_;
@@ -259,6 +278,11 @@ void Tracker::adopt(const RestPose& pose) {
   haveRest_ = true;
   agreeing_ = 0;
   tears_.forget();
+}
+
+bool Tracker::awaitsFirstVerdict() {
+  if (verdicts_.take(verdict_)) newVerdict_ = true;
+  return options_.awaitJudge && haveRest_ && verdict_.zero == Id{};
 }
 
 void Tracker::judge(const Id& zero, bool fits) {

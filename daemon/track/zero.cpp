@@ -19,6 +19,7 @@ constexpr float kNoiseOverMisfit = 1.5F;  // the scatter of the centres cannot b
 constexpr float kRounding = 0.3F;         // levels: noise of rounding to 8 bits
 constexpr float kDim = 0.5F;              // of its neighbours' amplitude: there is dust on the marker ...
 constexpr float kBright = 1.6F;           // ... or dust is taken for it
+constexpr float kContrasts = 4.0F;        // deviations of the markers' contrasts: such differences are not dust
 
 }  // namespace
 
@@ -91,6 +92,7 @@ ZeroState ZeroTaker::add(std::span<const Vector> place_px, std::span<const Centr
     // Half of what the slope's uncertainty adds is the same in all frames, and no spread.
     sums.variance += centres[i].variance + 0.5F * centres[i].slopeShare;
     sums.level += centres[i].level;
+    sums.misfit += centres[i].misfit;
     ++sums.count;
   }
   common_ = common_ + common;
@@ -137,24 +139,42 @@ bool ZeroTaker::moved() {
 
 void ZeroTaker::finish(const Lattice& lattice, RestPose& pose) {
   const Vector common = (1.0F / static_cast<float>(frames_)) * common_;
+  const float meanLight = light();
   for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
     const Sums& sums = sums_[i];
+    pose.oddity[i] = 0.0F;
     pose.present[i] = sums.count >= kPresent * frames_ ? 1 : 0;
     if (!pose.present[i]) continue;
     const float inverse = 1.0F / static_cast<float>(sums.count);
     place_[i] = sums.origin + inverse * sums.sum + common;
     pose.amplitude[i] = inverse * sums.amplitude;
+    const float noise2 = noise() * noise() + pose.shotNoise * (inverse * sums.level - meanLight);
+    pose.oddity[i] = std::sqrt(std::max(inverse * sums.misfit - noise2, 0.0F)) / pose.amplitude[i];
   }
   const auto around = [&](int i) {
     const int index = i - lattice.first;
     return expectation(lattice, index % lattice.columns, index / lattice.columns, field_, pose.present);
   };
+  // Dust makes a marker dim, or is a bright one's. How much markers differ without it most of them tell.
   for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) field_[i] = {pose.amplitude[i], 0.0F};
-  for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+  const auto brighter = [&](int i) {
     const auto usual = around(i);
-    if (!usual) continue;
-    const float share = pose.amplitude[i] / usual->value.u;
-    if (share < kDim || share > kBright) pose.present[i] = 0;
+    return usual ? std::log(pose.amplitude[i] / usual->value.u) : 0.0F;
+  };
+  ratios_.clear();
+  for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+    if (pose.present[i]) ratios_.push_back(std::abs(brighter(i)));
+  }
+  float usual = 0.0F;
+  if (!ratios_.empty()) {
+    const auto middle = ratios_.begin() + static_cast<std::ptrdiff_t>(ratios_.size() / 2);
+    std::nth_element(ratios_.begin(), middle, ratios_.end());
+    usual = kContrasts / 0.6745F * *middle;  // the median of |x| is 0.6745 deviations
+  }
+  for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+    if (!pose.present[i]) continue;
+    const float share = brighter(i);
+    if (share < std::min(std::log(kDim), -usual) || share > std::max(std::log(kBright), usual)) pose.present[i] = 0;
   }
   const auto before = [&](int i) { return Vector{pose.position_px[2 * i], pose.position_px[2 * i + 1]}; };
   for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) field_[i] = place_[i] - before(i);

@@ -40,8 +40,9 @@ class ZeroTaker {
 
   // After kTaken.
 
-  /// Fills in position, amplitude and presence of a layer's markers. Those that were not seen, or have dust on them,
-  /// are absent, and are put where they were before, moved as their neighbours.
+  /// Fills in position, amplitude, presence and oddity of a layer's markers; the pose has its shot noise already. Those
+  /// that were not seen, or have dust on them, are absent, and are put where they were before, moved as their
+  /// neighbours.
   void finish(const Lattice& lattice, RestPose& pose);
   float noise() const;  ///< of a pixel [levels]
   float light() const;  ///< at the markers' rims [levels]
@@ -54,6 +55,7 @@ class ZeroTaker {
     float amplitude = 0.0F;
     float variance = 0.0F;  ///< for unit noise
     float level = 0.0F;     ///< of light at the rim
+    float misfit = 0.0F;    ///< [levels^2]
     int count = 0;
 
     float spread2() const;  ///< sample variance of a coordinate [px^2]

@@ -20,6 +20,7 @@ class WireRecording : public ::testing::Test {
     for (std::size_t i = 0; i < 2 * markers; ++i) pose.position_px.push_back(static_cast<float>(any(1000)) / 7.0F);
     for (std::size_t i = 0; i < markers; ++i) {
       pose.amplitude.push_back(static_cast<float>(any(1000)) / 9.0F);
+      pose.oddity.push_back(static_cast<float>(any(1000)) / 9000.0F);
       pose.present.push_back(static_cast<std::uint8_t>(any(1)));
     }
     pose.noise = static_cast<float>(any(1000)) / 3.0F;
@@ -76,6 +77,7 @@ class WireRecording : public ::testing::Test {
   static void expectEqual(const RestPose& one, const RestPose& other) {
     EXPECT_EQ(one.position_px, other.position_px);
     EXPECT_EQ(one.amplitude, other.amplitude);
+    EXPECT_EQ(one.oddity, other.oddity);
     EXPECT_EQ(one.present, other.present);
     EXPECT_EQ(one.noise, other.noise);
     EXPECT_EQ(one.shotNoise, other.shotNoise);

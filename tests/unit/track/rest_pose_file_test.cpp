@@ -30,6 +30,7 @@ class RestPoseFile : public testing::Test {
       pose.position_px.push_back(0.5F * static_cast<float>(i));
       pose.amplitude.push_back(100.0F + static_cast<float>(i % 7));
       pose.present.push_back(i % 10 != 0);
+      pose.oddity.push_back(0.01F * static_cast<float>(i % 5));
     }
     pose.noise = 2.1F;
     pose.crossTalk = {0.2F, 0.1F};
@@ -155,6 +156,19 @@ TEST_F(RestPoseFile, AnEarlierVersionDoesNotSayWhoseItIs) {
   EXPECT_NE(loaded.error().remedy.find("tractionctl zero"), std::string::npos);
 }
 
+TEST_F(RestPoseFile, AnEarlierVersionWithoutOdditiesIsRead) {
+  RestPose earlier = pose();
+  earlier.oddity.clear();
+  earlier.id = idOf(earlier);
+  ASSERT_TRUE(saveRestPose(path_, earlier, sensor_, PixelFormat::kRgb8, "Camera-1"));
+  EXPECT_EQ(contents()[8], 3);
+  const auto loaded = load();
+  ASSERT_TRUE(loaded && *loaded);
+  EXPECT_EQ((*loaded)->id, earlier.id);
+  EXPECT_TRUE((*loaded)->oddity.empty());
+  EXPECT_EQ((*loaded)->amplitude, earlier.amplitude);
+}
+
 TEST_F(RestPoseFile, NumbersThatMakeNoSenseAreNotBelieved) {
   RestPose wrong = pose();
   wrong.position_px[17] = std::numeric_limits<float>::quiet_NaN();
@@ -181,6 +195,9 @@ TEST_F(RestPoseFile, IdsDifferWhereAnythingDiffers) {
   EXPECT_NE(idOf(other), one.id);
   other = one;
   other.taken_ns += 1;
+  EXPECT_NE(idOf(other), one.id);
+  other = one;
+  other.oddity[3] += 0.001F;
   EXPECT_NE(idOf(other), one.id);
 }
 
