@@ -86,7 +86,7 @@ std::vector<Key> keysOf(Config& config) {
           &camera.offsetX, {-1, 65535}},
       {"camera", "offset_y_px", "px", "Of the picture on the sensor; -1: as the camera stands.",
           &camera.offsetY, {-1, 65535}},
-      {"camera", "frame_rate_hz", "frames/s", "0: as the camera stands.",
+      {"camera", "frame_rate_hz", "frames/s", "0: as the camera stands; of --images: as fast as they are tracked.",
           &camera.frameRate_Hz, {0, 10'000}},
       {"camera", "exposure_us", "us", "0: as the camera stands.",
           &camera.exposure_us, {0, 10e6}},

@@ -17,6 +17,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <thread>
 #include <utility>
 
 namespace tractiond {
@@ -192,7 +193,8 @@ tl::expected<void, Error> Instrument::build() {
       Stages{
           .source = *camera_,
           .track =
-              [this](const Frame& frame, MarkerField& markers) {
+              [this, isFilm = !config.camera.images.empty()](const Frame& frame, MarkerField& markers) {
+                if (isFilm) awaitFirstVerdict();
                 const bool tracked = tracker_->track(frame, markers) == track::Outcome::kTracked;
                 tracked_.add();
                 gelWatch_->takeFrame(frame);
@@ -234,7 +236,14 @@ capture::OpenDriver Instrument::driver() const {
                             .format = options.pixelFormat,
                             .width = options.width,
                             .height = options.height,
-                            .buffers = options.buffers});
+                            .buffers = options.buffers,
+                            .frameRate_Hz = options.frameRate_Hz});
+}
+
+/// A film has time: how long the judgement of its zero takes must not decide how many of its pictures are measured.
+void Instrument::awaitFirstVerdict() {
+  while (tracker_->awaitsFirstVerdict() && !pipeline_->stopping())
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 tl::expected<void, Error> Instrument::openCamera() {
@@ -366,6 +375,12 @@ tl::expected<void, Error> Instrument::stop() {
   const auto recorded = recorder_ ? recorder_->close() : tl::expected<void, Error>();
   if (recorder_ && recorded) spdlog::info("recorded: {}", recorder_->account());
   spdlog::info("stopped: {}", account(ledger_));
+  if (!config_.camera.images.empty() && ledger_.received.get() > 0 && ledger_.published.get() == 0) {
+    spdlog::warn(
+        "warning: no field was published: the pictures ended before there was a zero, which is averaged over {} "
+        "of them (track.zero_frames), with the gel untouched",
+        config_.track.zeroFrames);
+  }
   if (pipeline_->ended() && camera_->error().exitCode != EX_OK) return tl::unexpected(camera_->error());
   if (!balanced(ledger_)) {
     return tl::unexpected(Error{.exitCode = EX_SOFTWARE,

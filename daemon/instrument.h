@@ -64,6 +64,7 @@ class Instrument {
   void beginRecording(const capture::CameraInfo& info);
   void control(std::chrono::milliseconds timeout);
   capture::OpenDriver driver() const;
+  void awaitFirstVerdict();
   tl::expected<void, Error> openCamera();
   void meetCamera();
   std::optional<RestPose> earlierZero(const capture::CameraInfo& info) const;

@@ -60,6 +60,9 @@ class Pipeline {
   /// Waits until the source ends by itself, then as stop().
   void finish();
 
+  /// Thread-safe: what waits for another thread gives up.
+  bool stopping() const { return stopping_.load(std::memory_order_relaxed); }
+
   /// The source has ended by itself.
   bool ended() const { return ended_.load(std::memory_order_relaxed); }
 

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -25,13 +26,15 @@ class PipeDriver : public Driver {
  public:
   PipeDriver(int descriptor, const PipeOptions& options, const PixelFormatTraits& format)
       : descriptor_(descriptor)
-      , path_(options.path) {
+      , path_(options.path)
+      , interval_ns_(options.frameRate_Hz > 0.0 ? 1e9 / options.frameRate_Hz : 0.0) {
     info_.name.id = info_.name.model = "images";
     info_.name.vendor = "images";
     info_.name.address = options.path;
     info_.shape = {options.width, options.height, format.size(options.width, options.height), format.code()};
     info_.format = format.format;
     info_.triggered = true;  // pictures come as they come
+    info_.frameRate_Hz = options.frameRate_Hz;
     buffers_.assign(static_cast<std::size_t>(options.buffers), std::vector<std::uint8_t>(info_.shape.size));
     for (auto& buffer : buffers_) free_.push_back(&buffer);
   }
@@ -52,13 +55,17 @@ class PipeDriver : public Driver {
   Error end() const override { return end_; }
 
  private:
+  void handOn(std::vector<std::uint8_t>& picture, Buffer& buffer);
+
   int descriptor_;
   std::string path_;
+  double interval_ns_;  ///< from picture to picture
   CameraInfo info_;
   std::vector<std::vector<std::uint8_t>> buffers_;
   std::vector<std::vector<std::uint8_t>*> free_;  ///< never grows beyond its first size
   std::size_t filled_ = 0;                        ///< bytes of the picture under way, in the last free buffer
   std::uint64_t count_ = 0;
+  std::int64_t first_ns_ = 0;  ///< when the first picture was handed on
   Error end_{.exitCode = EX_OK};
 };
 
@@ -66,6 +73,18 @@ Popped PipeDriver::pop(Buffer& buffer, std::chrono::milliseconds timeout) {
   const std::int64_t until_ns = monotonicNow() + std::chrono::nanoseconds(timeout).count();
   while (!free_.empty()) {
     std::vector<std::uint8_t>& picture = *free_.back();
+    if (filled_ == picture.size()) {
+      const std::int64_t now_ns = monotonicNow();
+      if (count_ == 0) first_ns_ = now_ns;
+      const std::int64_t due_ns = first_ns_ + static_cast<std::int64_t>(static_cast<double>(count_) * interval_ns_);
+      if (now_ns >= due_ns) {
+        handOn(picture, buffer);
+        return Popped::kBuffer;
+      }
+      if (now_ns >= until_ns) return Popped::kNothing;
+      std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(due_ns, until_ns) - now_ns));
+      continue;
+    }
     pollfd item{descriptor_, POLLIN, 0};
     const std::int64_t left_ms = std::max<std::int64_t>(0, (until_ns - monotonicNow()) / 1'000'000);
     const int ready = poll(&item, 1, static_cast<int>(left_ms));
@@ -83,25 +102,31 @@ Popped PipeDriver::pop(Buffer& buffer, std::chrono::milliseconds timeout) {
                         std::to_string(filled_) + " of " + std::to_string(picture.size()) + " bytes",
                 .where = of,
                 .remedy = "camera.width_px, height_px and pixel_format must be those of the pictures"};
+      else if (count_ == 0)
+        end_ = {.exitCode = EX_DATAERR,
+                .what = "the pictures end before the first one",
+                .where = of,
+                .remedy = "does what writes them run, and without an error?"};
       return Popped::kEnd;
     }
     filled_ += static_cast<std::size_t>(got);
-    if (filled_ < picture.size()) continue;
-    free_.pop_back();
-    filled_ = 0;
-    buffer.arrival.complete = true;
-    buffer.arrival.shape = info_.shape;
-    buffer.arrival.id = ++count_;
-    buffer.arrival.host_ns = monotonicNow();
-    buffer.arrival.device_ns = 0;  // nobody says when they were taken
-    buffer.data = picture.data();
-    buffer.stride = traitsOf(info_.format).stride(info_.shape.width);
-    buffer.awaited = true;
-    buffer.handle = &picture;
-    return Popped::kBuffer;
   }
   poll(nullptr, 0, static_cast<int>(std::max<std::int64_t>(0, (until_ns - monotonicNow()) / 1'000'000)));
   return Popped::kNothing;
+}
+
+void PipeDriver::handOn(std::vector<std::uint8_t>& picture, Buffer& buffer) {
+  free_.pop_back();
+  filled_ = 0;
+  buffer.arrival.complete = true;
+  buffer.arrival.shape = info_.shape;
+  buffer.arrival.id = ++count_;
+  buffer.arrival.host_ns = monotonicNow();
+  buffer.arrival.device_ns = 0;  // nobody says when they were taken
+  buffer.data = picture.data();
+  buffer.stride = traitsOf(info_.format).stride(info_.shape.width);
+  buffer.awaited = true;
+  buffer.handle = &picture;
 }
 
 }  // namespace

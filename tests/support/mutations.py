@@ -52,6 +52,11 @@ ROOMS = {
         ("release", "track", "daemon/track/tracker.cpp", "a zero that nobody asked for is called verified",
          "if (zeroWasRequested_ && agreeing_ >= kAgreeingFrames) verified_ = true;",
          "if (agreeing_ >= kAgreeingFrames) verified_ = true;"),
+        ("release", "track_own_shape", "daemon/track/appearance.cpp", "every marker is taken to be of the typical size",
+         "constexpr int kLeastStep = -20, kMostStep = 12;", "constexpr int kLeastStep = 0, kMostStep = 0;"),
+        ("release", "track_own_shape", "daemon/track/centre_errors.cpp", "a marker's own shape is forgotten",
+         "return std::clamp(shape_[static_cast<std::size_t>(marker)], typicalShape_, kMostOwnShape * typicalShape_);",
+         "return std::max(0.0F * shape_[static_cast<std::size_t>(marker)], typicalShape_);"),
     ],
     "solve": [
         ("release", "solve|solve_body", "daemon/solve/solver.cpp", "x and y of the centre of pressure are swapped",

@@ -161,7 +161,7 @@ def keep_inverses(state):
 
 
 BITS = {"RGB8": 24, "BayerRG8": 8, "BayerGR8": 8, "Mono8": 8, "Mono12p": 12}  # of a pixel
-Film = collections.namedtuple("Film", "fields markers description")
+Film = collections.namedtuple("Film", "fields markers description account")
 
 
 class Rig(contextlib.ExitStack):
@@ -207,8 +207,8 @@ class Rig(contextlib.ExitStack):
 
     def feed(self, source, pictures, rest, config="", pixel_format="RGB8"):
         """Passes pictures of 640 x 480 from a binary file through a pipe into a daemon, as fast as it reads them: none is lost,
-        however busy the machine. After the first `rest` pictures it waits until the daemon has a zero. Returns the Film of all
-        that was published.
+        however busy the machine. After the first `rest` pictures, if that is not None, it waits until the daemon has a zero.
+        Returns the Film of all that was published.
         """
         pipe = self.folder / "pictures"
         os.mkfifo(pipe)
@@ -216,7 +216,7 @@ class Rig(contextlib.ExitStack):
         daemon = self.daemon(f'[camera]\nwidth_px = 640\nheight_px = 480\npixel_format = "{pixel_format}"\n' + config,
                              "--images", pipe, camera=None)
         subscriber = self.subscribe(daemon)
-        film = Film([], [], subscriber.collect(1, "description")[0])  # so the subscription has arrived
+        film = Film([], [], subscriber.collect(1, "description")[0], None)  # so the subscription has arrived
         with open(pipe, "wb", buffering=0) as target:
             for number in range(pictures):
                 if number == rest:
@@ -232,7 +232,7 @@ class Rig(contextlib.ExitStack):
                 (film.fields if kind == "field" else film.markers).append(message)
         os.close(ours)
         assert daemon.join() == 0, daemon.output()
-        return film
+        return film._replace(account=daemon.wait_for("stopped: "))
 
     def film(self, scenario, pictures, *options, rest=200, config="", pixel_format="RGB8"):
         """Feeds a scenario's first pictures; its first load comes after 240. Returns the Film and the truth of each frame, by

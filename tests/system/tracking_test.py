@@ -24,6 +24,18 @@ def follow(scenario, pictures):
 
 
 class Tracking(unittest.TestCase):
+    def test_a_film_gives_the_same_fields_each_time(self):
+        """Nobody waits for the zero: it takes the first 30 pictures, and no other is missing, however long its judgement takes."""
+        runs = []
+        for _ in range(3):
+            with rig.Rig() as bench:
+                film, _ = bench.film("press", 90, rest=None)
+            runs.append([(field.header.camera_frame_id, field.header.flags, list(field.force_N)) for field in film.fields])
+            self.assertRegex(film.account, "stopped: 90 frames received, 60 published, 30 for the zero, 0 lost")
+        self.assertEqual([number for number, _, _ in runs[0]], list(range(31, 91)))
+        self.assertEqual(runs[0], runs[1])
+        self.assertEqual(runs[0], runs[2])
+
     def test_large_displacement_swaps_no_marker(self):
         result = follow("large_displacement", 900)
         print(result)

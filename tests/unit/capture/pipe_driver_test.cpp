@@ -1,3 +1,4 @@
+#include "daemon/base/clock.h"
 #include "daemon/capture/camera.h"
 #include "daemon/capture/pipe_driver.h"
 #include "tests/support/seed.h"
@@ -108,6 +109,23 @@ TEST_F(PipeDriverTest, NamesThePictureInWhichItEnds) {
   EXPECT_EQ(takeAll().size(), 5U);
   EXPECT_EQ(end_.exitCode, EX_DATAERR);
   EXPECT_THAT(end_.message(), HasSubstr("end within number 6: 700 of 1200 bytes"));
+}
+
+TEST_F(PipeDriverTest, SaysThatNoPictureCame) {
+  feed({}, 1);
+  EXPECT_EQ(takeAll().size(), 0U);
+  EXPECT_EQ(end_.exitCode, EX_DATAERR);
+  EXPECT_THAT(end_.message(), HasSubstr("end before the first one"));
+}
+
+TEST_F(PipeDriverTest, HandsOnNoSoonerThanTheirRate) {
+  options_.frameRate_Hz = 200.0;
+  constexpr std::size_t kPictures = 40;
+  feed(std::vector<std::uint8_t>(kPictures * 1200), 1);
+  const std::int64_t before_ns = monotonicNow();
+  EXPECT_EQ(takeAll().size(), kPictures);
+  // Between the first and the last there are 39 intervals of 5 ms; how much longer it takes is the machine's matter.
+  EXPECT_GE(monotonicNow() - before_ns, 39 * 5'000'000);
 }
 
 TEST_F(PipeDriverTest, WantsToKnowWhatThePicturesAre) {
