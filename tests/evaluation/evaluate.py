@@ -7,6 +7,7 @@ import time
 import contacts
 import coverage
 import instrument
+import markers
 import paper
 import report
 import resultants
@@ -37,6 +38,7 @@ EXPERIMENTS = {  # in the order of the page
     "creep": instrument.creep,
     "calibration": instrument.calibration,
     "centres": instrument.centres,
+    "markers": markers.markers,
     "timing": instrument.timing,
 }
 ORDER = list(EXPERIMENTS)
