@@ -6,8 +6,8 @@ import subprocess
 import chain
 import numpy as np
 
-# Of the share of the dots that are found, valid under load; of the rms error over the bound. None: printed alone, since what
-# dust, glare and neighbours cover cannot be found.
+# Targets of the share that is valid under load, and of the rms error over the bound. None: the share is printed without a
+# target, because a dot that dust, a reflection or a neighbour covers cannot be found.
 TARGETS = {
     "plain": (1.0, 1.3),
     "sizes": (0.98, 1.3),
@@ -26,12 +26,13 @@ def markers(report, quick):
     report.section(
         "Dots of any make",
         f"""
-        One grey layer, 24 x 24, drawn at random anew each time: diameters of 4 to 10 px, brighter or darker than the gel,
-        contrasts of 40 to 100 levels, blur of 0.5 to 1.3 px, noise of 1 to 3; and in each family one trouble more: diameters
-        or contrasts that scatter by up to 20 %, discs elongated by up to 30 % in the corners, light that differs by up to
-        60 %, 20 to 300 specks of dust, three reflections, up to 10 % missing or touching a neighbour; all of it by 40 %.
-        Under load the gel is pushed aside by up to 10 px. The bound is Cramer and Rao's for the whole picture, dirt
-        included. The least of the trials counts for shares, the largest for errors (seed {report.seed}).""",
+        Pictures of one grey layer of 24 x 24 dots, each drawn from its family: diameters of 4 to 10 px, brighter or darker
+        than the gel, contrasts of 40 to 100 levels, blur of 0.5 to 1.3 px, noise of 1 to 3. Each family adds one
+        difficulty: diameters or contrasts that scatter by up to 20 %, discs that are elongated by up to 30 % in the
+        corners, light that differs by up to 60 %, 20 to 300 specks of dust, three reflections, up to 10 % of the dots
+        missing or touching a neighbour. The last one has all of them at 40 % of that. Under load the gel is pushed aside
+        by up to 10 px. The bound is that of Cramer and Rao for the whole picture, dirt included. Of the shares the worst
+        trial is printed, of the errors the largest (seed {report.seed}).""",
     )
     command = [chain.BUILD / "bin/evaluation_markers", "--seed", str(report.seed), "--trials", "3" if quick else "20"]
     families = collections.defaultdict(list)
