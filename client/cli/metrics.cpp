@@ -121,8 +121,7 @@ const std::vector<Metric>& table() {
        [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.doubted); }},
       {"camera_reconnects_total", "counter", "How often the camera was lost and opened again",
        [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.reconnects); }},
-      {"packets_total", "counter",
-       "Of the camera's packets: sent again, missing, or refused by the kernel",
+      {"packets_total", "counter", "Of the camera's packets: sent again, missing, or refused by the kernel",
        [](Family& f, Name i, const Status& s) {
          if (!s.cameraLink) return;
          f.add(i, s.cameraLink->packetsResent, {{"fate", "resent"}});
