@@ -184,7 +184,7 @@ std::string configText(const Config& config) {
                    "a restart.\n"
                    "# The instance NAME reads /etc/tractiond/NAME.toml. Its own endpoints are ipc sockets in its "
                    "runtime directory,\n"
-                   "# and for the instance \"default\" also tcp on the loopback, ports 9872 to 9874.\n",
+                   "# and for the instance \"default\", control excepted, also tcp on the loopback, ports 9872 and 9873.\n",
                    keysOf(copy), keysOf(standard));
 }
 

@@ -71,7 +71,7 @@ Config completed(Config config, const Places& places) {
   const auto complete = [&](std::vector<std::string>& endpoints, std::string traction::Endpoints::*one) {
     if (!endpoints.empty()) return;
     endpoints.push_back(ipc.*one);
-    if (alsoTcp) endpoints.push_back(tcp.*one);
+    if (alsoTcp && !(tcp.*one).empty()) endpoints.push_back(tcp.*one);
   };
   complete(config.publish.stream, &traction::Endpoints::stream);
   complete(config.publish.latest, &traction::Endpoints::latest);

@@ -81,7 +81,7 @@ std::optional<Settings> settingsOf(const std::string& text, const std::string& i
   for (const auto& [key, usual] : {std::pair{"stream", own.stream}, {"latest", own.latest}, {"control", own.control}}) {
     std::vector<std::string> all;
     publish->read(key, all);
-    if (all.empty() && instance == kDefaultInstance) all.push_back(usual);
+    if (all.empty() && instance == kDefaultInstance && !usual.empty()) all.push_back(usual);
     settings.endpoints.insert(settings.endpoints.end(), all.begin(), all.end());
   }
   return settings;

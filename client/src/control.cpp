@@ -4,10 +4,12 @@
 #include "client/src/handshake.h"
 #include "client/src/locate.h"
 
+#include <unistd.h>
 #include <zmq.hpp>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <filesystem>
 
@@ -22,7 +24,13 @@ void expectSocket(const std::string& endpoint) {
   const std::string_view ipc = "ipc://";
   if (endpoint.rfind(ipc, 0) != 0 || endpoint.rfind("ipc://@", 0) == 0) return;
   std::error_code ignored;
-  if (!std::filesystem::is_socket(endpoint.substr(ipc.size()), ignored)) {
+  const std::string path = endpoint.substr(ipc.size());
+  if (access(path.c_str(), W_OK) != 0 && errno == EACCES) {
+    throw Error(ErrorCode::kNoAnswer, "you may not ask at " + endpoint +
+                                          ": only the user that tractiond runs as and its group may (usermod --append "
+                                          "--groups tractiond USER)");
+  }
+  if (!std::filesystem::is_socket(path, ignored)) {
     throw Error(ErrorCode::kNoAnswer, "nobody is at " + endpoint + "; is tractiond running?");
   }
 }
@@ -122,7 +130,7 @@ ZeroResult Control::zero(const ZeroOptions& options) const {
 }
 
 ZeroResult Control::undoZero() const {
-  return decodeZeroReply(ask(options_, encodeZero({.undo = true}), options_.timeout));
+  return decodeZeroReply(ask(options_, encodeZero({.undo = true}), std::max(options_.zeroTimeout, zeroTakes())));
 }
 
 std::string Control::pass(Question question) const {
@@ -134,12 +142,12 @@ std::string Control::pass(Question question) const {
   case Question::kZero:
     return ask(options_, encodeZero({}), std::max(options_.zeroTimeout, zeroTakes()));
   case Question::kUndoZero:
-    return ask(options_, encodeZero({.undo = true}), options_.timeout);
+    return ask(options_, encodeZero({.undo = true}), std::max(options_.zeroTimeout, zeroTakes()));
   }
   return {};
 }
 
-/// A daemon may average over thousands of frames, and says how long that takes.
+/// A daemon may average over thousands of frames, and its disk may be slow: it says how long a zero takes at most.
 std::chrono::milliseconds Control::zeroTakes() const {
   constexpr std::chrono::duration<double> kOnTheWay(2.0);
   try {

@@ -17,8 +17,10 @@ std::vector<Endpoints> locate(const std::string& instance) {
     if (open) return {ipcEndpoints(directory)};
     possible.push_back(ipcEndpoints(directory));
   }
-  if (instance == kDefaultInstance) return {tcpEndpoints()};
-  return possible;
+  if (instance != kDefaultInstance) return possible;
+  Endpoints tcp = tcpEndpoints();
+  tcp.control = possible.back().control;
+  return {tcp};
 }
 
 Error badEndpoint(const std::string& endpoint, const std::string& why) {

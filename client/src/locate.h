@@ -6,7 +6,7 @@
 
 namespace traction {
 
-/// Of the runtime directory in which the instance's sockets are. Where there is none: TCP for the default instance,
+/// Of the runtime directory in which the instance's sockets are. Where there is none: for the default instance TCP (control: the service's),
 /// else the directories in which it may start. Never empty. Throws Error kBadEndpoint for an impossible name.
 std::vector<Endpoints> locate(const std::string& instance);
 

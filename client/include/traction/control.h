@@ -17,7 +17,7 @@ namespace traction {
 
 struct ControlOptions {
   std::string instance = "default";  ///< of tractiond, on this machine
-  std::string endpoint;              ///< ZeroMQ's, "tcp://HOST:9874"; empty: found by the instance
+  std::string endpoint;              ///< ZeroMQ's, "tcp://HOST:9884"; empty: found by the instance
   Keys keys = {};                    ///< for a gateway
   // For answers. Who goes before the answer is told at once.
   std::chrono::milliseconds timeout{3000};
@@ -33,11 +33,11 @@ struct ZeroOptions {
 
 /// What came of zero() or undoZero().
 struct ZeroResult {
-  Zero zero;                          ///< what was taken, or is in force again
+  Zero zero;                          ///< the zero taken or restored
   std::uint32_t markersPresent = 0;   ///< found in the picture
   std::uint32_t markersExpected = 0;  ///< of the gel
   double noise_levels = 0.0;          ///< standard deviation of a pixel between the rest frames [levels of the format]
-  std::string remark;                 ///< why it may be no zero; empty where nothing speaks against it
+  std::string remark;                 ///< why it may be wrong; empty: no reason is known
 };
 
 /// One step of a calibration: docs/calibration.md.
@@ -111,7 +111,7 @@ class TRACTION_EXPORT Control {
   Description description() const;  ///< the last one published
   /// Takes what the camera sees now as the unloaded gel, and waits for it.
   ZeroResult zero(const ZeroOptions& options = {}) const;
-  /// Puts the zero before in force again; the one in force is then the one before.
+  /// Restores the previous zero; the one in force becomes the previous one.
   ZeroResult undoZero() const;
   /// The next picture.
   Snapshot snapshot() const;

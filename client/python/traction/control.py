@@ -26,11 +26,11 @@ _ON_THE_WAY_S = 2.0
 class ZeroResult:
     """What came of zero() or undo_zero()."""
 
-    zero: Zero  # what was taken, or is in force again
+    zero: Zero  # the zero taken or restored
     markers_present: int  # found in the picture
     markers_expected: int  # of the gel
     noise_levels: float  # standard deviation of a pixel between the rest frames [levels of the format]
-    remark: str  # why it may be no zero; empty where nothing speaks against it
+    remark: str  # why it may be wrong; empty: no reason is known
 
 
 class Control:
@@ -39,7 +39,7 @@ class Control:
 
     def __init__(self, instance: str = DEFAULT_INSTANCE, *, endpoint: str = "", keys: Keys | None = None,
                  timeout: float = 3.0, zero_timeout: float = 15.0) -> None:
-        """`endpoint`, ZeroMQ's, "tcp://HOST:9874", else where the `instance` is on this machine; `timeout` [s] for an
+        """`endpoint`, ZeroMQ's, "tcp://HOST:9884", else where the `instance` is on this machine; `timeout` [s] for an
         answer, `zero_timeout` [s] for a zero at least: longer where the daemon's status says so. Raises BadEndpoint."""
         self.endpoint = endpoint or locate(instance)[-1].control
         self._keys, self._timeout, self._zero_timeout = keys, timeout, zero_timeout
@@ -58,11 +58,11 @@ class Control:
         return cast(ZeroResult, self._ask("zero", ZeroResult, max(self._zero_timeout, self._zero_takes()), anyway=anyway))
 
     def undo_zero(self) -> ZeroResult:
-        """Puts the zero before in force again; the one in force is then the one before."""
-        return cast(ZeroResult, self._ask("zero", ZeroResult, self._timeout, undo=True))
+        """Restores the previous zero; the one in force becomes the previous one."""
+        return cast(ZeroResult, self._ask("zero", ZeroResult, max(self._zero_timeout, self._zero_takes()), undo=True))
 
     def _zero_takes(self) -> float:
-        """A daemon may average over thousands of frames, and says how long that takes [s]."""
+        """A daemon may average over thousands of frames, and its disk may be slow: it says how long a zero takes at most [s]."""
         try:
             return min(max(self.status().zero_within_s, 0.0), _LONGEST_ZERO_S) + _ON_THE_WAY_S
         except Error:  # of the zero itself the caller shall hear
@@ -100,12 +100,16 @@ class Control:
         """A socket file that is not there would be waited for."""
         if not self.endpoint.startswith("ipc://") or self.endpoint.startswith("ipc://@"):
             return
+        path = self.endpoint.removeprefix("ipc://")
         try:
-            if stat.S_ISSOCK(os.stat(self.endpoint.removeprefix("ipc://")).st_mode):
-                return
-        except OSError:
-            pass
-        raise NoAnswer(f"nobody is at {self.endpoint}; is tractiond running?")
+            is_there, is_open = stat.S_ISSOCK(os.stat(path).st_mode), os.access(path, os.W_OK)
+        except OSError as error:
+            is_there, is_open = isinstance(error, PermissionError), False
+        if not is_there:
+            raise NoAnswer(f"nobody is at {self.endpoint}; is tractiond running?")
+        if not is_open:
+            raise NoAnswer(f"you may not ask at {self.endpoint}: only the user that tractiond runs as and its group may "
+                           "(usermod --append --groups tractiond USER)")
 
     def _expect_peer(self, connection: Connection) -> None:
         end = time.monotonic() + self._timeout

@@ -20,7 +20,8 @@ class Endpoints:
     control: str  # requests and replies
 
 
-TCP = Endpoints("tcp://127.0.0.1:9872", "tcp://127.0.0.1:9873", "tcp://127.0.0.1:9874")  # of the default instance alone
+# Of the default instance alone. Control is not on TCP: only the socket file's group may ask.
+TCP = Endpoints("tcp://127.0.0.1:9872", "tcp://127.0.0.1:9873", f"ipc:///run/tractiond/{DEFAULT_INSTANCE}/control")
 
 
 def _runtime_directories(instance: str) -> list[Path]:

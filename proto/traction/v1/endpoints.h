@@ -38,15 +38,15 @@ struct Endpoints {
   std::string control;  ///< ROUTER: status, description, zero
 };
 
-/// TCP, loopback only: of the instance "default" alone; the others are told apart by their directories.
+/// TCP, loopback only: of the instance "default" alone; the others are told apart by their directories. No control: any
+/// user of the machine reaches a port, and only the socket file's group may change what is measured.
 /// 9872 is where PlotJuggler looks first.
 inline constexpr int kStreamPort = 9872;
 inline constexpr int kLatestPort = 9873;
-inline constexpr int kControlPort = 9874;
 
 inline Endpoints tcpEndpoints() {
   const std::string host = "tcp://127.0.0.1:";
-  return {host + std::to_string(kStreamPort), host + std::to_string(kLatestPort), host + std::to_string(kControlPort)};
+  return {host + std::to_string(kStreamPort), host + std::to_string(kLatestPort), ""};
 }
 
 /// Where a traction-gateway has its stream; latest and control are behind it.

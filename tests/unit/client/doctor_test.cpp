@@ -356,7 +356,7 @@ class DrawnBox {
   }
 
   void drawPorts() {
-    const int port = name_ == "default" ? any({9872, 9873, 9874}) : port_;
+    const int port = name_ == "default" ? any({9872, 9873}) : port_;
     const auto listen = [=, this](const char* table, const char* state, const std::string& inode) {
       std::array<char, 200> line{};
       std::snprintf(line.data(), line.size(),

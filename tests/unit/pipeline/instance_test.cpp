@@ -66,6 +66,8 @@ TEST(Instance, HasEndpointsOfItsOwnAndTheDefaultOneTcpAsWell) {
   EXPECT_EQ(left.sensor.name, "left");
   const Config standard = completed({}, {.runtime = "/r"});
   EXPECT_EQ(standard.publish.latest, (std::vector<std::string>{"ipc:///r/latest", "tcp://127.0.0.1:9873"}));
+  // Any user of the machine reaches a port, and zeroes.
+  EXPECT_EQ(standard.controlEndpoints, std::vector<std::string>{"ipc:///r/control"});
   Config given;
   given.publish.stream = {"tcp://*:1"};
   given.sensor.name = "gel";
