@@ -72,7 +72,10 @@ std::string complaint(const Watched& one, std::int64_t now_ns) {
   const Scene::Trouble trouble = scene.trouble(now_ns);
   if (!trouble.what.empty()) add(scene.sentence(trouble));
   if (trouble.what.empty()) {
-    if (!scene.field->valid) add("no valid forces");
+    if (!scene.field->valid) {
+      const bool isKnown = scene.status && !scene.status->invalidWhy.empty();
+      add("no valid forces" + (isKnown ? ": " + scene.status->invalidWhy : ""));
+    }
     for (const std::string& flag : words(scene.recentFlags(now_ns))) add(flag);
   }
   if (scene.status && !scene.status->markers.remark.empty()) add(scene.status->markers.remark);

@@ -93,6 +93,11 @@ void print(const Status& status) {
   for (const auto& [cause, frames] : losses) {
     if (frames != 0) std::printf("          %llu %s\n", Count{frames}, cause);
   }
+  if (!status.invalidWhy.empty()) std::printf("fields    not valid: %s\n", printable(status.invalidWhy).c_str());
+  if (ledger.invalid != 0) {
+    std::printf("%s%llu published fields were not valid\n", status.invalidWhy.empty() ? "fields    " : "          ",
+                Count{ledger.invalid});
+  }
   std::printf("camera    %llu frames never arrived, %llu reconnects\n", Count{ledger.missing},
               Count{ledger.reconnects});
   if (ledger.doubted != 0) {
@@ -142,10 +147,9 @@ void zero(const ControlOptions& options, const ZeroCommand& command) {
     printLine(toJson(result));
     return;
   }
-  std::printf("zero %s: %u of %u markers, pixel noise %.1f grey levels, id %s\n",
-              command.undo ? "of before in force again" : "taken", result.markersPresent, result.markersExpected,
-              result.noise_levels, toHex(result.zero.id).c_str());
-  if (!result.remark.empty()) std::printf("but: %s\n", printable(result.remark).c_str());
+  std::printf("zero %s: %u of %u markers, pixel noise %.1f grey levels, id %s\n", command.undo ? "restored" : "taken",
+              result.markersPresent, result.markersExpected, result.noise_levels, toHex(result.zero.id).c_str());
+  if (!result.remark.empty()) std::printf("warning: %s\n", printable(result.remark).c_str());
 }
 
 }  // namespace traction::cli

@@ -258,7 +258,8 @@ void put(Json& json, const Status& status) {
   for (const auto& [cause, frames] : lossesOf(ledger)) json.key(cause).number(frames);
   json.key("missing").number(ledger.missing);
   json.key("reconnects").number(ledger.reconnects);
-  json.key("doubted").number(ledger.doubted).close('}');
+  json.key("doubted").number(ledger.doubted);
+  json.key("invalid").number(ledger.invalid).close('}');
   json.key("rates").open('{');
   json.key("received_hz").number(status.received_hz);
   json.key("published_hz").number(status.published_hz).close('}');
@@ -289,6 +290,7 @@ void put(Json& json, const Status& status) {
   json.key("zero_within_s").number(status.zeroWithin_s);
   json.key("log_lines_lost").number(status.logLinesLost);
   json.key("memory_bytes").number(status.memory_bytes);
+  json.key("invalid_why").string(status.invalidWhy);
   json.key("residual_px").number(status.residual_px);
   const Scheduling& scheduling = status.scheduling;
   json.key("scheduling").open('{');

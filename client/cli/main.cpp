@@ -298,7 +298,7 @@ int main(int argc, char** argv) try {
   auto* zero = app.add_subcommand("zero", "Takes what the camera sees now as the unloaded gel");
   cli::ZeroCommand zeroing;
   auto* anyway = zero->add_flag("--anyway", zeroing.anyway, "also if something seems to touch the gel");
-  zero->add_flag("--undo", zeroing.undo, "instead: puts the zero before in force again")->excludes(anyway);
+  zero->add_flag("--undo", zeroing.undo, "restores the previous zero instead")->excludes(anyway);
   zero->add_flag("--json", zeroing.json, "as JSON");
   cli::CalibrateOptions calibration;
   std::string weights;

@@ -119,6 +119,8 @@ const std::vector<Metric>& table() {
       {"frames_doubted_total", "counter",
        "Frames that may not be the camera's own: packets came twice, or early, or while others sent in its name",
        [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.doubted); }},
+      {"fields_invalid_total", "counter", "Published fields without forces",
+       [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.invalid); }},
       {"camera_reconnects_total", "counter", "How often the camera was lost and opened again",
        [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.reconnects); }},
       {"packets_total", "counter", "Of the camera's packets: sent again, missing, or refused by the kernel",

@@ -5,6 +5,7 @@
 #include "client/cli/picture.h"
 
 #include "client/cli/page.h"
+#include "client/src/printable.h"
 
 #include <algorithm>
 #include <cmath>
@@ -159,7 +160,10 @@ bool centred(Canvas& canvas, int column, int row, int width, int height, std::st
 std::string obstacle(const Scene& scene, std::int64_t now_ns) {
   const Scene::Trouble trouble = scene.trouble(now_ns);
   if (!trouble.what.empty()) return scene.sentence(trouble);
-  return scene.field->valid ? "" : "too few markers are seen";
+  if (scene.field->valid) return "";
+  if (scene.status && !scene.status->invalidWhy.empty()) return printable(scene.status->invalidWhy);
+  return (scene.field->header.flags & kGelMismatch) != 0 ? "the gel file does not fit the picture"
+                                                         : "too few markers are seen";
 }
 
 /// Where on the page a point of the touched surface is, from 0 (left, low) to 1.

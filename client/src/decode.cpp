@@ -248,6 +248,7 @@ Status statusOf(const pb::Status& from) {
   status.zeroWithin_s = from.zero_within_s();
   status.logLinesLost = from.log_lines_lost();
   status.memory_bytes = from.memory_bytes();
+  status.invalidWhy = from.invalid_why();
   status.residual_px = from.residual_px();
   const pb::Scheduling& scheduling = from.scheduling();
   status.scheduling.askedPriority = scheduling.asked_priority();
@@ -301,6 +302,7 @@ Status statusOf(const pb::Status& from) {
   ledger.missing = account.missing();
   ledger.reconnects = account.reconnects();
   ledger.doubted = account.doubted();
+  ledger.invalid = account.invalid();
   status.received_hz = from.rates().received_hz();
   status.published_hz = from.rates().published_hz();
   status.track = quantilesOf(from.latencies().track());

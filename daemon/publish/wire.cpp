@@ -422,6 +422,8 @@ std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading
   message.set_uptime_s(status.uptime_s);
   message.set_zero_within_s(status.vitals.zeroWithin_s);
   message.set_log_lines_lost(status.vitals.logLinesLost);
+  const std::string_view why = status.vitals.invalidWhy.view();
+  message.set_invalid_why(why.data(), why.size());
   message.set_memory_bytes(status.vitals.memory_bytes);
   message.set_residual_px(status.residual_px);
   set(status.vitals.camera, message);
@@ -441,6 +443,7 @@ std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading
   account.set_missing(ledger.missing.get());
   account.set_reconnects(ledger.reconnects.get());
   account.set_doubted(ledger.doubted.get());
+  account.set_invalid(ledger.invalid.get());
   // Received is read last, so that frames which move on meanwhile do not make the rest negative; and what is in flight
   // is what these very numbers leave.
   const std::uint64_t ended = account.published() + account.incomplete() + account.wrong_size() +

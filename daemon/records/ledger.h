@@ -29,6 +29,7 @@ struct Ledger {
   // Not part of the sum.
   Counter missing;     ///< never arrived, by gaps in the camera's ids (capture thread)
   Counter reconnects;  ///< camera lost and opened again (capture thread)
+  Counter invalid;     ///< of the published: fields without forces (publish thread)
   Counter doubted;     ///< of the new ones: others may have sent them in the camera's name (capture thread)
 
   std::uint64_t losses() const {

@@ -83,15 +83,15 @@ class Gel(unittest.TestCase):
             self.assertEqual([field.resultant_N.x, field.resultant_N.y, field.resultant_N.z], [0, 0, 0])
             self.assertFalse(any(field.force_N))
 
-    def markers_with_remark(self, daemon):
-        """What the status says of the markers: it is put together once a second, so the log is ahead of it."""
+    def status_with_remark(self, daemon):
+        """It is put together once a second, so the log is ahead of it."""
         until = time.monotonic() + HUNG_S
         while True:
             code, output = self.ctl(daemon, "status", "--json")
             self.assertIn(code, (0, NO_FIELD_YET), output)
-            markers = json.loads(output.splitlines()[0])["markers"]
-            if markers["remark"] or time.monotonic() > until:
-                return markers
+            status = json.loads(output.splitlines()[0])
+            if (status["markers"]["remark"] and status["invalid_why"]) or time.monotonic() > until:
+                return status
             time.sleep(0.1)
 
     def test_wrong_numbers_in_the_gel_file_are_noticed_before_a_force_is_published(self):
@@ -105,8 +105,11 @@ class Gel(unittest.TestCase):
                 fields = bench.subscribe(daemon, "traction/v1/default/field/")
                 daemon.wait_for(r"does not fit the picture.*" + says)
                 self.expect_nothing_wrong(daemon, fields)
-                markers = self.markers_with_remark(daemon)
+                status = self.status_with_remark(daemon)
+                markers = status["markers"]
                 self.assertRegex(markers["remark"], says)
+                self.assertIn("sensor.gel_file", status["invalid_why"])
+                self.assertGreater(status["ledger"]["invalid"], 0)
                 self.assertTrue(any(finding["contradicts"] for finding in markers["findings"]))
                 self.assertEqual(daemon.stop(), 0)
 

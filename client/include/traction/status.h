@@ -45,6 +45,7 @@ struct Ledger {
   std::uint64_t missing = 0;     ///< never arrived, by gaps in the camera's ids; not part of the sum
   std::uint64_t reconnects = 0;  ///< how often the camera was lost and opened again
   std::uint64_t doubted = 0;     ///< new frames that may not be the camera's own
+  std::uint64_t invalid = 0;     ///< of the published: fields that are not valid
 
   std::uint64_t losses() const {
     return incomplete + wrongSize + wrongFormat + stale + implausible + evictedBeforeTrack + noRestPose +
@@ -139,6 +140,8 @@ struct Status {
   double zeroWithin_s = 0.0;       ///< a zero that is asked for now is answered within this time; 0: not known
   std::uint64_t logLinesLost = 0;  ///< of the daemon's log, whose reader was too slow or whose disk was full
   std::uint64_t memory_bytes = 0;  ///< that the daemon holds; 0: not known
+  /// Why fields since the status before are not valid, with the key that decides; empty: none is.
+  std::string invalidWhy;
   Scheduling scheduling;
 };
 

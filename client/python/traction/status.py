@@ -50,6 +50,7 @@ class Ledger:
     missing: int  # never arrived, by gaps in the camera's ids; not part of the sum
     reconnects: int  # how often the camera was lost and opened again
     doubted: int  # new frames that may not be the camera's own
+    invalid: int  # of the published: fields that are not valid
 
     @property
     def losses(self) -> int:
@@ -180,5 +181,6 @@ class Status:
     zero_within_s: float  # a zero that is asked for now is answered within this time; 0: not known
     log_lines_lost: int  # of the daemon's log, whose reader was too slow or whose disk was full
     memory_bytes: int  # that the daemon holds; 0: not known
+    invalid_why: str  # why fields since the status before are not valid, with the key that decides; empty: none is
     residual_px: float  # Field.residual_px since the status before, root mean square
     scheduling: Scheduling

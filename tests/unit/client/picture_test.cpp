@@ -262,6 +262,17 @@ TEST(Picture, InvalidFieldShowsNoNumbers) {
   EXPECT_NE(all.find("too few markers are seen"), std::string::npos) << all;
 }
 
+TEST(Picture, InvalidFieldSaysWhy) {
+  Field field = fieldOf(3, 4, {0.1F, 0.2F, 3.0F});
+  field.valid = false;
+  field.header.flags = kGelMismatch;
+  Scene scene = sceneOf(field);
+  EXPECT_NE(summary(scene, kSecond_ns).find("no force: the gel file does not fit the picture"), std::string::npos);
+  scene.status.emplace().invalidWhy = "7 of 24 markers\x1b are found";
+  EXPECT_NE(summary(scene, kSecond_ns).find("no force: 7 of 24 markers? are found"), std::string::npos)
+      << summary(scene, kSecond_ns);
+}
+
 TEST(Scale, RisesAtOnceAndFallsLate) {
   Scale scale;
   EXPECT_DOUBLE_EQ(scale.update(0.0, 0.015, 0), 0.02);

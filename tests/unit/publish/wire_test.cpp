@@ -198,6 +198,7 @@ TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
   ledger.missing.add(11);
   ledger.reconnects.add(12);
   ledger.doubted.add(13);
+  ledger.invalid.add(14);
   Status status;
   status.vitals = {.camera = {.state = CameraState::kStreaming, .why = {}, .link = {}}, .turns = {1, 2, 3, 4, 5}};
   status.uptime_s = 6.0;
@@ -231,6 +232,7 @@ TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
   EXPECT_EQ(account.missing(), 11U);
   EXPECT_EQ(account.reconnects(), 12U);
   EXPECT_EQ(account.doubted(), 13U);
+  EXPECT_EQ(account.invalid(), 14U);
   EXPECT_EQ(message.rates().received_hz(), 7.0);
   EXPECT_EQ(message.rates().published_hz(), 8.0);
   EXPECT_EQ(message.latencies().track().p50_s(), 1.0);

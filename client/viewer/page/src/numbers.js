@@ -46,7 +46,7 @@ export function stateOf(model) {
   if (!model.status && !model.field) return ["warn", "waiting for tractiond"];
   if (camera && camera !== "streaming") return ["warn", `camera: ${cameraWords[camera]}${model.status.camera_why ? ` (${model.status.camera_why})` : ""}`];
   if (silent) return ["warn", "no fields come"];
-  if (model.field && !model.field.valid) return ["bad", "fields are not valid"];
+  if (model.field && !model.field.valid) return ["bad", `fields are not valid${model.status?.invalid_why ? `: ${model.status.invalid_why}` : ""}`];
   if (model.field?.header.flags.length) return ["warn", "measuring, with reservations"];
   return ["good", "measuring"];
 }

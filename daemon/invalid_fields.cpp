@@ -1,0 +1,33 @@
+#include "daemon/invalid_fields.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace tractiond {
+
+void InvalidFields::add(const TractionField& field) {
+  isNew_ = true;
+  flags_ = field.flags;
+  found_ = field.markers.validCount;
+  markers_ = static_cast<int>(field.markers.valid.size());
+}
+
+std::string InvalidFields::take() {
+  if (!std::exchange(isNew_, false)) return "";
+  if ((flags_ & kGelMismatch) != 0) return "the gel file does not fit the picture (sensor.gel_file)";
+  if ((flags_ & kFewMarkers) == 0) return "their numbers are not finite";
+  const int forTracking = static_cast<int>(std::ceil(minValidFraction_ * markers_));
+  const int forSolving = markers_ - static_cast<int>(maxMissingFraction_ * markers_);
+  const std::string needed =
+      forTracking > forSolving
+          ? fmt::format("{} are needed (track.min_valid_fraction = {})", forTracking, minValidFraction_)
+          : fmt::format("{} are needed (solve.max_missing_fraction = {})", forSolving, maxMissingFraction_);
+  const bool isEnough = found_ >= std::max(forTracking, forSolving);
+  return fmt::format("{} of {} markers are found{}; {}", found_, markers_,
+                     isEnough ? ", and some of them are too uncertain to count" : "", needed);
+}
+
+}  // namespace tractiond

@@ -1,0 +1,32 @@
+// Why fields have no forces, and which key decides.
+#pragma once
+
+#include "daemon/records/traction_field.h"
+#include "daemon/solve/options.h"
+#include "daemon/track/tracker.h"
+
+#include <string>
+
+namespace tractiond {
+
+/// Thread-bound.
+class InvalidFields {
+ public:
+  InvalidFields(const track::TrackOptions& track, const solve::SolveOptions& solve)
+      : minValidFraction_(track.minValidFraction)
+      , maxMissingFraction_(solve.maxMissingFraction) {}
+
+  /// One that is not valid. Allocates nothing.
+  void add(const TractionField& field);
+
+  /// Of the newest that was added since the last call, for people; empty: none was.
+  std::string take();
+
+ private:
+  double minValidFraction_, maxMissingFraction_;
+  bool isNew_ = false;
+  unsigned flags_ = 0;
+  int found_ = 0, markers_ = 0;
+};
+
+}  // namespace tractiond
