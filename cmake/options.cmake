@@ -19,7 +19,7 @@ endif()
 
 option(TRACTION_COVERAGE "Count the lines that tests run: tools/coverage" OFF)
 if(TRACTION_COVERAGE)
-  add_compile_options(-O1 --coverage -fprofile-update=atomic)
+  add_compile_options(-O1 --coverage -fprofile-update=atomic -Wno-maybe-uninitialized)  # it sees less at -O1
   add_link_options(--coverage)
 else()
   add_compile_options(-ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)  # debuggers: start them at the top of the tree

@@ -33,8 +33,11 @@ class GelWatch {
   GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<publish::MarkerStatus>& status,
            std::function<void(const SnapshotResult&)> answer, const GelWatchOptions& options = {});
 
-  /// Compares the gel file with a zero, and tells the tracker. What contradicts, for people; empty: nothing.
+  /// Compares the gel file with a zero, and tells the tracker. \return what contradicts, for people; empty: nothing.
   std::string judge(const RestPose& zero);
+
+  /// The gel file fits the picture of the zero that was judged last.
+  bool fits() const { return report_.fits(); }
 
   /// Somebody wants to see the next picture.
   void askSnapshot();

@@ -9,6 +9,7 @@
 #include "sensor/gel_file.h"
 
 #include <fcntl.h>
+#include <pthread.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -16,6 +17,7 @@
 #include <array>
 #include <cstdlib>
 #include <fstream>
+#include <future>
 #include <iterator>
 #include <thread>
 #include <utility>
@@ -208,6 +210,10 @@ tl::expected<void, Error> Instrument::build() {
           .publish =
               [this](const TractionField& field) {
                 publisher_->publish(field);
+                if (!field.valid) {
+                  ledger_.invalid.add();
+                  invalidFields_.add(field);
+                }
                 if (recorder_) recorder_->takeField(field);
               },
           .waitToPublish = [this](int fd, auto timeout) { publisher_->wait(fd, timeout); },
@@ -294,6 +300,7 @@ tl::expected<void, Error> Instrument::welcome(const capture::CameraInfo& info) {
   if (!pose) return tl::unexpected(pose.error());
   restored_ = *std::move(pose);
   if (restored_) tracker_->restore(*restored_);
+  earlier_ = earlierZero(info);
   if (recorder_) beginRecording(info);
   return {};
 }
@@ -416,7 +423,7 @@ void Instrument::meetCamera() {
     } else {
       spdlog::info("no zero is kept: the first {} still frames are taken for it", config_.track.zeroFrames);
     }
-    procedures_->welcome(cameraId_, info->frameRate_Hz, restored_, earlierZero(*info));
+    procedures_->welcome(cameraId_, info->frameRate_Hz, restored_, earlier_);
   }
   describeCamera(*info);
 }
@@ -450,22 +457,30 @@ void Instrument::makeProcedures() {
           .cancelZero = [this] { return tracker_->cancelZero(); },
           .zeroState = [this] { return tracker_->zeroState(); },
           .takeRestPose = [this](RestPose& pose) { return tracker_->takeRestPose(pose); },
-          .putBack = [this](const RestPose& pose) { return tracker_->putBack(pose); },
+          .putInForce = [this](const RestPose& pose) { return tracker_->putInForce(pose, gelWatch_->fits()); },
           .judge = [this](const RestPose& pose) { return gelWatch_->judge(pose); },
           .describe =
               [this](const RestPose& pose) {
                 description_.zero = pose;
                 publisher_->describe(description_);
               },
-          .keep = [this](const RestPose& pose, const RestPose* before) -> tl::expected<void, Error> {
-            const auto save = [this](const std::filesystem::path& path, const RestPose& one) {
-              return track::saveRestPose(path, one, sensor_, camera_->info()->format, cameraId_);
-            };
-            if (before) {
-              if (auto saved = save(track::earlierPosePath(stateDirectory_), *before); !saved) return saved;
-            }
-            return save(track::restPosePath(stateDirectory_), pose);
-          },
+          .keep =
+              [this](const RestPose& pose, const RestPose* before) {
+                const auto save = [this, format = camera_->info()->format](const std::filesystem::path& path,
+                                                                           const RestPose& one) {
+                  return track::saveRestPose(path, one, sensor_, format, cameraId_);
+                };
+                // Never on a thread that a watchdog looks after: a disk may take seconds for each of its calls.
+                return std::async(std::launch::async,
+                                  [this, save, pose, earlier = before ? std::optional(*before) : std::nullopt]() {
+                                    pthread_setname_np(pthread_self(), "tr-keep");
+                                    if (earlier) {
+                                      auto saved = save(track::earlierPosePath(stateDirectory_), *earlier);
+                                      if (!saved) return saved;
+                                    }
+                                    return save(track::restPosePath(stateDirectory_), pose);
+                                  });
+              },
           .slowly = [this](const auto& work) { apart(turns_.control, work); },
           .answerZero = [this](const auto& result,
                                const std::string& remark) { controlServer_->answerZero(result, remark); },
@@ -478,12 +493,15 @@ publish::Vitals Instrument::vitals() {
   newestMarkerStatus_.take(markerStatus_);
   if (camera_) camera_->takeVitals(cameraVitals_);
   realtime_->read(scheduling_);  // else those of before
+  publish::FixedText<300> invalidWhy;
+  invalidWhy.assign(invalidFields_.take());
   return {.camera = cameraVitals_,
           .turns = {turns_.capture.get(), turns_.track.get(), turns_.solve.get(), turns_.publish.get(),
                     turns_.control.get()},
           .drift = lastWatched_.drift,
           .markers = markerStatus_,
           .zeroWithin_s = lastWatched_.zeroWithin_s,
+          .invalidWhy = invalidWhy,
           .logLinesLost = logLinesLost_ ? logLinesLost_() : 0,
           .memory_bytes = residentMemory(),
           .scheduling = scheduling_};

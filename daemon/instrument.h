@@ -5,6 +5,7 @@
 #include "daemon/config.h"
 #include "daemon/gel_watch.h"
 #include "daemon/instance.h"
+#include "daemon/invalid_fields.h"
 #include "daemon/pipeline.h"
 #include "daemon/previewer.h"
 #include "daemon/procedures.h"
@@ -82,9 +83,9 @@ class Instrument {
   sensor::Sensor sensor_;
   Ledger ledger_;
   Turns turns_;
-  publish::Description description_;  // after the start the control thread's
-  std::string cameraId_;              // as restored_
-  std::optional<RestPose> restored_;  // written before the camera's first info() is there, read after
+  publish::Description description_;            // after the start the control thread's
+  std::string cameraId_;                        // as restored_
+  std::optional<RestPose> restored_, earlier_;  // written before the camera's first info() is there, read after
   solve::Inverse inverse_;
   std::unique_ptr<track::Tracker> tracker_;
   std::unique_ptr<solve::Solver> solver_;
@@ -111,6 +112,7 @@ class Instrument {
   Watched lastWatched_;
   CameraVitals cameraVitals_;
   publish::MarkerStatus markerStatus_;
+  InvalidFields invalidFields_{config_.track, config_.solve};
   publish::SchedulingStatus scheduling_;
 };
 

@@ -5,12 +5,14 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 namespace tractiond {
 namespace {
 
 constexpr const char* kNoFrames = "no frames come from the camera";
+constexpr const char* kDiskHangs = "it was not written to the disk within a minute";
 
 /// The rate is measured over at least this long.
 constexpr std::int64_t kRateOver_ns = 2'000'000'000;
@@ -45,16 +47,18 @@ void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std:
   before_ = before;
   if (!zero_) return;
   const std::string doubt = both(links_.judge(*zero_), calibrate::touchIn(sensor_, *zero_));
-  if (!doubt.empty()) spdlog::warn("warning: the zero that was kept may be none: {}", doubt);
+  if (!doubt.empty()) spdlog::warn("warning: the stored zero may be wrong: {}", doubt);
   links_.describe(*zero_);
 }
 
 void Procedures::beginZero(const ZeroRequest& request) {
   zeroAsked_ = true;
   request_ = request;
+  if (keeping_ && options_.clock() > keeping_->until_ns)
+    return answerZero(tl::unexpected<std::string>("the disk has not finished writing the last zero"));
   if (request.undo) return undoZero();
   lastForZero_ = seen();
-  zeroUntil_ns_ = lastForZero_.at_ns + static_cast<std::int64_t>(1e9 * zeroWithin_s());
+  zeroUntil_ns_ = lastForZero_.at_ns + static_cast<std::int64_t>(1e9 * takenWithin_s());
   links_.requestZero();
 }
 
@@ -73,63 +77,106 @@ void Procedures::beginStep(const CalibrationStep& step) {
 
 void Procedures::turn() {
   measureRate();
-  if (puttingBack_) puttingBack_ = !links_.putBack(*zero_);
-  if (links_.takeRestPose(finished_)) keepZero();
+  if (puttingInForce_) puttingInForce_ = !links_.putInForce(*zero_);
+  if (keeping_) watchKeeping();
+  if (!keeping_ && links_.takeRestPose(finished_)) heedTaken();
   watchMarkers();
   if (zeroAsked_) watchZero();
-  links_.watched.put({driftWatch_.drift(), zeroWithin_s()});
+  links_.watched.put({driftWatch_.drift(), takenWithin_s() + 1e-9 * static_cast<double>(kKeptWithin_ns)});
 }
 
 void Procedures::undoZero() {
-  if (!zero_ || !before_) return answerZero(tl::unexpected<std::string>("no zero is known that was in force before"));
-  if (const auto kept = links_.keep(*before_, &*zero_); !kept) {
-    return answerZero(tl::unexpected("the zero is not put back, for it cannot be kept: " + kept.error().message()));
-  }
-  dropStep();
-  std::swap(zero_, before_);
-  putBack();
-  links_.describe(*zero_);
-  spdlog::info("the zero before is in force again, as {} asks", request_.asker);
-  answerZero(*zero_);
+  if (!zero_ || !before_ || keeping_) return answerZero(tl::unexpected<std::string>("there is no previous zero"));
+  keep(*before_, &*zero_, true, [this](const tl::expected<void, Error>& kept) {
+    if (!kept)
+      return answerZero(
+          tl::unexpected("previous zero not restored, because it could not be written: " + kept.error().message()));
+    dropStep();
+    links_.judge(*before_);
+    putInForce(*before_);
+    spdlog::info("previous zero restored, as requested by {}", request_.asker);
+    answerZero(*zero_);
+  });
 }
 
-void Procedures::keepZero() {
+/// Handles a zero that the tracker has taken. The first one is in force already; a requested one comes into force when
+/// it has been written.
+void Procedures::heedTaken() {
+  if (finished_.requested && zero_ && !zeroAsked_)
+    return putInForce(*zero_);  // its request has been answered with an error
   dropStep();
-  const std::string moved = zero_ ? calibrate::movedBetween(sensor_, *zero_, finished_) : "";
-  // What nobody has vouched for is no measure of a touch.
+  // A zero that no operator has requested may itself have been taken under load.
   const std::string touch = zero_ && zero_->requested ? calibrate::touchSince(sensor_, *zero_, finished_)
                                                       : calibrate::touchIn(sensor_, finished_);
+  const std::string moved = zero_ ? calibrate::movedBetween(sensor_, *zero_, finished_) : "";
   if (finished_.requested) finished_.requestedBy = request_.asker;
-  if (finished_.requested && zero_) {
-    std::string reason;
-    if (!touch.empty() && !request_.anyway) {
-      reason = touch + "; take it away and ask again, or zero anyway";
-    } else if (const auto kept = links_.keep(finished_, &*zero_); !kept) {
-      reason = "it cannot be kept: " + kept.error().message();
-    }
-    if (!reason.empty()) {
-      putBack();
-      spdlog::warn("warning: the zero that {} asks for is refused, and the one before stays in force: {}",
-                   request_.asker, reason);
-      return answerZero(tl::unexpected("zero refused, the one before stays in force: " + reason));
-    }
-  } else if (const auto kept = links_.keep(finished_, nullptr); !kept) {
-    spdlog::error("the zero is in force but not kept: {}", kept.error().message());
+  const auto tell = [this, touch, moved] {
+    const std::string doubt = both(links_.judge(finished_), touch);
+    spdlog::info("zero taken, {}{}{}",
+                 finished_.requested ? "as requested by " + request_.asker : "by itself at the first start",
+                 request_.anyway && finished_.requested ? ", anyway" : "", moved.empty() ? "" : "; " + moved);
+    if (!doubt.empty()) spdlog::warn("warning: this zero may be wrong: {}", doubt);
+    return doubt;
+  };
+  if (!zero_) {
+    const std::string doubt = tell();
+    zero_ = finished_;
+    links_.describe(finished_);
+    if (finished_.requested) putInForce(finished_);  // in case an earlier first zero was never read
+    if (zeroAsked_ && finished_.requested) answerZero(finished_, doubt);  // else the requested one is still to come
+    return keep(finished_, nullptr, false, [](const tl::expected<void, Error>& kept) {
+      if (!kept) spdlog::error("the zero is in force but could not be written: {}", kept.error().message());
+    });
   }
-  const std::string doubt = both(links_.judge(finished_), touch);
-  before_ = std::exchange(zero_, finished_);
-  links_.describe(finished_);
-  spdlog::info("zero taken, {}{}{}",
-               finished_.requested ? "as requested by " + request_.asker : "by itself at the first start",
-               request_.anyway && finished_.requested ? ", anyway" : "", moved.empty() ? "" : "; " + moved);
-  if (!doubt.empty()) spdlog::warn("warning: this may be no zero: {}", doubt);
-  if (zeroAsked_ && finished_.requested) answerZero(finished_, doubt);  // else he waits for the one he asked for
+  const auto refuse = [this](const std::string& reason) {
+    putInForce(*zero_);
+    spdlog::warn("warning: the zero requested by {} is refused, the previous one stays in force: {}", request_.asker,
+                 reason);
+    answerZero(tl::unexpected("zero refused, the previous one stays in force: " + reason));
+  };
+  if (!touch.empty() && !request_.anyway)
+    return refuse(touch + "; remove it and try again, or use: tractionctl zero --anyway");
+  keep(finished_, &*zero_, true, [this, tell, refuse](const tl::expected<void, Error>& kept) {
+    if (!kept) return refuse("it could not be written: " + kept.error().message());
+    const std::string doubt = tell();
+    putInForce(finished_);
+    answerZero(finished_, doubt);
+  });
 }
 
-/// Until the tracker has it, what it measures goes nowhere: that zero is not judged.
-void Procedures::putBack() {
-  links_.judge(*zero_);
-  puttingBack_ = !links_.putBack(*zero_);
+void Procedures::keep(const RestPose& zero, const RestPose* before, bool isAwaited,
+                      std::function<void(const tl::expected<void, Error>&)> then) {
+  keeping_ = {.done = links_.keep(zero, before),
+              .until_ns = options_.clock() + kKeptWithin_ns,
+              .isAwaited = isAwaited,
+              .then = std::move(then)};
+  watchKeeping();
+}
+
+/// Ends the write that is under way when it is done. A zero that was refused because its write took too long is then
+/// overwritten by the one in force.
+void Procedures::watchKeeping() {
+  if (keeping_->done.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+    Keeping keeping = *std::exchange(keeping_, std::nullopt);
+    const tl::expected<void, Error> kept = keeping.done.get();
+    if (!keeping.isRefused) return keeping.then(kept);
+    return keep(*zero_, before_ ? &*before_ : nullptr, false, [](const tl::expected<void, Error>& again) {
+      if (!again) spdlog::error("the zero is in force but could not be written: {}", again.error().message());
+    });
+  }
+  if (!keeping_->isAwaited || options_.clock() <= keeping_->until_ns) return;
+  keeping_->isAwaited = false;
+  keeping_->isRefused = true;
+  keeping_->then(tl::unexpected(Error{.what = kDiskHangs}));
+}
+
+/// Puts a zero in force and describes it. Called with the one in force, it rejects what the tracker has taken since.
+void Procedures::putInForce(const RestPose& zero) {
+  if (zero.id != zero_->id) {
+    before_ = std::exchange(zero_, zero);
+    links_.describe(*zero_);
+  }
+  puttingInForce_ = !links_.putInForce(*zero_);
 }
 
 void Procedures::dropStep() {
@@ -139,6 +186,11 @@ void Procedures::dropStep() {
 }
 
 void Procedures::watchZero() {
+  if (keeping_ && keeping_->isAwaited) return;
+  if (keeping_ && options_.clock() > zeroUntil_ns_ + kKeptWithin_ns) {
+    links_.cancelZero();
+    return answerZero(tl::unexpected<std::string>(kDiskHangs));
+  }
   const track::ZeroState state = links_.zeroState();
   if (track::isRefusal(state)) return answerZero(tl::unexpected<std::string>(track::describe(state)));
   if (noFrames(lastForZero_)) return refuseZero(kNoFrames);
@@ -188,7 +240,7 @@ void Procedures::measureRate() {
   rateSince_ = now;
 }
 
-double Procedures::zeroWithin_s() const {
+double Procedures::takenWithin_s() const {
   const double noFrames_s = 1e-9 * static_cast<double>(kNoFrames_ns);
   const double frame_s = rate_Hz_ > 0.0 ? std::min(1.0 / rate_Hz_, noFrames_s) : noFrames_s;
   return noFrames_s + frame_s * (kZeroFrames * options_.zeroFrames + kUnderWay);

@@ -1,5 +1,4 @@
-// What is done with the gel on somebody's request, or watched over meanwhile: the zero, the steps of a calibration, the
-// drift.
+// Zeros, calibration steps and the watch over the drift of the zero.
 #pragma once
 
 #include "daemon/base/clock.h"
@@ -16,6 +15,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <optional>
 #include <string>
 
@@ -24,17 +24,17 @@ namespace tractiond {
 struct ProcedureOptions {
   int zeroFrames = 30;                      ///< that a zero is averaged over
   std::filesystem::path directory;          ///< where a calibrated gel file goes
-  sensor::elastic::Progress progress = {};  ///< of a calibration's mechanics
+  sensor::elastic::Progress progress = {};  ///< called while a calibration computes the gel's mechanics
   std::int64_t (*clock)() = monotonicNow;   ///< [ns]
 };
 
-/// What the procedures have to say of themselves.
+/// What the status tells of the procedures.
 struct Watched {
   RestDrift drift;
-  double zeroWithin_s = 0.0;  ///< a zero that is asked for now is answered within this time [s]
+  double zeroWithin_s = 0.0;  ///< a request for a zero that comes now is answered within this time [s]
 };
 
-/// What the procedures read, act upon and answer through. Called on their thread; all of it outlives them.
+/// Inputs, outputs and actions of the procedures. Called on their thread; everything outlives them.
 struct ProcedureLinks {
   const Counter& frames;          ///< that the tracker has looked at
   Mailbox<MarkerField>& markers;  ///< the newest, in
@@ -45,15 +45,16 @@ struct ProcedureLinks {
   std::function<bool()> cancelZero;
   std::function<track::ZeroState()> zeroState;
   std::function<bool(RestPose&)> takeRestPose;
-  std::function<bool(const RestPose&)> putBack;  ///< false: try again later
+  std::function<bool(const RestPose&)> putInForce;  ///< of a zero that judge() has seen; false: try again later
 
-  /// Every zero comes by here before it is described, the restored one too. What speaks against it, for people: empty,
-  /// or a sentence.
+  /// Compares a zero with the gel file; called for every zero before it comes into force, the restored one included.
+  /// \return what contradicts, for people; empty: nothing
   std::function<std::string(const RestPose&)> judge;
-  std::function<void(const RestPose&)> describe;  ///< tells subscribers of the zero in force
-  /// Writes it into the state directory, and the one before it where there is one.
-  std::function<tl::expected<void, Error>(const RestPose&, const RestPose* before)> keep;
-  /// Does what may wait for a disk, and returns when it is done.
+  std::function<void(const RestPose&)> describe;  ///< publishes the description with the zero in force
+  /// Starts to write the zero into the state directory, and the previous zero if there is one. The future is ready when
+  /// both are on the disk.
+  std::function<std::future<tl::expected<void, Error>>(const RestPose&, const RestPose* before)> keep;
+  /// Runs work that may wait for a disk, and returns when it is done.
   std::function<void(const std::function<void()>&)> slowly;
 
   // The control server's.
@@ -61,46 +62,63 @@ struct ProcedureLinks {
   std::function<void(const calibrate::Result&)> answerCalibration;
 };
 
-/// Each request gets one answer: a zero within the time that is told of it, a step of a calibration within that of
-/// CalibrationOptions and twice kNoFrames_ns. When a zero's answer is an error, no zero comes of the request later.
-/// Thread-bound.
+/// Answers each request once: a zero within Watched::zeroWithin_s, a calibration step within the time of
+/// CalibrationOptions plus twice kNoFrames_ns. A request for a zero that was answered with an error changes nothing
+/// later. Thread-bound.
 class Procedures {
  public:
   /// The sensor in force outlives this.
   Procedures(const sensor::Sensor& sensor, ProcedureOptions options, ProcedureLinks links);
 
-  /// The camera has been opened. \param rate_Hz of its frames; 0: it does not tell. \param restored the zero kept from
-  /// an earlier run, if there is one. \param before the one that it replaced.
+  /// Must be called when the camera has been opened first.
+  /// \param rate_Hz   of its frames; 0: not known
+  /// \param restored  the zero of an earlier run, if there is one
+  /// \param before    the zero that it replaced
   void welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
                const std::optional<RestPose>& before = {});
 
-  /// Somebody asks for a zero; the answer comes with the turn in which it is known. Not while a zero is asked for. A
-  /// zero in which something seems to touch, or that cannot be kept, is refused, and the one before put back.
+  /// Handles a request for a zero; the answer comes in the turn in which it is known. Must not be called while another
+  /// request for a zero is open. The zero comes into force when it has been written to the disk; until then the
+  /// previous one stays in force. A zero in which something seems to touch, or that cannot be written, is refused.
   void beginZero(const ZeroRequest& request);
 
-  /// Somebody asks for a step; a step that runs is dropped without an answer: its asker has been told. A step that
-  /// rests on the zero takes over from a zero that is asked for, and that one is answered.
+  /// Handles a request for a calibration step. Drops a running step without an answer: the control server has answered
+  /// it. A step that needs the zero ends an open request for a zero, which is answered with an error.
   void beginStep(const CalibrationStep& step);
 
-  /// Does what is due.
+  /// Does what is due. Called by the control thread in each turn of its loop.
   void turn();
 
-  /// Somebody waits for a step: every frame should be looked at.
+  /// Tells whether a step is running, so that turns should be short enough for every frame to be looked at.
   bool hurried() const { return calibration_.running(); }
 
-  /// What is asked for fails when the tracker sees no frame for this long.
+  /// Requests fail when the tracker has seen no frame for this long.
   static constexpr std::int64_t kNoFrames_ns = 5'000'000'000;
+  /// A zero that has not been written to the disk after this time is refused.
+  static constexpr std::int64_t kKeptWithin_ns = 60'000'000'000;
 
  private:
-  /// Frames by a moment.
+  /// Number of frames at a moment.
   struct Seen {
     std::uint64_t frames = 0;
     std::int64_t at_ns = 0;
   };
 
+  /// A zero that is being written to the disk.
+  struct Keeping {
+    std::future<tl::expected<void, Error>> done;
+    std::int64_t until_ns;
+    bool isAwaited;          ///< the open request for a zero is answered when it is done
+    bool isRefused = false;  ///< the request has been refused because the disk took too long
+    std::function<void(const tl::expected<void, Error>&)> then;
+  };
+
   void undoZero();
-  void keepZero();
-  void putBack();
+  void heedTaken();
+  void keep(const RestPose& zero, const RestPose* before, bool isAwaited,
+            std::function<void(const tl::expected<void, Error>&)> then);
+  void watchKeeping();
+  void putInForce(const RestPose& zero);
   void dropStep();
   void watchZero();
   void refuseZero(const std::string& reason);
@@ -108,7 +126,7 @@ class Procedures {
   void watchMarkers();
   void answerStep(const calibrate::Result& result);
   void measureRate();
-  double zeroWithin_s() const;
+  double takenWithin_s() const;
   Seen seen() const;
   bool noFrames(Seen& last) const;
 
@@ -118,7 +136,8 @@ class Procedures {
   std::string camera_;            ///< empty: none yet
   std::optional<RestPose> zero_;  ///< in force
   std::optional<RestPose> before_;
-  bool puttingBack_ = false;  ///< zero_, when the tracker takes it
+  bool puttingInForce_ = false;  ///< zero_ is still to be handed to the tracker
+  std::optional<Keeping> keeping_;
   RestPose finished_;
   MarkerField markers_;
   calibrate::DriftWatch driftWatch_;

@@ -18,10 +18,10 @@ constexpr std::size_t kChunkBytes = std::size_t{16} << 20;
 
 publish::TrackedFrame blankFrame(int markers) {
   publish::TrackedFrame blank;
-  blank.inputs.before.position_px.resize(2 * static_cast<std::size_t>(markers));
-  blank.inputs.before.amplitude.resize(static_cast<std::size_t>(markers));
-  blank.inputs.before.present.resize(static_cast<std::size_t>(markers));
-  blank.inputs.before.oddity.resize(static_cast<std::size_t>(markers));
+  blank.inputs.zero.position_px.resize(2 * static_cast<std::size_t>(markers));
+  blank.inputs.zero.amplitude.resize(static_cast<std::size_t>(markers));
+  blank.inputs.zero.present.resize(static_cast<std::size_t>(markers));
+  blank.inputs.zero.oddity.resize(static_cast<std::size_t>(markers));
   return blank;
 }
 

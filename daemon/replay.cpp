@@ -84,6 +84,9 @@ class Replay {
   void pace(std::int64_t received_ns);
   void require(const RestPose& pose) const;
   void describe(const RestPose& pose);
+  bool judges() const;
+  void judge(const RestPose& zero);
+  void heedZero(TrackerInputs& inputs);
   [[noreturn]] void fail(Error error) const;
 
   Config config_;
@@ -108,6 +111,7 @@ class Replay {
   MarkerField markers_;
   TractionField field_;
   RestPose taken_;
+  bool isProposed_ = false;  ///< taken_ was asked for, and is not in force
   std::uint64_t number_ = 0, pictures_ = 0, gaps_ = 0;
   std::int64_t first_ns_ = 0;
   Clock::time_point begun_;
@@ -253,6 +257,35 @@ void Replay::describe(const RestPose& pose) {
   publisher_->describe(description_);
 }
 
+/// Behind a gap zeros are of other frames than those that were judged then.
+bool Replay::judges() const {
+  return !sameGel_ || gaps_ > 0;
+}
+
+void Replay::judge(const RestPose& zero) {
+  if (const std::string doubt = gelWatch_->judge(zero); !doubt.empty()) spdlog::warn("warning: {}", doubt);
+}
+
+/// Repeats what was decided on zeros, for the zeros that are taken here.
+void Replay::heedZero(TrackerInputs& inputs) {
+  if (isProposed_ && (beginning_->adoptsAtOnce || (inputs.adopted && inputs.zero.taken_ns == taken_.taken_ns))) {
+    taken_.requestedBy = inputs.adopted ? inputs.zero.requestedBy : "";
+    inputs.adopted = true;
+    inputs.zero = taken_;
+  }
+  if (inputs.adopted) {
+    isProposed_ = false;
+    inputs.judgedZero = inputs.zero.id;
+    if (!judges() && !beginning_->adoptsAtOnce) return;
+    judge(inputs.zero);
+    inputs.judged = true;
+    inputs.fits = gelWatch_->fits();
+    return;
+  }
+  const bool isKnown = description_.zero && inputs.judgedZero == description_.zero->id;
+  if (!sameGel_ || (judges() && !isKnown)) inputs.judged = false;
+}
+
 /// Sleeps until the picture's time has come, and serves subscribers.
 void Replay::pace(std::int64_t received_ns) {
   constexpr std::int64_t kLongest_ns = 3'600'000'000'000;  // times of a file may be anything
@@ -288,20 +321,17 @@ void Replay::picture(std::string_view bytes) {
   }
   number_ = frame_.number;
   TrackerInputs& inputs = frame_.inputs;
-  if (inputs.putBack) require(inputs.before);
-  // Behind a gap zeros are of other frames than those that were judged then.
-  const bool judges = !sameGel_ || gaps_ > 0;
-  const bool isKnown = description_.zero && inputs.judgedZero == description_.zero->id;
-  if (!sameGel_ || (judges && !isKnown)) inputs.judged = false;
-  if (judges && inputs.putBack) gelWatch_->judge(inputs.before);
+  if (inputs.adopted) require(inputs.zero);
+  heedZero(inputs);
   tracker_->repeat(inputs);
   const bool tracked = tracker_->track(frame, markers_) == track::Outcome::kTracked;
-  if (inputs.putBack) describe(inputs.before);
+  if (inputs.adopted) describe(inputs.zero);
   if (tracker_->takeRestPose(taken_)) {
-    if (judges) {
-      if (const std::string doubt = gelWatch_->judge(taken_); !doubt.empty()) spdlog::warn("warning: {}", doubt);
+    isProposed_ = description_.zero.has_value();
+    if (!isProposed_) {
+      if (judges()) judge(taken_);
+      describe(taken_);
     }
-    describe(taken_);
   }
   if (recorder_) recorder_->takeFrame(frame, tracker_->inputs());
   if (tracked) {
@@ -309,6 +339,7 @@ void Replay::picture(std::string_view bytes) {
     solver_->solve(markers_, field_);
     field_.markers.info.times.solved_ns = frame.info.times.received_ns;
     publisher_->publish(field_);
+    if (!field_.valid) ledger_.invalid.add();
     ledger_.published.add();
     if (recorder_) recorder_->takeField(field_);
   } else {

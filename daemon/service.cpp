@@ -4,7 +4,9 @@
 #include "daemon/base/event.h"
 
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 
@@ -14,8 +16,11 @@
 #include <chrono>
 #include <condition_variable>
 #include <csignal>
+#include <cstddef>
 #include <cstdlib>
+#include <cstring>
 #include <functional>
+#include <future>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -27,6 +32,8 @@ using std::chrono::milliseconds;
 
 /// Between two looks at the pipeline when there is no watchdog.
 constexpr milliseconds kLook{1000};
+/// Between two looks whether a reload is done.
+constexpr milliseconds kReloadLook{20};
 /// How often the status line changes: each time systemd tells whoever listens to it.
 constexpr std::int64_t kStatus_ns = 1'000'000'000;
 
@@ -60,18 +67,58 @@ void maskSignals(int how) {
   pthread_sigmask(how, &signals, nullptr);
 }
 
-/// Both events at once, for as long as nothing is asked. \return whether to stop.
-bool wait(milliseconds timeout) {
+/// Waits for a stop, and for a reload unless one is under way. \return whether to stop.
+bool wait(milliseconds timeout, bool isReloading) {
   std::array<pollfd, 2> items{{{requests().stop.fd(), POLLIN, 0}, {requests().reload.fd(), POLLIN, 0}}};
-  poll(items.data(), items.size(), static_cast<int>(timeout.count()));
+  poll(items.data(), isReloading ? 1 : 2, static_cast<int>(timeout.count()));
   return requests().stop.wait(milliseconds(0));
 }
 
-void reload(const ServiceHooks& hooks) {
-  sd_notify(0, ("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(monotonicNow() / 1000)).c_str());
-  if (hooks.reload) hooks.reload();
-  sd_notify(0, "READY=1");
+/// Tells systemd, as sd_notify(3) does, but never waits: while systemd reads nothing, notices are dropped.
+/// \return false: it was dropped
+bool notify(const std::string& text) {
+  const char* const path = std::getenv("NOTIFY_SOCKET");
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path == nullptr || (*path != '/' && *path != '@')) return true;  // nobody listens
+  const std::size_t length = std::strlen(path);
+  if (length >= sizeof address.sun_path) return true;
+  std::memcpy(address.sun_path, path, length);
+  if (*path == '@') address.sun_path[0] = '\0';  // abstract
+  const int descriptor = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (descriptor < 0) return false;
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + length);
+  const auto sent = sendto(descriptor, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
+                           reinterpret_cast<const sockaddr*>(&address), size);
+  close(descriptor);
+  return sent >= 0;
 }
+
+/// Reloads on a thread of its own: a disk may take seconds to read a file, and the watchdog must be fed meanwhile.
+class Reload {
+ public:
+  explicit Reload(const std::function<void()>& work)
+      : work_(work) {}
+
+  /// Starts a reload. Must not be called while one is under way.
+  void begin() {
+    notify("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(monotonicNow() / 1000));
+    done_ = std::async(std::launch::async, [this] {
+      if (work_) work_();
+    });
+  }
+
+  bool isUnderWay() {
+    if (!done_.valid()) return false;
+    if (done_.wait_for(milliseconds(0)) != std::future_status::ready) return true;
+    if (notify("READY=1")) done_.get();
+    return done_.valid();
+  }
+
+ private:
+  const std::function<void()>& work_;
+  std::future<void> done_;
+};
 
 }  // namespace
 
@@ -158,19 +205,22 @@ void run(const ServiceHooks& hooks) {
   // Asked four times within the watchdog's patience: a stage may take half of it for one turn.
   const milliseconds look = watched ? std::min(kLook, milliseconds(deadline_us / 4000)) : kLook;
   StageWatch watch(hooks.loops);
+  Reload reload(hooks.reload);
   std::int64_t told_ns = hooks.monotonicClock();
-  sd_notify(0, ("READY=1\nSTATUS=" + hooks.statusLine()).c_str());
+  const auto ready = [&] { return notify("READY=1\nSTATUS=" + hooks.statusLine()); };
+  bool isReadyTold = ready();
   maskSignals(SIG_UNBLOCK);
-  while (!wait(look) && !hooks.ended()) {
-    if (requests().reload.wait(milliseconds(0))) reload(hooks);
+  while (!wait(reload.isUnderWay() ? std::min(look, kReloadLook) : look, reload.isUnderWay()) && !hooks.ended()) {
+    if (!reload.isUnderWay() && requests().reload.wait(milliseconds(0))) reload.begin();
     if (const std::int64_t now_ns = hooks.monotonicClock(); now_ns - told_ns >= kStatus_ns) {
       told_ns = now_ns;
-      sd_notify(0, ("STATUS=" + hooks.statusLine()).c_str());
+      notify("STATUS=" + hooks.statusLine());
     }
+    if (!isReadyTold) isReadyTold = ready();
     const bool others = !hooks.others || hooks.others();
-    if (watch.allAdvanced() && others) sd_notify(0, "WATCHDOG=1");
+    if (watch.allAdvanced() && others) notify("WATCHDOG=1");
   }
-  sd_notify(0, "STOPPING=1");
+  notify("STOPPING=1");
 }
 
 }  // namespace tractiond

@@ -156,7 +156,7 @@ export class Subscriber {
   describe() { return this.#ask("describe", "description"); }
   /** Takes what the camera sees now as the unloaded gel, and waits for it. */
   zero() { return this.#ask("zero", "zero"); }
-  /** Puts the zero before in force again. */
+  /** Restores the previous zero. */
   undoZero() { return this.#ask("undo", "zero"); }
 
   /** Begins a recording in traction-view's directory, and resolves with its name. */

@@ -31,7 +31,7 @@ tl::expected<Asked, std::string> decodeRequest(std::string_view bytes);
 
 /// `message` is a Status or Description as it was sent, answering `request`.
 std::string encodeReply(Request request, std::string_view message);
-/// `remark`: why it may be no zero; empty where nothing speaks against it.
+/// `remark`: why it may be wrong; empty: no reason is known.
 std::string encodeZeroReply(const RestPose& zero, std::string_view remark);
 std::string encodeCalibrationReply(const CalibrationReport& report);
 std::string encodeCameraReply(const CameraReport& report);

@@ -14,7 +14,7 @@ namespace pb = traction::v1;
 
 namespace {
 
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr int kLargestSide_px = 65'535;
 constexpr std::size_t kLargestPicture = std::size_t{1} << 29;
 
@@ -73,7 +73,7 @@ void set(const TrackerInputs& from, pb::Inputs& to) {
   to.set_zero_begun(from.zeroBegun);
   to.set_zero_ended(from.zeroEnded);
   to.set_zero_forgone(from.zeroForgone);
-  if (from.putBack) set(from.before, *to.mutable_put_back());
+  if (from.adopted) set(from.zero, *to.mutable_put_back());
   if (!from.judged) return;
   set(from.judgedZero, *to.mutable_judged());
   to.set_fits(from.fits);
@@ -84,10 +84,10 @@ bool get(const pb::Inputs& from, TrackerInputs& to) {
   to.zeroBegun = from.zero_begun();
   to.zeroEnded = from.zero_ended();
   to.zeroForgone = from.zero_forgone();
-  to.putBack = from.has_put_back();
+  to.adopted = from.has_put_back();
   to.judged = !from.judged().empty();
   to.fits = from.fits();
-  return (!to.putBack || get(from.put_back(), to.before)) && (!to.judged || get(from.judged(), to.judgedZero));
+  return (!to.adopted || get(from.put_back(), to.zero)) && (!to.judged || get(from.judged(), to.judgedZero));
 }
 
 void get(const pb::Header& from, FrameInfo& to) {
@@ -159,6 +159,7 @@ tl::expected<Beginning, Error> decodeBeginning(std::string_view bytes) {
     return damaged("the zero that it begins with is damaged");
   if (!get(message.calibration(), beginning.calibration)) return damaged("what it says of its sensor is damaged");
   beginning.sensor = message.sensor();
+  beginning.adoptsAtOnce = message.version() < 2;
   beginning.softwareVersion = message.software_version();
   beginning.configuration = message.configuration();
   beginning.gel = message.gel();

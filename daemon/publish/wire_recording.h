@@ -29,6 +29,8 @@ struct Beginning {
   std::string influence;        ///< the influence file that it names; empty: none
   std::optional<RestPose> rest;
   std::string cameraVendor, cameraModel, cameraSerial;
+  /// Of a recording of version 1: a zero that was asked for came into force as soon as it had been taken.
+  bool adoptsAtOnce = false;
 };
 
 std::string encode(const Beginning& beginning);

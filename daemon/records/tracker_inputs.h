@@ -10,22 +10,22 @@ struct TrackerInputs {
   bool zeroBegun = false;    ///< a zero was asked for: it is taken from this frame on
   bool zeroEnded = false;    ///< the one that was being taken has been taken back
   bool zeroForgone = false;  ///< taken back while this frame was tracked, which would have been its last
-  bool putBack = false;      ///< `before` is in force again
-  bool judged = false;       ///< the zero `judgedZero` was held against the gel file
+  bool adopted = false;      ///< `zero` comes into force: one that was asked for and is kept, or one of before
+  bool judged = false;       ///< the zero `judgedZero` was compared with the gel file
   bool fits = false;
   Id judgedZero{};
-  RestPose before;
+  RestPose zero;
 
-  bool any() const { return zeroBegun || zeroEnded || zeroForgone || putBack || judged; }
+  bool any() const { return zeroBegun || zeroEnded || zeroForgone || adopted || judged; }
 
   /// Those of the next frame come on top, where this one is left out.
   void add(const TrackerInputs& next) {
     zeroBegun = zeroBegun || next.zeroBegun;
     zeroEnded = zeroEnded || next.zeroEnded;
     zeroForgone = zeroForgone || next.zeroForgone;
-    if (next.putBack) {
-      putBack = true;
-      before = next.before;
+    if (next.adopted) {
+      adopted = true;
+      zero = next.zero;
     }
     if (next.judged) {
       judged = true;
@@ -34,8 +34,8 @@ struct TrackerInputs {
     }
   }
 
-  /// Keeps the memory of `before`.
-  void clear() { zeroBegun = zeroEnded = zeroForgone = putBack = judged = fits = false; }
+  /// Keeps the memory of `zero`.
+  void clear() { zeroBegun = zeroEnded = zeroForgone = adopted = judged = fits = false; }
 };
 
 }  // namespace tractiond

@@ -75,9 +75,9 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
     , pixelNoise_(markers_)
     , pose_(emptyPose(markers_))
     , finished_(emptyPose(markers_))
-    , returned_(emptyPose(markers_))
-    , back_(emptyPose(markers_)) {
-  inputs_.before = back_;
+    , decisions_({emptyPose(markers_)})
+    , decision_({emptyPose(markers_)}) {
+  inputs_.zero = pose_;
   assert(trackable(sensor));
   const std::vector<Lattice> lattices = latticesOf(sensor);
   double deepest = 0.0;
@@ -116,7 +116,7 @@ Outcome Tracker::track(const Frame& frame, MarkerField& field) {
     layer.otherPlane = planes_.other(layer.index);
   }
   errors_.setUnit(layers_.front().plane.unit);
-  heedReturned();
+  heedDecision();
   heedRequest();
   searches_ = kSearches;
   acquireIn_ = std::max(0, acquireIn_ - 1);
@@ -135,12 +135,7 @@ Outcome Tracker::track(const Frame& frame, MarkerField& field) {
   following_ = countValid() >= kFollowed * countWanted();
   reportSight();
 
-  if (verdicts_.take(verdict_) || std::exchange(newVerdict_, false)) {
-    newVerdict_ = false;
-    inputs_.judged = true;
-    inputs_.judgedZero = verdict_.zero;
-    inputs_.fits = verdict_.fits;
-  }
+  heedVerdict();
   write(frame.info, relabelled, field);
   const bool tracked = haveRest_ && (!options_.awaitJudge || verdict_.zero == zero_);
   takeZero(frame.info);

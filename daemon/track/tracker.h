@@ -18,6 +18,7 @@
 #include "sensor/sensor.h"
 
 #include <atomic>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -26,7 +27,9 @@ namespace tractiond::track {
 struct TrackOptions {
   int zeroFrames = 30;            ///< averaged for a rest pose: its error is then a fifth of one frame's
   double minValidFraction = 0.5;  ///< of the markers; below, the field is flagged kFewMarkers and no zero is taken
-  bool awaitJudge = false;        ///< a zero is only measured from once judge() has told of it
+  /// The first zero, or a restored one, is used after judge() has been called for it; a requested one only after
+  /// putInForce().
+  bool awaitJudge = false;
 };
 
 enum class Outcome {
@@ -53,8 +56,8 @@ class Tracker {
   /// `field` has been sized for all markers. The frame has the size of the sensor's camera.
   Outcome track(const Frame& frame, MarkerField& field);
 
-  /// Takes a new zero from the next frames, at most 2 zeroFrames; meanwhile the old one stays in force. What markers
-  /// look like is learnt anew: the lens may have been refocused. Thread-safe.
+  /// Takes a new zero from the next frames, at most 2 zeroFrames; the old one stays in force meanwhile, with awaitJudge
+  /// until putInForce(). Learns the appearance of the markers anew, as the lens may have been refocused. Thread-safe.
   void requestZero() { zeroState_.store(ZeroState::kRequested, std::memory_order_relaxed); }
 
   /// Takes the request back: no zero will come of it. False: there is none to take back; after a requestZero() that
@@ -68,12 +71,14 @@ class Tracker {
   /// The newest finished rest pose, once, for keeping. Thread-safe, for one thread.
   bool takeRestPose(RestPose& pose) { return finished_.take(pose); }
 
-  /// Puts a zero in force that was before, from the next frame on: verified if it was when it was replaced last, and
-  /// with what markers looked like then. It must be judged anew. False: try again later. Thread-safe, for one thread.
-  bool putBack(const RestPose& pose) { return returned_.put(pose); }
+  /// Puts a zero in force from the next frame on: the one that takeRestPose() returned last, or an earlier one. An
+  /// earlier one is verified if it was when it was replaced last, and the appearance of the markers is restored with
+  /// it. Called with the zero that is in force, it rejects the one that was taken since. \param fits as in judge()
+  /// \return false: try again later. Thread-safe, for one thread.
+  bool putInForce(const RestPose& pose, bool fits) { return decisions_.put({pose, fits}); }
 
   /// Does the gel file fit the picture that this zero was taken from? Where it does not, the fields carry kGelMismatch.
-  /// Thread-safe, for one thread.
+  /// Ignored unless the zero is in force. Thread-safe, for one thread.
   void judge(const Id& zero, bool fits);
 
   /// There is a zero, and none has been judged yet: track() would find no displacements. Called from track()'s thread.
@@ -142,7 +147,8 @@ class Tracker {
   void takeZero(const FrameInfo& info);
   bool report(ZeroState state);
   void adopt(const RestPose& pose);
-  void heedReturned();
+  void heedDecision();
+  void heedVerdict();
 
   bool wanted(int marker) const { return present_[marker] || taking_; }
   int countValid() const;
@@ -211,16 +217,24 @@ class Tracker {
   RestPose pose_;  ///< in the making, or waiting for the mailbox
   bool poseWaits_ = false;
   std::atomic<ZeroState> zeroState_{ZeroState::kNone};
-  Mailbox<RestPose> finished_, returned_;
-  RestPose back_;
+  Mailbox<RestPose> finished_;
+  std::optional<std::int64_t> proposed_ns_;  ///< when the zero was taken that waits for putInForce()
+
+  struct Decision {
+    RestPose zero;
+    bool fits = false;
+  };
+  Mailbox<Decision> decisions_;
+  Decision decision_;
 
   struct Verdict {
     Id zero{};
     bool fits = false;
   };
-  Verdict verdict_;
+  Verdict verdict_;  ///< on the zero in force; of another: not known
   Mailbox<Verdict> verdicts_;
-  bool newVerdict_ = false;  ///< taken, not heeded yet
+  Verdict heard_;
+  bool newVerdict_ = false;  ///< heard, not heeded yet
   TrackerInputs inputs_;
   bool forgo_ = false;  ///< the zero that would be finished with the next frame
   MarkerSight sight_;

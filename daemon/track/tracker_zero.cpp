@@ -222,11 +222,14 @@ void Tracker::takeZero(const FrameInfo& info) {
   pose_.taken_ns = info.times.receivedReal_ns;
   pose_.requested = takingRequested_;
   pose_.id = idOf(pose_);
-  before_ = {zero_, verified_};
-  adopt(pose_);
-  errors_.learnShape(centres_, valid_);
-  verified_ = takingRequested_;
-  zeroWasRequested_ = takingRequested_;
+  if (options_.awaitJudge && haveRest_) {
+    proposed_ns_ = pose_.taken_ns;
+  } else {
+    before_ = {zero_, verified_};
+    adopt(pose_);
+    errors_.learnShape(centres_, valid_);
+    verified_ = zeroWasRequested_ = takingRequested_;
+  }
   poseWaits_ = !finished_.put(pose_);
 }
 
@@ -242,27 +245,47 @@ bool Tracker::report(ZeroState state) {
   return true;
 }
 
-void Tracker::heedReturned() {
-  if (!returned_.take(back_)) return;
-  inputs_.putBack = true;
-  inputs_.before = back_;
-  const Standing now{zero_, verified_};
-  if (haveAppearanceBefore_ && appearanceBeforeOf_ == back_.id) {
-    restoreAppearance();  // the other one is kept for that zero
-    haveAppearanceBefore_ = true;
-    appearanceBeforeOf_ = zero_;
+void Tracker::heedDecision() {
+  if (!decisions_.take(decision_)) return;
+  const RestPose& pose = decision_.zero;
+  inputs_.adopted = inputs_.judged = true;
+  inputs_.zero = pose;
+  inputs_.judgedZero = pose.id;
+  inputs_.fits = decision_.fits;
+  verdict_ = {pose.id, decision_.fits};
+  const bool wasProposed = pose.taken_ns == proposed_ns_, inForce = pose.id == zero_;
+  proposed_ns_.reset();
+  if (haveAppearanceBefore_ && appearanceBeforeOf_ == pose.id) {
+    restoreAppearance();
+    if (!inForce) {  // the other one is kept for the zero that is replaced
+      haveAppearanceBefore_ = true;
+      appearanceBeforeOf_ = zero_;
+    }
   }
-  adopt(back_);
-  verified_ = before_.zero == zero_ && before_.verified;
-  zeroWasRequested_ = back_.requested;
+  if (inForce) return;
+  const Standing now{zero_, verified_};
+  adopt(pose);
+  if (wasProposed) errors_.learnShape(centres_, valid_);
+  verified_ = wasProposed || (before_.zero == zero_ && before_.verified);
+  zeroWasRequested_ = pose.requested;
   before_ = now;
+}
+
+void Tracker::heedVerdict() {
+  if (!verdicts_.take(heard_) && !newVerdict_) return;
+  newVerdict_ = false;
+  if (heard_.zero != zero_) return;
+  verdict_ = heard_;
+  inputs_.judged = true;
+  inputs_.judgedZero = verdict_.zero;
+  inputs_.fits = verdict_.fits;
 }
 
 void Tracker::repeat(const TrackerInputs& inputs) {
   if (inputs.zeroEnded) cancelZero();
   if (inputs.zeroBegun) requestZero();
   forgo_ = inputs.zeroForgone;
-  if (inputs.putBack) putBack(inputs.before);
+  if (inputs.adopted) putInForce(inputs.zero, inputs.judged && inputs.fits);
   if (inputs.judged) judge(inputs.judgedZero, inputs.fits);
 }
 
@@ -281,8 +304,8 @@ void Tracker::adopt(const RestPose& pose) {
 }
 
 bool Tracker::awaitsFirstVerdict() {
-  if (verdicts_.take(verdict_)) newVerdict_ = true;
-  return options_.awaitJudge && haveRest_ && verdict_.zero == Id{};
+  if (verdicts_.take(heard_)) newVerdict_ = true;
+  return options_.awaitJudge && haveRest_ && !newVerdict_ && verdict_.zero == Id{};
 }
 
 void Tracker::judge(const Id& zero, bool fits) {

@@ -30,8 +30,8 @@ std::vector<std::string> seeds() {
   frame.frame.width = 8;
   frame.frame.height = 4;
   frame.frame.stride = 24;
-  frame.inputs.putBack = frame.inputs.judged = true;
-  frame.inputs.before = pose();
+  frame.inputs.adopted = frame.inputs.judged = true;
+  frame.inputs.zero = pose();
   publish::PictureMessage message({.sensor = "gel"});
   return {encode(beginning), message.encode(frame, false), message.encode(frame, true)};
 }

@@ -222,14 +222,14 @@ class Zero(TestCase):
         time.sleep(1.5 * rig.PATIENCE)
         code, output = self.ctl(daemon, "zero")
         self.assertEqual(code, TEMPORARY, output)
-        self.assertIn("zero refused, the one before stays in force: something seems to touch the gel near", output)
-        daemon.wait_for("is refused, and the one before stays in force")
+        self.assertIn("zero refused, the previous one stays in force: something seems to touch the gel near", output)
+        daemon.wait_for("is refused, the previous one stays in force")
         self.assertGreater(subscriber.collect(100)[-1].resultant_N.z, 0.4)
 
         code, output = self.ctl(daemon, "zero", "--anyway")
         self.assertEqual(code, DONE, output)
-        self.assertIn("but: something seems to touch the gel near", output)
-        daemon.wait_for("this may be no zero")
+        self.assertIn("warning: something seems to touch the gel near", output)
+        daemon.wait_for("this zero may be wrong")
         subscriber.collect(None, until=lambda field: field.resultant_N.z < 0.1)
         code, output = self.ctl(daemon, "describe")
         self.assertRegex(json.loads(output)["rest_pose"]["requested_by"], r"uid \d+, pid \d+|127\.0\.0\.1")
@@ -239,7 +239,7 @@ class Zero(TestCase):
 
         code, output = self.ctl(daemon, "zero", "--undo")
         self.assertEqual(code, DONE, output)
-        self.assertIn("zero of before in force again", output)
+        self.assertIn("zero restored", output)
         field = subscriber.collect(None, until=lambda field: field.resultant_N.z > 0.4)[-1]
         self.assertTrue(field.header.flags & 1, "nobody has confirmed that zero")
 

@@ -37,6 +37,15 @@ class Service(unittest.TestCase):
         self.bench.subscribe(daemon).collect(10)
         self.check(daemon)
 
+    def test_while_systemd_reads_no_notices(self):
+        path = str(self.bench.folder / "unread")
+        unread = self.enterContext(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM))
+        unread.bind(path)
+        self.bench.twin("idle")
+        daemon = self.bench.daemon(env={"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "4000"})  # a notice every millisecond
+        self.bench.subscribe(daemon).collect(300)
+        self.assertEqual(daemon.stop(), 0, daemon.output())
+
     def test_while_it_waits_for_a_camera(self):
         daemon = self.bench.daemon(env=self.systemd.env)
         daemon.wait_for("waiting for a camera")

@@ -3,6 +3,8 @@
 
 #include "daemon/procedures.h"
 
+#include <deque>
+#include <future>
 #include <vector>
 
 namespace tractiond {
@@ -70,6 +72,12 @@ struct ProceduresBench {
     return now.zeroWithin_s;
   }
 
+  /// The disk is done with what it was given first.
+  void writeOne() {
+    disk.front().set_value(keepFails ? Kept(tl::unexpected(Error{.what = "the disk is full"})) : Kept());
+    disk.pop_front();
+  }
+
   void pass(std::int64_t ms) { now_ns += 1'000'000 * ms; }
   void turn() { procedures.turn(); }
 
@@ -82,12 +90,14 @@ struct ProceduresBench {
   Mailbox<Watched> watched;
   FakeTracker tracker;
   std::string doubt;
-  bool keepFails = false;
 
-  std::function<void(const RestPose&)> onKept;
+  using Kept = tl::expected<void, Error>;
+  std::deque<std::promise<Kept>> disk;  ///< what is being written
+  bool keepFails = false, diskHangs = false;
+  std::function<void(const RestPose&)> onDescribed;
   int judged = 0;
   Id lastJudged{};
-  std::optional<RestPose> described, kept, keptBefore, putBack;
+  std::optional<RestPose> described, kept, keptBefore, adopted;
   bool busy = false;
   std::vector<tl::expected<RestPose, std::string>> zeroAnswers;
   std::string remark;
@@ -107,10 +117,10 @@ struct ProceduresBench {
                                if (there) pose = *std::exchange(tracker.finished, std::nullopt);
                                return there;
                              },
-                         .putBack =
+                         .putInForce =
                              [this](const RestPose& pose) {
                                if (busy) return false;
-                               putBack = pose;
+                               adopted = pose;
                                return true;
                              },
                          .judge =
@@ -119,14 +129,20 @@ struct ProceduresBench {
                                lastJudged = pose.id;
                                return doubt;
                              },
-                         .describe = [this](const RestPose& pose) { described = pose; },
-                         .keep = [this](const RestPose& pose, const RestPose* before) -> tl::expected<void, Error> {
-                           if (keepFails) return tl::unexpected(Error{.what = "the disk is full"});
-                           kept = pose;
-                           keptBefore = before ? std::optional(*before) : std::nullopt;
-                           if (onKept) onKept(pose);
-                           return {};
-                         },
+                         .describe =
+                             [this](const RestPose& pose) {
+                               described = pose;
+                               if (onDescribed) onDescribed(pose);
+                             },
+                         .keep =
+                             [this](const RestPose& pose, const RestPose* before) {
+                               disk.emplace_back();
+                               auto done = disk.back().get_future();
+                               kept = pose;
+                               keptBefore = before ? std::optional(*before) : std::nullopt;
+                               if (!diskHangs) writeOne();
+                               return done;
+                             },
                          .slowly = [](const auto& work) { work(); },
                          .answerZero =
                              [this](const auto& result, const std::string& said) {

@@ -1,5 +1,5 @@
-// Random sequences of requests, frames, silences and drops: each request gets one answer in time, and no zero is taken
-// that nobody waits for.
+// Random sequences of requests, frames, silences, drops and slow disks: each request gets one answer in time, and no
+// zero is taken that nobody waits for.
 #include "tests/support/seed.h"
 #include "tests/unit/pipeline/procedures_bench.h"
 
@@ -23,7 +23,7 @@ class Day {
   explicit Day(unsigned seed)
       : generator_(seed)
       , bench_(uniform(2, 60), coarse()) {
-    bench_.onKept = [this](const RestPose& pose) { judge(pose); };
+    bench_.onDescribed = [this](const RestPose& pose) { judge(pose); };
   }
 
   void run() {
@@ -35,6 +35,7 @@ class Day {
       if (chance(0.01)) askForStep();
       turn();
     }
+    bench_.diskHangs = false;
     for (double end_s = now_s() + 200.0; now_s() < end_s;) turn();  // whoever still waits is answered
     EXPECT_FALSE(zeroAsked_s_);
     EXPECT_FALSE(stepAsked_s_);
@@ -66,6 +67,9 @@ class Day {
     rate_Hz_ = rates[uniform(0, 4)];
     few_ = chance(0.2);
     moves_ = chance(0.2);
+    bench_.keepFails = chance(0.1);
+    bench_.diskHangs = chance(0.3);
+    diskTakes_s_ = uniform(0.0, chance(0.1) ? 200.0 : 20.0);
     weather_until_s_ = now_s() + uniform(0.5, 12.0);
   }
 
@@ -98,6 +102,7 @@ class Day {
     const double turn_s = uniform(0.003, kTurn_s);
     bench_.pass(static_cast<std::int64_t>(1e3 * turn_s));
     for (due_ += turn_s * rate_Hz_; due_ >= 1.0; due_ -= 1.0) frame();
+    while (!bench_.disk.empty() && (!bench_.diskHangs || chance(turn_s / diskTakes_s_))) bench_.writeOne();
     bench_.turn();
     // A turn may come between the tracker's word that a zero is taken and the pose, in the middle of its frame.
     if (late_) bench_.tracker.finished = std::exchange(late_, std::nullopt);
@@ -166,6 +171,7 @@ class Day {
   ProceduresBench bench_;
   double weather_until_s_ = 0.0, rate_Hz_ = 60.0, due_ = 0.0;
   bool few_ = false, moves_ = false;
+  double diskTakes_s_ = 1.0;
 
   // The tracker.
   bool haveZero_ = false, haveFirst_ = false, taking_ = false, requested_ = false;

@@ -69,8 +69,8 @@ class WireRecording : public ::testing::Test {
     inputs.judged = any(1) == 1;
     if (inputs.judged) inputs.judgedZero.fill(static_cast<std::uint8_t>(any(255)));
     inputs.fits = inputs.judged && any(1) == 1;
-    inputs.putBack = any(1) == 1;
-    if (inputs.putBack) inputs.before = anyPose();
+    inputs.adopted = any(1) == 1;
+    if (inputs.adopted) inputs.zero = anyPose();
     return one;
   }
 
@@ -121,12 +121,12 @@ TEST_F(WireRecording, APictureIsReadAgainExactly) {
     EXPECT_EQ(a.times.capturedError_ns, b.times.capturedError_ns);
     EXPECT_EQ(a.times.capturedBound, b.times.capturedBound);
     const TrackerInputs &c = again.inputs, &d = one.inputs;
-    EXPECT_EQ(std::tie(c.zeroBegun, c.zeroEnded, c.zeroForgone, c.putBack, c.judged, c.fits),
-              std::tie(d.zeroBegun, d.zeroEnded, d.zeroForgone, d.putBack, d.judged, d.fits));
+    EXPECT_EQ(std::tie(c.zeroBegun, c.zeroEnded, c.zeroForgone, c.adopted, c.judged, c.fits),
+              std::tie(d.zeroBegun, d.zeroEnded, d.zeroForgone, d.adopted, d.judged, d.fits));
     if (d.judged) {
       EXPECT_EQ(c.judgedZero, d.judgedZero);
     }
-    if (d.putBack) expectEqual(c.before, d.before);
+    if (d.adopted) expectEqual(c.zero, d.zero);
   }
 }
 
@@ -179,7 +179,7 @@ TEST_F(WireRecording, WhatIsDamagedIsRefusedOrWhole) {
 TEST_F(WireRecording, ANewerVersionIsRefused) {
   std::string bytes = encode(Beginning{});
   ASSERT_EQ(bytes[0], '\x08');  // field 1, a number
-  bytes[1] = 2;
+  bytes[1] = 3;
   const auto newer = decodeBeginning(bytes);
   ASSERT_FALSE(newer);
   EXPECT_EQ(newer.error().exitCode, EX_PROTOCOL);

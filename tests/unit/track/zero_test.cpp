@@ -68,6 +68,73 @@ TEST(Zero, TheOldStaysInForceUntilTheNewIsComplete) {
   EXPECT_LT(largest, 0.2);
 }
 
+TrackOptions judged() {
+  return {.zeroFrames = kZeroFrames, .awaitJudge = true};
+}
+
+TEST(Zero, ThatIsAskedForWaitsForItsJudgeWhileTheOneBeforeIsMeasuredFrom) {
+  Scene scene;
+  Tracking tracking(scene, judged());
+  shoot(scene, tracking, kZeroFrames + 1);
+  RestPose first, second;
+  ASSERT_TRUE(tracking.tracker.takeRestPose(first));
+  EXPECT_EQ(tracking(scene.shoot()), Outcome::kNoRestPose);
+  tracking.tracker.judge(first.id, true);
+  EXPECT_EQ(tracking(scene.shoot()), Outcome::kTracked);
+
+  scene.displace(press(2.0));
+  shoot(scene, tracking, 1);
+  tracking.tracker.requestZero();
+  shoot(scene, tracking, kZeroFrames);
+  ASSERT_TRUE(tracking.tracker.takeRestPose(second));
+  tracking.tracker.judge(second.id, false);  // it is not in force yet
+  for (int i = 0; i < 40; ++i) {
+    ASSERT_EQ(tracking(scene.shoot()), Outcome::kTracked);
+    ASSERT_EQ(tracking.field.zero, first.id);
+    ASSERT_EQ(compare(scene, tracking.field).wrong, 0);
+    ASSERT_TRUE(tracking.field.flags & kZeroUnverified);
+    ASSERT_FALSE(tracking.field.flags & kGelMismatch);
+  }
+  ASSERT_TRUE(tracking.tracker.putInForce(second, true));
+  EXPECT_EQ(tracking(scene.shoot()), Outcome::kTracked);  // no frame is lost over it
+  EXPECT_EQ(tracking.field.zero, second.id);
+  EXPECT_FALSE(tracking.field.flags & (kZeroUnverified | kGelMismatch));
+  EXPECT_TRUE(tracking.tracker.inputs().adopted);
+
+  ASSERT_TRUE(tracking.tracker.putInForce(first, false));
+  EXPECT_EQ(tracking(scene.shoot()), Outcome::kTracked);
+  EXPECT_EQ(tracking.field.zero, first.id);
+  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
+  EXPECT_TRUE(tracking.field.flags & kGelMismatch);
+}
+
+TEST(Zero, ThatItsJudgeRefusesLeavesNothingBehind) {
+  // What was learnt for it was learnt of a blurred picture.
+  twin::Optics blurred;
+  blurred.blur_px = 1.6;
+  Scene scene, other;
+  Tracking tracking(scene, judged()), calm(other, judged());
+  RestPose zero, refused;
+  for (auto* each : {&calm, &tracking}) {
+    shoot(each == &tracking ? scene : other, *each, kZeroFrames + 1);
+    ASSERT_TRUE(each->tracker.takeRestPose(zero));
+    each->tracker.judge(zero.id, true);
+  }
+  for (Scene* each : {&scene, &other}) each->change(blurred);
+  tracking.tracker.requestZero();
+  shoot(scene, tracking, kZeroFrames + 5);
+  shoot(other, calm, kZeroFrames + 5);
+  ASSERT_TRUE(tracking.tracker.takeRestPose(refused));
+  ASSERT_TRUE(tracking.tracker.putInForce(zero, true));
+  for (Scene* each : {&scene, &other}) each->change({});
+  shoot(scene, tracking, 100);
+  shoot(other, calm, 100);
+  EXPECT_EQ(tracking.field.zero, zero.id);
+  for (std::size_t i = 0; i < tracking.field.displacement_px.size(); ++i) {
+    ASSERT_NEAR(tracking.field.displacement_px[i], calm.field.displacement_px[i], 1e-4);
+  }
+}
+
 TEST(Zero, TheOneBeforeIsPutBackAsItWas) {
   Scene scene;
   Tracking tracking(scene);
@@ -83,13 +150,13 @@ TEST(Zero, TheOneBeforeIsPutBackAsItWas) {
   scene.displace(press(4.0));
   const RestPose mistaken = zero();
   EXPECT_EQ(tracking.field.zero, mistaken.id);
-  ASSERT_TRUE(tracking.tracker.putBack(before));
+  ASSERT_TRUE(tracking.tracker.putInForce(before, true));
   shoot(scene, tracking, 1);
   EXPECT_EQ(tracking.field.zero, before.id);
   EXPECT_FALSE(tracking.field.flags & kZeroUnverified);  // what it was before
   EXPECT_EQ(compare(scene, tracking.field).wrong, 0);    // by the true displacements from the first zero
 
-  ASSERT_TRUE(tracking.tracker.putBack(mistaken));
+  ASSERT_TRUE(tracking.tracker.putInForce(mistaken, true));
   shoot(scene, tracking, 1);
   EXPECT_EQ(tracking.field.zero, mistaken.id);
   EXPECT_FALSE(tracking.field.flags & kZeroUnverified);
@@ -106,7 +173,7 @@ TEST(Zero, PutBackFromAnEarlierRunIsUnverifiedUntilThePictureAgrees) {
 
   ASSERT_TRUE(tracking.start(scene));
   scene.displace(press(2.0));
-  ASSERT_TRUE(tracking.tracker.putBack(earlier));
+  ASSERT_TRUE(tracking.tracker.putInForce(earlier, true));
   shoot(scene, tracking, 20);
   EXPECT_EQ(tracking.field.zero, earlier.id);
   EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
@@ -324,7 +391,7 @@ TEST(Zero, ThatIsPutBackHasItsAppearanceAgain) {
   shoot(other, calm, kZeroFrames + 1);
   ASSERT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
   ASSERT_NE(tracking.field.zero, before.id);
-  ASSERT_TRUE(tracking.tracker.putBack(before));
+  ASSERT_TRUE(tracking.tracker.putInForce(before, true));
   scene.change({});
   other.change({});
   shoot(scene, tracking, 100);

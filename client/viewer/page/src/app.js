@@ -202,7 +202,7 @@ async function toggleFilm() {
 const actions = {
   " ": hold, d: toggleTheme, p: takePicture, f: toggleFilm, r: () => recordButton.toggle(),
   ",": () => timeBar.step(-1), ".": () => timeBar.step(1),
-  z: () => ask("zero", "The zero has been taken"), u: () => ask("undoZero", "The zero before is in force again"),
+  z: () => ask("zero", "The zero has been taken"), u: () => ask("undoZero", "The previous zero has been restored"),
   0: () => one(null), Escape: () => one(null),
   1: () => one("a"), 2: () => one("b"), 3: () => one("c"), 4: () => one("d"),
   ArrowLeft: () => turn(-0.1, 0), ArrowRight: () => turn(0.1, 0), ArrowUp: () => turn(0, 0.1), ArrowDown: () => turn(0, -0.1),
