@@ -16,8 +16,10 @@ namespace {
 constexpr std::size_t kFewest = 5;     // pictures
 constexpr double kSmear = 2.5;         // times the others' width of an edge: out of focus, or moved
 constexpr double kNoOneLens_px = 1.0;  // of all pictures: they are of no one lens
+constexpr double kPoor_px = 0.25;      // of all pictures: more than a lens and a board that are good leave
 constexpr double kReach = 0.7;         // of the way to the picture's corner, where the distortion is seen
 constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr double kTilted = 20.0 / kDegrees;  // of a board, for its pictures to determine the focal length
 
 /// A picture in which the board was found.
 struct View {
@@ -110,13 +112,18 @@ void judge(const std::vector<View>& views, const LensFit& fit, Faults& faults) {
   if (!faults.empty() || fit.outcome == LensFit::Outcome::kDone) return;
   std::string files;
   for (const View& view : views) files += (files.empty() ? "" : ", ") + *view.file;
-  std::string what = "do not tell the focal length";
+  std::string what = "do not tell the focal length",
+              remedy = "tilt the board by 20 to 45 degrees, to each side in turn";
   if (fit.outcome == LensFit::Outcome::kDegenerate) {
-    what += ": the board is tilted by " + fixed(*std::ranges::max_element(fit.tilt) * kDegrees, 0) +
-            " degrees at most, and it would be known to " +
-            fixed(100.0 * fit.focalDeviation_px / fit.camera.focal_px, 1) + " % only";
+    const auto tilted = std::ranges::count_if(fit.tilt, [](double tilt) { return tilt >= kTilted; });
+    what += ": it would be known to " + fixed(100.0 * fit.focalDeviation_px / fit.camera.focal_px, 1) + " % only; " +
+            std::to_string(tilted) + " of " + std::to_string(views.size()) +
+            " pictures show the board tilted by 20 degrees or more";
+    if (2 * tilted > std::ssize(views)) {
+      remedy = "take more pictures, with the board larger in them, flat, and tilted to each side in turn";
+    }
   }
-  faults.push_back(fault(files, what, "tilt the board by 20 to 45 degrees, to each side in turn"));
+  faults.push_back(fault(files, what, remedy));
 }
 
 void print(const std::vector<View>& views, const LensFit& fit, const Board& board) {
@@ -133,6 +140,14 @@ void print(const std::vector<View>& views, const LensFit& fit, const Board& boar
   printFigure("k1", fit.camera.k1, fit.k1Deviation, "");
   printFigure("k2", fit.camera.k2, fit.k2Deviation, "");
   printFigure("residual_px", fit.residual_px, -1.0, "px");
+  if (fit.residual_px > kPoor_px) {
+    std::printf(
+        "  note: %.2f px are left of each coordinate, where a sharp picture of a flat board leaves 0.1 px or less: "
+        "look at "
+        "the pictures that leave most, and whether the board is flat; a lens of another model (fisheye) leaves more "
+        "towards the picture's corners\n",
+        fit.residual_px);
+  }
   const double seen = reach(views, fit.camera);
   if (seen < kReach) {
     std::printf(

@@ -82,6 +82,9 @@ Model best(const std::vector<Corners>& views, const Board& board, cv::Size size)
 /// What the views say together of the lens, poses eliminated, and what is left of the corners.
 class Information {
  public:
+  using Lens = Eigen::Matrix<double, kLens, kLens>;
+  using Figures = Eigen::Matrix<double, kLens, 1>;
+
   explicit Information(const Model& model)
       : model_(model) {}
 
@@ -92,41 +95,31 @@ class Information {
                       model_.distortion, places, jacobian, 1.0);
     const auto rows = static_cast<Eigen::Index>(2 * places.size());
     Eigen::MatrixXd byLens(rows, kLens), byPose(rows, kPose);
-    double squares = 0.0;
+    Eigen::VectorXd left(rows);
     for (int i = 0; i < static_cast<int>(rows); ++i) {
       const double* row = jacobian.ptr<double>(i);  // rotation, translation, fx, fy, cx, cy, k1, k2 ...
       for (int k = 0; k < kPose; ++k) byPose(i, k) = row[k];
       // With the aspect ratio held, fx is bound to fy: both columns are the one focal length's.
       byLens.row(i) << row[6] + row[7], row[8], row[9], row[10], row[11];
       const cv::Point2f place = places[static_cast<std::size_t>(i / 2)];
-      const double off = view.place_px(i % 2, i / 2) - (i % 2 == 0 ? place.x : place.y);
-      squares += off * off;
+      left[i] = view.place_px(i % 2, i / 2) - (i % 2 == 0 ? place.x : place.y);
     }
     const Eigen::Matrix<double, kPose, kPose> ofPose = byPose.transpose() * byPose;
     const Eigen::Matrix<double, kPose, kLens> mixed = byPose.transpose() * byLens;
-    const Lens ofLens = byLens.transpose() * byLens - mixed.transpose() * ofPose.ldlt().solve(mixed);
+    const Eigen::LDLT<Eigen::Matrix<double, kPose, kPose>> poseFactor(ofPose);
+    const Lens ofLens = byLens.transpose() * byLens - mixed.transpose() * poseFactor.solve(mixed);
+    const Figures pull = byLens.transpose() * left - mixed.transpose() * poseFactor.solve(byPose.transpose() * left);
+    const double squares = left.squaredNorm();
     information_ += ofLens;
-    views_.push_back({ofLens, squares, rows});
+    views_.push_back({ofLens, pull, squares, rows});
     squares_ += squares;
     coordinates_ += rows;
     residuals_px.push_back(std::sqrt(squares / static_cast<double>(rows)));
   }
 
-  /// Deviations of focal length, principal point, k1, k2; not finite where the views do not tell. Every view has noise
-  /// of its own, by what is left of it: the views count alike in the fit, and so the covariance is
-  /// A^-1 (sum s_v^2 A_v) A^-1, A = sum A_v.
-  Eigen::Matrix<double, kLens, 1> deviations() const {
-    const Eigen::Matrix<double, kLens, 1> scale = information_.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::LDLT<Lens> factor(scale.asDiagonal() * information_ * scale.asDiagonal());
-    const Lens inverse = factor.solve(Lens::Identity()), covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
-    Lens noise = Lens::Zero();
-    for (const View& view : views_) {
-      // Of the lens's unknowns, the view takes what it tells of them.
-      const double taken = (covariance * view.ofLens).trace();
-      noise += view.squares / (static_cast<double>(view.coordinates) - kPose - taken) * view.ofLens;
-    }
-    return (covariance * noise * covariance).diagonal().cwiseSqrt();
-  }
+  /// Returns the standard deviations of focal length, principal point, k1 and k2: of two estimates the larger for each.
+  /// Not finite where the views do not determine them.
+  Figures deviations() const { return ofNoise().cwiseMax(ofViews()).cwiseSqrt(); }
 
   double squares() const { return squares_; }
   /// Of a coordinate, by what is left.
@@ -136,12 +129,46 @@ class Information {
   std::vector<double> residuals_px;
 
  private:
-  using Lens = Eigen::Matrix<double, kLens, kLens>;
   struct View {
-    Lens ofLens;  ///< what it tells of the lens, its pose eliminated [1 / px^2 by a noise of 1 px]
+    Lens ofLens;   ///< what it tells of the lens, its pose eliminated [1 / px^2 by a noise of 1 px]
+    Figures pull;  ///< half the gradient of its squares, its pose eliminated; the sum over the views is 0
     double squares;
     Eigen::Index coordinates;
   };
+
+  Eigen::LDLT<Lens> factorOf(const Lens& information, const Figures& scale) const {
+    return Eigen::LDLT<Lens>(scale.asDiagonal() * information * scale.asDiagonal());
+  }
+
+  /// Variances if the errors of the corners are independent. Every view has noise of its own, by what is left of it:
+  /// the views count alike in the fit, and so the covariance is A^-1 (sum s_v^2 A_v) A^-1, A = sum A_v.
+  Figures ofNoise() const {
+    const Figures scale = information_.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::LDLT<Lens> factor = factorOf(information_, scale);
+    const Lens inverse = factor.solve(Lens::Identity()), covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
+    Lens noise = Lens::Zero();
+    for (const View& view : views_) {
+      // Of the lens's unknowns, the view takes what it tells of them.
+      const double taken = (covariance * view.ofLens).trace();
+      noise += view.squares / (static_cast<double>(view.coordinates) - kPose - taken) * view.ofLens;
+    }
+    return (covariance * noise * covariance).diagonal();
+  }
+
+  /// Variances if the views alone are independent: by how much each view pulls the lens (jackknife, leaving out one
+  /// view at a time, to first order). The errors of real corners within a view hang together: a board that is not flat,
+  /// light from one side, a lens that is not of this model.
+  Figures ofViews() const {
+    const auto count = static_cast<double>(views_.size());
+    const Figures scale = information_.diagonal().cwiseSqrt().cwiseInverse();
+    Figures squares = Figures::Zero();
+    for (const View& view : views_) {
+      const Figures scaled = scale.asDiagonal() * view.pull;
+      const Figures change = scale.asDiagonal() * factorOf(information_ - view.ofLens, scale).solve(scaled);
+      squares += change.cwiseAbs2();
+    }
+    return (count - 1.0) / count * squares;
+  }
 
   Eigen::Index freedom() const { return coordinates_ - kLens - kPose * static_cast<Eigen::Index>(views_.size()); }
 

@@ -32,9 +32,10 @@ struct LensFit {
 };
 
 /// Least squares over camera and poses, sum over views and corners of |seen - project(camera, pose, corner)|^2, by
-/// OpenCV's Levenberg and Marquardt with our lens: one focal length, k1, k2, no tangential part. The covariance is our
-/// own, with the noise of each view by its own residual: OpenCV 4.6 has one noise for all, and counts a corner as one
-/// measurement, not two, and so states deviations that are 1.4 times too large. Reentrant.
+/// OpenCV's Levenberg and Marquardt with our lens: one focal length, k1, k2, no tangential part. The deviations are our
+/// own: for each figure the larger of two estimates, one by what is left of the corners, each view with noise of its
+/// own, the other by how much the lens changes without one view (jackknife). The first holds where the errors of
+/// corners are independent; in real pictures they are correlated within a view. Reentrant.
 LensFit fitLens(const std::vector<Corners>& views, const Board& board, int width_px, int height_px,
                 const LensFitOptions& options = {});
 

@@ -170,6 +170,36 @@ TEST(ExactCorners, GiveTheLensExactly) {
   }
 }
 
+/// Corners of real pictures err alike where they are near each other: the board is not flat, the light comes from one
+/// side.
+TEST(CorrelatedErrors, AreInTheDeviations) {
+  Draw draw(tractiond::test::seed());
+  const Board board{10, 7, 10e-3};
+  std::normal_distribution<double> normal;
+  Coverage coverage;
+  constexpr int kLenses = 20;
+  for (int i = 0; i < kLenses; ++i) {
+    const TrueCamera truth = draw.camera();
+    std::vector<Corners> views = seenCorners(draw, truth, board, 0.02);
+    for (Corners& view : views) {
+      Eigen::Matrix<double, 2, 6> bend;
+      for (double& coefficient : bend.reshaped()) coefficient = 0.1 * normal(draw.generator);
+      const Eigen::Vector2d middle = board.corner(board.corners() / 2).head<2>();
+      for (int k = 0; k < board.corners(); ++k) {
+        const Eigen::Vector2d at = (board.corner(k).head<2>() - middle) / 40e-3;
+        view.place_px.col(k) +=
+            bend * Eigen::Vector<double, 6>(1, at.x(), at.y(), at.x() * at.y(), at.x() * at.x(), at.y() * at.y());
+      }
+    }
+    const LensFit fit = fitLens(views, board, truth.width, truth.height);
+    ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
+    coverage.add(pulls(fit, truth));
+  }
+  std::printf("mean square of error / deviation %.2f\n", coverage.meanSquare());
+  EXPECT_LT(coverage.meanSquare(), 3.0);  // 20 where errors are taken to be independent
+  EXPECT_GT(coverage.meanSquare(), 0.5);
+}
+
 /// The same with corners that err as these do, without pictures: many lenses.
 TEST(LensFit, DeviationsAreTrue) {
   Draw draw(tractiond::test::seed());
@@ -190,8 +220,10 @@ TEST(LensFit, DeviationsAreTrue) {
   std::printf("mean square of error / deviation %.2f\n", coverage.meanSquare());
   // Five numbers outside 3.5 deviations, of a chi-squared with as many degrees of freedom as lenses: one run in 400.
   const double most = 3.5 * std::sqrt(2.0 / kLenses);
-  for (const double squares : coverage.squares) EXPECT_NEAR(squares / kLenses, 1.0, most);
-  EXPECT_NEAR(coverage.meanSquare(), 1.0, 0.3);
+  // The larger of two estimates is stated: where the errors are independent, variances are a sixth too large.
+  constexpr double kLarger = 0.85;
+  for (const double squares : coverage.squares) EXPECT_NEAR(squares / kLenses, kLarger, most);
+  EXPECT_NEAR(coverage.meanSquare(), kLarger, 0.3);
 }
 
 }  // namespace
