@@ -4,13 +4,16 @@ import fnmatch
 import os
 import pathlib
 import re
+import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import textwrap
 import unittest
 
-from stubs import SOURCE, TOOLS
+from deadline import HUNG_S
+from stubs import SOURCE, TOOLS, Stubs
 
 TESTS = SOURCE / "tests"
 SUPPORT = TESTS / "support"
@@ -191,6 +194,100 @@ class CommandLine(unittest.TestCase):
         done = subprocess.run([TOOLS / "test", "--help"], capture_output=True, text=True, check=True)
         for word in ("all", "--list", "--accept", "TRACTION_SEED"):
             self.assertIn(word, done.stdout)
+
+
+class Machines(unittest.TestCase):
+    """tools/test in a tree of its own, with programs that stand in for the compiler and for ctest."""
+
+    GATE = "release ring 1\nasan ring 1\ntsan ring 1\n"
+    CTEST = """
+        for word in "$@"; do case $last in --output-junit) junit=$word ;; esac; last=$word; done
+        mkdir -p "$(dirname "$junit")"
+        echo '<testsuite><testcase name="ring" time="1" status="run"/></testsuite>' >"$junit"
+        """
+
+    def setUp(self):
+        self.stubs = Stubs(self)
+        self.tree = self.stubs.folder / "tree"
+        for path in ("tools/test", "tools/dependencies", "tools/progress", "tests/support/tally.py", "tests/support/seed.py"):
+            (self.tree / path).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(SOURCE / path, self.tree / path)
+        (self.tree / "tests" / "gate.txt").write_text(self.GATE)
+        packages = subprocess.check_output([TOOLS / "dependencies", "--list"], text=True).split()
+        self.stubs.add("dpkg-query", "printf 'ii %s,\\n' " + " ".join(packages))
+        self.stubs.add("build", "exit 0", self.tree / "tools")
+        self.stubs.add("unshare", "exit 0")
+        self.stubs.add("ctest", self.CTEST)
+
+    def run_test(self, *words):
+        return self.stubs.run(self.tree / "tools" / "test", *words)
+
+    def start_test(self):
+        """Starts tools/test in a session of its own; its output goes into a pipe."""
+        process = subprocess.Popen([self.tree / "tools" / "test"], env=self.stubs.env, stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, text=True, start_new_session=True)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.kill)
+        return process
+
+    def hold_ctest(self):
+        """Lets ctest write its process id into a pipe and then wait for a line in another; returns both paths."""
+        begun, go = self.stubs.folder / "begun", self.stubs.folder / "go"
+        os.mkfifo(begun)
+        os.mkfifo(go)
+        self.stubs.add("ctest", f"echo $$ >{begun}; read line <{go}\n" + self.CTEST)
+        return begun, go
+
+    def test_all_is_well(self):
+        code, text = self.run_test()
+        self.assertEqual(code, 0, text)
+        self.assertIn("gate: 3 test cases ran, 3 are expected\n", text)
+
+    def test_no_namespaces(self):
+        self.stubs.add("unshare", "echo 'unshare: unshare failed: Operation not permitted' >&2; exit 1")
+        for words in ([], ["all"]):
+            code, text = self.run_test(*words)
+            self.assertEqual(code, 77, text)
+            self.assertIn("Operation not permitted", text)
+            self.assertIn("sysctl kernel.unprivileged_userns_clone=1", text)
+        self.assertNotIn("ctest", self.stubs.called())
+
+    def test_build_folder_is_read_only(self):
+        (self.tree / "build").write_text("in the way\n")
+        code, text = self.run_test()
+        self.assertEqual((code, text), (73, f"test: {self.tree}/build cannot be written to; tests are built there\n"))
+
+    def test_compilation_fails(self):
+        self.stubs.add("build", "exit 3", self.tree / "tools")
+        self.assertEqual(self.run_test()[0], 3)
+        self.assertNotIn("ctest", self.stubs.called())
+
+    def test_an_interrupted_run_leaves_nothing(self):
+        begun, _ = self.hold_ctest()
+        process = self.start_test()
+        ctest = int(begun.read_text())
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+        process.communicate(timeout=HUNG_S)
+        self.assertEqual(process.returncode, -signal.SIGINT)
+        self.assertFalse(pathlib.Path("/proc", str(ctest)).exists())
+        self.stubs.add("ctest", self.CTEST)
+        code, text = self.run_test()
+        self.assertEqual(code, 0, text)
+        self.assertNotIn("another one runs", text)
+
+    def test_the_second_of_two_waits(self):
+        begun, go = self.hold_ctest()
+        first = self.start_test()
+        begun.read_text()
+        second = self.start_test()
+        self.assertEqual(second.stdout.readline(), "test: another one runs in this tree; this one waits for it\n")
+        for process in (first, second):
+            for turn in range(3):
+                if process is not first or turn > 0:
+                    begun.read_text()
+                go.write_text("\n")
+            text = process.communicate(timeout=HUNG_S)[0]
+            self.assertEqual(process.returncode, 0, text)
 
 
 class Tally(unittest.TestCase):
