@@ -135,5 +135,5 @@ def frame(levels, pixel_format, noise):
     if pixel_format == "BayerGR8":
         channel = np.tile([[1, 0], [2, 1]], (SHAPE[0] // 2, SHAPE[1] // 2))
         levels = np.take_along_axis(levels, channel[..., None], axis=2)
-    levels = levels + READ_NOISE * noise.standard_normal(levels.shape)
+    levels = levels + READ_NOISE * noise.standard_normal(levels.shape, dtype=np.float32)
     return np.clip(np.rint(levels), 0, 255).astype(np.uint8).tobytes()
