@@ -25,8 +25,10 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-/// At most one try a second; also how often a streaming camera's link is looked at.
+/// Shortest time between two tries to open a camera.
 constexpr nanoseconds kTurn{1'000'000'000};
+/// How often the link of a streaming camera is looked at: an alarm waits for it.
+constexpr nanoseconds kLook{500'000'000};
 /// By so much a thread may wake late.
 constexpr nanoseconds kLate{1'000'000'000};
 /// A dead camera would hold us for ten seconds.
@@ -204,7 +206,7 @@ void Camera::Keeper::accompany(Driver& driver) {
   std::int64_t look_ns = 0;
   const auto due = [&] { return !lent || doubted.has_value() || question.has_value() || stop.stop_requested(); };
   for (;;) {
-    begin(kTurn);
+    begin(kLook);
     changed.wait_for(lock, nanoseconds(std::max<std::int64_t>(0, look_ns - clock())), due);
     begin(slowest);
     if (stop.stop_requested() && !lent) return;
@@ -246,7 +248,7 @@ void Camera::Keeper::accompany(Driver& driver) {
       publish();
       warnOfForgery();
       lock.lock();
-      look_ns = clock() + kTurn.count();
+      look_ns = clock() + kLook.count();
     }
   }
 }
@@ -256,7 +258,7 @@ std::string Camera::Keeper::whyDoubted() {
   return doubtWhy;
 }
 
-/// Once, and again after a minute without.
+/// Warns once, and again after a minute without doubt.
 void Camera::Keeper::warnOfForgery() {
   constexpr std::int64_t kCalm_ns = 60'000'000'000;
   const std::int64_t last_ns = forged_ns.load(std::memory_order_relaxed);
@@ -264,8 +266,8 @@ void Camera::Keeper::warnOfForgery() {
   const std::int64_t before_ns = std::exchange(toldOf_ns, last_ns);
   if (before_ns != 0 && last_ns - before_ns < kCalm_ns) return;
   tell(Weight::kWarning,
-       "more packets come in the camera's name than it sends: somebody else does, a network doubles them, or they come "
-       "so late that they were asked for again");
+       "more packets or pictures come in the camera's name than it sends: another host sends as the camera, the network "
+       "duplicates packets, or packets come so late that they were requested again");
 }
 
 void Camera::Keeper::end(Error why) {
@@ -439,9 +441,9 @@ Next Camera::judge(Frame& frame, const Buffer& buffer) {
   if (arrival.complete && buffer.data != nullptr) arrival.content = contentOf(buffer.data, arrival.shape.size);
   const Judgement judgement = gate_->judge(arrival);
   count(judgement, ledger_);
+  if (judgement.outnumbered) keeper_->forged_ns.store(arrival.host_ns, std::memory_order_relaxed);
   if (judgement.verdict != Verdict::kNew) return Next::kRejected;
   lastWhole_ns_ = arrival.host_ns;
-  if (judgement.outnumbered) keeper_->forged_ns.store(arrival.host_ns, std::memory_order_relaxed);
   if (driver_->takeClock(asked_)) clock_.learn(asked_);
   const DeviceClock::Moment captured = clock_.add(arrival, judgement, buffer.awaited);
 

@@ -1,9 +1,11 @@
 // Strategy. Whole pictures of the agreed shape are lined up into tracks: a picture follows a track when its id comes
 // after the track's last one, its time too, the ids do not outrun the time, and the camera's clock keeps step with the
 // host's. What follows the current track is new. Everything else is held back and becomes, or continues, the one
-// candidate; a candidate of three replaces the current track. So a single odd picture costs nothing, whatever it
-// claims, and a camera that really counts anew is believed after three frames. A picture whose id and time are both
-// those of an earlier one is that earlier one; such a picture is no candidate either.
+// candidate; a candidate of three replaces the current track when that has been silent meanwhile. So a single odd
+// picture costs nothing, whatever it claims, and a camera that really counts anew is believed after three frames. A camera
+// has one counter: where frames of two tracks, whole or damaged, come in turn, somebody else sends as well, and the
+// pictures are doubted. A picture whose id and time are both those of an earlier one is that earlier one; such a picture
+// is no candidate either.
 //
 // Not every camera has a clock: some send 0, some whole seconds, some go back. The very next id makes a picture new
 // whatever the camera's clock says; where that is wrong it is distrusted for a hundred frames, in which ids are held
@@ -20,6 +22,8 @@ namespace tractiond::capture {
 namespace {
 
 constexpr int kAgreeing = 3;
+/// Frames of the previous track that would come within this time [frames] if that was the camera's; three raise the alarm.
+constexpr int kProof = 5;
 /// Frames without a fault until a camera's clock is believed again.
 constexpr int kDistrust = 100;
 constexpr std::uint64_t kLast16BitId = 65535;
@@ -100,6 +104,27 @@ FrameGate::Fit FrameGate::follows(const Track& track, const Arrival& arrival) co
   return step <= most ? Fit::kByTheHosts : Fit::kNone;
 }
 
+/// Returns whether a frame, whole or damaged, may be the next of a track by its id and the host's clock alone.
+bool FrameGate::isNext(const Track& track, const Arrival& arrival) const {
+  const std::int64_t step = advance(track.id, arrival.id);
+  return step > 0 && track.pace_ns > 0 && step <= 2 + 2 * ((arrival.host_ns - track.host_ns) / track.pace_ns);
+}
+
+/// Notes that the current track goes on: what was held back since its last frame came beside it. A single odd picture is
+/// a driver's or a camera's fault; more of them within a second are somebody else's.
+void FrameGate::hear(const Arrival& arrival) {
+  constexpr double kFading = 0.98, kMostSurplus = 2.0;
+  heard_ns_ = arrival.host_ns;
+  surplus_ = kFading * surplus_ + std::exchange(heldBack_, 0);
+  if (surplus_ > kMostSurplus) doubtUntil_ns_ = arrival.host_ns + options_.doubt_ns;
+}
+
+/// Returns the shortest time [ns] between two frames of the current track; 0: not known. A break of the network lengthens
+/// the mean, not the period.
+std::int64_t FrameGate::frameTime() const {
+  return current_->period_ns > 0 ? std::min(current_->period_ns, current_->pace_ns) : current_->pace_ns;
+}
+
 void FrameGate::markArrived(const Arrival& arrival) {
   if (!current_) return;
   const bool isAnId = arrival.id != 0 || options_.zeroIsAnId;
@@ -176,6 +201,7 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
   judgement.outnumbered = next.host_ns < doubtUntil_ns_;
   // Which of the two came first nobody knows: it may be none of the camera's.
   judgement.doubted = judgement.outnumbered || std::exchange(repeated_, false);
+  judgement.doubted |= next.host_ns < provedAt_ns_;
   judgement.missing += thrown;
   frameNumber_ += step + thrown;
   judgement.frameNumber = frameNumber_;
@@ -183,6 +209,8 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
   judgement.discontinuity = current_ && (jumped || step > 1 || thrown > 0);
   const std::int64_t pace = current_ ? current_->pace_ns : 0;
   current_ = next;
+  heard_ns_ = next.host_ns;
+  heldBack_ = 0;
   if (thrown > 0) current_->pace_ns = pace;  // more than `step` frames were taken since
   candidate_.reset();
   reopened_ = false;
@@ -202,13 +230,22 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     markArrived(arrival);
     Judgement judgement;
     judgement.verdict = verdict;
+    judgement.outnumbered = arrival.host_ns < doubtUntil_ns_;
     return judgement;
   };
-  if (!arrival.complete) return refuse(Verdict::kIncomplete);
+  const auto refuseDamaged = [&](Verdict verdict) {
+    if (current_ && isNext(*current_, arrival)) {
+      if (!candidate_ || !isNext(*candidate_, arrival)) hear(arrival);
+    } else if (previous_ && isNext(*previous_, arrival)) {
+      ++heldBack_;
+    }
+    return refuse(verdict);
+  };
+  if (!arrival.complete) return refuseDamaged(Verdict::kIncomplete);
   if (arrival.shape.width != agreed_.width || arrival.shape.height != agreed_.height ||
       arrival.shape.size != agreed_.size)
-    return refuse(Verdict::kWrongSize);
-  if (arrival.shape.format != agreed_.format) return refuse(Verdict::kWrongFormat);
+    return refuseDamaged(Verdict::kWrongSize);
+  if (arrival.shape.format != agreed_.format) return refuseDamaged(Verdict::kWrongFormat);
   if (arrival.id == 0 && !options_.zeroIsAnId) return refuse(Verdict::kStale);
 
   if (seenBefore(arrival)) return refuse(Verdict::kStale);
@@ -223,6 +260,7 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     // A clock that stands still has not jumped: it is none.
     const bool jumped = believed && fit == Fit::kByTheHosts && arrival.device_ns != current_->device_ns;
     const bool early = isEarly(arrival);
+    hear(arrival);
     Judgement judgement = accept(next, static_cast<std::uint64_t>(advance(current_->id, arrival.id)),
                                  believed != (next.distrust == 0), jumped);
     judgement.doubted |= early;
@@ -234,8 +272,13 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     candidate_ = begin(arrival);
   else
     extend(*candidate_, arrival, further);
+  ++heldBack_;
 
-  if (reopened_ || candidate_->length >= kAgreeing) {
+  // Frames reach the host less evenly than the camera takes them, hence one less than the candidate has. A current track
+  // that is shorter than a candidate proves nothing.
+  const bool fellSilent =
+      current_->length < kAgreeing || arrival.host_ns - heard_ns_ >= (kAgreeing - 1) * frameTime();
+  if (reopened_ || (candidate_->length >= kAgreeing && fellSilent)) {
     // The ids may still be those of the same count: after a pause of the host, or of the cable. Twice the time: frames
     // reach the host less evenly than the camera takes them.
     const std::int64_t step = advance(current_->id, arrival.id);
@@ -243,6 +286,12 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     if (current_->distrust > 0) period = current_->pace_ns;
     const std::int64_t twice = 2 * (arrival.host_ns - current_->host_ns);
     const bool counts = step > 0 && static_cast<std::uint64_t>(step) <= largestStep(period, twice);
+    // If the frames before were the camera's and these are not, its next ones show it.
+    previous_.reset();
+    if (!reopened_) {
+      previous_ = current_;
+      provedAt_ns_ = arrival.host_ns + kProof * frameTime();
+    }
     return accept(*candidate_, counts ? static_cast<std::uint64_t>(step) : 1, true, true);
   }
   const bool older = advance(current_->id, arrival.id) <= 0 ||

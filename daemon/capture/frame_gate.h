@@ -32,6 +32,7 @@ enum class Verdict { kNew, kIncomplete, kWrongSize, kWrongFormat, kStale, kImpla
 
 struct Judgement {
   Verdict verdict = Verdict::kIncomplete;
+  bool outnumbered = false;  ///< of late more packets or pictures came in the camera's name than it sends
   // The rest is meant for kNew only.
   std::uint64_t frameNumber = 0;  ///< from 1 on; jumps where the ids say that frames were not used or never arrived
   std::uint64_t missing = 0;      ///< frames since the last new one of which nothing arrived, or not past the driver
@@ -39,7 +40,6 @@ struct Judgement {
   bool newTimeline = false;       ///< what was learnt of the camera's clock no longer holds
   bool timed = false;             ///< the camera's clock can be believed; false: it is absent, coarse, or goes wrong
   std::uint64_t step = 1;         ///< of the ids since the last new one; 1 where they start afresh
-  bool outnumbered = false;       ///< of late more packets came in the camera's name than it sends
   bool doubted = false;           ///< so, or it came before the camera can have sent it, or some of it twice
 };
 
@@ -97,6 +97,9 @@ class FrameGate {
   static Track begin(const Arrival& arrival);
   static void extend(Track& track, const Arrival& arrival, Fit fit);
   Fit follows(const Track& track, const Arrival& arrival) const;
+  bool isNext(const Track& track, const Arrival& arrival) const;
+  void hear(const Arrival& arrival);
+  std::int64_t frameTime() const;
   std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const;
   Judgement accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped);
   std::uint64_t thrownBefore(const Track& next, std::uint64_t step) const;
@@ -109,6 +112,10 @@ class FrameGate {
   Options options_;
   std::optional<Track> current_;    ///< ends with the last frame that was used
   std::optional<Track> candidate_;  ///< frames held back that may become the current track
+  std::optional<Track> previous_;   ///< what the current track replaced
+  std::int64_t heard_ns_ = 0;       ///< host's clock at the last frame of the current track, whole or not
+  int heldBack_ = 0;                ///< frames of other tracks since then
+  double surplus_ = 0.0;            ///< those that came while the current track went on; fades
   bool reopened_ = false;
   std::uint64_t frameNumber_ = 0;
   std::bitset<32768> arrived_;  ///< [d]: something with the id d after the last new frame arrived, and was not used
@@ -119,6 +126,7 @@ class FrameGate {
   double repeatedLately_ = 0.0;     ///< frames
   double broken_ = 0.0;             ///< frames given up of late, whose packets may still come
   std::int64_t doubtUntil_ns_ = 0;  ///< host's clock
+  std::int64_t provedAt_ns_ = 0;    ///< likewise: until then frames of a track that replaced another are doubted
   std::vector<Seen> history_;       ///< the last whole pictures, a ring
   std::size_t historyCount_ = 0;
 };

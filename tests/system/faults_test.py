@@ -211,7 +211,7 @@ class Faults(steady.TestCase):
                     forger.frame(due, picture[:bytes_sent], WIDTH, HEIGHT, header.device_time_ns + 33_000_000, chunk=PACKET,
                                  trailer=share == 1.0, first=self.draw.randrange(2, 20) if share is None else 1)
                 self.assertGreater(self.ledger().doubted, before.doubted)
-                self.daemon.wait_for("warning: more packets come in the camera's name than it sends", 5)
+                self.daemon.wait_for("warning: more packets or pictures come in the camera's name than it sends", 5)
                 self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
                 self.assertEqual(self.twin.stop(), 0, self.twin.output())
                 truth = rig.read_truth(self.twin)
@@ -223,6 +223,43 @@ class Faults(steady.TestCase):
                 self.assertLess(alarm_s, 1.0 * rig.PATIENCE)
                 # A picture that is whole before the camera's own has begun, and not much before.
                 self.assertLessEqual(len(unflagged), rig.PATIENCE)
+
+    def test_a_forger_with_far_off_ids_is_noticed(self):
+        """It sends whole pictures of a counter of its own beside the camera's, at several rates."""
+        for pause_s in (0.0, self.draw.uniform(0.005, 0.02), self.draw.uniform(0.02, 0.05)):
+            with self.subTest(pause_s), rig.Rig() as self.bench:
+                self.begin("--rate", "30")
+                self.stream(120)
+                header = self.published[-1].header
+                forger = self.forger()
+                picture = self.draw.randbytes(3 * WIDTH * HEIGHT)
+                frame_id, ahead_ns = header.camera_frame_id + self.draw.randrange(200, 65000), self.draw.randrange(2 * 10**9)
+                begin = time.monotonic()
+                fields, sent, alarm_s = [], 0, None
+                while time.monotonic() < begin + 4:
+                    frame_id = frame_id % 65535 + 1
+                    elapsed_ns = int(1e9 * (time.monotonic() - begin))
+                    forger.frame(frame_id, picture, WIDTH, HEIGHT, header.device_time_ns + elapsed_ns + ahead_ns, chunk=PACKET)
+                    sent += 1
+                    time.sleep(pause_s)
+                    self.daemon.read()
+                    if alarm_s is None and any("more packets or pictures come" in line for line in self.daemon.lines):
+                        alarm_s = time.monotonic() - begin
+                while (message := self.subscriber.receive(0.2)) and time.monotonic() < begin + 4 + rig.HUNG_S:
+                    fields += [message[1]] * (message[0] == "field")
+                    if fields and fields[-1].header.received_ns > int(1e9 * (begin + 4)):
+                        break
+                self.assertIsNotNone(alarm_s, self.daemon.output())
+                self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
+                self.assertEqual(self.twin.stop(), 0, self.twin.output())
+                truth = rig.read_truth(self.twin)
+                invented = [field for field in fields
+                            if truth.get(field.header.camera_frame_id, {}).get("device_ns") != field.header.device_time_ns]
+                unflagged = [field for field in invented if not field.header.flags & DOUBTED_ORIGIN]
+                print(f"\n  {sent} pictures sent, {len(invented)} of {len(fields)} fields invented, {len(unflagged)} without a "
+                      f"flag, alarm after {alarm_s:.2f} s", end=" ", flush=True)
+                self.assertLess(alarm_s, 1.0 * rig.PATIENCE)
+                self.assertEqual(unflagged, [])
 
     def test_a_stranger_who_answers_for_the_camera(self):
         """Registers that read 0, among them who controls it; with the numbers of the questions that are next, by guess."""

@@ -1,8 +1,9 @@
-// Whose pictures are these? Packets that come twice, late or early.
+// Whose pictures are these? Packets that come twice, late or early, and pictures that come beside the camera's.
 #include "tests/support/seed.h"
 #include "tests/unit/capture/frame_gate_bench.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <random>
 
 namespace tractiond::capture::frame_gate_doubt_test {
@@ -112,6 +113,84 @@ TEST_F(FrameGateTest, DoubtsWhatComesBeforeItCanHaveBeenSent) {
     EXPECT_TRUE(judgement.doubted) << i;
     EXPECT_FALSE(judgement.outnumbered);
   }
+}
+
+/// Whole pictures of somebody else's at the camera's address, of any id, time, phase and rate, beside the camera's own,
+/// some of which arrive damaged or not at all. Returns what became of them.
+struct Forgery {
+  int forgedPublished = 0, forgedUnflagged = 0, honestPublished = 0, honest = 0;
+  std::int64_t alarm_ns = 0;  ///< after the third forged picture; 0: never
+};
+Forgery forge(std::mt19937_64& random, bool alwaysAhead) {
+  const auto upTo = [&](std::uint64_t n) { return static_cast<std::int64_t>(random() % n); };
+  FrameGate gate(kShape, {});
+  SimulatedCamera camera(1 + random() % 65'000);
+  for (int k = 0; k < 150; ++k) EXPECT_FALSE(gate.judge(camera.take()).doubted);
+  // Far off: nearer ones silence the camera, and Aravis's counts of late packets show them.
+  std::uint64_t id = (camera.nextId() + 200 + static_cast<std::uint64_t>(upTo(65'000))) % 65'535 + 1;
+  std::int64_t ahead_ns = alwaysAhead ? 0 : upTo(2'000'000'000) - 1'000'000'000;  // of the forged clock
+  const std::int64_t period_ns = kPeriod_ns / 8 + upTo(static_cast<std::uint64_t>(2 * kPeriod_ns));
+  const std::uint64_t damaged = static_cast<std::uint64_t>(upTo(100)),
+                      lost = static_cast<std::uint64_t>(upTo(10));  // %
+  std::int64_t next_ns = camera.hostNow() + upTo(static_cast<std::uint64_t>(kPeriod_ns)), third_ns = 0;
+  Forgery result;
+  for (int k = 0, sent = 0; k < 120; ++k) {
+    Arrival own = camera.take();
+    for (; next_ns < own.host_ns; next_ns += period_ns) {
+      Arrival forged = own;
+      forged.id = id = id % 65'535 + 1;
+      forged.device_ns = own.device_ns + ahead_ns + next_ns - own.host_ns;
+      forged.host_ns = next_ns;
+      const Judgement judgement = gate.judge(forged);
+      if (++sent == 3) third_ns = next_ns;
+      if (judgement.outnumbered && result.alarm_ns == 0)
+        result.alarm_ns = std::max<std::int64_t>(1, next_ns - third_ns);
+      if (judgement.verdict != Verdict::kNew) continue;
+      ++result.forgedPublished;
+      result.forgedUnflagged += judgement.doubted ? 0 : 1;
+    }
+    if (random() % 100 < lost) continue;
+    own.complete = random() % 100 >= damaged;
+    result.honest += own.complete ? 1 : 0;
+    const Judgement judgement = gate.judge(own);
+    if (judgement.outnumbered && result.alarm_ns == 0 && third_ns != 0)
+      result.alarm_ns = std::max<std::int64_t>(1, own.host_ns - third_ns);
+    result.honestPublished += judgement.verdict == Verdict::kNew ? 1 : 0;
+  }
+  return result;
+}
+
+TEST_F(FrameGateTest, PublishesNoForgedPictureOfAFarOffIdUnflagged) {
+  std::mt19937_64 random(test::seed());
+  int forged = 0, honest = 0, lost = 0;
+  std::int64_t slowest_ns = 0;
+  for (int round = 0; round < 2000; ++round) {
+    const Forgery result = forge(random, round % 2 == 0);
+    ASSERT_EQ(result.forgedUnflagged, 0) << round;
+    ASSERT_GT(result.alarm_ns, 0) << round << ": no alarm";
+    slowest_ns = std::max(slowest_ns, result.alarm_ns);
+    forged += result.forgedPublished;
+    honest += result.honest;
+    lost += result.honest - result.honestPublished;
+  }
+  std::printf(
+      "  forged pictures published unflagged: 0; flagged: %d; the camera's not used: %d of %d; slowest alarm %.2f s\n",
+      forged, lost, honest, 1e-9 * static_cast<double>(slowest_ns));
+  EXPECT_LT(slowest_ns, 1'000'000'000);
+}
+
+TEST_F(FrameGateTest, FlagsFiveFramesOfACameraThatCountsAnew) {
+  SimulatedCamera camera(40'000);
+  stream(camera, 100);
+  camera.count(7);
+  Judgement judgement;
+  EXPECT_EQ(framesUntilNew(camera, &judgement), 3);
+  EXPECT_TRUE(judgement.doubted);
+  EXPECT_FALSE(judgement.outnumbered);
+  int flagged = 1;
+  while (judge(camera.take()).doubted && flagged < 100) ++flagged;
+  EXPECT_EQ(flagged, 5);
+  EXPECT_EQ(ledger_.doubted.get(), 5U);
 }
 
 }  // namespace
