@@ -5,6 +5,7 @@
 #include "daemon/capture/child.h"
 #include "daemon/capture/inspection.h"
 #include "daemon/config_toml.h"
+#include "daemon/gel_files.h"
 #include "daemon/instrument.h"
 #include "daemon/log.h"
 #include "daemon/replay.h"

@@ -4,8 +4,9 @@
 #include "daemon/replay.h"
 
 #include "daemon/config_toml.h"
+#include "daemon/gel_files.h"
 #include "daemon/gel_watch.h"
-#include "daemon/instrument.h"
+#include "daemon/instance.h"
 #include "daemon/recorder.h"
 #include "daemon/solve/inverse_cache.h"
 #include "daemon/track/nominal.h"
