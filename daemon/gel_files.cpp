@@ -1,6 +1,7 @@
 #include "daemon/gel_files.h"
 
 #include "daemon/calibrate/calibration.h"
+#include "daemon/config.h"
 #include "daemon/track/nominal.h"
 #include "sensor/gel_file.h"
 
@@ -27,6 +28,11 @@ Error asError(const sensor::FileError& error, const std::string& gelFile) {
 }  // namespace
 
 tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile) {
+  if (gelFile == kNoGelFile) {
+    return tl::unexpected(Error{.exitCode = EX_CONFIG,
+                                .what = "sensor.gel_file is \"none\": without a gel there are no forces",
+                                .remedy = "name a gel file"});
+  }
   sensor::Sensor sensor;
   if (!gelFile.empty()) {
     auto loaded = sensor::loadGel(gelFile);
@@ -36,6 +42,11 @@ tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile) {
   }
   if (auto sound = track::trackable(sensor); !sound) return tl::unexpected(sound.error());
   return sensor;
+}
+
+tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& gelFile) {
+  if (gelFile == kNoGelFile) return std::nullopt;
+  return loadSensor(gelFile).map([](sensor::Sensor sensor) { return std::optional(std::move(sensor)); });
 }
 
 void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve) {

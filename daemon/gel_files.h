@@ -9,12 +9,17 @@
 
 #include <tl/expected.hpp>
 
+#include <optional>
 #include <string>
 
 namespace tractiond {
 
-/// Returns the gel file's sensor, the paper's where the name is empty. Fails also for one that cannot be tracked.
+/// Returns the gel file's sensor, the paper's where the name is empty. Fails also for one that cannot be tracked, and
+/// for kNoGelFile.
 tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile);
+
+/// The same; empty for kNoGelFile.
+tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& gelFile);
 
 /// Sets what a description says of sensor and solver.
 void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve);

@@ -4,6 +4,7 @@
 #include "daemon/capture/pipe_driver.h"
 #include "daemon/gel_files.h"
 #include "daemon/measurement.h"
+#include "daemon/no_gel.h"
 #include "daemon/solve/inverse_cache.h"
 
 #include <fcntl.h>
@@ -21,8 +22,17 @@ namespace {
 /// While somebody waits for a step of a calibration, every frame is looked at.
 constexpr std::chrono::milliseconds kHurriedTurn{3};
 
-/// Frames that made the zero were put to use: they are not among the lost.
+/// Of what the forces rest on; without a gel there are none.
+Id calibrationId(const std::optional<sensor::Sensor>& gel, const solve::SolveOptions& solve) {
+  return gel ? solve::inverseId(*gel, solve) : Id{};
+}
+
+/// Frames that made the zero were put to use: they are not among the lost. Nor are those of a camera without a gel.
 std::string account(const Ledger& ledger) {
+  if (const std::uint64_t shown = ledger.noGel.get(); shown != 0) {
+    return fmt::format("{} frames received, {} not measured as there is no gel, {} lost", ledger.received.get(), shown,
+                       ledger.losses() - shown);
+  }
   const std::uint64_t zero = ledger.noRestPose.get();
   return fmt::format("{} frames received, {} published, {} for the zero, {} lost", ledger.received.get(),
                      ledger.published.get(), zero, ledger.losses() - zero);
@@ -52,8 +62,13 @@ Instrument::~Instrument() = default;
 
 tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& config, const Places& places,
                                                                   std::function<std::uint64_t()> logLinesLost) {
-  auto sensor = loadSensor(config.sensor.gelFile);
-  if (!sensor) return tl::unexpected(sensor.error());
+  auto gel = loadGel(config.sensor.gelFile);
+  if (!gel) return tl::unexpected(gel.error());
+  if (!*gel && !config.record.file.empty()) {
+    return tl::unexpected(Error{.exitCode = EX_USAGE,
+                                .what = "--record keeps what forces are computed from, and there is no gel",
+                                .remedy = "name a gel file in sensor.gel_file, or start without --record"});
+  }
   auto state = OwnDirectory::claim(places.state, "state directory");
   if (!state) return tl::unexpected(state.error());
   auto runtime = OwnDirectory::claim(places.runtime, "runtime directory");
@@ -62,16 +77,16 @@ tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& 
       new Instrument(completed(config, places), *std::move(state), *std::move(runtime)));
   instrument->stateDirectory_ = places.state;
   instrument->logLinesLost_ = std::move(logLinesLost);
-  if (auto built = instrument->build(*std::move(sensor)); !built) return tl::unexpected(built.error());
+  if (auto built = instrument->build(*std::move(gel)); !built) return tl::unexpected(built.error());
   return instrument;
 }
 
-tl::expected<void, Error> Instrument::build(sensor::Sensor sensor) {
+tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
   const Config& config = config_;
-  description_.identity = {config.sensor.name, publish::randomId(), solve::inverseId(sensor, config.solve)};
+  description_.identity = {config.sensor.name, publish::randomId(), calibrationId(gel, config.solve)};
   description_.softwareVersion = TRACTIOND_VERSION;
   description_.host = publish::hostId();
-  describeSensor(description_, sensor, config.solve);
+  if (gel) describeSensor(description_, *gel, config.solve);
 
   auto publisher = publish::Publisher::open(config.publish, description_, ledger_, [this] { return vitals(); });
   if (!publisher) return tl::unexpected(publisher.error());
@@ -102,16 +117,7 @@ tl::expected<void, Error> Instrument::build(sensor::Sensor sensor) {
     if (!endpoints->empty()) greetings_.emplace_back(endpoints->front());
   }
 
-  auto processing = Measurement::make(std::move(sensor), {.config = config_,
-                                                          .stateDirectory = stateDirectory_,
-                                                          .ledger = ledger_,
-                                                          .turns = turns_,
-                                                          .description = description_,
-                                                          .publisher = *publisher_,
-                                                          .control = *controlServer_,
-                                                          .stopping = [this] { return pipeline_->stopping(); }});
-  if (!processing) return tl::unexpected(processing.error());
-  processing_ = *std::move(processing);
+  if (auto processing = makeProcessing(std::move(gel)); !processing) return processing;
   if (config.preview.rate_Hz > 0.0) previewer_.emplace(*publisher_, config.preview);
 
   if (auto opened = openCamera(); !opened) return opened;
@@ -142,6 +148,29 @@ tl::expected<void, Error> Instrument::build(sensor::Sensor sensor) {
           .enter = [this] { realtime_->enter(); },
       },
       options, ledger_, turns_);
+  return {};
+}
+
+tl::expected<void, Error> Instrument::makeProcessing(std::optional<sensor::Sensor> gel) {
+  if (!gel) {
+    spdlog::warn("warning: {}", NoGel::kWhy);
+    processing_ = std::make_unique<NoGel>(
+        NoGelLinks{.answerSnapshot = [this](const auto& result) { controlServer_->answerSnapshot(result, {}); },
+                   .refuseZero = [this](const auto& reason) { controlServer_->answerZero(tl::unexpected(reason)); },
+                   .refuseCalibration =
+                       [this](const auto& reason) { controlServer_->answerCalibration(tl::unexpected(reason)); }});
+    return {};
+  }
+  auto measurement = Measurement::make(*std::move(gel), {.config = config_,
+                                                         .stateDirectory = stateDirectory_,
+                                                         .ledger = ledger_,
+                                                         .turns = turns_,
+                                                         .description = description_,
+                                                         .publisher = *publisher_,
+                                                         .control = *controlServer_,
+                                                         .stopping = [this] { return pipeline_->stopping(); }});
+  if (!measurement) return tl::unexpected(measurement.error());
+  processing_ = *std::move(measurement);
   return {};
 }
 
@@ -200,7 +229,7 @@ ServiceHooks Instrument::hooks() {
 }
 
 tl::expected<std::vector<std::string>, Error> Instrument::reload(const Config& completed) {
-  const auto gel = loadSensor(completed.sensor.gelFile);
+  const auto gel = loadGel(completed.sensor.gelFile);
   if (!gel) return tl::unexpected(gel.error());
   const bool piped = !config_.camera.images.empty();
   std::vector<std::string> news, bound;
@@ -214,7 +243,7 @@ tl::expected<std::vector<std::string>, Error> Instrument::reload(const Config& c
     else
       bound.push_back(change.key);
   }
-  if (bound.empty() && solve::inverseId(*gel, config_.solve) != description_.identity.calibration)
+  if (bound.empty() && calibrationId(*gel, config_.solve) != description_.identity.calibration)
     bound.emplace_back("what sensor.gel_file holds");
   if (!bound.empty()) {
     return tl::unexpected(Error{.exitCode = EX_CONFIG,
@@ -236,9 +265,9 @@ tl::expected<std::vector<std::string>, Error> Instrument::reload(const Config& c
 
 tl::expected<void, Error> Instrument::stop() {
   pipeline_->stop();
-  const auto recorded = processing_->finish();
+  auto recorded = processing_->finish();
   spdlog::info("stopped: {}", account(ledger_));
-  if (!config_.camera.images.empty() && ledger_.received.get() > 0 && ledger_.published.get() == 0) {
+  if (!config_.camera.images.empty() && ledger_.noRestPose.get() > 0 && ledger_.published.get() == 0) {
     spdlog::warn(
         "warning: no field was published: the pictures ended before there was a zero, which is averaged over {} "
         "of them (track.zero_frames), with the gel untouched",
@@ -280,6 +309,8 @@ void Instrument::describeCamera(const capture::CameraInfo& info) {
   description_.cameraModel = info.name.model;
   description_.cameraSerial = info.name.serial;
   description_.pixelFormat = traitsOf(info.format).name;
+  description_.width_px = info.shape.width;
+  description_.height_px = info.shape.height;
   publisher_->describe(description_);
 }
 

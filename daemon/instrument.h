@@ -47,7 +47,8 @@ class Instrument {
 
  private:
   Instrument(Config config, OwnDirectory state, OwnDirectory runtime);
-  tl::expected<void, Error> build(sensor::Sensor sensor);
+  tl::expected<void, Error> build(std::optional<sensor::Sensor> gel);
+  tl::expected<void, Error> makeProcessing(std::optional<sensor::Sensor> gel);
   void control(std::chrono::milliseconds timeout);
   capture::OpenDriver driver() const;
   tl::expected<void, Error> openCamera();

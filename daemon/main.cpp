@@ -86,8 +86,8 @@ int planApart(int argc, char** argv, const std::string& file) {
 }
 
 int checkConfig(const Config& config) {
-  const auto sensor = loadSensor(config.sensor.gelFile);
-  return sensor ? EX_OK : failed(sensor.error());
+  const auto gel = loadGel(config.sensor.gelFile);
+  return gel ? EX_OK : failed(gel.error());
 }
 
 int replayed(const Arguments& arguments, const Config& config, const Places& places) {

@@ -51,7 +51,7 @@ tl::expected<void, Error> Measurement::build() {
   tracking.awaitJudge = true;  // nothing is measured from a zero that the gel file may not fit
   tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
   gelWatch_ = std::make_unique<GelWatch>(sensor_, *tracker_, newestMarkerStatus_, [this](const auto& result) {
-    around_.control.answerSnapshot(result, sensor_);
+    around_.control.answerSnapshot(result, sensor_.layers);
   });
   solver_ = std::make_unique<solve::Solver>(inverse_, sensor_, config.solve);
   around_.description.detectionLimit_N = solver_->detectionLimit_N();
@@ -74,11 +74,13 @@ PipelineOptions Measurement::pipelineOptions() const {
 tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) {
   const sensor::Camera& expected = sensor_.camera;
   if (info.shape.width != expected.width || info.shape.height != expected.height) {
-    return tl::unexpected(
-        Error{.exitCode = EX_CONFIG,
-              .what = fmt::format("the camera's picture is {} x {} pixels, the gel's is {} x {}", info.shape.width,
-                                  info.shape.height, expected.width, expected.height),
-              .remedy = "set camera.width_px and camera.height_px, or describe the gel's camera"});
+    return tl::unexpected(Error{
+        .exitCode = EX_CONFIG,
+        .what = fmt::format("the camera's picture is {} x {} pixels, the gel's is {} x {}", info.shape.width,
+                            info.shape.height, expected.width, expected.height),
+        .remedy =
+            "set camera.width_px and camera.height_px, or describe the gel's camera; to aim a camera before there is a "
+            "gel file, set sensor.gel_file = \"none\""});
   }
   if (auto possible = track::trackable(sensor_, info.format); !possible) return possible;
   const std::string id = calibrate::cameraId(info.name.vendor, info.name.serial);
@@ -123,7 +125,8 @@ void Measurement::beginRecording(const capture::CameraInfo& info) {
 
 /// It only serves to undo: where it is of no use, it is as if it were not there.
 std::optional<RestPose> Measurement::earlierZero(const capture::CameraInfo& info) const {
-  const auto pose = track::loadRestPose(track::earlierPosePath(around_.stateDirectory), sensor_, info.format, cameraId_);
+  const auto pose =
+      track::loadRestPose(track::earlierPosePath(around_.stateDirectory), sensor_, info.format, cameraId_);
   if (!pose) spdlog::warn("warning: the zero cannot be undone: {}", pose.error().message());
   return pose.value_or(std::nullopt);
 }
@@ -204,8 +207,7 @@ void Measurement::makeProcedures() {
               },
           .keep =
               [this](const RestPose& pose, const RestPose* before) {
-                const auto save = [this, format = format_](const std::filesystem::path& path,
-                                                                           const RestPose& one) {
+                const auto save = [this, format = format_](const std::filesystem::path& path, const RestPose& one) {
                   return track::saveRestPose(path, one, sensor_, format, cameraId_);
                 };
                 // Never on a thread that a watchdog looks after: a disk may take seconds for each of its calls.

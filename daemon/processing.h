@@ -1,5 +1,5 @@
-// What an instrument does with its frames. There are two kinds: Measurement, and NoGel, which shows pictures and measures
-// nothing.
+// What an instrument does with its frames. There are two kinds: Measurement, and NoGel, which shows pictures and
+// measures nothing.
 #pragma once
 
 #include "daemon/capture/camera_info.h"
@@ -35,7 +35,8 @@ class Processing {
  public:
   virtual ~Processing() = default;
 
-  /// Tells how large the records are, and how frames are counted that track() does not use. Before the pipeline is made.
+  /// Tells how large the records are, and how frames are counted that track() does not use. Before the pipeline is
+  /// made.
   virtual PipelineOptions pipelineOptions() const = 0;
 
   // camera-keeper

@@ -9,8 +9,10 @@
 #include "daemon/instance.h"
 #include "daemon/recorder.h"
 #include "daemon/solve/inverse_cache.h"
+#include "daemon/solve/solver.h"
 #include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose.h"
+#include "proto/traction/v1/endpoints.h"
 #include "recording/reader.h"
 #include "sensor/gel_file.h"
 
