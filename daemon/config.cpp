@@ -66,7 +66,8 @@ std::vector<Key> keysOf(Config& config) {
   std::vector<Key> keys = {
       {"sensor", "name", "", "Of the sensor, in topics and messages; empty: the name of the instance.",
           &config.sensor.name, {}, name},
-      {"sensor", "gel_file", "", "What the sensor is made of, see gels/paper.toml beside this file; empty: as there.",
+      {"sensor", "gel_file", "", "What the sensor is made of, see gels/paper.toml beside this file; empty: as there; \"none\": there is no gel, and "
+          "the camera's pictures can be seen.",
           &config.sensor.gelFile},
 
       {"camera", "id", "", "Device id, Vendor-Serial, IP or MAC address; empty: the first camera found.",

@@ -11,15 +11,20 @@
 #include "daemon/track/tracker.h"
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tractiond {
+
+/// As sensor.gel_file: pictures can be seen, and nothing is measured.
+inline constexpr std::string_view kNoGelFile = "none";
 
 /// The defaults are those of the rooms' options.
 struct Config {
   struct Sensor {
     std::string name;     ///< in topics and messages; empty: the instance's
-    std::string gelFile;  ///< empty: the paper's gel
+    std::string gelFile;  ///< empty: the paper's gel; kNoGelFile: there is none
+    bool namesGelFile() const { return !gelFile.empty() && gelFile != kNoGelFile; }
   } sensor;
   capture::CameraOptions camera;
   track::TrackOptions track;

@@ -25,7 +25,7 @@ tl::expected<Config, Error> loadConfig(const std::string& path) {
   auto root = TomlTable::load(path);
   if (!root) return tl::unexpected(asError(root.error()));
   auto config = read(*root);
-  if (config && !config->sensor.gelFile.empty()) {
+  if (config && config->sensor.namesGelFile()) {
     config->sensor.gelFile = std::filesystem::path(path).parent_path() / config->sensor.gelFile;
   }
   return config;

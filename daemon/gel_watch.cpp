@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace tractiond {
 
@@ -27,13 +28,13 @@ bool isMissing(const MarkerSight& sight) {
 }  // namespace
 
 GelWatch::GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<publish::MarkerStatus>& status,
-                   std::function<void(const SnapshotResult&)> answer, const GelWatchOptions& options)
+                   std::function<void(const Snapshots::Result&)> answer, const GelWatchOptions& options)
     : sensor_(sensor)
     , tracker_(tracker)
     , status_(status)
-    , answer_(std::move(answer))
-    , options_(options) {
-  tracker.prepare(*loan_.own());
+    , options_(options)
+    , snapshots_(std::move(answer), options.longestWait_s, options.clock) {
+  tracker.prepare(snapshots_.room());
 }
 
 std::string GelWatch::judge(const RestPose& zero) {
@@ -78,7 +79,10 @@ void GelWatch::turn() {
     }
   }
   if (fresh) watchMissing(now_ns);
-  watchSnapshot(now_ns);
+  if (const Snapshot* const snapshot = snapshots_.take()) {
+    if (std::exchange(lookWanted_, false)) look(*snapshot);
+  }
+  snapshots_.turn(lookWanted_);
   if (fresh) tell();
 }
 
@@ -96,35 +100,6 @@ void GelWatch::watchMissing(std::int64_t now_ns) {
   if (lookedAt_ns_ != 0 && now_ns - lookedAt_ns_ < ns(options_.between_s)) return;
   lookedAt_ns_ = now_ns;
   lookWanted_ = true;
-}
-
-void GelWatch::askSnapshot() {
-  askedAt_ns_ = options_.clock();
-}
-
-void GelWatch::watchSnapshot(std::int64_t now_ns) {
-  Snapshot* const snapshot = loan_.own();
-  if (snapshot && lent_) {
-    lent_ = false;
-    if (!snapshot->fits) {
-      snapshot->makeRoom();
-    } else {
-      if (lookWanted_) look(*snapshot);
-      if (askedAt_ns_ != 0) {
-        askedAt_ns_ = 0;
-        answer_(snapshot);
-      }
-      lookWanted_ = false;
-    }
-  }
-  if (snapshot && (lookWanted_ || askedAt_ns_ != 0)) {
-    lent_ = true;
-    loan_.lend();
-  }
-  if (askedAt_ns_ != 0 && now_ns - askedAt_ns_ > ns(options_.longestWait_s)) {
-    askedAt_ns_ = 0;
-    answer_(tl::unexpected<std::string>("no frames come from the camera"));
-  }
 }
 
 void GelWatch::look(const Snapshot& snapshot) {
@@ -163,11 +138,11 @@ void GelWatch::tell() {
 }
 
 void GelWatch::takeFrame(const Frame& frame) {
-  Snapshot* const wanted = loan_.lent();
+  Snapshot* const wanted = snapshots_.lent();
   if (!wanted) return;
   wanted->take(frame);
   if (wanted->fits) tracker_.show(*wanted);
-  loan_.giveBack();
+  snapshots_.giveBack();
 }
 
 }  // namespace tractiond

@@ -2,14 +2,11 @@
 #pragma once
 
 #include "daemon/base/clock.h"
-#include "daemon/base/loan.h"
 #include "daemon/base/mailbox.h"
 #include "daemon/publish/status.h"
 #include "daemon/records/gel_report.h"
-#include "daemon/records/snapshot.h"
+#include "daemon/snapshots.h"
 #include "daemon/track/tracker.h"
-
-#include <tl/expected.hpp>
 
 #include <functional>
 #include <string>
@@ -27,11 +24,9 @@ struct GelWatchOptions {
 /// Bound to the control thread, but for takeFrame().
 class GelWatch {
  public:
-  using SnapshotResult = tl::expected<const Snapshot*, std::string>;
-
   /// Sensor, tracker and status outlive this. `answer`: what came of askSnapshot(), within a turn().
   GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<publish::MarkerStatus>& status,
-           std::function<void(const SnapshotResult&)> answer, const GelWatchOptions& options = {});
+           std::function<void(const Snapshots::Result&)> answer, const GelWatchOptions& options = {});
 
   /// Compares the gel file with a zero, and tells the tracker. \return what contradicts, for people; empty: nothing.
   std::string judge(const RestPose& zero);
@@ -40,7 +35,7 @@ class GelWatch {
   bool fits() const { return report_.fits(); }
 
   /// Somebody wants to see the next picture.
-  void askSnapshot();
+  void askSnapshot() { snapshots_.ask(); }
 
   /// Does what is due.
   void turn();
@@ -54,14 +49,12 @@ class GelWatch {
  private:
   void check();
   void watchMissing(std::int64_t now_ns);
-  void watchSnapshot(std::int64_t now_ns);
   void look(const Snapshot& snapshot);
   void tell();
 
   const sensor::Sensor& sensor_;
   track::Tracker& tracker_;
   Mailbox<publish::MarkerStatus>& status_;
-  std::function<void(const SnapshotResult&)> answer_;
   GelWatchOptions options_;
 
   MarkerSight sight_;
@@ -75,9 +68,8 @@ class GelWatch {
   std::int64_t loggedAt_ns_ = 0;
   std::string missing_;  ///< what was seen then
 
-  Loan<Snapshot> loan_;
-  bool lent_ = false, lookWanted_ = false;
-  std::int64_t askedAt_ns_ = 0;  ///< by somebody; 0: by nobody
+  Snapshots snapshots_;
+  bool lookWanted_ = false;
 };
 
 }  // namespace tractiond

@@ -3,20 +3,16 @@
 
 #include "daemon/capture/camera.h"
 #include "daemon/config.h"
-#include "daemon/gel_watch.h"
 #include "daemon/instance.h"
-#include "daemon/invalid_fields.h"
 #include "daemon/pipeline.h"
 #include "daemon/previewer.h"
-#include "daemon/procedures.h"
+#include "daemon/processing.h"
 #include "daemon/publish/control.h"
 #include "daemon/publish/frozen_peers.h"
 #include "daemon/publish/greeting.h"
 #include "daemon/publish/publisher.h"
-#include "daemon/recorder.h"
 #include "daemon/service.h"
-#include "daemon/solve/solver.h"
-#include "daemon/track/tracker.h"
+#include "sensor/sensor.h"
 
 #include <filesystem>
 #include <functional>
@@ -26,15 +22,6 @@
 #include <vector>
 
 namespace tractiond {
-
-/// The gel file's sensor, the paper's where the name is empty. Fails also for one that cannot be tracked.
-tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile);
-
-/// What a description says of sensor and solver.
-void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve);
-
-/// The gel file and the influence file that it names, as they are on the disk. Empty: the built-in gel, or it has gone.
-void readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile, publish::Beginning& beginning);
 
 /// Thread-bound, but for what the pipeline's threads do within.
 class Instrument {
@@ -60,17 +47,13 @@ class Instrument {
 
  private:
   Instrument(Config config, OwnDirectory state, OwnDirectory runtime);
-  tl::expected<void, Error> build();
-  tl::expected<void, Error> welcome(const capture::CameraInfo& info);
-  void beginRecording(const capture::CameraInfo& info);
+  tl::expected<void, Error> build(std::optional<sensor::Sensor> gel);
+  tl::expected<void, Error> makeProcessing(std::optional<sensor::Sensor> gel);
   void control(std::chrono::milliseconds timeout);
   capture::OpenDriver driver() const;
-  void awaitFirstVerdict();
   tl::expected<void, Error> openCamera();
   void meetCamera();
-  std::optional<RestPose> earlierZero(const capture::CameraInfo& info) const;
   void describeCamera(const capture::CameraInfo& info);
-  void makeProcedures();
   publish::Vitals vitals();
   std::string statusLine() const;
 
@@ -80,39 +63,24 @@ class Instrument {
   std::shared_ptr<Realtime> realtime_;  // and Aravis's thread's, of a camera that is closed in its own time
   OwnDirectory state_, runtime_;
   std::filesystem::path stateDirectory_;
-  sensor::Sensor sensor_;
   Ledger ledger_;
   Turns turns_;
-  publish::Description description_;            // after the start the control thread's
-  std::string cameraId_;                        // as restored_
-  std::optional<RestPose> restored_, earlier_;  // written before the camera's first info() is there, read after
-  solve::Inverse inverse_;
-  std::unique_ptr<track::Tracker> tracker_;
-  std::unique_ptr<solve::Solver> solver_;
-  Mailbox<MarkerField> newestMarkers_;                 // from the tracking thread to control
-  Mailbox<Watched> watched_;                           // from control to the publishing thread
-  Mailbox<publish::MarkerStatus> newestMarkerStatus_;  // the same
-  Counter tracked_;                                    // frames that the tracker has looked at
+  publish::Description description_;  // after the start the control thread's
   std::unique_ptr<publish::Publisher> publisher_;
   std::optional<Previewer> previewer_;
-  std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<publish::ControlServer> controlServer_;
+  std::unique_ptr<Processing> processing_;
   std::unique_ptr<capture::Camera> camera_;
   std::unique_ptr<Pipeline> pipeline_;
   std::vector<publish::Greeting> greetings_;  // run()'s
 
   // The control thread's own.
-  std::unique_ptr<Procedures> procedures_;
-  std::unique_ptr<GelWatch> gelWatch_;
   std::optional<publish::FrozenPeers> frozenPeers_;
   unsigned describedSession_ = 0;  // of the camera
   bool cameraAsked_ = false;
 
   // The publishing thread's own.
-  Watched lastWatched_;
   CameraVitals cameraVitals_;
-  publish::MarkerStatus markerStatus_;
-  InvalidFields invalidFields_{config_.track, config_.solve};
   publish::SchedulingStatus scheduling_;
 };
 

@@ -5,6 +5,7 @@
 #include "daemon/capture/child.h"
 #include "daemon/capture/inspection.h"
 #include "daemon/config_toml.h"
+#include "daemon/gel_files.h"
 #include "daemon/instrument.h"
 #include "daemon/log.h"
 #include "daemon/replay.h"
@@ -85,8 +86,8 @@ int planApart(int argc, char** argv, const std::string& file) {
 }
 
 int checkConfig(const Config& config) {
-  const auto sensor = loadSensor(config.sensor.gelFile);
-  return sensor ? EX_OK : failed(sensor.error());
+  const auto gel = loadGel(config.sensor.gelFile);
+  return gel ? EX_OK : failed(gel.error());
 }
 
 int replayed(const Arguments& arguments, const Config& config, const Places& places) {

@@ -27,11 +27,11 @@ TractionField blankField(const PipelineOptions& options) {
 
 // What each stage does with one frame, threaded or inline: call, stamp, count.
 
-bool trackOne(const Stages& stages, const Frame& frame, MarkerField& markers, Ledger& ledger) {
+bool trackOne(const Stages& stages, const Frame& frame, MarkerField& markers, Counter& notTracked) {
   markers.info = frame.info;
   const bool tracked = stages.track(frame, markers);
   markers.info.times.tracked_ns = monotonicNow();
-  if (!tracked) ledger.noRestPose.add();
+  if (!tracked) notTracked.add();
   return tracked;
 }
 
@@ -152,7 +152,7 @@ void Pipeline::track() {
       frames_, turns_.track,
       [this](const Frame& frame) {
         MarkerField& markers = acquire(markers_, turns_.track, options_.turn);
-        if (trackOne(stages_, frame, markers, ledger_)) {
+        if (trackOne(stages_, frame, markers, ledger_.*options_.notTracked)) {
           markers_.push(&markers);
         } else {
           markers_.putBack(&markers);
@@ -210,7 +210,7 @@ void runInline(const Stages& stages, const PipelineOptions& options, Ledger& led
     const auto next = stages.source.next(frame, options.turn);
     if (next == capture::Next::kEnd) return;
     if (next == capture::Next::kFrame) {
-      if (trackOne(stages, frame, markers, ledger)) {
+      if (trackOne(stages, frame, markers, ledger.*options.notTracked)) {
         solveOne(stages, markers, field);
         publishOne(stages, field, ledger);
       }

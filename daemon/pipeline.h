@@ -21,7 +21,7 @@ namespace tractiond {
 /// What is done with a frame. Each function is called from its own thread only, and never after stop() or finish().
 struct Stages {
   capture::FrameSource& source;
-  std::function<bool(const Frame&, MarkerField&)> track;  ///< false: there is no rest pose yet, nothing to publish
+  std::function<bool(const Frame&, MarkerField&)> track;  ///< false: there is nothing to publish of this frame
   std::function<void(const MarkerField&, TractionField&)> solve;
   std::function<void(const TractionField&)> publish;
   /// Between two fields: sleeps until the descriptor is readable or the time is over, and serves subscribers meanwhile.
@@ -39,6 +39,7 @@ struct Stages {
 struct PipelineOptions {
   int markers = 0;  ///< sizes the records
   int nodes = 0;
+  Counter Ledger::*notTracked = &Ledger::noRestPose;  ///< counts frames for which track() returns false
   WhenFull whenFull = WhenFull::kEvictOldest;
   std::chrono::milliseconds turn{100};  ///< no stage sleeps longer, so that stop and watchdog never wait for a frame
 };

@@ -4,12 +4,15 @@
 #include "daemon/replay.h"
 
 #include "daemon/config_toml.h"
+#include "daemon/gel_files.h"
 #include "daemon/gel_watch.h"
-#include "daemon/instrument.h"
+#include "daemon/instance.h"
 #include "daemon/recorder.h"
 #include "daemon/solve/inverse_cache.h"
+#include "daemon/solve/solver.h"
 #include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose.h"
+#include "proto/traction/v1/endpoints.h"
 #include "recording/reader.h"
 #include "sensor/gel_file.h"
 

@@ -44,7 +44,8 @@ std::vector<Account> accountsOf(const Scene& scene) {
     for (const auto& [cause, frames] : lossesOf(ledger)) {
       std::string name = cause;
       std::replace(name.begin(), name.end(), '_', ' ');
-      all.push_back({name, frames, {}, name != "no rest pose"});  // those are used: for the zero
+      // Those are no losses: they are used for the zero, or there is nothing to measure.
+      all.push_back({name, frames, {}, name != "no rest pose" && name != "no gel"});
     }
     all.push_back({"never arrived", ledger.missing, {}, true});
     all.push_back({"of doubted origin", ledger.doubted, {}, true});
@@ -78,7 +79,8 @@ std::string complaint(const Watched& one, std::int64_t now_ns) {
     }
     for (const std::string& flag : words(scene.recentFlags(now_ns))) add(flag);
   }
-  if (scene.status && !scene.status->markers.remark.empty()) add(scene.status->markers.remark);
+  const std::string remark = scene.status ? scene.status->markers.remark : "";
+  if (!remark.empty() && remark != trouble.what) add(remark);
   if (scene.status && !refusedOf(scene.status->scheduling).empty())
     add("real time is not granted: " + refusedOf(scene.status->scheduling));
   return text;

@@ -29,6 +29,7 @@ const char* sentence(CameraState state) {
 }
 
 void printMarkers(const MarkerStatus& markers) {
+  if (markers.isWithoutGel()) std::printf("markers   %s\n", printable(markers.remark).c_str());
   if (markers.layers.empty()) return;
   std::string text;
   for (const MarkerStatus::Layer& layer : markers.layers) {
@@ -86,6 +87,7 @@ void print(const Status& status) {
       {"implausible", ledger.implausible},
       {"evicted before tracking", ledger.evictedBeforeTrack},
       {"before there was a zero, or averaged for one", ledger.noRestPose},
+      {"not measured, as there is no gel", ledger.noGel},
       {"evicted before solving", ledger.evictedBeforeSolve},
       {"evicted before publishing", ledger.evictedBeforePublish},
       {"discarded at the stop", ledger.discardedAtStop},
@@ -131,9 +133,8 @@ void status(const ControlOptions& options, bool json) {
     print(status);
     flushOutput();
   }
-  if (status.camera != CameraState::kStreaming) {
-    throw NoCamera("no field can come: " + sentence(status));
-  }
+  if (status.camera != CameraState::kStreaming) throw NoField("no field can come: " + sentence(status));
+  if (status.markers.isWithoutGel()) throw NoField("no field can come: " + status.markers.remark);
 }
 
 void describe(const ControlOptions& options) {

@@ -18,13 +18,13 @@ void watch(const SubscriberOptions& options, double seconds);
 /// standard error, when it is noticed and at the end.
 void echo(const SubscriberOptions& options, unsigned topics, long count);
 
-/// The daemon is there, its camera is not.
-class NoCamera : public std::runtime_error {
+/// The daemon is there, and no field can come: its camera is not there, or there is no gel.
+class NoField : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// \throws NoCamera after it was printed, where no field can come
+/// Prints the status. \throws NoField after it was printed
 void status(const ControlOptions& options, bool json);
 /// The next picture as a PNG file; `marked`: with what was found in it.
 void snapshot(const ControlOptions& options, const std::string& path, bool marked);

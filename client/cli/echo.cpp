@@ -19,7 +19,8 @@ constexpr auto kTurn = 100ms;
 
 void echo(const SubscriberOptions& options, unsigned topics, long count) {
   SubscriberOptions wanted = options;
-  wanted.topics = topics;
+  const bool tellsWhy = (topics & (kField | kMarkers)) != 0;  // why none comes
+  wanted.topics = topics | (tellsWhy ? kDescription : 0U);
   Subscriber subscriber(wanted);
   Notes notes(subscriber,
               options.mode == Mode::kLatest ? "is it the endpoint 'stream' instead of 'latest'?"
@@ -35,7 +36,11 @@ void echo(const SubscriberOptions& options, unsigned topics, long count) {
   rememberSignals();
   try {
     while (!stopRequested() && (count < 0 || printed < static_cast<Count>(count))) {
-      const auto message = subscriber.receive(kTurn);
+      auto message = subscriber.receive(kTurn);
+      if (message && std::holds_alternative<Description>(*message) && (topics & kDescription) == 0) {
+        if (!std::get<Description>(*message).hasGel()) notes.hear(*message, Notes::Clock::now());
+        message.reset();
+      }
       if (message) notes.hear(*message, Notes::Clock::now());
       notes.look(subscriber.isConnected(), Notes::Clock::now());
       expectReader();
@@ -45,7 +50,7 @@ void echo(const SubscriberOptions& options, unsigned topics, long count) {
         continue;
       }
       // The reader stalls: what has come is in its way.
-      for (unprinted = 1; subscriber.receive(0ms);) ++unprinted;
+      for (unprinted = 1; subscriber.receive(0ms);) ++unprinted;  // a description among them counts, too
     }
   } catch (const OutputError& error) {
     throw OutputError(std::string(error.what()) + "; " + account());

@@ -161,10 +161,10 @@ std::vector<Drawn> Drawing::draw(const Message& message, std::uint64_t time_ns) 
   return all;
 }
 
-/// The gel, as glass; of a body nobody says what it looks like.
+/// The gel, if there is one, as glass; of a body nobody says what it looks like.
 void Drawing::draw(const Description& description, std::uint64_t time_ns, std::vector<Drawn>& to) {
   description_ = description;
-  if (description.body) return;
+  if (!description.hasGel() || description.body) return;
   ::foxglove::SceneUpdate update;
   auto& entity = *update.add_entities();
   set(*entity.mutable_timestamp(), time_ns);

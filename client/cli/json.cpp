@@ -166,11 +166,15 @@ void put(Json& json, const Description& description) {
   json.key("software_version").string(description.softwareVersion);
   json.key("same_host").boolean(description.sameHost);
   json.key("topics").strings(description.topics);
-  json.key("gel").open('{');
-  json.key("youngs_modulus_Pa").number(description.gel.youngsModulus_Pa);
-  json.key("poisson_ratio").number(description.gel.poissonRatio);
-  json.key("size_m").numbers(description.gel.size_m);
-  json.close('}');
+  json.key("gel");
+  if (description.hasGel()) {
+    json.open('{').key("youngs_modulus_Pa").number(description.gel.youngsModulus_Pa);
+    json.key("poisson_ratio").number(description.gel.poissonRatio);
+    json.key("size_m").numbers(description.gel.size_m);
+    json.close('}');
+  } else {
+    json.null();
+  }
   json.key("layers").open('[');
   for (const MarkerLayer& layer : description.layers) {
     json.open('{').key("colour").string(cli::nameOf(layer.colour));
@@ -459,7 +463,7 @@ const char* nameOf(Colour colour) {
   return "unknown";
 }
 
-std::array<std::pair<const char*, std::uint64_t>, 10> lossesOf(const Ledger& ledger) {
+std::array<std::pair<const char*, std::uint64_t>, 11> lossesOf(const Ledger& ledger) {
   return {{{"incomplete", ledger.incomplete},
            {"wrong_size", ledger.wrongSize},
            {"wrong_format", ledger.wrongFormat},
@@ -467,6 +471,7 @@ std::array<std::pair<const char*, std::uint64_t>, 10> lossesOf(const Ledger& led
            {"implausible", ledger.implausible},
            {"evicted_before_track", ledger.evictedBeforeTrack},
            {"no_rest_pose", ledger.noRestPose},
+           {"no_gel", ledger.noGel},
            {"evicted_before_solve", ledger.evictedBeforeSolve},
            {"evicted_before_publish", ledger.evictedBeforePublish},
            {"discarded_at_stop", ledger.discardedAtStop}}};

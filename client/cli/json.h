@@ -26,7 +26,7 @@ std::string toHex(const Id& id);
 const char* nameOf(CameraState state);  ///< "streaming"
 const char* nameOf(Colour colour);      ///< "blue"
 /// The parts of Ledger::losses() by their causes, "wrong_size".
-std::array<std::pair<const char*, std::uint64_t>, 10> lossesOf(const Ledger& ledger);
+std::array<std::pair<const char*, std::uint64_t>, 11> lossesOf(const Ledger& ledger);
 /// "priority 19 to 20 on 2-3, memory locked"; "off"
 std::string grantedOf(const Scheduling& scheduling);
 /// "priority 20, memory": asked and not granted; empty: nothing.

@@ -38,7 +38,8 @@ constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
    0  done
   64  the command line is wrong
   65  a recording is cut off or damaged (what is whole of it is read), or is none, or is another sensor's
-  66  status: tractiond runs, but its camera is lost or not there yet: no field can come. A file cannot be read
+  66  status: tractiond runs, but no field can come: its camera is lost or not there yet, or there is no gel.
+      A file cannot be read
   69  no tractiond is there
   73  a file cannot be created; of a recording also: there is one already
   74  standard output or a file cannot be written: a full disk, a pipe that nobody reads
@@ -378,7 +379,7 @@ int main(int argc, char** argv) try {
     return fail(error.exitCode(), error.what());
   } catch (const cli::RecordingError& error) {
     return fail(error.exitCode(), error.what());
-  } catch (const cli::NoCamera& error) {
+  } catch (const cli::NoField& error) {
     return fail(EX_NOINPUT, error.what());
   } catch (const Error& error) {
     return fail(exitCodeOf(error.code()), error.what());

@@ -47,7 +47,11 @@ void Notes::hear(const Message& message, Clock::time_point now) {
   heard_ = wasConnected_ = isConnected_ = true;
   const Header& header = headerOf(message);
   if (boot_ && *boot_ != header.boot) say("tractiond was started anew");
+  if (boot_ != header.boot) toldNoGel_ = false;
   boot_ = header.boot;
+  const auto* const description = std::get_if<Description>(&message);
+  if (description && !description->hasGel() && !std::exchange(toldNoGel_, true))
+    say("no gel: nothing is measured; set sensor.gel_file");
   sequence_ = header.sequence;
   noteLosses(now);
 }

@@ -30,6 +30,7 @@ class Notes {
   const Subscriber& subscriber_;
   std::string onSilence_, onLoss_;
   bool isConnected_ = false, wasConnected_ = false, heard_ = false;
+  bool toldNoGel_ = false;  ///< of this start of the daemon
   std::optional<Id> boot_;
   std::uint64_t sequence_ = 0;
   std::uint64_t told_ = 0;  ///< of the losses

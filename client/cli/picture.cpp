@@ -397,7 +397,7 @@ void drawLink(Panel& panel, const Scene& scene, std::int64_t now_ns) {
     panel.line("latency", "-", scene.description && !scene.description->sameHost ? "another host's clock" : "");
   }
   const Ledger ledger = scene.status ? scene.status->ledger : Ledger{};
-  const std::uint64_t inDaemon = ledger.losses() - ledger.noRestPose;
+  const std::uint64_t inDaemon = ledger.losses() - ledger.noRestPose - ledger.noGel;
   const auto count = [](std::uint64_t number) { return format("%llu", static_cast<unsigned long long>(number)); };
   const auto lost = [&](const char* name, std::uint64_t number, const char* where) {
     panel.line(name, count(number), where, number != 0 ? kWarning : kPlain);
@@ -468,7 +468,8 @@ double Scale::update(double strongest_N, double smallest_N, std::int64_t now_ns)
 
 Canvas draw(const Scene& scene, int width, int height, Scale& scale, std::int64_t now_ns, std::string_view endpoint) {
   Canvas canvas(width, height);
-  const Grid nodes = scene.description ? scene.description->nodes : Grid{24, 24};
+  const bool hasGel = scene.description && scene.description->hasGel();
+  const Grid nodes = hasGel ? scene.description->nodes : Grid{24, 24};
   const int nodeColumns = static_cast<int>(std::clamp(nodes.columns, 1U, 1000U));
   const int nodeRows = static_cast<int>(std::clamp(nodes.rows, 1U, 1000U));
   drawBar(canvas, scene, endpoint);

@@ -131,6 +131,7 @@ std::string Scene::reason(std::int64_t now_ns) const {
   }
   // What the status says is of the second before it: perhaps of when fields still came.
   if (field && statusArrival_ns_ < fieldArrival_ns_ + 1'000'000'000) return kNoField;
+  if (status->markers.isWithoutGel()) return status->markers.remark;
   if (status->received_hz == 0.0) return "the camera sends no frames";
   return field ? "no field is made of the frames" : "finding the markers and their rest pose";
 }
@@ -145,6 +146,7 @@ Scene::Trouble Scene::trouble(std::int64_t now_ns) const {
 }
 
 std::string Scene::sentence(const Trouble& trouble) const {
+  if (status && trouble.what == status->markers.remark) return trouble.what;  // it does not pass with time
   if (trouble.what == kNoField) return "no field for " + duration(trouble.since_s);
   if (fieldArrival_ns_ != 0) return trouble.what + ", no field for " + duration(trouble.since_s);
   return trouble.since_s < 2.0 ? trouble.what : trouble.what + ", for " + duration(trouble.since_s);

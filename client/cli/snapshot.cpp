@@ -117,6 +117,13 @@ void mark(Drawing& drawing, const Snapshot& snapshot) {
   }
 }
 
+/// Empty: the picture has the camera's own pixels.
+std::string reducedInWords(const Snapshot& snapshot) {
+  if (snapshot.reduced == 1) return "";
+  return " (" + std::to_string(snapshot.reduced) +
+         " times smaller than the camera's picture: no use for traction-lens)";
+}
+
 }  // namespace
 
 void snapshot(const ControlOptions& options, const std::string& path, bool marked) {
@@ -139,9 +146,15 @@ void snapshot(const ControlOptions& options, const std::string& path, bool marke
     return std::count_if(snapshot.markers.begin(), snapshot.markers.end(),
                          [state](const auto& marker) { return marker.state == state; });
   };
-  std::printf("%s: %u x %u pixels of %s, frame %llu; of %zu markers %zd found, %zd lost, %zd not in the zero\n",
-              path.c_str(), snapshot.width, snapshot.height, printable(snapshot.pixelFormat).c_str(),
-              static_cast<unsigned long long>(snapshot.frameNumber), snapshot.markers.size(),
+  const std::string what = path + ": " + std::to_string(snapshot.width) + " x " + std::to_string(snapshot.height) +
+                           " pixels of " + printable(snapshot.pixelFormat) + ", frame " +
+                           std::to_string(snapshot.frameNumber) + reducedInWords(snapshot);
+  if (snapshot.markers.empty()) {
+    std::printf("%s; %s\n", what.c_str(),
+                marked ? "no gel: there is nothing to mark" : "no gel: no markers are sought");
+    return flushOutput();
+  }
+  std::printf("%s; of %zu markers %zd found, %zd lost, %zd not in the zero\n", what.c_str(), snapshot.markers.size(),
               static_cast<std::ptrdiff_t>(count(Snapshot::MarkerState::kFound)),
               static_cast<std::ptrdiff_t>(count(Snapshot::MarkerState::kLost)),
               static_cast<std::ptrdiff_t>(count(Snapshot::MarkerState::kAbsent)));

@@ -296,6 +296,7 @@ Status statusOf(const pb::Status& from) {
   ledger.implausible = account.implausible();
   ledger.evictedBeforeTrack = account.evicted_before_track();
   ledger.noRestPose = account.no_rest_pose();
+  ledger.noGel = account.no_gel();
   ledger.evictedBeforeSolve = account.evicted_before_solve();
   ledger.evictedBeforePublish = account.evicted_before_publish();
   ledger.discardedAtStop = account.discarded_at_stop();

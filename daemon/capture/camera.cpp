@@ -265,9 +265,10 @@ void Camera::Keeper::warnOfForgery() {
   if (last_ns == 0 || last_ns == toldOf_ns) return;
   const std::int64_t before_ns = std::exchange(toldOf_ns, last_ns);
   if (before_ns != 0 && last_ns - before_ns < kCalm_ns) return;
-  tell(Weight::kWarning,
-       "more packets or pictures come in the camera's name than it sends: another host sends as the camera, the network "
-       "duplicates packets, or packets come so late that they were requested again");
+  tell(
+      Weight::kWarning,
+      "more packets or pictures come in the camera's name than it sends: another host sends as the camera, the network "
+      "duplicates packets, or packets come so late that they were requested again");
 }
 
 void Camera::Keeper::end(Error why) {

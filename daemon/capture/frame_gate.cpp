@@ -2,10 +2,10 @@
 // after the track's last one, its time too, the ids do not outrun the time, and the camera's clock keeps step with the
 // host's. What follows the current track is new. Everything else is held back and becomes, or continues, the one
 // candidate; a candidate of three replaces the current track when that has been silent meanwhile. So a single odd
-// picture costs nothing, whatever it claims, and a camera that really counts anew is believed after three frames. A camera
-// has one counter: where frames of two tracks, whole or damaged, come in turn, somebody else sends as well, and the
-// pictures are doubted. A picture whose id and time are both those of an earlier one is that earlier one; such a picture
-// is no candidate either.
+// picture costs nothing, whatever it claims, and a camera that really counts anew is believed after three frames. A
+// camera has one counter: where frames of two tracks, whole or damaged, come in turn, somebody else sends as well, and
+// the pictures are doubted. A picture whose id and time are both those of an earlier one is that earlier one; such a
+// picture is no candidate either.
 //
 // Not every camera has a clock: some send 0, some whole seconds, some go back. The very next id makes a picture new
 // whatever the camera's clock says; where that is wrong it is distrusted for a hundred frames, in which ids are held
@@ -22,7 +22,8 @@ namespace tractiond::capture {
 namespace {
 
 constexpr int kAgreeing = 3;
-/// Frames of the previous track that would come within this time [frames] if that was the camera's; three raise the alarm.
+/// Frames of the previous track that would come within this time [frames] if that was the camera's; three raise the
+/// alarm.
 constexpr int kProof = 5;
 /// Frames without a fault until a camera's clock is believed again.
 constexpr int kDistrust = 100;
@@ -110,8 +111,8 @@ bool FrameGate::isNext(const Track& track, const Arrival& arrival) const {
   return step > 0 && track.pace_ns > 0 && step <= 2 + 2 * ((arrival.host_ns - track.host_ns) / track.pace_ns);
 }
 
-/// Notes that the current track goes on: what was held back since its last frame came beside it. A single odd picture is
-/// a driver's or a camera's fault; more of them within a second are somebody else's.
+/// Notes that the current track goes on: what was held back since its last frame came beside it. A single odd picture
+/// is a driver's or a camera's fault; more of them within a second are somebody else's.
 void FrameGate::hear(const Arrival& arrival) {
   constexpr double kFading = 0.98, kMostSurplus = 2.0;
   heard_ns_ = arrival.host_ns;
@@ -119,8 +120,8 @@ void FrameGate::hear(const Arrival& arrival) {
   if (surplus_ > kMostSurplus) doubtUntil_ns_ = arrival.host_ns + options_.doubt_ns;
 }
 
-/// Returns the shortest time [ns] between two frames of the current track; 0: not known. A break of the network lengthens
-/// the mean, not the period.
+/// Returns the shortest time [ns] between two frames of the current track; 0: not known. A break of the network
+/// lengthens the mean, not the period.
 std::int64_t FrameGate::frameTime() const {
   return current_->period_ns > 0 ? std::min(current_->period_ns, current_->pace_ns) : current_->pace_ns;
 }
@@ -274,10 +275,9 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     extend(*candidate_, arrival, further);
   ++heldBack_;
 
-  // Frames reach the host less evenly than the camera takes them, hence one less than the candidate has. A current track
-  // that is shorter than a candidate proves nothing.
-  const bool fellSilent =
-      current_->length < kAgreeing || arrival.host_ns - heard_ns_ >= (kAgreeing - 1) * frameTime();
+  // Frames reach the host less evenly than the camera takes them, hence one less than the candidate has. A current
+  // track that is shorter than a candidate proves nothing.
+  const bool fellSilent = current_->length < kAgreeing || arrival.host_ns - heard_ns_ >= (kAgreeing - 1) * frameTime();
   if (reopened_ || (candidate_->length >= kAgreeing && fellSilent)) {
     // The ids may still be those of the same count: after a pause of the host, or of the cable. Twice the time: frames
     // reach the host less evenly than the camera takes them.

@@ -177,10 +177,10 @@ void ControlServer::answerCamera(const tl::expected<CameraReport, std::string>& 
 }
 
 void ControlServer::answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
-                                   const sensor::Sensor& sensor) {
+                                   const std::vector<sensor::MarkerLayer>& layers) {
   const auto askers = std::exchange(impl_->snapshotAskers, {});
   if (askers.empty()) return;
-  const std::string bytes = result ? encodeSnapshotReply(**result, sensor) : encodeErrorReply(result.error());
+  const std::string bytes = result ? encodeSnapshotReply(**result, layers) : encodeErrorReply(result.error());
   for (const Impl::Route& peer : askers) impl_->reply(peer, bytes);
 }
 

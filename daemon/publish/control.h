@@ -55,8 +55,9 @@ class ControlServer {
   /// What came of what was asked of the camera last.
   void answerCamera(const tl::expected<CameraReport, std::string>& result);
 
-  /// The picture, or a sentence why there is none, for all who asked.
-  void answerSnapshot(const tl::expected<const Snapshot*, std::string>& result, const sensor::Sensor& sensor);
+  /// The picture, or a sentence why there is none, for all who asked. \param layers of its markers
+  void answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
+                      const std::vector<sensor::MarkerLayer>& layers);
 
   /// Somebody waits for answerZero().
   bool zeroPending() const;

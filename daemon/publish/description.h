@@ -19,14 +19,15 @@ struct Identity {
 struct Description {
   Identity identity;
   std::string softwareVersion;
-  Id host{};  ///< hostId()
-  sensor::Sensor sensor;
+  Id host{};                             ///< hostId()
+  std::optional<sensor::Sensor> sensor;  ///< empty: there is no gel, and nothing is measured
 
   // As the camera says; empty: not seen yet.
   std::string cameraVendor;
   std::string cameraModel;
   std::string cameraSerial;
-  std::string pixelFormat;  ///< GenICam's name, "RGB8"
+  std::string pixelFormat;          ///< GenICam's name, "RGB8"
+  int width_px = 0, height_px = 0;  ///< of its picture; 0: not seen yet
 
   std::string mechanics;       ///< "block", "half-space" or "influence file"
   std::string regularisation;  ///< name of the rule, "tikhonov"

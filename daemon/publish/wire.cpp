@@ -262,15 +262,8 @@ pb::Colour wireColour(sensor::Colour colour) {
   return pb::COLOUR_UNKNOWN;
 }
 
-DescriptionMessage::DescriptionMessage(const Description& description, const std::vector<std::string>& topics)
-    : message_(std::make_unique<pb::Description>()) {
-  pb::Description& message = *message_;
-  encode(description.identity, *message.mutable_header());
-  message.set_software_version(description.softwareVersion);
-  set(description.host, *message.mutable_host());
-  for (const std::string& topic : topics) message.add_topics(topic);
-
-  const sensor::Sensor& sensor = description.sensor;
+/// Sets what a description says of the gel, and of how forces are computed.
+void measured(const Description& description, const sensor::Sensor& sensor, pb::Description& message) {
   message.mutable_gel()->set_youngs_modulus_pa(sensor.gel.youngsModulus);
   message.mutable_gel()->set_poisson_ratio(sensor.gel.poissonRatio);
   setXyz(sensor.gel.size, *message.mutable_gel()->mutable_size_m());
@@ -279,12 +272,7 @@ DescriptionMessage::DescriptionMessage(const Description& description, const std
   message.mutable_nodes()->set_rows(static_cast<std::uint32_t>(sensor.nodes.rows));
   message.mutable_nodes()->set_pitch_m(sensor.nodes.pitch);
   setXy(sensor.nodes.centre, *message.mutable_nodes()->mutable_centre_m());
-  pb::Camera& camera = *message.mutable_camera();
-  set(sensor.camera, camera);
-  camera.set_vendor(description.cameraVendor);
-  camera.set_model(description.cameraModel);
-  camera.set_serial(description.cameraSerial);
-  camera.set_pixel_format(description.pixelFormat);
+  set(sensor.camera, *message.mutable_camera());
 
   message.mutable_solver()->set_mechanics(description.mechanics);
   message.mutable_solver()->set_regularisation(description.regularisation);
@@ -298,6 +286,24 @@ DescriptionMessage::DescriptionMessage(const Description& description, const std
   message.mutable_calibration()->set_time_ns(description.calibrated_ns);
   if (description.zero) encode(*description.zero, *message.mutable_zero());
   if (sensor.body) set(*sensor.body, *message.mutable_body());
+}
+
+DescriptionMessage::DescriptionMessage(const Description& description, const std::vector<std::string>& topics)
+    : message_(std::make_unique<pb::Description>()) {
+  pb::Description& message = *message_;
+  encode(description.identity, *message.mutable_header());
+  message.set_software_version(description.softwareVersion);
+  set(description.host, *message.mutable_host());
+  for (const std::string& topic : topics) message.add_topics(topic);
+
+  pb::Camera& camera = *message.mutable_camera();
+  camera.set_width_px(static_cast<std::uint32_t>(description.width_px));
+  camera.set_height_px(static_cast<std::uint32_t>(description.height_px));
+  camera.set_vendor(description.cameraVendor);
+  camera.set_model(description.cameraModel);
+  camera.set_serial(description.cameraSerial);
+  camera.set_pixel_format(description.pixelFormat);
+  if (description.sensor) measured(description, *description.sensor, message);
 }
 
 DescriptionMessage::~DescriptionMessage() = default;
@@ -437,6 +443,7 @@ std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading
   account.set_implausible(ledger.implausible.get());
   account.set_evicted_before_track(ledger.evictedBeforeTrack.get());
   account.set_no_rest_pose(ledger.noRestPose.get());
+  account.set_no_gel(ledger.noGel.get());
   account.set_evicted_before_solve(ledger.evictedBeforeSolve.get());
   account.set_evicted_before_publish(ledger.evictedBeforePublish.get());
   account.set_discarded_at_stop(ledger.discardedAtStop.get());
@@ -446,10 +453,10 @@ std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading
   account.set_invalid(ledger.invalid.get());
   // Received is read last, so that frames which move on meanwhile do not make the rest negative; and what is in flight
   // is what these very numbers leave.
-  const std::uint64_t ended = account.published() + account.incomplete() + account.wrong_size() +
-                              account.wrong_format() + account.stale() + account.implausible() +
-                              account.evicted_before_track() + account.no_rest_pose() + account.evicted_before_solve() +
-                              account.evicted_before_publish() + account.discarded_at_stop();
+  const std::uint64_t ended =
+      account.published() + account.incomplete() + account.wrong_size() + account.wrong_format() + account.stale() +
+      account.implausible() + account.evicted_before_track() + account.no_rest_pose() + account.no_gel() +
+      account.evicted_before_solve() + account.evicted_before_publish() + account.discarded_at_stop();
   account.set_received(std::max(ledger.received.get(), ended));
   account.set_in_flight(account.received() - ended);
 

@@ -156,7 +156,7 @@ std::string encodeCameraReply(const CameraReport& report) {
   return finish(reply);
 }
 
-std::string encodeSnapshotReply(const Snapshot& snapshot, const sensor::Sensor& sensor) {
+std::string encodeSnapshotReply(const Snapshot& snapshot, const std::vector<sensor::MarkerLayer>& layers) {
   pb::Reply reply;
   pb::SnapshotReply& to = *reply.mutable_snapshot();
   PlainPicture picture = plainPicture(snapshot.frame);
@@ -172,9 +172,9 @@ std::string encodeSnapshotReply(const Snapshot& snapshot, const sensor::Sensor& 
   to.set_received_real_ns(snapshot.frame.info.times.receivedReal_ns);
   to.mutable_place_px()->Add(snapshot.place_px.begin(), snapshot.place_px.end());
   for (const MarkerState state : snapshot.state) to.mutable_marker_state()->push_back(static_cast<char>(state));
-  for (std::size_t i = 0; i < sensor.layers.size(); ++i) {
-    to.mutable_marker_layer()->append(static_cast<std::size_t>(sensor.layers[i].count()), static_cast<char>(i));
-    to.add_colours(wireColour(sensor.layers[i].colour));
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    to.mutable_marker_layer()->append(static_cast<std::size_t>(layers[i].count()), static_cast<char>(i));
+    to.add_colours(wireColour(layers[i].colour));
   }
   to.mutable_spot_px()->Add(snapshot.spot_px.begin(), snapshot.spot_px.end());
   to.set_spot_layer(snapshot.spotLayer.data(), snapshot.spotLayer.size());

@@ -12,6 +12,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tractiond::publish {
 
@@ -35,8 +36,8 @@ std::string encodeReply(Request request, std::string_view message);
 std::string encodeZeroReply(const RestPose& zero, std::string_view remark);
 std::string encodeCalibrationReply(const CalibrationReport& report);
 std::string encodeCameraReply(const CameraReport& report);
-/// Reduced until it has at most 16 MiB. \param sensor whose markers they are.
-std::string encodeSnapshotReply(const Snapshot& snapshot, const sensor::Sensor& sensor);
+/// Reduced until it has at most 16 MiB. \param layers of its markers
+std::string encodeSnapshotReply(const Snapshot& snapshot, const std::vector<sensor::MarkerLayer>& layers);
 std::string encodeErrorReply(std::string_view error);
 
 }  // namespace tractiond::publish

@@ -18,6 +18,7 @@ struct Ledger {
   Counter evictedBeforeTrack;
   // track thread
   Counter noRestPose;  ///< used to find the markers and to take the zero; nothing to publish yet
+  Counter noGel;       ///< could be looked at, and nothing was measured: there is no gel file
   Counter evictedBeforeSolve;
   // solve thread
   Counter evictedBeforePublish;
@@ -34,8 +35,8 @@ struct Ledger {
 
   std::uint64_t losses() const {
     return incomplete.get() + wrongSize.get() + wrongFormat.get() + stale.get() + implausible.get() +
-           evictedBeforeTrack.get() + noRestPose.get() + evictedBeforeSolve.get() + evictedBeforePublish.get() +
-           discardedAtStop.get();
+           evictedBeforeTrack.get() + noRestPose.get() + noGel.get() + evictedBeforeSolve.get() +
+           evictedBeforePublish.get() + discardedAtStop.get();
   }
 };
 

@@ -84,10 +84,11 @@ tl::expected<void, Error> trackable(const sensor::Sensor& sensor) {
 tl::expected<void, Error> trackable(const sensor::Sensor& sensor, PixelFormat format) {
   const bool alike = sensor.layers.size() == 2 && sensor.layers[0].darker == sensor.layers[1].darker;
   if (!alike || traitsOf(format).colours != PixelColours::kMono) return {};
-  return error(
-      "the picture is grey (" + std::string(traitsOf(format).name) +
-          "), and only their colours tell the gel's two layers of markers apart",
-      "choose a format with colours, or a gel with one layer, or with one of brighter and one of darker markers");
+  return error("the picture is grey (" + std::string(traitsOf(format).name) +
+                   "), and only their colours tell the gel's two layers of markers apart",
+               "choose a format with colours, or a gel with one layer, or with one of brighter and one of darker "
+               "markers; to aim "
+               "a camera before there is a gel file, set sensor.gel_file = \"none\"");
 }
 
 }  // namespace tractiond::track

@@ -96,6 +96,9 @@ struct Description {
   std::string softwareVersion;  ///< of the daemon
   bool sameHost = false;        ///< the daemon's CLOCK_MONOTONIC is this process's
   std::vector<std::string> topics;
+  /// Tells whether the daemon has a gel file. Without one it measures nothing and publishes no field: what follows is
+  /// empty or 0, but for the camera's name, format and size.
+  bool hasGel() const { return !layers.empty(); }
   Gel gel;
   std::vector<MarkerLayer> layers;
   Grid nodes;  ///< of the forces, on the touched surface z = 0

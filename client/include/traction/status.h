@@ -38,6 +38,7 @@ struct Ledger {
   std::uint64_t implausible = 0;         ///< id or time jumped ahead; held back until three frames in a row agree
   std::uint64_t evictedBeforeTrack = 0;  ///< newer frames came before tracking had time for this one
   std::uint64_t noRestPose = 0;          ///< used to find the markers and to take the zero
+  std::uint64_t noGel = 0;               ///< could be looked at, and nothing was measured: the daemon has no gel file
   std::uint64_t evictedBeforeSolve = 0;
   std::uint64_t evictedBeforePublish = 0;
   std::uint64_t discardedAtStop = 0;
@@ -48,7 +49,7 @@ struct Ledger {
   std::uint64_t invalid = 0;     ///< of the published: fields that are not valid
 
   std::uint64_t losses() const {
-    return incomplete + wrongSize + wrongFormat + stale + implausible + evictedBeforeTrack + noRestPose +
+    return incomplete + wrongSize + wrongFormat + stale + implausible + evictedBeforeTrack + noRestPose + noGel +
            evictedBeforeSolve + evictedBeforePublish + discardedAtStop;
   }
 };
@@ -98,6 +99,9 @@ struct MarkerStatus {
   std::vector<Layer> layers;
   std::string remark;  ///< for people: why markers are missing, what contradicts the gel file; empty: all is well
   std::vector<Finding> findings;
+
+  /// The daemon has no gel file, and the remark says so: no field can come.
+  bool isWithoutGel() const { return layers.empty() && !remark.empty(); }
 };
 
 /// How the kernel runs the threads that a frame passes, and what it keeps in memory: asked, and as it is.

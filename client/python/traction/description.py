@@ -145,6 +145,12 @@ class Description:
     body: Body | None  # none: the gel is a block, its touched surface flat
 
     @property
+    def has_gel(self) -> bool:
+        """The daemon has a gel file. Without one it measures nothing and publishes no field: gel, layers, nodes, solver and
+        the camera's geometry are empty or 0."""
+        return bool(self.layers)
+
+    @property
     def same_host(self) -> bool:
         """The daemon's CLOCK_MONOTONIC is this process's."""
         try:

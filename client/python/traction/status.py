@@ -46,6 +46,7 @@ class Ledger:
     evicted_before_solve: int
     evicted_before_publish: int
     discarded_at_stop: int
+    no_gel: int  # could be looked at, and nothing was measured: the daemon has no gel file
 
     missing: int  # never arrived, by gaps in the camera's ids; not part of the sum
     reconnects: int  # how often the camera was lost and opened again
@@ -55,8 +56,8 @@ class Ledger:
     @property
     def losses(self) -> int:
         return (self.incomplete + self.wrong_size + self.wrong_format + self.stale + self.implausible
-                + self.evicted_before_track + self.no_rest_pose + self.evicted_before_solve
-                + self.evicted_before_publish + self.discarded_at_stop)
+                + self.evicted_before_track + self.no_rest_pose + self.no_gel
+                + self.evicted_before_solve + self.evicted_before_publish + self.discarded_at_stop)
 
 
 @dataclass(slots=True, eq=False)
@@ -131,7 +132,7 @@ class GelFinding:
 class MarkerStatus:
     """How many markers are found, and whether they are those of the gel file."""
 
-    layers: tuple[LayerStatus, ...]
+    layers: tuple[LayerStatus, ...]  # none, with a remark: there is no gel
     remark: str  # for people: why markers are missing, what contradicts the gel file; empty: all is well
     findings: tuple[GelFinding, ...]
 

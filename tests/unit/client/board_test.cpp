@@ -80,6 +80,7 @@ TEST(Board, LedgerIsCountedByCausePerSecondAndInTotal) {
                                                   {"implausible", &Ledger::implausible},
                                                   {"evicted before track", &Ledger::evictedBeforeTrack},
                                                   {"no rest pose", &Ledger::noRestPose},
+                                                  {"no gel", &Ledger::noGel},
                                                   {"evicted before solve", &Ledger::evictedBeforeSolve},
                                                   {"evicted before publish", &Ledger::evictedBeforePublish},
                                                   {"discarded at stop", &Ledger::discardedAtStop},
@@ -164,6 +165,23 @@ TEST(Board, RealTimeIsWhatWasGrantedAndACryWhereItWasNot) {
   scheduling.threads[1].priority = 0;
   scheduling.locked_bytes = 0;
   EXPECT_TRUE(has(page(), "! real time is not granted: priority 20, processors 2-3, memory")) << one.page();
+}
+
+TEST(Board, WithoutAGelTheReasonIsSaidOnceAndNoFrameIsLost) {
+  Instrument one;
+  one.status.markers.remark = "no gel: nothing is measured; set sensor.gel_file";
+  for (int i = 0; i < 2; ++i) {
+    one.status.ledger.received += 60;
+    one.status.ledger.noGel += 60;
+    one.now += kSecond_ns;
+    one.sendStatus();
+  }
+  const std::string page = one.page(120, 24);
+  const std::size_t first = page.find("no gel: nothing is measured");
+  ASSERT_NE(first, std::string::npos) << page;
+  EXPECT_EQ(page.find("no gel: nothing is measured", first + 1), std::string::npos) << page;
+  EXPECT_TRUE(std::regex_search(page, std::regex("no gel +60\\.0 +120"))) << page;
+  EXPECT_TRUE(has(boardLine(one.watched, one.now), "lost 0")) << boardLine(one.watched, one.now);
 }
 
 TEST(Board, FlagsAreWordsForAsLongAsOneCanRead) {

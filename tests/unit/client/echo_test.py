@@ -34,6 +34,23 @@ class Echo(Case):
         self.assertTrue(first["valid"])
         self.assertEqual([field["sequence"] - first["sequence"] for field in fields], [0, 1, 2])
 
+    def test_where_there_is_no_gel_echo_says_why_no_field_comes(self):
+        with zmq.Context() as context, context.socket(zmq.XPUB) as stream:
+            port = stream.bind_to_random_port("tcp://127.0.0.1")
+            description = messages.Description()
+            description.header.sensor = "gel"
+            description.header.boot = bytes(range(16))
+            description.camera.width_px = 333
+            child = subprocess.Popen([PROGRAM, "echo", "--connect", f"tcp://127.0.0.1:{port}"], stdout=subprocess.PIPE,
+                                     stderr=subprocess.PIPE, text=True, start_new_session=True)
+            self.addCleanup(self.end, child)
+            self.assertTrue(stream.poll(1000 * HUNG_S), "nobody subscribes")
+            stream.send_multipart([b"traction/v1/gel/description/", description.SerializeToString(), b"0.0"])
+            self.assertEqual(child.stderr.readline(), "tractionctl: no gel: nothing is measured; set sensor.gel_file\n")
+            child.send_signal(signal.SIGINT)
+            out, _ = child.communicate(timeout=HUNG_S)
+            self.assertEqual((child.returncode, out), (0, ""))  # the description itself was not asked for
+
     def test_disk_that_fills_up_ends_echo(self):
         with tempfile.TemporaryDirectory(prefix="traction-") as folder:
             script = 'mount -t tmpfs -o size=256k none . && cd "$PWD" && "$@" > file; code=$?; cat file; exit $code'

@@ -208,6 +208,24 @@ TEST(Stale, ReasonIsTheCamerasOrTheDaemons) {
   EXPECT_NE(later.after(10.0).page().find("tractiond is gone, no field for 16 s"), std::string::npos) << later.page();
 }
 
+TEST(Stale, WithoutAGelThatIsTheReasonAndLastsWithoutACount) {
+  const std::string why = "no gel: nothing is measured; set sensor.gel_file";
+  Scene scene;
+  scene.setConnected(true, kSecond_ns);
+  Status status;
+  status.camera = CameraState::kStreaming;
+  status.received_hz = 30.0;
+  status.markers.remark = why;
+  status.header.arrived_ns = 2 * kSecond_ns;
+  scene.add(status);
+  const Scene::Trouble trouble = scene.trouble(4 * kSecond_ns);
+  EXPECT_EQ(trouble.what, why);
+  EXPECT_EQ(scene.sentence(trouble), why);
+  status.camera = CameraState::kLost;
+  scene.add(status);
+  EXPECT_EQ(scene.trouble(4 * kSecond_ns).what, "the camera is lost");
+}
+
 TEST(Stale, StatusOfTheTimeBeforeIsNoReason) {
   Later later;
   later.after(0.1).status(CameraState::kStreaming, 60.0);
@@ -306,6 +324,8 @@ TEST(Scene, AnotherHostsClockGivesNoLatency) {
 TEST(Json, TextIsEscapedAndNumbersAreExact) {
   Description description;
   description.camera.vendor = "a\"b\\c\n";
+  EXPECT_NE(toJson(description).find(R"("gel":null,)"), std::string::npos);  // without layers there is none
+  description.layers.resize(1);
   description.gel.poissonRatio = 0.1;
   const std::string json = toJson(description);
   EXPECT_NE(json.find(R"("vendor":"a\"b\\c\u000a")"), std::string::npos);

@@ -165,9 +165,22 @@ std::shared_ptr<const sensor::Body> smallBody() {
   return std::make_shared<const sensor::Body>(body);
 }
 
+TEST_F(SubscriberTest, DescriptionWithoutAGelSaysSo) {
+  Description told = tractiond::publish::description();
+  told.sensor.reset();
+  told.width_px = 333;
+  open(told);
+  Subscriber subscriber(at(stream_));
+  const auto description = await<traction::Description>(subscriber);
+  EXPECT_FALSE(description.hasGel());
+  EXPECT_EQ(description.nodes.columns, 0U);
+  EXPECT_EQ(description.camera.width_px, 333U);
+  EXPECT_EQ(description.camera.model, "Eye");
+}
+
 TEST_F(SubscriberTest, DescriptionArrivesFirstAndNumberByNumber) {
   Description told = tractiond::publish::description();
-  told.sensor.body = smallBody();
+  told.sensor->body = smallBody();
   told.host = tractiond::publish::hostId();
   told.zero = tractiond::publish::restPose();
   open(told);
@@ -184,6 +197,7 @@ TEST_F(SubscriberTest, DescriptionArrivesFirstAndNumberByNumber) {
   EXPECT_EQ(description.softwareVersion, "0.1.0");
   EXPECT_TRUE(description.sameHost);
   EXPECT_EQ(description.topics.size(), 5U);
+  EXPECT_TRUE(description.hasGel());
   EXPECT_EQ(description.gel.youngsModulus_Pa, 0.18e6);
   EXPECT_EQ(description.gel.poissonRatio, 0.49);
   EXPECT_EQ(description.gel.size_m, (Vector3{0.1, 0.1, 0.04}));

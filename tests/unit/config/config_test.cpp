@@ -221,10 +221,16 @@ TEST(Config, FindsTheGelFileBesideItself) {
   std::ofstream(folder / "one.toml") << "[sensor]\ngel_file = \"gels/soft.toml\"\n";
   std::ofstream(folder / "other.toml") << "[sensor]\ngel_file = \"/gels/soft.toml\"\n";
   const auto one = loadConfig(folder / "one.toml"), other = loadConfig(folder / "other.toml");
+  std::ofstream(folder / "none.toml") << "[sensor]\ngel_file = \"none\"\n";
+  std::ofstream(folder / "called.toml") << "[sensor]\ngel_file = \"./none\"\n";
+  const auto none = loadConfig(folder / "none.toml"), called = loadConfig(folder / "called.toml");
   std::filesystem::remove_all(folder);
   ASSERT_TRUE(one && other);
   EXPECT_EQ(one->sensor.gelFile, folder / "gels/soft.toml");
   EXPECT_EQ(other->sensor.gelFile, "/gels/soft.toml");
+  ASSERT_TRUE(none && called);
+  EXPECT_EQ(none->sensor.gelFile, kNoGelFile);
+  EXPECT_EQ(called->sensor.gelFile, folder / "./none");
 }
 
 TEST(Config, ThatCannotBeReadIsNoInput) {

@@ -79,8 +79,9 @@ inline Description description() {
   Description description;
   description.identity = {"gel-1", idOf(10), idOf(20)};
   description.softwareVersion = "0.1.0";
-  description.sensor.layers[0].colour = sensor::Colour::kGreen;
-  description.sensor.layers[0].darker = true;
+  description.sensor.emplace();
+  description.sensor->layers[0].colour = sensor::Colour::kGreen;
+  description.sensor->layers[0].darker = true;
   description.host = idOf(30);
   description.cameraVendor = "Acme";
   description.cameraModel = "Eye";

@@ -243,7 +243,7 @@ TEST(WireControl, ASnapshotHasThePictureAndItsMarkers) {
   snapshot.spot_px = {1.0F, 2.0F};
   snapshot.spotLayer = {1};
   pb::Reply reply;
-  ASSERT_TRUE(reply.ParseFromString(encodeSnapshotReply(snapshot, sensor)));
+  ASSERT_TRUE(reply.ParseFromString(encodeSnapshotReply(snapshot, sensor.layers)));
   const pb::SnapshotReply& told = reply.snapshot();
   EXPECT_EQ(told.reduced(), 2U);
   EXPECT_EQ(told.width(), 4000U);

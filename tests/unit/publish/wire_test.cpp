@@ -190,11 +190,11 @@ TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
   std::uint64_t n = 0;
   for (Counter* loss : {&ledger.incomplete, &ledger.wrongSize, &ledger.wrongFormat, &ledger.stale, &ledger.implausible,
                         &ledger.evictedBeforeTrack, &ledger.noRestPose, &ledger.evictedBeforeSolve,
-                        &ledger.evictedBeforePublish, &ledger.discardedAtStop}) {
+                        &ledger.evictedBeforePublish, &ledger.discardedAtStop, &ledger.noGel}) {
     loss->add(++n);
   }
   ledger.published.add(1000);
-  ledger.received.add(1000 + 55 + 3);
+  ledger.received.add(1000 + 66 + 3);
   ledger.missing.add(11);
   ledger.reconnects.add(12);
   ledger.doubted.add(13);
@@ -216,7 +216,7 @@ TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
   EXPECT_EQ(message.uptime_s(), 6.0);
   EXPECT_EQ(message.camera(), pb::CAMERA_STATE_STREAMING);
   const pb::Ledger& account = message.ledger();
-  EXPECT_EQ(account.received(), 1058U);
+  EXPECT_EQ(account.received(), 1069U);
   EXPECT_EQ(account.published(), 1000U);
   EXPECT_EQ(account.in_flight(), 3U);
   EXPECT_EQ(account.incomplete(), 1U);
@@ -229,6 +229,7 @@ TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
   EXPECT_EQ(account.evicted_before_solve(), 8U);
   EXPECT_EQ(account.evicted_before_publish(), 9U);
   EXPECT_EQ(account.discarded_at_stop(), 10U);
+  EXPECT_EQ(account.no_gel(), 11U);
   EXPECT_EQ(account.missing(), 11U);
   EXPECT_EQ(account.reconnects(), 12U);
   EXPECT_EQ(account.doubted(), 13U);
@@ -248,16 +249,36 @@ TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
   EXPECT_EQ(message.turns().control(), 5U);
 }
 
+TEST(Wire, DescriptionWithoutAGelHasTheCameraAndNothingThatIsMeasured) {
+  Description described = description();
+  described.sensor.reset();
+  described.width_px = 333;
+  described.height_px = 217;
+  DescriptionMessage description(described, {});
+  pb::Description message;
+  ASSERT_TRUE(message.ParseFromString(description.bytes()));
+  EXPECT_FALSE(message.has_gel());
+  EXPECT_EQ(message.layers_size(), 0);
+  EXPECT_FALSE(message.has_nodes());
+  EXPECT_FALSE(message.has_solver());
+  EXPECT_FALSE(message.has_calibration());
+  EXPECT_EQ(message.camera().model(), "Eye");
+  EXPECT_EQ(message.camera().pixel_format(), "RGB8");
+  EXPECT_EQ(message.camera().width_px(), 333U);
+  EXPECT_EQ(message.camera().height_px(), 217U);
+  EXPECT_EQ(message.camera().focal_px(), 0.0);
+}
+
 TEST(Wire, DescriptionArrivesNumberByNumber) {
   Description described = description();
   described.zero = restPose();
-  described.sensor.gel.size = {0.1, 0.2, 0.03};
-  described.sensor.camera.k1 = 0.01;
-  described.sensor.camera.k2 = 0.02;
-  described.sensor.camera.windowThickness = 0.005;
-  described.sensor.camera.gelIndex = 1.41;
-  described.sensor.camera.windowIndex = 1.49;
-  described.sensor.camera.rotation = {0.1, 0.2, 0.3};
+  described.sensor->gel.size = {0.1, 0.2, 0.03};
+  described.sensor->camera.k1 = 0.01;
+  described.sensor->camera.k2 = 0.02;
+  described.sensor->camera.windowThickness = 0.005;
+  described.sensor->camera.gelIndex = 1.41;
+  described.sensor->camera.windowIndex = 1.49;
+  described.sensor->camera.rotation = {0.1, 0.2, 0.3};
   DescriptionMessage description(described, {"one/", "two/"});
   description.fill(heading());
   pb::Description message;

@@ -124,6 +124,11 @@ export class Model {
       positions_mm: at.positions_mm, places_px: at.places_px};
   }
 
+  /** False: the daemon has no gel file, and no field comes. */
+  get hasGel() {
+    return this.description === null || this.description.layers.length > 0;
+  }
+
   /** The field's nodes are the description's. */
   get isComplete() {
     return this.description !== null && this.field !== null && 3 * this.columns * this.rows === this.field.force_N.length;

@@ -45,6 +45,7 @@ export function stateOf(model) {
   if (model.time) return ["good", model.time.speed > 0 ? "a recording" : "a recording, that stands"];
   if (!model.status && !model.field) return ["warn", "waiting for tractiond"];
   if (camera && camera !== "streaming") return ["warn", `camera: ${cameraWords[camera]}${model.status.camera_why ? ` (${model.status.camera_why})` : ""}`];
+  if (!model.hasGel) return ["warn", "no gel: nothing is measured; set sensor.gel_file"];
   if (silent) return ["warn", "no fields come"];
   if (model.field && !model.field.valid) return ["bad", `fields are not valid${model.status?.invalid_why ? `: ${model.status.invalid_why}` : ""}`];
   if (model.field?.header.flags.length) return ["warn", "measuring, with reservations"];
@@ -119,7 +120,7 @@ export function showFacts(model) {
     set(list.children[2 * i + 1], facts[name]);
   });
   const words = (field?.header.flags ?? []).map((flag) => flagWords[flag] ?? flag);
-  if (status?.markers.remark) words.push(status.markers.remark);
+  if (status?.markers.remark && model.hasGel) words.push(status.markers.remark);  // else the lamp says it
   const lines = rows($("flags"), words.length, () => element("li"));
   words.forEach((text, i) => set(lines[i], text));
 }

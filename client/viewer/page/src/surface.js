@@ -81,7 +81,7 @@ export class Surface {
     const moved = model.displacement_mm;
     if (!model.isComplete || model.columns < 2 || model.rows < 2 || moved.length !== model.positions_mm.length) {
       say(this.label, model.description?.body ? "not known of this body" : model.columns * model.rows > mostNodes ?
-        `not known of more than ${mostNodes} nodes` : model.description ? "being computed" : "");
+        `not known of more than ${mostNodes} nodes` : model.description && model.hasGel ? "being computed" : "");
       return this.stage.render();
     }
     this.#prepare(model);

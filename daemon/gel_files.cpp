@@ -1,0 +1,73 @@
+#include "daemon/gel_files.h"
+
+#include "daemon/calibrate/calibration.h"
+#include "daemon/config.h"
+#include "daemon/track/nominal.h"
+#include "sensor/gel_file.h"
+
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+namespace tractiond {
+namespace {
+
+/// Of a gel file, or of the influence file that it names.
+Error asError(const sensor::FileError& error, const std::string& gelFile) {
+  Error result{.exitCode = EX_CONFIG, .what = error.what, .where = error.where};
+  if (error.isData) {
+    result.exitCode = EX_DATAERR;
+    result.remedy = "write it again, as docs/influence-file.md says";
+  } else if (error.unreadable) {
+    result.exitCode = EX_NOINPUT;
+    result.remedy = error.where == gelFile ? "sensor.gel_file names it" : "gel.influence_file names it";
+  }
+  return result;
+}
+
+}  // namespace
+
+tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile) {
+  if (gelFile == kNoGelFile) {
+    return tl::unexpected(Error{.exitCode = EX_CONFIG,
+                                .what = "sensor.gel_file is \"none\": without a gel there are no forces",
+                                .remedy = "name a gel file"});
+  }
+  sensor::Sensor sensor;
+  if (!gelFile.empty()) {
+    auto loaded = sensor::loadGel(gelFile);
+    if (!loaded) return tl::unexpected(asError(loaded.error(), gelFile));
+    sensor = *std::move(loaded);
+    if (auto same = calibrate::verifyCalibration(sensor, gelFile); !same) return tl::unexpected(same.error());
+  }
+  if (auto sound = track::trackable(sensor); !sound) return tl::unexpected(sound.error());
+  return sensor;
+}
+
+tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& gelFile) {
+  if (gelFile == kNoGelFile) return std::nullopt;
+  return loadSensor(gelFile).map([](sensor::Sensor sensor) { return std::optional(std::move(sensor)); });
+}
+
+void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve) {
+  description.sensor = sensor;
+  description.mechanics = sensor.body                                     ? "influence file"
+                          : solve.model == sensor::elastic::Model::kBlock ? "block"
+                                                                          : "half-space";
+  description.regularisation = "tikhonov";
+  description.strength = solve.regularisation;
+  description.contactAware = solve.contactAware;
+  description.noise_px = solve.noise_px;
+  description.forceScale_N = solve.forceScale_N;
+}
+
+void readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile, publish::Beginning& beginning) {
+  const auto content = [](const std::string& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return file.empty() ? std::string() : std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  beginning.gel = content(gelFile);
+  beginning.influence = sensor.body ? content(sensor.body->file) : "";
+}
+
+}  // namespace tractiond

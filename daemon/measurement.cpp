@@ -1,0 +1,238 @@
+#include "daemon/measurement.h"
+
+#include "daemon/base/apart.h"
+#include "daemon/gel_files.h"
+#include "daemon/solve/inverse_cache.h"
+#include "daemon/track/nominal.h"
+#include "daemon/track/rest_pose_file.h"
+
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+
+#include <future>
+#include <thread>
+#include <utility>
+
+namespace tractiond {
+namespace {
+
+/// One line in ten per cent.
+sensor::elastic::Progress progressLines() {
+  return [last = -1](double done) mutable {
+    const int tenth = static_cast<int>(done * 10);
+    if (tenth == last) return;
+    last = tenth;
+    spdlog::info("a gel not seen before: computing its inverse, {} %", 10 * tenth);
+  };
+}
+
+}  // namespace
+
+tl::expected<std::unique_ptr<Processing>, Error> Measurement::make(sensor::Sensor sensor, const Surroundings& around) {
+  std::unique_ptr<Measurement> measurement(new Measurement(std::move(sensor), around));
+  if (auto built = measurement->build(); !built) return tl::unexpected(built.error());
+  return measurement;
+}
+
+Measurement::Measurement(sensor::Sensor sensor, const Surroundings& around)
+    : around_(around)
+    , isFilm_(!around.config.camera.images.empty())
+    , sensor_(std::move(sensor))
+    , invalidFields_(around.config.track, around.config.solve) {}
+
+tl::expected<void, Error> Measurement::build() {
+  const Config& config = around_.config;
+  auto inverse = solve::loadOrCompute(sensor_, config.solve, around_.stateDirectory, progressLines(),
+                                      [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
+  if (!inverse) return tl::unexpected(inverse.error());
+  inverse_ = *std::move(inverse);
+  around_.description.calibrated_ns = inverse_.computed_ns;
+  track::TrackOptions tracking = config.track;
+  tracking.awaitJudge = true;  // nothing is measured from a zero that the gel file may not fit
+  tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
+  gelWatch_ = std::make_unique<GelWatch>(sensor_, *tracker_, newestMarkerStatus_, [this](const auto& result) {
+    around_.control.answerSnapshot(result, sensor_.layers);
+  });
+  solver_ = std::make_unique<solve::Solver>(inverse_, sensor_, config.solve);
+  around_.description.detectionLimit_N = solver_->detectionLimit_N();
+  around_.publisher.describe(around_.description);
+  makeProcedures();
+  if (!config.record.file.empty()) {
+    auto recorder =
+        Recorder::open(config.record, around_.description.identity, sensor_.markerCount(), sensor_.nodes.count(),
+                       {.description = [this] { return around_.publisher.lastDescription(); }});
+    if (!recorder) return tl::unexpected(recorder.error());
+    recorder_ = *std::move(recorder);
+  }
+  return {};
+}
+
+PipelineOptions Measurement::pipelineOptions() const {
+  return {.markers = sensor_.markerCount(), .nodes = sensor_.nodes.count()};
+}
+
+tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) {
+  const sensor::Camera& expected = sensor_.camera;
+  if (info.shape.width != expected.width || info.shape.height != expected.height) {
+    return tl::unexpected(Error{
+        .exitCode = EX_CONFIG,
+        .what = fmt::format("the camera's picture is {} x {} pixels, the gel's is {} x {}", info.shape.width,
+                            info.shape.height, expected.width, expected.height),
+        .remedy =
+            "set camera.width_px and camera.height_px, or describe the gel's camera; to aim a camera before there is a "
+            "gel file, set sensor.gel_file = \"none\""});
+  }
+  if (auto possible = track::trackable(sensor_, info.format); !possible) return possible;
+  const std::string id = calibrate::cameraId(info.name.vendor, info.name.serial);
+  if (sensor_.calibration && sensor_.calibration->camera != id) {
+    return tl::unexpected(Error{
+        .exitCode = EX_CONFIG,
+        .what = fmt::format("the gel file was calibrated with camera {}, this is {}", sensor_.calibration->camera, id),
+        .where = around_.config.sensor.gelFile,
+        .remedy = "calibrate with this camera, starting from a gel file without calibration"});
+  }
+  if (info.session > 1) {  // the zero of the camera before is in force
+    if (id == cameraId_) return {};
+    return tl::unexpected(Error{.exitCode = EX_UNAVAILABLE,
+                                .what = fmt::format("camera {} is not {}, whose zero is in force", id, cameraId_),
+                                .remedy = "to use it, stop the daemon and set camera.id"});
+  }
+  cameraId_ = id;
+  // A start that forgot the zero would call what presses now nothing.
+  auto pose = track::loadRestPose(track::restPosePath(around_.stateDirectory), sensor_, info.format, id);
+  if (!pose) return tl::unexpected(pose.error());
+  restored_ = *std::move(pose);
+  if (restored_) tracker_->restore(*restored_);
+  earlier_ = earlierZero(info);
+  if (recorder_) beginRecording(info);
+  return {};
+}
+
+void Measurement::beginRecording(const capture::CameraInfo& info) {
+  publish::Beginning beginning{.sensor = around_.config.sensor.name,
+                               .softwareVersion = TRACTIOND_VERSION,
+                               .calibration = around_.description.identity.calibration,
+                               .configuration = configText(around_.config),
+                               .gel = {},
+                               .influence = {},
+                               .rest = restored_,
+                               .cameraVendor = info.name.vendor,
+                               .cameraModel = info.name.model,
+                               .cameraSerial = info.name.serial};
+  readGelFiles(sensor_, around_.config.sensor.gelFile, beginning);
+  recorder_->begin(beginning);
+}
+
+/// It only serves to undo: where it is of no use, it is as if it were not there.
+std::optional<RestPose> Measurement::earlierZero(const capture::CameraInfo& info) const {
+  const auto pose =
+      track::loadRestPose(track::earlierPosePath(around_.stateDirectory), sensor_, info.format, cameraId_);
+  if (!pose) spdlog::warn("warning: the zero cannot be undone: {}", pose.error().message());
+  return pose.value_or(std::nullopt);
+}
+
+bool Measurement::track(const Frame& frame, MarkerField& markers) {
+  if (isFilm_) awaitFirstVerdict();
+  const bool tracked = tracker_->track(frame, markers) == track::Outcome::kTracked;
+  tracked_.add();
+  gelWatch_->takeFrame(frame);
+  if (recorder_) recorder_->takeFrame(frame, tracker_->inputs());
+  if (tracked) newestMarkers_.put(markers);  // while control takes one, this one is not seen there
+  return tracked;
+}
+
+/// A film has time: how long the judgement of its zero takes must not decide how many of its pictures are measured.
+void Measurement::awaitFirstVerdict() {
+  while (tracker_->awaitsFirstVerdict() && !around_.stopping())
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+void Measurement::solve(const MarkerField& markers, TractionField& field) {
+  solver_->solve(markers, field);
+}
+
+void Measurement::takeField(const TractionField& field) {
+  if (!field.valid) {
+    around_.ledger.invalid.add();
+    invalidFields_.add(field);
+  }
+  if (recorder_) recorder_->takeField(field);
+}
+
+void Measurement::tell(publish::Vitals& vitals) {
+  watched_.take(lastWatched_);
+  newestMarkerStatus_.take(markerStatus_);
+  vitals.drift = lastWatched_.drift;
+  vitals.markers = markerStatus_;
+  vitals.zeroWithin_s = lastWatched_.zeroWithin_s;
+  vitals.invalidWhy.assign(invalidFields_.take());
+}
+
+void Measurement::meet(const capture::CameraInfo& info) {
+  format_ = info.format;
+  if (std::exchange(hasMet_, true)) return;
+  if (restored_) {
+    spdlog::info("the zero is the one kept in {}", around_.stateDirectory.string());
+  } else {
+    spdlog::info("no zero is kept: the first {} still frames are taken for it", around_.config.track.zeroFrames);
+  }
+  procedures_->welcome(cameraId_, info.frameRate_Hz, restored_, earlier_);
+}
+
+void Measurement::turn() {
+  procedures_->turn();
+  gelWatch_->turn();
+}
+
+void Measurement::makeProcedures() {
+  procedures_ = std::make_unique<Procedures>(
+      sensor_,
+      ProcedureOptions{.zeroFrames = around_.config.track.zeroFrames,
+                       .directory = around_.stateDirectory,
+                       .progress = [this](double) { around_.turns.control.add(); }},
+      ProcedureLinks{
+          .frames = tracked_,
+          .markers = newestMarkers_,
+          .watched = watched_,
+          .requestZero = [this] { tracker_->requestZero(); },
+          .cancelZero = [this] { return tracker_->cancelZero(); },
+          .zeroState = [this] { return tracker_->zeroState(); },
+          .takeRestPose = [this](RestPose& pose) { return tracker_->takeRestPose(pose); },
+          .putInForce = [this](const RestPose& pose) { return tracker_->putInForce(pose, gelWatch_->fits()); },
+          .judge = [this](const RestPose& pose) { return gelWatch_->judge(pose); },
+          .describe =
+              [this](const RestPose& pose) {
+                around_.description.zero = pose;
+                around_.publisher.describe(around_.description);
+              },
+          .keep =
+              [this](const RestPose& pose, const RestPose* before) {
+                const auto save = [this, format = format_](const std::filesystem::path& path, const RestPose& one) {
+                  return track::saveRestPose(path, one, sensor_, format, cameraId_);
+                };
+                // Never on a thread that a watchdog looks after: a disk may take seconds for each of its calls.
+                return std::async(std::launch::async,
+                                  [this, save, pose, earlier = before ? std::optional(*before) : std::nullopt]() {
+                                    pthread_setname_np(pthread_self(), "tr-keep");
+                                    if (earlier) {
+                                      auto saved = save(track::earlierPosePath(around_.stateDirectory), *earlier);
+                                      if (!saved) return saved;
+                                    }
+                                    return save(track::restPosePath(around_.stateDirectory), pose);
+                                  });
+              },
+          .slowly = [this](const auto& work) { apart(around_.turns.control, work); },
+          .answerZero = [this](const auto& result,
+                               const std::string& remark) { around_.control.answerZero(result, remark); },
+          .answerCalibration = [this](const auto& result) { around_.control.answerCalibration(result); },
+      });
+}
+
+tl::expected<void, Error> Measurement::finish() {
+  if (!recorder_) return {};
+  auto closed = recorder_->close();
+  if (closed) spdlog::info("recorded: {}", recorder_->account());
+  return closed;
+}
+
+}  // namespace tractiond

@@ -1,0 +1,74 @@
+// Frames become forces: tracker, solver, the zero's procedures, the watch over the gel file, and the recorder.
+#pragma once
+
+#include "daemon/gel_watch.h"
+#include "daemon/invalid_fields.h"
+#include "daemon/procedures.h"
+#include "daemon/processing.h"
+#include "daemon/recorder.h"
+#include "daemon/solve/solver.h"
+#include "daemon/track/tracker.h"
+#include "sensor/sensor.h"
+
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace tractiond {
+
+class Measurement : public Processing {
+ public:
+  /// Computes the inverse, which takes seconds once per gel, and completes the description.
+  static tl::expected<std::unique_ptr<Processing>, Error> make(sensor::Sensor sensor, const Surroundings& around);
+
+  PipelineOptions pipelineOptions() const override;
+  tl::expected<void, Error> welcome(const capture::CameraInfo& info) override;
+  bool track(const Frame& frame, MarkerField& markers) override;
+  void solve(const MarkerField& markers, TractionField& field) override;
+  void takeField(const TractionField& field) override;
+  void tell(publish::Vitals& vitals) override;
+  void meet(const capture::CameraInfo& info) override;
+  void beginZero(const ZeroRequest& request) override { procedures_->beginZero(request); }
+  void beginStep(const CalibrationStep& step) override { procedures_->beginStep(step); }
+  void askSnapshot() override { gelWatch_->askSnapshot(); }
+  void turn() override;
+  bool hurried() const override { return procedures_->hurried() || gelWatch_->hurried(); }
+  bool isRecording() const override { return recorder_ != nullptr; }
+  void recordTurn(std::chrono::milliseconds timeout) override { recorder_->turn(timeout); }
+  tl::expected<void, Error> finish() override;
+
+ private:
+  Measurement(sensor::Sensor sensor, const Surroundings& around);
+  tl::expected<void, Error> build();
+  void makeProcedures();
+  void beginRecording(const capture::CameraInfo& info);
+  void awaitFirstVerdict();
+  std::optional<RestPose> earlierZero(const capture::CameraInfo& info) const;
+
+  Surroundings around_;
+  bool isFilm_;  // of a file's pictures each is measured
+  sensor::Sensor sensor_;
+  std::string cameraId_;                        // as restored_
+  std::optional<RestPose> restored_, earlier_;  // written before the control thread meets the camera, read after
+  solve::Inverse inverse_;
+  std::unique_ptr<track::Tracker> tracker_;
+  std::unique_ptr<solve::Solver> solver_;
+  Mailbox<MarkerField> newestMarkers_;                 // from the tracking thread to control
+  Mailbox<Watched> watched_;                           // from control to the publishing thread
+  Mailbox<publish::MarkerStatus> newestMarkerStatus_;  // the same
+  Counter tracked_;                                    // frames that the tracker has looked at
+  std::unique_ptr<Recorder> recorder_;
+
+  // The control thread's own.
+  std::unique_ptr<Procedures> procedures_;
+  std::unique_ptr<GelWatch> gelWatch_;
+  bool hasMet_ = false;  // a camera
+  PixelFormat format_ = PixelFormat::kRgb8;
+
+  // The publishing thread's own.
+  Watched lastWatched_;
+  publish::MarkerStatus markerStatus_;
+  InvalidFields invalidFields_;
+};
+
+}  // namespace tractiond

@@ -1,0 +1,48 @@
+// Where there is no gel file: the camera's pictures can be seen, and nothing is measured.
+#pragma once
+
+#include "daemon/processing.h"
+#include "daemon/snapshots.h"
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+namespace tractiond {
+
+/// The control server's.
+struct NoGelLinks {
+  std::function<void(const Snapshots::Result&)> answerSnapshot;
+  std::function<void(const std::string&reason)> refuseZero, refuseCalibration;
+};
+
+/// Takes every camera, picture size and format that can be streamed. Uses no frame: each is counted as Ledger::noGel.
+class NoGel : public Processing {
+ public:
+  explicit NoGel(NoGelLinks links);
+
+  /// What the status says, for people.
+  static const std::string_view kWhy;
+
+  PipelineOptions pipelineOptions() const override { return {.notTracked = &Ledger::noGel}; }
+  tl::expected<void, Error> welcome(const capture::CameraInfo& /*info*/) override { return {}; }
+  bool track(const Frame& frame, MarkerField& markers) override;
+  void solve(const MarkerField& /*markers*/, TractionField& /*field*/) override {}
+  void takeField(const TractionField& /*field*/) override {}
+  void tell(publish::Vitals& vitals) override { vitals.markers.remark.assign(kWhy); }
+  void meet(const capture::CameraInfo& /*info*/) override {}
+  void beginZero(const ZeroRequest& request) override;
+  void beginStep(const CalibrationStep& step) override;
+  void askSnapshot() override { snapshots_.ask(); }
+  void turn() override;
+  bool hurried() const override { return false; }
+  bool isRecording() const override { return false; }
+  void recordTurn(std::chrono::milliseconds /*timeout*/) override {}
+  tl::expected<void, Error> finish() override { return {}; }
+
+ private:
+  NoGelLinks links_;
+  Snapshots snapshots_;
+};
+
+}  // namespace tractiond
