@@ -12,6 +12,7 @@
 #include "daemon/publish/control.h"
 #include "daemon/publish/frozen_peers.h"
 #include "daemon/publish/greeting.h"
+#include "daemon/publish/inflow_limit.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/recorder.h"
 #include "daemon/service.h"
@@ -105,6 +106,7 @@ class Instrument {
   std::unique_ptr<Procedures> procedures_;
   std::unique_ptr<GelWatch> gelWatch_;
   std::optional<publish::FrozenPeers> frozenPeers_;
+  publish::inflow::Report inflow_;
   unsigned describedSession_ = 0;  // of the camera
   bool cameraAsked_ = false;
 

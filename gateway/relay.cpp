@@ -1,5 +1,6 @@
 #include "gateway/relay.h"
 
+#include "daemon/publish/inflow_limit.h"
 #include "daemon/publish/socket.h"
 #include "gateway/rates.h"
 #include "gateway/request.h"
@@ -233,11 +234,28 @@ struct Relay::Impl {
   void takeLookers() {
     for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kPreview], parts) != 0; ++i) {
       const std::string_view text = parts[0].to_string_view();
+      if (isOfInstrument(text)) publish::inflow::taken(publish::sourceOf(parts[0]), 1);
       subscribers.count(parts[0], front->bound(kPreview));
       if (text.starts_with('\1')) ++lookers;
       if (text.starts_with('\0') && lookers > 0) --lookers;
     }
     askForPreviews();
+  }
+
+  /// A subscription to a topic of the instrument, or to all that begin like one, takes no room in ZeroMQ's tree.
+  bool isOfInstrument(std::string_view subscription) const {
+    if (!subscription.starts_with('\1')) return false;
+    subscription.remove_prefix(1);
+    constexpr std::array<std::string_view, 5> kKinds = {"/field/", "/markers/", kDescriptionEnds, "/status/",
+                                                        kPreviewEnds};
+    return std::ranges::any_of(descriptions, [&](const auto& described) {
+      std::string_view sensor = described.first;
+      sensor.remove_suffix(kDescriptionEnds.size());
+      if (sensor.starts_with(subscription)) return true;
+      return subscription.starts_with(sensor) && std::ranges::any_of(kKinds, [&](std::string_view kind) {
+               return kind.starts_with(subscription.substr(sensor.size()));
+             });
+    });
   }
 
   void keepDescription() {
@@ -253,14 +271,17 @@ struct Relay::Impl {
 
   /// The stream joins a new subscriber in the middle; what its numbers mean it is told at once.
   void takeSubscriptions(std::int64_t now) {
-    for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kStream], parts) != 0; ++i) {
+    int count = 0;
+    for (; count < kSubscriptionsPerTurn && receive((*front)[kStream], parts) != 0; ++count) {
       const std::string_view text = parts[0].to_string_view();
+      if (isOfInstrument(text)) publish::inflow::taken(publish::sourceOf(parts[0]), 1);
       subscribers.count(parts[0], front->bound(kStream));
       if (!text.starts_with('\1')) continue;
       for (const auto& [topic, kept] : descriptions) {
         descriptionDue = descriptionDue || std::string_view(topic).starts_with(text.substr(1));
       }
     }
+    if (count < kSubscriptionsPerTurn) publish::inflow::allTaken(publish::Inflow::kSubscriptions);
     if (!descriptionDue || now - described_ns < kDescriptions_ns) return;
     descriptionDue = false;
     described_ns = now;
@@ -280,7 +301,8 @@ struct Relay::Impl {
   void passRequests(std::int64_t now) {
     for (int i = 0; i < kMessagesPerTurn; ++i) {
       const std::size_t count = receive((*front)[kControl], parts);
-      if (count == 0) return;
+      if (count == 0) return publish::inflow::allTaken(publish::Inflow::kRequests);
+      publish::inflow::taken(publish::sourceOf(parts[0]), count - 1);  // the first is ZeroMQ's name of the peer
       askers.count(parts[0], front->bound(kControl));
       // [peer][empty][request]
       if (count != 3 || !parts[1].empty()) continue;
@@ -345,6 +367,7 @@ struct Relay::Impl {
                                            now);
       if (!line.empty()) spdlog::warn("{}", line);
     }
+    if (const std::string line = inflow.look(now); !line.empty()) spdlog::warn("{}", line);
     if (!silent && now - heard_ns > kSilence_ns) {
       silent = true;
       spdlog::warn("nothing comes from the instrument in {}; is tractiond running?", directory.string());
@@ -369,6 +392,7 @@ struct Relay::Impl {
   RequestLimit requests;
   publish::PeerLimit subscribers{kSubscriptionsPerPeer}, askers{1000};
   SeldomLine refusals, crowds;
+  publish::inflow::Report inflow;
   std::uint64_t refusedBefore = 0;
   std::int64_t heard_ns, looked_ns = 0, counted_ns = 0;
   bool silent = false;

@@ -1,6 +1,7 @@
 #include "daemon/publish/control.h"
 
 #include "daemon/base/clock.h"
+#include "daemon/publish/inflow_limit.h"
 #include "daemon/publish/socket.h"
 #include "daemon/publish/wire_control.h"
 
@@ -27,7 +28,7 @@ struct ControlServer::Impl {
     std::string beyond;  ///< behind a peer that passes requests on; empty: the peer itself
   };
 
-  ~Impl() { removeFiles(endpoints); }
+  ~Impl() { release(endpoints); }
 
   /// A request of any number of parts; the first four are kept. False: there is none.
   bool receive() {
@@ -35,9 +36,14 @@ struct ControlServer::Impl {
     for (;;) {
       zmq::message_t surplus;
       zmq::message_t& message = parts < request.size() ? request[parts] : surplus;
-      if (zmq_msg_recv(message.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) return false;
+      if (zmq_msg_recv(message.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) {
+        inflow::allTaken(Inflow::kRequests);
+        return false;
+      }
       ++parts;
-      if (!message.more()) return true;
+      if (message.more()) continue;
+      inflow::taken(sourceOf(request[0]), parts - 1);  // the first is ZeroMQ's name of the peer
+      return true;
     }
   }
 
