@@ -11,7 +11,9 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <memory>
 #include <optional>
+#include <utility>
 
 namespace tractiond::publish {
 
@@ -147,6 +149,21 @@ std::string peerName(zmq::message_t& message) {
 
 int sourceOf(zmq::message_t& message) {
   return zmq_msg_get(message.handle(), ZMQ_SRCFD);
+}
+
+zmq::message_t messageOf(std::string bytes, std::function<void()> gone) {
+  struct Lent {
+    std::string bytes;
+    std::function<void()> gone;
+  };
+  auto lent = std::make_unique<Lent>(Lent{std::move(bytes), std::move(gone)});
+  const auto giveBack = [](void* /*bytes*/, void* hint) {
+    const std::unique_ptr<Lent> back(static_cast<Lent*>(hint));
+    back->gone();
+  };
+  zmq::message_t message(lent->bytes.data(), lent->bytes.size(), giveBack, lent.get());
+  (void)lent.release();  // the message's now
+  return message;
 }
 
 bool cutOff(int fd, const std::vector<std::string>& bound) {

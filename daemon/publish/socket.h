@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,9 @@ std::string peerName(zmq::message_t& message);
 
 /// Returns the file descriptor over which a message came; -1: it is not known.
 int sourceOf(zmq::message_t& message);
+
+/// Returns a message that calls `gone` when ZeroMQ has let it go, on any thread: it was written, or its peer has gone.
+zmq::message_t messageOf(std::string bytes, std::function<void()> gone);
 
 /// Ends a peer's connection to a socket bound to these endpoints. \param fd of the connection, as ZeroMQ says
 /// \return whether it was one

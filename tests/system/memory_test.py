@@ -86,6 +86,27 @@ class Memory(steady.TestCase):
         self.assertEqual(code, 0, text)
         self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
 
+    def gateway(self, *options):
+        """(gateway, keys of an honest peer, keys of another)."""
+        pairs = [tuple(key.decode() for key in zmq.curve_keypair()) for _ in range(2)]
+        server = [self.bench.allow(name, pair[0], *options) for name, pair in zip(("ada", "eve"), pairs)][0]
+        return self.bench.gateway(self.daemon, "high_water_mark = 100\n"), *((server, *pair) for pair in pairs)
+
+    def test_subscriptions_of_a_key_that_may_read(self):
+        gateway, ada, eve = self.gateway()
+        subscriber = self.bench.subscribe(gateway, "traction/v1/default/field/", keys=ada)
+        for name in ("stream", "latest"):
+            with self.subTest(name):
+                self.hoard(gateway, subscriber, f"gateway's {name}, subscriptions", "subscriptions", gateway.endpoint[name], *eve)
+        self.assertRegex(gateway.output(), r"connections are ended, the last one of 127\.0\.0\.1: it ")
+        self.assertEqual(gateway.stop(), 0, gateway.output())
+
+    def test_pictures_that_a_key_does_not_read(self):
+        gateway, ada, eve = self.gateway("--control")
+        subscriber = self.bench.subscribe(gateway, "traction/v1/default/field/", keys=ada)
+        self.hoard(gateway, subscriber, "gateway's control, snapshots", "snapshots", gateway.endpoint["control"], *eve)
+        self.assertEqual(gateway.stop(), 0, gateway.output())
+
 
 if __name__ == "__main__":
     unittest.main()
