@@ -1,9 +1,9 @@
 #include "gateway/relay.h"
 
 #include "daemon/publish/inflow_limit.h"
+#include "daemon/publish/reply_budget.h"
 #include "daemon/publish/socket.h"
 #include "gateway/rates.h"
-#include "gateway/reply_budget.h"
 #include "gateway/request.h"
 #include "proto/traction/v1/endpoints.h"
 
@@ -373,10 +373,8 @@ struct Relay::Impl {
         put((*front)[kControl], errorReply(kUnread), false);
         continue;
       }
-      const auto waits = replies.add(route->who, route->fd, parts[2].size());
-      // release: partner is the acquire in ReplyBudget
       zmq::message_t reply =
-          publish::messageOf(parts[2].to_string(), [waits] { waits->queued.store(false, std::memory_order_release); });
+          publish::messageOf(parts[2].to_string(), replies.add(route->who, route->fd, parts[2].size()));
       put((*front)[kControl], reply, false);
     }
   }
@@ -423,7 +421,7 @@ struct Relay::Impl {
   bool descriptionDue = false;
   std::int64_t described_ns = 0;
   RequestLimit requests;
-  ReplyBudget replies{kWaitingReplies_bytes, kWaitingRepliesEach_bytes};
+  publish::ReplyBudget replies{kWaitingReplies_bytes, kWaitingRepliesEach_bytes};
   publish::PeerLimit subscribers{kSubscriptionsPerPeer}, askers{1000};
   SeldomLine refusals, crowds;
   publish::inflow::Report inflow;

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <utility>
 
@@ -151,15 +150,15 @@ int sourceOf(zmq::message_t& message) {
   return zmq_msg_get(message.handle(), ZMQ_SRCFD);
 }
 
-zmq::message_t messageOf(std::string bytes, std::function<void()> gone) {
+zmq::message_t messageOf(std::string bytes, std::shared_ptr<ReplyBudget::Reply> waiting) {
   struct Lent {
     std::string bytes;
-    std::function<void()> gone;
+    std::shared_ptr<ReplyBudget::Reply> waiting;
   };
-  auto lent = std::make_unique<Lent>(Lent{std::move(bytes), std::move(gone)});
+  auto lent = std::make_unique<Lent>(Lent{std::move(bytes), std::move(waiting)});
   const auto giveBack = [](void* /*bytes*/, void* hint) {
     const std::unique_ptr<Lent> back(static_cast<Lent*>(hint));
-    back->gone();
+    back->waiting->queued.store(false, std::memory_order_release);  // partner: ReplyBudget
   };
   zmq::message_t message(lent->bytes.data(), lent->bytes.size(), giveBack, lent.get());
   (void)lent.release();  // the message's now

@@ -2,13 +2,14 @@
 #pragma once
 
 #include "daemon/base/error.h"
+#include "daemon/publish/reply_budget.h"
 
 #include <tl/expected.hpp>
 #include <zmq.hpp>
 
 #include <array>
 #include <cstdint>
-#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -33,8 +34,9 @@ std::string peerName(zmq::message_t& message);
 /// Returns the file descriptor over which a message came; -1: it is not known.
 int sourceOf(zmq::message_t& message);
 
-/// Returns a message that calls `gone` when ZeroMQ has let it go, on any thread: it was written, or its peer has gone.
-zmq::message_t messageOf(std::string bytes, std::function<void()> gone);
+/// Returns a message that tells `waiting` when ZeroMQ has let it go: it and its copies were written, or their peers
+/// have gone.
+zmq::message_t messageOf(std::string bytes, std::shared_ptr<ReplyBudget::Reply> waiting);
 
 /// Ends a peer's connection to a socket bound to these endpoints. \param fd of the connection, as ZeroMQ says
 /// \return whether it was one

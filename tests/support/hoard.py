@@ -3,7 +3,7 @@
 usage: hoard.py parts SECONDS ENDPOINT TYPE               one connection at a time: parts of a message that does not end
        hoard.py thousand SECONDS ENDPOINT TYPE            1,000 connections: the same, each a little below what one may hold
        hoard.py subscriptions SECONDS ENDPOINT KEY...     random subscriptions of 400 bytes, with a key for a gateway
-       hoard.py snapshots SECONDS ENDPOINT KEY...         30 connections that ask for pictures and read none
+       hoard.py snapshots SECONDS ENDPOINT [KEY...]       30 connections that ask for pictures and read none
 KEY...: the server's public key, and a pair.
 """
 
@@ -54,7 +54,8 @@ def thousand():
 def allowed(kind):
     one = zmq.Context.instance().socket(kind)
     one.linger, one.sndhwm, one.rcvhwm = 0, 100000, 1
-    one.curve_serverkey, one.curve_publickey, one.curve_secretkey = (key.encode() for key in REST)
+    if REST:
+        one.curve_serverkey, one.curve_publickey, one.curve_secretkey = (key.encode() for key in REST)
     one.connect(ENDPOINT)
     return one
 

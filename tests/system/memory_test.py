@@ -101,7 +101,10 @@ class Memory(steady.TestCase):
         self.assertRegex(gateway.output(), r"connections are ended, the last one of 127\.0\.0\.1: it ")
         self.assertEqual(gateway.stop(), 0, gateway.output())
 
-    def test_pictures_that_a_key_does_not_read(self):
+    def test_pictures_that_nobody_reads(self):
+        local = self.bench.subscribe(self.daemon, "traction/v1/default/field/")
+        self.hoard(self.daemon, local, "control, snapshots", "snapshots", self.daemon.endpoint["control"])
+        local.socket.close(0)
         gateway, ada, eve = self.gateway("--control")
         subscriber = self.bench.subscribe(gateway, "traction/v1/default/field/", keys=ada)
         self.hoard(gateway, subscriber, "gateway's control, snapshots", "snapshots", gateway.endpoint["control"], *eve)

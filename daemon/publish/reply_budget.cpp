@@ -1,9 +1,9 @@
-#include "gateway/reply_budget.h"
+#include "daemon/publish/reply_budget.h"
 
 #include <linux/sockios.h>
 #include <sys/ioctl.h>
 
-namespace tractiond::gateway {
+namespace tractiond::publish {
 
 bool ReplyBudget::isUnread(int fd) {
   int waiting = 0;
@@ -12,7 +12,7 @@ bool ReplyBudget::isUnread(int fd) {
 
 void ReplyBudget::forgetRead() {
   for (auto& [who, replies] : waiting_) {
-    // acquire: partner is the release where ZeroMQ lets it go; it has been written by then, but perhaps not read.
+    // acquire: partner is the release in messageOf(); it has been written by then, but perhaps not read.
     std::erase_if(replies, [this](const auto& reply) {
       return !reply->queued.load(std::memory_order_acquire) && !hasUnread_(reply->fd);
     });
@@ -40,4 +40,4 @@ std::shared_ptr<ReplyBudget::Reply> ReplyBudget::add(const std::string& who, int
   return reply;
 }
 
-}  // namespace tractiond::gateway
+}  // namespace tractiond::publish

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-namespace tractiond::gateway {
+namespace tractiond::publish {
 
-/// Of each key (or address, where there are no keys) and of all together. Thread-bound.
+/// Of each who asks (a key, a user, an address) and of all together. Thread-bound.
 class ReplyBudget {
  public:
   /// A reply on its way.
@@ -42,4 +42,4 @@ class ReplyBudget {
   std::map<std::string, std::vector<std::shared_ptr<Reply>>> waiting_;  ///< by who asked
 };
 
-}  // namespace tractiond::gateway
+}  // namespace tractiond::publish

@@ -1,10 +1,10 @@
-#include "gateway/reply_budget.h"
+#include "daemon/publish/reply_budget.h"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-namespace tractiond::gateway::reply_budget_test {
+namespace tractiond::publish::reply_budget_test {
 namespace {
 
 class Budget : public testing::Test {
@@ -41,4 +41,4 @@ TEST_F(Budget, WaitsUntilItIsReadAndNotOnlyWritten) {
 }
 
 }  // namespace
-}  // namespace tractiond::gateway::reply_budget_test
+}  // namespace tractiond::publish::reply_budget_test
