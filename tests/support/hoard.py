@@ -1,6 +1,7 @@
 """Peers that make ZeroMQ collect what they send.
 
 usage: hoard.py parts SECONDS ENDPOINT TYPE               one connection at a time: parts of a message that does not end
+       hoard.py keyed SECONDS ENDPOINT TYPE KEY...        the same with a key for a gateway
        hoard.py thousand SECONDS ENDPOINT TYPE            1,000 connections: the same, each a little below what one may hold
        hoard.py subscriptions SECONDS ENDPOINT KEY...     random subscriptions of 400 bytes, with a key for a gateway
        hoard.py snapshots SECONDS ENDPOINT [KEY...]       30 connections that ask for pictures and read none
@@ -37,6 +38,24 @@ def parts():
         while time.monotonic() < END and (count := one.send(PART * 20000)):
             sent += count
             if count < 20000 * len(PART):
+                break
+        one.close()
+    return f"{connections} connections, {sent / 2**20:.1f} MiB of parts"
+
+
+def keyed():
+    sent = connections = 0
+    while time.monotonic() < END:
+        try:
+            one = zmtp.CurvePeer(ENDPOINT, REST[0], REST[1:])
+        except OSError:
+            continue
+        connections += 1
+        while time.monotonic() < END:
+            some = b"".join(one.message(b"x", more=True) for _ in range(1000))
+            count = one.send(some)
+            sent += count
+            if count < len(some):
                 break
         one.close()
     return f"{connections} connections, {sent / 2**20:.1f} MiB of parts"
@@ -82,6 +101,6 @@ def snapshots():
 
 resource.setrlimit(resource.RLIMIT_NOFILE, 2 * resource.getrlimit(resource.RLIMIT_NOFILE)[1:])
 print("hoarding", flush=True)
-print({"parts": parts, "thousand": thousand, "subscriptions": subscriptions, "snapshots": snapshots}[KIND]())
+print({"parts": parts, "keyed": keyed, "thousand": thousand, "subscriptions": subscriptions, "snapshots": snapshots}[KIND]())
 sys.stdout.flush()
 os._exit(0)

@@ -92,6 +92,15 @@ class Memory(steady.TestCase):
         server = [self.bench.allow(name, pair[0], *options) for name, pair in zip(("ada", "eve"), pairs)][0]
         return self.bench.gateway(self.daemon, "high_water_mark = 100\n"), *((server, *pair) for pair in pairs)
 
+    def test_unfinished_messages_with_a_key(self):
+        gateway, ada, eve = self.gateway("--control")
+        subscriber = self.bench.subscribe(gateway, "traction/v1/default/field/", keys=ada)
+        for name, kind in (("control", "DEALER"), ("stream", "SUB"), ("latest", "SUB")):
+            with self.subTest(name):
+                self.hoard(gateway, subscriber, f"gateway's {name}, parts", "keyed", gateway.endpoint[name], kind, *eve)
+        self.assertRegex(gateway.output(), r"connections are ended, the last one of 127\.0\.0\.1: it ")
+        self.assertEqual(gateway.stop(), 0, gateway.output())
+
     def test_subscriptions_of_a_key_that_may_read(self):
         gateway, ada, eve = self.gateway()
         subscriber = self.bench.subscribe(gateway, "traction/v1/default/field/", keys=ada)
