@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <charconv>
 #include <filesystem>
 #include <optional>
@@ -155,12 +156,16 @@ zmq::message_t messageOf(std::string bytes, std::shared_ptr<ReplyBudget::Reply> 
     std::string bytes;
     std::shared_ptr<ReplyBudget::Reply> waiting;
   };
+  // ZeroMQ's queue orders what is written here before what is read there, which the thread sanitizer does not see.
+  static std::atomic<std::uint64_t> handedOver{0};
   auto lent = std::make_unique<Lent>(Lent{std::move(bytes), std::move(waiting)});
   const auto giveBack = [](void* /*bytes*/, void* hint) {
+    (void)handedOver.load(std::memory_order_acquire);  // partner: below
     const std::unique_ptr<Lent> back(static_cast<Lent*>(hint));
     back->waiting->queued.store(false, std::memory_order_release);  // partner: ReplyBudget
   };
   zmq::message_t message(lent->bytes.data(), lent->bytes.size(), giveBack, lent.get());
+  handedOver.fetch_add(1, std::memory_order_release);
   (void)lent.release();  // the message's now
   return message;
 }
