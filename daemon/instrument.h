@@ -10,6 +10,7 @@
 #include "daemon/publish/control.h"
 #include "daemon/publish/frozen_peers.h"
 #include "daemon/publish/greeting.h"
+#include "daemon/publish/inflow_limit.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/service.h"
 #include "sensor/sensor.h"
@@ -76,6 +77,7 @@ class Instrument {
 
   // The control thread's own.
   std::optional<publish::FrozenPeers> frozenPeers_;
+  publish::inflow::Report inflow_;
   unsigned describedSession_ = 0;  // of the camera
   bool cameraAsked_ = false;
 

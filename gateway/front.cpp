@@ -69,6 +69,10 @@ Front::Front(const Options& options, MayEnter mayEnter, Refused refused)
   sockets_[kLatest].set(zmq::sockopt::conflate, true);
 }
 
+Front::~Front() {
+  for (const auto& endpoints : bound_) publish::release(endpoints);
+}
+
 tl::expected<std::unique_ptr<Front>, Error> Front::open(const Options& options, MayEnter mayEnter,
                                                         Refused refused) try {
   std::unique_ptr<Front> front(new Front(options, std::move(mayEnter), std::move(refused)));

@@ -36,6 +36,9 @@ class Front {
   using Refused = std::function<void(const std::string& what)>;
 
   static tl::expected<std::unique_ptr<Front>, Error> open(const Options& options, MayEnter mayEnter, Refused refused);
+  ~Front();
+  Front(const Front&) = delete;
+  Front& operator=(const Front&) = delete;
 
   zmq::socket_t& operator[](Way way) { return sockets_[way]; }
   const std::vector<std::string>& bound(Way way) const { return bound_[way]; }

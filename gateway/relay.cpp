@@ -1,5 +1,7 @@
 #include "gateway/relay.h"
 
+#include "daemon/publish/inflow_limit.h"
+#include "daemon/publish/reply_budget.h"
 #include "daemon/publish/socket.h"
 #include "gateway/rates.h"
 #include "gateway/request.h"
@@ -31,6 +33,8 @@ constexpr std::size_t kMostTopics = 16;              ///< whose description is k
 constexpr std::int64_t kKeys_ns = 250'000'000;       ///< between two looks at the keys
 constexpr std::int64_t kSilence_ns = 3'000'000'000;  ///< three statuses
 constexpr int kWaitingForInstrument = 256;
+constexpr std::uint64_t kWaitingReplies_bytes = 16 << 20, kWaitingRepliesEach_bytes = 4 << 20;  ///< of all, of a key
+constexpr const char* kUnread = "too many replies wait to be read by this key: read them, or end their connections";
 constexpr std::string_view kDescriptionEnds = "/description/", kPreviewEnds = "/preview/";
 constexpr std::string_view kFieldBegins = "\x09";  ///< Field.timestamp
 
@@ -43,6 +47,32 @@ std::size_t receive(zmq::socket_t& socket, std::array<zmq::message_t, 4>& parts)
     if (!part.more()) return count + 1;
   }
 }
+
+/// What the instrument returns with its reply: the connection's name, and behind it who asked.
+struct Route {
+  std::string peer, who;
+  int fd = -1;
+  std::uint32_t generation = 0;  ///< opening of the front that the connection belongs to
+
+  std::string text() const {
+    const auto length = static_cast<std::uint32_t>(who.size());
+    std::string text = peer + who;
+    for (const std::uint32_t number : {length, static_cast<std::uint32_t>(fd), generation})
+      text.append(reinterpret_cast<const char*>(&number), sizeof number);
+    return text;
+  }
+
+  static std::optional<Route> of(std::string_view text) {
+    std::array<std::uint32_t, 3> numbers{};
+    if (text.size() < sizeof numbers) return std::nullopt;
+    std::memcpy(numbers.data(), text.end() - sizeof numbers, sizeof numbers);
+    text.remove_suffix(sizeof numbers);
+    if (text.size() < numbers[0]) return std::nullopt;
+    const std::size_t end = text.size() - numbers[0];
+    return Route{std::string(text.substr(0, end)), std::string(text.substr(end)), static_cast<int>(numbers[1]),
+                 numbers[2]};
+  }
+};
 
 /// Never waits. False: there was nobody, or no room.
 bool put(zmq::socket_t& socket, zmq::message_t& part, bool more) {
@@ -233,11 +263,28 @@ struct Relay::Impl {
   void takeLookers() {
     for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kPreview], parts) != 0; ++i) {
       const std::string_view text = parts[0].to_string_view();
+      if (isOfInstrument(text)) publish::inflow::taken(publish::sourceOf(parts[0]), 1);
       subscribers.count(parts[0], front->bound(kPreview));
       if (text.starts_with('\1')) ++lookers;
       if (text.starts_with('\0') && lookers > 0) --lookers;
     }
     askForPreviews();
+  }
+
+  /// A subscription to a topic of the instrument, or to all that begin like one, takes no room in ZeroMQ's tree.
+  bool isOfInstrument(std::string_view subscription) const {
+    if (!subscription.starts_with('\1')) return false;
+    subscription.remove_prefix(1);
+    constexpr std::array<std::string_view, 5> kKinds = {"/field/", "/markers/", kDescriptionEnds, "/status/",
+                                                        kPreviewEnds};
+    return std::ranges::any_of(descriptions, [&](const auto& described) {
+      std::string_view sensor = described.first;
+      sensor.remove_suffix(kDescriptionEnds.size());
+      if (sensor.starts_with(subscription)) return true;
+      return subscription.starts_with(sensor) && std::ranges::any_of(kKinds, [&](std::string_view kind) {
+               return kind.starts_with(subscription.substr(sensor.size()));
+             });
+    });
   }
 
   void keepDescription() {
@@ -253,14 +300,17 @@ struct Relay::Impl {
 
   /// The stream joins a new subscriber in the middle; what its numbers mean it is told at once.
   void takeSubscriptions(std::int64_t now) {
-    for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kStream], parts) != 0; ++i) {
+    int count = 0;
+    for (; count < kSubscriptionsPerTurn && receive((*front)[kStream], parts) != 0; ++count) {
       const std::string_view text = parts[0].to_string_view();
+      if (isOfInstrument(text)) publish::inflow::taken(publish::sourceOf(parts[0]), 1);
       subscribers.count(parts[0], front->bound(kStream));
       if (!text.starts_with('\1')) continue;
       for (const auto& [topic, kept] : descriptions) {
         descriptionDue = descriptionDue || std::string_view(topic).starts_with(text.substr(1));
       }
     }
+    if (count < kSubscriptionsPerTurn) publish::inflow::allTaken(publish::Inflow::kSubscriptions);
     if (!descriptionDue || now - described_ns < kDescriptions_ns) return;
     descriptionDue = false;
     described_ns = now;
@@ -280,7 +330,8 @@ struct Relay::Impl {
   void passRequests(std::int64_t now) {
     for (int i = 0; i < kMessagesPerTurn; ++i) {
       const std::size_t count = receive((*front)[kControl], parts);
-      if (count == 0) return;
+      if (count == 0) return publish::inflow::allTaken(publish::Inflow::kRequests);
+      publish::inflow::taken(publish::sourceOf(parts[0]), count - 1);  // the first is ZeroMQ's name of the peer
       askers.count(parts[0], front->bound(kControl));
       // [peer][empty][request]
       if (count != 3 || !parts[1].empty()) continue;
@@ -296,16 +347,16 @@ struct Relay::Impl {
   std::string pass(std::string_view peer, zmq::message_t& request, std::int64_t now) {
     const std::string user = options.server ? property(request, "User-Id") : "",
                       address = property(request, "Peer-Address");
-    if (const int limit = requests.beyond(user.empty() ? address : user, now); limit > 0) {
+    const std::string& who = user.empty() ? address : user;
+    if (const int limit = requests.beyond(who, now); limit > 0) {
       return "too many requests: more than " + std::to_string(limit) + " in a second";
     }
+    if (!replies.allows(who, 1)) return kUnread;
     const auto stated = signedRequest(
         request.to_string_view(), (user.empty() ? "somebody without a key" : "\"" + user + "\"") + " at " + address);
     if (!stated) return stated.error();
-    // Behind the connection's name stands which opening of the front it belongs to.
-    std::string route(peer);
-    route.append(reinterpret_cast<const char*>(&generation), sizeof generation);
-    if (put(control, route, true) && put(control, "", true) && put(control, *stated, false)) return "";
+    const Route route{std::string(peer), who, publish::sourceOf(request), generation};
+    if (put(control, route.text(), true) && put(control, "", true) && put(control, *stated, false)) return "";
     return "no instrument is there; is tractiond running?";
   }
 
@@ -313,16 +364,18 @@ struct Relay::Impl {
     for (int i = 0; i < kMessagesPerTurn; ++i) {
       const std::size_t count = receive(control, parts);
       if (count == 0) return;
-      // [peer and opening][empty][reply]
-      std::uint32_t opening = 0;
-      const std::string_view route = parts[0].to_string_view();
-      if (count != 3 || route.size() < sizeof opening) continue;
-      const std::size_t end = route.size() - sizeof opening;
-      std::memcpy(&opening, route.data() + end, sizeof opening);
-      if (opening != generation) continue;
-      put((*front)[kControl], route.substr(0, end), true);
+      // [route][empty][reply]
+      const std::optional<Route> route = Route::of(parts[0].to_string_view());
+      if (count != 3 || !route || route->generation != generation) continue;
+      put((*front)[kControl], route->peer, true);
       put((*front)[kControl], "", true);
-      put((*front)[kControl], parts[2], false);
+      if (!replies.allows(route->who, parts[2].size())) {
+        put((*front)[kControl], errorReply(kUnread), false);
+        continue;
+      }
+      zmq::message_t reply =
+          publish::messageOf(parts[2].to_string(), replies.add(route->who, route->fd, parts[2].size()));
+      put((*front)[kControl], reply, false);
     }
   }
 
@@ -345,6 +398,7 @@ struct Relay::Impl {
                                            now);
       if (!line.empty()) spdlog::warn("{}", line);
     }
+    if (const std::string line = inflow.look(now); !line.empty()) spdlog::warn("{}", line);
     if (!silent && now - heard_ns > kSilence_ns) {
       silent = true;
       spdlog::warn("nothing comes from the instrument in {}; is tractiond running?", directory.string());
@@ -367,8 +421,10 @@ struct Relay::Impl {
   bool descriptionDue = false;
   std::int64_t described_ns = 0;
   RequestLimit requests;
+  publish::ReplyBudget replies{kWaitingReplies_bytes, kWaitingRepliesEach_bytes};
   publish::PeerLimit subscribers{kSubscriptionsPerPeer}, askers{1000};
   SeldomLine refusals, crowds;
+  publish::inflow::Report inflow;
   std::uint64_t refusedBefore = 0;
   std::int64_t heard_ns, looked_ns = 0, counted_ns = 0;
   bool silent = false;

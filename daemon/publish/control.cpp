@@ -1,6 +1,7 @@
 #include "daemon/publish/control.h"
 
 #include "daemon/base/clock.h"
+#include "daemon/publish/inflow_limit.h"
 #include "daemon/publish/socket.h"
 #include "daemon/publish/wire_control.h"
 
@@ -14,6 +15,8 @@ namespace {
 
 constexpr std::int64_t kLargestRequest = 65'536;
 constexpr int kWaitingReplies = 16;  ///< per peer; who does not read loses the rest
+constexpr std::uint64_t kWaiting_bytes = 16 << 20, kWaitingEach_bytes = 8 << 20;  ///< of all, of a user
+constexpr const char* kUnread = "too many replies wait to be read by this user: read them, or end their connections";
 constexpr int kRequestsPerTurn = 64;
 constexpr int kRequestsPerSecond = 1000;    ///< of one connection
 constexpr std::size_t kLargestAskers = 64;  ///< of one zero, of one picture, of the camera
@@ -25,9 +28,11 @@ struct ControlServer::Impl {
   struct Route {
     std::string peer;
     std::string beyond;  ///< behind a peer that passes requests on; empty: the peer itself
+    std::string who;     ///< the peer's user, or its address
+    int fd = -1;         ///< of its connection
   };
 
-  ~Impl() { removeFiles(endpoints); }
+  ~Impl() { release(endpoints); }
 
   /// A request of any number of parts; the first four are kept. False: there is none.
   bool receive() {
@@ -35,22 +40,44 @@ struct ControlServer::Impl {
     for (;;) {
       zmq::message_t surplus;
       zmq::message_t& message = parts < request.size() ? request[parts] : surplus;
-      if (zmq_msg_recv(message.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) return false;
+      if (zmq_msg_recv(message.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) {
+        inflow::allTaken(Inflow::kRequests);
+        return false;
+      }
       ++parts;
-      if (!message.more()) return true;
+      if (message.more()) continue;
+      inflow::taken(sourceOf(request[0]), parts - 1);  // the first is ZeroMQ's name of the peer
+      return true;
     }
   }
 
-  void reply(const Route& route, const std::string& bytes) {
-    // ROUTER drops what is for a peer that has gone or does not read.
-    const auto put = [this](std::string_view part, int flags) {
-      while (zmq_send(socket.handle(), part.data(), part.size(), flags) < 0 && zmq_errno() == EINTR) {
+  void reply(const Route& route, const std::string& bytes) { replyAll({route}, bytes); }
+
+  /// One message is shared by all, and counts for the first of them.
+  void replyAll(const std::vector<Route>& routes, const std::string& bytes) {
+    if (routes.empty()) return;
+    const Route& first = routes[0];
+    zmq::message_t message;
+    if (replies.allows(first.who, bytes.size())) {
+      message = messageOf(bytes, replies.add(first.who, first.fd, bytes.size()));
+    } else {
+      const std::string refusal = encodeErrorReply(kUnread);
+      message.rebuild(refusal.data(), refusal.size());
+    }
+    for (const Route& route : routes) {
+      // ROUTER drops what is for a peer that has gone or does not read.
+      const auto put = [this](std::string_view part, int flags) {
+        while (zmq_send(socket.handle(), part.data(), part.size(), flags) < 0 && zmq_errno() == EINTR) {
+        }
+      };
+      put(route.peer, ZMQ_SNDMORE);
+      if (!route.beyond.empty()) put(route.beyond, ZMQ_SNDMORE);
+      put("", ZMQ_SNDMORE);
+      zmq::message_t shared;
+      shared.copy(message);
+      while (zmq_msg_send(shared.handle(), socket.handle(), ZMQ_DONTWAIT) < 0 && zmq_errno() == EINTR) {
       }
-    };
-    put(route.peer, ZMQ_SNDMORE);
-    if (!route.beyond.empty()) put(route.beyond, ZMQ_SNDMORE);
-    put("", ZMQ_SNDMORE);
-    put(bytes, ZMQ_DONTWAIT);
+    }
   }
 
   void answer() {
@@ -60,8 +87,11 @@ struct ControlServer::Impl {
     const bool passedOn = parts == 4 && !request[1].empty();
     const std::size_t last = passedOn ? 3 : 2;
     if (parts != last + 1 || !request[last - 1].empty()) return;
-    const Route peer{request[0].to_string(), passedOn ? request[1].to_string() : ""};
     zmq::message_t& message = request[last];
+    const std::string name = peerName(message);
+    const Route peer{request[0].to_string(), passedOn ? request[1].to_string() : "", name.substr(0, name.find(',')),
+                     sourceOf(message)};
+    if (!replies.allows(peer.who, 1)) return reply(peer, encodeErrorReply(kUnread));
     auto asked = decodeRequest(message.to_string_view());
     if (!asked) return reply(peer, encodeErrorReply(asked.error()));
     switch (asked->request) {
@@ -82,7 +112,7 @@ struct ControlServer::Impl {
       if (cameraAskers.size() >= kLargestAskers) return reply(peer, encodeErrorReply("too many ask for the camera"));
       return cameraAskers.push_back({peer, std::move(asked->camera)});
     case Request::kZero:
-      asked->zero.asker = peerName(message);
+      asked->zero.asker = name;
       if (!asked->onBehalfOf.empty()) asked->zero.asker = asked->onBehalfOf + " through " + asked->zero.asker;
       return askZero(peer, asked->zero);
     }
@@ -123,6 +153,7 @@ struct ControlServer::Impl {
   std::deque<CameraAsker> cameraAskers;  ///< the first is asked for, if any is
   bool cameraAsked = false;
   PeerLimit peers{kRequestsPerSecond};
+  ReplyBudget replies{kWaiting_bytes, kWaitingEach_bytes};
   std::int64_t counted_ns = 0;
   zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
   zmq::socket_t socket{context, zmq::socket_type::router};
@@ -161,7 +192,7 @@ void ControlServer::serve(std::chrono::milliseconds timeout) {
 
 void ControlServer::answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark) {
   const std::string bytes = result ? encodeZeroReply(*result, remark) : encodeErrorReply(result.error());
-  for (const Impl::Route& peer : std::exchange(impl_->zeroAskers, {})) impl_->reply(peer, bytes);
+  impl_->replyAll(std::exchange(impl_->zeroAskers, {}), bytes);
 }
 
 void ControlServer::answerCalibration(const tl::expected<CalibrationReport, std::string>& result) {
@@ -180,8 +211,7 @@ void ControlServer::answerSnapshot(const tl::expected<const Snapshot*, std::stri
                                    const std::vector<sensor::MarkerLayer>& layers) {
   const auto askers = std::exchange(impl_->snapshotAskers, {});
   if (askers.empty()) return;
-  const std::string bytes = result ? encodeSnapshotReply(**result, layers) : encodeErrorReply(result.error());
-  for (const Impl::Route& peer : askers) impl_->reply(peer, bytes);
+  impl_->replyAll(askers, result ? encodeSnapshotReply(**result, layers) : encodeErrorReply(result.error()));
 }
 
 bool ControlServer::zeroPending() const {

@@ -4,6 +4,7 @@
 
 #include "daemon/base/loan.h"
 #include "daemon/publish/durations.h"
+#include "daemon/publish/inflow_limit.h"
 #include "daemon/publish/socket.h"
 #include "daemon/publish/wire.h"
 #include "proto/traction/v1/endpoints.h"
@@ -88,8 +89,8 @@ struct Publisher::Impl {
 
   ~Impl() {
     delete offered.load();
-    removeFiles(streamEndpoints);
-    removeFiles(latestEndpoints);
+    release(streamEndpoints);
+    release(latestEndpoints);
   }
 
   /// XPUB and PUB never wait: a full pipe loses the message.
@@ -168,13 +169,23 @@ struct Publisher::Impl {
   void readSubscriptions() {
     for (int i = 0; i < kSubscriptionsPerTurn; ++i) {
       zmq::message_t message;
-      if (zmq_msg_recv(message.handle(), stream.handle(), ZMQ_DONTWAIT) < 0) return;
+      if (zmq_msg_recv(message.handle(), stream.handle(), ZMQ_DONTWAIT) < 0) {
+        inflow::allTaken(Inflow::kSubscriptions);
+        return;
+      }
       const std::string_view text = message.to_string_view();
+      if (isOfOurs(text)) inflow::taken(sourceOf(message), 1);
       heedPreviews(text);
       if (!text.starts_with('\1')) continue;
       if (std::string_view(topics[kDescription]).starts_with(text.substr(1))) descriptionDue = true;
       subscribers.count(message, streamEndpoints);
     }
+  }
+
+  /// A subscription to a topic that there is, or to all that begin like one, takes no room in ZeroMQ's tree.
+  bool isOfOurs(std::string_view subscription) const {
+    const auto begins = [&](std::string_view topic) { return topic.starts_with(subscription.substr(1)); };
+    return subscription.starts_with('\1') && std::ranges::any_of(topics, begins);
   }
 
   /// Who subscribes to all of a sensor, or more, gets previews while others want them, but is no reason to make any.

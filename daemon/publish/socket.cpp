@@ -1,15 +1,19 @@
 #include "daemon/publish/socket.h"
 
-#include <netinet/in.h>
+#include "daemon/publish/inflow_limit.h"
+#include "daemon/publish/local_end.h"
+
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <charconv>
 #include <filesystem>
 #include <optional>
+#include <utility>
 
 namespace tractiond::publish {
 
@@ -81,19 +85,6 @@ std::optional<Error> checkPort(const std::string& endpoint) {
   return Error{EX_CONFIG, "the port of " + endpoint + " is not a number from 0 to 65535", "", ""};
 }
 
-/// "ipc://PATH" or ":PORT", how an endpoint ends; empty: not a connection.
-std::string localEnd(int fd) {
-  sockaddr_storage address{};
-  socklen_t size = sizeof address;
-  if (getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) != 0) return "";
-  if (address.ss_family == AF_UNIX) {
-    return std::string("ipc://") + reinterpret_cast<const sockaddr_un&>(address).sun_path;
-  }
-  // The port is at the same place in both kinds of Internet address.
-  if (address.ss_family != AF_INET && address.ss_family != AF_INET6) return "";
-  return ":" + std::to_string(ntohs(reinterpret_cast<const sockaddr_in&>(address).sin_port));
-}
-
 }  // namespace
 
 void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage) {
@@ -114,8 +105,11 @@ void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage
 
 tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const std::vector<std::string>& endpoints) {
   std::vector<std::string> bound;
+  const auto type = static_cast<zmq::socket_type>(socket.get(zmq::sockopt::type));
+  const Inflow inflow = type == zmq::socket_type::router ? Inflow::kRequests : Inflow::kSubscriptions;
   for (const std::string& endpoint : endpoints) {
     std::optional<Error> error;
+    inflow::watch(endpoint, inflow);  // before anybody can connect
     if (endpoint.starts_with("tcp://")) error = checkPort(endpoint);
     if (hasFile(endpoint)) error = checkPath(endpoint, endpoint.substr(kIpc.size()));
     try {
@@ -124,16 +118,20 @@ tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const 
       error = explain(endpoint, thrown.num());
     }
     if (error) {
-      removeFiles(bound);
+      inflow::unwatch({endpoint});
+      release(bound);
       return tl::unexpected(*std::move(error));
     }
     if (hasFile(endpoint)) chmod(endpoint.substr(kIpc.size()).c_str(), 0660);  // members of the group may write to it
     bound.push_back(socket.get(zmq::sockopt::last_endpoint));
+    inflow::watch(bound.back(), inflow);
+    inflow::unwatch({endpoint});  // if it is the same, it stays watched
   }
   return bound;
 }
 
-void removeFiles(const std::vector<std::string>& bound) {
+void release(const std::vector<std::string>& bound) {
+  inflow::unwatch(bound);
   std::error_code ignored;
   for (const std::string& endpoint : bound) {
     if (hasFile(endpoint)) std::filesystem::remove(endpoint.substr(kIpc.size()), ignored);
@@ -150,6 +148,29 @@ std::string peerName(zmq::message_t& message) {
   return "uid " + name.substr(uid, name.find(':', uid) - uid) + ", pid " + name.substr(name.rfind(':') + 1);
 }
 
+int sourceOf(zmq::message_t& message) {
+  return zmq_msg_get(message.handle(), ZMQ_SRCFD);
+}
+
+zmq::message_t messageOf(std::string bytes, std::shared_ptr<ReplyBudget::Reply> waiting) {
+  struct Lent {
+    std::string bytes;
+    std::shared_ptr<ReplyBudget::Reply> waiting;
+  };
+  // ZeroMQ's queue orders what is written here before what is read there, which the thread sanitizer does not see.
+  static std::atomic<std::uint64_t> handedOver{0};
+  auto lent = std::make_unique<Lent>(Lent{std::move(bytes), std::move(waiting)});
+  const auto giveBack = [](void* /*bytes*/, void* hint) {
+    (void)handedOver.load(std::memory_order_acquire);  // partner: below
+    const std::unique_ptr<Lent> back(static_cast<Lent*>(hint));
+    back->waiting->queued.store(false, std::memory_order_release);  // partner: ReplyBudget
+  };
+  zmq::message_t message(lent->bytes.data(), lent->bytes.size(), giveBack, lent.get());
+  handedOver.fetch_add(1, std::memory_order_release);
+  (void)lent.release();  // the message's now
+  return message;
+}
+
 bool cutOff(int fd, const std::vector<std::string>& bound) {
   // The peer may have gone and the number be another connection's; not one of the camera's, at least.
   const std::string end = localEnd(fd);
@@ -158,7 +179,7 @@ bool cutOff(int fd, const std::vector<std::string>& bound) {
 }
 
 void PeerLimit::count(zmq::message_t& message, const std::vector<std::string>& bound) {
-  const int fd = zmq_msg_get(message.handle(), ZMQ_SRCFD);
+  const int fd = sourceOf(message);
   if (fd < 0 || static_cast<std::size_t>(fd) >= counts_.size()) return;
   auto& count = counts_[static_cast<std::size_t>(fd)];
   if (++count <= limit_) return;

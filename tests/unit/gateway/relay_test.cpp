@@ -3,6 +3,7 @@
 #include "gateway/relay.h"
 #include "proto/traction/v1/endpoints.h"
 #include "tests/support/deadline.h"
+#include "tests/unit/publish/raw_peer.h"
 #include "traction/v1/control.pb.h"
 
 #include <gtest/gtest.h>
@@ -178,6 +179,32 @@ TEST_F(RelayTest, RequestsBeyondTheLimitAreRefusedUntilTheSecondIsOver) {
   time_ns += 1;
   for (int i = 0; i < 3; ++i) EXPECT_EQ(ask(), "");
   EXPECT_EQ(ask(), "too many requests: more than 3 in a second");
+}
+
+TEST_F(RelayTest, ReplyThatNobodyReadsKeepsFurtherOnesAwayUntilItsConnectionEnds) {
+  while (ask() == "no instrument is there; is tractiond running?") time_ns += kSecond_ns;  // not yet
+  pb::Request request;
+  request.set_version(1);
+  request.mutable_status();
+  {
+    publish::RawPeer deaf(relay_->bound(kControl).at(0), "DEALER");
+    deaf.send(publish::RawPeer::part("") + publish::RawPeer::message(request.SerializeAsString()));
+    std::vector<std::string> asked;
+    turnUntil([&] { return !(asked = take(control_)).empty(); });
+    ASSERT_EQ(asked.size(), 4U);  // [gateway][route][empty][request]
+    for (const std::string& part : {asked[0], asked[1], std::string()})
+      control_.send(zmq::buffer(part), zmq::send_flags::sndmore);
+    control_.send(zmq::message_t(64 << 20), zmq::send_flags::none);  // more than a kernel takes
+    turnUntil([&] {
+      time_ns += kSecond_ns;
+      const std::string why = ask();
+      return why == "too many replies wait to be read by this key: read them, or end their connections";
+    });
+  }
+  turnUntil([&] {
+    time_ns += kSecond_ns;
+    return ask().empty();
+  });
 }
 
 TEST_F(RelayTest, NewSubscribersAreToldTheDescriptionAtMostTenTimesASecond) {

@@ -331,6 +331,26 @@ TEST_F(ControlTest, FloodOfRequestsCutsThePeerOff) {
   EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
 }
 
+TEST_F(ControlTest, ReplyThatNobodyReadsKeepsFurtherOnesAwayUntilItsConnectionEnds) {
+  Snapshot large;
+  large.bytes.assign(12, 0);
+  large.frame.data = large.bytes.data();
+  large.frame.size = 12;
+  large.frame.width = large.frame.height = 2;
+  large.frame.stride = 6;
+  large.frame.format = PixelFormat::kRgb8;
+  large.spotLayer.resize(64 << 20);  // more than a kernel takes
+  {
+    RawPeer deaf(server_->endpoints().at(0), "DEALER");
+    deaf.send(RawPeer::part("") + RawPeer::message(request([](pb::Request& r) { r.mutable_snapshot(); })));
+    serveUntil([&] { return snapshots_ == 1; });
+    server_->answerSnapshot(&large, {});
+    EXPECT_EQ(ask(statusRequest()).error(),
+              "too many replies wait to be read by this user: read them, or end their connections");
+  }
+  EXPECT_TRUE(test::eventually([&] { return ask(statusRequest()).error().empty(); }));
+}
+
 TEST_F(ControlTest, AskerThatGoesAwayIsForgotten) {
   {
     auto socket = connect(zmq::socket_type::req);

@@ -1,0 +1,41 @@
+// Reads the framing of what a ZeroMQ peer sends (ZMTP 3, RFC 23), and estimates the memory that each frame costs.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace tractiond::publish {
+
+/// What frames are for: it decides what ZeroMQ keeps of them.
+enum class Inflow {
+  kRequests,       ///< messages in a queue until somebody takes them
+  kSubscriptions,  ///< nodes of a tree, one for each byte, for as long as the connection lasts
+};
+
+/// Measures one connection from its first byte on. Contents are not looked at: they may be encrypted.
+class FrameMeter {
+ public:
+  struct Reading {
+    std::uint32_t frames = 0;      ///< that began, and may be kept
+    std::uint64_t cost_bytes = 0;  ///< of memory, for these, as if they had come whole
+    bool isOld = false;            ///< the peer speaks an older protocol than ZMTP 3.0, whose frames this cannot read
+  };
+
+  /// Reads what came next of the connection.
+  Reading read(std::span<const std::uint8_t> bytes, Inflow inflow);
+
+ private:
+  static constexpr std::size_t kGreeting = 64;
+
+  void count(Reading& reading, Inflow inflow, bool& pinned) const;
+
+  std::size_t greeting_ = 0;  ///< bytes of it that have come
+  std::array<std::uint8_t, 9> header_{};
+  std::size_t headerSize_ = 0;         ///< bytes of it that have come
+  std::uint64_t body_ = 0, left_ = 0;  ///< bytes of the frame's body, and of those that have not come
+  bool undecided_ = false;             ///< a command; the length of its name, which comes next, says which
+};
+
+}  // namespace tractiond::publish

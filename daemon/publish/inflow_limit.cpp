@@ -1,0 +1,235 @@
+#include "daemon/publish/inflow_limit.h"
+
+#include "daemon/publish/local_end.h"
+
+#include <malloc.h>
+#include <netdb.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstddef>
+#include <map>
+#include <mutex>
+#include <span>
+#include <utility>
+
+namespace tractiond::publish::inflow {
+namespace {
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000, kBetweenLines_ns = 60 * kSecond_ns;
+
+/// A peer's frames that ZeroMQ may hold.
+struct Connection {
+  std::uint64_t cookie = 0;  ///< SO_COOKIE: a descriptor's number may be another connection's by now
+  bool watched = false, cut = false;
+  Inflow inflow = Inflow::kRequests;
+  FrameMeter meter;
+  std::uint64_t frames = 0, cost_bytes = 0;  ///< held
+};
+
+struct Account {
+  std::multimap<std::string, Inflow> endpoints;  ///< by localEnd()
+  std::uint64_t held_bytes = 0;                  ///< of all connections
+  std::size_t highest = 0;                       ///< descriptor that was seen
+  std::string last;                              ///< connection that was ended, and why
+};
+
+// NOLINTBEGIN(*-avoid-non-const-global-variables): recv() is called without an object of ours
+std::mutex mutex;  // guards the two below
+Account account;
+constinit std::array<Connection, 65'536> connections{};  // by file descriptor; pages that are never used cost nothing
+std::atomic<std::size_t> watchedEndpoints{0};
+std::atomic<std::uint64_t> endedCount{0};
+// Of connections that have ended, by Inflow: what they had sent waits until it is taken.
+std::array<std::atomic<std::uint64_t>, 2> left_bytes{};
+// NOLINTEND(*-avoid-non-const-global-variables)
+
+std::uint64_t cookieOf(int fd) {
+  std::uint64_t cookie = 0;
+  socklen_t size = sizeof cookie;
+  return getsockopt(fd, SOL_SOCKET, SO_COOKIE, &cookie, &size) == 0 ? cookie : 0;
+}
+
+/// For people.
+std::string peerOf(int fd) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  const auto* const plain = reinterpret_cast<const sockaddr*>(&address);
+  if (getpeername(fd, reinterpret_cast<sockaddr*>(&address), &size) != 0) return "a peer that has gone";
+  ucred user{};
+  socklen_t userSize = sizeof user;
+  if (address.ss_family == AF_UNIX && getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &user, &userSize) == 0)
+    return "uid " + std::to_string(user.uid) + ", pid " + std::to_string(user.pid);
+  std::array<char, 64> host{};
+  const int failed = getnameinfo(plain, size, host.data(), host.size(), nullptr, 0, NI_NUMERICHOST);
+  return failed == 0 ? host.data() : "a peer";
+}
+
+std::atomic<std::uint64_t>& leftOf(Inflow inflow) {
+  return left_bytes[static_cast<std::size_t>(inflow)];
+}
+
+/// The connection holds nothing any more; what it has sent may still wait.
+void release(Connection& one) {
+  account.held_bytes -= one.cost_bytes;
+  leftOf(one.inflow) += std::exchange(one.cost_bytes, 0);
+  one.frames = 0;
+}
+
+void end(Connection& one, int fd, const std::string& why) {
+  account.last = peerOf(fd) + ": it " + why;
+  ++endedCount;
+  one.cut = true;
+  release(one);
+}
+
+/// Of several peers that hold too much together, the one that holds most is ended.
+void endLargest() {
+  Connection* largest = nullptr;
+  for (std::size_t fd = 0; fd <= account.highest; ++fd) {
+    Connection& one = connections[fd];
+    if (one.cost_bytes == 0) continue;
+    if (cookieOf(static_cast<int>(fd)) != one.cookie) {  // gone without a word
+      release(one);
+    } else if (largest == nullptr || one.cost_bytes > largest->cost_bytes) {
+      largest = &one;
+    }
+  }
+  if (largest == nullptr || account.held_bytes <= kMostTogether_bytes) return;
+  const int fd = static_cast<int>(largest - connections.data());
+  end(*largest, fd, "held most of the " + std::to_string(kMostTogether_bytes >> 10) + " KiB of all");
+  shutdown(fd, SHUT_RDWR);
+}
+
+/// The record of a connection; a new one where the descriptor's number is another's than before.
+Connection& find(int fd) {
+  Connection& one = connections[static_cast<std::size_t>(fd)];
+  const std::uint64_t cookie = cookieOf(fd);
+  if (one.cookie == cookie) return one;
+  release(one);
+  one = {};
+  one.cookie = cookie;
+  account.highest = std::max(account.highest, static_cast<std::size_t>(fd));
+  const auto at = account.endpoints.find(localEnd(fd));
+  if (at == account.endpoints.end()) return one;
+  one.watched = true;
+  one.inflow = at->second;
+  return one;
+}
+
+bool isWatched(int fd) {
+  const std::lock_guard lock(mutex);
+  return account.endpoints.contains(localEnd(fd));
+}
+
+/// Takes note of what was read. \return whether ZeroMQ may have it
+bool allows(int fd, std::span<const std::uint8_t> bytes) {
+  const std::lock_guard lock(mutex);
+  Connection& one = find(fd);
+  if (!one.watched) return true;
+  if (one.cut) return false;
+  const FrameMeter::Reading reading = one.meter.read(bytes, one.inflow);
+  one.frames += reading.frames;
+  one.cost_bytes += reading.cost_bytes;
+  account.held_bytes += reading.cost_bytes;
+  if (reading.isOld) {
+    end(one, fd, "speaks a protocol older than ZMTP 3.0 (libzmq 4.0), or none of ZeroMQ");
+  } else if (one.cost_bytes > kMost_bytes) {
+    end(one, fd,
+        "sent parts of a message that does not end, or more than is read of it: above " +
+            std::to_string(kMost_bytes >> 10) + " KiB");
+  } else if (reading.frames > 0 && leftOf(one.inflow) > kMostTogether_bytes) {
+    end(one, fd, "came while too much waits of connections that have ended");
+  } else if (account.held_bytes > kMostTogether_bytes) {
+    endLargest();
+  }
+  return !one.cut;
+}
+
+void forget(int fd) {
+  const std::lock_guard lock(mutex);
+  Connection& one = connections[static_cast<std::size_t>(fd)];
+  release(one);
+  one = {};
+}
+
+/// All reads of this program by recv(), ZeroMQ's among them, as the linker takes a program's own functions before those
+/// of libraries.
+extern "C" __attribute__((visibility("default"), used)) ssize_t
+receiveWithinLimits(int fd, void* buffer, std::size_t size, int flags) __asm__("recv");
+extern "C" ssize_t receiveWithinLimits(int fd, void* buffer, std::size_t size, int flags) {
+  // The kernel itself, as the thread sanitizer would take a call of the library from here for a write of ours into
+  // memory whose owner, ZeroMQ, it does not follow.
+  const ssize_t count = syscall(SYS_recvfrom, fd, buffer, size, flags, nullptr, nullptr);
+  if (watchedEndpoints.load(std::memory_order_relaxed) == 0 || (flags & MSG_PEEK) != 0 || size == 0) return count;
+  const int error = errno;
+  if (static_cast<std::size_t>(fd) >= connections.size()) return count <= 0 || !isWatched(fd) ? count : 0;
+  const bool over = count == 0 || (count < 0 && error != EAGAIN && error != EINTR);
+  if (over) forget(fd);
+  const bool mayHave =
+      count <= 0 || allows(fd, {static_cast<const std::uint8_t*>(buffer), static_cast<std::size_t>(count)});
+  errno = error;
+  return mayHave ? count : 0;  // as if the peer had ended the connection
+}
+
+}  // namespace
+
+void watch(const std::string& endpoint, Inflow inflow) {
+  const std::lock_guard lock(mutex);
+  account.endpoints.emplace(localEndOf(endpoint), inflow);
+  watchedEndpoints = account.endpoints.size();
+}
+
+void unwatch(const std::vector<std::string>& endpoints) {
+  const std::lock_guard lock(mutex);
+  for (const std::string& endpoint : endpoints) {
+    const auto one = account.endpoints.find(localEndOf(endpoint));
+    if (one != account.endpoints.end()) account.endpoints.erase(one);
+  }
+  watchedEndpoints = account.endpoints.size();
+}
+
+void taken(int fd, std::size_t parts) {
+  if (fd < 0 || static_cast<std::size_t>(fd) >= connections.size()) return;
+  const std::lock_guard lock(mutex);
+  Connection& one = connections[static_cast<std::size_t>(fd)];
+  if (one.frames == 0) return;
+  // Which of its frames these were is not known where they are encrypted: they count as so many of average size.
+  const std::uint64_t frames = std::min<std::uint64_t>(parts, one.frames);
+  const std::uint64_t cost_bytes = one.cost_bytes * frames / one.frames;
+  one.frames -= frames;
+  one.cost_bytes -= cost_bytes;
+  account.held_bytes -= cost_bytes;
+}
+
+void allTaken(Inflow inflow) {
+  leftOf(inflow).store(0, std::memory_order_relaxed);  // an estimate: it orders nothing
+}
+
+std::uint64_t ended() {
+  return endedCount;
+}
+
+std::string Report::look(std::int64_t now_ns) {
+  if (now_ns - looked_ns_ < kSecond_ns) return "";
+  looked_ns_ = now_ns;
+  const std::uint64_t count = ended();
+  if (count != std::exchange(seen_, count)) trims_ = 3;
+  if (trims_ > 0) {
+    --trims_;
+    malloc_trim(0);
+  }
+  if (count == told_ || (told_ns_ != 0 && now_ns - told_ns_ < kBetweenLines_ns)) return "";
+  told_ns_ = now_ns;
+  const std::uint64_t news = count - std::exchange(told_, count);
+  const std::lock_guard lock(mutex);
+  return std::to_string(news) + " connections are ended, the last one of " + account.last;
+}
+
+}  // namespace tractiond::publish::inflow

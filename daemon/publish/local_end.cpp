@@ -1,0 +1,31 @@
+#include "daemon/publish/local_end.h"
+
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include <cstddef>
+
+namespace tractiond::publish {
+
+std::string localEnd(int fd) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  if (getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) != 0) return "";
+  if (address.ss_family == AF_UNIX) {
+    const char* const path = reinterpret_cast<const sockaddr_un&>(address).sun_path;
+    const std::size_t length = size - offsetof(sockaddr_un, sun_path);
+    const bool isAbstract = size > offsetof(sockaddr_un, sun_path) && path[0] == '\0';
+    return "ipc://" + (isAbstract ? "@" + std::string(path + 1, length - 1) : std::string(path));
+  }
+  // The port is at the same place in both kinds of Internet address.
+  if (address.ss_family != AF_INET && address.ss_family != AF_INET6) return "";
+  return ":" + std::to_string(ntohs(reinterpret_cast<const sockaddr_in&>(address).sin_port));
+}
+
+std::string localEndOf(const std::string& endpoint) {
+  const std::size_t colon = endpoint.rfind(':');
+  return endpoint.starts_with("ipc://") || colon == std::string::npos ? endpoint : endpoint.substr(colon);
+}
+
+}  // namespace tractiond::publish

@@ -1,0 +1,171 @@
+// Peers that fill ZeroMQ's queues, and an honest one beside them. Memory itself is measured by tools/faults.
+
+#include "daemon/publish/inflow_limit.h"
+#include "daemon/publish/socket.h"
+#include "tests/unit/publish/raw_peer.h"
+
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <filesystem>
+
+namespace tractiond::publish::inflow_limit_test {
+namespace {
+
+constexpr std::size_t kMuch = 256 << 20;  ///< bytes; ended long before
+
+/// \param GetParam() an endpoint; "ipc": one in a folder of the test
+class InflowLimit : public testing::TestWithParam<const char*> {
+ protected:
+  void open(zmq::socket_type type) {
+    std::string endpoint = GetParam();
+    if (endpoint == "ipc") endpoint = "ipc://" + folder_ + "/socket";
+    socket_ = zmq::socket_t(context_, type);
+    guard(socket_, 16, 65'536);
+    const auto bound = bind(socket_, {endpoint});
+    ASSERT_TRUE(bound);
+    bound_ = *bound;
+    before_ = inflow::ended();
+  }
+  ~InflowLimit() override {
+    release(bound_);
+    socket_.close();
+    for (const Inflow inflow : {Inflow::kRequests, Inflow::kSubscriptions}) inflow::allTaken(inflow);
+    std::filesystem::remove_all(folder_);
+  }
+
+  /// Takes all that waits, as our programs do.
+  int take() {
+    for (int count = 0;; ++count) {
+      std::size_t parts = 0;
+      int source = -1;
+      for (bool more = true; more;) {
+        zmq::message_t message;
+        if (!socket_.recv(message, zmq::recv_flags::dontwait)) return inflow::allTaken(Inflow::kRequests), count;
+        source = sourceOf(message);
+        ++parts;
+        more = message.more();
+      }
+      inflow::taken(source, parts - 1);
+    }
+  }
+
+  /// A honest peer is heard.
+  void expectHeard() {
+    RawPeer honest(bound_.at(0), "DEALER");
+    honest.send(RawPeer::part("") + RawPeer::message("hello"));
+    EXPECT_TRUE(test::eventually([&] {
+      zmq_pollitem_t item{socket_.handle(), 0, ZMQ_POLLIN, 0};
+      zmq_poll(&item, 1, 10);
+      zmq::message_t message;
+      while (socket_.recv(message, zmq::recv_flags::dontwait)) {
+        if (message.to_string_view() == "hello") return true;
+      }
+      return false;
+    }));
+  }
+
+  static std::string folder() {
+    std::string pattern = testing::TempDir() + "traction-XXXXXX";
+    return mkdtemp(pattern.data());
+  }
+
+  std::string folder_ = folder();
+  zmq::context_t context_;
+  zmq::socket_t socket_;
+  std::vector<std::string> bound_;
+  std::uint64_t before_ = 0;
+};
+
+INSTANTIATE_TEST_SUITE_P(Publish, InflowLimit, testing::Values("tcp://127.0.0.1:*", "ipc"),
+                         [](const auto& instance) { return std::string(instance.index == 0 ? "Tcp" : "Ipc"); });
+
+TEST_P(InflowLimit, PartsWithoutAnEndCutThePeerOffAndNobodyElse) {
+  open(zmq::socket_type::router);
+  for (const char* body : {"", "x", "forty bytes, for which a buffer is kept.."}) {
+    RawPeer peer(bound_.at(0), "DEALER");
+    EXPECT_TRUE(peer.flood(RawPeer::part(body), kMuch) || peer.isCutOff());
+    expectHeard();
+  }
+  EXPECT_EQ(inflow::ended() - before_, 3U);
+}
+
+TEST_P(InflowLimit, PartsWithoutAnEndCutASubscriberOff) {
+  for (const auto type : {zmq::socket_type::xpub, zmq::socket_type::pub}) {
+    open(type);
+    RawPeer peer(bound_.at(0), "SUB");
+    EXPECT_TRUE(peer.flood(RawPeer::part("x"), kMuch) || peer.isCutOff());
+    RawPeer subscriber(bound_.at(0), "SUB");
+    EXPECT_TRUE(subscriber.flood(RawPeer::message("\1" + std::string(60, 'x')), kMuch) || subscriber.isCutOff());
+    EXPECT_EQ(inflow::ended() - before_, 2U);
+    release(bound_);
+    bound_.clear();
+    socket_.close();
+  }
+}
+
+TEST_P(InflowLimit, MessagesThatNobodyTakesCutThePeerOff) {
+  open(zmq::socket_type::router);
+  RawPeer peer(bound_.at(0), "DEALER");
+  EXPECT_TRUE(peer.flood(RawPeer::message("x"), kMuch) || peer.isCutOff());
+  EXPECT_EQ(inflow::ended() - before_, 1U);
+}
+
+TEST_P(InflowLimit, MessagesThatAreTakenMayBeAny) {
+  open(zmq::socket_type::router);
+  RawPeer peer(bound_.at(0), "DEALER");
+  std::string some;
+  for (int i = 0; i < 100; ++i) some += RawPeer::part("") + RawPeer::message(std::string(200, 'x'));
+  for (int sent = 0; sent < 20'000; sent += 100) {  // some 6 MiB
+    peer.send(some);
+    int taken = 0;
+    EXPECT_TRUE(test::eventually([&] {
+      zmq_pollitem_t item{socket_.handle(), 0, ZMQ_POLLIN, 0};
+      zmq_poll(&item, 1, 10);
+      taken += take();
+      return taken == 100;
+    }));
+  }
+  EXPECT_EQ(inflow::ended(), before_);
+}
+
+TEST_P(InflowLimit, ManyPeersTogetherMayHoldNoMore) {
+  open(zmq::socket_type::router);
+  RawPeer honest(bound_.at(0), "DEALER");
+  honest.send(RawPeer::part(""));
+  std::deque<RawPeer> peers;
+  constexpr std::size_t kEach = 800 << 10;  // below what one may hold
+  while (peers.size() < 2 * inflow::kMostTogether_bytes / kEach) {
+    peers.emplace_back(bound_.at(0), "DEALER").flood(RawPeer::part(""), kEach / 64 * 2);
+  }
+  EXPECT_TRUE(test::eventually([&] { return inflow::ended() - before_ >= peers.size() / 2 - 1; }));
+  take();
+  honest.send(RawPeer::message("hello"));
+  EXPECT_TRUE(test::eventually([&] { return take() == 1; })) << "who holds less than others stays";
+}
+
+TEST_P(InflowLimit, OlderProtocolIsNotLetIn) {
+  open(zmq::socket_type::router);
+  std::string greeting = RawPeer::greeting();
+  greeting[10] = 1;
+  RawPeer old(bound_.at(0));
+  old.send(greeting);
+  EXPECT_TRUE(old.isCutOff());
+  EXPECT_EQ(inflow::ended() - before_, 1U);
+  expectHeard();
+}
+
+TEST_P(InflowLimit, WhatWasDoneIsTold) {
+  open(zmq::socket_type::router);
+  constexpr std::int64_t now_ns = 1'000'000'000'000;
+  inflow::Report report;
+  RawPeer peer(bound_.at(0), "DEALER");
+  EXPECT_TRUE(peer.flood(RawPeer::part("x"), kMuch) || peer.isCutOff());
+  const std::string line = report.look(now_ns);
+  EXPECT_TRUE(line.starts_with("1 connections are ended, the last one of ")) << line;
+  EXPECT_NE(line.find(GetParam() == std::string("ipc") ? "uid " : "127.0.0.1"), std::string::npos) << line;
+  EXPECT_EQ(report.look(now_ns + 61'000'000'000), "");
+}
+
+}  // namespace
+}  // namespace tractiond::publish::inflow_limit_test
