@@ -180,13 +180,14 @@ std::vector<Change> changesBetween(const Config& before, const Config& after) {
 
 std::string configText(const Config& config) {
   Config copy = config, standard;
-  return tableText("# Every key of tractiond: its meaning, default, range and unit. Any may be left out.\n"
-                   "# Those marked \"reload\" can be changed while it runs (systemctl reload, SIGHUP); the others need "
-                   "a restart.\n"
-                   "# The instance NAME reads /etc/tractiond/NAME.toml. Its own endpoints are ipc sockets in its "
-                   "runtime directory,\n"
-                   "# and for the instance \"default\", control excepted, also tcp on the loopback, ports 9872 and 9873.\n",
-                   keysOf(copy), keysOf(standard));
+  return tableText(
+      "# Every key of tractiond: its meaning, default, range and unit. Any may be left out.\n"
+      "# Those marked \"reload\" can be changed while it runs (systemctl reload, SIGHUP); the others need "
+      "a restart.\n"
+      "# The instance NAME reads /etc/tractiond/NAME.toml. Its own endpoints are ipc sockets in its "
+      "runtime directory,\n"
+      "# and for the instance \"default\", control excepted, also tcp on the loopback, ports 9872 and 9873.\n",
+      keysOf(copy), keysOf(standard));
 }
 
 }  // namespace tractiond

@@ -41,6 +41,12 @@ ROOMS = {
         ("tsan", "capture", "daemon/capture/clock_asker.cpp", "a clock that refuses to be asked is asked for ever",
          "refusals_ = answer == kRefused ? refusals_ + 1 :",
          "refusals_ = answer == kRefused ? 1 :"),
+        ("tsan", "capture", "daemon/capture/frame_gate.cpp", "pictures of a second counter raise no alarm",
+         "constexpr double kFading = 0.98, kMostSurplus = 2.0;",
+         "constexpr double kFading = 0.98, kMostSurplus = 1e9;"),
+        ("tsan", "capture", "daemon/capture/frame_gate.cpp", "a counter that replaces another is not doubted",
+         "constexpr int kProof = 5;",
+         "constexpr int kProof = 0;"),
     ],
     "track": [
         ("release", "track", "daemon/track/tracker_zero.cpp", "a zero is in force before anybody has judged it",
@@ -73,6 +79,9 @@ ROOMS = {
          "hasher.value(camera.windowIndex);"),
     ],
     "publish": [
+        ("tsan", "publish", "daemon/publish/frame_meter.cpp", "parts of one byte cost nothing",
+         "reading.cost_bytes += kMessage + (inflow",
+         "reading.cost_bytes += (inflow"),
         ("tsan", "publish|client", "daemon/publish/socket.cpp", "a socket is taken from the daemon that is at it",
          "sizeof address) == 0;",
          "sizeof address) > 0;"),
