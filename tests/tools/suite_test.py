@@ -1,5 +1,6 @@
 """The tests themselves: one source of chance, marks that are understood, command lines of tools/test."""
 
+import contextlib
 import fnmatch
 import os
 import pathlib
@@ -227,8 +228,14 @@ class Machines(unittest.TestCase):
         process = subprocess.Popen([self.tree / "tools" / "test"], env=self.stubs.env, stdout=subprocess.PIPE,
                                    stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, text=True, start_new_session=True)
         self.addCleanup(process.stdout.close)
-        self.addCleanup(process.kill)
+        self.addCleanup(self.end_session, process)
         return process
+
+    @staticmethod
+    def end_session(process):
+        with contextlib.suppress(ProcessLookupError):  # nothing of it is left
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
     def hold_ctest(self):
         """Lets ctest write its process id into a pipe and then wait for a line in another; returns both paths."""
