@@ -189,6 +189,21 @@ class Faults(steady.TestCase):
         self.assertGreater(self.refused(15 * 100 + 1), 15 * 100)
         self.end()
 
+    def unflagged(self, fields, title, alarm_s):
+        """Ends twin and daemon, prints and checks the time of the alarm, and returns the fields of pictures that the twin has not
+        sent and that have no flag."""
+        self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
+        self.assertEqual(self.twin.stop(), 0, self.twin.output())
+        truth = rig.read_truth(self.twin)
+        invented = [field for field in fields
+                    if truth.get(field.header.camera_frame_id, {}).get("device_ns") != field.header.device_time_ns]
+        unflagged = [field for field in invented if not field.header.flags & DOUBTED_ORIGIN]
+        print(f"\n  {title}: {len(invented)} of {len(fields)} fields invented, {len(unflagged)} without a flag, "
+              f"alarm after {alarm_s or float('inf'):.2f} s", end=" ", flush=True)
+        self.assertIsNotNone(alarm_s, self.daemon.output())
+        self.assertLess(alarm_s, 1.0 * rig.PATIENCE)
+        return unflagged
+
     def test_a_forger_at_the_cameras_own_address_is_noticed(self):
         """He fills each frame before the camera does, in whole or in part, or has the driver ask for what is not there."""
         kinds = {"whole frames": 1.0, "a part of each": self.draw.uniform(0.1, 0.9), "a packet of each": 0.0, "a packet with a gap": None}
@@ -212,15 +227,7 @@ class Faults(steady.TestCase):
                                  trailer=share == 1.0, first=self.draw.randrange(2, 20) if share is None else 1)
                 self.assertGreater(self.ledger().doubted, before.doubted)
                 self.daemon.wait_for("warning: more packets or pictures come in the camera's name than it sends", 5)
-                self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
-                self.assertEqual(self.twin.stop(), 0, self.twin.output())
-                truth = rig.read_truth(self.twin)
-                invented = [field for field in fields
-                            if truth.get(field.header.camera_frame_id, {}).get("device_ns") != field.header.device_time_ns]
-                unflagged = [field for field in invented if not field.header.flags & DOUBTED_ORIGIN]
-                print(f"\n  {name}: {len(invented)} of {len(fields)} fields invented, {len(unflagged)} without a flag, "
-                      f"alarm after {alarm_s or float('inf'):.2f} s", end=" ", flush=True)
-                self.assertLess(alarm_s, 1.0 * rig.PATIENCE)
+                unflagged = self.unflagged(fields, name, alarm_s)
                 # A picture that is whole before the camera's own has begun, and not much before.
                 self.assertLessEqual(len(unflagged), rig.PATIENCE)
 
@@ -249,17 +256,7 @@ class Faults(steady.TestCase):
                     fields += [message[1]] * (message[0] == "field")
                     if fields and fields[-1].header.received_ns > int(1e9 * (begin + 4)):
                         break
-                self.assertIsNotNone(alarm_s, self.daemon.output())
-                self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
-                self.assertEqual(self.twin.stop(), 0, self.twin.output())
-                truth = rig.read_truth(self.twin)
-                invented = [field for field in fields
-                            if truth.get(field.header.camera_frame_id, {}).get("device_ns") != field.header.device_time_ns]
-                unflagged = [field for field in invented if not field.header.flags & DOUBTED_ORIGIN]
-                print(f"\n  {sent} pictures sent, {len(invented)} of {len(fields)} fields invented, {len(unflagged)} without a "
-                      f"flag, alarm after {alarm_s:.2f} s", end=" ", flush=True)
-                self.assertLess(alarm_s, 1.0 * rig.PATIENCE)
-                self.assertEqual(unflagged, [])
+                self.assertEqual(self.unflagged(fields, f"{sent} pictures sent", alarm_s), [])
 
     def test_a_stranger_who_answers_for_the_camera(self):
         """Registers that read 0, among them who controls it; with the numbers of the questions that are next, by guess."""
