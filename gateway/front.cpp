@@ -65,7 +65,7 @@ Front::Front(const Options& options, MayEnter mayEnter, Refused refused)
     monitors_[way].set(zmq::sockopt::linger, 0);
     monitors_[way].connect(monitor);
   }
-  sockets_[kStream].set(zmq::sockopt::xpub_verbose, true);
+  for (const Way way : {kStream, kPreview}) sockets_[way].set(zmq::sockopt::xpub_verboser, true);
   sockets_[kLatest].set(zmq::sockopt::conflate, true);
 }
 

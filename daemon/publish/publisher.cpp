@@ -79,7 +79,7 @@ struct Publisher::Impl {
       , previewMessage(described.identity) {
     for (std::size_t i = 0; i < kTopicCount; ++i) topics[i] = traction::topicOf(identity.sensor, kKinds[i]);
     guard(stream, options.highWaterMark, kLargestSubscription);
-    stream.set(zmq::sockopt::xpub_verbose, true);
+    stream.set(zmq::sockopt::xpub_verboser, true);  // each subscription and cancellation is seen, and no longer charged
     stream.set(zmq::sockopt::rcvbuf, kReceiveBuffer);
     guard(latest, options.highWaterMark, kLargestSubscription);
     latest.set(zmq::sockopt::conflate, true);
@@ -174,7 +174,7 @@ struct Publisher::Impl {
         return;
       }
       const std::string_view text = message.to_string_view();
-      if (isOfOurs(text)) inflow::taken(sourceOf(message), 1);
+      if (text.starts_with('\0') || isOfOurs(text)) inflow::taken(sourceOf(message), 1);
       heedPreviews(text);
       if (!text.starts_with('\1')) continue;
       if (std::string_view(topics[kDescription]).starts_with(text.substr(1))) descriptionDue = true;
@@ -193,10 +193,8 @@ struct Publisher::Impl {
     const std::string_view topic = topics[kPreview];
     const std::size_t unnamed = topic.size() - std::char_traits<char>::length(kKinds[kPreview]) - 1;
     if (text.size() <= 1 + unnamed || !topic.starts_with(text.substr(1))) return;
-    // ZeroMQ tells of the last who leaves, of each subscription by its length.
-    const unsigned one = 1U << (text.size() - 2 - unnamed);
-    if (text.front() == '\1') previewSubscriptions |= one;
-    if (text.front() == '\0') previewSubscriptions &= ~one;
+    if (text.front() == '\1') ++previewSubscriptions;
+    if (text.front() == '\0' && previewSubscriptions > 0) --previewSubscriptions;
     previewWanted.store(previewSubscriptions != 0, std::memory_order_relaxed);  // a wish: it orders nothing
   }
 
@@ -245,7 +243,7 @@ struct Publisher::Impl {
   std::uint64_t residuals = 0;  ///< in the sum
   double residualSquares_px2 = 0.0;
 
-  unsigned previewSubscriptions = 0;  ///< by how many letters of the word they have
+  std::size_t previewSubscriptions = 0;  ///< of all peers
   std::atomic<bool> previewWanted{false};
   PreviewMessage previewMessage;  ///< as all of offerPreview()'s, its thread's
   std::array<PreviewRoom, kWaitingPreviews> previewRooms;
