@@ -5,6 +5,7 @@
 #include "daemon/track/centre.h"
 
 #include "daemon/base/vector_clones.h"
+#include "daemon/track/clipped_centre.h"
 
 #include <algorithm>
 #include <cassert>
@@ -34,6 +35,18 @@ struct Shape<0> {
       : half(marker.half())
       , chunks(marker.chunks()) {}
 };
+
+/// Where the centre of a window lies that is read as a whole [samples].
+struct Range {
+  float low, highX, highY;
+};
+
+template <typename S>
+TRACTION_INLINE Range wholeWindow(const Plane& plane, S shape) {
+  // A sample to the right and below is kept free for reads that are wider than the window.
+  return {static_cast<float>(shape.half), static_cast<float>(plane.width - shape.chunks * kLanes + shape.half - 3),
+          static_cast<float>(plane.height - shape.half - 3)};
+}
 
 /// Rows of samples of one colour, `kStep` apart.
 template <typename Sample, int kStep>
@@ -157,10 +170,7 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
   const float radius = static_cast<float>(marker.radius());
   const float settled = 0.5F / kPhases + 0.03F * radius;  // then the neglected cubic term is below 0.001 samples
   const float longest = 0.75F * radius;
-  // A sample to the right and below is kept free for reads that are wider than the window.
-  const float lowX = static_cast<float>(shape.half), lowY = lowX;
-  const float highX = static_cast<float>(plane.width - shape.chunks * kLanes + shape.half - 3);
-  const float highY = static_cast<float>(plane.height - shape.half - 3);
+  const auto [low, highX, highY] = wholeWindow(plane, shape);
 
   const float slopeU = plane.scale * guess.slopeU, slopeV = plane.scale * guess.slopeV;  // per sample
   float x = (guess.u - plane.u0) * inverseScale, y = (guess.v - plane.v0) * inverseScale;
@@ -168,7 +178,7 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
   alignas(64) float
       window[kHalf > 0 ? 4 * kHalf * kLanes * ((2 * kHalf + kLanes - 1) / kLanes) : MarkerTemplate::kMaxSamples];
   for (int steps = 0; steps < kMaxSteps; ++steps) {
-    if (!(x >= lowX && x <= highX && y >= lowY && y <= highY)) break;
+    if (!(x >= low && x <= highX && y >= low && y <= highY)) break;
     const int across = static_cast<int>(x * kPhases + 0.5F), down = static_cast<int>(y * kPhases + 0.5F);
     const int left = across / kPhases - shape.half + 1, top = down / kPhases - shape.half + 1;
     const float base = guess.mixed ? loadUnmixed<R>(plane, crossTalk, shape, marker.mask(), left, top, window)
@@ -301,6 +311,14 @@ void fitCentres(const Plane& plane, std::span<const MarkerTemplate> markers, con
   assert(guesses.size() == centres.size() && (plane.step >= 1 && plane.step <= 3));
   assert(std::ranges::all_of(guesses, [&](const Guess& guess) { return guess.size < markers.size(); }));
   fit(plane, markers.data(), crossTalk, guesses.data(), centres.data(), guesses.size());
+  for (std::size_t i = 0; i < guesses.size(); ++i) {
+    if (centres[i].found) continue;
+    const MarkerTemplate& marker = markers[guesses[i].size];
+    const auto [low, highX, highY] = wholeWindow(plane, Shape<0>(marker));
+    const float x = (centres[i].u - plane.u0) / plane.scale, y = (centres[i].v - plane.v0) / plane.scale;
+    const bool isWhole = x >= low && x <= highX && y >= low && y <= highY;
+    if (!isWhole) fitClippedCentre(plane, marker, crossTalk, guesses[i], centres[i]);
+  }
 }
 
 float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, float v) {
@@ -309,7 +327,7 @@ float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, flo
   const int left = across / kPhases - marker.half() + 1, top = down / kPhases - marker.half() + 1;
   if (!(x >= 0.0F && y >= 0.0F) || left < 0 || top < 0 || left + marker.chunks() * kLanes > plane.width ||
       top + 2 * marker.half() > plane.height) {
-    return 0.0F;
+    return clippedAmplitudeAt(plane, marker, u, v);
   }
   const Shape<0> shape(marker);
   alignas(64) float window[MarkerTemplate::kMaxSamples];

@@ -28,7 +28,7 @@ struct Centre {
   float slopeVariance = 0.0F;          ///< of the two for unit noise [1 / px^2]
   float slopeShare = 0.0F;             ///< added to the variance if the guessed slope was as uncertain as this window's
   float level = 0.0F;                  ///< brightness half-way up the marker's rim, where its place is seen [levels]
-  bool found = false;                  ///< the steps settled, amplitude >= minAmplitude, window within the picture
+  bool found = false;                  ///< the steps settled, amplitude >= minAmplitude, disc within the picture
 };
 
 /// Shares of colours seen in the wrong channel.
@@ -48,7 +48,7 @@ inline void fitCentres(const Plane& plane, const MarkerTemplate& marker, const C
   fitCentres(plane, {&marker, 1}, crossTalk, guesses, centres);
 }
 
-/// The template's amplitude at exactly this place, no steps. 0 where the window leaves the picture.
+/// The template's amplitude at exactly this place, no steps. 0 where a part of the disc is outside the picture.
 float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, float v);
 
 }  // namespace tractiond::track

@@ -53,7 +53,7 @@ void CentreErrors::learnOwnShapes(std::span<const Centre> centres, std::span<con
   for (std::size_t i = 0; i < centres.size(); ++i) {
     if (!valid[i]) continue;
     const float excess = std::max(centres[i].misfit - noise_ * noise_, 0.0F);
-    shape_[i] = std::min(std::sqrt(excess) / centres[i].amplitude, kMostShape);
+    shape_[i] = std::min(std::sqrt(excess) / centres[i].amplitude, kMostOwnShape * kMostShape);
   }
 }
 

@@ -4,6 +4,8 @@
 // spot again.
 #include "daemon/track/detection.h"
 
+#include "daemon/track/clipped_centre.h"
+
 #include <cassert>
 #include <cmath>
 
@@ -31,9 +33,7 @@ struct Boxes {
 }  // namespace
 
 float Detector::border_px(const Plane& plane, const MarkerTemplate& marker) {
-  const Boxes boxes(marker);
-  // A peak is higher than what is one step farther out; and up to a step is left over at the far border.
-  return plane.scale * (static_cast<float>(boxes.outer) + 2.5F * static_cast<float>(boxes.step));
+  return plane.scale * clippedMargin(marker);
 }
 
 Detector::Detector(int width_px, int height_px, int markers)
@@ -69,38 +69,53 @@ void Detector::integrate(const Plane& plane) {
 void Detector::collectPeaks(const Plane& plane, const MarkerTemplate& marker) {
   const auto [inner, gap, outer, step] = Boxes(marker);
   const int pitch = plane.width + 1;
-  const auto box = [&](int x, int y, int half) {
-    const std::uint32_t* top = integral_.data() + (y - half) * pitch + x;
-    const std::uint32_t* bottom = integral_.data() + (y + half + 1) * pitch + x;
-    return static_cast<float>(bottom[half + 1] - bottom[-half] - top[half + 1] + top[-half]);
+  struct Box {
+    float sum, area;
   };
-  const auto area = [](int half) { return static_cast<float>((2 * half + 1) * (2 * half + 1)); };
+  const auto box = [&](int x, int y, int half) -> Box {  // what the picture has of it
+    const int left = std::max(x - half, 0), right = std::min(x + half + 1, plane.width);
+    const int above = std::max(y - half, 0), below = std::min(y + half + 1, plane.height);
+    const std::uint32_t* top = integral_.data() + above * pitch;
+    const std::uint32_t* bottom = integral_.data() + below * pitch;
+    return {static_cast<float>(bottom[right] - bottom[left] - top[right] + top[left]),
+            static_cast<float>((right - left) * (below - above))};
+  };
   const float perSum = plane.sign * plane.gain, least = kLeastContrast * plane.unit;
-  const float perInner = perSum / area(inner), perFrame = perSum / (area(outer) - area(gap));
 
-  const int columns = (plane.width - 2 * outer) / step, rows = (plane.height - 2 * outer) / step;
+  const int columns = (plane.width - 2 * inner - 1) / step + 1, rows = (plane.height - 2 * inner - 1) / step + 1;
   peaks_.clear();
-  if (columns < 3 || rows < 3) return;
+  if (plane.width <= 2 * outer || plane.height <= 2 * outer) return;
   for (int row = 0; row < rows; ++row) {
-    const int y = outer + row * step;
+    const int y = inner + row * step;
     for (int column = 0; column < columns; ++column) {
-      const int x = outer + column * step;
-      response_[row * columns + column] = perInner * box(x, y, inner) - perFrame * (box(x, y, outer) - box(x, y, gap));
+      const int x = inner + column * step;
+      const Box middle = box(x, y, inner), around = box(x, y, outer), hole = box(x, y, gap);
+      response_[row * columns + column] =
+          perSum * (middle.sum / middle.area - (around.sum - hole.sum) / (around.area - hole.area));
     }
   }
   const auto stronger = [](const Peak& a, const Peak& b) { return a.response > b.response; };
-  for (int row = 1; row + 1 < rows; ++row) {
-    for (int column = 1; column + 1 < columns; ++column) {
-      const float* r = response_.data() + row * columns + column;
-      if (*r < least || *r < r[-1] || *r <= r[1]) continue;
-      if (*r < r[-columns] || *r < r[-columns - 1] || *r < r[-columns + 1]) continue;
-      if (*r <= r[columns] || *r <= r[columns - 1] || *r <= r[columns + 1]) continue;
+  const auto isPeak = [&](int column, int row) {
+    const float here = response_[row * columns + column];
+    if (here < least) return false;
+    for (int y = std::max(row - 1, 0); y <= std::min(row + 1, rows - 1); ++y) {
+      for (int x = std::max(column - 1, 0); x <= std::min(column + 1, columns - 1); ++x) {
+        const float there = response_[y * columns + x];
+        const bool after = y > row || (y == row && x > column);  // of equals the last one counts
+        if (after ? here <= there : here < there) return false;
+      }
+    }
+    return true;
+  };
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      if (!isPeak(column, row)) continue;
       if (peaks_.size() == peaks_.capacity()) {
         std::nth_element(peaks_.begin(), peaks_.begin() + static_cast<std::ptrdiff_t>(peaks_.size() / 2), peaks_.end(),
                          stronger);
         peaks_.resize(peaks_.size() / 2);
       }
-      peaks_.push_back({*r, outer + column * step, outer + row * step});
+      peaks_.push_back({response_[row * columns + column], inner + column * step, inner + row * step});
     }
   }
   std::sort(peaks_.begin(), peaks_.end(), stronger);

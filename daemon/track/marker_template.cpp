@@ -49,43 +49,46 @@ MarkerTemplate::MarkerTemplate(double radius, double blur)
   Eigen::MatrixXd basis(used(), 1 + kRows);
   for (int index = 0; index < kPhases * kPhases; ++index) {
     const double u = static_cast<double>(index % kPhases) / kPhases, v = static_cast<double>(index / kPhases) / kPhases;
-    for (int i = 0; i < used(); ++i) {
-      const double x = i % width - (half_ - 1) - u, y = i / width - (half_ - 1) - v;
-      const double r = std::hypot(x, y);
-      const double slope = (at(r + kProfileStep) - at(std::abs(r - kProfileStep))) / (2.0 * kProfileStep);
-      const double share = r > 1e-9 ? -slope / r : 0.0;
-      const double curve =
-          (at(r + kCurveStep) - 2.0 * at(r) + at(std::abs(r - kCurveStep))) / (kCurveStep * kCurveStep);
-      basis.row(i) << 1.0, at(r), share * x, share * y, r > 1e-9 ? curve - share : 2.0 * curve, x, y;
-    }
+    for (int i = 0; i < used(); ++i) basis.row(i) = functionsAt(i % width - (half_ - 1) - u, i / width - (half_ - 1) - v);
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(basis);
     const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(used(), 1 + kRows);
-    const auto& r = qr.matrixQR();
-    const Eigen::Matrix3d inverse =
-        r.block<3, 3>(1, 1).triangularView<Eigen::Upper>().solve(Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
-    const Eigen::Matrix2d slopes =
-        r.block<2, 2>(5, 5).triangularView<Eigen::Upper>().solve(Eigen::Matrix2d(Eigen::Matrix2d::Identity()));
-    const Eigen::Matrix<double, 3, 2> lean = inverse * r.block<3, 2>(1, 5);
     float* rows = weights_.front().lane + index * kRows * samples();
     for (int k = 0; k < kRows; ++k) {
       for (int i = 0; i < used(); ++i) {
         rows[k * samples() + i / width * chunks_ * kLanes + i % width] = static_cast<float>(q(i, k + 1));
       }
     }
-    Phase phase{};
-    int next = 0;
-    for (int row = 0; row < 3; ++row) {
-      for (int column = row; column < 3; ++column) phase.solve[next++] = static_cast<float>(inverse(row, column));
-    }
-    phase.solveSlope = {static_cast<float>(slopes(0, 0)), static_cast<float>(slopes(0, 1)),
-                        static_cast<float>(slopes(1, 1))};
-    for (int k = 0; k < 6; ++k) phase.lean[k] = static_cast<float>(lean(k / 2, k % 2));
-    phase.variance = static_cast<float>(0.5 * inverse.bottomRows<2>().squaredNorm());
-    phase.slopeVariance = static_cast<float>(0.5 * slopes.squaredNorm());
-    phase.slopeShare = static_cast<float>(0.5 * (lean.bottomRows<2>() * slopes).squaredNorm());
-    phase.cover = static_cast<float>(basis.col(1).mean());
-    phases_.push_back(phase);
+    phases_.push_back(phaseOf(qr.matrixQR().topRows<1 + kRows>()));
+    phases_.back().cover = static_cast<float>(basis.col(1).mean());
   }
+}
+
+MarkerTemplate::Functions MarkerTemplate::functionsAt(double x, double y) const {
+  const double r = std::hypot(x, y);
+  const double slope = (at(r + kProfileStep) - at(std::abs(r - kProfileStep))) / (2.0 * kProfileStep);
+  const double share = r > 1e-9 ? -slope / r : 0.0;
+  const double curve = (at(r + kCurveStep) - 2.0 * at(r) + at(std::abs(r - kCurveStep))) / (kCurveStep * kCurveStep);
+  return {1.0, at(r), share * x, share * y, r > 1e-9 ? curve - share : 2.0 * curve, x, y};
+}
+
+MarkerTemplate::Phase MarkerTemplate::phaseOf(const Triangle& triangle) {
+  const Eigen::Matrix3d inverse =
+      triangle.block<3, 3>(1, 1).triangularView<Eigen::Upper>().solve(Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
+  const Eigen::Matrix2d slopes =
+      triangle.block<2, 2>(5, 5).triangularView<Eigen::Upper>().solve(Eigen::Matrix2d(Eigen::Matrix2d::Identity()));
+  const Eigen::Matrix<double, 3, 2> lean = inverse * triangle.block<3, 2>(1, 5);
+  Phase phase{};
+  int next = 0;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = row; column < 3; ++column) phase.solve[next++] = static_cast<float>(inverse(row, column));
+  }
+  phase.solveSlope = {static_cast<float>(slopes(0, 0)), static_cast<float>(slopes(0, 1)),
+                      static_cast<float>(slopes(1, 1))};
+  for (int k = 0; k < 6; ++k) phase.lean[k] = static_cast<float>(lean(k / 2, k % 2));
+  phase.variance = static_cast<float>(0.5 * inverse.bottomRows<2>().squaredNorm());
+  phase.slopeVariance = static_cast<float>(0.5 * slopes.squaredNorm());
+  phase.slopeShare = static_cast<float>(0.5 * (lean.bottomRows<2>() * slopes).squaredNorm());
+  return phase;
 }
 
 double MarkerTemplate::at(double r) const {

@@ -9,6 +9,8 @@
 // noise and a known slope it reaches the Cramer-Rao bound (docs/mathematics.md, 3).
 #pragma once
 
+#include <Eigen/Core>
+
 #include <array>
 #include <vector>
 
@@ -22,6 +24,8 @@ class MarkerTemplate {
   static constexpr int kMaxHalf = 12;  ///< of the widest window
   static constexpr int kMaxSamples = 2 * kMaxHalf * 3 * kLanes;
   static constexpr int kRows = 6;  ///< of weights
+  using Functions = Eigen::Matrix<double, 1, 1 + kRows>;
+  using Triangle = Eigen::Matrix<double, 1 + kRows, 1 + kRows>;
 
   /// From dot products p0 ... p5 to the slope of the surroundings, s_u = t0 p4 + t1 p5, s_v = t2 p5, and to
   /// (a, a d_u, a d_v) = S (p0, p1, p2) - L (s_u, s_v), S = [s0 s1 s2; 0 s3 s4; 0 0 s5], L = [l0 l1; l2 l3; l4 l5].
@@ -54,6 +58,12 @@ class MarkerTemplate {
 
   /// T at distance r; 0 beyond the window.
   double at(double r) const;
+
+  /// Values at (x, y) [samples] from the marker's centre of the constant, T, -dT/dx, -dT/dy, laplacian(T), x and y.
+  Functions functionsAt(double x, double y) const;
+
+  /// Phase of a window in which functionsAt() has the QR factor `triangle`, upper triangular; without `cover`.
+  static Phase phaseOf(const Triangle& triangle);
 
  private:
   struct alignas(64) Line {
