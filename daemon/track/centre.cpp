@@ -5,7 +5,7 @@
 #include "daemon/track/centre.h"
 
 #include "daemon/base/vector_clones.h"
-#include "daemon/track/clipped_centre.h"
+#include "daemon/track/direct_fit.h"
 
 #include <algorithm>
 #include <cassert>

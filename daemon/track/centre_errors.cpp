@@ -15,8 +15,9 @@ constexpr float kMostOwnShape = 2.0F;  // of that
 // A disc strained by s leaves 0.22 s. Where x times the noise's variance is left beyond that, the squared error of the
 // centre is 1 + 6 x times what noise alone would make it (measured with dust of 0.4 to 3 px at all places). It is
 // heeded where the noise alone would hardly leave as much, and a marker with too much of it is not believed.
-constexpr float kOddPerStrain = 0.25F, kMostStrain = 0.45F;
+constexpr float kOddPerStrain = 0.25F, kLeastStrain = 0.03F, kMostStrain = 0.45F;
 constexpr float kErrorPerExcess = 6.0F, kHeeded = 3.0F, kMostExcess = 2.0F;
+constexpr int kMostLooks = 64;         // at whether a disc is deformed: per frame and layer, as they take time
 constexpr float kLeastNoise2 = 0.25F;  // of that at rest, however dark it is
 
 }  // namespace
@@ -109,7 +110,9 @@ float CentreErrors::strainAt(const Lattice& lattice, int marker, std::span<const
 
 void CentreErrors::weigh(const Lattice& lattice, int pixels, std::span<const Centre> centres,
                          std::span<const Vector> displacement, std::span<const float> restAmplitude,
-                         std::span<const std::uint8_t> frames, std::span<std::uint8_t> valid) {
+                         std::span<const std::uint8_t> frames, const std::function<bool(int, float)>& adoptDeformed,
+                         std::span<std::uint8_t> valid) {
+  int looks = 0;
   const float heeded = kHeeded * std::sqrt(2.0F / static_cast<float>(pixels - 7));
   for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
     if (!valid[i]) continue;
@@ -119,8 +122,14 @@ void CentreErrors::weigh(const Lattice& lattice, int pixels, std::span<const Cen
     float shape = shapeOf(i) * centre.amplitude;
     float excess = (centre.misfit - shape * shape) / noise2 - 1.0F;
     if (excess > heeded) {
-      shape += kOddPerStrain * strainAt(lattice, i, displacement, valid) * centre.amplitude;
+      const float atRest = shape, strain = strainAt(lattice, i, displacement, valid);
+      shape += kOddPerStrain * strain * centre.amplitude;
       excess = std::max((centre.misfit - shape * shape) / noise2 - 1.0F, 0.0F);
+      // Strained discs that are large leave more. What dust or a tear leaves is no ellipse, nor strained.
+      const float explained = atRest * atRest + (1.0F + 0.5F * heeded) * noise2;
+      if (excess > heeded && strain > kLeastStrain && looks++ < kMostLooks && adoptDeformed(i, explained)) {
+        excess = 0.0F;
+      }
     }
     // Of this frame alone where it is plain to see, else of the frames together.
     excess_[i] += weightOf(frames[i] + 1) * (excess - excess_[i]);

@@ -6,6 +6,7 @@
 #include "daemon/track/lattice.h"
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -37,9 +38,11 @@ class CentreErrors {
   /// The variances of a layer's valid centres. A marker that has not the shape that it should have under its strain
   /// (dust at its edge, the fringe of a reflection, white pixels) is pulled aside: it counts for less or, where it is
   /// odder than that, is made invalid. `pixels`: of the template; `frames`: that the marker was followed for, up to
-  /// 2 kMemory - 1.
+  /// 2 kMemory - 1; `adoptDeformed`: fits a marker's disc as an ellipse of any
+  /// size; where that leaves at most so much, its centre is the marker's from then on, and true is returned.
   void weigh(const Lattice& lattice, int pixels, std::span<const Centre> centres, std::span<const Vector> displacement,
-             std::span<const float> restAmplitude, std::span<const std::uint8_t> frames, std::span<std::uint8_t> valid);
+             std::span<const float> restAmplitude, std::span<const std::uint8_t> frames,
+             const std::function<bool(int, float)>& adoptDeformed, std::span<std::uint8_t> valid);
   std::span<const float> variance_px2() const { return variance_; }
 
   /// Frames over which means forget: they are as good as those of twice as many.

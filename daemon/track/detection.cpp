@@ -4,7 +4,7 @@
 // spot again.
 #include "daemon/track/detection.h"
 
-#include "daemon/track/clipped_centre.h"
+#include "daemon/track/direct_fit.h"
 
 #include <cassert>
 #include <cmath>

@@ -19,11 +19,15 @@ constexpr float kReach = 0.40F;     // of the spacing, from the expected place t
 constexpr float kRunnerUp = 0.25F;  // of the spacing, by which the next spot must be farther
 constexpr float kSeedReach = 0.35F;
 constexpr int kSeeds = 4;
-constexpr float kOutsideCost = 2.0F;      // a spot that would be no marker; a marker without a spot costs 1
-constexpr float kMoveCost = 0.005F;       // per marker, for a picture that moved by one spacing; grows with its square
+constexpr float kOutsideCost = 2.0F;  // a spot that would be no marker; a marker without a spot costs 1
+constexpr float kMoveCost = 0.005F;   // per marker, for a picture that moved by one spacing; grows with its square
+// Per marker of the lattice's shorter side, for a picture seen before that moved by more than half a spacing: where the
+// rim is at the picture's border, a few markers that are missing there are no reason for it.
+constexpr float kJumpCost = 1.0F;
 constexpr float kFirstMoveCost = 0.002F;  // the same where it is not known how far it lies; grows in proportion
 constexpr float kLayerCost = 0.03F;       // per marker, for layers that are one spacing apart
 constexpr std::size_t kBestShifts = 64;   // of a layer, that are looked at with the other's
+constexpr float kUnsure = 0.2F;           // of the spacing: a missing marker's place in the picture
 constexpr float kFull = 0.5F;             // of a column's visible nodes, to be one
 constexpr int kFewestOfColumn = 4;        // visible nodes, to say anything of a column
 
@@ -64,7 +68,7 @@ bool Labeller::label(std::span<const std::span<const Spot>> spots, std::span<con
   for (std::size_t layer = 0; layer < works_.size(); ++layer) {
     prepare(works_[layer], spots[layer], reference_px);
     if (!grow(works_[layer], spots[layer])) return false;
-    look(works_[layer], options.border_px);
+    look(works_[layer], options.border_px + kUnsure * works_[layer].spacing);
     scoreShifts(works_[layer], options.seenBefore);
   }
   chooseShifts();
@@ -301,6 +305,7 @@ void Labeller::scoreShifts(Work& work, bool seenBefore) const {
                          (referenceAt(lattice.columns - 1, lattice.rows / 2) - referenceAt(0, lattice.rows / 2));
   const Vector acrossY = (1.0F / static_cast<float>(lattice.rows - 1)) *
                          (referenceAt(lattice.columns / 2, lattice.rows - 1) - referenceAt(lattice.columns / 2, 0));
+  const int shorter = std::min(lattice.columns, lattice.rows);
   work.shifts.clear();
   for (int shift = 0; shift < wide.shifts(); ++shift) {
     const int x = wide.xOf(shift), y = wide.yOf(shift);
@@ -314,8 +319,9 @@ void Labeller::scoreShifts(Work& work, bool seenBefore) const {
                         static_cast<float>(x) * acrossX - static_cast<float>(y) * acrossY;
     const float moved = std::sqrt(mean.squared()) / work.spacing;
     const float cost = seenBefore ? kMoveCost * moved * moved : kFirstMoveCost * moved;
+    const float jump = seenBefore && moved > 0.5F ? kJumpCost * static_cast<float>(shorter) : 0.0F;
     const float score = -kOutsideCost * static_cast<float>(grown - inside) -
-                        static_cast<float>(within(work.missingSum)) - cost * static_cast<float>(lattice.count());
+                        static_cast<float>(within(work.missingSum)) - cost * static_cast<float>(lattice.count()) - jump;
     work.shifts.push_back({score, x, y, mean});
   }
   const std::size_t best = std::min(kBestShifts, work.shifts.size());

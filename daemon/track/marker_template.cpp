@@ -49,7 +49,8 @@ MarkerTemplate::MarkerTemplate(double radius, double blur)
   Eigen::MatrixXd basis(used(), 1 + kRows);
   for (int index = 0; index < kPhases * kPhases; ++index) {
     const double u = static_cast<double>(index % kPhases) / kPhases, v = static_cast<double>(index / kPhases) / kPhases;
-    for (int i = 0; i < used(); ++i) basis.row(i) = functionsAt(i % width - (half_ - 1) - u, i / width - (half_ - 1) - v);
+    for (int i = 0; i < used(); ++i)
+      basis.row(i) = functionsAt(i % width - (half_ - 1) - u, i / width - (half_ - 1) - v);
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(basis);
     const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(used(), 1 + kRows);
     float* rows = weights_.front().lane + index * kRows * samples();
@@ -69,6 +70,13 @@ MarkerTemplate::Functions MarkerTemplate::functionsAt(double x, double y) const 
   const double share = r > 1e-9 ? -slope / r : 0.0;
   const double curve = (at(r + kCurveStep) - 2.0 * at(r) + at(std::abs(r - kCurveStep))) / (kCurveStep * kCurveStep);
   return {1.0, at(r), share * x, share * y, r > 1e-9 ? curve - share : 2.0 * curve, x, y};
+}
+
+Eigen::Matrix<double, 1, 3> MarkerTemplate::deformationsAt(double x, double y) const {
+  const double r = std::hypot(x, y);
+  if (r < 1e-9) return {0.0, 0.0, 0.0};
+  const double inward = (at(std::abs(r - kProfileStep)) - at(r + kProfileStep)) / (2.0 * kProfileStep);
+  return {inward, inward * (x * x - y * y) / (r * r), inward * 2.0 * x * y / (r * r)};
 }
 
 MarkerTemplate::Phase MarkerTemplate::phaseOf(const Triangle& triangle) {

@@ -62,6 +62,10 @@ class MarkerTemplate {
   /// Values at (x, y) [samples] from the marker's centre of the constant, T, -dT/dx, -dT/dy, laplacian(T), x and y.
   Functions functionsAt(double x, double y) const;
 
+  /// Derivatives of T by what deforms the disc, at (x, y) [samples] from its centre: by its radius, and by the two
+  /// directions in which an ellipse is elongated.
+  Eigen::Matrix<double, 1, 3> deformationsAt(double x, double y) const;
+
   /// Phase of a window in which functionsAt() has the QR factor `triangle`, upper triangular; without `cover`.
   static Phase phaseOf(const Triangle& triangle);
 

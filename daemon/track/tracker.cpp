@@ -9,6 +9,7 @@
 #include "daemon/track/tracker.h"
 
 #include "daemon/track/appearance.h"
+#include "daemon/track/direct_fit.h"
 #include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose.h"
 
@@ -235,8 +236,9 @@ void Tracker::finishFrame(bool thorough) {
   recover();
   markOverlaps();
   for (Layer& layer : layers_) {
-    errors_.weigh(layer.lattice, layer.markers.front().used(), centres_, displacement_, restAmplitude_, slopeFrames_,
-                  valid_);
+    errors_.weigh(
+        layer.lattice, layer.markers.front().used(), centres_, displacement_, restAmplitude_, slopeFrames_,
+        [this, &layer](int marker, float mostMisfit) { return adoptDeformed(layer, marker, mostMisfit); }, valid_);
   }
   for (int i = 0; i < markers_; ++i) stepped_[i] = stepped_[i] && valid_[i];
   torn_ = tears_.torn(displacement_, errors_.variance_px2(), valid_) || torn_;
@@ -244,6 +246,16 @@ void Tracker::finishFrame(bool thorough) {
   for (Layer& layer : layers_) layer.trust.prune(displacement_, valid_, thorough);
   learnSlopes();
   guessLost();
+}
+
+/// Where the marker's disc, as an ellipse of any size, leaves at most so much of the picture unexplained, its centre is
+/// this one's.
+bool Tracker::adoptDeformed(const Layer& layer, int marker, float mostMisfit) {
+  Centre centre = centres_[marker];
+  const MarkerTemplate& disc = layer.markers[size_[marker]];
+  if (!fitDeformedCentre(layer.plane, disc, layer.crossTalk, guessAt(marker, place_[marker]), centre)) return false;
+  if (centre.misfit > mostMisfit) return false;
+  return accept(marker, centre, place_[marker]);
 }
 
 Guess Tracker::guessAt(int marker, Vector place) const {

@@ -124,6 +124,7 @@ class Tracker {
   bool recoverOne(const Layer& layer, int marker, int column, int row);
   bool searchAround(const Layer& layer, int marker, Vector place);
   bool fitAt(const Layer& layer, int marker, Vector place);
+  bool adoptDeformed(const Layer& layer, int marker, float mostMisfit);
   Guess guessAt(int marker, Vector place) const;
   void heedSlope(const Layer& layer, int marker, Centre& centre);
   void learnSlopes();

@@ -1,4 +1,5 @@
-// Sub-pixel centres of markers whose window leaves the picture while their disc does not.
+// Least squares over the samples themselves, for the few markers that the tables of a MarkerTemplate are not made for:
+// those whose window leaves the picture, and those whose disc is deformed.
 #pragma once
 
 #include "daemon/track/centre.h"
@@ -22,5 +23,12 @@ void fitClippedCentre(const Plane& plane, const MarkerTemplate& marker, const Cr
 
 /// As amplitudeAt().
 float clippedAmplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, float v);
+
+/// Fits a centre as fitCentres() does, where the disc may be larger or smaller than the template's and an ellipse, too.
+/// `centre` tells where the search starts, and receives place, amplitude, misfit, and the variance with all slopes
+/// unknown. Returns false, and leaves `centre` as it is, where the steps do not settle. Takes some 20 to 100 us.
+/// Reentrant; allocates nothing.
+bool fitDeformedCentre(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk, const Guess& guess,
+                       Centre& centre);
 
 }  // namespace tractiond::track

@@ -1,0 +1,245 @@
+// Sums up the normal equations over the samples that are there; their Cholesky factor is the triangle that the whole
+// window's tables are made from, so that everything after it is as in centre.cpp.
+#include "daemon/track/direct_fit.h"
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tractiond::track {
+
+namespace {
+
+constexpr int kMaxSteps = 10;
+constexpr int kFunctions = 1 + MarkerTemplate::kRows;
+constexpr float kSettled = 0.03F;  // of the radius; then the neglected cubic term is below 0.001 samples
+constexpr float kLongest = 0.75F;  // of the radius: a step
+constexpr float kSettledExactly =
+    0.01F;  // samples; where the template is not the disc's, steps are too short or too long
+
+template <int kCount>
+using Square = Eigen::Matrix<double, kCount, kCount>;
+template <int kCount>
+using Column = Eigen::Matrix<double, kCount, 1>;
+
+/// The part of a window that is in the picture [samples]; right and bottom are the first beyond.
+struct Part {
+  int left, right, top, bottom;
+
+  int count() const { return (right - left) * (bottom - top); }
+};
+
+/// Reads samples in levels, with or without the other colour's share.
+class Reader {
+ public:
+  Reader(const Plane& plane, const CrossTalk& crossTalk, bool mixed)
+      : plane_(plane)
+      , share_(mixed ? crossTalk.other : 0.0F)
+      , gain_(mixed ? 1.0F / (1.0F - crossTalk.own * crossTalk.other) : 1.0F)
+      , mixed_(mixed) {}
+
+  double operator()(int x, int y) const {
+    const float own = plane_.at(x, y);
+    if (!mixed_) return own;
+    float other = 0.0F;
+    for (const std::ptrdiff_t offset : plane_.other) other += 0.25F * besides(x, y, offset);
+    return gain_ * (own - share_ * other);
+  }
+
+  /// Variance of what is read, of a plain sample's.
+  float noise() const { return gain_ * gain_ * (1.0F + plane_.otherNoise * share_ * share_); }
+
+ private:
+  /// The value `offset` values after sample (x, y), whatever its colour [levels].
+  float besides(int x, int y, std::ptrdiff_t offset) const {
+    const std::ptrdiff_t index = std::ptrdiff_t{x} * plane_.step + offset;
+    const std::uint8_t* row = plane_.first + y * plane_.stride;
+    return plane_.wide ? plane_.gain * static_cast<float>(reinterpret_cast<const std::uint16_t*>(row)[index])
+                       : static_cast<float>(row[index]);
+  }
+
+  const Plane& plane_;
+  float share_, gain_;
+  bool mixed_;
+};
+
+/// Products of functions with each other and with the levels of a window.
+template <int kCount>
+struct Products {
+  Square<kCount> functions = Square<kCount>::Zero();
+  Column<kCount> levels = Column<kCount>::Zero();
+  double square = 0.0;  ///< of the levels
+  double base = 0.0;    ///< was taken from the levels: their squares would swamp what is left of them
+  int count = 0;        ///< samples
+};
+
+/// \param rim samples along the border that are not read
+template <int kCount, typename Functions>
+Products<kCount> productsAt(const Plane& plane, const MarkerTemplate& marker, const Reader& read, int rim, float x,
+                            float y, const Functions& functionsAt) {
+  const int left = static_cast<int>(x) - marker.half() + 1, top = static_cast<int>(y) - marker.half() + 1;
+  const Part part{std::max(left, rim), std::min(left + 2 * marker.half(), plane.width - rim), std::max(top, rim),
+                  std::min(top + 2 * marker.half(), plane.height - rim)};
+  Products<kCount> products;
+  products.count = part.count();
+  products.base = read(part.left, part.top);
+  for (int row = part.top; row < part.bottom; ++row) {
+    for (int column = part.left; column < part.right; ++column) {
+      const Column<kCount> functions = functionsAt(column - double{x}, row - double{y}).transpose();
+      const double level = read(column, row) - products.base;
+      products.functions += functions * functions.transpose();
+      products.levels += level * functions;
+      products.square += level * level;
+    }
+  }
+  return products;
+}
+
+/// Mean square of what the functions leave of the levels.
+template <int kCount>
+float leftOver(const Products<kCount>& products, const Column<kCount>& explained) {
+  const double left = std::max(products.square - explained.squaredNorm(), 0.0);
+  return static_cast<float>(left / (products.count - kCount));
+}
+
+/// What the whole window's tables and sums say, of the part that is in the picture.
+struct Sums {
+  MarkerTemplate::Phase phase;
+  Column<kFunctions> p;  ///< with the orthonormal functions; the first is the constant
+  float mean = 0.0F;     ///< [levels]
+  float misfit = 0.0F;   ///< [levels^2]
+  bool known = false;    ///< what is left tells the functions apart
+
+  float at(int i) const { return static_cast<float>(p(i + 1)); }
+};
+
+Sums sumsAt(const Plane& plane, const MarkerTemplate& marker, const Reader& read, int rim, float x, float y) {
+  const auto products = productsAt<kFunctions>(plane, marker, read, rim, x, y,
+                                               [&](double dx, double dy) { return marker.functionsAt(dx, dy); });
+  Sums sums;
+  const Eigen::LLT<Square<kFunctions>> factor(products.functions);
+  if (factor.info() != Eigen::Success) return sums;
+  sums.known = true;
+  sums.phase = MarkerTemplate::phaseOf(factor.matrixU());
+  sums.phase.cover = static_cast<float>(products.functions(0, 1) / products.count);
+  sums.p = factor.matrixL().solve(products.levels);
+  sums.mean = static_cast<float>(products.base + products.levels(0) / products.count);
+  sums.misfit = leftOver<kFunctions>(products, sums.p);
+  return sums;
+}
+
+/// Where a marker's disc is in the picture as a whole.
+struct Picture {
+  Picture(const Plane& plane, const MarkerTemplate& marker, const Guess& guess)
+      : radius(static_cast<float>(marker.radius()))
+      , rim(guess.mixed && plane.step == 2 ? 1 : 0)
+      , low(static_cast<float>(rim) + clippedMargin(marker))
+      , highX(static_cast<float>(plane.width - 1) - low)
+      , highY(static_cast<float>(plane.height - 1) - low) {}
+
+  bool has(float x, float y) const { return x >= low && x <= highX && y >= low && y <= highY; }
+
+  float radius;
+  int rim;  ///< of a mosaic, where not all samples of the other colour around this one's are in the picture
+  float low, highX, highY;
+};
+
+}  // namespace
+
+void fitClippedCentre(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk, const Guess& guess,
+                      Centre& centre) {
+  const Picture picture(plane, marker, guess);
+  const Reader read(plane, crossTalk, guess.mixed);
+
+  float x = (centre.u - plane.u0) / plane.scale, y = (centre.v - plane.v0) / plane.scale;
+  const float slopeU = plane.scale * guess.slopeU, slopeV = plane.scale * guess.slopeV;  // per sample
+  for (int steps = 0; steps < kMaxSteps; ++steps) {
+    if (!picture.has(x, y)) break;
+    const Sums sums = sumsAt(plane, marker, read, picture.rim, x, y);
+    if (!sums.known) break;
+    const MarkerTemplate::Phase& phase = sums.phase;
+    const auto seen = [&](int i) { return plane.sign * sums.at(i); };
+    const auto& solve = phase.solve;
+    const auto& lean = phase.lean;
+    const float amplitude =
+        solve[0] * seen(0) + solve[1] * seen(1) + solve[2] * seen(2) - lean[0] * slopeU - lean[1] * slopeV;
+    centre.amplitude = amplitude;
+    if (!(amplitude >= guess.minAmplitude)) break;
+    float du = (solve[3] * seen(1) + solve[4] * seen(2) - lean[2] * slopeU - lean[3] * slopeV) / amplitude;
+    float dv = (solve[5] * seen(2) - lean[4] * slopeU - lean[5] * slopeV) / amplitude;
+    const float size = std::max(std::abs(du), std::abs(dv));
+    if (size > kLongest * picture.radius) {
+      du *= kLongest * picture.radius / size;
+      dv *= kLongest * picture.radius / size;
+    }
+    x += du;
+    y += dv;
+    if (size > kSettled * picture.radius) continue;
+
+    const float noise = plane.noise * read.noise();
+    const float perVariance = noise * plane.scale * plane.scale / (amplitude * amplitude);
+    centre.misfit = sums.misfit / noise;
+    centre.variance = phase.variance * perVariance;
+    centre.blurred = seen(3);
+    centre.slopeShare = phase.slopeShare * perVariance;
+    centre.slopeU = (phase.solveSlope[0] * seen(4) + phase.solveSlope[1] * seen(5)) / plane.scale;
+    centre.slopeV = phase.solveSlope[2] * seen(5) / plane.scale;
+    centre.slopeVariance = phase.slopeVariance * noise / (plane.scale * plane.scale);
+    centre.level = sums.mean + (0.5F - phase.cover) * plane.sign * amplitude;
+    centre.found = picture.has(x, y);
+    break;
+  }
+  centre.u = plane.u0 + plane.scale * x;
+  centre.v = plane.v0 + plane.scale * y;
+}
+
+float clippedAmplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, float v) {
+  const float x = (u - plane.u0) / plane.scale, y = (v - plane.v0) / plane.scale;
+  if (!Picture(plane, marker, {}).has(x, y)) return 0.0F;
+  const Sums sums = sumsAt(plane, marker, Reader(plane, {}, false), 0, x, y);
+  if (!sums.known) return 0.0F;
+  const auto& solve = sums.phase.solve;
+  return plane.sign * (solve[0] * sums.at(0) + solve[1] * sums.at(1) + solve[2] * sums.at(2));
+}
+
+bool fitDeformedCentre(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk, const Guess& guess,
+                       Centre& centre) {
+  constexpr int kAll = kFunctions + 3;
+  const Picture picture(plane, marker, guess);
+  const Reader read(plane, crossTalk, guess.mixed);
+  const auto functionsAt = [&](double dx, double dy) {
+    Eigen::Matrix<double, 1, kAll> all;
+    all << marker.functionsAt(dx, dy), marker.deformationsAt(dx, dy);
+    return all;
+  };
+  float x = (centre.u - plane.u0) / plane.scale, y = (centre.v - plane.v0) / plane.scale;
+  for (int steps = 0; steps < kMaxSteps && picture.has(x, y); ++steps) {
+    const auto products = productsAt<kAll>(plane, marker, read, picture.rim, x, y, functionsAt);
+    const Eigen::LLT<Square<kAll>> factor(products.functions);
+    if (factor.info() != Eigen::Success) return false;
+    const Column<kAll> shares = plane.sign * factor.solve(products.levels);
+    const auto amplitude = static_cast<float>(shares(1));
+    if (!(amplitude >= guess.minAmplitude)) return false;
+    const float du = static_cast<float>(shares(2)) / amplitude, dv = static_cast<float>(shares(3)) / amplitude;
+    const float size = std::max(std::abs(du), std::abs(dv));
+    if (!(size <= kLongest * picture.radius)) return false;
+    x += du;
+    y += dv;
+    if (size > kSettledExactly) continue;
+
+    const float noise = plane.noise * read.noise();
+    const Square<kAll> inverse = factor.solve(Square<kAll>(Square<kAll>::Identity()));
+    centre.u = plane.u0 + plane.scale * x;
+    centre.v = plane.v0 + plane.scale * y;
+    centre.amplitude = amplitude;
+    centre.misfit = leftOver<kAll>(products, factor.matrixL().solve(products.levels)) / noise;
+    centre.variance = static_cast<float>(0.5 * (inverse(2, 2) + inverse(3, 3))) * noise * plane.scale * plane.scale /
+                      (amplitude * amplitude);
+    centre.slopeShare = 0.0F;
+    return true;
+  }
+  return false;
+}
+
+}  // namespace tractiond::track
