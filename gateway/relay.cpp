@@ -1,5 +1,6 @@
 #include "gateway/relay.h"
 
+#include "daemon/publish/connection_limit.h"
 #include "daemon/publish/inflow_limit.h"
 #include "daemon/publish/reply_budget.h"
 #include "daemon/publish/socket.h"
@@ -398,7 +399,9 @@ struct Relay::Impl {
                                            now);
       if (!line.empty()) spdlog::warn("{}", line);
     }
-    if (const std::string line = inflow.look(now); !line.empty()) spdlog::warn("{}", line);
+    for (const std::string& line : {inflow.look(now), connections.look(now)}) {
+      if (!line.empty()) spdlog::warn("{}", line);
+    }
     if (!silent && now - heard_ns > kSilence_ns) {
       silent = true;
       spdlog::warn("nothing comes from the instrument in {}; is tractiond running?", directory.string());
@@ -425,6 +428,7 @@ struct Relay::Impl {
   publish::PeerLimit subscribers{kSubscriptionsPerPeer}, askers{1000};
   SeldomLine refusals, crowds;
   publish::inflow::Report inflow;
+  publish::connections::Report connections;
   std::uint64_t refusedBefore = 0;
   std::int64_t heard_ns, looked_ns = 0, counted_ns = 0;
   bool silent = false;

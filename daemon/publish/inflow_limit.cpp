@@ -1,12 +1,11 @@
 #include "daemon/publish/inflow_limit.h"
 
-#include "daemon/publish/local_end.h"
+#include "daemon/publish/connection_limit.h"
+#include "daemon/publish/ends.h"
 
 #include <malloc.h>
-#include <netdb.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -43,7 +42,8 @@ struct Account {
 // NOLINTBEGIN(*-avoid-non-const-global-variables): recv() is called without an object of ours
 std::mutex mutex;  // guards the two below
 Account account;
-constinit std::array<Connection, 65'536> connections{};  // by file descriptor; pages that are never used cost nothing
+constinit std::array<Connection, connections::kMostDescriptors>
+    records{};  // by file descriptor; unused pages cost nothing
 std::atomic<std::size_t> watchedEndpoints{0};
 std::atomic<std::uint64_t> endedCount{0};
 // Of connections that have ended, by Inflow: what they had sent waits until it is taken.
@@ -54,21 +54,6 @@ std::uint64_t cookieOf(int fd) {
   std::uint64_t cookie = 0;
   socklen_t size = sizeof cookie;
   return getsockopt(fd, SOL_SOCKET, SO_COOKIE, &cookie, &size) == 0 ? cookie : 0;
-}
-
-/// For people.
-std::string peerOf(int fd) {
-  sockaddr_storage address{};
-  socklen_t size = sizeof address;
-  const auto* const plain = reinterpret_cast<const sockaddr*>(&address);
-  if (getpeername(fd, reinterpret_cast<sockaddr*>(&address), &size) != 0) return "a peer that has gone";
-  ucred user{};
-  socklen_t userSize = sizeof user;
-  if (address.ss_family == AF_UNIX && getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &user, &userSize) == 0)
-    return "uid " + std::to_string(user.uid) + ", pid " + std::to_string(user.pid);
-  std::array<char, 64> host{};
-  const int failed = getnameinfo(plain, size, host.data(), host.size(), nullptr, 0, NI_NUMERICHOST);
-  return failed == 0 ? host.data() : "a peer";
 }
 
 std::atomic<std::uint64_t>& leftOf(Inflow inflow) {
@@ -83,7 +68,8 @@ void release(Connection& one) {
 }
 
 void end(Connection& one, int fd, const std::string& why) {
-  account.last = peerOf(fd) + ": it " + why;
+  const std::string peer = peerOf(fd);
+  account.last = (peer.empty() ? "a peer that has gone" : peer) + ": it " + why;
   ++endedCount;
   one.cut = true;
   release(one);
@@ -93,7 +79,7 @@ void end(Connection& one, int fd, const std::string& why) {
 void endLargest() {
   Connection* largest = nullptr;
   for (std::size_t fd = 0; fd <= account.highest; ++fd) {
-    Connection& one = connections[fd];
+    Connection& one = records[fd];
     if (one.cost_bytes == 0) continue;
     if (cookieOf(static_cast<int>(fd)) != one.cookie) {  // gone without a word
       release(one);
@@ -102,14 +88,14 @@ void endLargest() {
     }
   }
   if (largest == nullptr || account.held_bytes <= kMostTogether_bytes) return;
-  const int fd = static_cast<int>(largest - connections.data());
+  const int fd = static_cast<int>(largest - records.data());
   end(*largest, fd, "held most of the " + std::to_string(kMostTogether_bytes >> 10) + " KiB of all");
   shutdown(fd, SHUT_RDWR);
 }
 
 /// The record of a connection; a new one where the descriptor's number is another's than before.
 Connection& find(int fd) {
-  Connection& one = connections[static_cast<std::size_t>(fd)];
+  Connection& one = records[static_cast<std::size_t>(fd)];
   const std::uint64_t cookie = cookieOf(fd);
   if (one.cookie == cookie) return one;
   release(one);
@@ -154,7 +140,7 @@ bool allows(int fd, std::span<const std::uint8_t> bytes) {
 
 void forget(int fd) {
   const std::lock_guard lock(mutex);
-  Connection& one = connections[static_cast<std::size_t>(fd)];
+  Connection& one = records[static_cast<std::size_t>(fd)];
   release(one);
   one = {};
 }
@@ -169,7 +155,7 @@ extern "C" ssize_t receiveWithinLimits(int fd, void* buffer, std::size_t size, i
   const ssize_t count = syscall(SYS_recvfrom, fd, buffer, size, flags, nullptr, nullptr);
   if (watchedEndpoints.load(std::memory_order_relaxed) == 0 || (flags & MSG_PEEK) != 0 || size == 0) return count;
   const int error = errno;
-  if (static_cast<std::size_t>(fd) >= connections.size()) return count <= 0 || !isWatched(fd) ? count : 0;
+  if (static_cast<std::size_t>(fd) >= records.size()) return count <= 0 || !isWatched(fd) ? count : 0;
   const bool over = count == 0 || (count < 0 && error != EAGAIN && error != EINTR);
   if (over) forget(fd);
   const bool mayHave =
@@ -196,9 +182,9 @@ void unwatch(const std::vector<std::string>& endpoints) {
 }
 
 void taken(int fd, std::size_t parts) {
-  if (fd < 0 || static_cast<std::size_t>(fd) >= connections.size()) return;
+  if (fd < 0 || static_cast<std::size_t>(fd) >= records.size()) return;
   const std::lock_guard lock(mutex);
-  Connection& one = connections[static_cast<std::size_t>(fd)];
+  Connection& one = records[static_cast<std::size_t>(fd)];
   if (one.frames == 0) return;
   // Which of its frames these were is not known where they are encrypted: they count as so many of average size.
   const std::uint64_t frames = std::min<std::uint64_t>(parts, one.frames);

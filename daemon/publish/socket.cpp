@@ -1,7 +1,7 @@
 #include "daemon/publish/socket.h"
 
 #include "daemon/publish/inflow_limit.h"
-#include "daemon/publish/local_end.h"
+#include "daemon/publish/ends.h"
 
 #include <sys/socket.h>
 #include <sys/stat.h>
