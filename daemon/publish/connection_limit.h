@@ -20,6 +20,9 @@ inline constexpr std::size_t kMostDescriptors = 65'536;
 /// Returns the number of connections that were refused since the start of the program.
 std::uint64_t refused();
 
+/// Returns whether any connection came through accept() or accept4() of this program: those of ZeroMQ do.
+bool seesAccepts();
+
 /// Tells people of the connections that are refused from its construction on. Thread-bound.
 class Report {
  public:
