@@ -294,7 +294,9 @@ void Instrument::control(std::chrono::milliseconds timeout) {
   processing_->turn();
   const std::int64_t now_ns = monotonicNow();
   frozenPeers_->look(now_ns);
-  if (const std::string line = inflow_.look(now_ns); !line.empty()) spdlog::warn("warning: {}", line);
+  for (const std::string& line : {inflow_.look(now_ns), connections_.look(now_ns)}) {
+    if (!line.empty()) spdlog::warn("warning: {}", line);
+  }
 }
 
 /// Each session anew: it may have come back with other values.

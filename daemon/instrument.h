@@ -7,6 +7,7 @@
 #include "daemon/pipeline.h"
 #include "daemon/previewer.h"
 #include "daemon/processing.h"
+#include "daemon/publish/connection_limit.h"
 #include "daemon/publish/control.h"
 #include "daemon/publish/frozen_peers.h"
 #include "daemon/publish/greeting.h"
@@ -78,6 +79,7 @@ class Instrument {
   // The control thread's own.
   std::optional<publish::FrozenPeers> frozenPeers_;
   publish::inflow::Report inflow_;
+  publish::connections::Report connections_;
   unsigned describedSession_ = 0;  // of the camera
   bool cameraAsked_ = false;
 

@@ -4,6 +4,7 @@
 #include "daemon/capture/camera_plan.h"
 #include "daemon/capture/child.h"
 #include "daemon/capture/inspection.h"
+#include "daemon/capture/last_will.h"
 #include "daemon/config_toml.h"
 #include "daemon/gel_files.h"
 #include "daemon/instrument.h"
@@ -14,6 +15,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <new>
@@ -113,6 +115,7 @@ void reload(Instrument& instrument, const Arguments& arguments) {
 }
 
 int serve(const Arguments& arguments, const Config& config, const Places& places) {
+  const int noExecutor = capture::startExecutor();  // before there are threads
   catchSignals();
   if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
   const auto log = startLog("tractiond", config.logLevel);
@@ -127,6 +130,10 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
     log->drain();
     std::_Exit(EX_OK);
   });
+  if (noExecutor != 0) {
+    spdlog::warn("warning: no process can be started that gives the camera free should this one be killed: {}",
+                 std::strerror(noExecutor));
+  }
   auto instrument = Instrument::make(config, places, [log] { return log->lost(); });
   starting.reset();
   if (!instrument) return failed(instrument.error());

@@ -1,6 +1,7 @@
 // traction-gateway: arguments in, exit code out.
 #include "daemon/base/counter.h"
 #include "daemon/log.h"
+#include "daemon/publish/connection_limit.h"
 #include "daemon/service.h"
 #include "gateway/arguments.h"
 #include "gateway/config.h"
@@ -43,12 +44,12 @@ fs::path runtimeOf(const Arguments& arguments) {
   return candidates.back();
 }
 
-/// Where descriptors run out ZeroMQ turns in circles: those who are too many must be accepted before they are cut off.
+/// As many peers as are configured must find room beside what the gateway has open itself.
 tl::expected<void, Error> checkDescriptors(const Config& config) {
-  constexpr rlim_t kBesides = 200;
+  constexpr rlim_t kOwn = 72;  // open while it runs
   rlimit limit{};
   getrlimit(RLIMIT_NOFILE, &limit);
-  const rlim_t needed = static_cast<rlim_t>(config.limits.peers) + kBesides;
+  const rlim_t needed = static_cast<rlim_t>(config.limits.peers) + publish::connections::kReserved + kOwn;
   if (limit.rlim_cur >= needed) return {};
   return tl::unexpected(Error{.exitCode = EX_OSERR,
                               .what = "limits.peers = " + std::to_string(config.limits.peers) + " takes " +

@@ -1,5 +1,6 @@
 #include "gateway/relay.h"
 
+#include "daemon/publish/connection_limit.h"
 #include "daemon/publish/inflow_limit.h"
 #include "daemon/publish/reply_budget.h"
 #include "daemon/publish/socket.h"
@@ -263,7 +264,7 @@ struct Relay::Impl {
   void takeLookers() {
     for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kPreview], parts) != 0; ++i) {
       const std::string_view text = parts[0].to_string_view();
-      if (text.starts_with('\0') || isOfInstrument(text)) publish::inflow::taken(publish::sourceOf(parts[0]), 1);
+      if (text.starts_with('\0') || isOfInstrument(text)) publish::inflow::release(publish::sourceOf(parts[0]), 1);
       subscribers.count(parts[0], front->bound(kPreview));
       if (text.starts_with('\1')) ++lookers;
       if (text.starts_with('\0') && lookers > 0) --lookers;
@@ -303,14 +304,14 @@ struct Relay::Impl {
     int count = 0;
     for (; count < kSubscriptionsPerTurn && receive((*front)[kStream], parts) != 0; ++count) {
       const std::string_view text = parts[0].to_string_view();
-      if (text.starts_with('\0') || isOfInstrument(text)) publish::inflow::taken(publish::sourceOf(parts[0]), 1);
+      if (text.starts_with('\0') || isOfInstrument(text)) publish::inflow::release(publish::sourceOf(parts[0]), 1);
       subscribers.count(parts[0], front->bound(kStream));
       if (!text.starts_with('\1')) continue;
       for (const auto& [topic, kept] : descriptions) {
         descriptionDue = descriptionDue || std::string_view(topic).starts_with(text.substr(1));
       }
     }
-    if (count < kSubscriptionsPerTurn) publish::inflow::allTaken(publish::Inflow::kSubscriptions);
+    if (count < kSubscriptionsPerTurn) publish::inflow::releaseEnded(publish::Charge::kSubscriptions);
     if (!descriptionDue || now - described_ns < kDescriptions_ns) return;
     descriptionDue = false;
     described_ns = now;
@@ -330,8 +331,8 @@ struct Relay::Impl {
   void passRequests(std::int64_t now) {
     for (int i = 0; i < kMessagesPerTurn; ++i) {
       const std::size_t count = receive((*front)[kControl], parts);
-      if (count == 0) return publish::inflow::allTaken(publish::Inflow::kRequests);
-      publish::inflow::taken(publish::sourceOf(parts[0]), count - 1);  // the first is ZeroMQ's name of the peer
+      if (count == 0) return publish::inflow::releaseEnded(publish::Charge::kRequests);
+      publish::inflow::release(publish::sourceOf(parts[0]), count - 1);  // the first is ZeroMQ's name of the peer
       askers.count(parts[0], front->bound(kControl));
       // [peer][empty][request]
       if (count != 3 || !parts[1].empty()) continue;
@@ -398,7 +399,9 @@ struct Relay::Impl {
                                            now);
       if (!line.empty()) spdlog::warn("{}", line);
     }
-    if (const std::string line = inflow.look(now); !line.empty()) spdlog::warn("{}", line);
+    for (const std::string& line : {inflow.look(now), connections.look(now)}) {
+      if (!line.empty()) spdlog::warn("{}", line);
+    }
     if (!silent && now - heard_ns > kSilence_ns) {
       silent = true;
       spdlog::warn("nothing comes from the instrument in {}; is tractiond running?", directory.string());
@@ -425,6 +428,7 @@ struct Relay::Impl {
   publish::PeerLimit subscribers{kSubscriptionsPerPeer}, askers{1000};
   SeldomLine refusals, crowds;
   publish::inflow::Report inflow;
+  publish::connections::Report connections;
   std::uint64_t refusedBefore = 0;
   std::int64_t heard_ns, looked_ns = 0, counted_ns = 0;
   bool silent = false;

@@ -26,7 +26,8 @@ class DeviceClock {
   struct Moment {
     /// On the arrivals' clock; not after the arrival, and never before the moment before it.
     std::int64_t captured_ns = 0;
-    /// Half width. By one-way stamps, how well the two clocks were seen to agree, beside the shortest delay.
+    /// Half width. kBoth: a bound on either side. kLatest: the upper side is a bound; the lower one holds beside the
+    /// shortest delay, or, where earlier frames showed how long frames are under way, for all but some in a hundred.
     std::int64_t error_ns = 0;
     CaptureBound bound = CaptureBound::kLatest;
   };
@@ -73,7 +74,8 @@ class DeviceClock {
 };
 
 /// When a frame was taken: by the camera's clock where that is believed, from both sides where it can be asked, else
-/// from above where it says more than the host's does; else when it reached the host. Thread-bound. Allocates nothing.
+/// from above where it says more than the host's does; else when it reached the host, less the delay that frames dated
+/// from both sides had until lately. Thread-bound. Allocates nothing.
 class CaptureClock {
  public:
   /// What the camera's clock answered lately; without readings: it is not asked.
@@ -87,6 +89,10 @@ class CaptureClock {
   DeviceClock::Moment corrected(const DeviceClock::Moment& moment, const Arrival& arrival) const;
   std::optional<DeviceClock::Moment> fromBothSides(const Arrival& arrival) const;
   void learnRate(const Arrival& arrival);
+  std::int64_t spread() const;
+  std::int64_t excess();
+  void learnDelay(const Arrival& arrival, const DeviceClock::Moment& known, bool awaited);
+  std::optional<DeviceClock::Moment> fromDelay(const Arrival& arrival) const;
 
   DeviceClock device_;
   ClockFit fit_;
@@ -97,6 +103,11 @@ class CaptureClock {
   std::int64_t scatter_ns_ = 0;  ///< largest difference from it, slowly forgotten
   std::int64_t queued_ns_ = 0;   ///< how long a frame may have waited before it was popped
   int frames_ = 0;               ///< that the scatter has been seen over, up to enough
+  std::int64_t mapped_ = 0;      ///< frames since the device clock's start
+  std::int64_t excess_ns_ = 0;   ///< the shortest delay of these may be above the shortest that there is by so much
+  std::int64_t shortest_ns_ = 0, longest_ns_ = 0;  ///< delays of frames dated from both sides, slowly forgotten
+  std::int64_t delayed_ns_ = 0;                    ///< when there was the last one
+  int delays_ = 0;                                 ///< frames that they were seen of, up to enough
 };
 
 }  // namespace tractiond::capture

@@ -1,10 +1,14 @@
-// What a process that ends by a signal still says to its camera: it is free. Else it would keep to a client that is
-// dead until its heartbeat has run out, three seconds for most.
+// Gives the camera free when the process ends by a signal. Else the camera would keep to a dead client until its
+// heartbeat has run out, three seconds for most (docs/decisions/0018-hangs.md).
 #pragma once
 
 #include <cstdint>
 
 namespace tractiond::capture {
+
+/// Starts a process that gives the camera free when this one has ended in a way that it cannot see coming, such as
+/// SIGKILL. To be called once, while there is no other thread. \return 0, or the reason (errno) why there is none
+int startExecutor();
 
 /// From here on SIGABRT (a watchdog's, a failed assertion's), SIGBUS, SIGFPE, SIGILL and SIGSEGV send it, by this
 /// socket, before they do what they did; of several cameras the last. \param address IPv4, 127.0.0.1 as 0x7f000001. Any

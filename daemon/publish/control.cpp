@@ -41,12 +41,12 @@ struct ControlServer::Impl {
       zmq::message_t surplus;
       zmq::message_t& message = parts < request.size() ? request[parts] : surplus;
       if (zmq_msg_recv(message.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) {
-        inflow::allTaken(Inflow::kRequests);
+        inflow::releaseEnded(Charge::kRequests);
         return false;
       }
       ++parts;
       if (message.more()) continue;
-      inflow::taken(sourceOf(request[0]), parts - 1);  // the first is ZeroMQ's name of the peer
+      inflow::release(sourceOf(request[0]), parts - 1);  // the first is ZeroMQ's name of the peer
       return true;
     }
   }

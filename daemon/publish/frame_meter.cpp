@@ -26,7 +26,7 @@ bool isTransient(std::uint8_t nameLength) {
 
 }  // namespace
 
-FrameMeter::Reading FrameMeter::read(std::span<const std::uint8_t> bytes, Inflow inflow) {
+FrameMeter::Reading FrameMeter::read(std::span<const std::uint8_t> bytes, Charge charge) {
   Reading reading;
   bool pinned = false;
   const std::uint8_t* at = bytes.data();
@@ -39,7 +39,7 @@ FrameMeter::Reading FrameMeter::read(std::span<const std::uint8_t> bytes, Inflow
   while (at != end) {
     if (undecided_) {
       undecided_ = false;
-      if (!isTransient(*at)) count(reading, inflow, pinned);
+      if (!isTransient(*at)) count(reading, charge, pinned);
     }
     if (left_ > 0) {
       const auto skipped = std::min<std::uint64_t>(left_, static_cast<std::uint64_t>(end - at));
@@ -55,16 +55,16 @@ FrameMeter::Reading FrameMeter::read(std::span<const std::uint8_t> bytes, Inflow
     headerSize_ = 0;
     left_ = body_;
     undecided_ = (flags & (kCommand | kMore)) == kCommand && body_ > 0 && body_ <= kLargestTransient;
-    if (!undecided_) count(reading, inflow, pinned);
+    if (!undecided_) count(reading, charge, pinned);
   }
   if (pinned) reading.cost_bytes += kReadBuffer;
   return reading;
 }
 
-void FrameMeter::count(Reading& reading, Inflow inflow, bool& pinned) const {
+void FrameMeter::count(Reading& reading, Charge charge, bool& pinned) const {
   ++reading.frames;
   const std::uint64_t body = std::min(body_, kLargestBody);
-  reading.cost_bytes += kMessage + (inflow == Inflow::kSubscriptions ? kBranch + kNode * body : body);
+  reading.cost_bytes += kMessage + (charge == Charge::kSubscriptions ? kBranch + kNode * body : body);
   pinned = pinned || body > kWithinMessage;
 }
 

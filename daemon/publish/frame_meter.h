@@ -8,8 +8,8 @@
 
 namespace tractiond::publish {
 
-/// What frames are for: it decides what ZeroMQ keeps of them.
-enum class Inflow {
+/// What frames are charged for: it decides how much ZeroMQ keeps of them.
+enum class Charge {
   kRequests,       ///< messages in a queue until somebody takes them
   kSubscriptions,  ///< nodes of a tree, one for each byte, for as long as the connection lasts
 };
@@ -24,12 +24,12 @@ class FrameMeter {
   };
 
   /// Reads what came next of the connection.
-  Reading read(std::span<const std::uint8_t> bytes, Inflow inflow);
+  Reading read(std::span<const std::uint8_t> bytes, Charge charge);
 
  private:
   static constexpr std::size_t kGreeting = 64;
 
-  void count(Reading& reading, Inflow inflow, bool& pinned) const;
+  void count(Reading& reading, Charge charge, bool& pinned) const;
 
   std::size_t greeting_ = 0;  ///< bytes of it that have come
   std::array<std::uint8_t, 9> header_{};

@@ -1,12 +1,11 @@
 #include "daemon/publish/inflow_limit.h"
 
-#include "daemon/publish/local_end.h"
+#include "daemon/publish/connection_limit.h"
+#include "daemon/publish/ends.h"
 
 #include <malloc.h>
-#include <netdb.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -28,14 +27,14 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000, kBetweenLines_ns = 60 * kSeco
 struct Connection {
   std::uint64_t cookie = 0;  ///< SO_COOKIE: a descriptor's number may be another connection's by now
   bool watched = false, cut = false;
-  Inflow inflow = Inflow::kRequests;
+  Charge charge = Charge::kRequests;
   FrameMeter meter;
-  std::uint64_t frames = 0, cost_bytes = 0;  ///< held
+  std::uint64_t frames = 0, charged_bytes = 0;  ///< that ZeroMQ holds
 };
 
 struct Account {
-  std::multimap<std::string, Inflow> endpoints;  ///< by localEnd()
-  std::uint64_t held_bytes = 0;                  ///< of all connections
+  std::multimap<std::string, Charge> endpoints;  ///< by localEnd()
+  std::uint64_t charged_bytes = 0;               ///< of all connections
   std::size_t highest = 0;                       ///< descriptor that was seen
   std::string last;                              ///< connection that was ended, and why
 };
@@ -43,10 +42,12 @@ struct Account {
 // NOLINTBEGIN(*-avoid-non-const-global-variables): recv() is called without an object of ours
 std::mutex mutex;  // guards the two below
 Account account;
-constinit std::array<Connection, 65'536> connections{};  // by file descriptor; pages that are never used cost nothing
+constinit std::array<Connection, connections::kMostDescriptors>
+    records{};  // by file descriptor; unused pages cost nothing
 std::atomic<std::size_t> watchedEndpoints{0};
 std::atomic<std::uint64_t> endedCount{0};
-// Of connections that have ended, by Inflow: what they had sent waits until it is taken.
+std::atomic<bool> seesReads{false}, isBypassed{false};
+// Of connections that have ended, by Charge: what they had sent waits until it is taken.
 std::array<std::atomic<std::uint64_t>, 2> left_bytes{};
 // NOLINTEND(*-avoid-non-const-global-variables)
 
@@ -56,70 +57,56 @@ std::uint64_t cookieOf(int fd) {
   return getsockopt(fd, SOL_SOCKET, SO_COOKIE, &cookie, &size) == 0 ? cookie : 0;
 }
 
-/// For people.
-std::string peerOf(int fd) {
-  sockaddr_storage address{};
-  socklen_t size = sizeof address;
-  const auto* const plain = reinterpret_cast<const sockaddr*>(&address);
-  if (getpeername(fd, reinterpret_cast<sockaddr*>(&address), &size) != 0) return "a peer that has gone";
-  ucred user{};
-  socklen_t userSize = sizeof user;
-  if (address.ss_family == AF_UNIX && getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &user, &userSize) == 0)
-    return "uid " + std::to_string(user.uid) + ", pid " + std::to_string(user.pid);
-  std::array<char, 64> host{};
-  const int failed = getnameinfo(plain, size, host.data(), host.size(), nullptr, 0, NI_NUMERICHOST);
-  return failed == 0 ? host.data() : "a peer";
-}
-
-std::atomic<std::uint64_t>& leftOf(Inflow inflow) {
-  return left_bytes[static_cast<std::size_t>(inflow)];
+std::atomic<std::uint64_t>& leftOf(Charge charge) {
+  return left_bytes[static_cast<std::size_t>(charge)];
 }
 
 /// The connection holds nothing any more; what it has sent may still wait.
-void release(Connection& one) {
-  account.held_bytes -= one.cost_bytes;
-  leftOf(one.inflow) += std::exchange(one.cost_bytes, 0);
+void writeOff(Connection& one) {
+  account.charged_bytes -= one.charged_bytes;
+  leftOf(one.charge) += std::exchange(one.charged_bytes, 0);
   one.frames = 0;
 }
 
 void end(Connection& one, int fd, const std::string& why) {
-  account.last = peerOf(fd) + ": it " + why;
+  const std::string peer = peerOf(fd);
+  account.last = (peer.empty() ? "a peer that has gone" : peer) + ": it " + why;
   ++endedCount;
   one.cut = true;
-  release(one);
+  writeOff(one);
 }
 
 /// Of several peers that hold too much together, the one that holds most is ended.
 void endLargest() {
   Connection* largest = nullptr;
   for (std::size_t fd = 0; fd <= account.highest; ++fd) {
-    Connection& one = connections[fd];
-    if (one.cost_bytes == 0) continue;
+    Connection& one = records[fd];
+    if (one.charged_bytes == 0) continue;
     if (cookieOf(static_cast<int>(fd)) != one.cookie) {  // gone without a word
-      release(one);
-    } else if (largest == nullptr || one.cost_bytes > largest->cost_bytes) {
+      writeOff(one);
+    } else if (largest == nullptr || one.charged_bytes > largest->charged_bytes) {
       largest = &one;
     }
   }
-  if (largest == nullptr || account.held_bytes <= kMostTogether_bytes) return;
-  const int fd = static_cast<int>(largest - connections.data());
+  if (largest == nullptr || account.charged_bytes <= kMostTogether_bytes) return;
+  const int fd = static_cast<int>(largest - records.data());
   end(*largest, fd, "held most of the " + std::to_string(kMostTogether_bytes >> 10) + " KiB of all");
   shutdown(fd, SHUT_RDWR);
 }
 
 /// The record of a connection; a new one where the descriptor's number is another's than before.
 Connection& find(int fd) {
-  Connection& one = connections[static_cast<std::size_t>(fd)];
+  Connection& one = records[static_cast<std::size_t>(fd)];
   const std::uint64_t cookie = cookieOf(fd);
   if (one.cookie == cookie) return one;
-  release(one);
+  writeOff(one);
   one = {};
   one.cookie = cookie;
   account.highest = std::max(account.highest, static_cast<std::size_t>(fd));
   const auto at = account.endpoints.find(localEnd(fd));
   if (at == account.endpoints.end()) return one;
   one.watched = true;
-  one.inflow = at->second;
+  one.charge = at->second;
   return one;
 }
 
@@ -133,20 +120,21 @@ bool allows(int fd, std::span<const std::uint8_t> bytes) {
   const std::lock_guard lock(mutex);
   Connection& one = find(fd);
   if (!one.watched) return true;
+  seesReads.store(true, std::memory_order_relaxed);  // a fact that does not change: it orders nothing
   if (one.cut) return false;
-  const FrameMeter::Reading reading = one.meter.read(bytes, one.inflow);
+  const FrameMeter::Reading reading = one.meter.read(bytes, one.charge);
   one.frames += reading.frames;
-  one.cost_bytes += reading.cost_bytes;
-  account.held_bytes += reading.cost_bytes;
+  one.charged_bytes += reading.cost_bytes;
+  account.charged_bytes += reading.cost_bytes;
   if (reading.isOld) {
     end(one, fd, "speaks a protocol older than ZMTP 3.0 (libzmq 4.0), or none of ZeroMQ");
-  } else if (one.cost_bytes > kMost_bytes) {
+  } else if (one.charged_bytes > kMost_bytes) {
     end(one, fd,
         "sent parts of a message that does not end, or more than is read of it: above " +
             std::to_string(kMost_bytes >> 10) + " KiB");
-  } else if (reading.frames > 0 && leftOf(one.inflow) > kMostTogether_bytes) {
+  } else if (reading.frames > 0 && leftOf(one.charge) > kMostTogether_bytes) {
     end(one, fd, "came while too much waits of connections that have ended");
-  } else if (account.held_bytes > kMostTogether_bytes) {
+  } else if (account.charged_bytes > kMostTogether_bytes) {
     endLargest();
   }
   return !one.cut;
@@ -154,8 +142,8 @@ bool allows(int fd, std::span<const std::uint8_t> bytes) {
 
 void forget(int fd) {
   const std::lock_guard lock(mutex);
-  Connection& one = connections[static_cast<std::size_t>(fd)];
-  release(one);
+  Connection& one = records[static_cast<std::size_t>(fd)];
+  writeOff(one);
   one = {};
 }
 
@@ -169,7 +157,7 @@ extern "C" ssize_t receiveWithinLimits(int fd, void* buffer, std::size_t size, i
   const ssize_t count = syscall(SYS_recvfrom, fd, buffer, size, flags, nullptr, nullptr);
   if (watchedEndpoints.load(std::memory_order_relaxed) == 0 || (flags & MSG_PEEK) != 0 || size == 0) return count;
   const int error = errno;
-  if (static_cast<std::size_t>(fd) >= connections.size()) return count <= 0 || !isWatched(fd) ? count : 0;
+  if (static_cast<std::size_t>(fd) >= records.size()) return count <= 0 || !isWatched(fd) ? count : 0;
   const bool over = count == 0 || (count < 0 && error != EAGAIN && error != EINTR);
   if (over) forget(fd);
   const bool mayHave =
@@ -180,9 +168,9 @@ extern "C" ssize_t receiveWithinLimits(int fd, void* buffer, std::size_t size, i
 
 }  // namespace
 
-void watch(const std::string& endpoint, Inflow inflow) {
+void watch(const std::string& endpoint, Charge charge) {
   const std::lock_guard lock(mutex);
-  account.endpoints.emplace(localEndOf(endpoint), inflow);
+  account.endpoints.emplace(localEndOf(endpoint), charge);
   watchedEndpoints = account.endpoints.size();
 }
 
@@ -195,21 +183,23 @@ void unwatch(const std::vector<std::string>& endpoints) {
   watchedEndpoints = account.endpoints.size();
 }
 
-void taken(int fd, std::size_t parts) {
-  if (fd < 0 || static_cast<std::size_t>(fd) >= connections.size()) return;
+void release(int fd, std::size_t parts) {
+  if (fd < 0 || static_cast<std::size_t>(fd) >= records.size()) return;
+  if (!seesReads.load(std::memory_order_relaxed) || !connections::seesAccepts())
+    isBypassed.store(true, std::memory_order_relaxed);
   const std::lock_guard lock(mutex);
-  Connection& one = connections[static_cast<std::size_t>(fd)];
+  Connection& one = records[static_cast<std::size_t>(fd)];
   if (one.frames == 0) return;
   // Which of its frames these were is not known where they are encrypted: they count as so many of average size.
   const std::uint64_t frames = std::min<std::uint64_t>(parts, one.frames);
-  const std::uint64_t cost_bytes = one.cost_bytes * frames / one.frames;
+  const std::uint64_t cost_bytes = one.charged_bytes * frames / one.frames;
   one.frames -= frames;
-  one.cost_bytes -= cost_bytes;
-  account.held_bytes -= cost_bytes;
+  one.charged_bytes -= cost_bytes;
+  account.charged_bytes -= cost_bytes;
 }
 
-void allTaken(Inflow inflow) {
-  leftOf(inflow).store(0, std::memory_order_relaxed);  // an estimate: it orders nothing
+void releaseEnded(Charge charge) {
+  leftOf(charge).store(0, std::memory_order_relaxed);  // an estimate: it orders nothing
 }
 
 std::uint64_t ended() {
@@ -219,6 +209,11 @@ std::uint64_t ended() {
 std::string Report::look(std::int64_t now_ns) {
   if (now_ns - looked_ns_ < kSecond_ns) return "";
   looked_ns_ = now_ns;
+  if (isBypassed.load(std::memory_order_relaxed) && !std::exchange(saidBypassed_, true)) {
+    return "messages come over connections that were not seen to be accepted and read: this libzmq uses other calls "
+           "than "
+           "accept4() and recv(), so peers can fill the memory and take all file descriptors";
+  }
   const std::uint64_t count = ended();
   if (count != std::exchange(seen_, count)) trims_ = 3;
   if (trims_ > 0) {
@@ -229,7 +224,7 @@ std::string Report::look(std::int64_t now_ns) {
   told_ns_ = now_ns;
   const std::uint64_t news = count - std::exchange(told_, count);
   const std::lock_guard lock(mutex);
-  return std::to_string(news) + " connections are ended, the last one of " + account.last;
+  return std::to_string(news) + " connections were closed; the last was " + account.last;
 }
 
 }  // namespace tractiond::publish::inflow

@@ -18,20 +18,21 @@ inline constexpr std::uint64_t kMostTogether_bytes = 8 << 20;  ///< of all; beyo
 // Every function is thread-safe.
 
 /// Watches the connections that are accepted at this endpoint (tcp://ADDRESS:PORT, ipc://PATH), from now on.
-void watch(const std::string& endpoint, Inflow inflow);
+void watch(const std::string& endpoint, Charge charge);
 void unwatch(const std::vector<std::string>& endpoints);
 
-/// Takes note that a message of so many parts was taken out of ZeroMQ's queues and nothing of it is kept.
-/// \param fd of its connection, as ZeroMQ says
-void taken(int fd, std::size_t parts);
+/// Releases what a connection was charged for a message of so many parts: it was taken out of ZeroMQ's queues, and
+/// nothing of it is kept. \param fd of the connection, as ZeroMQ says
+void release(int fd, std::size_t parts);
 
-/// Takes note that ZeroMQ has no more messages of this kind in its queues.
-void allTaken(Inflow inflow);
+/// Releases what connections that have ended were charged: ZeroMQ has no more messages of this kind in its queues.
+void releaseEnded(Charge charge);
 
 /// Number of connections that were ended since the start of the program.
 std::uint64_t ended();
 
-/// Tells people of the connections that are ended from its construction on. Thread-bound.
+/// Tells people of the connections that are ended from its construction on, and once where the limits are not in force.
+/// Thread-bound.
 class Report {
  public:
   /// Gives memory of connections that were ended back to the system; once a second, if called more often.
@@ -41,6 +42,7 @@ class Report {
  private:
   std::uint64_t seen_ = ended(), told_ = seen_;
   std::int64_t looked_ns_ = 0, told_ns_ = 0;
+  bool saidBypassed_ = false;
   int trims_ = 0;  ///< still to come: ZeroMQ takes its time to free
 };
 

@@ -170,11 +170,11 @@ struct Publisher::Impl {
     for (int i = 0; i < kSubscriptionsPerTurn; ++i) {
       zmq::message_t message;
       if (zmq_msg_recv(message.handle(), stream.handle(), ZMQ_DONTWAIT) < 0) {
-        inflow::allTaken(Inflow::kSubscriptions);
+        inflow::releaseEnded(Charge::kSubscriptions);
         return;
       }
       const std::string_view text = message.to_string_view();
-      if (text.starts_with('\0') || isOfOurs(text)) inflow::taken(sourceOf(message), 1);
+      if (text.starts_with('\0') || isOfOurs(text)) inflow::release(sourceOf(message), 1);
       heedPreviews(text);
       if (!text.starts_with('\1')) continue;
       if (std::string_view(topics[kDescription]).starts_with(text.substr(1))) descriptionDue = true;

@@ -1,7 +1,7 @@
 #include "daemon/publish/socket.h"
 
+#include "daemon/publish/ends.h"
 #include "daemon/publish/inflow_limit.h"
-#include "daemon/publish/local_end.h"
 
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -106,10 +106,10 @@ void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage
 tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const std::vector<std::string>& endpoints) {
   std::vector<std::string> bound;
   const auto type = static_cast<zmq::socket_type>(socket.get(zmq::sockopt::type));
-  const Inflow inflow = type == zmq::socket_type::router ? Inflow::kRequests : Inflow::kSubscriptions;
+  const Charge charge = type == zmq::socket_type::router ? Charge::kRequests : Charge::kSubscriptions;
   for (const std::string& endpoint : endpoints) {
     std::optional<Error> error;
-    inflow::watch(endpoint, inflow);  // before anybody can connect
+    inflow::watch(endpoint, charge);  // before anybody can connect
     if (endpoint.starts_with("tcp://")) error = checkPort(endpoint);
     if (hasFile(endpoint)) error = checkPath(endpoint, endpoint.substr(kIpc.size()));
     try {
@@ -124,7 +124,7 @@ tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const 
     }
     if (hasFile(endpoint)) chmod(endpoint.substr(kIpc.size()).c_str(), 0660);  // members of the group may write to it
     bound.push_back(socket.get(zmq::sockopt::last_endpoint));
-    inflow::watch(bound.back(), inflow);
+    inflow::watch(bound.back(), charge);
     inflow::unwatch({endpoint});  // if it is the same, it stays watched
   }
   return bound;

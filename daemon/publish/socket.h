@@ -2,6 +2,7 @@
 #pragma once
 
 #include "daemon/base/error.h"
+#include "daemon/publish/connection_limit.h"
 #include "daemon/publish/reply_budget.h"
 
 #include <tl/expected.hpp>
@@ -55,7 +56,7 @@ class PeerLimit {
 
  private:
   int limit_;
-  std::array<std::uint16_t, 4096> counts_{};  ///< by file descriptor
+  std::array<std::uint16_t, connections::kMostDescriptors> counts_{};  ///< by file descriptor
 };
 
 }  // namespace tractiond::publish

@@ -1,14 +1,18 @@
-"""Peers that make ZeroMQ collect what they send.
+"""Peers that make ZeroMQ collect what they send, or take its file descriptors.
 
 usage: hoard.py parts SECONDS ENDPOINT TYPE               one connection at a time: parts of a message that does not end
        hoard.py keyed SECONDS ENDPOINT TYPE KEY...        the same with a key for a gateway
        hoard.py thousand SECONDS ENDPOINT TYPE            1,000 connections: the same, each a little below what one may hold
        hoard.py subscriptions SECONDS ENDPOINT KEY...     random subscriptions of 400 bytes, with a key for a gateway
        hoard.py snapshots SECONDS ENDPOINT [KEY...]       30 connections that ask for pictures and read none
+       hoard.py silent SECONDS ENDPOINT...                up to 6,000 connections at a time that say nothing
+       hoard.py greeted SECONDS ENDPOINT...               the same, that shake hands (without a key) and say nothing else
 KEY...: the server's public key, and a pair.
 """
 
+import collections
 import contextlib
+import itertools
 import os
 import resource
 import sys
@@ -99,8 +103,31 @@ def snapshots():
     return f"{count} requests"
 
 
+def hold(connect):
+    """Connects to one endpoint after another, and closes the oldest of too many connections."""
+    endpoints, held, made, failed = itertools.cycle([ENDPOINT, *REST]), collections.deque(), 0, 0
+    while time.monotonic() < END:
+        try:
+            held.append(connect(next(endpoints)))
+            made += 1
+        except OSError:  # refused, or ended before its handshake was done
+            failed += 1
+        if len(held) > 6000:
+            held.popleft().close()
+    return f"{made} connections, {failed} failed"
+
+
+def silent():
+    return hold(lambda endpoint: zmtp.connect(endpoint, seconds=0.2))
+
+
+def greeted():
+    return hold(lambda endpoint: zmtp.Peer(endpoint, "SUB", seconds=0.2))
+
+
 resource.setrlimit(resource.RLIMIT_NOFILE, 2 * resource.getrlimit(resource.RLIMIT_NOFILE)[1:])
 print("hoarding", flush=True)
-print({"parts": parts, "keyed": keyed, "thousand": thousand, "subscriptions": subscriptions, "snapshots": snapshots}[KIND]())
+print({"parts": parts, "keyed": keyed, "thousand": thousand, "subscriptions": subscriptions, "snapshots": snapshots,
+       "silent": silent, "greeted": greeted}[KIND]())
 sys.stdout.flush()
 os._exit(0)

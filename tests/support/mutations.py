@@ -80,8 +80,8 @@ ROOMS = {
     ],
     "publish": [
         ("tsan", "publish", "daemon/publish/frame_meter.cpp", "parts of one byte cost nothing",
-         "reading.cost_bytes += kMessage + (inflow",
-         "reading.cost_bytes += (inflow"),
+         "reading.cost_bytes += kMessage + (charge",
+         "reading.cost_bytes += (charge"),
         ("tsan", "publish|client", "daemon/publish/socket.cpp", "a socket is taken from the daemon that is at it",
          "sizeof address) == 0;",
          "sizeof address) > 0;"),

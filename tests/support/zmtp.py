@@ -12,23 +12,33 @@ def frame(body, more=False, command=False):
     return bytes([flags]) + len(body).to_bytes(8 if flags & 2 else 1, "big") + body
 
 
+def connect(endpoint, seconds=10):
+    """Returns a socket that is connected to ipc://PATH or tcp://HOST:PORT, and waits so long at most in each call."""
+    if endpoint.startswith("ipc://"):
+        one, address = socket.socket(socket.AF_UNIX), endpoint.removeprefix("ipc://")
+    else:
+        host, port = endpoint.removeprefix("tcp://").rsplit(":", 1)
+        one, address = socket.socket(), (host, int(port))
+    one.settimeout(seconds)
+    try:
+        one.connect(address)
+    except OSError:
+        one.close()
+        raise
+    return one
+
+
 class Peer:
     """A connection whose handshake is done, mechanism NULL. Nothing is read from it unless a method says so."""
 
     MECHANISM = b"NULL"
 
-    def __init__(self, endpoint, kind):
-        """`endpoint`: ipc://PATH or tcp://HOST:PORT; `kind`: the type of the peer's socket, "SUB" or "DEALER"."""
+    def __init__(self, endpoint, kind, seconds=10):
+        """`endpoint`: ipc://PATH or tcp://HOST:PORT; `kind`: the type of the peer's socket, "SUB" or "DEALER"; `seconds`: how long
+        each step may take.
+        """
         self.metadata = b"\x0bSocket-Type" + len(kind).to_bytes(4, "big") + kind.encode()
-        if endpoint.startswith("ipc://"):
-            self.socket = socket.socket(socket.AF_UNIX)
-            address = endpoint.removeprefix("ipc://")
-        else:
-            self.socket = socket.socket()
-            host, port = endpoint.removeprefix("tcp://").rsplit(":", 1)
-            address = host, int(port)
-        self.socket.settimeout(10)
-        self.socket.connect(address)
+        self.socket = connect(endpoint, seconds)
         self.socket.sendall(b"\xff" + bytes(8) + b"\x7f\x03\x00" + self.MECHANISM.ljust(20, b"\0") + bytes(32))
         self.read(64)
         self.shake_hands()

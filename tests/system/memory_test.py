@@ -81,7 +81,7 @@ class Memory(steady.TestCase):
             for hoarder in ("parts", "thousand"):
                 with self.subTest(name, hoarder=hoarder):
                     self.hoard(self.daemon, subscriber, f"{name}, {hoarder}", hoarder, self.daemon.endpoint[name], kind)
-        self.assertRegex(self.daemon.output(), r"connections are ended, the last one of uid \d+, pid \d+: it ")
+        self.assertRegex(self.daemon.output(), r"connections were closed; the last was uid \d+, pid \d+: it ")
         code, text = self.bench.ctl("status", "--control", self.daemon.endpoint["control"])
         self.assertEqual(code, 0, text)
         self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
@@ -98,7 +98,7 @@ class Memory(steady.TestCase):
         for name, kind in (("control", "DEALER"), ("stream", "SUB"), ("latest", "SUB")):
             with self.subTest(name):
                 self.hoard(gateway, subscriber, f"gateway's {name}, parts", "keyed", gateway.endpoint[name], kind, *eve)
-        self.assertRegex(gateway.output(), r"connections are ended, the last one of 127\.0\.0\.1: it ")
+        self.assertRegex(gateway.output(), r"connections were closed; the last was 127\.0\.0\.1: it ")
         self.assertEqual(gateway.stop(), 0, gateway.output())
 
     def test_subscriptions_of_a_key_that_may_read(self):
@@ -107,7 +107,7 @@ class Memory(steady.TestCase):
         for name in ("stream", "latest"):
             with self.subTest(name):
                 self.hoard(gateway, subscriber, f"gateway's {name}, subscriptions", "subscriptions", gateway.endpoint[name], *eve)
-        self.assertRegex(gateway.output(), r"connections are ended, the last one of 127\.0\.0\.1: it ")
+        self.assertRegex(gateway.output(), r"connections were closed; the last was 127\.0\.0\.1: it ")
         self.assertEqual(gateway.stop(), 0, gateway.output())
 
     def test_pictures_that_nobody_reads(self):

@@ -110,26 +110,33 @@ class Host {
 
 struct Score {
   std::uint64_t resets = 0, afterReset = 0;  ///< and frames for which a clock may be distrusted after these
-  std::uint64_t frames = 0, both = 0, bothTrue = 0, latestTrue = 0, negative = 0, beside = 0;
+  std::uint64_t frames = 0, both = 0, bothTrue = 0, latestTrue = 0, negative = 0;
+  std::uint64_t within = 0, beside = 0;  ///< the stated error covers the whole one; the one beside the shortest delay
+  std::uint64_t young = 0, youngBeside = 0;  ///< of these, the first ten frames of a timeline
+  std::vector<double> errors_us;             ///< stated, of frames that are not dated from both sides
   std::int64_t beyond_ns = 0;  ///< the largest error beyond the stated one, of those dated from both sides
   std::vector<double> widths_us;
   void print(const char* what) {
     std::sort(widths_us.begin(), widths_us.end());
-    const auto quantile = [&](double q) {
-      return widths_us.empty() ? 0.0
-                               : widths_us[static_cast<std::size_t>(q * static_cast<double>(widths_us.size() - 1))];
+    std::sort(errors_us.begin(), errors_us.end());
+    const auto quantileOf = [](const std::vector<double>& all, double q) {
+      return all.empty() ? 0.0 : all[static_cast<std::size_t>(q * static_cast<double>(all.size() - 1))];
     };
+    const auto quantile = [&](double q) { return quantileOf(widths_us, q); };
     const auto percent = [](std::uint64_t part, std::uint64_t of) {
       return of == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(of);
     };
-    std::printf("  %-22s %llu frames: both sides %.2f %%, true of these %.3f %%, %.1f us beyond at most, width p50 "
-                "%.0f p99 %.0f max "
-                "%.0f us; "
-                "latest true of the others %.3f %%, within the error of the shortest delay %.2f %%; negative %llu\n",
-                what, static_cast<unsigned long long>(frames), percent(both, frames), percent(bothTrue, both),
-                1e-3 * static_cast<double>(beyond_ns), quantile(0.5), quantile(0.99), quantile(1),
-                percent(latestTrue, frames - both), percent(beside, frames - both),
-                static_cast<unsigned long long>(negative));
+    std::printf(
+        "  %-22s %llu frames: both sides %.2f %%, true of these %.3f %%, %.1f us beyond at most, width p50 "
+        "%.0f p99 %.0f max "
+        "%.0f us; "
+        "latest true of the others %.3f %%, their error (p50 %.0f p99 %.0f us) covers the whole of %.2f %%, all but "
+        "the shortest delay of %.2f %%, and of the first ten of a timeline %.2f %%; negative %llu\n",
+        what, static_cast<unsigned long long>(frames), percent(both, frames), percent(bothTrue, both),
+        1e-3 * static_cast<double>(beyond_ns), quantile(0.5), quantile(0.99), quantile(1),
+        percent(latestTrue, frames - both), quantileOf(errors_us, 0.5), quantileOf(errors_us, 0.99),
+        percent(within, frames - both), percent(beside, frames - both), percent(youngBeside, young),
+        static_cast<unsigned long long>(negative));
   }
 };
 
@@ -165,6 +172,7 @@ void live(Random& random, const World& world, Score& score) {
   double nextFrame_s = 0.01, nextReading_s = 0, nextStep_s = world.steps ? random.about(world.reset_s) : 1e9;
   std::uint64_t id = 0;
   std::int64_t lastCaptured_ns = INT64_MIN;
+  int age = 0;  // frames since the timeline's first
   while (nextFrame_s < kLength_s) {
     const double arrival_s = flying.empty() ? 1e9 : flying.top().at_s;
     const double now_s = std::min({nextFrame_s, nextReading_s, nextStep_s, arrival_s});
@@ -206,6 +214,7 @@ void live(Random& random, const World& world, Score& score) {
       score.negative += moment.captured_ns > arrival.host_ns || moment.captured_ns < lastCaptured_ns ? 1 : 0;
       lastCaptured_ns = moment.captured_ns;
       const std::int64_t off_ns = moment.captured_ns - truth_ns;
+      age = judgement.newTimeline || !judgement.timed ? 0 : age + 1;
       if (moment.bound == CaptureBound::kBoth) {
         ++score.both;
         score.bothTrue += std::abs(off_ns) <= moment.error_ns ? 1 : 0;
@@ -213,7 +222,12 @@ void live(Random& random, const World& world, Score& score) {
         score.widths_us.push_back(2e-3 * static_cast<double>(moment.error_ns));
       } else {
         score.latestTrue += -off_ns <= moment.error_ns ? 1 : 0;
-        score.beside += std::abs(off_ns - std::llround(shortest_s * kSecond_ns)) <= moment.error_ns ? 1 : 0;
+        const bool isBeside = std::abs(off_ns - std::llround(shortest_s * kSecond_ns)) <= moment.error_ns;
+        score.within += std::abs(off_ns) <= moment.error_ns ? 1 : 0;
+        score.beside += isBeside ? 1 : 0;
+        score.young += judgement.timed && age < 10 ? 1 : 0;
+        score.youngBeside += judgement.timed && age < 10 && isBeside ? 1 : 0;
+        score.errors_us.push_back(1e-3 * static_cast<double>(moment.error_ns));
       }
     } else {
       const double delayed_s = shortest_s + random.about(jitter_s) + (random.once(200) ? random.about(0.02) : 0);
@@ -267,6 +281,7 @@ TEST_F(ClockSimulation, ACounterThatIsSetIsNoticed) {
   EXPECT_LE(score.frames - score.both, score.afterReset);
   EXPECT_GE(static_cast<double>(score.bothTrue), 0.99 * static_cast<double>(score.both));
   EXPECT_GE(static_cast<double>(score.latestTrue), 0.99 * static_cast<double>(score.frames - score.both));
+  EXPECT_GE(static_cast<double>(score.within), 0.95 * static_cast<double>(score.frames - score.both));
 }
 
 TEST_F(ClockSimulation, OneSideIsTrueWhereItCannot) {
@@ -276,6 +291,9 @@ TEST_F(ClockSimulation, OneSideIsTrueWhereItCannot) {
     EXPECT_EQ(score.negative, 0U);
     EXPECT_EQ(score.both, 0U);
     EXPECT_GE(static_cast<double>(score.latestTrue), 0.999 * static_cast<double>(score.frames));
+    // Of some cameras drawn here the clock wanders faster than DeviceClock::Options allows.
+    EXPECT_GE(static_cast<double>(score.beside), 0.98 * static_cast<double>(score.frames));
+    EXPECT_GE(static_cast<double>(score.youngBeside), 0.98 * static_cast<double>(score.young));
   }
 }
 

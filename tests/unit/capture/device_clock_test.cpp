@@ -199,5 +199,57 @@ TEST(CaptureClock, APreciseCameraClockKeepsItsSmallError) {
   EXPECT_LT(moment.error_ns, 50'000);
 }
 
+TEST(CaptureClock, FirstFramesOfATimelineDoNotKnowTheShortestDelay) {
+  constexpr std::int64_t kJitter_ns = 2'000'000;
+  std::mt19937 random(1);
+  CaptureClock clock;
+  int missed = 0;
+  std::int64_t taken_ns = 5'000'000'000;
+  for (int timeline = 0; timeline < 50; ++timeline) {
+    for (int i = 0; i < 100; ++i) {
+      taken_ns += kPeriod_ns;
+      Arrival arrival;
+      arrival.device_ns = taken_ns;
+      arrival.host_ns = taken_ns + kShortestDelay_ns + static_cast<std::int64_t>(random() % kJitter_ns);
+      const auto moment = clock.add(arrival, judged(true, i == 0), true);
+      missed += std::abs(moment.captured_ns - taken_ns - kShortestDelay_ns) > moment.error_ns ? 1 : 0;
+      if (i == 99) {
+        EXPECT_LT(moment.error_ns, 2 * kJitter_ns);
+      }
+    }
+  }
+  EXPECT_LE(missed, 50) << "of 5000";
+}
+
+TEST(CaptureClock, AFrameWithoutAStampWasUnderWayForAsLongAsOthers) {
+  constexpr std::int64_t kJitter_ns = 1'000'000, kMinute_ns = 60'000'000'000;
+  std::mt19937 random(1);
+  CaptureClock clock;
+  ClockFit fit;
+  std::int64_t taken_ns = 5'000'000'000;
+  const auto frame = [&](bool timed, bool first) {
+    taken_ns += kPeriod_ns;
+    Arrival arrival;
+    arrival.device_ns = taken_ns;
+    arrival.host_ns = arrival.raw_ns = taken_ns + kShortestDelay_ns + static_cast<std::int64_t>(random() % kJitter_ns);
+    return clock.add(arrival, judged(timed, first), true);
+  };
+  for (int i = 0; i < 200; ++i) {
+    fit.add({taken_ns, taken_ns - 20'000, taken_ns + 20'000});
+    clock.learn(fit);
+    frame(true, i == 0);
+  }
+  clock.learn({});  // the camera's clock is set
+  for (int i = 0; i < 100; ++i) {
+    const auto moment = frame(false, false);
+    EXPECT_EQ(moment.bound, CaptureBound::kLatest);
+    EXPECT_LE(std::abs(moment.captured_ns - taken_ns), moment.error_ns) << i;
+    EXPECT_LT(moment.error_ns, 2 * kJitter_ns);
+  }
+  taken_ns += kMinute_ns;
+  frame(false, false);
+  EXPECT_GT(frame(false, false).captured_ns, taken_ns + kShortestDelay_ns - 1) << "the exposure may be another by now";
+}
+
 }  // namespace
 }  // namespace tractiond::capture::device_clock_test

@@ -14,12 +14,12 @@ FrameMeter::Reading operator+(FrameMeter::Reading a, const FrameMeter::Reading& 
 }
 
 /// Reads a whole connection in pieces of so many bytes.
-FrameMeter::Reading read(const std::string& sent, Inflow inflow = Inflow::kRequests, std::size_t piece = 8192) {
+FrameMeter::Reading read(const std::string& sent, Charge charge = Charge::kRequests, std::size_t piece = 8192) {
   FrameMeter meter;
   FrameMeter::Reading sum;
   for (std::size_t at = 0; at < sent.size(); at += piece) {
     const std::string part = sent.substr(at, piece);
-    sum = sum + meter.read({reinterpret_cast<const std::uint8_t*>(part.data()), part.size()}, inflow);
+    sum = sum + meter.read({reinterpret_cast<const std::uint8_t*>(part.data()), part.size()}, charge);
   }
   return sum;
 }
@@ -42,7 +42,7 @@ TEST(FrameMeter, FramesAreTheSameHoweverTheyAreSplit) {
   const std::string sent = kGreeting + kReady + RawPeer::part("") + longFrame(1, 300) + RawPeer::message("abc") +
                            RawPeer::command(std::string("\4PING\0\0", 7)) + longFrame(0, 70'000) + RawPeer::message("");
   for (const std::size_t piece : {1, 2, 7, 64, 65, 4096, 100'000}) {
-    const auto reading = read(sent, Inflow::kRequests, piece);
+    const auto reading = read(sent, Charge::kRequests, piece);
     EXPECT_EQ(reading.frames, 5U) << piece;
     EXPECT_GT(reading.cost_bytes, 70'000U + 300U + 5 * 64U) << piece;
     EXPECT_LT(reading.cost_bytes, 70'000U + 3 * 8192U + 300U + 5 * 65U) << piece;
@@ -77,15 +77,15 @@ TEST(FrameMeter, OnlyCommandsThatZeroMqKeepsNothingOfAreFree) {
 
 TEST(FrameMeter, SubscriptionsCostANodeForEachByte) {
   const std::string sent = kGreeting + RawPeer::message("\1" + std::string(29, 'x'));
-  EXPECT_EQ(read(sent, Inflow::kRequests).cost_bytes, 64U + 30U);
-  EXPECT_EQ(read(sent, Inflow::kSubscriptions).cost_bytes, 64U + 2048U + 40U * 30U);
+  EXPECT_EQ(read(sent, Charge::kRequests).cost_bytes, 64U + 30U);
+  EXPECT_EQ(read(sent, Charge::kSubscriptions).cost_bytes, 64U + 2048U + 40U * 30U);
 }
 
 TEST(FrameMeter, OlderProtocolsAreTold) {
   std::string two = kGreeting;
   two[10] = 1;  // ZMTP 2.0
   EXPECT_TRUE(read(two).isOld);
-  EXPECT_TRUE(read(two, Inflow::kRequests, 1).isOld);
+  EXPECT_TRUE(read(two, Charge::kRequests, 1).isOld);
   EXPECT_TRUE(read(std::string("\1\0", 2)).isOld) << "ZMTP 1.0";
   std::string one = kGreeting;
   one[9] = '\0';  // ZMTP 1.0, too: a long message

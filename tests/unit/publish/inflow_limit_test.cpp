@@ -30,7 +30,7 @@ class InflowLimit : public testing::TestWithParam<const char*> {
   ~InflowLimit() override {
     release(bound_);
     socket_.close();
-    for (const Inflow inflow : {Inflow::kRequests, Inflow::kSubscriptions}) inflow::allTaken(inflow);
+    for (const Charge charge : {Charge::kRequests, Charge::kSubscriptions}) inflow::releaseEnded(charge);
     std::filesystem::remove_all(folder_);
   }
 
@@ -41,12 +41,12 @@ class InflowLimit : public testing::TestWithParam<const char*> {
       int source = -1;
       for (bool more = true; more;) {
         zmq::message_t message;
-        if (!socket_.recv(message, zmq::recv_flags::dontwait)) return inflow::allTaken(Inflow::kRequests), count;
+        if (!socket_.recv(message, zmq::recv_flags::dontwait)) return inflow::releaseEnded(Charge::kRequests), count;
         source = sourceOf(message);
         ++parts;
         more = message.more();
       }
-      inflow::taken(source, parts - 1);
+      inflow::release(source, parts - 1);
     }
   }
 
@@ -162,9 +162,23 @@ TEST_P(InflowLimit, WhatWasDoneIsTold) {
   RawPeer peer(bound_.at(0), "DEALER");
   EXPECT_TRUE(peer.flood(RawPeer::part("x"), kMuch) || peer.isCutOff());
   const std::string line = report.look(now_ns);
-  EXPECT_TRUE(line.starts_with("1 connections are ended, the last one of ")) << line;
+  EXPECT_TRUE(line.starts_with("1 connections were closed; the last was ")) << line;
   EXPECT_NE(line.find(GetParam() == std::string("ipc") ? "uid " : "127.0.0.1"), std::string::npos) << line;
   EXPECT_EQ(report.look(now_ns + 61'000'000'000), "");
+}
+
+TEST(InflowLimitDeathTest, ReadingByOtherCallsIsToldOnce) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // a new process, in which nothing has been read
+  EXPECT_EXIT(
+      {
+        constexpr std::int64_t now_ns = 1'000'000'000'000;
+        inflow::Report report;
+        inflow::release(0, 1);
+        const std::string line = report.look(now_ns);
+        const bool isTold = line.find("were not seen to be accepted and read") != std::string::npos;
+        std::_Exit(isTold && report.look(now_ns + 61'000'000'000).empty() ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
 }
 
 }  // namespace

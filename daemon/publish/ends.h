@@ -1,4 +1,4 @@
-// The end of a connection on this side, by which it is known to which endpoint it belongs.
+// The ends of a connection: by the one on this side it is known to which endpoint it belongs, by the other whose it is.
 #pragma once
 
 #include <string>
@@ -10,5 +10,8 @@ std::string localEnd(int fd);
 
 /// Returns the same of an endpoint's connections.
 std::string localEndOf(const std::string& endpoint);
+
+/// Returns whose a connection is, for people: "uid 1000, pid 4711", or an address. Empty: it is none, or has ended.
+std::string peerOf(int fd);
 
 }  // namespace tractiond::publish

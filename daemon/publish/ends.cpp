@@ -1,9 +1,11 @@
-#include "daemon/publish/local_end.h"
+#include "daemon/publish/ends.h"
 
+#include <netdb.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
+#include <array>
 #include <cstddef>
 
 namespace tractiond::publish {
@@ -26,6 +28,20 @@ std::string localEnd(int fd) {
 std::string localEndOf(const std::string& endpoint) {
   const std::size_t colon = endpoint.rfind(':');
   return endpoint.starts_with("ipc://") || colon == std::string::npos ? endpoint : endpoint.substr(colon);
+}
+
+std::string peerOf(int fd) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  auto* const plain = reinterpret_cast<sockaddr*>(&address);
+  if (getpeername(fd, plain, &size) != 0) return "";
+  ucred user{};
+  socklen_t userSize = sizeof user;
+  if (address.ss_family == AF_UNIX && getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &user, &userSize) == 0)
+    return "uid " + std::to_string(user.uid) + ", pid " + std::to_string(user.pid);
+  std::array<char, 64> host{};
+  const int failed = getnameinfo(plain, size, host.data(), host.size(), nullptr, 0, NI_NUMERICHOST);
+  return failed == 0 ? host.data() : "a peer";
 }
 
 }  // namespace tractiond::publish

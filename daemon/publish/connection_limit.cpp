@@ -1,0 +1,99 @@
+#include "daemon/publish/connection_limit.h"
+
+#include "daemon/publish/ends.h"
+
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <map>
+#include <utility>
+
+namespace tractiond::publish::connections {
+namespace {
+
+constexpr std::int64_t kBetweenLines_ns = 60'000'000'000;
+
+// NOLINTBEGIN(*-avoid-non-const-global-variables): accept() is called without an object of ours
+std::atomic<std::uint64_t> refusedCount{0};
+std::atomic<bool> isCalled{false};
+// NOLINTEND(*-avoid-non-const-global-variables)
+
+/// Returns the first descriptor number that no connection may have.
+std::size_t endOfDescriptors() {
+  rlimit limit{};
+  getrlimit(RLIMIT_NOFILE, &limit);
+  const std::size_t allowed = std::min<std::size_t>(limit.rlim_cur, kMostDescriptors + kReserved);
+  return allowed > kReserved ? allowed - kReserved : 0;
+}
+
+/// Accepts a connection, or closes it at once. The kernel gives the lowest number that is free, so the number itself
+/// says how many descriptors are in use.
+int acceptWithinLimits(int fd, sockaddr* address, socklen_t* size, int flags) {
+  isCalled.store(true, std::memory_order_relaxed);  // a fact that does not change: it orders nothing
+  // The kernel itself: a call of the library from here would end up here again.
+  const int accepted = static_cast<int>(syscall(SYS_accept4, fd, address, size, flags));
+  if (accepted < 0) {
+    // libzmq aborts at those that it does not expect, and tries again after this one.
+    constexpr std::array kForeseen = {EMFILE, ENFILE, ENOBUFS, ENOMEM, EPERM};
+    if (std::ranges::find(kForeseen, errno) != kForeseen.end()) errno = ECONNABORTED;
+    return accepted;
+  }
+  if (static_cast<std::size_t>(accepted) < endOfDescriptors()) return accepted;
+  close(accepted);
+  refusedCount.fetch_add(1, std::memory_order_relaxed);  // a count: it orders nothing
+  errno = ECONNABORTED;                                  // as if the peer had gone before it was accepted
+  return -1;
+}
+
+extern "C" __attribute__((visibility("default"), used)) int acceptFour(int fd, sockaddr* address, socklen_t* size,
+                                                                       int flags) __asm__("accept4");
+extern "C" int acceptFour(int fd, sockaddr* address, socklen_t* size, int flags) {
+  return acceptWithinLimits(fd, address, size, flags);
+}
+
+extern "C" __attribute__((visibility("default"), used)) int acceptThree(int fd, sockaddr* address,
+                                                                        socklen_t* size) __asm__("accept");
+extern "C" int acceptThree(int fd, sockaddr* address, socklen_t* size) {
+  return acceptWithinLimits(fd, address, size, 0);
+}
+
+/// Returns the peer that has most of the connections, and how many.
+std::pair<std::string, int> largestPeer() {
+  std::map<std::string, int> each;
+  const auto end = static_cast<int>(endOfDescriptors());
+  for (int fd = 0; fd < end; ++fd) {
+    if (const std::string peer = localEnd(fd).empty() ? "" : peerOf(fd); !peer.empty()) ++each[peer];
+  }
+  const auto largest = std::ranges::max_element(each, {}, [](const auto& one) { return one.second; });
+  if (largest == each.end()) return {};
+  return *largest;
+}
+
+}  // namespace
+
+std::uint64_t refused() {
+  return refusedCount.load(std::memory_order_relaxed);
+}
+
+bool seesAccepts() {
+  return isCalled.load(std::memory_order_relaxed);
+}
+
+std::string Report::look(std::int64_t now_ns) {
+  const std::uint64_t count = refused();
+  if (count == told_ || (told_ns_ != 0 && now_ns - told_ns_ < kBetweenLines_ns)) return "";
+  told_ns_ = now_ns;
+  const std::uint64_t news = count - std::exchange(told_, count);
+  const auto [peer, connections] = largestPeer();
+  return std::to_string(news) + " connections were refused: " + std::to_string(endOfDescriptors()) +
+         " file descriptors are in use, and the other " + std::to_string(kReserved) + " are kept for the program; " +
+         (peer.empty() ? "no peer is connected now" : peer + " has " + std::to_string(connections) + " connections");
+}
+
+}  // namespace tractiond::publish::connections
