@@ -135,6 +135,9 @@ void print(const std::vector<View>& views, const LensFit& fit, const Board& boar
   }
   std::printf("The lens, with standard deviations:\n");
   printFigure("focal_px", fit.camera.focal_px, fit.focalDeviation_px, "px");
+  if (fit.aspectDeviation || fit.camera.aspect != 1.0) {
+    printFigure("aspect", fit.camera.aspect, fit.aspectDeviation.value_or(-1.0), "");
+  }
   printFigure("principal_u_px", fit.camera.principal_px.x(), fit.principalDeviation_px.x(), "px");
   printFigure("principal_v_px", fit.camera.principal_px.y(), fit.principalDeviation_px.y(), "px");
   printFigure("k1", fit.camera.k1, fit.k1Deviation, "");
@@ -148,6 +151,12 @@ void print(const std::vector<View>& views, const LensFit& fit, const Board& boar
         "towards the picture's corners\n",
         fit.residual_px);
   }
+  if (fit.aspectDeviation) {
+    std::printf(
+        "  note: the pictures' scale differs in x and y, by %.2f %%: the pixels are not square, or the pictures "
+        "were resized; the gel file is given camera.aspect = %.4f\n",
+        100.0 * std::abs(fit.camera.aspect - 1.0), fit.camera.aspect);
+  }
   const double seen = reach(views, fit.camera);
   if (seen < kReach) {
     std::printf(
@@ -160,8 +169,8 @@ void print(const std::vector<View>& views, const LensFit& fit, const Board& boar
 }  // namespace
 
 Done calibrate(const CalibrateOptions& options) {
-  auto sensor = loadGel(options.gel);
-  if (!sensor) return tl::unexpected(sensor.error());
+  auto file = loadCamera(options.gel);
+  if (!file) return tl::unexpected(file.error());
   Faults faults;
   const std::vector<View> views = look(options, faults);
   compare(views, faults);
@@ -171,8 +180,10 @@ Done calibrate(const CalibrateOptions& options) {
                                        "at least " + std::to_string(kFewest) + ", better 15, each from another side")});
   }
   const auto [width, height] = usualSize(views);
-  sensor::Camera& camera = sensor->camera;
-  if (!options.gel.empty() && (camera.width != width || camera.height != height)) {
+  sensor::Camera& camera = file->sensor.camera;
+  if (!file->hasWidth) camera.width = width;
+  if (!file->hasHeight) camera.height = height;
+  if (camera.width != width || camera.height != height) {
     return tl::unexpected(Faults{fault(
         options.gel, "has a camera of " + shape(camera.width, camera.height) + ", the pictures " + shape(width, height),
         "take them with the camera's region of use, or mend camera.width_px and "
@@ -180,24 +191,27 @@ Done calibrate(const CalibrateOptions& options) {
   }
   std::vector<Corners> corners;
   for (const View& view : views) corners.push_back(view.corners);
-  const LensFit fit = fitLens(corners, options.board, width, height);
+  LensFitOptions fitOptions;
+  fitOptions.aspect = camera.aspect;
+  const LensFit fit = fitLens(corners, options.board, width, height, fitOptions);
   judge(views, fit, faults);
   if (!faults.empty()) return tl::unexpected(faults);
   print(views, fit, options.board);
 
-  camera.width = width;
-  camera.height = height;
   camera.focal_px = fit.camera.focal_px;
+  camera.aspect = fit.camera.aspect;
   camera.principal_px = fit.camera.principal_px;
   camera.k1 = fit.camera.k1;
   camera.k2 = fit.camera.k2;
-  sensor::Uncertainty& uncertainty = sensor->uncertainty;
-  uncertainty.focal = fit.focalDeviation_px / fit.camera.focal_px;
+  sensor::Uncertainty& uncertainty = file->sensor.uncertainty;
+  // Of the focal length in u and of that in v.
+  uncertainty.focal =
+      std::hypot(fit.focalDeviation_px / fit.camera.focal_px, fit.aspectDeviation.value_or(0.0) / fit.camera.aspect);
   uncertainty.focalDistance = 0.0;
   uncertainty.principal_px = fit.principalDeviation_px.maxCoeff();
   uncertainty.k1 = fit.k1Deviation;
   uncertainty.k2 = fit.k2Deviation;
-  return writeGel(options.output, *std::move(sensor),
+  return writeGel(options.output, std::move(file->sensor),
                   "The lens is from " + std::to_string(views.size()) + " pictures of a chessboard, by traction-lens.");
 }
 

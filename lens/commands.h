@@ -19,7 +19,9 @@ using Done = tl::expected<void, Faults>;
 struct CalibrateOptions {
   std::vector<std::string> pictures;  ///< files
   Board board;
-  std::string gel;     ///< file that the lens is written into; empty: the paper's sensor
+  /// File that the lens is written into; empty: the paper's sensor. Where it leaves the picture's size out, that is the
+  /// pictures'.
+  std::string gel;
   std::string output;  ///< file
 };
 
@@ -49,6 +51,13 @@ Done writeSheets(const SheetsOptions& options);
 
 /// A gel file, or the paper's sensor for an empty path.
 tl::expected<sensor::Sensor, Faults> loadGel(const std::string& path);
+
+/// A gel file, and whether it says how large the picture is; what it leaves out is as the paper's.
+struct CameraFile {
+  sensor::Sensor sensor;
+  bool hasWidth = false, hasHeight = false;
+};
+tl::expected<CameraFile, Faults> loadCamera(const std::string& path);
 
 /// `remark`: one line on where the numbers come from. A calibration in force is taken out: its numbers have changed.
 Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark);

@@ -20,8 +20,8 @@ std::optional<sensor::Camera> solvePose(const sensor::Sensor& sensor, const Rest
     places.emplace_back(markers.place_px[2 * i], markers.place_px[2 * i + 1]);
   }
   if (objects.size() < 4) return std::nullopt;
-  const cv::Mat lens = (cv::Mat_<double>(3, 3) << camera.focal_px, 0, camera.principal_px.x(), 0, camera.focal_px,
-                        camera.principal_px.y(), 0, 0, 1);
+  const cv::Mat lens = (cv::Mat_<double>(3, 3) << camera.focal_px, 0, camera.principal_px.x(), 0,
+                        camera.aspect * camera.focal_px, camera.principal_px.y(), 0, 0, 1);
   const cv::Mat distortion = (cv::Mat_<double>(4, 1) << camera.k1, camera.k2, 0, 0);
   cv::Mat rotation, translation, turn;
   try {
@@ -53,6 +53,21 @@ tractiond::calibrate::Geometry firstPose(const sensor::Sensor& sensor, const Res
   sensor::Sensor posed = sensor;
   posed.camera = *start;
   return tractiond::calibrate::fitGeometry(posed, markers.place_px, markers.present);
+}
+
+std::optional<tractiond::calibrate::AspectSeen> otherAspect(const sensor::Sensor& sensor, const RestMarkers& markers) {
+  // From one that is far off, no pose may be found: those of fields, of films and of pictures that were squeezed.
+  for (const double share : {1.0, 0.9, 1.1, 0.8, 1.25, 0.5, 2.0}) {
+    sensor::Sensor start = sensor;
+    start.camera.aspect *= share;
+    const auto posed = solvePose(start, markers);
+    if (!posed) continue;
+    start.camera = *posed;
+    start.camera.aspect = sensor.camera.aspect;
+    const auto seen = tractiond::calibrate::seenAspect(start, posed->aspect, markers.place_px, markers.present);
+    if (seen) return seen->differs ? seen : std::nullopt;
+  }
+  return std::nullopt;
 }
 
 }  // namespace lens

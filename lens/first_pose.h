@@ -1,6 +1,7 @@
 // Where the camera is, without knowing where it might be.
 #pragma once
 
+#include "daemon/calibrate/aspect_check.h"
 #include "daemon/calibrate/geometry_fit.h"
 #include "lens/rest_markers.h"
 
@@ -15,5 +16,8 @@ std::optional<sensor::Camera> solvePose(const sensor::Sensor& sensor, const Rest
 
 /// The same, refined with refraction, and with lens and pattern as uncertain as the gel file has them.
 tractiond::calibrate::Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers);
+
+/// Another aspect than the sensor's that explains the places where no pose and lens with the sensor's does.
+std::optional<tractiond::calibrate::AspectSeen> otherAspect(const sensor::Sensor& sensor, const RestMarkers& markers);
 
 }  // namespace lens

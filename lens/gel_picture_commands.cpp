@@ -50,6 +50,7 @@ void print(const Geometry& found) {
   }
   for (int i = 0; i < 3; ++i) printFigure(rotations[i], camera.rotation[i], known.rotation[i], "rad");
   printFigure("focal_px", camera.focal_px, camera.focal_px * known.focal, "px");
+  if (camera.aspect != 1.0) printFigure("aspect", camera.aspect, -1.0, "");
   printFigure("principal_u_px", camera.principal_px.x(), found.principalDeviation_px, "px");
   printFigure("principal_v_px", camera.principal_px.y(), found.principalDeviation_px, "px");
   printFigure("k1", camera.k1, found.k1Deviation, "");
@@ -75,6 +76,9 @@ Done pose(const PictureOptions& options) {
   auto seen = look(options);
   if (!seen) return tl::unexpected(seen.error());
   const Geometry found = firstPose(seen->sensor, seen->markers);
+  const bool isGood = found.outcome == Geometry::Outcome::kConverged && found.residual_px <= kBadResidual_px;
+  const auto aspect = otherAspect(seen->sensor, seen->markers);
+  if (aspect && !isGood) return tl::unexpected(Faults{fault(options.picture, aspect->what(), aspect->remedy())});
   if (found.outcome != Geometry::Outcome::kConverged) {
     return tl::unexpected(Faults{fault(options.picture, "tells no pose: no camera sees the markers there",
                                        "do layers, pitch and thickness in the gel file fit this gel?")});
@@ -86,6 +90,7 @@ Done pose(const PictureOptions& options) {
     return tl::unexpected(Faults{fault(options.picture, what, "mend its layers, thickness and indices, or the lens")});
   }
   print(found);
+  if (aspect) std::printf("  note: %s: %s\n", aspect->what().c_str(), aspect->remedy().c_str());
   sensor::Sensor& sensor = seen->sensor;
   sensor.camera = found.camera;
   sensor.uncertainty.focal = found.uncertainty.focal;

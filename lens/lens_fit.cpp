@@ -11,8 +11,11 @@ namespace lens {
 
 namespace {
 
-constexpr int kLens = 5;  // focal length, principal point, k1, k2
+constexpr int kLens = 5;    // focal length, principal point, k1, k2 ...
+constexpr int kAspect = 5;  // ... and, where it is estimated, the aspect
+constexpr int kMostLens = 6;
 constexpr int kPose = 6;
+constexpr double kAny = 0.0;      // aspect: it is estimated
 constexpr double kGood_px = 1.0;  // left of a corner where the right minimum was found
 constexpr double kLittle_px = 0.1;
 constexpr double kFrontal = 10.0 * CV_PI / 180.0;
@@ -23,7 +26,10 @@ struct Model {
   cv::Mat distortion = cv::Mat::zeros(5, 1, CV_64F);
   std::vector<cv::Mat> rotations, translations;
   double residual_px = -1.0;
+  bool ownAspect = false;  ///< it was estimated
 
+  double focal_px() const { return matrix.at<double>(0, 0); }
+  double aspect() const { return matrix.at<double>(1, 1) / matrix.at<double>(0, 0); }
   bool isFinite() const {
     if (!(residual_px >= 0.0) || !cv::checkRange(matrix) || !cv::checkRange(distortion)) return false;
     const auto finite = [](const cv::Mat& m) { return cv::checkRange(m); };
@@ -42,7 +48,7 @@ std::vector<cv::Point3f> onBoard(const Board& board) {
 }
 
 /// From the views' own homographies, or from a guess of the focal length in picture widths.
-Model calibrated(const std::vector<Corners>& views, const Board& board, cv::Size size, double guess) {
+Model calibrated(const std::vector<Corners>& views, const Board& board, cv::Size size, double aspect, double guess) {
   std::vector<std::vector<cv::Point2f>> seen;
   for (const Corners& view : views) {
     auto& places = seen.emplace_back();
@@ -51,12 +57,18 @@ Model calibrated(const std::vector<Corners>& views, const Board& board, cv::Size
     }
   }
   const std::vector<std::vector<cv::Point3f>> points(views.size(), onBoard(board));
-  int flags = cv::CALIB_FIX_ASPECT_RATIO | cv::CALIB_ZERO_TANGENT_DIST | cv::CALIB_FIX_K3;
+  int flags = cv::CALIB_ZERO_TANGENT_DIST | cv::CALIB_FIX_K3;
   Model model;
+  model.ownAspect = aspect == kAny;
+  const double startAspect = model.ownAspect ? 1.0 : aspect;
+  if (!model.ownAspect) {
+    flags |= cv::CALIB_FIX_ASPECT_RATIO;  // as the matrix has it, also where nothing else of it is used
+    model.matrix.at<double>(1, 1) = aspect;
+  }
   if (guess > 0.0) {
     flags |= cv::CALIB_USE_INTRINSIC_GUESS;
-    model.matrix = (cv::Mat_<double>(3, 3) << guess * size.width, 0, 0.5 * (size.width - 1), 0, guess * size.width,
-                    0.5 * (size.height - 1), 0, 0, 1);
+    model.matrix = (cv::Mat_<double>(3, 3) << guess * size.width, 0, 0.5 * (size.width - 1), 0,
+                    startAspect * guess * size.width, 0.5 * (size.height - 1), 0, 0, 1);
   }
   try {
     model.residual_px =
@@ -68,11 +80,11 @@ Model calibrated(const std::vector<Corners>& views, const Board& board, cv::Size
   return model;
 }
 
-Model best(const std::vector<Corners>& views, const Board& board, cv::Size size) {
+Model best(const std::vector<Corners>& views, const Board& board, cv::Size size, double aspect) {
   Model found;
   for (const double guess : {0.0, 1.0, 2.0, 4.0}) {
-    Model model = calibrated(views, board, size, guess);
-    if (!model.isFinite() || !(model.matrix.at<double>(0, 0) > 0.0)) continue;
+    Model model = calibrated(views, board, size, aspect, guess);
+    if (!model.isFinite() || !(model.focal_px() > 0.0) || !(model.aspect() > 0.0)) continue;
     if (!found.isFinite() || model.residual_px < 0.99 * found.residual_px) found = std::move(model);
     if (found.residual_px < kGood_px) break;
   }
@@ -82,30 +94,34 @@ Model best(const std::vector<Corners>& views, const Board& board, cv::Size size)
 /// What the views say together of the lens, poses eliminated, and what is left of the corners.
 class Information {
  public:
-  using Lens = Eigen::Matrix<double, kLens, kLens>;
-  using Figures = Eigen::Matrix<double, kLens, 1>;
+  using Lens = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostLens, kMostLens>;
+  using Figures = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostLens, 1>;
 
   explicit Information(const Model& model)
-      : model_(model) {}
+      : model_(model)
+      , figures_(model.ownAspect ? kMostLens : kLens)
+      , information_(Lens::Zero(figures_, figures_)) {}
 
   void add(const Corners& view, const Board& board, std::size_t index) {
     std::vector<cv::Point2f> places;
     cv::Mat jacobian;
     cv::projectPoints(onBoard(board), model_.rotations[index], model_.translations[index], model_.matrix,
-                      model_.distortion, places, jacobian, 1.0);
+                      model_.distortion, places, jacobian);
     const auto rows = static_cast<Eigen::Index>(2 * places.size());
-    Eigen::MatrixXd byLens(rows, kLens), byPose(rows, kPose);
+    Eigen::MatrixXd byLens(rows, figures_), byPose(rows, kPose);
     Eigen::VectorXd left(rows);
     for (int i = 0; i < static_cast<int>(rows); ++i) {
       const double* row = jacobian.ptr<double>(i);  // rotation, translation, fx, fy, cx, cy, k1, k2 ...
       for (int k = 0; k < kPose; ++k) byPose(i, k) = row[k];
-      // With the aspect ratio held, fx is bound to fy: both columns are the one focal length's.
-      byLens.row(i) << row[6] + row[7], row[8], row[9], row[10], row[11];
+      // fx is the focal length, fy = aspect fx.
+      byLens(i, 0) = row[6] + model_.aspect() * row[7];
+      for (int k = 1; k < kLens; ++k) byLens(i, k) = row[7 + k];
+      if (model_.ownAspect) byLens(i, kAspect) = model_.focal_px() * row[7];
       const cv::Point2f place = places[static_cast<std::size_t>(i / 2)];
       left[i] = view.place_px(i % 2, i / 2) - (i % 2 == 0 ? place.x : place.y);
     }
     const Eigen::Matrix<double, kPose, kPose> ofPose = byPose.transpose() * byPose;
-    const Eigen::Matrix<double, kPose, kLens> mixed = byPose.transpose() * byLens;
+    const Eigen::Matrix<double, kPose, Eigen::Dynamic, 0, kPose, kMostLens> mixed = byPose.transpose() * byLens;
     const Eigen::LDLT<Eigen::Matrix<double, kPose, kPose>> poseFactor(ofPose);
     const Lens ofLens = byLens.transpose() * byLens - mixed.transpose() * poseFactor.solve(mixed);
     const Figures pull = byLens.transpose() * left - mixed.transpose() * poseFactor.solve(byPose.transpose() * left);
@@ -117,8 +133,8 @@ class Information {
     residuals_px.push_back(std::sqrt(squares / static_cast<double>(rows)));
   }
 
-  /// Returns the standard deviations of focal length, principal point, k1 and k2: of two estimates the larger for each.
-  /// Not finite where the views do not determine them.
+  /// Returns the standard deviations of focal length, principal point, k1, k2 and, where it is estimated, aspect: of
+  /// two estimates the larger for each. Not finite where the views do not determine them.
   Figures deviations() const { return ofNoise().cwiseMax(ofViews()).cwiseSqrt(); }
 
   double squares() const { return squares_; }
@@ -145,8 +161,9 @@ class Information {
   Figures ofNoise() const {
     const Figures scale = information_.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::LDLT<Lens> factor = factorOf(information_, scale);
-    const Lens inverse = factor.solve(Lens::Identity()), covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
-    Lens noise = Lens::Zero();
+    const Lens inverse = factor.solve(Lens::Identity(figures_, figures_)),
+               covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
+    Lens noise = Lens::Zero(figures_, figures_);
     for (const View& view : views_) {
       // Of the lens's unknowns, the view takes what it tells of them.
       const double taken = (covariance * view.ofLens).trace();
@@ -161,7 +178,7 @@ class Information {
   Figures ofViews() const {
     const auto count = static_cast<double>(views_.size());
     const Figures scale = information_.diagonal().cwiseSqrt().cwiseInverse();
-    Figures squares = Figures::Zero();
+    Figures squares = Figures::Zero(figures_);
     for (const View& view : views_) {
       const Figures scaled = scale.asDiagonal() * view.pull;
       const Figures change = scale.asDiagonal() * factorOf(information_ - view.ofLens, scale).solve(scaled);
@@ -170,10 +187,11 @@ class Information {
     return (count - 1.0) / count * squares;
   }
 
-  Eigen::Index freedom() const { return coordinates_ - kLens - kPose * static_cast<Eigen::Index>(views_.size()); }
+  Eigen::Index freedom() const { return coordinates_ - figures_ - kPose * static_cast<Eigen::Index>(views_.size()); }
 
   const Model& model_;
-  Lens information_ = Lens::Zero();
+  Eigen::Index figures_;
+  Lens information_;
   std::vector<View> views_;
   double squares_ = 0.0;
   Eigen::Index coordinates_ = 0;
@@ -186,10 +204,10 @@ double tiltOf(const cv::Mat& rotation) {
 }
 
 /// What the views but one leave without it.
-double squaresWithout(std::size_t left, std::vector<Corners> views, const Board& board, cv::Size size,
+double squaresWithout(std::size_t left, std::vector<Corners> views, const Board& board, cv::Size size, double aspect,
                       double* scatter_px) {
   views.erase(views.begin() + static_cast<std::ptrdiff_t>(left));
-  const Model model = best(views, board, size);
+  const Model model = best(views, board, size, aspect);
   if (!model.isFinite()) return std::numeric_limits<double>::infinity();
   Information rest(model);
   for (std::size_t i = 0; i < views.size(); ++i) rest.add(views[i], board, i);
@@ -200,8 +218,8 @@ double squaresWithout(std::size_t left, std::vector<Corners> views, const Board&
 /// The view that adds most to the squares, if that is far above what the others leave without it. Its own residual need
 /// not be the largest: one view through another lens bends the fit so that all share its error. Where little is left,
 /// there is none to share, and only the worst is tried.
-std::optional<int> oddView(const std::vector<Corners>& views, const Board& board, cv::Size size, const Information& all,
-                           const LensFitOptions& options) {
+std::optional<int> oddView(const std::vector<Corners>& views, const Board& board, cv::Size size, double aspect,
+                           const Information& all, const LensFitOptions& options) {
   if (views.size() < 4) return std::nullopt;
   const auto worst = static_cast<std::size_t>(std::ranges::max_element(all.residuals_px) - all.residuals_px.begin());
   double least = std::numeric_limits<double>::infinity(), scatter_px = 0.0;
@@ -209,7 +227,7 @@ std::optional<int> oddView(const std::vector<Corners>& views, const Board& board
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (i != worst && all.scatter_px() < kLittle_px) continue;
     double scatter = 0.0;
-    const double squares = squaresWithout(i, views, board, size, &scatter);
+    const double squares = squaresWithout(i, views, board, size, aspect, &scatter);
     if (squares >= least) continue;
     least = squares;
     scatter_px = scatter;
@@ -222,10 +240,28 @@ std::optional<int> oddView(const std::vector<Corners>& views, const Board& board
 
 }  // namespace
 
+namespace {
+
+/// The believed aspect, or none where the views contradict it.
+double aspectFor(const std::vector<Corners>& views, const Board& board, cv::Size size, const LensFitOptions& options) {
+  const Model model = best(views, board, size, kAny);
+  if (!model.isFinite()) return options.aspect;
+  Information information(model);
+  for (std::size_t i = 0; i < views.size(); ++i) information.add(views[i], board, i);
+  const double deviation = information.deviations()[kAspect], off = std::abs(model.aspect() - options.aspect);
+  const bool isOther =
+      std::isfinite(deviation) && off > std::max(options.otherAspect * deviation, options.leastOtherAspect);
+  return isOther ? kAny : options.aspect;
+}
+
+}  // namespace
+
 LensFit fitLens(const std::vector<Corners>& views, const Board& board, int width_px, int height_px,
                 const LensFitOptions& options) {
   LensFit fit;
-  const Model model = best(views, board, {width_px, height_px});
+  const cv::Size size(width_px, height_px);
+  const double aspect = aspectFor(views, board, size, options);
+  const Model model = best(views, board, size, aspect);
   if (!model.isFinite()) return fit;
 
   Information information(model);
@@ -235,14 +271,16 @@ LensFit fitLens(const std::vector<Corners>& views, const Board& board, int width
   }
   fit.viewResidual_px = information.residuals_px;
   fit.residual_px = information.residual_px();
-  fit.oddView = oddView(views, board, {width_px, height_px}, information, options);
+  fit.oddView = oddView(views, board, size, aspect, information, options);
   fit.camera.width = width_px;
   fit.camera.height = height_px;
-  fit.camera.focal_px = model.matrix.at<double>(0, 0);
+  fit.camera.focal_px = model.focal_px();
+  fit.camera.aspect = model.ownAspect ? model.aspect() : options.aspect;
   fit.camera.principal_px = {model.matrix.at<double>(0, 2), model.matrix.at<double>(1, 2)};
   fit.camera.k1 = model.distortion.at<double>(0);
   fit.camera.k2 = model.distortion.at<double>(1);
   const auto deviations = information.deviations();
+  if (model.ownAspect) fit.aspectDeviation = deviations[kAspect];
   fit.focalDeviation_px = deviations[0];
   fit.principalDeviation_px = deviations.segment<2>(1);
   fit.k1Deviation = deviations[3];

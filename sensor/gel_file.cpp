@@ -134,6 +134,7 @@ void readCamera(TomlTable& table, Camera& camera) {
   table.read("width_px", camera.width, {8, 16384});
   table.read("height_px", camera.height, {8, 16384});
   table.read("focal_px", camera.focal_px, {1.0, 1e6});
+  table.read("aspect", camera.aspect, {0.5, 2.0});
   table.read("principal_px", std::span(camera.principal_px.data(), 2), {-1e5, 1e5});
   table.read("k1", camera.k1, {-10, 10});
   table.read("k2", camera.k2, {-10, 10});
@@ -325,6 +326,8 @@ std::string gelText(const Sensor& sensor) {
   const Camera& camera = sensor.camera;
   text += "\n[camera]\n" + line("width_px", std::to_string(camera.width)) +
           line("height_px", std::to_string(camera.height)) + line("focal_px", number(camera.focal_px)) +
+          // A file that was calibrated before the key existed keeps its hash.
+          (camera.aspect != 1.0 ? line("aspect", number(camera.aspect)) : "") +
           line("principal_px", list(camera.principal_px)) + line("k1", number(camera.k1)) +
           line("k2", number(camera.k2)) + line("position_mm", list(camera.position, kMillimetres)) +
           line("rotation_rad", list(camera.rotation)) + line("gel_index", number(camera.gelIndex)) +

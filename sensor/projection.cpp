@@ -25,7 +25,8 @@ struct Projection::Ray {
 
 Projection::Projection(const Camera& camera, double gelThickness)
     : camera_(camera)
-    , gelThickness_(gelThickness) {
+    , gelThickness_(gelThickness)
+    , focal_px_(camera.focal_px, camera.aspect * camera.focal_px) {
   const Eigen::Matrix3d nominal = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
   const double angle = camera.rotation.norm();
   toCamera_ = nominal;
@@ -68,7 +69,8 @@ Eigen::Vector2d Projection::operator()(const Eigen::Vector3d& point) const {
       toCamera_ * Eigen::Vector3d(ray.slope * ray.lateral.x(), ray.slope * ray.lateral.y(), -1.0);
   const Eigen::Vector2d ideal = seen.head<2>() / seen.z();
   const double r2 = ideal.squaredNorm();
-  return camera_.principal_px + camera_.focal_px * (1.0 + (camera_.k1 + camera_.k2 * r2) * r2) * ideal;
+  const Eigen::Vector2d distorted = (1.0 + (camera_.k1 + camera_.k2 * r2) * r2) * ideal;
+  return camera_.principal_px + focal_px_.cwiseProduct(distorted);
 }
 
 Eigen::Matrix<double, 2, 3> Projection::jacobian(const Eigen::Vector3d& point) const {
@@ -89,9 +91,17 @@ Eigen::Matrix<double, 2, 3> Projection::jacobian(const Eigen::Vector3d& point) c
   const double scale = 1.0 + (camera_.k1 + camera_.k2 * r2) * r2;
   const double scaleByR2 = camera_.k1 + 2.0 * camera_.k2 * r2;
   const Eigen::Matrix2d pixelByIdeal =
-      camera_.focal_px * (scale * Eigen::Matrix2d::Identity() + 2.0 * scaleByR2 * ideal * ideal.transpose());
+      focal_px_.asDiagonal() *
+      (scale * Eigen::Matrix2d::Identity() + 2.0 * scaleByR2 * ideal * ideal.transpose()).eval();
 
   return pixelByIdeal * idealBySeen * toCamera_ * directionByPoint;
+}
+
+Eigen::Matrix<double, 2, 4> Projection::motionOf(const Eigen::Vector2d& pixel) const {
+  const Eigen::Vector2d r = pixel - camera_.principal_px;
+  Eigen::Matrix<double, 2, 4> motion;
+  motion << 1.0, 0.0, r.x(), -r.y() / camera_.aspect, 0.0, 1.0, r.y(), r.x() * camera_.aspect;
+  return motion;
 }
 
 }  // namespace sensor

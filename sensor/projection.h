@@ -1,4 +1,4 @@
-// From gel coordinates to pixels: flat refracting windows, a pose, a pinhole, radial distortion.
+// From gel coordinates to pixels: flat refracting windows, a pose, a pinhole, radial distortion, the scales of u and v.
 //
 // Pixel coordinates: (0, 0) is the centre of the top left pixel, u to the right, v down. Camera frame: X along u, Y
 // along v, Z along the optical axis. In the nominal pose the camera looks straight along -z of the gel frame.
@@ -13,7 +13,8 @@ namespace sensor {
 struct Camera {
   int width = 640;          ///< [px]
   int height = 480;         ///< [px]
-  double focal_px = 960.0;  ///< 150 mm / 0.15625 mm per px
+  double focal_px = 960.0;  ///< in u: 150 mm / 0.15625 mm per px
+  double aspect = 1.0;      ///< focal length in v over that in u (OpenCV: fy / fx); 1 for square pixels
   Eigen::Vector2d principal_px = {319.5, 239.5};
   double k1 = 0.0;  ///< radial: r_d = r (1 + k1 r^2 + k2 r^4), r = distance / Z
   double k2 = 0.0;
@@ -37,6 +38,11 @@ class Projection {
   /// d(pixel) / d(point) [px/m], 2 x 3; analytic.
   Eigen::Matrix<double, 2, 3> jacobian(const Eigen::Vector3d& point) const;
 
+  /// Moves the pixel [px] of a point by small motions of the picture [px, px, 1, rad]: du, dv, scale, roll from u to v,
+  /// the last two about the principal point. Returns d(pixel) / d(motion), 2 x 4. A roll is one of the camera, so it
+  /// turns what the lens draws, before the scales of u and v differ.
+  Eigen::Matrix<double, 2, 4> motionOf(const Eigen::Vector2d& pixel) const;
+
   const Camera& camera() const { return camera_; }
 
  private:
@@ -45,6 +51,7 @@ class Projection {
 
   Camera camera_;
   double gelThickness_;
+  Eigen::Vector2d focal_px_;  ///< in u and in v
   Eigen::Matrix3d toCamera_;
 };
 

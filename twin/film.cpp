@@ -54,11 +54,10 @@ const Eigen::Matrix2Xd& GelFilm::markersAt(double phase_s) {
   const Eigen::Vector3d base(0.0, 0.0, scenario_.sensor.gel.size.z());
   points += warmth.expansion * rise_K * (rest_.colwise() - base);
   project(project_, points, markers_px_);
-  const double scale = warmth.scale * rise_K, roll = warmth.roll * rise_K;
-  Eigen::Matrix2d motion;
-  motion << scale, -roll, roll, scale;
-  markers_px_ += motion * (markers_px_.colwise() - scenario_.sensor.camera.principal_px);
-  markers_px_.colwise() += warmth.shift_px * rise_K;
+  const Eigen::Vector4d motion(warmth.shift_px.x(), warmth.shift_px.y(), warmth.scale, warmth.roll);
+  for (Eigen::Index i = 0; i < markers_px_.cols(); ++i) {
+    markers_px_.col(i) += project_.motionOf(markers_px_.col(i)) * (rise_K * motion);
+  }
   return markers_px_;
 }
 

@@ -91,7 +91,8 @@ Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format fo
   diameters_.assign(static_cast<std::size_t>(firstMarker), 1.0);
   contrasts_ = diameters_;
   drawVariety(optics.variety);
-  const double widestShare = ownShapes_ ? kMostShare * (1.0 + elongation_) : 1.0;
+  stretch_ = {1.0 / std::sqrt(sensor.camera.aspect), std::sqrt(sensor.camera.aspect)};
+  const double longest = stretch_.maxCoeff() * (ownShapes_ ? kMostShare * (1.0 + elongation_) : 1.0);
   firstMarker = 0;
   for (const sensor::MarkerLayer& layer : sensor.layers) {
     const Eigen::Vector3d middle(layer.centre.x(), layer.centre.y(), layer.depth);
@@ -99,11 +100,11 @@ Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format fo
     const double radius = 0.5 * layer.diameter * std::sqrt(std::abs(scale.determinant()));
     layers_.push_back(makeLayer(layer, firstMarker, radius, optics));
     if (ownShapes_) {
-      const int half = static_cast<int>(std::ceil(widestShare * radius + blur_.reach()));
+      const int half = static_cast<int>(std::ceil(longest * radius + blur_.reach()));
       layers_.back().patch = std::min(2 * half + 2, kLargestPatch);
     }
     firstMarker += layer.count();
-    largest = std::max(largest, widestShare * radius);
+    largest = std::max(largest, longest * radius);
   }
   int widest = 0;
   for (const Layer& layer : layers_) widest = std::max(widest, layer.patch);
@@ -126,6 +127,15 @@ Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format fo
   std::copy_n(noise_.begin(), columns_, noise_.begin() + kNoiseCount);
 }
 
+Strip Renderer::stretched(const Strip& strip) const {
+  return {stretch_.y() * strip.y, stretch_.y() * strip.dy, stretch_.x() * strip.x0, stretch_.x() * strip.x1};
+}
+
+std::vector<Strip> Renderer::stretched(std::vector<Strip> region) const {
+  for (Strip& strip : region) strip = stretched(strip);
+  return region;
+}
+
 Renderer::Layer Renderer::makeLayer(const sensor::MarkerLayer& layer, int firstMarker, double radius_px,
                                     const Optics& optics) const {
   Layer made{firstMarker, layer.count(), layer.depth, radius_px, {}, 0, {}};
@@ -134,11 +144,11 @@ Renderer::Layer Renderer::makeLayer(const sensor::MarkerLayer& layer, int firstM
   made.weight.fill(sign * (inAll ? 1.0F : static_cast<float>(optics.crossTalk)));
   if (!inAll) made.weight[channelOf(layer.colour)] = sign;
 
-  const int half = static_cast<int>(std::floor(radius_px + blur_.reach()));
+  const int half = static_cast<int>(std::floor(stretch_.maxCoeff() * radius_px + blur_.reach()));
   made.patch = (2 * half + 2 + kLanes - 1) / kLanes * kLanes;
   const auto area = static_cast<std::size_t>(made.patch * made.patch);
   made.stamps.resize(area * (kPhases + 1) * (kPhases + 1));
-  const std::vector<Strip> disc = discStrips(radius_px);
+  const std::vector<Strip> disc = stretched(discStrips(radius_px));
   const int before = made.patch / 2 - 1;
   std::span<float> rest = made.stamps;
   for (int down = 0; down <= kPhases; ++down) {
@@ -253,8 +263,9 @@ void Renderer::drawOwnShape(const Layer& layer, int marker, const Eigen::Vector2
   const int left = static_cast<int>(std::floor(centre.x())) - layer.patch / 2 + 1;
   const int top = static_cast<int>(std::floor(centre.y())) - layer.patch / 2 + 1;
   std::fill_n(patch_.begin(), layer.patch * layer.patch, 0.0F);
-  blur_.add(ellipseStrips(along * radius, radius, std::atan2(fromMiddle.y(), fromMiddle.x())), left - centre.x(),
-            top - centre.y(), layer.patch, gain_ * contrasts_[marker], patch_);
+  const std::vector<Strip> shape =
+      stretched(ellipseStrips(along * radius, radius, std::atan2(fromMiddle.y(), fromMiddle.x())));
+  blur_.add(shape, left - centre.x(), top - centre.y(), layer.patch, gain_ * contrasts_[marker], patch_);
   for (int row = 0; row < layer.patch; ++row) add(layer, left, top, row, patch_.data() + row * layer.patch);
 }
 
@@ -307,7 +318,7 @@ void Renderer::hideBehindNearer(const Eigen::Matrix2Xd& markers_px) {
       for (const Layer& nearer : layers_) {
         if (nearer.depth <= layer.depth || other < nearer.firstMarker || other >= nearer.firstMarker + nearer.count)
           continue;
-        const double apart = (markers_px.col(other) - markers_px.col(marker)).norm();
+        const double apart = (markers_px.col(other) - markers_px.col(marker)).cwiseQuotient(stretch_).norm();
         if (apart < radiusOf(layer, marker) + radiusOf(nearer, other)) {
           hide(layer, marker, markers_px.col(marker), radiusOf(nearer, other), markers_px.col(other));
         }
@@ -330,9 +341,11 @@ void Renderer::hideBehindNearer(const Eigen::Matrix2Xd& markers_px) {
   }
 }
 
-void Renderer::hide(const Layer& layer, int marker, const Eigen::Vector2d& centre, double nearerRadius,
-                    const Eigen::Vector2d& nearer) {
+void Renderer::hide(const Layer& layer, int marker, const Eigen::Vector2d& centre_px, double nearerRadius,
+                    const Eigen::Vector2d& nearer_px) {
   const double radius_px = radiusOf(layer, marker);
+  // Where the discs are round.
+  const Eigen::Vector2d centre = centre_px.cwiseQuotient(stretch_), nearer = nearer_px.cwiseQuotient(stretch_);
   const double bottom = std::max(centre.y() - radius_px, nearer.y() - nearerRadius);
   const double height = std::min(centre.y() + radius_px, nearer.y() + nearerRadius) - bottom;
   std::array<Strip, kLensStrips> lens;
@@ -344,11 +357,11 @@ void Renderer::hide(const Layer& layer, int marker, const Eigen::Vector2d& centr
     const double own = halfWidth(radius_px, centre), other = halfWidth(nearerRadius, nearer);
     const double x0 = std::max(centre.x() - own, nearer.x() - other);
     const double x1 = std::min(centre.x() + own, nearer.x() + other);
-    lens[static_cast<std::size_t>(i)] = {y, height / kLensStrips, x0, std::max(x0, x1)};
+    lens[static_cast<std::size_t>(i)] = stretched({y, height / kLensStrips, x0, std::max(x0, x1)});
   }
   const int size = layer.patch;
-  const int left = static_cast<int>(std::floor(centre.x())) - size / 2 + 1;
-  const int top = static_cast<int>(std::floor(centre.y())) - size / 2 + 1;
+  const int left = static_cast<int>(std::floor(centre_px.x())) - size / 2 + 1;
+  const int top = static_cast<int>(std::floor(centre_px.y())) - size / 2 + 1;
   std::fill_n(patch_.begin(), size * size, 0.0F);
   blur_.add(lens, left, top, size, -gain_ * contrasts_[marker], patch_);
   for (int row = 0; row < size; ++row) add(layer, left, top, row, patch_.data() + row * size);

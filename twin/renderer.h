@@ -47,13 +47,15 @@ class Renderer {
   };
 
   Layer makeLayer(const sensor::MarkerLayer& layer, int firstMarker, double radius_px, const Optics& optics) const;
+  Strip stretched(const Strip& strip) const;
+  std::vector<Strip> stretched(std::vector<Strip> region) const;
   void drawVariety(const Variety& variety);
   double radiusOf(const Layer& layer, int marker) const { return layer.radius_px * diameters_[marker]; }
   void drawMarker(const Layer& layer, const Eigen::Vector2d& centre);
   void drawOwnShape(const Layer& layer, int marker, const Eigen::Vector2d& centre);
   void hideBehindNearer(const Eigen::Matrix2Xd& markers_px);
-  void hide(const Layer& layer, int marker, const Eigen::Vector2d& centre, double nearerRadius,
-            const Eigen::Vector2d& nearer);
+  void hide(const Layer& layer, int marker, const Eigen::Vector2d& centre_px, double nearerRadius,
+            const Eigen::Vector2d& nearer_px);
   void add(const Layer& layer, int left, int top, int row, const float* brightness);
   void sortIntoCells(const Eigen::Matrix2Xd& markers_px);
   void prepareDust(const std::vector<Speck>& dust);
@@ -75,6 +77,7 @@ class Renderer {
   std::vector<Layer> layers_;
   bool ownShapes_ = false;                      ///< markers differ from each other
   double elongation_ = 0.0;                     ///< in the corners
+  Eigen::Vector2d stretch_ = {1.0, 1.0};        ///< of what is round before u and v differ in scale; keeps areas
   std::vector<double> diameters_, contrasts_;   ///< of the markers, relative to their layer's
   std::vector<float> lightAcross_, lightDown_;  ///< light(u, v) = lightAcross_[u] + lightDown_[v]
   std::vector<std::int16_t> background_;        ///< picture without markers and noise

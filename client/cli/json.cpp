@@ -196,6 +196,7 @@ void put(Json& json, const Description& description) {
   json.key("width_px").number(camera.width_px);
   json.key("height_px").number(camera.height_px);
   json.key("focal_px").number(camera.focal_px);
+  json.key("aspect").number(camera.aspect);
   json.key("principal_px").numbers(camera.principal_px);
   json.key("k1").number(camera.k1);
   json.key("k2").number(camera.k2);

@@ -27,6 +27,9 @@ function require(condition, what) {
 }
 
 const checks = {
+  Camera(camera) {
+    if (camera.aspect === 0) camera.aspect = 1;  // older daemons know square pixels alone
+  },
   Field(field) {
     const nodes = field.node_valid.length;
     require(field.force_N.length === 3 * nodes, "the field's mask has another size");

@@ -126,6 +126,7 @@ Camera cameraOf(const pb::Camera& from) {
   camera.width_px = from.width_px();
   camera.height_px = from.height_px();
   camera.focal_px = from.focal_px();
+  if (from.aspect() != 0.0) camera.aspect = from.aspect();  // older daemons know square pixels alone
   camera.principal_px = vectorOf(from.principal_px());
   camera.k1 = from.k1();
   camera.k2 = from.k2();

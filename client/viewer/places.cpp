@@ -10,6 +10,7 @@ std::vector<float> nodePlaces_px(const Description& description) {
   camera.width = static_cast<int>(from.width_px);
   camera.height = static_cast<int>(from.height_px);
   camera.focal_px = from.focal_px;
+  camera.aspect = from.aspect;
   camera.principal_px = {from.principal_px[0], from.principal_px[1]};
   camera.k1 = from.k1;
   camera.k2 = from.k2;
@@ -22,7 +23,8 @@ std::vector<float> nodePlaces_px(const Description& description) {
   // Of anybody who publishes: a projection from within the gel has no sense.
   constexpr std::uint32_t kMost = 1000;
   const Grid& grid = description.nodes;
-  if (!(camera.position.z() > thickness) || !(from.focal_px > 0.0) || grid.columns > kMost || grid.rows > kMost)
+  if (!(camera.position.z() > thickness) || !(from.focal_px > 0.0) || !(from.aspect > 0.0) || grid.columns > kMost ||
+      grid.rows > kMost)
     return {};
 
   const sensor::Projection project(camera, thickness);

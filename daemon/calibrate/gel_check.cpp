@@ -3,6 +3,7 @@
 // scale, and of the layers' depths only the difference shows, by their scales' quotient.
 #include "daemon/calibrate/gel_check.h"
 
+#include "daemon/calibrate/aspect_check.h"
 #include "sensor/colour_name.h"
 
 #include <Eigen/Cholesky>
@@ -210,6 +211,12 @@ class Judge {
     }
   }
 
+  /// The picture's other scale is the finding: what is fitted without it means nothing.
+  void otherAspect(const AspectSeen& seen) {
+    report_.findings.push_back({"aspect", seen.expected, seen.aspect, seen.deviation, true});
+    say(seen.what() + ": " + seen.remedy());
+  }
+
   void compare(const Fit& fit, int markers) {
     layers(fit);
     pose(fit);
@@ -297,8 +304,9 @@ class Judge {
     bool moved = false;
     for (const int axis : {0, 1}) {
       // An error of the principal point in the file looks like one of the place.
-      const double deviation = std::hypot(std::max(known.position[axis], options_.leastPosition),
-                                          known.principal_px * distance / file.focal_px, fit.deviation[axis]);
+      const double deviation = std::hypot(
+          std::max(known.position[axis], options_.leastPosition),
+          known.principal_px * distance / (file.focal_px * (axis == 1 ? file.aspect : 1.0)), fit.deviation[axis]);
       moved = add(axis == 0 ? "camera_x_mm" : "camera_y_mm", 1e3 * file.position[axis], 1e3 * seen.position[axis],
                   1e3 * deviation) ||
               moved;
@@ -352,7 +360,25 @@ GelReport checkGel(const sensor::Sensor& sensor, std::span<const float> place_px
   Judge judge(sensor, options);
   judge.count(seen);
   Problem problem(sensor, place_px, present);
-  if (const auto fit = problem.run()) {
+  const auto fit = problem.run();
+  if (!fit || fit->residual_px > options.suspicious_px) {
+    AspectCheckOptions aspect;
+    aspect.alarm = options.alarm;
+    aspect.pattern = options.aspect;
+    aspect.iterations = options.aspectIterations;
+    // The file's pose is the better start where the fit's was bent to explain the scale.
+    auto found = seenAspect(sensor, sensor.camera.aspect, place_px, present, aspect);
+    if (!found && fit) {
+      sensor::Sensor posed = sensor;
+      posed.camera = fit->camera;
+      found = seenAspect(posed, posed.camera.aspect, place_px, present, aspect);
+    }
+    if (found && found->differs) {
+      judge.otherAspect(*found);
+      return std::move(judge).report();
+    }
+  }
+  if (fit) {
     judge.compare(*fit, problem.used());
   } else {
     judge.say("no camera explains the markers' places: is the gel file that of another gel?");

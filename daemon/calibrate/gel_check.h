@@ -20,12 +20,15 @@ struct GelCheckOptions {
   double leastRotation = 1e-3;    ///< ... rotation [rad] ...
   double leastDistance = 1e-3;    ///< ... scale of the picture, relative ...
   double leastDepth = 0.05e-3;    ///< ... and of a layer's depth [m]
+  double aspect = 3e-3;           ///< deviation of the aspect, relative: as of the pitch in x against that in y
+  double suspicious_px = 0.2;     ///< residual above which another aspect is tried
+  int aspectIterations = 15;      ///< of each of its fits
   double largestResidual = 0.1;   ///< of the spacing, root mean square: more is no such pattern
 };
 
 /// Fits the camera's pose and distortion, and the second layer's place and depth, to the markers' places, everything
-/// else being as the sensor has it, and compares. Tens of milliseconds. Reentrant.
-/// \param place_px 2 M, as in RestPose \param seen one per layer; empty: not known
+/// else being as the sensor has it, and compares. Where that leaves much, it tries another aspect (seenAspect). Tens of
+/// milliseconds. Reentrant. \param place_px 2 M, as in RestPose \param seen one per layer; empty: not known
 GelReport checkGel(const sensor::Sensor& sensor, std::span<const float> place_px, std::span<const std::uint8_t> present,
                    std::span<const LatticeSeen> seen, const GelCheckOptions& options = {});
 

@@ -1,4 +1,4 @@
-// The unknowns are the camera's eleven numbers, and for each layer its depth, pitch and (but the first, which defines
+// The unknowns are the camera's twelve numbers, and for each layer its depth, pitch and (but the first, which defines
 // the frame) its place. All are scaled to about one pixel's effect so that one step serves all central differences.
 #include "daemon/calibrate/geometry_fit.h"
 
@@ -13,9 +13,9 @@ namespace tractiond::calibrate {
 
 namespace {
 
-constexpr int kFocal = 0, kPrincipal = 1, kPosition = 3, kRotation = 6, kDistortion = 9;  // of the unknowns
-constexpr int kCamera = 11;                                                               // of the camera, those above
-constexpr int kOfLayer = 4;                                                               // depth, pitch, x, y
+constexpr int kFocal = 0, kPrincipal = 1, kPosition = 3, kRotation = 6, kDistortion = 9, kAspect = 11;  // unknowns
+constexpr int kCamera = 12;        // of the camera, those above
+constexpr int kOfLayer = 4;        // depth, pitch, x, y
 constexpr int kFewest = 50;        // markers: below, the fit says nothing of the lens
 constexpr double kStep = 1e-3;     // of the scaled unknowns, for differences
 constexpr double kSettled = 1e-2;  // deviations that a step moves the unknowns by
@@ -25,7 +25,7 @@ constexpr double kScatterFloor_px = 1e-4;  // of exact data
 /// What one unit of each unknown of the camera means: about a pixel at the picture's edge.
 Eigen::Matrix<double, kCamera, 1> cameraUnits() {
   Eigen::Matrix<double, kCamera, 1> units;
-  units << 4e-3, 1.0, 1.0, 0.15e-3, 0.15e-3, 0.6e-3, 1e-3, 1e-3, 4e-3, 0.07, 1.0;
+  units << 4e-3, 1.0, 1.0, 0.15e-3, 0.15e-3, 0.6e-3, 1e-3, 1e-3, 4e-3, 0.07, 1.0, 4e-3;
   return units;
 }
 
@@ -41,6 +41,7 @@ class Problem {
     deviation_.segment<2>(kPrincipal).setConstant(start.uncertainty.principal_px / units[kPrincipal]);
     deviation_[kDistortion] = start.uncertainty.k1 / units[kDistortion];
     deviation_[kDistortion + 1] = start.uncertainty.k2 / units[kDistortion + 1];
+    deviation_[kAspect] = options.aspect / units[kAspect];
     for (std::size_t i = 0; i < start.layers.size(); ++i) {
       auto ofLayer = deviation_.segment<kOfLayer>(kCamera + kOfLayer * static_cast<int>(i));
       ofLayer << options.depth, options.pitch, options.shift, options.shift;
@@ -62,13 +63,15 @@ class Problem {
     camera.rotation += change.segment<3>(kRotation);
     camera.k1 += change[kDistortion];
     camera.k2 += change[kDistortion + 1];
+    camera.aspect *= 1.0 + change[kAspect];
     return camera;
   }
 
   /// False: no camera can be there.
   bool project(const Eigen::VectorXd& x, Eigen::VectorXd& pixels) const {
     const sensor::Camera seen = camera(x);
-    if (!(seen.focal_px > 0.0) || !(seen.position.z() > start_.gel.size.z() + seen.windowThickness)) return false;
+    if (!(seen.focal_px > 0.0) || !(seen.aspect > 0.0)) return false;
+    if (!(seen.position.z() > start_.gel.size.z() + seen.windowThickness)) return false;
     const sensor::Projection projection(seen, start_.gel.size.z());
     Eigen::Index marker = 0;
     for (std::size_t i = 0; i < start_.layers.size(); ++i) {
@@ -170,7 +173,29 @@ class Fit {
     return true;
   }
 
-  /// One of Gauss-Newton's; how far it went, in deviations.
+  /// What is minimised, for a scatter that is known.
+  double cost(double scatter2) const {
+    double sum = residual_.squaredNorm() / scatter2;
+    for (int k = 0; k < problem_.unknowns(); ++k) {
+      const double deviation = problem_.deviation(k);
+      if (deviation > 0.0 && std::isfinite(deviation)) sum += std::pow(x_[k] / deviation, 2);
+    }
+    return sum;
+  }
+
+  /// Moves by the largest of `change`, half of it, a quarter ... that lowers the cost. False: none does.
+  bool descend(const Eigen::VectorXd& change, double scatter2) {
+    constexpr double kLeastShare = 1e-3, kRounding = 1e-9;
+    const Eigen::VectorXd from = x_;
+    const double before = cost(scatter2);
+    for (double share = 1.0; share > kLeastShare; share *= 0.5) {
+      if (moveTo(from + share * change) && cost(scatter2) <= before * (1.0 + kRounding)) return true;
+    }
+    moveTo(from);
+    return false;
+  }
+
+  /// One of Gauss-Newton's, shortened where it does not help; how far it would have gone, in deviations.
   std::optional<double> step() {
     if (!differentiate()) return std::nullopt;
     const double scatter2 =
@@ -190,10 +215,11 @@ class Fit {
     const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::LDLT<Eigen::MatrixXd> factor(scale.asDiagonal() * normal * scale.asDiagonal());
     const Eigen::VectorXd change = scale.cwiseProduct(factor.solve(scale.cwiseProduct(right)));
-    if (factor.info() != Eigen::Success || !change.allFinite() || !moveTo(x_ + change)) return std::nullopt;
+    if (factor.info() != Eigen::Success || !change.allFinite()) return std::nullopt;
+    const bool lower = descend(change, scatter2);
     covariance_ =
         scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(normal.rows(), normal.cols())) * scale.asDiagonal();
-    return std::sqrt(change.dot(normal * change));
+    return lower ? std::sqrt(change.dot(normal * change)) : 0.0;
   }
 
   bool dropOutliers() {
@@ -239,6 +265,7 @@ Geometry fitGeometry(const sensor::Sensor& start, std::span<const float> seen_px
   result.k1Deviation = deviation[kDistortion];
   result.k2Deviation = deviation[kDistortion + 1];
   result.principalDeviation_px = deviation.segment<2>(kPrincipal).maxCoeff();
+  if (options.aspect > 0.0) result.aspectDeviation = start.camera.aspect * deviation[kAspect];
   result.residual_px = fit.rms_px();
   result.outliers = result.markers - fit.counted();
   result.markers = fit.counted();

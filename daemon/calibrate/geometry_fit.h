@@ -13,6 +13,7 @@ struct GeometryOptions {
   double depth = 0.05e-3;      ///< of each layer [m]: a good mould
   double pitch = 3e-4;         ///< of each layer, relative: 20 um over the field
   double shift = 0.05e-3;      ///< of a layer against the first, in x and y [m]
+  double aspect = 0.0;         ///< of the camera's aspect, relative; 0: it is as the file has it
   double outlier = 5.0;        ///< deviations: markers beyond (dust, a misplaced one) do not count
   double allowance_px = 0.02;  ///< of a lens that k1 and k2 do not describe; a touch of some 10 gf shows as much
   int iterations = 60;         ///< a touch makes them many; without one five do
@@ -27,6 +28,7 @@ struct Geometry {
   sensor::Uncertainty uncertainty;  ///< of focal length, position, rotation, and correlation: new
   double k1Deviation = 0.0, k2Deviation = 0.0;
   double principalDeviation_px = 0.0;
+  double aspectDeviation = 0.0;
   double residual_px = 0.0;  ///< root mean square over the coordinates that count
   int markers = 0;           ///< that count
   int outliers = 0;

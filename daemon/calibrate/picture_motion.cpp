@@ -17,16 +17,6 @@ constexpr int kNeighbours = 6;          // of the 3 x 3 that must be valid
 constexpr double kSixSigma = 6.0;       // the largest of a thousand medians stays below 4.5
 constexpr double kMedianOfNine = 0.41;  // deviation of a median of nine, of one value's
 
-using Row = Eigen::Vector4d;
-
-/// d(u) and d(v) / d(motion) at a place counted from the principal point.
-Row alongU(const Eigen::Vector2d& place) {
-  return {1.0, 0.0, place.x(), -place.y()};
-}
-Row alongV(const Eigen::Vector2d& place) {
-  return {0.0, 1.0, place.y(), place.x()};
-}
-
 float medianOf(std::array<float, 9>& values, int count) {
   const auto half = values.begin() + count / 2;
   std::nth_element(values.begin(), half, values.begin() + count);
@@ -38,14 +28,14 @@ float medianOf(std::array<float, 9>& values, int count) {
 PictureMotionFit::PictureMotionFit(const sensor::Sensor& sensor) {
   const sensor::Points markers = sensor::markerPositions(sensor);
   const sensor::Projection project(sensor.camera, sensor.gel.size.z());
-  place_.resize(2, markers.cols());
+  byMotion_.resize(2 * markers.cols(), 4);
   for (Eigen::Index i = 0; i < markers.cols(); ++i) {
-    place_.col(i) = project(markers.col(i)) - sensor.camera.principal_px;
+    byMotion_.middleRows<2>(2 * i) = project.motionOf(project(markers.col(i)));
   }
 }
 
 Eigen::Vector2d PictureMotionFit::at(int marker, const Eigen::Vector4d& motion) const {
-  return {alongU(place_.col(marker)).dot(motion), alongV(place_.col(marker)).dot(motion)};
+  return byMotion_.middleRows<2>(2 * Eigen::Index{marker}) * motion;
 }
 
 std::optional<PictureMotion> PictureMotionFit::operator()(const Displacements& displacements) const {
@@ -53,13 +43,13 @@ std::optional<PictureMotion> PictureMotionFit::operator()(const Displacements& d
   Eigen::Vector4d right = Eigen::Vector4d::Zero();
   double square = 0.0;
   int markers = 0;
-  for (Eigen::Index i = 0; i < place_.cols(); ++i) {
+  for (Eigen::Index i = 0; 2 * i < byMotion_.rows(); ++i) {
     if (!displacements.valid[i]) continue;
-    const Row u = alongU(place_.col(i)), v = alongV(place_.col(i));
-    const double du = displacements.value_px[2 * i], dv = displacements.value_px[2 * i + 1];
-    normal += u * u.transpose() + v * v.transpose();
-    right += u * du + v * dv;
-    square += du * du + dv * dv;
+    const auto byMotion = byMotion_.middleRows<2>(2 * i);
+    const Eigen::Vector2d seen(displacements.value_px[2 * i], displacements.value_px[2 * i + 1]);
+    normal += byMotion.transpose() * byMotion;
+    right += byMotion.transpose() * seen;
+    square += seen.squaredNorm();
     ++markers;
   }
   if (markers < kFewestMarkers) return std::nullopt;

@@ -15,7 +15,7 @@ struct Displacements {
   std::span<const std::uint8_t> valid;  ///< M
 };
 
-/// (u, v) moves by shift + scale (u, v) + roll (-v, u), counted from the principal point.
+/// (u, v) moves by shift + scale (u, v) + roll (-v, u), counted from the principal point: sensor::Projection::motionOf.
 struct PictureMotion {
   Eigen::Vector4d value = Eigen::Vector4d::Zero();       ///< shift u, v [px]; scale [1]; roll [rad], u towards v
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();  ///< by the scatter of what remains
@@ -34,7 +34,7 @@ class PictureMotionFit {
   Eigen::Vector2d at(int marker, const Eigen::Vector4d& motion) const;
 
  private:
-  Eigen::Matrix2Xd place_;  ///< from the principal point [px]
+  Eigen::Matrix<double, Eigen::Dynamic, 4> byMotion_;  ///< d(u), d(v) / d(motion), marker after marker
 };
 
 /// A place where neighbouring markers agree that they are displaced: errors of single markers do not, a touch does.

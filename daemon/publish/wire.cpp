@@ -108,6 +108,7 @@ void set(const sensor::Camera& from, pb::Camera& to) {
   to.set_width_px(static_cast<std::uint32_t>(from.width));
   to.set_height_px(static_cast<std::uint32_t>(from.height));
   to.set_focal_px(from.focal_px);
+  to.set_aspect(from.aspect);
   setXy(from.principal_px, *to.mutable_principal_px());
   to.set_k1(from.k1);
   to.set_k2(from.k2);

@@ -84,6 +84,8 @@ Id inverseId(const sensor::Sensor& sensor, const SolveOptions& options) {
   hasher.value(sensor.uncertainty.layerDepth);
   hasher.value(isWeighed(sensor));
   vector(motionVariances(sensor));
+  // Of square pixels it is left out: caches from before the key existed remain valid.
+  if (camera.aspect != 1.0) hasher.value(camera.aspect);
   return hasher.digest();
 }
 

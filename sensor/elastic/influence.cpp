@@ -42,8 +42,7 @@ Eigen::MatrixXd pictureMotionMatrix(const Sensor& sensor) {
   const Projection projection(sensor.camera, sensor.gel.size.z());
   Eigen::MatrixXd motion(2 * markers.cols(), 4);
   for (Eigen::Index m = 0; m < markers.cols(); ++m) {
-    const Eigen::Vector2d r = projection(markers.col(m)) - sensor.camera.principal_px;
-    motion.middleRows<2>(2 * m) << 1.0, 0.0, r.x(), -r.y(), 0.0, 1.0, r.y(), r.x();
+    motion.middleRows<2>(2 * m) = projection.motionOf(projection(markers.col(m)));
   }
   return motion;
 }

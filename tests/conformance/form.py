@@ -49,6 +49,8 @@ def plain(name, values):
             out[member] = value
     if name == "Header":
         out["flags"] = [word for bit, word in FLAGS.items() if out["flags"] & bit]
+    if name == "Camera" and out["aspect"] == 0:  # of a daemon that knows square pixels alone
+        out["aspect"] = 1.0
     return out
 
 
@@ -67,6 +69,8 @@ def echo(kind, message):
     if kind == "description":
         out["layers"] = [{**{name: value for name, value in layer.items() if name != "darker"},
                           "contrast": "darker" if layer["darker"] else "brighter"} for layer in out["layers"]]
+        if not out["layers"]:
+            out["gel"] = None  # no markers: the daemon runs without a gel
         out["calibration_time_ns"] = message["calibration"]["time_ns"]
         out["calibration"] = message["header"]["calibration"]
         out["zero"], out["rest_pose"] = message["header"]["zero"], message["zero"]

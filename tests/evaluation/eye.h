@@ -93,10 +93,12 @@ class Eye {
   /// Where markers displaced by `displacement` [m, 3 x M] appear, in a picture that strays.
   const Eigen::Matrix2Xd& look(Eigen::Ref<const sensor::Points> displacement, const Stray& stray) {
     const Eigen::Vector2d centre = sensor_.camera.principal_px;
+    const Eigen::Vector2d scale(1.0, sensor_.camera.aspect);
     const Eigen::Matrix2d turn = (1.0 + stray.scale) * Eigen::Rotation2D<double>(stray.roll).toRotationMatrix();
     for (Eigen::Index m = 0; m < markers_.cols(); ++m) {
       const Eigen::Vector2d place = project_(markers_.col(m) + displacement.col(m));
-      places_.col(m) = centre + turn * (place - centre) + Eigen::Vector2d(stray.u_px, stray.v_px);
+      places_.col(m) = centre + scale.cwiseProduct(turn * (place - centre).cwiseQuotient(scale)) +
+                       Eigen::Vector2d(stray.u_px, stray.v_px);
     }
     return places_;
   }

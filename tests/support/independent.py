@@ -61,6 +61,7 @@ class Camera:
     position_mm: tuple = (0.0, 0.0, 157.0)
     rotation_rad: tuple = (0.0, 0.0, 0.0)
     focal_px: float = 960.0
+    aspect: float = 1.0
     principal_px: tuple = (319.5, 239.5)
     k1: float = 0.0
     k2: float = 0.0
@@ -91,7 +92,8 @@ class Camera:
         ray = ray @ np.diag([1, -1, -1]) @ turn.T
         ab = ray[..., :2] / ray[..., 2:]
         r2 = (ab**2).sum(axis=-1, keepdims=True)
-        return self.principal_px + self.focal_px * (1 + self.k1 * r2 + self.k2 * r2**2) * ab
+        focal = np.array([self.focal_px, self.aspect * self.focal_px])
+        return self.principal_px + focal * (1 + self.k1 * r2 + self.k2 * r2**2) * ab
 
 
 # Picture (2.4).
@@ -100,10 +102,14 @@ _AT = np.linspace(-12, 12, 24001)
 _NORMAL = np.array([(1 + math.erf(x / math.sqrt(2))) / 2 for x in _AT])
 
 
-def cover(centres, radius, columns, rows, chords=24):
-    """Blurred discs averaged over pixels, (disc, row, column), cut into chords; `columns`, `rows`: (disc, n)."""
+def cover(centres, radius, columns, rows, chords=24, aspect=1.0):
+    """Blurred discs averaged over pixels, (disc, row, column), cut into chords; `columns`, `rows`: (disc, n).
+
+    They are ellipses of the discs' area that are `aspect` times as high as wide.
+    """
     angle, pixel = math.pi * (np.arange(chords) + 0.5) / chords, 0.5 / BLUR_PX
-    place, half = (radius / BLUR_PX * wave(angle)[:, None] for wave in (np.cos, np.sin))
+    place, half = (radius / BLUR_PX * wave(angle)[:, None] * stretch
+                   for wave, stretch in ((np.cos, aspect**0.5), (np.sin, aspect**-0.5)))
     u, v = (((grid - centres[:, i:i + 1]) / BLUR_PX)[:, None] for i, grid in enumerate((columns, rows)))
 
     def once(x):  # the normal density's integral from -infinity, and that function's
@@ -114,7 +120,7 @@ def cover(centres, radius, columns, rows, chords=24):
 
     across = once(v - place + pixel) - once(v - place - pixel)
     along = twice(u + half + pixel) - twice(u - half + pixel) - twice(u + half - pixel) + twice(u - half - pixel)
-    return BLUR_PX**2 * math.pi / chords * np.einsum("k,mkv,mku->mvu", half[:, 0], across, along)
+    return BLUR_PX**2 * math.pi / chords * np.einsum("k,mkv,mku->mvu", aspect * half[:, 0], across, along)
 
 
 def picture(camera, pixels):
@@ -124,7 +130,8 @@ def picture(camera, pixels):
     for layer in (0, 1):
         jacobian = (camera.project(LAYER_CENTRE[layer] + step) - camera.project(LAYER_CENTRE[layer] - step)) / 2e-6
         columns, rows = np.moveaxis(np.rint(pixels[layer]).astype(int)[..., None] + np.arange(-7, 8), 1, 0)
-        part = cover(pixels[layer], DIAMETER / 2 * math.sqrt(abs(np.linalg.det(jacobian))), columns, rows)
+        part = cover(pixels[layer], DIAMETER / 2 * math.sqrt(abs(np.linalg.det(jacobian))), columns, rows,
+                     aspect=camera.aspect)
         weight = CONTRAST * np.array([[CROSS_TALK, CROSS_TALK, 1], [1, CROSS_TALK, CROSS_TALK]][layer])
         np.add.at(levels, (rows[:, :, None], columns[:, None]), part[..., None] * weight)
     return levels

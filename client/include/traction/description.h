@@ -43,7 +43,8 @@ struct Camera {
   std::string pixelFormat;            ///< GenICam's name: "RGB8"
   std::uint32_t width_px = 0;
   std::uint32_t height_px = 0;
-  double focal_px = 0.0;
+  double focal_px = 0.0;   ///< along u; along v: aspect * focal_px
+  double aspect = 1.0;     ///< focal length along v over that along u
   Vector2 principal_px{};  ///< where the optical axis meets the picture, (u, v)
   double k1 = 0.0;         ///< radial distortion r_d = r (1 + k1 r^2 + k2 r^4), r normalised by the focal length
   double k2 = 0.0;

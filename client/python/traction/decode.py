@@ -13,7 +13,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from .description import Body, Description, Zero
+from .description import Body, Camera, Description, Zero
 from .errors import Malformed
 from .messages import Contact, Covariance, Field, Markers, PictureMotion, Preview, PreviewFormat
 from .shapes import Axes, Bytes, OneByteEach, Packed, SixteenBytes
@@ -138,6 +138,11 @@ def _check_markers(markers: Markers) -> Markers:
     return markers
 
 
+def _check_camera(camera: Camera) -> Camera:
+    camera.aspect = camera.aspect or 1.0  # older daemons know square pixels alone
+    return camera
+
+
 def _check_zero(zero: Zero) -> Zero:
     _require(len(zero.marker_present) == len(zero.rest_position_px), "the rest pose's mask has another size")
     return zero
@@ -163,8 +168,8 @@ def _check_preview(preview: Preview) -> Preview:
 
 
 _CHECKS: dict[type, Convert] = {
-    Field: _check_field, Markers: _check_markers, Zero: _check_zero, Body: _check_body, Histogram: _check_histogram,
-    Preview: _check_preview}
+    Field: _check_field, Markers: _check_markers, Camera: _check_camera, Zero: _check_zero, Body: _check_body,
+    Histogram: _check_histogram, Preview: _check_preview}
 
 
 @cache

@@ -71,7 +71,7 @@ class Camera:
     pixel_format: str  # GenICam's name: "RGB8"
     width_px: int
     height_px: int
-    focal_px: float
+    focal_px: float  # along u; along v: aspect * focal_px
     principal_px: Vector2  # where the optical axis meets the picture, (u, v)
     k1: float  # radial distortion r_d = r (1 + k1 r^2 + k2 r^4), r normalised by the focal length
     k2: float
@@ -80,6 +80,7 @@ class Camera:
     gel_index: float  # refractive index of the gel; 1: not taken into account
     window_index: float
     window_thickness_m: float
+    aspect: float  # focal length along v over that along u
 
 
 @dataclass(slots=True, eq=False)

@@ -176,6 +176,32 @@ TEST(GelCheck, AWrongPoseIsMeasured) {
   }
 }
 
+TEST(GelCheck, AnotherScaleInXAndYIsNamed) {
+  Draw draw(5);
+  for (const bool oneLayer : {false, true}) {
+    for (const double aspect : {1.035, 0.965}) {
+      sensor::Sensor file;
+      if (oneLayer) file.layers.pop_back();
+      file.camera.position.z() = 170e-3;  // so that all rows stay in the picture
+      sensor::Sensor truth = draw.trueSensor(file);
+      truth.camera.aspect = aspect;
+      const auto report = judged(truth, file);
+      ASSERT_TRUE(report) << aspect;
+      const auto& found = find(*report, "aspect");
+      EXPECT_TRUE(found.contradicts);
+      EXPECT_NEAR(found.seen, aspect, 1e-3);
+      for (const auto& other : report->findings) EXPECT_EQ(other.contradicts, other.name == "aspect") << other.name;
+      EXPECT_EQ(report->remark.substr(0, 39), "the picture's scale differs in x and y:") << report->remark;
+      std::printf("%s\n", report->remark.c_str());
+      // A file that has it fits.
+      file.camera.aspect = aspect;
+      const auto right = judged(truth, file);
+      ASSERT_TRUE(right);
+      EXPECT_TRUE(right->fits()) << right->remark;
+    }
+  }
+}
+
 TEST(GelCheck, OneLayerIsEnough) {
   sensor::Sensor file;
   file.layers.pop_back();

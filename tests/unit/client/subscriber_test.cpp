@@ -175,6 +175,7 @@ TEST_F(SubscriberTest, DescriptionWithoutAGelSaysSo) {
   EXPECT_FALSE(description.hasGel());
   EXPECT_EQ(description.nodes.columns, 0U);
   EXPECT_EQ(description.camera.width_px, 333U);
+  EXPECT_EQ(description.camera.aspect, 1.0) << "what does not travel is square pixels, as of older daemons";
   EXPECT_EQ(description.camera.model, "Eye");
 }
 
@@ -183,6 +184,7 @@ TEST_F(SubscriberTest, DescriptionArrivesFirstAndNumberByNumber) {
   told.sensor->body = smallBody();
   told.host = tractiond::publish::hostId();
   told.zero = tractiond::publish::restPose();
+  told.sensor->camera.aspect = 1.035;
   open(told);
   Subscriber subscriber(at(stream_));
   std::optional<Message> first;
@@ -216,6 +218,7 @@ TEST_F(SubscriberTest, DescriptionArrivesFirstAndNumberByNumber) {
   EXPECT_EQ(description.camera.vendor, "Acme");
   EXPECT_EQ(description.camera.pixelFormat, "RGB8");
   EXPECT_EQ(description.camera.width_px, 640U);
+  EXPECT_EQ(description.camera.aspect, 1.035);
   EXPECT_EQ(description.camera.principal_px, (Vector2{319.5, 239.5}));
   EXPECT_EQ(description.camera.position_m[2], 157e-3);
   ASSERT_TRUE(description.body);

@@ -95,6 +95,52 @@ TEST_F(CalibrateCommand, WritesTheLensIntoTheGelFile) {
   EXPECT_LT(after->uncertainty.principal_px, 1.0);
 }
 
+TEST_F(CalibrateCommand, TakesThePictureSizeThatTheFileLeavesOut) {
+  options.gel = path("plan.toml");
+  write(options.gel, "format = 1\n[gel]\nyoungs_modulus_pa = 130000\n");
+  const Done done = calibrate(options);
+  ASSERT_TRUE(done) << done.error()[0].message();
+  const auto after = sensor::loadGel(options.output);
+  ASSERT_TRUE(after) << after.error().what;
+  EXPECT_EQ(after->gel.youngsModulus, 1.3e5);
+  EXPECT_EQ(after->camera.width, truth.width);
+  EXPECT_EQ(after->camera.height, truth.height);
+  // What it says must still be the pictures'.
+  std::filesystem::remove(options.output);
+  write(options.gel, "format = 1\n[camera]\nheight_px = 17\n");
+  expectRefused(options.gel, "has a camera of " + std::to_string(truth.width) + " x 17 px");
+}
+
+/// Pixels that are not square, or pictures that were resized. The eight pictures are taken again.
+TEST_F(CalibrateCommand, FindsAScaleThatDiffers) {
+  truth.aspect = 1.035;
+  options.pictures.clear();
+  while (options.pictures.size() < 8) {
+    const cv::Mat picture = photograph(kTilted[0], kTilted[1]);
+    if (findCorners(picture, options.board)) add(picture);
+  }
+  for (const double believed : {1.0, 1.035}) {
+    options.gel = path("in.toml");
+    write(options.gel, "format = 1\n[camera]\naspect = " + std::to_string(believed) + "\n");
+    const Done done = calibrate(options);
+    ASSERT_TRUE(done) << done.error()[0].message();
+    const auto after = sensor::loadGel(options.output);
+    ASSERT_TRUE(after) << after.error().what;
+    const sensor::Camera& found = after->camera;
+    if (believed == truth.aspect) {
+      EXPECT_EQ(found.aspect, believed) << "held";
+    } else {
+      EXPECT_NEAR(found.aspect, truth.aspect, 1e-3);
+      EXPECT_NE(found.aspect, truth.aspect) << "estimated";
+    }
+    EXPECT_NEAR(found.focal_px / truth.focal, 1.0, 5 * after->uncertainty.focal);
+    EXPECT_NEAR(found.aspect * found.focal_px / (truth.aspect * truth.focal), 1.0, 5 * after->uncertainty.focal);
+    EXPECT_NEAR(found.principal_px.y(), truth.v0, 5 * after->uncertainty.principal_px);
+    EXPECT_NEAR(found.k1, truth.k1, 5 * after->uncertainty.k1);
+    EXPECT_LT(after->uncertainty.focal, 2e-3);
+  }
+}
+
 TEST_F(CalibrateCommand, RefusesABoardOfAnotherSize) {
   for (const Board& other : {Board{8, 5, 10e-3}, Board{10, 7, 10e-3}, Board{11, 8, 10e-3}, Board{9, 7, 10e-3}}) {
     const cv::Mat spoilt = photograph(kTilted[0], kTilted[1], other);

@@ -22,17 +22,18 @@ namespace lens {
 /// The truth, in words of its own: not sensor::Projection.
 struct TrueCamera {
   int width = 640, height = 480;
+  double aspect = 1.0;  // the focal length along v is aspect * focal
   double focal = 900.0, u0 = 319.5, v0 = 239.5, k1 = 0.0, k2 = 0.0;
 
   Eigen::Vector2d project(const Eigen::Vector3d& seen) const {
     const double x = seen.x() / seen.z(), y = seen.y() / seen.z(), r2 = x * x + y * y;
     const double stretch = 1.0 + k1 * r2 + k2 * r2 * r2;
-    return {u0 + focal * stretch * x, v0 + focal * stretch * y};
+    return {u0 + focal * stretch * x, v0 + aspect * focal * stretch * y};
   }
 
   /// Of the ray that is seen at a pixel: x / z, y / z.
   Eigen::Vector2d ray(double u, double v) const {
-    const double x = (u - u0) / focal, y = (v - v0) / focal, bent = std::hypot(x, y);
+    const double x = (u - u0) / focal, y = (v - v0) / (aspect * focal), bent = std::hypot(x, y);
     double r = bent;
     for (int i = 0; i < 30; ++i) {
       const double r2 = r * r, step = (r * (1 + (k1 + k2 * r2) * r2) - bent) / (1 + (3 * k1 + 5 * k2 * r2) * r2);

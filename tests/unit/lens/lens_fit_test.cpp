@@ -167,6 +167,24 @@ TEST(ExactCorners, GiveTheLensExactly) {
     EXPECT_NEAR(fit.camera.k2, truth.k2, 2e-5);
     EXPECT_LT(fit.residual_px, 5e-5);
     EXPECT_FALSE(fit.oddView) << *fit.oddView;
+    EXPECT_FALSE(fit.aspectDeviation) << "square pixels are not estimated";
+    EXPECT_EQ(fit.camera.aspect, 1.0);
+  }
+}
+
+TEST(ExactCorners, GiveTheAspectExactly) {
+  Draw draw(tractiond::test::seed());
+  const Board board{10, 7, 10e-3};
+  for (const double aspect : {1.035, 0.75}) {
+    TrueCamera truth = draw.camera();
+    truth.aspect = aspect;
+    const LensFit fit = fitLens(seenCorners(draw, truth, board, 0.0), board, truth.width, truth.height);
+    ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
+    EXPECT_TRUE(fit.aspectDeviation);
+    EXPECT_NEAR(fit.camera.aspect, aspect, 2e-6);
+    EXPECT_NEAR(fit.camera.focal_px, truth.focal, 2e-3);
+    EXPECT_NEAR(fit.camera.k1, truth.k1, 3e-5);
+    EXPECT_LT(fit.residual_px, 5e-5);
   }
 }
 

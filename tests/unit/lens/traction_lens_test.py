@@ -6,32 +6,20 @@ The chessboard's pictures are drawn here, by a camera of the page's own; the gel
 import os
 import pathlib
 import re
-import struct
 import subprocess
 import tempfile
 import tomllib
 import unittest
-import zlib
 
 import numpy as np
 
 import independent
+import png
 import seed
 
 SOURCE = pathlib.Path(__file__).resolve().parents[3]
 BIN = pathlib.Path(os.environ["TRACTION_BUILD"]) / "bin"
 COLUMNS, ROWS, FINE = 10, 7, 3  # squares of the board; samples a pixel and direction
-
-
-def write_png(path, levels):
-    """`levels`: uint8, (rows, columns) or (rows, columns, 3)."""
-    def chunk(name, data):
-        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
-    rows, columns = levels.shape[:2]
-    head = struct.pack(">IIBBBBB", columns, rows, 8, 2 if levels.ndim == 3 else 0, 0, 0, 0)
-    lines = b"".join(b"\0" + line.tobytes() for line in levels)
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(lines, 1)) +
-                     chunk(b"IEND", b""))
 
 
 def turn(axis, angle):
@@ -121,10 +109,10 @@ class Page(unittest.TestCase):
             (folder / "board").mkdir()
             ray = rays(camera)
             for i in range(15):
-                write_png(folder / f"board/{i:02}.png", board_picture(camera, ray, draw, noise))
+                png.write(folder / f"board/{i:02}.png", board_picture(camera, ray, draw, noise))
             levels = independent.picture(camera, camera.project(independent.MARKERS))
             levels += noise.normal(0, 2, levels.shape)
-            write_png(folder / "rest.png", np.clip(np.rint(levels), 0, 255).astype(np.uint8))
+            png.write(folder / "rest.png", np.clip(np.rint(levels), 0, 255).astype(np.uint8))
             for command in commands:
                 done = subprocess.run(command, shell=True, capture_output=True, text=True, cwd=folder, timeout=300,
                                       env={**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}"})

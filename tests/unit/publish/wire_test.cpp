@@ -273,6 +273,7 @@ TEST(Wire, DescriptionArrivesNumberByNumber) {
   Description described = description();
   described.zero = restPose();
   described.sensor->gel.size = {0.1, 0.2, 0.03};
+  described.sensor->camera.aspect = 1.035;
   described.sensor->camera.k1 = 0.01;
   described.sensor->camera.k2 = 0.02;
   described.sensor->camera.windowThickness = 0.005;
@@ -322,6 +323,7 @@ TEST(Wire, DescriptionArrivesNumberByNumber) {
   EXPECT_EQ(camera.width_px(), 640U);
   EXPECT_EQ(camera.height_px(), 480U);
   EXPECT_EQ(camera.focal_px(), 960.0);
+  EXPECT_EQ(camera.aspect(), 1.035);
   EXPECT_EQ(camera.principal_px().x(), 319.5);
   EXPECT_EQ(camera.principal_px().y(), 239.5);
   EXPECT_EQ(camera.k1(), 0.01);

@@ -34,6 +34,7 @@ void expectSame(const Sensor& a, const Sensor& b) {
   EXPECT_EQ(a.camera.width, b.camera.width);
   EXPECT_EQ(a.camera.height, b.camera.height);
   EXPECT_DOUBLE_EQ(a.camera.focal_px, b.camera.focal_px);
+  EXPECT_DOUBLE_EQ(a.camera.aspect, b.camera.aspect);
   EXPECT_EQ(a.camera.principal_px, b.camera.principal_px);
   EXPECT_DOUBLE_EQ(a.camera.k1, b.camera.k1);
   EXPECT_DOUBLE_EQ(a.camera.k2, b.camera.k2);
@@ -93,7 +94,7 @@ TEST(GelFile, WhatIsWrittenIsRead) {
   sensor.layers.resize(1);
   sensor.layers[0] = {sensor::Colour::kGreen, 11, 7, 2.34567e-3, 5.1e-3, {-0.3e-3, 0.7e-3}, 0.45e-3, true};
   sensor.nodes = {9, 8, 3.3e-3, {0.1e-3, -0.2e-3}};
-  sensor.camera = {800,  600,  1234.5, {401.25, 298.5}, -0.11, 0.013, {1e-3, 2e-3, 99e-3}, {0.01, -0.02, 0.03},
+  sensor.camera = {800,  600,  1234.5, 1.035, {401.25, 298.5}, -0.11, 0.013, {1e-3, 2e-3, 99e-3}, {0.01, -0.02, 0.03},
                    1.41, 1.49, 8e-3};
   sensor.uncertainty = {.youngsModulus = 0.011,
                         .poissonRatio = 0.0037,
@@ -111,6 +112,14 @@ TEST(GelFile, WhatIsWrittenIsRead) {
   ASSERT_TRUE(read.has_value()) << read.error().where << read.error().what;
   expectSame(*read, sensor);
   expectSame(parseGel(sensor::gelText(Sensor{}), "written").value(), Sensor{});
+}
+
+/// A calibrated file from before the key existed keeps its text, and with it its hash.
+TEST(GelFile, SquarePixelsAreNotWritten) {
+  Sensor sensor;
+  EXPECT_EQ(sensor::gelText(sensor).find("aspect"), std::string::npos);
+  sensor.camera.aspect = 0.965;
+  EXPECT_NE(sensor::gelText(sensor).find("\naspect = 0.965\n"), std::string::npos);
 }
 
 TEST(GelFile, BlackDotsAreOneLayerThatTakesLightAway) {
@@ -141,6 +150,8 @@ TEST(GelFile, ImpossibleSensorsAreRejectedWhereTheyAreWritten) {
       {"diameter_mm = 0.6", "diameter_mm = 3", "layers[0].diameter_mm is not below the pitch"},
       {"position_mm = [0, 0, 157]", "position_mm = [0, 0, 40]", "camera.position_mm is not behind"},
       {"position_mm = [0, 0, 157]", "position_mm = [0, 0]", "camera.position_mm must be a list of 3 numbers"},
+      {"aspect = 1 ", "aspect = 0 ", "camera.aspect = 0 must be between 0.5 and 2"},
+      {"aspect = 1 ", "aspect = 3.5 ", "camera.aspect = 3.5 must be between 0.5 and 2"},
       {"youngs_modulus_pa = 180000", "youngs_modulus_pa = \"soft\"", "gel.youngs_modulus_pa must be a number"},
       {"youngs_modulus_pa = 180000", "youngs_modulus_pa = 9007199254740993",
        "gel.youngs_modulus_pa = 9.007199255e+15 "},  // an integer that no double is

@@ -141,8 +141,48 @@ TEST(Projection, RefractionObeysSnell) {
   }
 }
 
+TEST(Projection, AspectScalesVAfterTheDistortion) {
+  Camera camera = awkwardCamera();
+  const Projection square(camera, kThickness);
+  camera.aspect = 1.035;
+  const Projection project(camera, kThickness);
+  for (const Eigen::Vector3d& point : somePoints()) {
+    const Eigen::Vector2d expected = square(point) - camera.principal_px, found = project(point) - camera.principal_px;
+    EXPECT_NEAR(found.x(), expected.x(), 1e-12);
+    EXPECT_NEAR(found.y(), 1.035 * expected.y(), 1e-12);
+  }
+}
+
+/// The picture's motion is that of a camera that turns, of a longer lens, of a sensor that is shifted.
+TEST(Projection, MotionIsThatOfTheCamera) {
+  constexpr double kStep = 1e-6;
+  for (const double aspect : {1.0, 1.035, 0.5}) {
+    Camera camera;
+    camera.aspect = aspect;
+    camera.k1 = -0.12;
+    const Projection project(camera, kThickness);
+    Camera shiftedU = camera, shiftedV = camera, longer = camera, turned = camera;
+    shiftedU.principal_px.x() += kStep;
+    shiftedV.principal_px.y() += kStep;
+    longer.focal_px *= 1.0 + kStep;
+    turned.rotation.z() += kStep;
+    for (const Eigen::Vector3d& point : somePoints()) {
+      const auto motion = project.motionOf(project(point));
+      int column = 0;
+      for (const Camera& moved : {shiftedU, shiftedV, longer, turned}) {
+        const Eigen::Vector2d difference = (Projection(moved, kThickness)(point) - project(point)) / kStep;
+        EXPECT_LT((motion.col(column) - difference).norm(), 1e-5 * std::max(1.0, difference.norm()))
+            << "aspect " << aspect << ", motion " << column;
+        ++column;
+      }
+    }
+  }
+}
+
 TEST(Projection, JacobianAgreesWithDifferences) {
-  for (const Camera& camera : {Camera{}, awkwardCamera()}) {
+  Camera squeezed = awkwardCamera();
+  squeezed.aspect = 0.6;
+  for (const Camera& camera : {Camera{}, awkwardCamera(), squeezed}) {
     const Projection project(camera, kThickness);
     for (const Eigen::Vector3d& point : somePoints()) {
       const auto jacobian = project.jacobian(point);

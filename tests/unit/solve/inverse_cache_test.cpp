@@ -202,6 +202,7 @@ TEST_F(InverseCache, TheIdDependsOnEverythingTheNumbersDependOn) {
   changed([](Sensor& s, SolveOptions&) { s.nodes.pitch += 1e-4; });
   changed([](Sensor& s, SolveOptions&) { s.nodes.columns += 1; });
   changed([](Sensor& s, SolveOptions&) { s.camera.focal_px += 1.0; });
+  changed([](Sensor& s, SolveOptions&) { s.camera.aspect = 1.035; });
   changed([](Sensor& s, SolveOptions&) { s.camera.principal_px.y() += 1.0; });
   changed([](Sensor& s, SolveOptions&) { s.camera.k1 = 0.1; });
   changed([](Sensor& s, SolveOptions&) { s.camera.k2 = 0.1; });

@@ -34,7 +34,7 @@ sensor::Sensor pairOfMarkers() {
 
 double radius(const sensor::Sensor& sensor, std::size_t layer) {
   const double distance = sensor.camera.position.z() - sensor.layers[layer].depth;
-  return 0.5 * sensor.layers[layer].diameter * sensor.camera.focal_px / distance;
+  return 0.5 * sensor.layers[layer].diameter * sensor.camera.focal_px / distance;  // along u
 }
 
 std::vector<std::uint8_t> draw(Renderer& renderer, const Eigen::Matrix2Xd& markers_px, std::uint32_t seed = 0) {
@@ -62,7 +62,7 @@ double slowLevel(const sensor::Sensor& sensor, const Optics& optics, const Eigen
       const double x = u + i * kStep, y = v + j * kStep;
       const auto isInside = [&](Eigen::Index marker, double r) {
         const double dx = x - centres(0, marker), dy = y - centres(1, marker);
-        return dx * dx + dy * dy < r * r;
+        return dx * dx + dy * dy / (sensor.camera.aspect * sensor.camera.aspect) < r * r;
       };
       const bool red = isInside(1, redRadius);
       if (!red && !isInside(0, blueRadius)) continue;
@@ -74,18 +74,21 @@ double slowLevel(const sensor::Sensor& sensor, const Optics& optics, const Eigen
 }
 
 TEST(Renderer, PictureIsThatOfBruteForceAlsoWhereRedHidesBlue) {
-  const sensor::Sensor pair = pairOfMarkers();
-  const Optics optics = quiet();
-  Renderer renderer(pair, optics, Format::kRgb8);
-  Eigen::Matrix2Xd centres(2, 2);
-  centres << 20.3, 22.1, 14.8, 15.9;
-  const auto picture = draw(renderer, centres);
-  for (int v = 8; v < 24; ++v) {
-    for (int u = 13; u < 30; ++u) {
-      for (const Channel channel : {kRed, kGreen, kBlue}) {
-        const int drawn = picture[static_cast<std::size_t>((v * 40 + u) * 3 + channel)];
-        EXPECT_NEAR(drawn, slowLevel(pair, optics, centres, u, v, channel), 0.5 + 0.25)
-            << u << " " << v << " " << channel;
+  for (const double aspect : {1.0, 1.3}) {
+    sensor::Sensor pair = pairOfMarkers();
+    pair.camera.aspect = aspect;
+    const Optics optics = quiet();
+    Renderer renderer(pair, optics, Format::kRgb8);
+    Eigen::Matrix2Xd centres(2, 2);
+    centres << 20.3, 22.1, 14.8, 15.9;
+    const auto picture = draw(renderer, centres);
+    for (int v = 8; v < 24; ++v) {
+      for (int u = 13; u < 30; ++u) {
+        for (const Channel channel : {kRed, kGreen, kBlue}) {
+          const int drawn = picture[static_cast<std::size_t>((v * 40 + u) * 3 + channel)];
+          EXPECT_NEAR(drawn, slowLevel(pair, optics, centres, u, v, channel), 0.5 + 0.25)
+              << u << " " << v << " " << channel << ", aspect " << aspect;
+        }
       }
     }
   }

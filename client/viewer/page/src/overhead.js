@@ -69,11 +69,12 @@ export class Overhead {
     }
     const {data} = this.image;
     data.fill(0);
+    const focal_px = camera.focal_px * Math.sqrt(camera.aspect);
     let i = 0;
     for (const layer of layers) {
       const end = Math.min(i + 2 * layer.columns * layer.rows, places.length);
       const height_m = Math.max(1e-3, camera.position_m[2] - layer.depth_m);
-      const radius = Math.max(1, (0.5 * dense * layer.diameter_m * camera.focal_px) / height_m);
+      const radius = Math.max(1, (0.5 * dense * layer.diameter_m * focal_px) / height_m);
       const colour = parseInt(({blue: theme.blue, red: theme.red}[layer.colour] ?? theme.quiet).slice(1), 16);
       for (; i < end; i += 2) {
         const u = dense * (places[i] + 0.5) - 0.5, v = dense * (places[i + 1] + 0.5) - 0.5;

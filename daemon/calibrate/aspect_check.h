@@ -1,0 +1,49 @@
+// Does the picture have another scale in u than in v, against the gel file?
+#pragma once
+
+#include "sensor/sensor.h"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace tractiond::calibrate {
+
+struct AspectCheckOptions {
+  double alarm = 5.0;               ///< deviations
+  double pattern = 1e-3;            ///< deviation of the pitch in x against that in y, relative: a printer's feed
+  double better = 0.5;              ///< times the residual of the best camera with the file's aspect
+  double largestResidual_px = 0.5;  ///< of the camera with another aspect: above, that is not the cause either
+  // What may be wrong instead is left free: deviations where the file's are smaller.
+  double focal = 0.2;          ///< relative
+  double largestFocal = 0.5;   ///< relative: beyond, the camera is none; from far away every slant looks like an aspect
+  double principal_px = 50.0;  ///< in u and in v
+  double k1 = 1.0, k2 = 10.0;
+  int iterations = 60;  ///< of each fit
+};
+
+/// The aspect that explains the markers' places best.
+struct AspectSeen {
+  bool differs = false;    ///< it explains them, and the file's does not
+  double expected = 1.0;   ///< camera.aspect of the file
+  double aspect = 1.0;     ///< of the picture
+  double deviation = 0.0;  ///< of `aspect`, with the pattern's own
+  double held_px =
+      0.0;  ///< residual of the best camera with the file's aspect; infinite: there is none, or it was not sought
+  double residual_px = 0.0;  ///< of the best camera
+
+  std::string what() const;    ///< what the picture shows, for people
+  std::string remedy() const;  ///< the key and its value
+};
+
+/// Fits pose, lens and pattern to the markers' places twice (fitGeometry), with the file's aspect and with any, and
+/// compares. A tilt, another focal length, distance or distortion do not count as another aspect: each of the two fits
+/// is free to take them up. Where few markers of one layer are seen at a slant, a longer lens and another aspect look
+/// alike, and nothing differs. A tenth of a second. Reentrant.
+/// \param start the file's lens and aspect, and a pose from which the fits start \param place_px 2 M, as in RestPose
+/// \param first the aspect that the search starts from \return nothing where no aspect explains the places
+std::optional<AspectSeen> seenAspect(const sensor::Sensor& start, double first, std::span<const float> place_px,
+                                     std::span<const std::uint8_t> present, const AspectCheckOptions& options = {});
+
+}  // namespace tractiond::calibrate
