@@ -82,16 +82,18 @@ void Detector::collectPeaks(const Plane& plane, const MarkerTemplate& marker) {
   };
   const float perSum = plane.sign * plane.gain, least = kLeastContrast * plane.unit;
 
-  const int columns = (plane.width - 2 * inner - 1) / step + 1, rows = (plane.height - 2 * inner - 1) / step + 1;
+  const int first = inner + (outer - inner) % step;
+  const int columns = (plane.width - first - inner - 1) / step + 1,
+            rows = (plane.height - first - inner - 1) / step + 1;
   peaks_.clear();
   if (plane.width <= 2 * outer || plane.height <= 2 * outer) return;
   for (int row = 0; row < rows; ++row) {
-    const int y = inner + row * step;
+    const int y = first + row * step;
     for (int column = 0; column < columns; ++column) {
-      const int x = inner + column * step;
+      const int x = first + column * step;
       const Box middle = box(x, y, inner), around = box(x, y, outer), hole = box(x, y, gap);
       response_[row * columns + column] =
-          perSum * (middle.sum / middle.area - (around.sum - hole.sum) / (around.area - hole.area));
+          perSum / middle.area * middle.sum - perSum / (around.area - hole.area) * (around.sum - hole.sum);
     }
   }
   const auto stronger = [](const Peak& a, const Peak& b) { return a.response > b.response; };
@@ -115,7 +117,7 @@ void Detector::collectPeaks(const Plane& plane, const MarkerTemplate& marker) {
                          stronger);
         peaks_.resize(peaks_.size() / 2);
       }
-      peaks_.push_back({response_[row * columns + column], inner + column * step, inner + row * step});
+      peaks_.push_back({response_[row * columns + column], first + column * step, first + row * step});
     }
   }
   std::sort(peaks_.begin(), peaks_.end(), stronger);

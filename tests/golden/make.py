@@ -25,7 +25,7 @@ def make(folder, scenario):
         first = bench.daemon(config)
         fields = bench.subscribe(first)
         fields.collect(1)
-        code, out = bench.ctl("zero", "--connect", first.endpoint["control"])
+        code, out = bench.ctl("zero", "--control", first.endpoint["control"])
         assert code == 0, out
         if is_touched:
             fields.collect(seconds=90, until=lambda field: not field.valid or  # where the gel file is not the gel's
