@@ -105,7 +105,7 @@ float leftOver(const Products<kCount>& products, const Column<kCount>& explained
 
 /// What the whole window's tables and sums say, of the part that is in the picture.
 struct Sums {
-  MarkerTemplate::Phase phase;
+  MarkerTemplate::Phase phase = {};
   Column<kFunctions> p;  ///< with the orthonormal functions; the first is the constant
   float mean = 0.0F;     ///< [levels]
   float misfit = 0.0F;   ///< [levels^2]
