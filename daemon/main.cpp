@@ -115,7 +115,8 @@ void reload(Instrument& instrument, const Arguments& arguments) {
 }
 
 int serve(const Arguments& arguments, const Config& config, const Places& places) {
-  const int noExecutor = capture::startExecutor();  // before there are threads
+  // Before there are threads. Pictures from a file have no camera.
+  const int noExecutor = arguments.images.empty() ? capture::startExecutor() : 0;
   catchSignals();
   if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
   const auto log = startLog("tractiond", config.logLevel);

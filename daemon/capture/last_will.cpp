@@ -86,20 +86,25 @@ void tellExecutor(int executor, const Order& order, int socket) {
 }
 
 /// What the executor does: keeps the newest order until the other process has ended, and carries it out then.
-/// Allocates nothing, as the other process may have had threads. \param orders ends with the other process
+/// Allocates nothing, as the other process may have had threads. Takes no signal: it is started with all of them
+/// blocked. \param orders ends with the other process
 [[noreturn]] void liveAsExecutor(int orders) {
   constexpr int kTimes = 3, kBetween_ms = 5;  // a datagram may be lost
+  constexpr int kOrders = STDERR_FILENO + 1;
   prctl(PR_SET_NAME, "tr-last-will");
-  for (const int signal : {SIGHUP, SIGINT, SIGTERM}) std::signal(signal, SIG_IGN);  // meant for the other process
-  if (const int nothing = open("/dev/null", O_RDWR | O_CLOEXEC); nothing >= 0) {
+  // Closes all else that was inherited: whoever reads a pipe of the other process's waits for the last writer to close
+  // it.
+  if (orders != kOrders) dup2(orders, kOrders);
+  close_range(kOrders + 1, ~0U, 0);
+  if (const int nothing = open("/dev/null", O_RDWR); nothing >= 0) {
     for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(nothing, standard);
-    close(nothing);
+    if (nothing > kOrders) close(nothing);  // else it is a standard one that was closed
   }
   int socket = -1;
   Order last{};
   for (;;) {
     Letter letter;
-    const ssize_t got = recvmsg(orders, &letter.header, MSG_CMSG_CLOEXEC);
+    const ssize_t got = recvmsg(kOrders, &letter.header, MSG_CMSG_CLOEXEC);
     if (got < 0 && errno == EINTR) continue;
     if (got != sizeof(Order)) break;
     if (socket >= 0) close(socket);
@@ -120,12 +125,17 @@ void tellExecutor(int executor, const Order& order, int socket) {
 int startExecutor() {
   std::array<int, 2> ends{};
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0) return errno;
+  // A signal to the whole group (a terminal's, a watchdog's of systemd) is meant for this process alone.
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_BLOCK, &all, &before);
   const pid_t child = fork();
   if (child == 0) {
     close(ends[0]);
     liveAsExecutor(ends[1]);
   }
   const int why = child < 0 ? errno : 0;
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
   close(ends[1]);
   if (why != 0) {
     close(ends[0]);

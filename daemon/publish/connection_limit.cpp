@@ -39,8 +39,10 @@ int acceptWithinLimits(int fd, sockaddr* address, socklen_t* size, int flags) {
   // The kernel itself: a call of the library from here would end up here again.
   const int accepted = static_cast<int>(syscall(SYS_accept4, fd, address, size, flags));
   if (accepted < 0) {
-    // libzmq aborts at those that it does not expect, and tries again after this one.
-    constexpr std::array kForeseen = {EMFILE, ENFILE, ENOBUFS, ENOMEM, EPERM};
+    // libzmq aborts at those that it does not expect, and tries again after this one. Behind EPERM, what
+    // the network said of the new connection (accept(2)).
+    constexpr std::array kForeseen = {EMFILE,    ENFILE,       ENOBUFS, ENOMEM,      EPERM,  ENETDOWN, ENETUNREACH,
+                                      EHOSTDOWN, EHOSTUNREACH, ENONET,  ENOPROTOOPT, EPROTO, ETIMEDOUT};
     if (std::ranges::find(kForeseen, errno) != kForeseen.end()) errno = ECONNABORTED;
     return accepted;
   }

@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -14,7 +16,9 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
+#include <cstring>
 #include <functional>
+#include <utility>
 #include <vector>
 
 namespace tractiond::capture {
@@ -62,55 +66,111 @@ class Port {
   int fd_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
 };
 
-/// Does something in a process of its own, which is then killed.
-void doAndBeKilled(const std::function<void()>& what) {
-  std::array<int, 2> done{};
-  ASSERT_EQ(pipe(done.data()), 0);
-  const pid_t child = fork();
-  if (child == 0) {
-    if (startExecutor() != 0) _exit(1);
-    what();
-    if (write(done[1], "", 1) != 1) _exit(1);
-    for (;;) pause();
+/// A process that has the executor, in a process group of its own. It is killed at the latest when this object ends.
+class Client {
+ public:
+  /// \param what it does, \param first and before it starts the executor. Returns when both are done.
+  explicit Client(
+      const std::function<void()>& what, const std::function<void()>& first = [] {}) {
+    std::array<int, 2> done{};
+    EXPECT_EQ(pipe(done.data()), 0);
+    child_ = fork();
+    if (child_ == 0) {
+      const rlimit noCore{0, 0};
+      setrlimit(RLIMIT_CORE, &noCore);
+      setpgid(0, 0);
+      first();
+      if (startExecutor() != 0) _exit(1);
+      what();
+      if (write(done[1], "", 1) != 1) _exit(1);
+      for (;;) pause();
+    }
+    char byte = 1;
+    close(done[1]);
+    EXPECT_EQ(read(done[0], &byte, 1), 1);
+    close(done[0]);
   }
-  char byte = 1;
-  close(done[1]);
-  EXPECT_EQ(read(done[0], &byte, 1), 1);
-  close(done[0]);
-  kill(child, SIGKILL);
-  waitpid(child, nullptr, 0);
-}
+  ~Client() { end(SIGKILL); }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
 
-TEST(LastWill, KilledProcessGivesTheCameraFree) {
+  /// \param whole whether its process group gets the signal
+  void end(int signal, bool whole = false) {
+    if (child_ <= 0) return;
+    kill(whole ? -child_ : child_, signal);
+    waitpid(std::exchange(child_, 0), nullptr, 0);
+  }
+
+ private:
+  pid_t child_ = 0;
+};
+
+/// Becomes the parent of the executors that clients leave.
+class LastWill : public testing::Test {
+ protected:
+  LastWill() { prctl(PR_SET_CHILD_SUBREAPER, 1); }
+  ~LastWill() override {
+    awaitExecutors();
+    prctl(PR_SET_CHILD_SUBREAPER, 0);
+  }
+  /// Until all have ended.
+  static void awaitExecutors() {
+    while (waitpid(-1, nullptr, 0) > 0) {
+    }
+  }
+
   const Port camera, control;
-  doAndBeKilled([&] { armLastWill(control.fd(), INADDR_LOOPBACK, camera.number()); });
+  const std::function<void()> armed = [this] { armLastWill(control.fd(), INADDR_LOOPBACK, camera.number()); };
+};
+
+TEST_F(LastWill, KilledProcessGivesTheCameraFree) {
+  Client(armed).end(SIGKILL);
   EXPECT_EQ(camera.receive(), std::pair(kRelease, control.number())) << "by the socket that holds it: others may not";
 }
 
-TEST(LastWill, NewestCameraIsGivenFree) {
-  const Port before, camera, control;
-  doAndBeKilled([&] {
+TEST_F(LastWill, NewestCameraIsGivenFree) {
+  const Port before;
+  Client([&] {
     armLastWill(control.fd(), INADDR_LOOPBACK, before.number());
     disarmLastWill(control.fd());
-    armLastWill(control.fd(), INADDR_LOOPBACK, camera.number());
-  });
+    armed();
+  }).end(SIGKILL);
   EXPECT_EQ(camera.receive().first, kRelease);
   EXPECT_EQ(before.receive(0).first, Bytes()) << "one that was closed may be another program's by now";
 }
 
-TEST(LastWill, ClosedCameraIsLeftAlone) {
-  const Port camera, control;
-  std::array<int, 2> alive{};  // the executor has the end that is written to until it has ended
-  ASSERT_EQ(pipe(alive.data()), 0);
-  doAndBeKilled([&] {
-    armLastWill(control.fd(), INADDR_LOOPBACK, camera.number());
+TEST_F(LastWill, ClosedCameraIsLeftAlone) {
+  Client([&] {
+    armed();
     disarmLastWill(control.fd());
-  });
-  close(alive[1]);
-  char byte = 0;
-  EXPECT_EQ(read(alive[0], &byte, 1), 0);
-  close(alive[0]);
+  }).end(SIGKILL);
+  awaitExecutors();
   EXPECT_EQ(camera.receive(0).first, Bytes());
+}
+
+TEST_F(LastWill, SignalToTheGroupIsForTheProcessAlone) {
+  for (const int signal : {SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGUSR1}) {
+    const Port one;
+    Client([&] { armLastWill(control.fd(), INADDR_LOOPBACK, one.number()); }).end(signal, true);
+    awaitExecutors();
+    EXPECT_EQ(one.receive(0).first, kRelease) << strsignal(signal);
+  }
+}
+
+TEST_F(LastWill, WhatWasInheritedIsClosed) {
+  std::array<int, 2> inherited{};
+  ASSERT_EQ(pipe(inherited.data()), 0);
+  Client client([&] { close(inherited[1]); });
+  close(inherited[1]);
+  pollfd item{inherited[0], POLLIN, 0};
+  EXPECT_EQ(poll(&item, 1, test::kHung_ms), 1) << "the executor has the end that is written to";
+  close(inherited[0]);
+}
+
+TEST_F(LastWill, StandardDescriptorsMayBeClosed) {
+  Client(armed, [] { close_range(STDIN_FILENO, STDERR_FILENO, 0); }).end(SIGKILL);
+  awaitExecutors();
+  EXPECT_EQ(camera.receive(0).first, kRelease);
 }
 
 }  // namespace

@@ -6,16 +6,22 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstddef>
 #include <cstring>
 #include <filesystem>
 #include <string>
@@ -215,6 +221,28 @@ TEST_F(ConnectionLimit, WithoutADescriptorLeftNothingAborts) {
   }
   zmq::socket_t newcomer = subscribe(bound_[1]);
   EXPECT_TRUE(hears(newcomer));
+}
+
+TEST(Accept, ErrorOfAConnectionThatIsGoneLetsTheListenerTryAgain) {
+  // Linux passes on what the network said of the new connection (accept(2)). A kernel that says so is played by a
+  // filter.
+  for (const unsigned error : {EHOSTUNREACH, EMFILE, ENETDOWN, EPERM, ETIMEDOUT}) {
+    const pid_t child = fork();
+    if (child == 0) {
+      std::array<sock_filter, 4> filter{{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+                                         BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_accept4, 0, 1),
+                                         BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | error),
+                                         BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)}};
+      const sock_fprog program{static_cast<unsigned short>(filter.size()), filter.data()};
+      prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+      if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) != 0) _exit(1);
+      _exit(accept4(-1, nullptr, nullptr, 0) < 0 && errno == ECONNABORTED ? 0 : 2);
+    }
+    int status = 0;
+    EXPECT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 0) << strerror(static_cast<int>(error));
+  }
 }
 
 }  // namespace
