@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 namespace tractiond {
 
@@ -39,45 +40,25 @@ GelWatch::GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbo
 
 std::string GelWatch::judge(const RestPose& zero) {
   tracker_.takeSight(sight_);
-  zero_ = zero;
   judging_ = true;
-  check();
+  const std::vector<track::Lattice> lattices = track::latticesOf(sensor_);
+  std::vector<LatticeSeen> seen;
+  for (int i = 0; i < sight_.layerCount; ++i) {
+    const LatticeSeen& layer = sight_.layers[i].seen;
+    if (layer.columns != 0) seen.push_back(track::extentWith(layer, lattices[i], zero.present));
+  }
+  if (seen.size() != sensor_.layers.size()) seen.clear();
+  report_ = calibrate::checkGel(sensor_, zero.position_px, zero.present, seen);
+  tracker_.judge(zero.id, report_.fits());
   tell();  // before anybody hears of it and asks
   return report_.remark.empty() ? ""
                                 : "the gel file does not fit the picture, and no forces are valid: " + report_.remark;
-}
-
-void GelWatch::check() {
-  std::vector<LatticeSeen> seen;
-  for (int i = 0; i < sight_.layerCount; ++i) {
-    judgedSeen_[i] = sight_.layers[i].seen;
-    if (judgedSeen_[i].columns != 0) seen.push_back(judgedSeen_[i]);
-  }
-  if (seen.size() != sensor_.layers.size()) seen.clear();
-  report_ = calibrate::checkGel(sensor_, zero_.position_px, zero_.present, seen);
-  tracker_.judge(zero_.id, report_.fits());
 }
 
 void GelWatch::turn() {
   const std::int64_t now_ns = options_.clock();
   if (foundAt_ns_ == 0) foundAt_ns_ = now_ns;
   const bool fresh = tracker_.takeSight(sight_);
-  if (fresh && judging_) {
-    const bool changed = [&] {
-      for (int i = 0; i < sight_.layerCount; ++i) {
-        const LatticeSeen &now = sight_.layers[i].seen, &then = judgedSeen_[i];
-        if (now.columns != then.columns || now.rows != then.rows) return true;
-      }
-      return false;
-    }();
-    if (changed) {
-      const bool fitted = report_.fits();
-      check();
-      if (fitted && !report_.fits()) {
-        spdlog::warn("warning: the gel file does not fit the picture, and no forces are valid: {}", report_.remark);
-      }
-    }
-  }
   if (fresh) watchMissing(now_ns);
   if (const Snapshot* const snapshot = snapshots_.take()) {
     if (std::exchange(lookWanted_, false)) look(*snapshot);

@@ -28,7 +28,8 @@ class GelWatch {
   GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<publish::MarkerStatus>& status,
            std::function<void(const Snapshots::Result&)> answer, const GelWatchOptions& options = {});
 
-  /// Compares the gel file with a zero, and tells the tracker. \return what contradicts, for people; empty: nothing.
+  /// Compares the gel file with a zero, and tells the tracker. Pictures that come later are not compared: a load hides
+  /// markers, too. \return what contradicts, for people; empty: nothing.
   std::string judge(const RestPose& zero);
 
   /// The gel file fits the picture of the zero that was judged last.
@@ -47,7 +48,6 @@ class GelWatch {
   void takeFrame(const Frame& frame);
 
  private:
-  void check();
   void watchMissing(std::int64_t now_ns);
   void look(const Snapshot& snapshot);
   void tell();
@@ -58,9 +58,7 @@ class GelWatch {
   GelWatchOptions options_;
 
   MarkerSight sight_;
-  RestPose zero_;
   bool judging_ = false;  ///< there is a zero
-  std::array<LatticeSeen, 2> judgedSeen_;
   GelReport report_;
 
   std::int64_t foundAt_ns_ = 0;   ///< when the markers were found last, or the watch began

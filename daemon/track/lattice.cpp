@@ -15,6 +15,24 @@ constexpr float kSlopePrior = 0.01F;  // keeps the plane's slope finite where th
 
 }  // namespace
 
+LatticeSeen extentWith(const LatticeSeen& seen, const Lattice& lattice, std::span<const std::uint8_t> there) {
+  const auto extent = [](int lines, int length, const auto& isThere) {
+    int first = lines, last = -1;
+    for (int line = 0; line < lines; ++line) {
+      int count = 0;
+      for (int i = 0; i < length; ++i) count += isThere(line, i) ? 1 : 0;
+      if (2 * count < length) continue;
+      first = std::min(first, line);
+      last = line;
+    }
+    return std::max(last - first + 1, 0);
+  };
+  const auto at = [&](int column, int row) { return there[static_cast<std::size_t>(lattice.at(column, row))] != 0; };
+  const int columns = extent(lattice.columns, lattice.rows, at);
+  const int rows = extent(lattice.rows, lattice.columns, [&](int row, int column) { return at(column, row); });
+  return {std::max(seen.columns, columns), std::max(seen.rows, rows)};
+}
+
 std::vector<Lattice> latticesOf(const sensor::Sensor& sensor) {
   std::vector<Lattice> lattices;
   int first = 0;

@@ -1,6 +1,7 @@
 // The grids of markers as neighbourhoods: what a marker's neighbours say of it.
 #pragma once
 
+#include "daemon/records/gel_report.h"
 #include "sensor/sensor.h"
 
 #include <cstdint>
@@ -27,6 +28,10 @@ struct Lattice {
   int at(int column, int row) const { return first + row * columns + column; }
   bool has(int column, int row) const { return column >= 0 && column < columns && row >= 0 && row < rows; }
 };
+
+/// Returns `seen`, but at least the columns and rows between the first and the last of which half of the markers are
+/// `there`, by marker: what hid them when the picture was labelled has gone. Reentrant; allocates nothing.
+LatticeSeen extentWith(const LatticeSeen& seen, const Lattice& lattice, std::span<const std::uint8_t> there);
 
 /// One per layer, in their order.
 std::vector<Lattice> latticesOf(const sensor::Sensor& sensor);

@@ -471,7 +471,10 @@ bool Tracker::latticesFit() const {
   for (std::size_t i = 0; i < layers_.size(); ++i) {
     const LatticeSeen& seen = sight_.layers[i].seen;
     const Lattice& lattice = layers_[i].lattice;
-    if (seen.columns != 0 && (seen.columns != lattice.columns || seen.rows != lattice.rows)) return false;
+    const auto isWhole = [&](const LatticeSeen& one) {
+      return one.columns == lattice.columns && one.rows == lattice.rows;
+    };
+    if (seen.columns != 0 && !isWhole(seen) && !isWhole(extentWith(seen, lattice, valid_))) return false;
   }
   return true;
 }

@@ -1,0 +1,81 @@
+#include "daemon/gel_watch.h"
+#include "tests/unit/track/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+
+namespace tractiond {
+namespace {
+
+using track::Scene;
+using track::Tracking;
+
+/// A tracker, and the watch that judges its zeros.
+struct Bench {
+  Bench()
+      : tracking(scene, {.awaitJudge = true})
+      , watch(scene.sensor, tracking.tracker, status, [](const auto&) {}) {}
+
+  void shoot(int frames, bool discontinuity = false) {
+    for (int i = 0; i < frames; ++i) {
+      tracking(scene.shoot(discontinuity));
+      watch.turn();
+    }
+  }
+
+  /// Shoots until there is a zero. \return what the watch says of it
+  std::string takeZero() {
+    RestPose pose;
+    for (int i = 0; i < 80; ++i) {
+      tracking(scene.shoot());
+      if (!tracking.tracker.takeRestPose(pose)) continue;
+      std::string remark = watch.judge(pose);
+      tracking.tracker.putInForce(pose, watch.fits());
+      return remark;
+    }
+    return "no zero";
+  }
+
+  void hideColumns(int count) {
+    for (int i = 0; i < scene.markers(); ++i) {
+      if (i % 24 < count) scene.now.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+
+  bool mismatch() const { return (tracking.field.flags & kGelMismatch) != 0; }
+
+  Scene scene;
+  Tracking tracking;
+  Mailbox<publish::MarkerStatus> status;
+  GelWatch watch;
+};
+
+// What hides columns while the picture is labelled anew makes its fields invalid, and no later ones.
+TEST(GelWatch, HiddenColumnsDoNotContradictTheGelFile) {
+  Bench bench;
+  ASSERT_EQ(bench.takeZero(), "");
+  bench.hideColumns(5);
+  bench.shoot(1, true);
+  bench.shoot(3);
+  EXPECT_TRUE(bench.watch.fits());
+  EXPECT_TRUE(bench.mismatch());
+
+  bench.scene.now = bench.scene.rest;
+  bench.shoot(3);
+  EXPECT_FALSE(bench.mismatch());
+  bench.tracking.tracker.requestZero();
+  EXPECT_EQ(bench.takeZero(), "");
+  EXPECT_TRUE(bench.watch.fits());
+}
+
+TEST(GelWatch, ColumnsThatAreNotThereContradictTheGelFile) {
+  Bench bench;
+  bench.hideColumns(2);
+  EXPECT_NE(bench.takeZero().find("the picture shows 22 x 24"), std::string::npos);
+  EXPECT_FALSE(bench.watch.fits());
+}
+
+}  // namespace
+}  // namespace tractiond
