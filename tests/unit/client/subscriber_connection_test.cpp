@@ -1,0 +1,226 @@
+// Subscribers whose publisher is another one, goes, comes back, or never was there.
+#include "tests/support/seed.h"
+#include "tests/unit/client/forger.h"
+
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <random>
+#include <thread>
+
+namespace traction::subscriber_test {
+namespace {
+
+using tractiond::test::kHung_ms;
+
+/// Returns a socket that listens at a path.
+int listenAt(const std::string& path) {
+  std::filesystem::remove(path);  // ZeroMQ leaves it there
+  const int listener = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  const auto* any = reinterpret_cast<const sockaddr*>(&address);
+  if (bind(listener, any, sizeof address) != 0 || listen(listener, 8) != 0) throw std::runtime_error("no socket");
+  return listener;
+}
+
+/// Listens where a publisher might, and is none: each that connects is sent some bytes and hung up on.
+class Stranger {
+ public:
+  Stranger(std::string socket, std::vector<std::string> greetings)
+      : socket_(std::move(socket))
+      , greetings_(std::move(greetings))
+      , listener_(listenAt(socket_))
+      , thread_([this] { run(); }) {}
+  ~Stranger() {
+    shutdown(listener_, SHUT_RDWR);
+    thread_.join();
+    close(listener_);
+    std::filesystem::remove(socket_);
+  }
+  std::size_t met() const { return met_; }
+
+ private:
+  void run() {
+    for (int peer; (peer = accept(listener_, nullptr, nullptr)) >= 0; close(peer)) {
+      const std::string& greeting = greetings_[met_ % greetings_.size()];
+      (void)!write(peer, greeting.data(), greeting.size());
+      std::this_thread::sleep_for(5ms);
+      ++met_;
+    }
+  }
+
+  std::string socket_;  ///< a path
+  std::vector<std::string> greetings_;
+  std::atomic<std::size_t> met_{0};
+  int listener_;
+  std::thread thread_;
+};
+
+/// As ZMTP 3.1 begins: signature, version, mechanism.
+std::string greeting(const std::string& mechanism) {
+  std::string text("\xff\0\0\0\0\0\0\0\1\x7f\3\1", 12);
+  text += mechanism;
+  text.resize(64, '\0');
+  return text;
+}
+
+/// A folder for a socket, whose name nobody else can take meanwhile as they could a port.
+class SocketTest : public testing::Test {
+ protected:
+  ~SocketTest() override { std::filesystem::remove_all(folder_); }
+
+  const std::filesystem::path folder_ = []() -> std::filesystem::path {  // made before `pattern` ends
+    std::string pattern = testing::TempDir() + "traction-XXXXXX";
+    return mkdtemp(pattern.data());
+  }();
+  const std::string path_ = folder_ / "stream", endpoint_ = "ipc://" + path_;
+};
+
+TEST_F(SocketTest, HandshakesThatFailAreNoConnectionsAndAreNotHeldAgainstALaterOne) {
+  std::mt19937 random(tractiond::test::seed());
+  std::vector<std::string> greetings = {
+      "", "HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n", greeting("NULL"),
+      greeting("PLAIN"), greeting("NULL") + std::string("\4\5\5READY")};
+  std::shuffle(greetings.begin(), greetings.end(), random);
+  auto stranger = std::make_unique<Stranger>(path_, greetings);
+  Subscriber subscriber(at(endpoint_));
+  const std::size_t handshakes = 2 + random() % 6;
+  while (stranger->met() < handshakes) {
+    TestClock::advance(10ms);
+    subscriber.receive(10ms);
+    ASSERT_FALSE(subscriber.isConnected());
+  }
+  stranger.reset();
+
+  for (int i = 0; i < 2; ++i) {
+    zmq::context_t context;
+    zmq::socket_t publisher(context, zmq::socket_type::xpub);
+    publisher.set(zmq::sockopt::linger, 0);
+    publisher.bind(endpoint_);
+    expectConnected(subscriber, true);
+    publisher.close();
+    context.close();
+    expectConnected(subscriber, false);
+  }
+}
+
+TEST_F(SocketTest, PeerOfAnotherKindIsNoConnectionAndMayBeFollowedByAPublisher) {
+  zmq::context_t context;
+  zmq::socket_t replier(context, zmq::socket_type::rep);  // the control endpoint, say
+  replier.bind(endpoint_);
+  Subscriber subscriber(at(endpoint_));
+  for (int i = 0; i < 50; ++i) {
+    subscriber.receive(10ms);
+    EXPECT_FALSE(subscriber.isConnected());
+  }
+  replier.close();
+  context.close();
+  zmq::context_t other;
+  zmq::socket_t publisher(other, zmq::socket_type::xpub);
+  publisher.bind(endpoint_);
+  expectConnected(subscriber, true);
+}
+
+TEST_F(SocketTest, EndpointThatWasGivenUpIsTriedAgainAfterAWhile) {
+  Stranger stranger(path_, {greeting("NULL") + std::string("\4\5\5READY")});
+  Subscriber subscriber(at(endpoint_));
+  for (std::size_t met = 1; met < 4; ++met) {
+    ASSERT_TRUE(eventually([&] {
+      subscriber.receive(10ms);
+      return stranger.met() == met;
+    }));
+    for (int i = 0; i < 30; ++i) subscriber.receive(10ms);
+    EXPECT_EQ(stranger.met(), met);  // as long as time stands still
+    TestClock::advance(200ms);
+  }
+}
+
+/// Publishes for as long as it lives.
+std::jthread publishing(tractiond::publish::Publisher& publisher, const tractiond::TractionField& field) {
+  return std::jthread([&](const std::stop_token& stop) {
+    for (; !stop.stop_requested(); std::this_thread::sleep_for(5ms)) {
+      TestClock::advance(5ms);
+      publisher.wait(-1, 0ms);
+      publisher.publish(field);
+    }
+  });
+}
+
+TEST_F(SubscriberTest, StreamReadFromTheLatestEndpointIsToldInsteadOfWaitedFor) {
+  Subscriber subscriber(at(latest_, kField));
+  const auto fields = publishing(*publisher_, field_);
+  try {
+    subscriber.receive(kHung);
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kBadEndpoint);
+    for (const std::string& word : {latest_, std::string("'stream'"), std::string("'latest'")}) {
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+  }
+}
+
+// ZeroMQ 4.3.4 aborts the process when a message in parts reaches a socket that conflates.
+TEST_F(SubscriberTest, LatestReadFromTheStreamEndpointDoesNoHarm) {
+  Subscriber subscriber(at(stream_, kField, Mode::kLatest));
+  const auto fields = publishing(*publisher_, field_);
+  for (int i = 0; i < 50; ++i) EXPECT_FALSE(subscriber.receive(10ms));
+  expectConnected(subscriber, true);
+}
+
+TEST_F(SubscriberTest, RestartOfTheDaemonIsNoLoss) {
+  std::string pattern = testing::TempDir() + "traction-XXXXXX";
+  const std::string folder = mkdtemp(pattern.data());
+  Description description = tractiond::publish::description();
+  open(description, "ipc://" + folder + "/stream");
+  Subscriber subscriber(at(stream_, kField));
+  for (int i = 0; i < 3; ++i) await<Field>(subscriber);
+  description.identity.boot = idOf(90);
+  open(description, stream_);
+  while (await<Field>(subscriber).header.boot != idOf(90)) {
+  }
+  EXPECT_EQ(subscriber.lost(), 0U);
+  publisher_.reset();
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Subscriber, BadEndpointsAndNamesAreRefused) {
+  for (const std::string endpoint : {"nonsense", "tcp://", "http://localhost"}) {
+    EXPECT_THROW(Subscriber{at(endpoint)}, Error) << endpoint;
+  }
+  SubscriberOptions options;
+  options.instance = "../etc";
+  try {
+    const Subscriber subscriber(options);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kBadEndpoint);
+  }
+}
+
+TEST_F(SocketTest, WhatCameBeforeTheEndOfADaemonIsReadAfterIt) {
+  constexpr int kFields = 100;
+  auto forger = std::make_unique<Forger>(endpoint_);
+  Subscriber subscriber = std::move(forger->subscriber());
+  for (int i = 1; i <= kFields; ++i) forger->field(static_cast<std::uint64_t>(i));
+  ASSERT_TRUE(subscriber.receive(kHung));
+  forger.reset();
+  ASSERT_TRUE(eventually([&] {
+    std::this_thread::sleep_for(1ms);
+    return !subscriber.isConnected();
+  }));
+  const int listener = listenAt(path_);
+  pollfd comes{listener, POLLIN, 0};
+  ASSERT_EQ(poll(&comes, 1, kHung_ms), 1);  // ZeroMQ tries the endpoint again by itself
+  TestClock::advance(300ms);                // longer than an endpoint is left alone that was given up
+  for (int i = 2; i <= kFields; ++i) ASSERT_TRUE(subscriber.receive(0ms)) << i;
+  close(listener);
+}
+
+}  // namespace
+}  // namespace traction::subscriber_test
