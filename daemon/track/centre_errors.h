@@ -38,8 +38,8 @@ class CentreErrors {
   /// The variances of a layer's valid centres. A marker that has not the shape that it should have under its strain
   /// (dust at its edge, the fringe of a reflection, white pixels) is pulled aside: it counts for less or, where it is
   /// odder than that, is made invalid. `pixels`: of the template; `frames`: that the marker was followed for, up to
-  /// 2 kMemory - 1; `adoptDeformed`: fits a marker's disc as an ellipse of any
-  /// size; where that leaves at most so much, its centre is the marker's from then on, and true is returned.
+  /// 2 kMemory - 1; `adoptDeformed`: fits a marker's disc as an ellipse of any size and, where that leaves at most so
+  /// much, makes its centre the marker's and returns true. Called for at most 64 markers, for those that are strained.
   void weigh(const Lattice& lattice, int pixels, std::span<const Centre> centres, std::span<const Vector> displacement,
              std::span<const float> restAmplitude, std::span<const std::uint8_t> frames,
              const std::function<bool(int, float)>& adoptDeformed, std::span<std::uint8_t> valid);

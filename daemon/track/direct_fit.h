@@ -16,7 +16,7 @@ inline float clippedMargin(const MarkerTemplate& marker) {
 /// search starts, and receives the result; its variance grows with the share of the window that is missing. Not found
 /// where a part of the disc is outside the picture.
 ///
-/// Takes some 20 us, fifty times as long as a centre whose window is whole: a gel has few of these markers.
+/// Takes 10 to 40 us a step, a hundred times as long as a centre whose window is whole: a gel has few of these markers.
 /// Reentrant; allocates nothing.
 void fitClippedCentre(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk, const Guess& guess,
                       Centre& centre);
