@@ -53,9 +53,10 @@ class Descriptors(steady.TestCase):
             subscribe().collect(1)
             served_s = time.monotonic() - begin
             burnt_ms = rig.beside_burner(self.bench, SECONDS + 1, share.processors, lambda: self.follow(honest, SECONDS)[0])
+            times = rig.times(during_ms, before_ms, burnt_ms, share.processors)
             print(f"\n  {what}, {limit} descriptors, {kind}: {hoarder.lines[-1]}; {most} descriptors in use at most; an honest "
                   f"subscriber received {len(numbers)} fields and lost {lost}; a new one is served "
-                  f"{served_s:.2f} s after the end; {rig.times(during_ms, before_ms, burnt_ms, share.processors)} ", end="", flush=True)
+                  f"{served_s:.2f} s after the end; {times} ", end="", flush=True)
             self.assertEqual(lost, 0)
             self.assertLess(most, limit - RESERVED + 16)  # and what the program opens besides
         self.assertEqual(victim.stop(), 0, victim.output())

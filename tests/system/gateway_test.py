@@ -280,8 +280,8 @@ class Gateway(steady.TestCase):
         self.assertIsNotNone(self.ask(gateway, keys["ada"]))
         asked = time.monotonic() - begin
         burnt, _ = rig.beside_burner(self.bench, SECONDS + 1, share.processors, lambda: self.local_p99(SECONDS))
-        print(f"\n  {kind}: {flood.lines[-1]}; "
-              f"{rig.times(1e3 * p99, 1e3 * p99_before, 1e3 * burnt, share.processors)}, {rate_before:.0f} -> {rate:.0f} fields/s; honest peer served after "
+        times = rig.times(1e3 * p99, 1e3 * p99_before, 1e3 * burnt, share.processors)
+        print(f"\n  {kind}: {flood.lines[-1]}; {times}, {rate_before:.0f} -> {rate:.0f} fields/s; honest peer served after "
               f"{during:.2f} s meanwhile, {again:.2f} s afterwards, answered after {asked:.2f} s; memory {memory:.1f} -> {peak:.1f} MiB",
               end=" ", flush=True)
         rate_after = self.local_p99(1.0)[1]  # the machine may be busy with something else, too

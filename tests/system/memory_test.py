@@ -70,8 +70,9 @@ class Memory(steady.TestCase):
         self.follow(subscriber, 5)
         after_MiB = victim.memory_MiB()
         burnt_ms, _ = rig.beside_burner(self.bench, SECONDS + 1, share.processors, lambda: self.follow(subscriber, SECONDS))
+        times = rig.times(during_ms, before_ms, burnt_ms, share.processors)
         print(f"\n  {what}: {hoarder.lines[-1]}; memory {before_MiB:.1f} MiB, {peak.MiB - before_MiB:+.1f} at most, "
-              f"{after_MiB - before_MiB:+.1f} 5 s after; {rig.times(during_ms, before_ms, burnt_ms, share.processors)}, longest pause "
+              f"{after_MiB - before_MiB:+.1f} 5 s after; {times}, longest pause "
               f"{pause_before_ms:.0f} -> {pause_ms:.0f} ms ", end="", flush=True)
         self.assertLess(peak.MiB - before_MiB, MOST_MiB)
         self.assertLess(after_MiB - before_MiB, MOST_MiB / 2)
