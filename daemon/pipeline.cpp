@@ -1,9 +1,11 @@
 #include "daemon/pipeline.h"
 
 #include "daemon/base/clock.h"
+#include "daemon/base/niceness.h"
 
 #include <pthread.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <cassert>
 #include <latch>
@@ -189,6 +191,7 @@ void Pipeline::publish() {
 }
 
 void Pipeline::control() {
+  static_cast<void>(nice(kControlNiceness));
   for (; !stopping_.load(std::memory_order_relaxed); turns_.control.add()) stages_.control(options_.turn);
 }
 
