@@ -30,7 +30,8 @@ from traction import ros2  # noqa: E402
 from traction.decode import decode  # noqa: E402
 from traction.v1 import messages  # noqa: E402
 
-READER = pathlib.Path(os.environ.get("TRACTION_MCAP", pathlib.Path(os.environ["TRACTION_BUILD"]) / "tests/system/mcap"))
+BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
+READER = pathlib.Path(os.environ.get("TRACTION_MCAP", BUILD / "tests/system/mcap"))
 CALIBRATION = b"c" * 16
 BAD = traction.Flag.FEW_MARKERS | traction.Flag.GEL_MISMATCH
 
@@ -299,6 +300,29 @@ class Messages(unittest.TestCase):
         for sensor, node in (("default", "default"), ("left-finger", "left_finger"), ("3rd", "sensor_3rd"), ("", "sensor_"),
                              ("a b/ü", "a_b__"), ("_x9", "_x9")):
             self.assertEqual(ros2.node_name(sensor), node)
+
+    def test_tractionctl_reads_the_recording_and_recovers_what_is_cut_off(self):
+        self.sensor.rows = self.sensor.columns = 24
+        sent = [self.sensor.description(), *(self.sensor.field() for _ in range(100))]
+        with tempfile.TemporaryDirectory(prefix="traction-") as folder:
+            def ctl(*words):
+                done = subprocess.run([BUILD / "bin" / "tractionctl", *words], capture_output=True, text=True, timeout=HUNG_S)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                return done.stdout + done.stderr
+            path, cut, recovered = (pathlib.Path(folder) / name for name in ("whole.mcap", "cut.mcap", "recovered.mcap"))
+            file, counts = ros2_bridge.File(path, self.converter.node), dict.fromkeys(ros2.TOPICS, 0)
+            for kind, payload in sent:
+                for sample in self.converter.convert(decode(kind, payload)):
+                    file.write(sample)
+                    counts[sample.topic] += 1
+            file.close()
+            told = json.loads(ctl("info", path, "--json"))
+            self.assertEqual({topic["topic"]: topic["messages"] for topic in told["topics"]},
+                             {topic.name.replace("~", "/gel_1"): count for topic, count in counts.items()})
+            self.assertRegex(ctl("recover", path, recovered), "2 chunks of .*, which was whole")
+            recovered.unlink()
+            cut.write_bytes(path.read_bytes()[:-100_000])
+            self.assertRegex(ctl("recover", cut, recovered), "1 chunks of ")
 
     @suite.npm
     def test_foreign_readers_find_every_number(self):
