@@ -1,7 +1,7 @@
 """Publishes the forces of a sensor in ROS 2, or records them as its messages. docs/ros2.md says which message holds what.
 
 usage: ros2_bridge.py [OPTIONS] [INSTANCE] [--ros-args ...]   a node; source ROS 2's setup.bash before
-       ros2_bridge.py [OPTIONS] [INSTANCE] --output FILE.mcap   needs no ROS; `ros2 bag play` and Foxglove open the file
+       ros2_bridge.py [OPTIONS] [INSTANCE] --output FILE.mcap   needs no ROS; a file for `ros2 bag play` and Foxglove
 """
 
 import argparse
