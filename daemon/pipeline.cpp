@@ -1,11 +1,9 @@
 #include "daemon/pipeline.h"
 
 #include "daemon/base/clock.h"
-#include "daemon/base/niceness.h"
 
 #include <pthread.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <cassert>
 #include <latch>
@@ -191,7 +189,6 @@ void Pipeline::publish() {
 }
 
 void Pipeline::control() {
-  static_cast<void>(nice(kControlNiceness));
   for (; !stopping_.load(std::memory_order_relaxed); turns_.control.add()) stages_.control(options_.turn);
 }
 

@@ -1,16 +1,12 @@
 #include "daemon/publish/control.h"
 
 #include "daemon/base/clock.h"
-#include "daemon/base/niceness.h"
 #include "daemon/publish/inflow_limit.h"
 #include "daemon/publish/socket.h"
 #include "daemon/publish/wire_control.h"
 
-#include <unistd.h>
-
 #include <array>
 #include <deque>
-#include <future>
 #include <optional>
 
 namespace tractiond::publish {
@@ -171,11 +167,7 @@ ControlServer::~ControlServer() = default;
 
 tl::expected<std::unique_ptr<ControlServer>, Error> ControlServer::open(const std::vector<std::string>& endpoints,
                                                                         ControlHandlers handlers) try {
-  // ZeroMQ starts its threads with the first socket, and they keep the niceness of the thread that makes it.
-  auto impl = std::async(std::launch::async, [] {
-                static_cast<void>(nice(kControlNiceness));
-                return std::make_unique<Impl>();
-              }).get();
+  auto impl = std::make_unique<Impl>();
   impl->handlers = std::move(handlers);
   guard(impl->socket, kWaitingReplies, kLargestRequest);
   auto bound = bind(impl->socket, endpoints);

@@ -1,19 +1,12 @@
-#include "daemon/base/niceness.h"
 #include "daemon/publish/control.h"
 #include "tests/unit/publish/raw_peer.h"
 #include "tests/unit/publish/support.h"
 #include "traction/v1/control.pb.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <random>
-#include <string>
-#include <vector>
 
 namespace tractiond::publish::control_test {
 namespace {
@@ -121,23 +114,6 @@ class ControlTest : public testing::Test {
   std::vector<CalibrationStep> steps_;
   std::unique_ptr<ControlServer> server_;
 };
-
-/// Returns the niceness of each thread of this process that is called so.
-std::vector<int> nicenessOf(const std::string& name) {
-  std::vector<int> found;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) {
-    std::string called;
-    std::getline(std::ifstream(entry.path() / "comm"), called);
-    if (called == name)
-      found.push_back(getpriority(PRIO_PROCESS, static_cast<id_t>(std::stoi(entry.path().filename().string()))));
-  }
-  return found;
-}
-
-TEST_F(ControlTest, ThreadsOfZeroMQYieldToThoseOfFrames) {
-  constexpr int kMost = 19;
-  EXPECT_EQ(nicenessOf("ZMQbg/IO/0"), std::vector{std::min(kMost, getpriority(PRIO_PROCESS, 0) + kControlNiceness)});
-}
 
 TEST_F(ControlTest, StatusAndDescriptionAreWhatTheHandlersSay) {
   const pb::Reply status = ask(statusRequest());
