@@ -107,7 +107,7 @@ class Server {
   }
 
   ~Server() {
-    for (const auto& show : shows_) show->playing.reset();  // while its thread may still ask for the show
+    for (const auto& show : shows_) show->playing.reset();  // its thread uses the show
   }
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
@@ -253,7 +253,7 @@ class Server {
         Session::Handlers{
             .ask =
                 [](Session& from, const std::string& id, const std::string&) {
-                  from.answer(makeFrame("error/" + id, "refused a recording answers nothing"));
+                  from.answer(makeFrame("error/" + id, "refused a recording cannot be asked"));
                 },
             .play =
                 [seen](double from_s, double speed) {
@@ -417,9 +417,9 @@ class Server {
     const bool changes = word == "zero" || word == "undo";
     const auto refuse = [&](const std::string& why) { from.answer(makeFrame("error/" + id, why)); };
     if (found == kQuestionNames.end()) return refuse("refused there is no such question");
-    if (!hub.control) return refuse("no_answer this viewer knows no endpoint for it (--control)");
+    if (!hub.control) return refuse("no_answer no endpoint for requests is known (traction-view --control)");
     if (changes && options_.readOnly) return refuse("not_allowed this viewer only reads (--read-only)");
-    if (hub.questions >= kQuestions) return refuse("refused others are asking; try again");
+    if (hub.questions >= kQuestions) return refuse("refused too many requests are waiting; try again");
     ++hub.questions;
     asio::post(hub.asker, [this, &hub, id, question = found->second, session = from.weak_from_this()] {
       Frame frame;
@@ -442,7 +442,7 @@ class Server {
   std::optional<FoxgloveServer> foxglove_;
   asio::thread_pool reaper_{1};
   std::list<std::shared_ptr<Show>> shows_;
-  std::vector<std::unique_ptr<Hub>> hubs_;  // last: their threads use the context
+  std::vector<std::unique_ptr<Hub>> hubs_;  // last, as their threads use the context
 };
 
 }  // namespace

@@ -16,6 +16,7 @@ class RawWebSocket:
     def __init__(self, rig, draw, port, path="/", host=None, origin=None, subprotocol=None, receive_buffer=None):
         """`draw` is a random.Random for keys and masks."""
         self.draw = draw
+        self.ping = None  # the payload of the last ping
         self.socket = socket.socket()
         if receive_buffer:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
@@ -57,8 +58,10 @@ class RawWebSocket:
             elif length == 127:
                 length, = struct.unpack(">Q", self.exactly(8))
             payload = self.exactly(length)
-            if first & 15 == PING and answer_pings:
-                self.send(payload, PONG)
+            if first & 15 == PING:
+                self.ping = payload
+                if answer_pings:
+                    self.send(payload, PONG)
             elif first & 15 in (TEXT, BINARY):
                 assert first & 0x80, "a message in several frames"
                 return first & 15, payload

@@ -18,7 +18,7 @@ import rig
 import seed
 from deadline import HUNG_S
 from rig import BIN, PATIENCE
-from websocket import BINARY, TEXT, RawWebSocket
+from websocket import BINARY, PONG, TEXT, RawWebSocket
 
 CLIENT = pathlib.Path(os.environ.get("TRACTION_FOXGLOVE", rig.BUILD / "tests" / "system" / "foxglove"))
 WINDOW = 512 * 1024  # foxglove_session.h
@@ -27,6 +27,7 @@ TOPICS = {f"traction/v1/default/{kind}/": f"traction.v1.{kind.capitalize()}"
           for kind in ("field", "markers", "description", "status", "preview")} | {
               "foxglove/default/scene": "foxglove.SceneUpdate", "foxglove/default/grid": "foxglove.Grid",
               "foxglove/default/picture": "foxglove.RawImage", "foxglove/default/log": "foxglove.Log"}
+FIELD_ID = 40  # of a subscription
 FIELD, SCENE, GRID = "traction/v1/default/field/", "foxglove/default/scene", "foxglove/default/grid"
 
 
@@ -35,6 +36,7 @@ class Client:
 
     def __init__(self, bench, port, *subprotocols):
         self.process = bench.start("node", CLIENT / "client.js", f"ws://localhost:{port}", *subprotocols, stdin=subprocess.PIPE)
+        bench.callback(self.process.child.stdin.close)
         self.seen = 0
 
     def ask(self, **task):
@@ -306,42 +308,72 @@ class Foxglove(browser.TestCase):
             pass
         self.is_well(view)
 
-    def test_a_client_that_stops_reading_delays_no_other_and_goes_on_with_the_newest(self):
+    def two_readers(self, **options):
+        """Two raw clients that subscribe to FIELD and SCENE, of a sensor that is pressed."""
         self.rig.twin("twist", truth=False)
         daemon = self.rig.daemon()
         self.rig.subscribe(daemon).collect(until=lambda field: field.resultant_N.z > 3)
         view = self.serve(daemon)
-        slow, channels = self.greeted(view, receive_buffer=32 * 1024)
+        slow, channels = self.greeted(view, **options)
         witness, _ = self.greeted(view)
-        ids = {0: FIELD, 1: SCENE}
-        for one in (slow, witness):
-            one.send(json.dumps({"op": "subscribe", "subscriptions": [{"id": id, "channelId": channels[topic]} for id, topic in ids.items()]}))
+        for client in (slow, witness):
+            client.send(json.dumps({"op": "subscribe", "subscriptions": [{"id": FIELD_ID, "channelId": channels[FIELD]},
+                                                                         {"id": FIELD_ID + 1, "channelId": channels[SCENE]}]}))
+        return slow, witness
 
-        def sequence_of(payload):
-            return rig.messages.Field.FromString(payload[13:]).header.sequence
+    @staticmethod
+    def sequence_of(payload):
+        """Of a field; None: it is another message."""
+        if payload[:5] != b"\1" + FIELD_ID.to_bytes(4, "little"):
+            return None
+        return rig.messages.Field.FromString(payload[13:]).header.sequence
 
-        def fields(client):
-            """(sequence, bytes of all messages up to it) of each field, for ever."""
-            received = 0
-            while True:
-                opcode, payload = client.receive()
-                received += len(payload)
-                if opcode == BINARY and payload[:5] == b"\1\0\0\0\0":
-                    yield sequence_of(payload), received
+    def fields(self, client):
+        """(sequence, bytes of all messages up to it) of each field, for ever."""
+        received = 0
+        while True:
+            _, payload = client.receive()
+            received += len(payload)
+            if (sequence := self.sequence_of(payload)) is not None:
+                yield sequence, received
 
-        of_witness = fields(witness)
-        first = next(of_witness)[0]
-        last, bytes_meanwhile = first, 0
+    def test_a_client_that_stops_reading_delays_no_other_and_goes_on_with_the_newest(self):
+        slow, witness = self.two_readers(receive_buffer=32 * 1024)
+        last, bytes_meanwhile = 0, 0
+        of_witness = self.fields(witness)
         while bytes_meanwhile < 4 * (WINDOW + SENDING):  # more than the server lets lie on the way to a client
             last, bytes_meanwhile = next(of_witness)
         largest, previous, received_before = 0, None, 0
-        for sequence, received in fields(slow):
+        for sequence, received in self.fields(slow):
             if previous is not None and sequence > previous + 1 and sequence >= last:
                 break
             largest, previous, received_before = max(largest, received - received_before), sequence, received
         print(f"\n  {received_before / 1024:.0f} KiB were on the way; {sequence - previous - 1} fields were passed over", end=" ", flush=True)
         self.assertLess(received_before, WINDOW + SENDING + 2 * largest)
         self.assertGreaterEqual(sequence, last)
+
+    def test_a_client_that_confirms_nothing_is_sent_no_more_than_the_window(self):
+        """Its kernel and its browser may hold megabytes: what it has read, it says by its answers to pings."""
+        slow, witness = self.two_readers()
+        received = largest = 0
+        newest = None
+        while received < WINDOW:
+            _, payload = slow.receive(answer_pings=False)
+            received, largest = received + len(payload), max(largest, len(payload))
+        of_witness = self.fields(witness)
+        for _ in range(100):
+            last, _ = next(of_witness)
+        slow.send('{"op": "none"}')  # its answer does not wait for the window
+        while True:
+            opcode, payload = slow.receive(answer_pings=False)
+            if opcode == TEXT:
+                break
+            received, largest = received + len(payload), max(largest, len(payload))
+        self.assertIn("unknown op", json.loads(payload)["message"])
+        self.assertLess(received, WINDOW + 2 * largest)
+        slow.send(slow.ping, PONG)
+        while newest is None or newest < last:
+            newest = self.sequence_of(slow.receive()[1]) or newest
 
     def test_clients_that_read_nothing_are_closed_and_cost_little_and_too_many_are_refused(self):
         self.rig.twin("idle", truth=False)

@@ -1,12 +1,13 @@
 // Foxglove's own client, driven by lines of JSON. usage: node client.js URL [SUBPROTOCOL...]
 // Reads {"subscribe": TOPIC}, {"unsubscribe": TOPIC}, {"send": TEXT}, {"sendBinary": BASE64} from the standard input; writes a line
 // for each event. Messages are decoded by nothing but the schema that the server advertises.
-import { FoxgloveClient } from "@foxglove/ws-protocol";
+import protocol from "@foxglove/ws-protocol";
 import protobuf from "protobufjs";
 import "protobufjs/ext/descriptor/index.js";
 import { createInterface } from "node:readline";
 import WebSocket from "ws";
 
+const { FoxgloveClient } = protocol;
 const [url, ...subprotocols] = process.argv.slice(2);
 const socket = new WebSocket(url, subprotocols.length > 0 ? subprotocols : [FoxgloveClient.SUPPORTED_SUBPROTOCOL]);
 const client = new FoxgloveClient({ ws: socket });
