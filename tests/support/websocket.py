@@ -16,7 +16,8 @@ class RawWebSocket:
     def __init__(self, rig, draw, port, path="/", host=None, origin=None, subprotocol=None, receive_buffer=None):
         """`draw` is a random.Random for keys and masks."""
         self.draw = draw
-        self.ping = None  # the payload of the last ping
+        self.ping = self.answered = None  # payloads of the last ping, and of the last one that was answered
+        self.since_ping = 0  # bytes of the messages behind the last ping
         self.socket = socket.socket()
         if receive_buffer:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
@@ -59,9 +60,11 @@ class RawWebSocket:
                 length, = struct.unpack(">Q", self.exactly(8))
             payload = self.exactly(length)
             if first & 15 == PING:
-                self.ping = payload
+                self.ping, self.since_ping = payload, 0
                 if answer_pings:
                     self.send(payload, PONG)
+                    self.answered = payload
             elif first & 15 in (TEXT, BINARY):
                 assert first & 0x80, "a message in several frames"
+                self.since_ping += len(payload)
                 return first & 15, payload
