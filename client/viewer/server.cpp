@@ -74,7 +74,7 @@ struct Hub {
   std::optional<Control> control;
   std::list<std::shared_ptr<Session>> sessions;
   std::map<unsigned, Frame> last;
-  bool wantsSurface = false;
+  unsigned computed = 0;     ///< kinds that a session wants and the forwarder computes
   Clock::time_point looked;  ///< when it had a session last
   std::atomic<int> backlog{0};
   int questions = 0;
@@ -275,6 +275,7 @@ class Server {
     try {
       show->playing = std::make_unique<Playing>(file, deliver);
       if ((wanted.kinds & kSurface) != 0) show->playing->wantSurface();
+      if ((wanted.kinds & kPicture) != 0) show->playing->wantPicture();
     } catch (const cli::RecordingError& error) {
       show->session->offer(kErrors, makeFrame("error", std::string("malformed ") + error.what()));
     }
@@ -293,11 +294,13 @@ class Server {
                               }});
     hub.sessions.push_back(session);
     hub.looked = Clock::now();
-    const bool wantsMore = (wanted.kinds & kPreview & ~hub.options.subscription.topics) != 0;
-    hub.options.subscription.topics |= wanted.kinds & kPreview;
+    const unsigned previews = (wanted.kinds & (kPreview | kPicture)) != 0 ? unsigned{kPreview} : 0U;
+    const bool wantsMore = (previews & ~hub.options.subscription.topics) != 0;
+    hub.options.subscription.topics |= previews;
     if (!hub.source || wantsMore) start(hub);
-    hub.wantsSurface = hub.wantsSurface || (wanted.kinds & kSurface) != 0;
-    if (hub.source && hub.wantsSurface) hub.forwarder->wantSurface();
+    hub.computed |= wanted.kinds & (kSurface | kPicture);
+    if (hub.source && (hub.computed & kSurface) != 0) hub.forwarder->wantSurface();
+    if (hub.source && (hub.computed & kPicture) != 0) hub.forwarder->wantPicture();
     for (const auto& [kind, frame] : hub.last) session->offer(kind, frame);
     session->start(request);
   }
@@ -313,7 +316,7 @@ class Server {
         if (hub->source && Clock::now() - hub->looked > kLinger) {
           hub->source.reset();
           hub->options.subscription.topics = kAllTopics;  // the daemon makes previews only while they are subscribed to
-          hub->wantsSurface = false;
+          hub->computed = 0;
           hub->last.clear();
         }
       }
