@@ -294,7 +294,7 @@ class Server {
                               }});
     hub.sessions.push_back(session);
     hub.looked = Clock::now();
-    const unsigned previews = (wanted.kinds & (kPreview | kPicture)) != 0 ? unsigned{kPreview} : 0U;
+    const unsigned previews = (wanted.kinds & (unsigned{kPreview} | kPicture)) != 0 ? unsigned{kPreview} : 0U;
     const bool wantsMore = (previews & ~hub.options.subscription.topics) != 0;
     hub.options.subscription.topics |= previews;
     if (!hub.source || wantsMore) start(hub);
