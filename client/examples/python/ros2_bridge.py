@@ -5,6 +5,7 @@ usage: ros2_bridge.py [OPTIONS] [INSTANCE] [--ros-args ...]   a node; source ROS
 """
 
 import argparse
+import functools
 import importlib
 import json
 import signal
@@ -35,12 +36,11 @@ class Output(Protocol):
 class Node:
     """A node with a publisher for each topic and the service `~/zero`, which runs in a thread of its own."""
 
-    def __init__(self, name: str, control: traction.Control, ros_arguments: list[str]) -> None:
-        """Raises ImportError where there is no ROS 2."""
+    def __init__(self, name: str, control: traction.Control | None, ros_arguments: list[str]) -> None:
+        """Without `control` there is no service. Raises ImportError where there is no ROS 2."""
         self._rclpy: Any = importlib.import_module("rclpy")
         qos: Any = importlib.import_module("rclpy.qos")
         reliability, durability = qos.ReliabilityPolicy, qos.DurabilityPolicy
-        self._control = control
         signals: Any = importlib.import_module("rclpy.signals")
         self._rclpy.init(args=ros_arguments, signal_handler_options=signals.SignalHandlerOptions.NO)
         self._node = self._rclpy.create_node(name)
@@ -53,7 +53,9 @@ class Node:
                 durability=durability.TRANSIENT_LOCAL if topic.qos.is_transient_local else durability.VOLATILE)
             kind = getattr(importlib.import_module(f"{package}.msg"), message)
             self._publishers[topic] = self._node.create_publisher(kind, topic.name, profile)
-        self._node.create_service(importlib.import_module("std_srvs.srv").Trigger, "~/zero", self.zero)
+        if control is not None:
+            trigger = importlib.import_module("std_srvs.srv").Trigger
+            self._node.create_service(trigger, "~/zero", functools.partial(answer_zero, control))
         self._executor = importlib.import_module("rclpy.executors").SingleThreadedExecutor()
         self._executor.add_node(self._node)
         self._thread = threading.Thread(target=self._executor.spin, daemon=True)
@@ -62,21 +64,22 @@ class Node:
     def write(self, sample: ros2.Sample) -> None:
         self._publishers[sample.topic].publish(sample.data)  # bytes are taken as serialised already
 
-    def zero(self, _: Any, response: Any) -> Any:
-        """Answers a std_srvs/Trigger."""
-        try:
-            taken = self._control.zero()
-            response.success = True
-            response.message = taken.remark or f"zero taken of {taken.markers_present} of {taken.markers_expected} markers"
-        except traction.Error as error:
-            response.success, response.message = False, str(error)
-        return response
-
     def close(self) -> None:
         self._executor.shutdown()
         self._thread.join()
         self._node.destroy_node()
         self._rclpy.shutdown()
+
+
+def answer_zero(control: traction.Control, _: Any, response: Any) -> Any:
+    """Takes a zero, and returns the answer to a std_srvs/Trigger."""
+    try:
+        taken = control.zero()
+        response.success = True
+        response.message = taken.remark or f"zero taken of {taken.markers_present} of {taken.markers_expected} markers"
+    except traction.Error as error:
+        response.success, response.message = False, str(error)
+    return response
 
 
 class File:
@@ -117,7 +120,7 @@ def arguments(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--output", metavar="FILE.mcap", help="write this file instead of publishing; it must not exist")
     parser.add_argument("--count", type=int, metavar="N", help="end after N fields")
     parser.add_argument("--stream", metavar="ENDPOINT", default="", help="ZeroMQ's, of the stream, instead of an instance's")
-    parser.add_argument("--control", metavar="ENDPOINT", default="", help="ZeroMQ's, for zero, instead of an instance's")
+    parser.add_argument("--control", metavar="ENDPOINT", default="", help="ZeroMQ's, for ~/zero; with --stream alone there is none")
     parser.add_argument("--key", metavar="FILE", help="secret key for a gateway, made by tractionctl keys new")
     parser.add_argument("--server-key", metavar="KEY", default="", help="public key of the gateway's machine")
     return parser.parse_args(words)
@@ -165,7 +168,9 @@ def main(words: list[str]) -> None:
     if not asked.output:
         importlib.import_module("rclpy")
     keys = traction.load_keys(asked.key, asked.server_key) if asked.key else None
-    control = traction.Control(asked.instance, endpoint=asked.control, keys=keys)
+    # An instance of this machine is another sensor than that of a stream elsewhere.
+    has_control = asked.control or not asked.stream
+    control = traction.Control(asked.instance, endpoint=asked.control, keys=keys) if has_control else None
 
     def open_output(name: str) -> Output:
         if asked.output:

@@ -466,6 +466,7 @@ class Bridge(unittest.TestCase):
             ros2_bridge.main(["--stream", self.stream, "--count", "10", "--ros-args", "-r", "__ns:=/arm"])
         (node,) = ros.nodes
         self.assertEqual((node.name, ros.arguments), ("gel_1", ["--ros-args", "-r", "__ns:=/arm"]))
+        self.assertEqual(node.services, {})  # the instance of this machine may be another sensor
         self.assertEqual(ros.signals, ros2_stand_in.SignalHandlerOptions.NO)
         self.assertEqual((ros.spun, node.is_destroyed, ros.is_running), ([node], True, False))
         self.assertEqual({topic: (one.kind.__name__, one.qos.history.name, one.qos.depth, one.qos.reliability.name,
@@ -478,6 +479,18 @@ class Bridge(unittest.TestCase):
         self.assertEqual(len(expected[ros2.FORCES]), 10)
         self.assertEqual({topic: one.published for topic, one in node.publishers.items()},
                          {topic.name: data for topic, data in expected.items()})
+
+    def test_zero_is_asked_where_the_stream_is(self):
+        for words, asked in (([], "of default"), (["right"], "of right"), (["--control", "tcp://box:9884"], "tcp://box:9884"),
+                             (["--stream", self.stream], None),
+                             (["--stream", self.stream, "--control", "tcp://box:9884"], "tcp://box:9884")):
+            with ros2_stand_in.Ros().installed(), mock.patch.object(ros2_bridge, "Node") as node, \
+                    mock.patch.object(traction, "Control") as control, mock.patch.object(ros2_bridge, "run") as run:
+                control.side_effect = lambda instance, endpoint, keys: endpoint or f"of {instance}"
+                ros2_bridge.main(words)
+                _, open_output, *_ = run.call_args.args
+                open_output("gel")
+                node.assert_called_once_with("gel", asked, [])
 
     def test_zero_is_a_service(self):
         def reply(request):
