@@ -105,11 +105,12 @@ def random_loads(count, groups, weighed, seed, broken=0.0):
 
 
 def drawn_without(share, frames, generator):
-    """Returns arguments of chain.run() for a gel of which this share of the dots is broken."""
+    """Returns arguments of chain.run() for a gel of which this share of the dots is broken, also in the zero: displacements as
+    they are, with the noise of tracking [px]."""
     if share == 0:
         return {}
     gone = np.tile(generator.random(2 * 576) < share, (frames, 1))
-    return {"missing": gone, "solve": f"max_missing_fraction = {share + 0.1}"}
+    return {"missing": gone, "solve": f"max_missing_fraction = {share + 0.1}", "given": 0.017}
 
 
 def rows(report, errors, deviations, label, name):
