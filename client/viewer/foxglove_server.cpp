@@ -297,7 +297,8 @@ void FoxgloveServer::tellError(Feed& feed, const std::string& what) {
 }
 
 void FoxgloveServer::tellAll(const std::string& text) {
-  for (const auto& session : sessions_) session->tell(text);
+  const auto all = sessions_;  // a copy: a session that takes no texts is closed and removed
+  for (const auto& session : all) session->tell(text);
 }
 
 }  // namespace traction::view

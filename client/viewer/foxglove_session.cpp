@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <utility>
 
 namespace traction::view::foxglove {
@@ -34,7 +35,8 @@ Session::Session(asio::ip::tcp::socket&& socket, Handlers handlers)
     , handlers_(std::move(handlers)) {}
 
 void Session::start(const Request& request, std::string_view subprotocol, std::deque<std::string> greeting) {
-  texts_ = std::move(greeting);
+  // Before a status that was told in the meantime: serverInfo is the first message.
+  texts_.insert(texts_.begin(), std::make_move_iterator(greeting.begin()), std::make_move_iterator(greeting.end()));
   error_code ignored;
   beast::get_lowest_layer(stream_).socket().set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
   stream_.set_option(websocket::stream_base::timeout{kPatience, 2 * kPatience, true});
