@@ -138,7 +138,7 @@ std::vector<Key> keysOf(Config& config) {
           &solve.noise_px, {1e-4, 10}},
       {"solve", "force_scale_newton", "N", "Usual force of a node in the contact step, at least; stronger contacts raise it.",
           &solve.forceScale_N, {1e-6, 1000}},
-      {"solve", "max_missing_fraction", "", "Of the markers; with more missing the field is not valid.",
+      {"solve", "max_missing_fraction", "", "Of the markers; with more missing the field is not valid. Isolated gaps of the zero do not count.",
           &solve.maxMissingFraction, {0, 0.9}},
       {"solve", "min_press_newton", "N", "Normal force above which there is a centre of pressure.",
           &solve.minPressForCentre_N, {0, 1000}},

@@ -59,7 +59,10 @@ void GelWatch::turn() {
   const std::int64_t now_ns = options_.clock();
   if (foundAt_ns_ == 0) foundAt_ns_ = now_ns;
   const bool fresh = tracker_.takeSight(sight_);
-  if (fresh) watchMissing(now_ns);
+  if (fresh) {
+    watchMissing(now_ns);
+    watchFirstZero(now_ns);
+  }
   if (const Snapshot* const snapshot = snapshots_.take()) {
     if (std::exchange(lookWanted_, false)) look(*snapshot);
   }
@@ -83,6 +86,28 @@ void GelWatch::watchMissing(std::int64_t now_ns) {
   lookWanted_ = true;
 }
 
+void GelWatch::watchFirstZero(std::int64_t now_ns) {
+  const MarkerSight::FirstZero& first = sight_.firstZero;
+  const int needed = tracker_.zeroFrames();
+  noZero_.clear();
+  if (first.frames <= options_.firstZeroWithin * needed) return;
+  const bool isThere = sight_.layers[0].inZero > 0, isFirstLine = noZeroLoggedAt_ns_ == 0;
+  if (isThere && !isFirstLine) return;
+  const track::ZeroState state = tracker_.zeroState();
+  const std::string why =
+      state == track::ZeroState::kTooFew || state == track::ZeroState::kTorn
+          ? track::describe(state)
+          : fmt::format("at most {} pictures in a row were still, and {} are needed: keep the gel untouched and the "
+                        "camera still, or lower track.zero_frames",
+                        first.mostStill, needed);
+  const std::string line =
+      fmt::format("{} pictures {} before there was a zero: {}", first.frames, isThere ? "passed" : "have passed", why);
+  if (!isThere) noZero_ = line;
+  if (!isFirstLine && now_ns - noZeroLoggedAt_ns_ < ns(options_.betweenLines_s)) return;
+  noZeroLoggedAt_ns_ = now_ns;
+  spdlog::warn("warning: {}", line);
+}
+
 void GelWatch::look(const Snapshot& snapshot) {
   const bool first = missing_.empty();
   missing_ = track::diagnose(sensor_, sight_, plainPicture(snapshot.frame));
@@ -99,7 +124,7 @@ void GelWatch::tell() {
     const MarkerSight::Layer& from = sight_.layers[i];
     status.layers[i] = {sensor_.layers[i].colour, from.expected, from.found, from.inZero, from.seen};
   }
-  std::string remark = missing_;
+  std::string remark = missing_.empty() ? noZero_ : missing_;
   if (judging_ && !report_.fits()) {
     remark += (remark.empty() ? "" : "; ") + ("the gel file does not fit the picture: " + report_.remark);
   }

@@ -1,4 +1,5 @@
-// Whether the markers are found and are those of the gel file; what the picture shows where they are not.
+// Whether the markers are found and are those of the gel file; what the picture shows where they are not; why there is
+// no first zero.
 #pragma once
 
 #include "daemon/base/clock.h"
@@ -17,6 +18,7 @@ struct GelWatchOptions {
   double patience_s = 1.0;                 ///< for which markers must be missing before the picture is looked at
   double between_s = 5.0;                  ///< two looks
   double betweenLines_s = 30.0;            ///< two lines in the log of the same kind
+  int firstZeroWithin = 4;                 ///< times the frames of a zero, until its absence is reported
   double longestWait_s = 3.0;              ///< for a frame, when a snapshot is asked for
   std::int64_t (*clock)() = monotonicNow;  ///< [ns]
 };
@@ -49,6 +51,7 @@ class GelWatch {
 
  private:
   void watchMissing(std::int64_t now_ns);
+  void watchFirstZero(std::int64_t now_ns);
   void look(const Snapshot& snapshot);
   void tell();
 
@@ -65,6 +68,8 @@ class GelWatch {
   std::int64_t lookedAt_ns_ = 0;  ///< when the picture was looked at last
   std::int64_t loggedAt_ns_ = 0;
   std::string missing_;  ///< what was seen then
+  std::string noZero_;   ///< why there is no first zero; empty: there is one, or it has not been waited for long
+  std::int64_t noZeroLoggedAt_ns_ = 0;
 
   Snapshots snapshots_;
   bool lookWanted_ = false;

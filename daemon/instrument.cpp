@@ -1,6 +1,7 @@
 #include "daemon/instrument.h"
 
 #include "daemon/capture/aravis_driver.h"
+#include "daemon/capture/last_will.h"
 #include "daemon/capture/pipe_driver.h"
 #include "daemon/gel_files.h"
 #include "daemon/measurement.h"
@@ -76,6 +77,7 @@ tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& 
   std::unique_ptr<Instrument> instrument(
       new Instrument(completed(config, places), *std::move(state), *std::move(runtime)));
   instrument->stateDirectory_ = places.state;
+  instrument->instance_ = places.instance;
   instrument->logLinesLost_ = std::move(logLinesLost);
   if (auto built = instrument->build(*std::move(gel)); !built) return tl::unexpected(built.error());
   return instrument;
@@ -285,6 +287,7 @@ tl::expected<void, Error> Instrument::stop() {
 void Instrument::control(std::chrono::milliseconds timeout) {
   controlServer_->serve(processing_->hurried() || cameraAsked_ ? std::min(timeout, kHurriedTurn) : timeout);
   meetCamera();
+  watchLastWill();
   if (cameraAsked_) {
     if (const auto answer = camera_->takeAnswer()) {
       cameraAsked_ = false;
@@ -308,6 +311,17 @@ void Instrument::meetCamera() {
   describeCamera(*info);
 }
 
+/// Warns once. The process is forked before there are threads, so only a restart brings it back.
+void Instrument::watchLastWill() {
+  std::string why = capture::whyCameraWouldStayLocked();
+  if (why.empty() || why == lockedWhy_) return;
+  lockedWhy_ = std::move(why);
+  spdlog::warn(
+      "warning: {}: after a kill -9 of this daemon the camera stays locked for its heartbeat's time, 3 s for most; "
+      "only a restart starts that process again: sudo systemctl restart tractiond@{}",
+      lockedWhy_, instance_);
+}
+
 void Instrument::describeCamera(const capture::CameraInfo& info) {
   description_.cameraVendor = info.name.vendor;
   description_.cameraModel = info.name.model;
@@ -327,6 +341,7 @@ publish::Vitals Instrument::vitals() {
                          .logLinesLost = logLinesLost_ ? logLinesLost_() : 0,
                          .memory_bytes = residentMemory(),
                          .scheduling = scheduling_};
+  vitals.unreleasedWhy.assign(capture::whyCameraWouldStayLocked());
   if (processing_) processing_->tell(vitals);
   return vitals;
 }

@@ -55,6 +55,7 @@ class Instrument {
   capture::OpenDriver driver() const;
   tl::expected<void, Error> openCamera();
   void meetCamera();
+  void watchLastWill();
   void describeCamera(const capture::CameraInfo& info);
   publish::Vitals vitals();
   std::string statusLine() const;
@@ -65,6 +66,7 @@ class Instrument {
   std::shared_ptr<Realtime> realtime_;  // and Aravis's thread's, of a camera that is closed in its own time
   OwnDirectory state_, runtime_;
   std::filesystem::path stateDirectory_;
+  std::string instance_;
   Ledger ledger_;
   Turns turns_;
   publish::Description description_;  // after the start the control thread's
@@ -80,6 +82,7 @@ class Instrument {
   std::optional<publish::FrozenPeers> frozenPeers_;
   publish::inflow::Report inflow_;
   publish::connections::Report connections_;
+  std::string lockedWhy_;          // that was warned of
   unsigned describedSession_ = 0;  // of the camera
   bool cameraAsked_ = false;
 

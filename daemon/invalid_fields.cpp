@@ -13,6 +13,7 @@ void InvalidFields::add(const TractionField& field) {
   flags_ = field.flags;
   found_ = field.markers.validCount;
   markers_ = static_cast<int>(field.markers.valid.size());
+  isolatedGaps_ = field.markers.isolatedGaps;
 }
 
 std::string InvalidFields::take() {
@@ -20,7 +21,8 @@ std::string InvalidFields::take() {
   if ((flags_ & kGelMismatch) != 0) return "the gel file does not fit the picture (sensor.gel_file)";
   if ((flags_ & kFewMarkers) == 0) return "their numbers are not finite";
   const int forTracking = static_cast<int>(std::ceil(minValidFraction_ * markers_));
-  const int forSolving = markers_ - static_cast<int>(maxMissingFraction_ * markers_);
+  const int expected = markers_ - isolatedGaps_;
+  const int forSolving = expected - static_cast<int>(maxMissingFraction_ * expected);
   const std::string needed =
       forTracking > forSolving
           ? fmt::format("{} are needed (track.min_valid_fraction = {})", forTracking, minValidFraction_)

@@ -26,7 +26,7 @@ class InvalidFields {
   double minValidFraction_, maxMissingFraction_;
   bool isNew_ = false;
   unsigned flags_ = 0;
-  int found_ = 0, markers_ = 0;
+  int found_ = 0, markers_ = 0, isolatedGaps_ = 0;
 };
 
 }  // namespace tractiond

@@ -15,7 +15,6 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <new>
@@ -116,7 +115,7 @@ void reload(Instrument& instrument, const Arguments& arguments) {
 
 int serve(const Arguments& arguments, const Config& config, const Places& places) {
   // Before there are threads. Pictures from a file have no camera.
-  const int noExecutor = arguments.images.empty() ? capture::startExecutor() : 0;
+  if (arguments.images.empty()) capture::startExecutor();  // the instrument warns of what fails
   catchSignals();
   if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
   const auto log = startLog("tractiond", config.logLevel);
@@ -131,10 +130,6 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
     log->drain();
     std::_Exit(EX_OK);
   });
-  if (noExecutor != 0) {
-    spdlog::warn("warning: no process can be started that gives the camera free should this one be killed: {}",
-                 std::strerror(noExecutor));
-  }
   auto instrument = Instrument::make(config, places, [log] { return log->lost(); });
   starting.reset();
   if (!instrument) return failed(instrument.error());

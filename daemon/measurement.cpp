@@ -229,6 +229,7 @@ void Measurement::makeProcedures() {
 }
 
 tl::expected<void, Error> Measurement::finish() {
+  gelWatch_->turn();  // a film may have ended between two turns
   if (!recorder_) return {};
   auto closed = recorder_->close();
   if (closed) spdlog::info("recorded: {}", recorder_->account());

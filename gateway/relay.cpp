@@ -467,6 +467,7 @@ tl::expected<void, Error> Relay::turn(milliseconds timeout) {
   const long wait = self.descriptionDue ? 10 : timeout.count();
   zmq_poll(self.items.data(), static_cast<int>(self.items.size()), wait);
   const std::int64_t now = self.clock();
+  self.replies.forgetRead();
   self.passLatest();
   self.passStream();
   self.passReplies();

@@ -106,6 +106,12 @@ void print(const Status& status) {
     std::printf("          %llu frames of which packets came twice, or early, or while others sent in its name\n",
                 Count{ledger.doubted});
   }
+  if (!status.unreleasedWhy.empty()) {
+    std::printf(
+        "          stays locked for its heartbeat's time (3 s for most) after a kill -9 of the daemon: %s; restart "
+        "the service\n",
+        printable(status.unreleasedWhy).c_str());
+  }
   if (status.cameraLink) print(*status.cameraLink);
   printMarkers(status.markers);
   if (const auto& drift = status.restDrift) {

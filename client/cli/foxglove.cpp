@@ -38,7 +38,7 @@ void set(::foxglove::Color& colour, double red, double green, double blue, doubl
   colour.set_a(alpha);
 }
 
-/// No turn is 0 0 0 1.
+/// Sets the position, and no rotation.
 void set(::foxglove::Pose& pose, const Vector3& place) {
   auto& at = *pose.mutable_position();
   at.set_x(place[0]);
@@ -47,8 +47,8 @@ void set(::foxglove::Pose& pose, const Vector3& place) {
   pose.mutable_orientation()->set_w(1.0);
 }
 
-/// Its head is where the force acts: what presses stands above the surface. An arrow points along x until it is turned:
-/// here about the direction half way between the two, by half a turn.
+/// Sets an arrow whose head is where the force acts, so that a press stands above the surface. An arrow points along x
+/// before it is rotated; the rotation is by 180 degrees about the bisector of x and the force.
 void set(::foxglove::ArrowPrimitive& arrow, const Vector3& head, const Vector3& force_N, double m_per_N, double width_m,
          double surety, bool doubted) {
   const double size = norm(force_N), length = m_per_N * size;
@@ -59,7 +59,7 @@ void set(::foxglove::ArrowPrimitive& arrow, const Vector3& head, const Vector3& 
   }
   set(*arrow.mutable_pose(), tail);
   Vector3 half{unit[0] + 1.0, unit[1], unit[2]};
-  if (norm(half) < 1e-9) half = {0.0, 1.0, 0.0};  // straight back
+  if (norm(half) < 1e-9) half = {0.0, 1.0, 0.0};  // the force points along -x
   auto& turn = *arrow.mutable_pose()->mutable_orientation();
   turn.set_x(half[0] / norm(half));
   turn.set_y(half[1] / norm(half));
@@ -84,7 +84,7 @@ std::string text(const char* format, double first, double second) {
   return line.data();
 }
 
-/// On the touched surface, gel frame; empty: the nodes are no such many.
+/// Returns the nodes' positions, gel frame; empty if the description has another number of nodes.
 std::vector<Vector3> placesOf(const Description& description, std::size_t nodes) {
   std::vector<Vector3> places;
   if (description.body) {
@@ -117,7 +117,7 @@ Drawn line(const std::string& sensor, std::uint64_t time_ns, ::foxglove::Log::Le
   return drawn("log", "foxglove.Log", log);
 }
 
-/// Of force into the gel, of force along it, and of the first's deviation [N].
+/// Returns a grid of normal force, shear force and the standard deviation of the normal force [N].
 Drawn gridOf(const std::string& sensor, const Grid& nodes, const Field& field, std::uint64_t time_ns) {
   constexpr std::array kNames = {"normal_N", "shear_N", "normal_deviation_N"};
   ::foxglove::Grid grid;
@@ -146,24 +146,52 @@ Drawn gridOf(const std::string& sensor, const Grid& nodes, const Field& field, s
   return drawn("grid", "foxglove.Grid", grid);
 }
 
+Drawn pictureOf(const std::string& sensor, const Preview& preview, std::uint64_t time_ns) {
+  ::foxglove::RawImage image;
+  set(*image.mutable_timestamp(), time_ns);
+  image.set_frame_id(sensor);
+  image.set_width(preview.width);
+  image.set_height(preview.height);
+  image.set_encoding(preview.channels == 1 ? "mono8" : "rgb8");
+  image.set_step(preview.width * preview.channels);
+  image.set_data(preview.pixels.data(), preview.pixels.size());
+  return drawn("picture", "foxglove.RawImage", image);
+}
+
 }  // namespace
 
 std::string_view descriptors() {
   return {kDescriptors, sizeof kDescriptors};
 }
 
-std::vector<Drawn> Drawing::draw(const Message& message, std::uint64_t time_ns) {
+std::vector<Drawn> Drawing::draw(const Message& message, std::uint64_t time_ns, unsigned wanted) {
   std::vector<Drawn> all;
-  if (const auto* description = std::get_if<Description>(&message)) draw(*description, time_ns, all);
-  if (const auto* field = std::get_if<Field>(&message)) draw(*field, time_ns, all);
-  if (const auto* status = std::get_if<Status>(&message)) draw(*status, time_ns, all);
-  if (const auto* preview = std::get_if<Preview>(&message)) draw(*preview, time_ns, all);
+  if ((wanted & kLog) == 0) {  // when it is wanted again, it begins with what holds then
+    flags_ = 0;
+    valid_ = true;
+    camera_ = CameraState::kUnknown;
+  }
+  if (const auto* description = std::get_if<Description>(&message)) {
+    description_ = *description;
+    if ((wanted & kScene) != 0) drawScene(*description, time_ns, all);
+  } else if (const auto* field = std::get_if<Field>(&message)) {
+    if ((wanted & kLog) != 0) log(*field, time_ns, all);
+    if ((wanted & (kScene | kGrid)) == 0 || !description_) return all;
+    const std::vector<Vector3> places = placesOf(*description_, field->force_N.size());
+    if (places.empty()) return all;
+    if ((wanted & kScene) != 0) drawScene(*field, places, time_ns, all);
+    if ((wanted & kGrid) != 0 && !description_->body)
+      all.push_back(gridOf(sensor_, description_->nodes, *field, time_ns));
+  } else if (const auto* status = std::get_if<Status>(&message)) {
+    if ((wanted & kLog) != 0) log(*status, time_ns, all);
+  } else if (const auto* preview = std::get_if<Preview>(&message)) {
+    if ((wanted & kPicture) != 0) all.push_back(pictureOf(sensor_, *preview, time_ns));
+  }
   return all;
 }
 
-/// The gel, if there is one, as glass; of a body nobody says what it looks like.
-void Drawing::draw(const Description& description, std::uint64_t time_ns, std::vector<Drawn>& to) {
-  description_ = description;
+/// Draws the gel as a transparent block. The shape of a body with an influence file is unknown.
+void Drawing::drawScene(const Description& description, std::uint64_t time_ns, std::vector<Drawn>& to) const {
   if (!description.hasGel() || description.body) return;
   ::foxglove::SceneUpdate update;
   auto& entity = *update.add_entities();
@@ -180,17 +208,8 @@ void Drawing::draw(const Description& description, std::uint64_t time_ns, std::v
   to.push_back(drawn("scene", "foxglove.SceneUpdate", update));
 }
 
-void Drawing::draw(const Field& field, std::uint64_t time_ns, std::vector<Drawn>& to) {
-  for (const std::string& word : words(field.header.flags & ~flags_))
-    to.push_back(line(sensor_, time_ns, ::foxglove::Log::WARNING, word));
-  if (valid_ && !field.valid)
-    to.push_back(line(sensor_, time_ns, ::foxglove::Log::ERROR, "the field is not valid: no forces are told"));
-  flags_ = field.header.flags;
-  valid_ = field.valid;
-  if (!description_) return;
-  const std::vector<Vector3> places = placesOf(*description_, field.force_N.size());
-  if (places.empty()) return;
-
+void Drawing::drawScene(const Field& field, const std::vector<Vector3>& places, std::uint64_t time_ns,
+                        std::vector<Drawn>& to) const {
   const bool doubted = field.header.flags != 0;
   ::foxglove::SceneUpdate update;
   auto& forces = *update.add_entities();
@@ -218,34 +237,30 @@ void Drawing::draw(const Field& field, std::uint64_t time_ns, std::vector<Drawn>
     label.set_billboard(true);
     label.set_font_size(3e-3);
     set(*label.mutable_color(), 0.95, 0.55, 0.1, 1.0);
-    double variance = 0.0;  // of its size, times its size squared
+    double variance = 0.0;  // of the force's size, times the size squared
     for (std::size_t i = 0; i < 3; ++i) variance += std::pow(contact.force_N[i] * contact.forceDeviation_N[i], 2);
     const double size = norm(contact.force_N);
     label.set_text(text("%.3f N +- %.3f", size, std::sqrt(variance) / size));
   }
   to.push_back(drawn("scene", "foxglove.SceneUpdate", update));
-  if (!description_->body) to.push_back(gridOf(sensor_, description_->nodes, field, time_ns));
 }
 
-void Drawing::draw(const Status& status, std::uint64_t time_ns, std::vector<Drawn>& to) {
+void Drawing::log(const Field& field, std::uint64_t time_ns, std::vector<Drawn>& to) {
+  for (const std::string& word : words(field.header.flags & ~flags_))
+    to.push_back(line(sensor_, time_ns, ::foxglove::Log::WARNING, word));
+  if (valid_ && !field.valid)
+    to.push_back(line(sensor_, time_ns, ::foxglove::Log::ERROR, "the field is not valid: it has no forces"));
+  flags_ = field.header.flags;
+  valid_ = field.valid;
+}
+
+void Drawing::log(const Status& status, std::uint64_t time_ns, std::vector<Drawn>& to) {
   if (status.camera != camera_) {
     const bool streams = status.camera == CameraState::kStreaming;
     to.push_back(line(sensor_, time_ns, streams ? ::foxglove::Log::INFO : ::foxglove::Log::WARNING,
                       streams ? "the camera streams" : "the camera does not stream: " + status.cameraWhy));
   }
   camera_ = status.camera;
-}
-
-void Drawing::draw(const Preview& preview, std::uint64_t time_ns, std::vector<Drawn>& to) const {
-  ::foxglove::RawImage image;
-  set(*image.mutable_timestamp(), time_ns);
-  image.set_frame_id(sensor_);
-  image.set_width(preview.width);
-  image.set_height(preview.height);
-  image.set_encoding(preview.channels == 1 ? "mono8" : "rgb8");
-  image.set_step(preview.width * preview.channels);
-  image.set_data(preview.pixels.data(), preview.pixels.size());
-  to.push_back(drawn("picture", "foxglove.RawImage", image));
 }
 
 }  // namespace traction::cli::foxglove

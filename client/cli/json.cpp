@@ -296,6 +296,7 @@ void put(Json& json, const Status& status) {
   json.key("log_lines_lost").number(status.logLinesLost);
   json.key("memory_bytes").number(status.memory_bytes);
   json.key("invalid_why").string(status.invalidWhy);
+  json.key("unreleased_why").string(status.unreleasedWhy);
   json.key("residual_px").number(status.residual_px);
   const Scheduling& scheduling = status.scheduling;
   json.key("scheduling").open('{');

@@ -1,5 +1,6 @@
 #include "client/cli/tape.h"
 
+#include "client/cli/capture_time.h"
 #include "client/cli/notes.h"
 #include "client/cli/recordings.h"
 #include "proto/traction/v1/descriptors.h"
@@ -18,20 +19,20 @@ namespace {
 
 constexpr std::uint64_t kOldTruth_ns = 10'000'000'000;
 
-/// [ns]
+/// Returns a clock's time [ns].
 std::int64_t timeOf(clockid_t clock) {
   timespec now{};
   clock_gettime(clock, &now);
   return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
-/// The message's type in the schemas.
+/// The name of the message's type in the schemas.
 std::string typeOf(const Message& message) {
   constexpr std::array kTypes = {"Field", "Markers", "Description", "Status", "Preview"};  // as in Message
   return std::string("traction.v1.") + kTypes.at(message.index());
 }
 
-/// CLOCK_MONOTONIC of a line of traction-twin's; 0: it has none.
+/// The CLOCK_MONOTONIC time in a line that traction-twin wrote [ns]; 0 if the line has none.
 std::int64_t monotonicOf(std::string_view truth) {
   constexpr std::string_view kKey = "\"monotonic_ns\":";
   const std::size_t at = truth.find(kKey);
@@ -89,13 +90,7 @@ void Tape::add(const Message& message, const Raw& raw) {
   });
   record.sequence = static_cast<std::uint32_t>(header.sequence);
   record.logTime_ns = static_cast<std::uint64_t>(epoch_ns_ + header.arrived_ns);
-  record.publishTime_ns = record.logTime_ns;
-  const bool isOfFrame = std::holds_alternative<Field>(message) || std::holds_alternative<Markers>(message) ||
-                         std::holds_alternative<Preview>(message);
-  if (isOfFrame && header.receivedReal_ns > 0) {
-    const std::int64_t age_ns = header.captured_ns != 0 ? header.received_ns - header.captured_ns : 0;
-    record.publishTime_ns = static_cast<std::uint64_t>(header.receivedReal_ns - age_ns);
-  }
+  record.publishTime_ns = captureTime_ns(message, record.logTime_ns);
   record.data = raw.bytes;
   watch([&] { return writer_.write(record); });
 }

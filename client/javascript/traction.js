@@ -43,8 +43,8 @@ function errorOf(bytes) {
  * One sensor. Connects by itself, again and again, until close(). Options:
  * - url: of the sensor's stream at traction-view, http: or ws:
  * - mode: "newest": of each kind of message the newest alone, nothing that waits; "stream": all of them, in order
- * - topics: array of "field", "markers", "description", "status", "preview", and traction-view's own "places", "surface";
- *   "time" and "recorder" come unasked
+ * - topics: array of "field", "markers", "description", "status", "preview", and traction-view's own "places", "surface",
+ *   "picture" (a preview as JPEG); "time" and "recorder" come unasked
  * - onMessage(message), with message.kind; onError(TractionError); onConnected(boolean)
  */
 export class Subscriber {
@@ -125,6 +125,10 @@ export class Subscriber {
     if (topic === "view/surface") {
       return {kind: "surface", sequence: new DataView(bytes.buffer, bytes.byteOffset).getBigUint64(0, true),
         displacement_mm: new Float32Array(bytes.slice(8).buffer)};
+    }
+    if (topic === "view/picture") {
+      const [place, jpeg] = split(bytes);
+      return {kind: "picture", ...JSON.parse(place), jpeg};
     }
     if (topic === "view/time" || topic === "view/recorder") return {kind: topic.slice(5), ...JSON.parse(text.decode(bytes))};
     if (topic !== "" && !topic.startsWith(root)) {

@@ -250,6 +250,7 @@ Status statusOf(const pb::Status& from) {
   status.logLinesLost = from.log_lines_lost();
   status.memory_bytes = from.memory_bytes();
   status.invalidWhy = from.invalid_why();
+  status.unreleasedWhy = from.unreleased_why();
   status.residual_px = from.residual_px();
   const pb::Scheduling& scheduling = from.scheduling();
   status.scheduling.askedPriority = scheduling.asked_priority();

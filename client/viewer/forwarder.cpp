@@ -2,6 +2,8 @@
 
 #include "client/viewer/places.h"
 
+#include <array>
+#include <cstdio>
 #include <cstring>
 #include <utility>
 
@@ -11,6 +13,7 @@ void Forwarder::pass(const Message& message, const Raw& raw) {
   deliver_(kindOf(message), makeFrame(raw.topic, raw.bytes));
   if (const auto* field = std::get_if<Field>(&message); field != nullptr && wantsSurface_) passSurface(*field);
   if (const auto* description = std::get_if<Description>(&message)) passPlaces(*description);
+  if (const auto* preview = std::get_if<Preview>(&message); preview != nullptr && wantsPicture_) passPicture(*preview);
 }
 
 void Forwarder::passSurface(const Field& field) {
@@ -30,6 +33,19 @@ void Forwarder::passPlaces(const Description& description) {
   std::string bytes(places.size() * sizeof(float), '\0');
   if (!places.empty()) std::memcpy(bytes.data(), places.data(), bytes.size());
   deliver_(kPlaces, makeFrame("view/places", bytes));
+}
+
+void Forwarder::passPicture(const Preview& preview) {
+  const std::string_view jpeg = jpeg_.encode(preview);
+  if (jpeg.empty()) return;
+  std::array<char, 200> place{};
+  std::snprintf(place.data(), place.size(),
+                R"({"frame_number":%llu,"width":%u,"height":%u,"scale":%.9g,"origin_px":[%.9g,%.9g]})",
+                static_cast<unsigned long long>(preview.header.frameNumber), preview.width, preview.height,
+                preview.scale, preview.origin_px[0], preview.origin_px[1]);
+  std::string bytes = place.data();
+  bytes.append(1, '\0').append(jpeg);
+  deliver_(kPicture, makeFrame("view/picture", bytes));
 }
 
 }  // namespace traction::view

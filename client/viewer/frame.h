@@ -1,4 +1,4 @@
-// What travels to browsers.
+// Messages to browsers.
 #pragma once
 
 #include "traction/subscriber.h"
@@ -10,22 +10,23 @@
 
 namespace traction::view {
 
-/// As it travels: topic, a zero byte, bytes. Shared by all that it goes to.
+/// A message on the wire: topic, a zero byte, bytes. Shared by the sessions that send it.
 using Frame = std::shared_ptr<const std::string>;
 
 Frame makeFrame(std::string_view topic, std::string_view bytes);
 
-/// What a frame is about, beside Topics; or-ed.
+/// Kinds of frames, beside Topics; or-ed.
 enum Kinds : unsigned {
   kErrors = 256,  ///< the topic is "error", the bytes are a code of docs/clients.md, a blank and a sentence
   kPlaces = 512,  ///< "view/places": where the nodes are in the picture, float32 u, v [px]
   kSurface =
       1024,      ///< "view/surface": the sequence of a field as uint64, then x, y, z of node after node, float32 [mm]
-  kTime = 2048,  ///< "view/time": where a recording that is played has got to, JSON
-  kRecorder = 4096,  ///< "view/recorder": what is being recorded, JSON
+  kTime = 2048,  ///< "view/time": the position of a recording that is played, JSON
+  kRecorder = 4096,  ///< "view/recorder": the recording that is being made, JSON
+  kPicture = 8192,  ///< "view/picture": where it lies in the camera's picture, JSON, a zero byte, a preview as JPEG
   kAllKinds = kAllTopics | kErrors | kPlaces | kSurface | kTime | kRecorder,
 };
-inline constexpr unsigned kKindCount = 13;
+inline constexpr unsigned kKindCount = 14;
 
 unsigned kindOf(const Message& message);
 

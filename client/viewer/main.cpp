@@ -9,7 +9,6 @@
 #include <CLI/CLI.hpp>
 #include <sysexits.h>
 
-#include <charconv>
 #include <iostream>
 
 namespace {
@@ -19,7 +18,7 @@ using namespace traction;
 constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
    0  stopped as asked
   64  the command line is wrong
-  69  the port is in use
+  69  a port is in use
   78  a file of keys is wrong)";
 
 int fail(int exitCode, const std::string& what) {
@@ -27,72 +26,84 @@ int fail(int exitCode, const std::string& what) {
   return exitCode;
 }
 
-/// ADDRESS:PORT, ADDRESS or PORT; [::1]:PORT. False: none of them.
-bool parseListen(const std::string& text, view::ServerOptions& options) {
-  const auto port = [&](const std::string& digits) {
-    const auto [end, bad] = std::from_chars(digits.data(), digits.data() + digits.size(), options.port);
-    return bad == std::errc() && end == digits.data() + digits.size() && !digits.empty();
-  };
-  if (text.find_first_not_of("0123456789") == std::string::npos) return port(text);
-  const std::size_t colon = text.rfind(':');
-  const bool hasPort = colon != std::string::npos && (text.find(':') == colon || text[colon - 1] == ']');
-  options.address = text.substr(0, hasPort ? colon : std::string::npos);
-  if (options.address.size() > 2 && options.address.front() == '[' && options.address.back() == ']') {
-    options.address = options.address.substr(1, options.address.size() - 2);
-  }
-  return !hasPort || port(text.substr(colon + 1));
+/// Returns why a server may not listen at an address; empty if it may.
+std::string refusal(const view::ListenAddress& at, bool insecure) {
+  if (view::isLoopback(at.address) || insecure) return {};
+  return "'" + at.address +
+         "' can be reached from other hosts, without keys and encryption; --insecure permits it. An SSH tunnel to the "
+         "loopback does not need it";
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
   std::vector<std::string> instances, streams, controls;
-  std::string listen = "127.0.0.1:9880", keyFile, serverKey;
+  std::string listen = "127.0.0.1:9880", foxglove = "127.0.0.1:8765", keyFile, serverKey;
   bool insecure = false, latest = false;
   view::ServerOptions server;
+  view::FoxgloveOptions foxgloveServer;
 
   CLI::App app("Shows what tractiond measures in a browser.", "traction-view");
   app.set_version_flag("--version", "traction-view " TRACTION_VERSION);
   app.footer(kExitCodes);
   manual::describable(app);
-  app.add_option("--instance", instances, "of tractiond on this machine; may be given again; without: default")
+  app.add_option("--instance", instances, "instance of tractiond on this machine; may be repeated; without: default")
       ->type_name("INSTANCE");
-  app.add_option("--connect", streams, "ZeroMQ endpoint of a stream, instead of an instance; may be given again")
+  app.add_option("--connect", streams, "ZeroMQ endpoint of a stream, instead of an instance; may be repeated")
       ->type_name("ENDPOINT");
   app.add_option("--control", controls, "ZeroMQ endpoint for requests, one for each --connect")->type_name("ENDPOINT");
   app.add_option("--key", keyFile, "file of your key for a gateway; without: ~/.config/traction/key")
       ->type_name("FILE");
-  app.add_option("--server-key", serverKey, "of the gateway, as tractionctl keys tells it on its box")
+  app.add_option("--server-key", serverKey, "public key of the gateway, as tractionctl keys prints it on its host")
       ->type_name("KEY");
-  app.add_flag("--latest", latest, "--connect is to the endpoint 'latest': fields alone, for slow lines");
+  app.add_flag("--latest", latest, "--connect names the endpoint 'latest': fields alone, for slow lines");
   app.add_option("--listen", listen,
-                 "ADDRESS:PORT, one of them or both, where browsers find the page; port 0 is any that is free")
+                 "ADDRESS:PORT, or one of them, at which the page is served; port 0 is any free port")
       ->type_name("ADDRESS")
       ->capture_default_str();
-  app.add_flag("--insecure", insecure,
-               "listen beyond this machine's loopback: whoever reaches the address sees everything and, without "
-               "--read-only, sets the zero; nothing is encrypted");
-  app.add_option("--name", server.names, "of this host, by which browsers may call it; may be given again")
-      ->type_name("HOST");
-  app.add_flag("--read-only", server.readOnly, "browsers may ask for no zero, and record nothing");
+  auto* foxgloveOption =
+      app.add_option(
+             "--foxglove", foxglove,
+             "serve the Foxglove WebSocket protocol too, for Foxglove and Lichtblick, at ADDRESS:PORT or one of "
+             "them; without a value at the default")
+          ->type_name("ADDRESS")
+          ->expected(0, 1)
+          ->capture_default_str();
+  app.add_option("--foxglove-origin", foxgloveServer.origins,
+                 "origin of pages that may connect to --foxglove besides Foxglove's and Lichtblick's own, such as "
+                 "http://localhost:8080 for a Lichtblick of your own; may be repeated")
+      ->type_name("ORIGIN")
+      ->needs(foxgloveOption);
+  app.add_flag(
+      "--insecure", insecure,
+      "listen beyond this machine's loopback: every host that reaches the address reads everything and, without "
+      "--read-only, sets the zero; nothing is encrypted");
+  app.add_option("--name", server.names, "name of this host that clients may use; may be repeated")->type_name("HOST");
+  app.add_flag("--read-only", server.readOnly, "refuse browsers' requests for a zero and for recordings");
   app.add_option("--recordings", server.recordings,
-                 "directory whose recordings browsers may play, and where those go that they make")
+                 "directory of the recordings that browsers may play, and for those that they make")
       ->type_name("DIRECTORY")
       ->check(CLI::ExistingDirectory);
-  cli::rememberOutputErrors();  // a recording that may not grow has ended, and no more
+  cli::rememberOutputErrors();  // a recording at a file size limit ends, and not the program
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& stop) {
     if (stop.get_exit_code() == 0) return app.exit(stop);  // help, version
     return fail(EX_USAGE, std::string(stop.what()) + "; see traction-view --help");
   }
-  if (!parseListen(listen, server)) return fail(EX_USAGE, "'" + listen + "' is not ADDRESS:PORT");
-  if (!view::isLoopback(server.address) && !insecure) {
-    return fail(EX_USAGE, "'" + server.address +
-                              "' can be reached from other hosts, without keys and encryption; "
-                              "--insecure says that this is meant (an SSH tunnel to the loopback needs it not)");
+  const auto listenAt = view::parseListenAddress(listen, server.listen);
+  if (!listenAt) return fail(EX_USAGE, "--listen: '" + listen + "' is not ADDRESS:PORT");
+  server.listen = *listenAt;
+  if (const std::string why = refusal(server.listen, insecure); !why.empty()) return fail(EX_USAGE, "--listen: " + why);
+  if (foxgloveOption->count() > 0) {
+    const auto at =
+        foxglove.empty() ? foxgloveServer.listen : view::parseListenAddress(foxglove, foxgloveServer.listen);
+    if (!at) return fail(EX_USAGE, "--foxglove: '" + foxglove + "' is not ADDRESS:PORT");
+    foxgloveServer.listen = *at;
+    if (const std::string why = refusal(*at, insecure); !why.empty()) return fail(EX_USAGE, "--foxglove: " + why);
+    server.foxglove = foxgloveServer;
   }
-  if (controls.size() > streams.size()) return fail(EX_USAGE, "--control without its --connect");
+  if (controls.size() > streams.size()) return fail(EX_USAGE, "there are more --control than --connect");
 
   Keys keys;
   if (!keyFile.empty() || !serverKey.empty()) keys = cli::keysFor(serverKey, keyFile);
@@ -107,7 +118,7 @@ int main(int argc, char** argv) try {
   }
   for (std::size_t i = 0; i < streams.size(); ++i) {
     if (streams[i].find("://") == std::string::npos) {
-      return fail(EX_USAGE, "'" + streams[i] + "' is no endpoint: tcp://HOST:PORT or ipc:///PATH");
+      return fail(EX_USAGE, "'" + streams[i] + "' is not an endpoint: tcp://HOST:PORT or ipc:///PATH");
     }
     view::SourceOptions source{.name = streams[i], .subscription = {}, .control = std::nullopt};
     source.subscription.endpoint = streams[i];

@@ -29,8 +29,9 @@ class Playing {
   /// Goes on there, at so many times its own pace. 0: shows that moment, and stands. Thread-safe.
   void play(double from_s, double speed);
 
-  /// From now on kSurface is delivered, too. Thread-safe.
+  /// Delivers kSurface, or kPicture, from now on. Thread-safe.
   void wantSurface() { forwarder_.wantSurface(); }
+  void wantPicture() { forwarder_.wantPicture(); }
 
  private:
   struct Wish {

@@ -1,18 +1,19 @@
 #include "client/viewer/server.h"
 
 #include "client/cli/recordings.h"
+#include "client/viewer/forwarder.h"
+#include "client/viewer/foxglove_server.h"
+#include "client/viewer/http_listener.h"
 #include "client/viewer/page.h"
 #include "client/viewer/playing.h"
 #include "client/viewer/recording.h"
 #include "client/viewer/session.h"
 
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <boost/beast/http.hpp>
-#include <sysexits.h>
 
 #include <algorithm>
 #include <atomic>
@@ -32,24 +33,20 @@ using asio::ip::tcp;
 using beast::error_code;
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-using Request = http::request<http::string_body>;
 
-/// A browser that says nothing has it closed.
-constexpr auto kHttpPatience = 10s;
-constexpr std::uint32_t kLongestHeader = 8192;
-/// Messages on the way from a source's thread to the server's; beyond them the server does not keep up at all.
+/// Messages of a source's thread that the server's thread has not taken yet; further ones are dropped.
 constexpr int kBacklog = 1000;
-/// A page that is loaded again finds what was there.
+/// A source runs on for this long without sessions, for a page that is reloaded.
 constexpr auto kLinger = 10s;
-/// Of one source, that wait for an answer.
+/// Questions to one sensor that wait for an answer; further ones are refused.
 constexpr int kQuestions = 8;
 
-/// No script, picture, style or connection from anywhere else; nobody frames the page.
+/// Permits scripts, pictures, styles and connections of this server alone, and no frame around the page.
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; media-src blob:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// Of a URL's path: "a%20b". What is no escape stays.
+/// Decodes the percent escapes of a URL's path: "a%20b". Keeps malformed escapes as they are.
 std::string unescaped(std::string_view path) {
   std::string text;
   for (std::size_t i = 0; i < path.size(); ++i) {
@@ -63,10 +60,10 @@ std::string unescaped(std::string_view path) {
   return text;
 }
 
-/// One sensor, and who looks at it. On the server's thread. While nobody does, nothing is received.
+/// One sensor and its sessions. Receives while there are sessions. Bound to the server's thread.
 struct Hub {
   void deliver(unsigned kind, const Frame& frame) {
-    // A newcomer has these at once: the daemon sends them seldom.
+    // Kept for new sessions, as the daemon sends these rarely.
     for (const unsigned kept : {unsigned{kDescription}, unsigned{kStatus}, unsigned{kPlaces}, unsigned{kRecorder}}) {
       if (kind == kept) last[kind] = frame;
     }
@@ -77,55 +74,30 @@ struct Hub {
   std::optional<Control> control;
   std::list<std::shared_ptr<Session>> sessions;
   std::map<unsigned, Frame> last;
-  bool wantsSurface = false;
-  Clock::time_point looked;  ///< when somebody did last
+  unsigned computed = 0;     ///< kinds that a session wants and the forwarder computes
+  Clock::time_point looked;  ///< when it had a session last
   std::atomic<int> backlog{0};
   int questions = 0;
-  std::unique_ptr<Source> source;
+  std::unique_ptr<Forwarder> forwarder;
+  std::unique_ptr<Source> source;  // behind the forwarder, which its thread uses
   std::shared_ptr<Recording> recording;
   asio::thread_pool asker{1};
 };
 
-/// Somebody who looks at a recording. On the server's thread.
+/// A session that plays a recording. Bound to the server's thread.
 struct Show {
   std::shared_ptr<Session> session;
   std::atomic<int> backlog{0};
   std::unique_ptr<Playing> playing;
 };
 
-class Server;
-
-/// A browser before it opens a WebSocket: one request after another. Bound to the server's thread.
-class Connection : public std::enable_shared_from_this<Connection> {
- public:
-  Connection(Server& server, tcp::socket&& socket)
-      : server_(server)
-      , stream_(std::move(socket)) {}
-
-  void read();
-  /// Ended, by whomever.
-  void close() {
-    error_code ignored;
-    stream_.socket().close(ignored);
-  }
-
- private:
-  void handle(const Request& request);
-  void write(http::response<http::string_body>&& response);
-  void upgrade(const Request& request);
-
-  Server& server_;
-  beast::tcp_stream stream_;
-  beast::flat_buffer buffer_;
-  std::optional<http::request_parser<http::string_body>> parser_;
-  std::optional<http::response<http::string_body>> response_;
-};
-
 class Server {
  public:
   Server(const ServerOptions& options, const std::vector<SourceOptions>& sources)
-      : options_(options) {
-    listen();
+      : options_(options)
+      , listener_(context_, {options.listen, "--listen", options.connections},
+                  [this](const Request& request, const auto& take) { return handle(request, take); }) {
+    if (options.foxglove) foxglove_.emplace(context_, *options.foxglove, options.names, sources);
     for (const SourceOptions& each : sources) {
       hubs_.push_back(std::make_unique<Hub>());
       Hub& hub = *hubs_.back();
@@ -135,45 +107,91 @@ class Server {
   }
 
   ~Server() {
-    for (const auto& show : shows_) show->playing.reset();  // while its thread may still ask for the show
+    for (const auto& show : shows_) show->playing.reset();  // its thread uses the show
   }
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  std::string url() const {
-    const tcp::endpoint at = acceptor_.local_endpoint();
-    const bool any = at.address().is_unspecified();
-    const std::string host = any ? "localhost" : at.address().to_string();
-    return "http://" + (at.address().is_v6() && !any ? "[" + host + "]" : host) + ":" + std::to_string(at.port()) + "/";
+  std::vector<std::string> urls() const {
+    std::vector<std::string> urls = {"http://" + listener_.authority() + "/"};
+    if (foxglove_) urls.push_back(foxglove_->url());
+    return urls;
   }
 
   void run() {
     asio::signal_set signals(context_, SIGINT, SIGTERM);
     signals.async_wait([this](error_code, int) { context_.stop(); });
-    accept();
+    listener_.start();
+    if (foxglove_) foxglove_->start();
     tick();
     context_.run();
   }
 
-  // For connections.
-
-  void remove(const Connection* one) {
-    connections_.remove_if([&](const std::shared_ptr<Connection>& each) { return each.get() == one; });
+ private:
+  std::optional<Response> handle(const Request& request, const std::function<tcp::socket()>& take) {
+    const std::string_view target(request.target().data(), request.target().size());
+    const std::string_view path = target.substr(0, target.find('?'));
+    Response response{http::status::ok, request.version()};
+    response.keep_alive(request.keep_alive());
+    response.set("X-Content-Type-Options", "nosniff");
+    response.set("Cross-Origin-Resource-Policy", "same-origin");
+    response.set("Cross-Origin-Opener-Policy", "same-origin");
+    response.set("Referrer-Policy", "no-referrer");
+    response.set("Content-Security-Policy", kPolicy);
+    response.set(http::field::cache_control, "no-cache");
+    const auto refuse = [&](http::status status, const std::string& why) {
+      response.result(status);
+      response.set(http::field::content_type, "text/plain; charset=utf-8");
+      response.body() = why + "\n";
+    };
+    const auto host = request[http::field::host];
+    const auto origin = request[http::field::origin];
+    if (!isAllowedHost({host.data(), host.size()}, options_.names)) {
+      refuse(http::status::misdirected_request, "Unknown host name; traction-view --name HOST allows it.");
+    } else if (!origin.empty() && origin != "http://" + std::string(host) && origin != "https://" + std::string(host)) {
+      refuse(http::status::forbidden, "Pages of other origins are refused.");
+    } else if (request.method() != http::verb::get && request.method() != http::verb::head) {
+      refuse(http::status::method_not_allowed, "Only GET and HEAD are supported.");
+    } else if (beast::websocket::is_upgrade(request)) {
+      const bool unknown = findHub(path) == nullptr && findRecording(path).empty();
+      if (!unknown && !isFull()) {
+        upgrade(request, take());
+        return std::nullopt;
+      }
+      refuse(unknown ? http::status::not_found : http::status::service_unavailable,
+             unknown ? "No such sensor or recording." : "Too many viewers are connected.");
+    } else if (path == "/sensors") {
+      response.set(http::field::content_type, "application/json");
+      response.body() = sensors();
+    } else if (path == "/recordings" && hasRecordings()) {
+      response.set(http::field::content_type, "application/json");
+      response.body() = recordings();
+    } else if (const PageFile* file = findPageFile(path)) {
+      response.set(http::field::content_type, boost::string_view(file->type.data(), file->type.size()));
+      response.set(http::field::content_encoding, "gzip");
+      response.body() = std::string(file->gzip);
+    } else {
+      refuse(http::status::not_found, "Not found.");
+    }
+    if (request.method() == http::verb::head) {
+      response.content_length(response.body().size());
+      response.body().clear();
+    } else {
+      response.prepare_payload();
+    }
+    return response;
   }
 
-  /// Hosts that a browser may name. A name that is not ours may be an attacker's, who has it lead here (DNS
-  /// rebinding); an address cannot be led anywhere.
-  bool isOurs(std::string_view host) const {
-    if (!host.empty() && host.front() == '[') {
-      const std::size_t end = host.find(']');
-      host = end == std::string_view::npos ? std::string_view() : host.substr(1, end - 1);
+  void upgrade(const Request& request, tcp::socket&& socket) {
+    const std::string_view target(request.target().data(), request.target().size());
+    const std::size_t mark = target.find('?');
+    const std::string_view query = mark == std::string_view::npos ? std::string_view() : target.substr(mark + 1);
+    const std::string_view path = target.substr(0, mark);
+    if (Hub* hub = findHub(path)) {
+      open(*hub, std::move(socket), request, parseSession(query));
     } else {
-      host = host.substr(0, host.find(':'));
+      openRecording(findRecording(path), std::move(socket), request, parseSession(query));
     }
-    error_code notAnAddress;
-    asio::ip::make_address(std::string(host), notAnAddress);
-    return !notAnAddress || host == "localhost" ||
-           std::find(options_.names.begin(), options_.names.end(), host) != options_.names.end();
   }
 
   std::string sensors() const {
@@ -215,7 +233,7 @@ class Server {
     return "{\"recordings\":[" + list + "]}\n";
   }
 
-  /// The file that a path names, which is one of those listed; empty: none.
+  /// Returns the file of a path /recording/NAME; empty if it is not one of those listed.
   std::filesystem::path findRecording(std::string_view path) const {
     constexpr std::string_view kRecording = "/recording/";
     if (!hasRecordings() || !path.starts_with(kRecording)) return {};
@@ -235,7 +253,7 @@ class Server {
         Session::Handlers{
             .ask =
                 [](Session& from, const std::string& id, const std::string&) {
-                  from.answer(makeFrame("error/" + id, "refused a recording answers nothing"));
+                  from.answer(makeFrame("error/" + id, "refused a recording cannot be asked"));
                 },
             .play =
                 [seen](double from_s, double speed) {
@@ -257,6 +275,7 @@ class Server {
     try {
       show->playing = std::make_unique<Playing>(file, deliver);
       if ((wanted.kinds & kSurface) != 0) show->playing->wantSurface();
+      if ((wanted.kinds & kPicture) != 0) show->playing->wantPicture();
     } catch (const cli::RecordingError& error) {
       show->session->offer(kErrors, makeFrame("error", std::string("malformed ") + error.what()));
     }
@@ -267,7 +286,7 @@ class Server {
         std::move(socket), wanted,
         Session::Handlers{.ask = [this, &hub](Session& from, const std::string& id,
                                               const std::string& question) { ask(hub, from, id, question); },
-                          .play = [](double, double) {},  // what is live cannot be wound
+                          .play = [](double, double) {},  // a live stream cannot be wound
                           .gone =
                               [&hub](const Session* gone) {
                                 hub.sessions.remove_if(
@@ -275,67 +294,29 @@ class Server {
                               }});
     hub.sessions.push_back(session);
     hub.looked = Clock::now();
-    const bool wantsMore = (wanted.kinds & kPreview & ~hub.options.subscription.topics) != 0;
-    hub.options.subscription.topics |= wanted.kinds & kPreview;
+    const unsigned previews = (wanted.kinds & (kPreview | kPicture)) != 0 ? unsigned{kPreview} : 0U;
+    const bool wantsMore = (previews & ~hub.options.subscription.topics) != 0;
+    hub.options.subscription.topics |= previews;
     if (!hub.source || wantsMore) start(hub);
-    hub.wantsSurface = hub.wantsSurface || (wanted.kinds & kSurface) != 0;
-    if (hub.source && hub.wantsSurface) hub.source->wantSurface();
+    hub.computed |= wanted.kinds & (kSurface | kPicture);
+    if (hub.source && (hub.computed & kSurface) != 0) hub.forwarder->wantSurface();
+    if (hub.source && (hub.computed & kPicture) != 0) hub.forwarder->wantPicture();
     for (const auto& [kind, frame] : hub.last) session->offer(kind, frame);
     session->start(request);
-  }
-
- private:
-  void listen() {
-    error_code error;
-    const auto address = asio::ip::make_address(options_.address, error);
-    if (error) throw ServerError(EX_USAGE, "'" + options_.address + "' is no address");
-    const tcp::endpoint endpoint(address, options_.port);
-    acceptor_.open(endpoint.protocol());
-    acceptor_.set_option(asio::socket_base::reuse_address(true));
-    acceptor_.bind(endpoint, error);
-    if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
-    if (error) {
-      throw ServerError(EX_UNAVAILABLE, "cannot listen at " + options_.address + ":" + std::to_string(options_.port) +
-                                            ": " + error.message() + "; --listen takes another port");
-    }
-  }
-
-  void accept() {
-    acceptor_.async_accept([this](error_code error, tcp::socket socket) {
-      if (!error) {
-        take(std::move(socket));
-        accept();
-        return;
-      }
-      // Out of descriptors, say: those that end soon make room.
-      retry_.expires_after(100ms);
-      retry_.async_wait([this](error_code) { accept(); });
-    });
-  }
-
-  void take(tcp::socket&& socket) {
-    error_code ignored;
-    socket.set_option(tcp::no_delay(true), ignored);
-    if (connections_.size() >= options_.connections) {
-      connections_.front()->close();
-      connections_.pop_front();
-    }
-    connections_.push_back(std::make_shared<Connection>(*this, std::move(socket)));
-    connections_.back()->read();
   }
 
   void tick() {
     timer_.expires_after(1s);
     timer_.async_wait([this](error_code) {
       for (const auto& hub : hubs_) {
-        const auto all = hub->sessions;  // closing takes it out
+        const auto all = hub->sessions;  // a copy: closing removes a session
         for (const auto& session : all) session->closeIfDeaf();
         if (!all.empty()) hub->looked = Clock::now();
         tellRecording(*hub);
         if (hub->source && Clock::now() - hub->looked > kLinger) {
           hub->source.reset();
-          hub->options.subscription.topics = kAllTopics;  // the daemon makes previews while somebody wants them
-          hub->wantsSurface = false;
+          hub->options.subscription.topics = kAllTopics;  // the daemon makes previews only while they are subscribed to
+          hub->computed = 0;
           hub->last.clear();
         }
       }
@@ -348,13 +329,13 @@ class Server {
   void endShow(const Session* gone) {
     shows_.remove_if([&](const std::shared_ptr<Show>& each) {
       if (each->session.get() != gone) return false;
-      // It ends on a thread of its own: a surface that is being computed is waited for.
+      // On another thread, as the destructor waits for a surface that is being computed.
       asio::post(reaper_, [ended = std::shared_ptr<Playing>(std::move(each->playing))] {});
       return true;
     });
   }
 
-  /// What is taken down, to all who look.
+  /// Tells the state of the recording to all sessions.
   void tellRecording(Hub& hub) {
     if (!hub.recording) return;
     const Recording::State now = hub.recording->state();
@@ -375,18 +356,27 @@ class Server {
         hub.deliver(kind, frame);
       });
     };
-    hub.source.reset();
+    hub.source.reset();  // waits for the thread that uses the forwarder
+    hub.forwarder = std::make_unique<Forwarder>(deliver);
     try {
-      hub.source = std::make_unique<Source>(hub.options.subscription, deliver);
+      hub.source = std::make_unique<Source>(
+          hub.options.subscription,
+          Source::Handlers{
+              .pass = [&hub](const Message& message, const Raw& raw) { hub.forwarder->pass(message, raw); },
+              .fail =
+                  [deliver](const Error& error, const Raw& raw) {
+                    // Passes on a message that this program cannot decode: the client may be able to.
+                    deliver(kErrors, raw.bytes.empty() ? errorFrame(error) : makeFrame(raw.topic, raw.bytes));
+                  }});
     } catch (const Error& error) {
       hub.deliver(kErrors, errorFrame(error));
     }
   }
 
-  /// "record" and "stop": what is to be said, or the reason against it.
+  /// Answers "record" and "stop".
   void askRecorder(Hub& hub, Session& from, const std::string& id, bool begins) {
     const auto refuse = [&](const std::string& why) { from.answer(makeFrame("error/" + id, why)); };
-    if (!hasRecordings()) return refuse("refused this viewer keeps no recordings (--recordings)");
+    if (!hasRecordings()) return refuse("refused this viewer has no directory for recordings (--recordings)");
     if (options_.readOnly) return refuse("not_allowed this viewer only reads (--read-only)");
     if (begins == (hub.recording != nullptr)) {
       return refuse(begins ? "refused it is being recorded: " + hub.recording->name()
@@ -417,7 +407,7 @@ class Server {
                });
   }
 
-  /// Has a question answered on the sensor's own thread: an answer may take seconds.
+  /// Answers a question on the sensor's own thread, as an answer may take seconds.
   void ask(Hub& hub, Session& from, const std::string& id, const std::string& word) {
     constexpr std::array<std::pair<std::string_view, Question>, 4> kQuestionNames = {
         {{"status", Question::kStatus},
@@ -430,9 +420,9 @@ class Server {
     const bool changes = word == "zero" || word == "undo";
     const auto refuse = [&](const std::string& why) { from.answer(makeFrame("error/" + id, why)); };
     if (found == kQuestionNames.end()) return refuse("refused there is no such question");
-    if (!hub.control) return refuse("no_answer this viewer knows no endpoint for it (--control)");
+    if (!hub.control) return refuse("no_answer no endpoint for requests is known (traction-view --control)");
     if (changes && options_.readOnly) return refuse("not_allowed this viewer only reads (--read-only)");
-    if (hub.questions >= kQuestions) return refuse("refused others are asking; try again");
+    if (hub.questions >= kQuestions) return refuse("refused too many requests are waiting; try again");
     ++hub.questions;
     asio::post(hub.asker, [this, &hub, id, question = found->second, session = from.weak_from_this()] {
       Frame frame;
@@ -450,112 +440,20 @@ class Server {
 
   ServerOptions options_;
   asio::io_context context_{1};
-  tcp::acceptor acceptor_{context_};
-  asio::steady_timer timer_{context_}, retry_{context_};
-  std::list<std::shared_ptr<Connection>> connections_;  ///< the oldest first
+  asio::steady_timer timer_{context_};
+  HttpListener listener_;
+  std::optional<FoxgloveServer> foxglove_;
   asio::thread_pool reaper_{1};
   std::list<std::shared_ptr<Show>> shows_;
-  std::vector<std::unique_ptr<Hub>> hubs_;  // last: their threads use the context
+  std::vector<std::unique_ptr<Hub>> hubs_;  // last, as their threads use the context
 };
 
-void Connection::read() {
-  parser_.emplace();
-  parser_->header_limit(kLongestHeader);
-  parser_->body_limit(0);
-  stream_.expires_after(kHttpPatience);
-  http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
-    if (error) return self->server_.remove(self.get());
-    self->handle(self->parser_->get());
-  });
-}
-
-void Connection::handle(const Request& request) {
-  const std::string_view target(request.target().data(), request.target().size());
-  const std::string_view path = target.substr(0, target.find('?'));
-  http::response<http::string_body> response{http::status::ok, request.version()};
-  response.keep_alive(request.keep_alive());
-  response.set("X-Content-Type-Options", "nosniff");
-  response.set("Cross-Origin-Resource-Policy", "same-origin");
-  response.set("Cross-Origin-Opener-Policy", "same-origin");
-  response.set("Referrer-Policy", "no-referrer");
-  response.set("Content-Security-Policy", kPolicy);
-  response.set(http::field::cache_control, "no-cache");
-  const auto refuse = [&](http::status status, const std::string& why) {
-    response.result(status);
-    response.set(http::field::content_type, "text/plain; charset=utf-8");
-    response.body() = why + "\n";
-  };
-  const auto host = request[http::field::host];
-  const auto origin = request[http::field::origin];
-  if (!server_.isOurs({host.data(), host.size()})) {
-    refuse(http::status::misdirected_request, "This host goes by another name; traction-view --name allows one.");
-  } else if (!origin.empty() && origin != "http://" + std::string(host) && origin != "https://" + std::string(host)) {
-    refuse(http::status::forbidden, "Another origin's page may not read this.");
-  } else if (request.method() != http::verb::get && request.method() != http::verb::head) {
-    refuse(http::status::method_not_allowed, "GET and HEAD are answered.");
-  } else if (beast::websocket::is_upgrade(request)) {
-    const bool unknown = server_.findHub(path) == nullptr && server_.findRecording(path).empty();
-    if (!unknown && !server_.isFull()) return upgrade(request);
-    refuse(unknown ? http::status::not_found : http::status::service_unavailable,
-           unknown ? "There is no such sensor, and no such recording." : "Too many are looking.");
-  } else if (path == "/sensors") {
-    response.set(http::field::content_type, "application/json");
-    response.body() = server_.sensors();
-  } else if (path == "/recordings" && server_.hasRecordings()) {
-    response.set(http::field::content_type, "application/json");
-    response.body() = server_.recordings();
-  } else if (const PageFile* file = findPageFile(path)) {
-    response.set(http::field::content_type, boost::string_view(file->type.data(), file->type.size()));
-    response.set(http::field::content_encoding, "gzip");
-    response.body() = std::string(file->gzip);
-  } else {
-    refuse(http::status::not_found, "There is nothing here.");
-  }
-  if (request.method() == http::verb::head) {
-    response.content_length(response.body().size());
-    response.body().clear();
-  } else {
-    response.prepare_payload();
-  }
-  write(std::move(response));
-}
-
-void Connection::write(http::response<http::string_body>&& response) {
-  response_ = std::move(response);
-  stream_.expires_after(kHttpPatience);
-  http::async_write(stream_, *response_, [self = shared_from_this()](error_code error, std::size_t) {
-    if (!error && !self->response_->need_eof()) return self->read();
-    self->stream_.socket().shutdown(tcp::socket::shutdown_send, error);
-    self->server_.remove(self.get());
-  });
-}
-
-void Connection::upgrade(const Request& request) {
-  const std::string_view target(request.target().data(), request.target().size());
-  const std::size_t mark = target.find('?');
-  const std::string_view query = mark == std::string_view::npos ? std::string_view() : target.substr(mark + 1);
-  const std::string_view path = target.substr(0, mark);
-  stream_.expires_never();
-  if (Hub* hub = server_.findHub(path)) {
-    server_.open(*hub, stream_.release_socket(), request, parseSession(query));
-  } else {
-    server_.openRecording(server_.findRecording(path), stream_.release_socket(), request, parseSession(query));
-  }
-  server_.remove(this);
-}
-
 }  // namespace
-
-bool isLoopback(const std::string& address) {
-  error_code error;
-  const auto parsed = asio::ip::make_address(address, error);
-  return !error && parsed.is_loopback();
-}
 
 void serve(const ServerOptions& options, const std::vector<SourceOptions>& sources,
            const std::function<void(const std::string& url)>& ready) {
   Server server(options, sources);
-  ready(server.url());
+  for (const std::string& url : server.urls()) ready(url);
   server.run();
 }
 

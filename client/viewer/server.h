@@ -1,41 +1,39 @@
-// The page and its WebSockets. The only room that knows Boost.Beast.
+// Serves the viewer's page and its WebSockets, and the Foxglove server beside them.
 #pragma once
 
+#include "client/viewer/listen_address.h"
 #include "client/viewer/source.h"
 
-#include <cstdint>
-#include <stdexcept>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace traction::view {
 
+inline constexpr std::uint16_t kPagePort = 9880;
+/// Port that Foxglove and Lichtblick propose for a connection.
+inline constexpr std::uint16_t kFoxglovePort = 8765;
+
+struct FoxgloveOptions {
+  ListenAddress listen{.port = kFoxglovePort};
+  std::vector<std::string> origins;  ///< allowed besides those of Foxglove's and Lichtblick's own apps
+  unsigned connections = 64;         ///< HTTP connections at a time; a new one beyond this closes the oldest
+  unsigned clients = 16;             ///< WebSockets at a time
+};
+
 struct ServerOptions {
-  std::string address = "127.0.0.1";
-  std::uint16_t port = 9880;       ///< 0: any that is free
-  std::vector<std::string> names;  ///< of this host, that browsers may call it by beside its addresses and localhost
-  bool readOnly = false;           ///< browsers may ask for no zero, and record nothing
-  std::string recordings;          ///< directory of those that are shown, and where new ones go; empty: none
-  unsigned connections = 256;      ///< at a time; for a new one the oldest is ended that asks for nothing
-  unsigned viewers = 64;           ///< WebSockets of these, at a time
+  ListenAddress listen{.port = kPagePort};
+  std::vector<std::string> names;           ///< of this host, accepted in requests besides IP addresses and localhost
+  bool readOnly = false;                    ///< refuses requests for a zero and for recordings
+  std::string recordings;                   ///< directory of recordings to play and to add to; empty: none
+  unsigned connections = 256;               ///< HTTP connections at a time; a new one beyond this closes the oldest
+  unsigned viewers = 64;                    ///< WebSockets of the page at a time
+  std::optional<FoxgloveOptions> foxglove;  ///< empty: no Foxglove server
 };
-
-/// With an exit code of sysexits.h.
-class ServerError : public std::runtime_error {
- public:
-  ServerError(int exitCode, const std::string& what)
-      : std::runtime_error(what)
-      , exitCode_(exitCode) {}
-  int exitCode() const { return exitCode_; }
-
- private:
-  int exitCode_;
-};
-
-bool isLoopback(const std::string& address);
 
 /// Serves until SIGINT or SIGTERM. \throws ServerError, Error
-/// \param ready is told the page's address
+/// \param ready is called with each URL that is served, when all are
 void serve(const ServerOptions& options, const std::vector<SourceOptions>& sources,
            const std::function<void(const std::string& url)>& ready);
 

@@ -2,14 +2,15 @@
 
 #include <pthread.h>
 
+#include <utility>
+
 namespace traction::view {
 
 using namespace std::chrono_literals;
 
-Source::Source(const SubscriberOptions& options, Deliver deliver)
+Source::Source(const SubscriberOptions& options, Handlers handlers)
     : subscriber_(options)
-    , deliver_(std::move(deliver))
-    , forwarder_(deliver_)
+    , handlers_(std::move(handlers))
     , thread_([this](const std::stop_token& stop) { listen(stop); }) {}
 
 Source::~Source() = default;
@@ -18,12 +19,10 @@ void Source::listen(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "view-source");
   while (!stop.stop_requested()) {
     try {
-      if (const auto message = subscriber_.receive(100ms)) forwarder_.pass(*message, subscriber_.raw());
+      if (const auto message = subscriber_.receive(100ms)) handlers_.pass(*message, subscriber_.raw());
     } catch (const Error& error) {
-      // What came and is no message of the protocol is for the reader to see.
-      const Raw raw = subscriber_.raw();
-      const bool isRead = error.code() == ErrorCode::kMalformed && !raw.bytes.empty();
-      deliver_(kErrors, isRead ? makeFrame(raw.topic, raw.bytes) : errorFrame(error));
+      const bool isAboutMessage = error.code() == ErrorCode::kMalformed;
+      handlers_.fail(error, isAboutMessage ? subscriber_.raw() : Raw{});
     }
   }
 }

@@ -1,10 +1,10 @@
-// One sensor as the viewer's bridge hears it: a thread that passes on what comes.
+// Receives the messages of one endpoint on a thread of its own.
 #pragma once
 
-#include "client/viewer/forwarder.h"
 #include "traction/control.h"
 #include "traction/subscriber.h"
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <thread>
@@ -12,31 +12,33 @@
 namespace traction::view {
 
 struct SourceOptions {
-  std::string name;  ///< for people
+  std::string name;  ///< shown to people
   SubscriberOptions subscription;
-  std::optional<ControlOptions> control;  ///< none: nobody knows where to ask
+  std::optional<ControlOptions> control;  ///< empty: no endpoint for requests is known
 };
 
 class Source {
  public:
-  /// \param deliver is called on the source's own thread
+  /// Called on the source's thread.
+  struct Handlers {
+    std::function<void(const Message& message, const Raw& raw)> pass;
+    /// \param raw is the message that could not be decoded; its bytes are empty if the error is not about a message
+    std::function<void(const Error& error, const Raw& raw)> fail;
+  };
+
   /// \throws Error kBadEndpoint, kBadKeys
-  Source(const SubscriberOptions& options, Deliver deliver);
-  /// Waits for its threads: a tenth of a second, some seconds where a surface is being computed.
+  Source(const SubscriberOptions& options, Handlers handlers);
+  /// Waits for the thread: 0.1 s, and as long as a handler takes.
   ~Source();
   Source(const Source&) = delete;
   Source& operator=(const Source&) = delete;
-
-  /// From now on kSurface is delivered, too. Thread-safe.
-  void wantSurface() { forwarder_.wantSurface(); }
 
  private:
   void listen(const std::stop_token& stop);
 
   Subscriber subscriber_;
-  Deliver deliver_;
-  Forwarder forwarder_;
-  std::jthread thread_;  // last: it uses the others
+  Handlers handlers_;
+  std::jthread thread_;  // last, as it uses the others
 };
 
 }  // namespace traction::view

@@ -153,7 +153,10 @@ std::optional<Result> Calibration::overdue(const MarkerField& field) const {
 Result Calibration::geometry(const RestPose& zero, bool anyway) {
   sensor::Sensor start = inForce_;
   const Geometry found = fitGeometry(start, zero.position_px, zero.present, options_.geometry);
-  if (found.outcome == Geometry::Outcome::kFewMarkers) return refused("the zero shows too few markers for a geometry");
+  if (found.outcome == Geometry::Outcome::kFewMarkers)
+    return refused(
+        fmt::format("the zero shows {} of {} markers, and at least {} must agree with each other for a geometry",
+                    std::ranges::count(zero.present, 1), zero.present.size(), options_.geometry.fewest));
   if (found.outcome == Geometry::Outcome::kDiverged) {
     return refused("no camera explains the markers' places: is the gel file that of another gel?");
   }

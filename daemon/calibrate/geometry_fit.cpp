@@ -16,7 +16,6 @@ namespace {
 constexpr int kFocal = 0, kPrincipal = 1, kPosition = 3, kRotation = 6, kDistortion = 9, kAspect = 11;  // unknowns
 constexpr int kCamera = 12;        // of the camera, those above
 constexpr int kOfLayer = 4;        // depth, pitch, x, y
-constexpr int kFewest = 50;        // markers: below, the fit says nothing of the lens
 constexpr double kStep = 1e-3;     // of the scaled unknowns, for differences
 constexpr double kSettled = 1e-2;  // deviations that a step moves the unknowns by
 constexpr int kRounds = 4;
@@ -124,7 +123,7 @@ class Fit {
 
   Geometry::Outcome run() {
     using Outcome = Geometry::Outcome;
-    if (counted() < kFewest) return Outcome::kFewMarkers;
+    if (counted() < options_.fewest) return Outcome::kFewMarkers;
     if (!moveTo(x_)) return Outcome::kDiverged;
     int rounds = 0;
     for (int iteration = 0; iteration < options_.iterations; ++iteration) {
@@ -134,7 +133,7 @@ class Fit {
       // Then again without those that are not where the others say, a few times at most: where a touch displaces many,
       // they are too many to be sorted out.
       const bool dropped = dropOutliers();
-      if (counted() < kFewest) return Outcome::kFewMarkers;
+      if (counted() < options_.fewest) return Outcome::kFewMarkers;
       if (!dropped || ++rounds == kRounds) return Outcome::kConverged;
     }
     return Outcome::kDiverged;

@@ -16,6 +16,7 @@ struct GeometryOptions {
   double aspect = 0.0;         ///< of the camera's aspect, relative; 0: it is as the file has it
   double outlier = 5.0;        ///< deviations: markers beyond (dust, a misplaced one) do not count
   double allowance_px = 0.02;  ///< of a lens that k1 and k2 do not describe; a touch of some 10 gf shows as much
+  int fewest = 50;             ///< markers: with fewer, the fit says nothing of the lens
   int iterations = 60;         ///< a touch makes them many; without one five do
 };
 

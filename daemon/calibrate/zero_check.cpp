@@ -59,7 +59,7 @@ std::string touchIn(const sensor::Sensor& sensor, const RestPose& zero) {
   if (sensor.body) return "";  // no flat layers, whose bulge would show it
   const Geometry found = fitGeometry(sensor, zero.position_px, zero.present, {});
   if (found.outcome != Geometry::Outcome::kConverged || !found.bulge.found()) return "";
-  return touching(found.bulge);
+  return touching(found.bulge) + " (markers that are damaged or printed off their places look the same)";
 }
 
 }  // namespace tractiond::calibrate

@@ -5,6 +5,9 @@
 #include "daemon/capture/aravis.h"
 #include "daemon/capture/chunk_description.h"
 #include "daemon/capture/gvcp_search.h"
+#include "daemon/capture/silence.h"
+
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -55,6 +58,7 @@ class AravisDriver : public Driver {
   CameraOptions options_;
   std::atomic<bool> controlLost_{false};  // set by Aravis's heartbeat thread: outlives the camera
   std::atomic<bool> silent_{false};
+  std::atomic<int> receivingThread_{0};  ///< Aravis's
   std::function<void(bool)> receiving_;
   GvcpSearch search_;
   ControlGuard guard_;  // before the camera, and after every other socket of this
@@ -246,7 +250,9 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes) {
 
 /// In Aravis's thread, which ends before the stream that this driver holds.
 void AravisDriver::onStream(void* driver, ArvStreamCallbackType type, ArvBuffer* /*buffer*/) {
-  const auto& receiving = static_cast<AravisDriver*>(driver)->receiving_;
+  auto& self = *static_cast<AravisDriver*>(driver);
+  if (type == ARV_STREAM_CALLBACK_TYPE_INIT) self.receivingThread_.store(gettid(), std::memory_order_relaxed);
+  const auto& receiving = self.receiving_;
   if (!receiving) return;
   if (type == ARV_STREAM_CALLBACK_TYPE_INIT) receiving(true);
   if (type == ARV_STREAM_CALLBACK_TYPE_EXIT) receiving(false);
@@ -274,20 +280,23 @@ AravisDriver::Proof AravisDriver::awaitWholeFrame() const {
 /// A camera that is there and sends, while Aravis leaves its packets lie, can be had back by a stream of its own; what
 /// hangs is left behind.
 std::string AravisDriver::doubt() {
-  constexpr milliseconds kMoment{50};
-  constexpr int kMoments = 5;  // more than a busy machine keeps a thread waiting
-  const auto received = [this] { return arv_stream_get_info_uint64_by_name(stream_.get(), "n_received_packets"); };
-  const std::uint64_t before = framePackets_ == 0 ? 0 : received();
-  int moments = 0;
-  while (framePackets_ != 0 && moments < kMoments && bytesWaiting(stream_.get()) != 0 && received() == before) {
-    std::this_thread::sleep_for(kMoment);
-    ++moments;
-  }
-  if (moments == kMoments) {
+  const bool isGigE = framePackets_ != 0;
+  ProcessorWait wait(receivingThread_.load(std::memory_order_relaxed));
+  switch (judgeSilence({
+      .received = [&] { return isGigE ? arv_stream_get_info_uint64_by_name(stream_.get(), "n_received_packets") : 0; },
+      .hasPacketsWaiting = [&] { return isGigE && bytesWaiting(stream_.get()) != 0; },
+      .isWaitingForProcessor = [&] { return wait.lasts(); },
+      .answers = [&] { return info_.identity.empty() || search_.ask(info_.name.address, kAnswer) == info_.identity; },
+      .pause = [] { std::this_thread::sleep_for(milliseconds(50)); },
+  })) {
+  case Silence::kAlive:
+    return "";
+  case Silence::kThreadHangs:
     arv_gv_device_leave_control(ARV_GV_DEVICE(arv_camera_get_device(camera_.get())), nullptr);
     return "Aravis's thread hangs that receives its packets";
+  case Silence::kNoAnswer:
+    break;
   }
-  if (info_.identity.empty() || search_.ask(info_.name.address, kAnswer) == info_.identity) return "";
   return "it does not answer";
 }
 

@@ -1,17 +1,18 @@
-// Strategy. Whole pictures of the agreed shape are lined up into tracks: a picture follows a track when its id comes
-// after the track's last one, its time too, the ids do not outrun the time, and the camera's clock keeps step with the
-// host's. What follows the current track is new. Everything else is held back and becomes, or continues, the one
-// candidate; a candidate of three replaces the current track when that has been silent meanwhile. So a single odd
-// picture costs nothing, whatever it claims, and a camera that really counts anew is believed after three frames. A
-// camera has one counter: where frames of two tracks, whole or damaged, come in turn, somebody else sends as well, and
-// the pictures are doubted. A picture whose id and time are both those of an earlier one is that earlier one; such a
-// picture is no candidate either.
+// Strategy. Sorts whole pictures of the agreed shape into tracks. A picture continues a track if its id and its time
+// come after those of the track's last picture, the id has not advanced by more than the elapsed time allows, and the
+// camera's clock keeps step with the host's. A picture that continues the current track is new. Every other picture is
+// held back: it starts or continues the candidate, of which there is one. A candidate of three pictures replaces the
+// current track if no frame of the current track arrived meanwhile. So a single odd picture is never used, whatever it
+// claims, and a camera whose counter starts anew is used again after three frames. A camera has one frame counter:
+// where frames of two tracks, whole or damaged, alternate, a second sender uses the camera's address, and the pictures
+// are marked as doubted. A picture with the id and the time of an earlier one is a repetition of it: it is stale, and
+// part of no candidate.
 //
-// Not every camera has a clock: some send 0, some whole seconds, some go back. The very next id makes a picture new
-// whatever the camera's clock says; where that is wrong it is distrusted for a hundred frames, in which ids are held
-// against the host's clock instead, and old pictures are known by their content.
+// Some cameras have no usable clock: they send 0 or whole seconds, or their time goes back. A picture with the next id
+// is new whatever the camera's clock says. Where the clock contradicts the id, it is distrusted for a hundred frames:
+// ids are then compared with the host's clock, and repetitions are recognised by their content.
 //
-// The host's clock is the only thing here that nobody outside can forge.
+// Every input but the host's clock can be forged by another host.
 #include "daemon/capture/frame_gate.h"
 
 #include <algorithm>
@@ -111,13 +112,13 @@ bool FrameGate::isNext(const Track& track, const Arrival& arrival) const {
   return step > 0 && track.pace_ns > 0 && step <= 2 + 2 * ((arrival.host_ns - track.host_ns) / track.pace_ns);
 }
 
-/// Notes that the current track goes on: what was held back since its last frame came beside it. A single odd picture
-/// is a driver's or a camera's fault; more of them within a second are somebody else's.
-void FrameGate::hear(const Arrival& arrival) {
+/// Counts the pictures that were held back since the last frame of the current track, when a further frame of it has
+/// arrived: the camera did not send them. A single one is a fault of driver or camera; more of them within a second
+/// show a second sender.
+void FrameGate::countSurplus(std::int64_t host_ns) {
   constexpr double kFading = 0.98, kMostSurplus = 2.0;
-  heard_ns_ = arrival.host_ns;
   surplus_ = kFading * surplus_ + std::exchange(heldBack_, 0);
-  if (surplus_ > kMostSurplus) doubtUntil_ns_ = arrival.host_ns + options_.doubt_ns;
+  if (surplus_ > kMostSurplus) doubtUntil_ns_ = host_ns + options_.doubt_ns;
 }
 
 /// Returns the shortest time [ns] between two frames of the current track; 0: not known. A break of the network
@@ -236,7 +237,10 @@ Judgement FrameGate::judge(const Arrival& arrival) {
   };
   const auto refuseDamaged = [&](Verdict verdict) {
     if (current_ && isNext(*current_, arrival)) {
-      if (!candidate_ || !isNext(*candidate_, arrival)) hear(arrival);
+      if (!candidate_ || !isNext(*candidate_, arrival)) {
+        heard_ns_ = arrival.host_ns;
+        countSurplus(arrival.host_ns);
+      }
     } else if (previous_ && isNext(*previous_, arrival)) {
       ++heldBack_;
     }
@@ -261,7 +265,7 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     // A clock that stands still has not jumped: it is none.
     const bool jumped = believed && fit == Fit::kByTheHosts && arrival.device_ns != current_->device_ns;
     const bool early = isEarly(arrival);
-    hear(arrival);
+    countSurplus(arrival.host_ns);
     Judgement judgement = accept(next, static_cast<std::uint64_t>(advance(current_->id, arrival.id)),
                                  believed != (next.distrust == 0), jumped);
     judgement.doubted |= early;

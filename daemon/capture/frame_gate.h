@@ -25,7 +25,7 @@ struct Arrival {
   std::uint64_t thrown = 0;    ///< frames' worth of packets that the driver threw away since the buffer before
   double late = 0.0;           ///< likewise, of packets that came when their frame was no longer awaited, unasked
   double twice = 0.0;          ///< likewise, of packets of one frame that came twice, unasked
-  bool repeated = false;       ///< some came twice or late that had been asked for again: it may be why, or an excuse
+  bool repeated = false;       ///< duplicates or late packets that may be answers to our own resend requests
 };
 
 enum class Verdict { kNew, kIncomplete, kWrongSize, kWrongFormat, kStale, kImplausible };
@@ -98,7 +98,7 @@ class FrameGate {
   static void extend(Track& track, const Arrival& arrival, Fit fit);
   Fit follows(const Track& track, const Arrival& arrival) const;
   bool isNext(const Track& track, const Arrival& arrival) const;
-  void hear(const Arrival& arrival);
+  void countSurplus(std::int64_t host_ns);
   std::int64_t frameTime() const;
   std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const;
   Judgement accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped);

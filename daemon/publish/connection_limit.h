@@ -26,10 +26,15 @@ bool seesAccepts();
 /// Tells people of the connections that are refused from its construction on. Thread-bound.
 class Report {
  public:
+  /// \param mostLookedAt number of file descriptors that one call looks at
+  explicit Report(std::size_t mostLookedAt = 512)
+      : mostLookedAt_(mostLookedAt) {}
+
   /// Returns a line for people; empty: nothing was refused, or the last line was less than a minute ago.
   std::string look(std::int64_t now_ns);
 
  private:
+  std::size_t mostLookedAt_;
   std::uint64_t told_ = refused();
   std::int64_t told_ns_ = 0;
 };

@@ -186,6 +186,7 @@ void ControlServer::serve(std::chrono::milliseconds timeout) {
     impl_->peers.reset();
     impl_->counted_ns = now;
   }
+  impl_->replies.forgetRead();
   for (int i = 0; i < kRequestsPerTurn && impl_->receive(); ++i) impl_->answer();
   impl_->askCamera();
 }

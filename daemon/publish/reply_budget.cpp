@@ -3,6 +3,8 @@
 #include <linux/sockios.h>
 #include <sys/ioctl.h>
 
+#include <iterator>
+
 namespace tractiond::publish {
 
 bool ReplyBudget::isUnread(int fd) {
@@ -10,33 +12,46 @@ bool ReplyBudget::isUnread(int fd) {
   return ioctl(fd, SIOCOUTQ, &waiting) == 0 && waiting > 0;
 }
 
-void ReplyBudget::forgetRead() {
-  for (auto& [who, replies] : waiting_) {
+/// Forgets what has been read of one connection. Returns the number of bytes that still wait.
+std::uint64_t ReplyBudget::forgetRead(int fd, Connection& connection) const {
+  std::uint64_t queued_bytes = 0;
+  std::erase_if(connection.queued, [&](const auto& reply) {
     // acquire: partner is the release in messageOf(); it has been written by then, but perhaps not read.
-    std::erase_if(replies, [this](const auto& reply) {
-      return !reply->queued.load(std::memory_order_acquire) && !hasUnread_(reply->fd);
-    });
-  }
-  std::erase_if(waiting_, [](const auto& of) { return of.second.empty(); });
+    const bool isQueued = reply->queued.load(std::memory_order_acquire);
+    (isQueued ? queued_bytes : connection.written_bytes) += reply->bytes;
+    return !isQueued;
+  });
+  if (connection.written_bytes > 0 && !hasUnread_(fd)) connection.written_bytes = 0;
+  return queued_bytes + connection.written_bytes;
 }
 
-bool ReplyBudget::allows(const std::string& who, std::uint64_t bytes) {
-  forgetRead();
-  std::uint64_t all = 0, each = 0;
-  for (const auto& [name, replies] : waiting_) {
-    for (const auto& reply : replies) {
-      all += reply->bytes;
-      if (name == who) each += reply->bytes;
+void ReplyBudget::forgetRead() {
+  all_bytes_ = 0;
+  for (auto& [who, share] : waiting_) {
+    share.bytes = 0;
+    for (auto one = share.connections.begin(); one != share.connections.end();) {
+      const std::uint64_t bytes = forgetRead(one->first, one->second);
+      share.bytes += bytes;
+      one = bytes == 0 && one->second.queued.empty() ? share.connections.erase(one) : std::next(one);
     }
+    all_bytes_ += share.bytes;
   }
-  return each == 0 || (each + bytes <= mostEach_bytes_ && all + bytes <= most_bytes_);
+  std::erase_if(waiting_, [](const auto& of) { return of.second.connections.empty(); });
+}
+
+bool ReplyBudget::allows(const std::string& who, std::uint64_t bytes) const {
+  const auto share = waiting_.find(who);
+  const std::uint64_t each_bytes = share == waiting_.end() ? 0 : share->second.bytes;
+  return each_bytes == 0 || (each_bytes + bytes <= mostEach_bytes_ && all_bytes_ + bytes <= most_bytes_);
 }
 
 std::shared_ptr<ReplyBudget::Reply> ReplyBudget::add(const std::string& who, int fd, std::uint64_t bytes) {
   auto reply = std::make_shared<Reply>();
-  reply->fd = fd;
   reply->bytes = bytes;
-  waiting_[who].push_back(reply);
+  Share& share = waiting_[who];
+  share.connections[fd].queued.push_back(reply);
+  share.bytes += bytes;
+  all_bytes_ += bytes;
   return reply;
 }
 

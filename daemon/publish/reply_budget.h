@@ -17,7 +17,6 @@ class ReplyBudget {
   /// A reply on its way.
   struct Reply {
     std::atomic<bool> queued{true};  ///< ZeroMQ has it; cleared by its thread
-    int fd = -1;                     ///< of the connection
     std::uint64_t bytes = 0;
   };
 
@@ -27,19 +26,33 @@ class ReplyBudget {
       , mostEach_bytes_(mostEach_bytes)
       , hasUnread_(std::move(hasUnread)) {}
 
-  /// Whether so many bytes more may wait for `who`. One reply of any size may wait where none does.
-  bool allows(const std::string& who, std::uint64_t bytes);
+  /// Returns whether so many bytes more may wait for `who`. One reply of any size may wait where none does.
+  bool allows(const std::string& who, std::uint64_t bytes) const;
 
-  /// Counts a reply until ZeroMQ has let it go and its connection holds nothing unread.
+  /// Forgets the replies that ZeroMQ has let go and whose connections hold nothing unread. Takes a system call for each
+  /// connection: to be called once in a turn of requests, not for each of them.
+  void forgetRead();
+
+  /// Counts a reply until it is forgotten. \param fd of its connection
   std::shared_ptr<Reply> add(const std::string& who, int fd, std::uint64_t bytes);
 
  private:
+  struct Connection {
+    std::vector<std::shared_ptr<Reply>> queued;  ///< by ZeroMQ
+    std::uint64_t written_bytes = 0;             ///< to the connection, and perhaps not read
+  };
+  struct Share {
+    std::map<int, Connection> connections;  ///< by file descriptor
+    std::uint64_t bytes = 0;                ///< of all of them
+  };
+
   static bool isUnread(int fd);
-  void forgetRead();
+  std::uint64_t forgetRead(int fd, Connection& connection) const;
 
   std::uint64_t most_bytes_, mostEach_bytes_;
   std::function<bool(int fd)> hasUnread_;
-  std::map<std::string, std::vector<std::shared_ptr<Reply>>> waiting_;  ///< by who asked
+  std::map<std::string, Share> waiting_;  ///< by who asked
+  std::uint64_t all_bytes_ = 0;           ///< of all shares
 };
 
 }  // namespace tractiond::publish

@@ -70,8 +70,9 @@ struct Vitals {
   std::array<std::uint64_t, 5> turns{};  ///< of the loops of capture, track, solve, publish, control
   RestDrift drift = {};
   MarkerStatus markers = {};
-  double zeroWithin_s = 0.0;       ///< a zero that is asked for now is answered within this time; 0: not known
-  FixedText<300> invalidWhy = {};  ///< of the fields since the last status; empty: all were valid
+  double zeroWithin_s = 0.0;          ///< a zero that is asked for now is answered within this time; 0: not known
+  FixedText<300> invalidWhy = {};     ///< of the fields since the last status; empty: all were valid
+  FixedText<200> unreleasedWhy = {};  ///< why the camera would stay locked after a kill -9; empty: it would not
   std::uint64_t logLinesLost = 0;
   std::uint64_t memory_bytes = 0;  ///< that the process holds
   SchedulingStatus scheduling = {};

@@ -431,6 +431,8 @@ std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading
   message.set_log_lines_lost(status.vitals.logLinesLost);
   const std::string_view why = status.vitals.invalidWhy.view();
   message.set_invalid_why(why.data(), why.size());
+  const std::string_view unreleased = status.vitals.unreleasedWhy.view();
+  message.set_unreleased_why(unreleased.data(), unreleased.size());
   message.set_memory_bytes(status.vitals.memory_bytes);
   message.set_residual_px(status.residual_px);
   set(status.vitals.camera, message);

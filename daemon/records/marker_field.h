@@ -52,6 +52,7 @@ struct MarkerField {
   std::vector<std::uint8_t> valid;     ///< M, 0 or 1; where 0 the two above mean nothing (and are 0)
   std::uint32_t flags = 0;
   int validCount = 0;
+  int isolatedGaps = 0;  ///< markers that the zero lacks, while it has at least four of the eight around each of them
   Id zero{};  ///< the rest pose it rests on
 
   void resize(int markers);

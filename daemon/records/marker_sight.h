@@ -19,6 +19,13 @@ struct MarkerSight {
   std::array<Layer, 2> layers{};
   int layerCount = 0;
   bool following = false;  ///< the markers are known from one frame to the next
+
+  /// The search for a first zero; as it was at the end, once there is one.
+  struct FirstZero {
+    int frames = 0;     ///< in which markers were found while there was no zero
+    int mostStill = 0;  ///< longest row of them without motion
+  };
+  FirstZero firstZero;
 };
 
 }  // namespace tractiond

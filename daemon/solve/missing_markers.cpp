@@ -6,18 +6,29 @@
 
 namespace tractiond::solve {
 
-MissingMarkers::MissingMarkers(const Inverse& inverse, int capacity)
+namespace {
+
+/// Number of elements of a lower triangle.
+std::size_t packed(std::size_t rows) {
+  return rows * (rows + 1) / 2;
+}
+
+}  // namespace
+
+MissingMarkers::MissingMarkers(const Inverse& inverse)
     : inverse_(inverse)
-    , capacity_(static_cast<std::size_t>(capacity))
-    , listed_(static_cast<std::size_t>(inverse.coordinateCount() / 2), 0) {
-  coordinates_.reserve(2 * capacity_);
-  waiting_.reserve(capacity_);
-  factor_.resize(2 * capacity_ * (2 * capacity_ + 1) / 2);
+    , listed_(static_cast<std::size_t>(inverse.coordinateCount() / 2), 0)
+    , factor_(std::make_unique_for_overwrite<double[]>(packed(2 * listed_.size()))) {
+  coordinates_.reserve(2 * listed_.size());
+  waiting_.reserve(listed_.size());
+}
+
+std::span<const double> MissingMarkers::factor() const {
+  return {factor_.get(), packed(coordinates_.size())};
 }
 
 bool MissingMarkers::update(std::span<const std::uint8_t> valid) {
   assert(valid.size() == listed_.size());
-  if (static_cast<std::size_t>(std::count(valid.begin(), valid.end(), 0)) > capacity_) return false;
 
   // Up to the first marker that is back the factor stays; those behind it wait to be appended again, then the new ones.
   std::size_t kept = 0;
@@ -46,9 +57,9 @@ bool MissingMarkers::update(std::span<const std::uint8_t> valid) {
 
 bool MissingMarkers::append(int coordinate) {
   const std::size_t size = coordinates_.size();
-  double* const row = factor_.data() + size * (size + 1) / 2;
+  double* const row = factor_.get() + packed(size);
   for (std::size_t i = 0; i < size; ++i) row[i] = -inverse_.hatAt(coordinate, coordinates_[i]);
-  solveLower(factor_, static_cast<int>(size), row);
+  solveLower(factor(), static_cast<int>(size), row);
   double pivot = 1.0 - inverse_.hatAt(coordinate, coordinate);
   for (std::size_t i = 0; i < size; ++i) pivot -= row[i] * row[i];
   if (!(pivot > 0.0)) return false;
@@ -59,8 +70,8 @@ bool MissingMarkers::append(int coordinate) {
 
 void MissingMarkers::solve(double* rightHandSide) const {
   const auto size = static_cast<int>(coordinates_.size());
-  solveLower(factor_, size, rightHandSide);
-  solveLowerTransposed(factor_, size, rightHandSide);
+  solveLower(factor(), size, rightHandSide);
+  solveLowerTransposed(factor(), size, rightHandSide);
 }
 
 }  // namespace tractiond::solve

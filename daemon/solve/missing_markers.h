@@ -11,6 +11,7 @@
 #include "daemon/solve/inverse.h"
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -19,11 +20,11 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class MissingMarkers {
  public:
-  /// At most `capacity` markers can be missing.
-  MissingMarkers(const Inverse& inverse, int capacity);
+  explicit MissingMarkers(const Inverse& inverse);
 
-  /// Brings the factor up to date with `valid` (M, 0: missing). False: too many are missing, and coordinates() does not
-  /// say which. Costs nothing when the set is the same; at worst one factorisation, k^3 / 3 for k coordinates.
+  /// Brings the factor up to date with `valid` (M, 0: missing). Returns false where rounding leaves nothing to solve
+  /// with; coordinates() is empty then. Costs nothing when the set is the same; at worst one factorisation, k^3 / 3 for
+  /// k coordinates.
   bool update(std::span<const std::uint8_t> valid);
 
   /// The missing coordinates (rows of U); their order is that of solve().
@@ -33,14 +34,15 @@ class MissingMarkers {
   void solve(double* rightHandSide) const;
 
  private:
+  std::span<const double> factor() const;
   bool append(int coordinate);
 
   const Inverse& inverse_;
-  const std::size_t capacity_;  // of markers
   std::vector<int> coordinates_;
   std::vector<std::uint8_t> listed_;  // M, 1: the marker is among coordinates_
   std::vector<int> waiting_;          // markers to append
-  std::vector<double> factor_;        // packed as solveLower() wants it
+  // Packed as solveLower() wants it, with room for all markers. Memory that is not used is never touched.
+  std::unique_ptr<double[]> factor_;
 };
 
 }  // namespace tractiond::solve

@@ -33,8 +33,8 @@ struct SolveOptions {
   /// Force of a node that the contact step takes as usual at least [N]; it follows stronger contacts.
   double forceScale_N = 10e-3;
 
-  /// Share of the markers that may be missing; beyond, the field is not valid. If a quarter goes missing at once, that
-  /// frame takes some 3 ms longer.
+  /// Share of the markers that may be missing; beyond, the field is not valid. Isolated gaps of the zero are not among
+  /// these markers (MarkerField::isolatedGaps). If a quarter goes missing at once, that frame takes some 3 ms longer.
   double maxMissingFraction = 0.25;
 
   /// Normal force above which there is a centre of pressure [N], if it is not in the noise.

@@ -69,7 +69,7 @@ Solver::Solver(const Inverse& inverse, const sensor::Sensor& sensor, const Solve
     , uncertainty_(sensor.uncertainty)
     , pitch_m_(sensor.nodes.pitch)
     , columns_(sensor.nodes.columns)
-    , missing_(inverse, static_cast<int>(options.maxMissingFraction * inverse.coordinateCount() / 2))
+    , missing_(inverse)
     , contact_(inverse, sensor.nodes, options)
     , contacts_(inverse, sensor)
     , everyMode_(static_cast<std::size_t>(inverse.rank()))
@@ -216,7 +216,10 @@ bool Solver::take(const MarkerField& markers) {
       squares_ += square(displacement);
     }
   }
-  if (coordinates_.empty() || !missing_.update(used_)) return false;
+  const int used = static_cast<int>(coordinates_.size() / 2);
+  const int expected = static_cast<int>(used_.size()) - markers.isolatedGaps;
+  if (used == 0 || expected - used > static_cast<int>(options_.maxMissingFraction * expected)) return false;
+  if (!missing_.update(used_)) return false;
   const double mean = 2.0 * variance / static_cast<double>(coordinates_.size());
   noise_px_ = mean > 0.0 ? std::sqrt(mean) : options_.noise_px;
   return true;

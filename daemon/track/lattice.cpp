@@ -11,6 +11,7 @@ namespace {
 constexpr float kContradiction =
     0.5F;                             // of the spacing, between neighbours: a swap of one, less 0.4 of slope, is above
 constexpr float kOutlier = 0.25F;     // of the spacing, from the mean of the neighbours on both sides
+constexpr int kAround = 4;            // of the eight nodes around a gap
 constexpr float kSlopePrior = 0.01F;  // keeps the plane's slope finite where the nodes lie in one line
 
 }  // namespace
@@ -31,6 +32,22 @@ LatticeSeen extentWith(const LatticeSeen& seen, const Lattice& lattice, std::spa
   const int columns = extent(lattice.columns, lattice.rows, at);
   const int rows = extent(lattice.rows, lattice.columns, [&](int row, int column) { return at(column, row); });
   return {std::max(seen.columns, columns), std::max(seen.rows, rows)};
+}
+
+int isolatedGaps(const Lattice& lattice, std::span<const std::uint8_t> there) {
+  const auto isThere = [&](int column, int row) {
+    return lattice.has(column, row) && there[static_cast<std::size_t>(lattice.at(column, row))] != 0;
+  };
+  int gaps = 0;
+  for (int row = 0; row < lattice.rows; ++row) {
+    for (int column = 0; column < lattice.columns; ++column) {
+      if (isThere(column, row)) continue;
+      int around = 0;
+      for (int i = 0; i < 9; ++i) around += isThere(column + i % 3 - 1, row + i / 3 - 1) ? 1 : 0;
+      if (around >= kAround) ++gaps;
+    }
+  }
+  return gaps;
 }
 
 std::vector<Lattice> latticesOf(const sensor::Sensor& sensor) {

@@ -33,6 +33,10 @@ struct Lattice {
 /// `there`, by marker: what hid them when the picture was labelled has gone. Reentrant; allocates nothing.
 LatticeSeen extentWith(const LatticeSeen& seen, const Lattice& lattice, std::span<const std::uint8_t> there);
 
+/// Returns the number of markers that are not `there` although at least four of the eight nodes around each of them
+/// are: what they would show, their neighbours show too. Reentrant; allocates nothing.
+int isolatedGaps(const Lattice& lattice, std::span<const std::uint8_t> there);
+
 /// One per layer, in their order.
 std::vector<Lattice> latticesOf(const sensor::Sensor& sensor);
 

@@ -527,6 +527,7 @@ void Tracker::write(const FrameInfo& info, bool relabelled, MarkerField& field) 
   field.info = info;
   field.zero = zero_;
   field.validCount = 0;
+  field.isolatedGaps = isolatedGaps_;
   double square = 0.0, expected = 0.0;
   for (int i = 0; i < markers_; ++i) {
     const bool valid = valid_[i] && present_[i] && haveRest_;

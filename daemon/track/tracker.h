@@ -68,6 +68,9 @@ class Tracker {
   /// Thread-safe.
   ZeroState zeroState() const { return zeroState_.load(std::memory_order_relaxed); }
 
+  /// Number of still frames that a zero is averaged over.
+  int zeroFrames() const { return options_.zeroFrames; }
+
   /// The newest finished rest pose, once, for keeping. Thread-safe, for one thread.
   bool takeRestPose(RestPose& pose) { return finished_.take(pose); }
 
@@ -172,6 +175,7 @@ class Tracker {
   std::vector<Vector> rest_;
   std::vector<float> restAmplitude_;
   std::vector<std::uint8_t> present_;
+  int isolatedGaps_ = 0;  ///< see MarkerField
   Id zero_{};
   bool haveRest_ = false, haveAppearance_ = false;
   bool newAppearance_ = false;  ///< since the frame before

@@ -189,6 +189,8 @@ void Tracker::takeZero(const FrameInfo& info) {
   }
   if (!taking_) return;
   ZeroState state = ZeroState::kTaking;
+  MarkerSight::FirstZero& first = sight_.firstZero;
+  if (!haveRest_) ++first.frames;
   if (torn_) {
     if (++tornWhileTaking_ > options_.zeroFrames) state = ZeroState::kTorn;
   } else {
@@ -198,6 +200,7 @@ void Tracker::takeZero(const FrameInfo& info) {
     }
     state = taker_.add(place_, centres_, valid_);
   }
+  if (!haveRest_) first.mostStill = std::max(first.mostStill, taker_.stillFrames());
   if (state == ZeroState::kTaking) return;
   taking_ = false;
   if (std::exchange(forgo_, false)) cancelZero();
@@ -296,6 +299,8 @@ void Tracker::adopt(const RestPose& pose) {
   }
   restAmplitude_ = pose.amplitude;
   present_ = pose.present;
+  isolatedGaps_ = 0;
+  for (const Layer& layer : layers_) isolatedGaps_ += isolatedGaps(layer.lattice, present_);
   errors_.adopt(pose);
   zero_ = pose.id;
   haveRest_ = true;

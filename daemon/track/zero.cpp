@@ -10,6 +10,7 @@ namespace tractiond::track {
 
 namespace {
 
+constexpr int kFewest = 10;               // frames in which motion is told from noise
 constexpr double kPresent = 0.8;          // of the frames in which a marker must have been seen
 constexpr float kStill = 3.0F;            // deviations of the noise: a spread above is motion ...
 constexpr float kStill_px = 0.03F;        // ... if it is also above this
@@ -61,6 +62,7 @@ ZeroTaker::ZeroTaker(int markers, int frames, double minValidFraction)
 void ZeroTaker::start() {
   std::fill(sums_.begin(), sums_.end(), Sums{});
   seen_ = 0;
+  hasMoved_ = false;
   common_ = {};
   commonSquare_ = 0.0F;
   misfit_ = 0.0;
@@ -98,18 +100,20 @@ ZeroState ZeroTaker::add(std::span<const Vector> place_px, std::span<const Centr
   common_ = common_ + common;
   commonSquare_ += common.squared();
   misfit_ += misfit / seen;
-  if (++seen_ < frames_) return ZeroState::kTaking;
-  return moved() ? ZeroState::kMoving : ZeroState::kTaken;
+  if (++seen_ < std::min(kFewest, frames_)) return ZeroState::kTaking;
+  hasMoved_ = moved();
+  if (hasMoved_) return ZeroState::kMoving;
+  return seen_ < frames_ ? ZeroState::kTaking : ZeroState::kTaken;
 }
 
 bool ZeroTaker::moved() {
-  const auto frames = static_cast<float>(frames_);
+  const auto frames = static_cast<float>(seen_);
   if (commonSquare_ / frames - common_.squared() / (frames * frames) > kShake_px * kShake_px) return true;
 
   // The median ratio of spread to what unit noise would give is the noise, whoever moved.
   ratios_.clear();
   for (const Sums& sums : sums_) {
-    if (sums.count >= kPresent * frames_) {
+    if (sums.count >= kPresent * seen_) {
       ratios_.push_back(sums.spread2() / (sums.variance / static_cast<float>(sums.count)));
     }
   }
@@ -117,13 +121,13 @@ bool ZeroTaker::moved() {
   const auto middle = ratios_.begin() + static_cast<std::ptrdiff_t>(ratios_.size() / 2);
   std::nth_element(ratios_.begin(), middle, ratios_.end());
   const float median = *middle;
-  const auto ceiling = static_cast<float>(misfit_ / frames_) + kRounding * kRounding;
+  const auto ceiling = static_cast<float>(misfit_ / seen_) + kRounding * kRounding;
   if (median > kNoiseOverMisfit * kNoiseOverMisfit * ceiling) return true;
 
   int movers = 0;
   double sum = 0.0;
   for (const Sums& sums : sums_) {
-    if (sums.count < kPresent * frames_) continue;
+    if (sums.count < kPresent * seen_) continue;
     const float spread2 = sums.spread2(), perNoise = sums.variance / static_cast<float>(sums.count);
     const float limit = kStill * std::sqrt(median * perNoise);
     if (spread2 > limit * limit + kStill_px * kStill_px) {

@@ -35,8 +35,12 @@ class ZeroTaker {
 
   void start();
 
-  /// One frame. kTaking until enough were seen, then kTaken or why not.
+  /// Adds one frame. Returns kTaking until enough were seen, then kTaken, or the reason for a refusal as soon as it is
+  /// known: the next try can then begin with the first still frame.
   ZeroState add(std::span<const Vector> place_px, std::span<const Centre> centres, std::span<const std::uint8_t> valid);
+
+  /// Returns the number of frames since start(); after kMoving, of those before the markers moved.
+  int stillFrames() const { return seen_ - (hasMoved_ ? 1 : 0); }
 
   // After kTaken.
 
@@ -66,6 +70,7 @@ class ZeroTaker {
   int frames_;
   double minValidFraction_;
   int seen_ = 0;
+  bool hasMoved_ = false;
   std::vector<Sums> sums_;
   std::vector<float> ratios_;
   std::vector<Vector> place_, field_;

@@ -66,8 +66,9 @@ hash = "{32 * '0'}"
 """
 
 
-def random_loads(count, groups, weighed, seed):
-    """Errors, frames x 6, and their stated deviations. The loads of a group share a camera."""
+def random_loads(count, groups, weighed, seed, broken=0.0):
+    """Errors, frames x 6, and their stated deviations. The loads of a group share a camera, and which markers are broken:
+    `broken` is their share."""
     generator, mechanics = np.random.default_rng(seed), Mechanics()
     number_of, probe = len(mechanics.loads.displacement), len(mechanics.straight) - 1
     forces, moments = mechanics.loads.forces(), mechanics.loads.moments()
@@ -90,6 +91,7 @@ def random_loads(count, groups, weighed, seed):
             stray=np.concatenate(stray),
             zero_every=FRAMES,
             seed=group + 1,
+            **drawn_without(broken, FRAMES * len(true), generator),
         )
         factor = np.ones(len(true))
         if weighed:  # as a weight would have it, put on once for each load's gel
@@ -100,6 +102,14 @@ def random_loads(count, groups, weighed, seed):
         errors.append(factor * np.hstack([found.resultant_N, found.moment_Nm]) - np.repeat(true, FRAMES, axis=0))
         deviations.append(factor * np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0)))
     return np.concatenate(errors), np.concatenate(deviations)
+
+
+def drawn_without(share, frames, generator):
+    """Returns arguments of chain.run() for a gel of which this share of the dots is broken."""
+    if share == 0:
+        return {}
+    gone = np.tile(generator.random(2 * 576) < share, (frames, 1))
+    return {"missing": gone, "solve": f"max_missing_fraction = {share + 0.1}"}
 
 
 def rows(report, errors, deviations, label, name):
@@ -126,10 +136,17 @@ def coverage(report, quick):
         each load the gel's true stiffness, Poisson's ratio, thickness and depths of the layers, the camera's true pose
         and focal length and the picture's motion are drawn from the standard deviations that the gel file states; the
         daemon does not know them. Covered: the truth lies within 1.96 stated deviations. With weights: Young's modulus
-        is what makes a press of 200 gf near the centre read right, to 0.5 %, with these hidden numbers.""",
+        is what makes a press of 200 gf near the centre read right, to 0.5 %, with these hidden numbers. Broken dots are
+        drawn at random for each camera.""",
     )
     # A load comes four times, with other forces, gels and cameras.
     rows(report, *random_loads(*((40, 10) if quick else (800, 160)), weighed=False, seed=20053), "", "coverage")
+    rows(
+        report,
+        *random_loads(*((40, 10) if quick else (400, 80)), weighed=False, seed=20057, broken=0.4),
+        ", two fifths of the dots broken",
+        "coverage with broken dots",
+    )
     rows(
         report,
         *random_loads(*((20, 5) if quick else (400, 80)), weighed=True, seed=20055),

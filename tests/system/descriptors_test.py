@@ -8,6 +8,7 @@ import unittest
 import numpy as np
 import zmq
 
+import burner
 import rig
 import steady
 
@@ -21,25 +22,41 @@ class Descriptors(steady.TestCase):
         self.bench = self.enterContext(rig.Rig())
         self.bench.twin("idle", "--rate", "60", truth=False)
 
+    @staticmethod
+    def follow(subscriber, seconds, victim=None):
+        """(p99 of the latency [ms], numbers of the fields, most descriptors of the victim)."""
+        while subscriber.socket.poll(0):
+            subscriber.socket.recv_multipart()
+        found, most, until = [], 0, time.monotonic() + seconds
+        while time.monotonic() < until:
+            _, field, now = subscriber.receive()
+            found.append((now - field.header.sent_ns, field.header.sequence))
+            if victim is not None and len(found) % 10 == 0:
+                most = max(most, len(os.listdir(f"/proc/{victim.child.pid}/fd")))
+        latencies, numbers = np.array(found).T
+        return np.quantile(latencies, 0.99) * 1e-6, numbers, most
+
     def hoard(self, what, victim, limit, endpoints, subscribe, kinds):
         """A subscriber that was there before loses nothing; one that comes afterwards is let in."""
         for kind in kinds:
             honest = subscribe()
             honest.collect(5)
+            before_ms = self.follow(honest, SECONDS)[0]
             hoarder = self.bench.start(sys.executable, HOARD, kind, SECONDS, *endpoints)
             hoarder.wait_for("hoarding")
             rig.weigh(hoarder, 19)  # it would come from elsewhere
-            numbers, most, until = [], 0, time.monotonic() + SECONDS
-            while time.monotonic() < until:
-                numbers += [field.header.sequence for field in honest.collect(10)]
-                most = max(most, len(os.listdir(f"/proc/{victim.child.pid}/fd")))
+            with burner.Share(hoarder) as share:
+                during_ms, numbers, most = self.follow(honest, 0.9 * SECONDS, victim)
             self.assertEqual(hoarder.join(), 0, hoarder.output())
             lost = int(np.sum(np.diff(numbers) - 1))
             begin = time.monotonic()
             subscribe().collect(1)
+            served_s = time.monotonic() - begin
+            burnt_ms = rig.beside_burner(self.bench, SECONDS + 1, share.processors, lambda: self.follow(honest, SECONDS)[0])
+            times = rig.times(during_ms, before_ms, burnt_ms, share.processors)
             print(f"\n  {what}, {limit} descriptors, {kind}: {hoarder.lines[-1]}; {most} descriptors in use at most; an honest "
                   f"subscriber received {len(numbers)} fields and lost {lost}; a new one is served "
-                  f"{time.monotonic() - begin:.2f} s after the end ", end="", flush=True)
+                  f"{served_s:.2f} s after the end; {times} ", end="", flush=True)
             self.assertEqual(lost, 0)
             self.assertLess(most, limit - RESERVED + 16)  # and what the program opens besides
         self.assertEqual(victim.stop(), 0, victim.output())

@@ -37,6 +37,20 @@ class Service(unittest.TestCase):
         self.bench.subscribe(daemon).collect(10)
         self.check(daemon)
 
+    def test_the_process_that_gives_the_camera_free_is_missed(self):
+        self.bench.twin("idle")
+        daemon = self.bench.daemon()
+        pids = subprocess.run(["pgrep", "-P", str(daemon.child.pid), "tr-last-will"], capture_output=True, text=True).stdout
+        os.kill(int(pids), signal.SIGKILL)
+        daemon.wait_for("warning: the process tr-last-will.* has ended: after a kill -9 .* sudo systemctl restart tractiond@default")
+        subscriber = self.bench.subscribe(daemon, "traction/v1/default/status/")
+        subscriber.collect(kind="status", until=lambda status: status.unreleased_why)
+        code, text = self.bench.ctl("status", "--control", daemon.endpoint["control"])
+        self.assertEqual(code, 0, text)
+        self.assertRegex(text, "stays locked .* after a kill -9 of the daemon: the process tr-last-will.* has ended; restart")
+        self.assertEqual(daemon.stop(), 0, daemon.output())
+        self.assertEqual(daemon.output().count("tr-last-will"), 1)
+
     def test_while_systemd_reads_no_notices(self):
         path = str(self.bench.folder / "unread")
         unread = self.enterContext(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM))

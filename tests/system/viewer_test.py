@@ -115,6 +115,28 @@ class Viewer(TestCase):
         self.assertNotIn(b"field", topics)
         self.assertIsInstance(self.upgrade(view), socket.socket)  # it goes on
 
+    def check_jpeg(self, pixel_format, components):
+        self.rig.twin("idle", "--format", pixel_format)
+        view = self.view(self.rig.daemon('[sensor]\ngel_file = "none"\n'))
+        connection = self.upgrade(view, path="/stream/0?mode=stream&topics=picture,preview")
+        got = {}
+        while not got.keys() >= {b"picture", b"preview"}:
+            topic, content = self.receive(connection)
+            got[topic.rstrip(b"/").rsplit(b"/", 1)[-1]] = content
+        place, jpeg = got[b"picture"].split(b"\0", 1)
+        place = json.loads(place)
+        self.assertEqual((place["width"], place["height"], place["scale"], place["origin_px"]), (320, 240, 2, [0.5, 0.5]))
+        self.assertTrue(jpeg.startswith(b"\xff\xd8\xff") and jpeg.endswith(b"\xff\xd9"))
+        frame = jpeg.index(b"\xff\xc0")  # baseline: length, bits of a sample, height, width, components
+        self.assertEqual(struct.unpack(">BHHB", jpeg[frame + 4 : frame + 10]), (8, 240, 320, components))
+        self.assertLess(len(jpeg), len(got[b"preview"]) / 4)
+
+    def test_a_colour_picture_comes_as_jpeg(self):
+        self.check_jpeg("RGB8", 3)
+
+    def test_a_grey_picture_comes_as_jpeg(self):
+        self.check_jpeg("Mono8", 1)
+
     def test_who_may_only_read_sets_no_zero(self):
         self.rig.twin("idle")
         daemon = self.rig.daemon()

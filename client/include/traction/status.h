@@ -146,6 +146,9 @@ struct Status {
   std::uint64_t memory_bytes = 0;  ///< that the daemon holds; 0: not known
   /// Why fields since the status before are not valid, with the key that decides; empty: none is.
   std::string invalidWhy;
+  /// Why the camera would stay locked for its heartbeat's time (3 s for most) after a kill -9 of the daemon; empty: it
+  /// would not.
+  std::string unreleasedWhy;
   Scheduling scheduling;
 };
 

@@ -183,5 +183,6 @@ class Status:
     log_lines_lost: int  # of the daemon's log, whose reader was too slow or whose disk was full
     memory_bytes: int  # that the daemon holds; 0: not known
     invalid_why: str  # why fields since the status before are not valid, with the key that decides; empty: none is
+    unreleased_why: str  # why the camera would stay locked after a kill -9 of the daemon; empty: it would not
     residual_px: float  # Field.residual_px since the status before, root mean square
     scheduling: Scheduling

@@ -27,7 +27,7 @@ class Package(unittest.TestCase):
             self.skipTest("python3-pip is not here")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         shutil.rmtree(folder / "tree")
-        told = subprocess.run([sys.executable, "-c", "import traction; print(traction.__file__, traction.__version__)"],
+        told = subprocess.run([sys.executable, "-c", "import traction.ros2; print(traction.__file__, traction.__version__)"],
                               env={**os.environ, "PYTHONPATH": str(folder / "there")}, cwd=folder, capture_output=True, text=True)
         self.assertEqual(told.returncode, 0, told.stderr)
         self.assertEqual(told.stdout.split(), [str(folder / "there/traction/__init__.py"), traction.__version__])

@@ -24,6 +24,10 @@ TEST(InvalidFields, NamesTheKeyThatDecides) {
   usual.add(field(900, kFewMarkers));
   EXPECT_EQ(usual.take(), "900 of 1152 markers are found, and some of them are too uncertain to count; 864 are needed "
                           "(solve.max_missing_fraction = 0.25)");
+  TractionField broken = field(600, kFewMarkers);
+  broken.markers.isolatedGaps = 152;
+  usual.add(broken);
+  EXPECT_EQ(usual.take(), "600 of 1152 markers are found; 750 are needed (solve.max_missing_fraction = 0.25)");
   usual.add(field(1152, kFewMarkers | kGelMismatch));
   EXPECT_EQ(usual.take(), "the gel file does not fit the picture (sensor.gel_file)");
   usual.add(field(1152, 0));

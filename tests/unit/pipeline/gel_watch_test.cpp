@@ -1,6 +1,7 @@
 #include "daemon/gel_watch.h"
 #include "tests/unit/track/scene.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -75,6 +76,31 @@ TEST(GelWatch, ColumnsThatAreNotThereContradictTheGelFile) {
   bench.hideColumns(2);
   EXPECT_NE(bench.takeZero().find("the picture shows 22 x 24"), std::string::npos);
   EXPECT_FALSE(bench.watch.fits());
+}
+
+TEST(GelWatch, TellsWhyThereIsNoFirstZero) {
+  Bench bench;
+  publish::MarkerStatus status;
+  const auto remark = [&] {
+    bench.status.take(status);
+    return std::string(status.remark.view());
+  };
+  for (int i = 0; i < 200; ++i) {
+    track::Bump press;
+    press.peak_px = {i < 15 ? 0.0 : 0.3 * (1 + i % 10), 0.0};
+    bench.scene.displace(press);
+    bench.shoot(1);
+    if (i == 100) {
+      EXPECT_EQ(remark(), "");
+    }
+  }
+  EXPECT_THAT(remark(),
+              testing::MatchesRegex("199 pictures have passed before there was a zero: at most 1[4-6] pictures "
+                                    "in a row were still, and 30 are needed: keep the gel untouched and the "
+                                    "camera still, or lower track.zero_frames"));
+  EXPECT_EQ(bench.takeZero(), "");
+  bench.shoot(1);
+  EXPECT_EQ(remark(), "");
 }
 
 }  // namespace

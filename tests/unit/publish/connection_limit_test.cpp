@@ -211,6 +211,24 @@ TEST_F(ConnectionLimit, ConnectionsLeaveTheReservedDescriptorsFree) {
   }
 }
 
+TEST_F(ConnectionLimit, OfManyConnectionsThoseOfTheLargestPeerAreEstimated) {
+  constexpr int kRoom = 400;
+  connections::Report report(64);  // descriptors that are looked at
+  const std::uint64_t before = connections::refused();
+  const DescriptorLimit limit(kRoom);
+  crowd_.connectTo(bound_[1], kRoom + 1);
+  EXPECT_TRUE(test::eventually([&] {
+    poll(nullptr, 0, 10);
+    return connections::refused() > before;
+  }));
+  const std::string line = report.look(1);
+  const auto about = line.find(" has about ");
+  ASSERT_NE(about, std::string::npos) << line;
+  const int estimate = std::stoi(line.substr(about + std::string(" has about ").size()));
+  EXPECT_GT(estimate, kRoom / 2) << line;
+  EXPECT_LT(estimate, 2 * kRoom) << line;
+}
+
 TEST_F(ConnectionLimit, WithoutADescriptorLeftNothingAborts) {
   zmq::socket_t honest = subscribe(bound_[1]);
   EXPECT_TRUE(hears(honest));

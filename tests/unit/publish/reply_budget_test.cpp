@@ -10,7 +10,11 @@ namespace {
 class Budget : public testing::Test {
  protected:
   std::set<int> unread_;
-  ReplyBudget budget_{1000, 300, [this](int fd) { return unread_.contains(fd); }};
+  int looks_ = 0;
+  ReplyBudget budget_{1000, 300, [this](int fd) {
+                        ++looks_;
+                        return unread_.contains(fd);
+                      }};
 };
 
 TEST_F(Budget, IsOfEachAndOfAll) {
@@ -33,11 +37,44 @@ TEST_F(Budget, OneOfAnySizeMayWait) {
 TEST_F(Budget, WaitsUntilItIsReadAndNotOnlyWritten) {
   const auto reply = budget_.add("ada", 7, 300);
   unread_ = {7};
+  budget_.forgetRead();
   EXPECT_FALSE(budget_.allows("ada", 1));
   reply->queued = false;
+  budget_.forgetRead();
   EXPECT_FALSE(budget_.allows("ada", 1)) << "the kernel holds it";
   unread_ = {8};
+  budget_.forgetRead();
   EXPECT_TRUE(budget_.allows("ada", 300));
+}
+
+TEST_F(Budget, RepliesOfOneConnectionAreAddedUp) {
+  const auto first = budget_.add("ada", 7, 100), second = budget_.add("ada", 7, 100);
+  unread_ = {7};
+  first->queued = false;
+  budget_.forgetRead();
+  EXPECT_TRUE(budget_.allows("ada", 100));
+  EXPECT_FALSE(budget_.allows("ada", 101));
+  unread_ = {};
+  budget_.forgetRead();
+  EXPECT_TRUE(budget_.allows("ada", 200));
+  EXPECT_FALSE(budget_.allows("ada", 201)) << "the second one is queued";
+  second->queued = false;
+  budget_.forgetRead();
+  EXPECT_TRUE(budget_.allows("ada", 5000)) << "none waits";
+}
+
+/// What a request costs must not grow with the replies that wait: a flood of requests would else take all of a
+/// processor.
+TEST_F(Budget, AConnectionIsLookedAtOnceInATurn) {
+  unread_ = {7, 8};
+  for (int i = 0; i < 100; ++i) budget_.add("ada", 7 + i % 2, 1)->queued = false;
+  budget_.forgetRead();
+  EXPECT_EQ(looks_, 2);
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_TRUE(budget_.allows("ada", 1));
+    (void)budget_.add("ada", 7, 1);
+  }
+  EXPECT_EQ(looks_, 2);
 }
 
 }  // namespace

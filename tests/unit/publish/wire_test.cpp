@@ -398,6 +398,15 @@ TEST(Wire, TheStatusSaysHowLongAZeroMayTake) {
   EXPECT_EQ(told.zero_within_s(), 671.7);
 }
 
+TEST(Wire, TheStatusSaysWhyTheCameraWouldStayLocked) {
+  Wire wire(description().identity);
+  Status status;
+  status.vitals.unreleasedWhy.assign("it has ended");
+  pb::Status told;
+  ASSERT_TRUE(told.ParseFromString(statusBytes(wire, Ledger{}, status, heading())));
+  EXPECT_EQ(told.unreleased_why(), "it has ended");
+}
+
 TEST(Wire, DriftIsToldWhereItIsKnown) {
   Wire wire(description().identity);
   Status status;

@@ -196,6 +196,17 @@ TEST_P(SolverTest, TooManyMissingMarkersGiveNoField) {
   expectTwins(whole);
 }
 
+TEST_P(SolverTest, IsolatedGapsOfTheZeroAreNotAmongTheMarkersThatMayBeMissing) {
+  MarkerField field = loaded(influence_, random_);
+  const int markers = sensor_.markerCount(), gaps = markers / 4, others = (markers - gaps) / 4;
+  loseAtRandom(field, gaps + others, random_);
+  field.isolatedGaps = gaps;
+  expectTwins(field);
+  loseAtRandom(field, 1, random_);
+  solver_.solve(field, forces_);
+  expectNothing(kFewMarkers);
+}
+
 TEST_P(SolverTest, AFieldTheTrackerGivesUpIsNotSolved) {
   MarkerField field = loaded(influence_, random_);
   field.flags = kFewMarkers;

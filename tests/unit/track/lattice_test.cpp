@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <initializer_list>
 #include <random>
 
 namespace tractiond::track::lattice_test {
@@ -55,6 +57,25 @@ TEST(Expectation, SaysNothingWithoutNeighbours) {
   EXPECT_FALSE(expectation(grid.lattice, 5, 5, grid.field, grid.valid));
   EXPECT_FALSE(expectation(grid.lattice, 8, 5, grid.field, grid.valid));
   EXPECT_TRUE(expectation(grid.lattice, 6, 6, grid.field, grid.valid));
+}
+
+TEST(IsolatedGaps, AreThoseWithHalfOfTheEightNodesAround) {
+  Grid grid;
+  const auto gaps = [&](std::initializer_list<std::array<int, 2>> missing) {
+    std::fill(grid.valid.begin(), grid.valid.end(), std::uint8_t{1});
+    for (const auto [column, row] : missing) grid.valid[grid.lattice.at(column, row)] = 0;
+    return isolatedGaps(grid.lattice, grid.valid);
+  };
+  EXPECT_EQ(gaps({}), 0);
+  EXPECT_EQ(gaps({{5, 5}, {12, 0}, {0, 12}}), 3);
+  EXPECT_EQ(gaps({{0, 0}, {23, 23}}), 0) << "three nodes around a corner";
+  EXPECT_EQ(gaps({{5, 5}, {6, 5}, {5, 6}, {6, 6}}), 4);
+  EXPECT_EQ(gaps({{4, 4}, {5, 4}, {6, 4}, {4, 5}, {5, 5}, {6, 5}, {4, 6}, {5, 6}, {6, 6}}), 4) << "a hole's corners";
+  std::fill(grid.valid.begin(), grid.valid.end(), std::uint8_t{1});
+  for (int row = 0; row < 24; ++row) {
+    for (const int column : {0, 10, 17, 18}) grid.valid[grid.lattice.at(column, row)] = 0;
+  }
+  EXPECT_EQ(isolatedGaps(grid.lattice, grid.valid), 24) << "of a column within others; not of the first, not of two";
 }
 
 TEST(Trust, SteepButSmoothFieldsPass) {

@@ -251,6 +251,46 @@ TEST(Zero, AFirstStartWaitsForAStillGel) {
   EXPECT_TRUE(tracking.start(scene, 2 * kZeroFrames + 1));
 }
 
+// Whichever frame the still ones begin with.
+TEST(Zero, AFirstStartTakesAsManyStillFramesAsAreNeededAndNoMore) {
+  for (const int moving : {33, 41, 50}) {
+    Scene scene;
+    Tracking tracking(scene);
+    for (int i = 0; i < moving; ++i) {
+      scene.displace(press(0.1 * i));
+      tracking(scene.shoot());
+    }
+    int still = 0;
+    while (still < 60 && tracking(scene.shoot()) == Outcome::kNoRestPose) ++still;
+    EXPECT_LE(still, kZeroFrames + 9) << moving << ": the try that the motion ends takes ten frames";
+  }
+}
+
+TEST(Zero, AFirstStartCountsTheStillFrames) {
+  Scene scene;
+  Tracking tracking(scene);
+  MarkerSight sight;
+  shoot(scene, tracking, 27);
+  for (int i = 0; i < 100; ++i) {
+    scene.displace(press(0.3 * (1 + i % 10)));
+    tracking(scene.shoot());
+  }
+  ASSERT_TRUE(tracking.tracker.takeSight(sight));
+  EXPECT_EQ(sight.firstZero.frames, 126) << "each frame is reported before it is averaged";
+  EXPECT_NEAR(sight.firstZero.mostStill, 27, 1);
+}
+
+TEST(Zero, IsolatedGapsAreWrittenWithEachField) {
+  Scene scene;
+  scene.rest.col(100).setConstant(std::numeric_limits<double>::quiet_NaN());
+  scene.rest.col(24 * 24 + 200).setConstant(std::numeric_limits<double>::quiet_NaN());
+  scene.rest.col(0).setConstant(std::numeric_limits<double>::quiet_NaN());
+  scene.now = scene.rest;
+  Tracking tracking(scene);
+  ASSERT_TRUE(tracking.start(scene));
+  EXPECT_EQ(tracking.field.isolatedGaps, 2) << "not the corner";
+}
+
 TEST(Zero, MarkersThatWereMissingAreTakenInAtTheNext) {
   Scene scene;
   const Eigen::Matrix2Xd all = scene.rest;

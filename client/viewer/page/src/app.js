@@ -25,7 +25,7 @@ class Sensor {
     this.history = new History();
     this.subscriber = new Subscriber({
       url: new URL(stream, location.href).href,
-      topics: ["field", "markers", "description", "status", "preview", "places", "surface"],
+      topics: ["field", "markers", "description", "status", "picture", "places", "surface"],
       onConnected: (is) => { this.model.isConnected = is; },
       onError: (error) => { this.model.error = error.message; },
       onMessage: (message) => this.#take(message),
@@ -49,7 +49,7 @@ class Sensor {
       case "description": model.takeDescription(message); break;
       case "status": model.status = message; break;
       case "surface": model.displacement_mm = message.displacement_mm; break;
-      case "preview": views.b.show(message, model); break;
+      case "picture": views.b.show(message, model); return;  // draws when it is decoded
       case "places": model.takePlaces(message); break;
       case "time": model.time = message; break;
       case "recorder": model.recorder = message; break;
@@ -65,7 +65,7 @@ const redraw = () => { isNew = true; };
 const canvasOf = (letter) => $(`view-${letter}`).querySelector("canvas");
 const views = {
   a: new Surface(canvasOf("a"), $("scale-a"), redraw),
-  b: new Overhead(canvasOf("b"), $("scale-b")),
+  b: new Overhead(canvasOf("b"), $("scale-b"), redraw),
   c: new Contours(canvasOf("c"), $("scale-c")),
   d: new Flow(canvasOf("d"), $("scale-d"), redraw),
 };

@@ -7,25 +7,28 @@ const fullArrow = 2.2;  // node distances that the longest arrow takes
 const fullDisc = 0.46;  // of a node distance: the radius where one node takes the full pressure
 
 export class Overhead {
-  constructor(canvas, label) {
+  #asked = 0;  // pictures that the browser was given to decode
+  #shown = 0;  // the last of them that was shown
+
+  /** redraw(): called when there is a new picture. */
+  constructor(canvas, label, redraw) {
     this.canvas = canvas;
     this.label = label;
+    this.redraw = redraw;
     this.scale = new Scale(0.01);
   }
 
-  /** The camera's own picture, from now on behind the arrows. */
-  show({width, height, format, pixels, scale, origin_px: [u, v]}, model) {
-    const image = new ImageData(Math.max(1, width), Math.max(1, height));
-    const step = format === "rgb8" ? 3 : 1;
-    for (let i = 0, from = 0; i < 4 * width * height; i += 4, from += step) {
-      image.data[i] = pixels[from];
-      image.data[i + 1] = pixels[from + (step >> 1)];
-      image.data[i + 2] = pixels[from + step - 1];
-      image.data[i + 3] = 255;
-    }
-    const canvas = Object.assign(document.createElement("canvas"), {width: image.width, height: image.height});
-    canvas.getContext("2d").putImageData(image, 0, 0);
+  /** Shows the camera's picture behind the arrows, once the browser has decoded it. Drops one that comes later than a newer. */
+  async show({jpeg, width, height, scale, origin_px: [u, v]}, model) {
+    const number = ++this.#asked;
+    const decoded = await createImageBitmap(new Blob([jpeg], {type: "image/jpeg"})).catch(() => null);
+    if (!decoded || number < this.#shown) return;
+    this.#shown = number;
+    const canvas = Object.assign(document.createElement("canvas"), {width, height});
+    canvas.getContext("2d").drawImage(decoded, 0, 0);
+    decoded.close();
     model.preview = {canvas, width, height, scale, origin_px: [u, v]};
+    this.redraw();
   }
 
   draw(model) {

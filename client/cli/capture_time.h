@@ -1,0 +1,23 @@
+// When a message's frame was captured, by the clock of the calendar.
+#pragma once
+
+#include "client/cli/notes.h"
+#include "traction/subscriber.h"
+
+#include <cstdint>
+#include <variant>
+
+namespace traction::cli {
+
+/// Returns when the camera captured the frame of a field, markers or preview [ns since 1970], by the clock of the
+/// daemon's host. Returns `otherwise` of messages that are not about a frame, and of frames whose time is unknown.
+inline std::uint64_t captureTime_ns(const Message& message, std::uint64_t otherwise) {
+  const bool isAboutFrame = std::holds_alternative<Field>(message) || std::holds_alternative<Markers>(message) ||
+                            std::holds_alternative<Preview>(message);
+  const Header& header = headerOf(message);
+  if (!isAboutFrame || header.receivedReal_ns <= 0) return otherwise;
+  const std::int64_t age_ns = header.captured_ns != 0 ? header.received_ns - header.captured_ns : 0;
+  return static_cast<std::uint64_t>(header.receivedReal_ns - age_ns);
+}
+
+}  // namespace traction::cli

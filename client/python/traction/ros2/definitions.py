@@ -1,0 +1,122 @@
+"""Definitions of the ROS 2 messages that a sensor is published as (common_interfaces, geometry2), without their comments."""
+
+from functools import cache
+
+_DEFINITIONS = {
+    "builtin_interfaces/Time": """\
+int32 sec
+uint32 nanosec
+""",
+    "std_msgs/Header": """\
+builtin_interfaces/Time stamp
+string frame_id
+""",
+    "geometry_msgs/Vector3": """\
+float64 x
+float64 y
+float64 z
+""",
+    "geometry_msgs/Quaternion": """\
+float64 x 0
+float64 y 0
+float64 z 0
+float64 w 1
+""",
+    "geometry_msgs/Wrench": """\
+Vector3 force
+Vector3 torque
+""",
+    "geometry_msgs/WrenchStamped": """\
+std_msgs/Header header
+Wrench wrench
+""",
+    "geometry_msgs/Transform": """\
+Vector3 translation
+Quaternion rotation
+""",
+    "geometry_msgs/TransformStamped": """\
+std_msgs/Header header
+string child_frame_id
+Transform transform
+""",
+    "tf2_msgs/TFMessage": """\
+geometry_msgs/TransformStamped[] transforms
+""",
+    "sensor_msgs/PointField": """\
+uint8 INT8=1
+uint8 UINT8=2
+uint8 INT16=3
+uint8 UINT16=4
+uint8 INT32=5
+uint8 UINT32=6
+uint8 FLOAT32=7
+uint8 FLOAT64=8
+string name
+uint32 offset
+uint8 datatype
+uint32 count
+""",
+    "sensor_msgs/PointCloud2": """\
+std_msgs/Header header
+uint32 height
+uint32 width
+PointField[] fields
+bool is_bigendian
+uint32 point_step
+uint32 row_step
+uint8[] data
+bool is_dense
+""",
+    "diagnostic_msgs/KeyValue": """\
+string key
+string value
+""",
+    "diagnostic_msgs/DiagnosticStatus": """\
+byte OK=0
+byte WARN=1
+byte ERROR=2
+byte STALE=3
+byte level
+string name
+string message
+string hardware_id
+KeyValue[] values
+""",
+    "diagnostic_msgs/DiagnosticArray": """\
+std_msgs/Header header
+DiagnosticStatus[] status
+""",
+}
+
+
+def _short(kind: str) -> str:
+    """Returns "geometry_msgs/Wrench" for "geometry_msgs/msg/Wrench"."""
+    return kind.replace("/msg/", "/")
+
+
+@cache
+def members(kind: str) -> tuple[tuple[str, str], ...]:
+    """Returns name and type of each member of a message in order, constants left out. Types of messages are with their
+    package; "[]" ends those of arrays."""
+    package = kind.split("/")[0]
+    found = []
+    for line in _DEFINITIONS[_short(kind)].splitlines():
+        each, name, *_ = line.split()
+        if "=" in name:
+            continue
+        if f"{package}/{each.removesuffix('[]')}" in _DEFINITIONS:
+            each = f"{package}/{each}"
+        found.append((name, each))
+    return tuple(found)
+
+
+def schema(kind: str) -> str:
+    """Returns the definition of a message and of all that it is made of, as recordings hold it ("ros2msg")."""
+    parts, kinds = [_DEFINITIONS[_short(kind)]], [_short(kind)]
+    for one in kinds:  # grows meanwhile
+        for _, each in members(one):
+            element = each.removesuffix("[]")
+            if element in _DEFINITIONS and element not in kinds:
+                kinds.append(element)
+                parts.append(f"{'=' * 80}\nMSG: {element}\n{_DEFINITIONS[element]}")
+    return "".join(parts)

@@ -1,0 +1,85 @@
+// The channels of a sensor on the Foxglove WebSocket, and the conversion of its messages to them.
+#pragma once
+
+#include "client/cli/foxglove.h"
+#include "traction/subscriber.h"
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace traction::view::foxglove {
+
+/// One channel each of a sensor; or-ed. The first five are the messages as published, as in Topics.
+enum Kinds : unsigned {
+  kFields = kField,
+  kMarkerLists = kMarkers,
+  kDescriptions = kDescription,
+  kStatuses = kStatus,
+  kPreviews = kPreview,
+  kScenes = 32,
+  kGrids = 64,
+  kPictures = 128,
+  kLogs = 256,
+  kOfPreviews = kPreviews | kPictures,  ///< the daemon makes previews only while they are subscribed to
+  kAllKinds = 511,
+};
+
+struct ChannelType {
+  unsigned kind = 0;
+  std::string_view name;        ///< last part of the topic
+  std::string_view schemaName;  ///< of a Protobuf message
+};
+inline constexpr std::array<ChannelType, 9> kChannelTypes = {{{kFields, "field", "traction.v1.Field"},
+                                                              {kMarkerLists, "markers", "traction.v1.Markers"},
+                                                              {kDescriptions, "description", "traction.v1.Description"},
+                                                              {kStatuses, "status", "traction.v1.Status"},
+                                                              {kPreviews, "preview", "traction.v1.Preview"},
+                                                              {kScenes, "scene", "foxglove.SceneUpdate"},
+                                                              {kGrids, "grid", "foxglove.Grid"},
+                                                              {kPictures, "picture", "foxglove.RawImage"},
+                                                              {kLogs, "log", "foxglove.Log"}}};
+
+/// "traction/v1/SENSOR/field/", "foxglove/SENSOR/scene"
+std::string topicOf(const std::string& sensor, const ChannelType& type);
+/// A FileDescriptorSet that defines the channel's message.
+std::string_view schemaOf(const ChannelType& type);
+
+/// A message for the subscribers of one channel.
+struct Sample {
+  std::string sensor;
+  unsigned kind = 0;
+  /// Messages of a channel that replace each other have the same slot: the gel and the forces of a scene have two, as a
+  /// client keeps both.
+  unsigned slot = 0;
+  bool isLasting = false;        ///< holds until the next one of its slot: new subscribers are sent it at once
+  std::uint64_t logTime_ns = 0;  ///< when it was received, since 1970
+  std::shared_ptr<const std::string> data;
+};
+
+/// Makes samples of the messages of one source, of the channels that are wanted. Thread-bound except for want().
+class Converter {
+ public:
+  using Deliver = std::function<void(const Sample& sample)>;
+
+  explicit Converter(Deliver deliver)
+      : deliver_(std::move(deliver)) {}
+
+  /// Chooses which kinds of samples are made. Descriptions, statuses and the gel of the scene always are: they are
+  /// rare, and lasting. Thread-safe.
+  void want(unsigned kinds) { wanted_ = kinds; }
+
+  void pass(const Message& message, const Raw& raw);
+
+ private:
+  Deliver deliver_;
+  std::atomic<unsigned> wanted_{0};
+  std::map<std::string, cli::foxglove::Drawing> drawings_;  ///< by sensor
+};
+
+}  // namespace traction::view::foxglove

@@ -1,0 +1,175 @@
+#include "client/viewer/foxglove_protocol.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+namespace traction::view::foxglove {
+
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::array<std::string_view, 2> kSubprotocols = {"foxglove.sdk.v1", "foxglove.websocket.v1"};
+
+/// Web apps; Lichtblick's is hosted on GitHub's pages. Desktop apps load their page from a file or by a scheme of their
+/// own, which a web page cannot have.
+constexpr std::array<std::string_view, 3> kOrigins = {"https://app.foxglove.dev", "https://studio.foxglove.dev",
+                                                      "https://lichtblick-suite.github.io"};
+constexpr std::array<std::string_view, 4> kAppSchemes = {"file://", "app://", "foxglove://", "lichtblick://"};
+
+/// Operations that need a capability, which serverInfo does not declare.
+constexpr std::array<std::string_view, 9> kNotOffered = {"advertise",
+                                                         "unadvertise",
+                                                         "getParameters",
+                                                         "setParameters",
+                                                         "subscribeParameterUpdates",
+                                                         "unsubscribeParameterUpdates",
+                                                         "subscribeConnectionGraph",
+                                                         "unsubscribeConnectionGraph",
+                                                         "fetchAsset"};
+
+std::optional<std::uint32_t> idOf(const Json& value) {
+  if (!value.is_number_unsigned()) return std::nullopt;
+  const auto number = value.get<std::uint64_t>();
+  if (number > std::numeric_limits<std::uint32_t>::max()) return std::nullopt;
+  return static_cast<std::uint32_t>(number);
+}
+
+std::optional<std::uint32_t> idOf(const Json& object, const char* key) {
+  const auto found = object.find(key);
+  return found == object.end() ? std::nullopt : idOf(*found);
+}
+
+/// The first characters of a client's text, for a message to people.
+std::string quoted(const std::string& text) {
+  constexpr std::size_t kLongest = 40;
+  return "'" + text.substr(0, kLongest) + "'";
+}
+
+ClientMessage parseSubscribe(const Json& message) {
+  const auto list = message.find("subscriptions");
+  if (list == message.end() || !list->is_array()) return Refused{"subscribe: 'subscriptions' is not an array"};
+  Subscribe result;
+  for (const Json& each : *list) {
+    if (!each.is_object()) return Refused{"subscribe: a subscription is not an object"};
+    const auto id = idOf(each, "id"), channel = idOf(each, "channelId");
+    if (!id || !channel) return Refused{"subscribe: 'id' and 'channelId' must be integers from 0 to 2^32 - 1"};
+    result.subscriptions.push_back({*id, *channel});
+  }
+  return result;
+}
+
+ClientMessage parseUnsubscribe(const Json& message) {
+  const auto list = message.find("subscriptionIds");
+  if (list == message.end() || !list->is_array()) return Refused{"unsubscribe: 'subscriptionIds' is not an array"};
+  Unsubscribe result;
+  for (const Json& each : *list) {
+    const auto id = idOf(each);
+    if (!id) return Refused{"unsubscribe: 'subscriptionIds' must be integers from 0 to 2^32 - 1"};
+    result.ids.push_back(*id);
+  }
+  return result;
+}
+
+std::string base64(std::string_view bytes) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(bytes.size() - i, 3);
+    std::uint32_t bits = 0;
+    for (std::size_t k = 0; k < 3; ++k) bits = bits << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    for (std::size_t k = 0; k < 4; ++k) text += k <= count ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
+  }
+  return text;
+}
+
+/// Replaces what is not UTF-8: messages of errors may quote bytes that others sent.
+std::string dump(const Json& value) {
+  return value.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+void append(char*& to, std::uint64_t value, std::size_t bytes) {
+  for (std::size_t i = 0; i < bytes; ++i) *to++ = static_cast<char>(value >> (8 * i) & 255);
+}
+
+}  // namespace
+
+ClientMessage parseText(std::string_view text) {
+  const Json message = Json::parse(text, nullptr, false);
+  if (message.is_discarded()) return Refused{"the message is not JSON"};
+  const auto op = message.is_object() ? message.find("op") : message.end();
+  if (op == message.end() || !op->is_string()) return Refused{"the message is not a JSON object with a string 'op'"};
+  const auto& name = op->get_ref<const std::string&>();
+  if (name == "subscribe") return parseSubscribe(message);
+  if (name == "unsubscribe") return parseUnsubscribe(message);
+  if (std::find(kNotOffered.begin(), kNotOffered.end(), name) != kNotOffered.end()) {
+    return Refused{"'" + name + "' needs a capability that this server does not offer: it only publishes"};
+  }
+  return Refused{"unknown op " + quoted(name)};
+}
+
+Refused parseBinary(std::string_view bytes) {
+  if (bytes.empty()) return {"the binary message is empty"};
+  return {"binary op " + std::to_string(static_cast<unsigned char>(bytes.front())) +
+          " needs a capability that this server does not offer: it only publishes"};
+}
+
+std::string serverInfo(const std::string& name, const std::string& session) {
+  return dump({{"op", "serverInfo"}, {"name", name}, {"capabilities", Json::array()}, {"sessionId", session}});
+}
+
+std::string advertise(const std::vector<Channel>& channels) {
+  Json list = Json::array();
+  for (const Channel& channel : channels) {
+    list.push_back({{"id", channel.id},
+                    {"topic", channel.topic},
+                    {"encoding", "protobuf"},
+                    {"schemaName", channel.schemaName},
+                    {"schemaEncoding", "protobuf"},
+                    {"schema", base64(channel.schema)}});
+  }
+  return dump({{"op", "advertise"}, {"channels", list}});
+}
+
+std::string status(Level level, const std::string& message, const std::string& id) {
+  Json result = {{"op", "status"}, {"level", static_cast<int>(level)}, {"message", message}};
+  if (!id.empty()) result["id"] = id;
+  return dump(result);
+}
+
+std::array<char, kDataHeaderSize> dataHeader(std::uint32_t subscription, std::uint64_t logTime_ns) {
+  constexpr std::uint64_t kMessageData = 1;
+  std::array<char, kDataHeaderSize> header{};
+  char* to = header.data();
+  append(to, kMessageData, 1);
+  append(to, subscription, sizeof subscription);
+  append(to, logTime_ns, sizeof logTime_ns);
+  return header;
+}
+
+std::string_view chooseSubprotocol(std::string_view offered) {
+  constexpr std::string_view kBlanks = " \t";
+  for (const std::string_view mine : kSubprotocols) {
+    for (std::string_view rest = offered; !rest.empty();) {
+      std::string_view one = rest.substr(0, rest.find(','));
+      rest.remove_prefix(std::min(one.size() + 1, rest.size()));
+      one.remove_prefix(std::min(one.find_first_not_of(kBlanks), one.size()));
+      one = one.substr(0, one.find_last_not_of(kBlanks) + 1);
+      if (one == mine) return mine;
+    }
+  }
+  return {};
+}
+
+bool isAllowedOrigin(std::string_view origin, const std::vector<std::string>& allowed) {
+  return origin.empty() || std::find(kOrigins.begin(), kOrigins.end(), origin) != kOrigins.end() ||
+         std::any_of(kAppSchemes.begin(), kAppSchemes.end(),
+                     [&](std::string_view scheme) { return origin.starts_with(scheme); }) ||
+         std::find(allowed.begin(), allowed.end(), origin) != allowed.end();
+}
+
+}  // namespace traction::view::foxglove

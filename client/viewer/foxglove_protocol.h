@@ -1,0 +1,70 @@
+// The messages of the Foxglove WebSocket protocol, version 1, as text and bytes. Knows no sockets.
+//
+// Specification: https://github.com/foxglove/ws-protocol, docs/spec.md (until commit 8e2a044), subprotocol
+// foxglove.websocket.v1; foxglove.sdk.v1 of https://github.com/foxglove/foxglove-sdk has the same messages.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace traction::view::foxglove {
+
+struct Channel {
+  std::uint32_t id = 0;
+  std::string topic;
+  std::string_view schemaName;  ///< of a Protobuf message
+  std::string_view schema;      ///< FileDescriptorSet that defines it
+};
+
+// Sent by clients.
+
+struct Subscription {
+  std::uint32_t id = 0;  ///< chosen by the client
+  std::uint32_t channel = 0;
+};
+struct Subscribe {
+  std::vector<Subscription> subscriptions;
+};
+struct Unsubscribe {
+  std::vector<std::uint32_t> ids;  ///< of subscriptions
+};
+/// A message that is malformed or asks for something that is not offered.
+struct Refused {
+  std::string why;  ///< for the user of the client
+};
+using ClientMessage = std::variant<Subscribe, Unsubscribe, Refused>;
+
+/// Parses a text message.
+ClientMessage parseText(std::string_view text);
+/// Parses a binary message, all of which need capabilities that are not offered.
+Refused parseBinary(std::string_view bytes);
+
+// Sent by the server.
+
+enum class Level { kInfo = 0, kWarning = 1, kError = 2 };
+
+/// \param session identifies the start of the program, within which channel ids keep their meaning
+std::string serverInfo(const std::string& name, const std::string& session);
+std::string advertise(const std::vector<Channel>& channels);
+/// \param id of the matter, if it is not empty: a later status with the same id replaces this one
+std::string status(Level level, const std::string& message, const std::string& id = "");
+
+inline constexpr std::size_t kDataHeaderSize = 13;
+/// The bytes of MessageData before the payload.
+/// \param logTime_ns since 1970
+std::array<char, kDataHeaderSize> dataHeader(std::uint32_t subscription, std::uint64_t logTime_ns);
+
+// The handshake.
+
+/// Chooses the subprotocol from a header Sec-WebSocket-Protocol ("a, b"); empty if none is supported.
+std::string_view chooseSubprotocol(std::string_view offered);
+
+/// Returns whether a page of this origin may connect: no origin (not a browser), an origin of Foxglove's or
+/// Lichtblick's own apps, or one of `allowed`. Any web page could reach a server on the loopback.
+bool isAllowedOrigin(std::string_view origin, const std::vector<std::string>& allowed);
+
+}  // namespace traction::view::foxglove

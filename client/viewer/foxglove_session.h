@@ -1,0 +1,95 @@
+// One client of the Foxglove WebSocket.
+#pragma once
+
+#include "client/viewer/foxglove_converter.h"
+#include "client/viewer/foxglove_protocol.h"
+#include "client/viewer/http_listener.h"
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace traction::view::foxglove {
+
+/// Sends a client the newest message of each channel that it subscribed to, as fast as it reads.
+///
+/// What is on the way to the client is bounded: behind the messages goes a WebSocket ping, and no message is sent while
+/// more than kWindow bytes have been sent since the last ping that was answered. A message that waits is replaced by a
+/// newer one of its slot, so that a slow client gets fewer messages, not older ones. Thread-bound: runs on the
+/// context's thread.
+class Session : public std::enable_shared_from_this<Session> {
+ public:
+  struct Handlers {
+    /// Subscribes to a channel. Returns why not; empty if it is done.
+    std::function<std::string(Session& session, std::uint32_t channel)> subscribed;
+    std::function<void(std::uint32_t channel)> unsubscribed;
+    std::function<void(const Session* session)> closed;
+  };
+
+  static constexpr std::size_t kWindow = 512 * 1024;
+
+  Session(boost::asio::ip::tcp::socket&& socket, Handlers handlers);
+
+  /// Accepts the handshake. \param greeting text messages that are sent first
+  void start(const Request& request, std::string_view subprotocol, std::deque<std::string> greeting);
+  /// Sends a text message, before all samples.
+  void tell(std::string message);
+  /// Sends a sample when the client has room for it, if it is subscribed to the channel.
+  void offer(std::uint32_t channel, const Sample& sample);
+  bool isSubscribed(std::uint32_t channel) const { return subscribers_.contains(channel); }
+  /// Closes the connection if the client has taken nothing for kPatience while something was waiting.
+  void closeIfDeaf();
+  void close();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Subscriber {
+    std::uint32_t id = 0;  ///< of the subscription
+    std::deque<Sample> waiting;
+  };
+
+  void read();
+  void take(const std::string& message, bool isText);
+  void subscribe(const Subscribe& wanted);
+  void unsubscribe(const Unsubscribe& wanted);
+  void refuse(const std::string& why);
+  void pump();
+  /// Moves the next message to sending_. Returns whether there was one.
+  bool next();
+  void ping();
+  void takePong(std::string_view payload);
+  /// Returns how many bytes lie in the send buffer and were not acknowledged by the client's host.
+  int unacknowledgedBytes();
+
+  boost::beast::websocket::stream<boost::beast::tcp_stream> stream_;
+  Handlers handlers_;
+  boost::beast::flat_buffer incoming_;
+  std::map<std::uint32_t, Subscriber> subscribers_;  ///< by channel
+  std::deque<std::uint32_t> order_;                  ///< channels that have samples waiting; the next one first
+  std::deque<std::string> texts_;
+
+  struct Sending {
+    std::string text;
+    std::array<char, kDataHeaderSize> header{};
+    std::shared_ptr<const std::string> data;  ///< empty: the text
+  };
+  std::optional<Sending> sending_;
+  bool isOpen_ = false, isClosed_ = false, isReading_ = false;
+  std::uint64_t sent_ = 0, answered_ = 0;  ///< bytes; answered: up to the last ping that was answered
+  std::uint64_t pinged_ = 0;               ///< bytes up to the last ping
+  bool isPinging_ = false;                 ///< the last ping is being written
+  int unacknowledged_ = 0;                 ///< bytes, at the last closeIfDeaf()
+  Clock::time_point progress_ = Clock::now();
+};
+
+}  // namespace traction::view::foxglove

@@ -1,0 +1,72 @@
+// Accepts TCP connections and reads HTTP requests: common to the server of the page and the Foxglove server.
+#pragma once
+
+#include "client/viewer/listen_address.h"
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/http.hpp>
+
+#include <chrono>
+#include <functional>
+#include <list>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace traction::view {
+
+/// A WebSocket client that owes something and takes nothing for this long is closed.
+inline constexpr std::chrono::seconds kPatience{15};
+/// Send buffer of a WebSocket [bytes]. Messages in it grow old while a slow client reads; newer ones cannot replace
+/// them.
+inline constexpr int kSendBuffer = 128 * 1024;
+
+using Request = boost::beast::http::request<boost::beast::http::string_body>;
+using Response = boost::beast::http::response<boost::beast::http::string_body>;
+
+struct ListenerOptions {
+  ListenAddress at;
+  std::string option;          ///< of the command line that sets `at`; for error messages
+  unsigned connections = 256;  ///< HTTP connections at a time; a new one beyond this closes the oldest
+};
+
+class HttpConnection;
+
+/// Thread-bound: runs on the context's single thread.
+class HttpListener {
+ public:
+  /// Returns the answer to a request. Returns nothing if it called `take`, which hands over the connection's socket.
+  using Handler = std::function<std::optional<Response>(const Request& request,
+                                                        const std::function<boost::asio::ip::tcp::socket()>& take)>;
+
+  /// Binds and listens. \throws ServerError if the address cannot be used
+  HttpListener(boost::asio::io_context& context, const ListenerOptions& options, Handler handler);
+  ~HttpListener();
+  HttpListener(const HttpListener&) = delete;
+  HttpListener& operator=(const HttpListener&) = delete;
+
+  /// Starts accepting connections.
+  void start();
+  /// "127.0.0.1:9880", "[::1]:9880"; "localhost:9880" if it listens at every address.
+  std::string authority() const;
+
+  // For HttpConnection.
+  std::optional<Response> handle(const Request& request,
+                                 const std::function<boost::asio::ip::tcp::socket()>& take) const {
+    return handler_(request, take);
+  }
+  void remove(const HttpConnection* connection);
+
+ private:
+  void add(boost::asio::ip::tcp::socket&& socket);
+
+  ListenerOptions options_;
+  Handler handler_;
+  boost::asio::ip::tcp::acceptor acceptor_;
+  boost::asio::steady_timer retry_;
+  std::list<std::shared_ptr<HttpConnection>> connections_;  ///< oldest first
+};
+
+}  // namespace traction::view

@@ -1,0 +1,40 @@
+// Addresses that the viewer's servers listen at, and the hosts and errors that belong to them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace traction::view {
+
+/// An error that ends the program, with its exit code of sysexits.h.
+class ServerError : public std::runtime_error {
+ public:
+  ServerError(int exitCode, const std::string& what)
+      : std::runtime_error(what)
+      , exitCode_(exitCode) {}
+  int exitCode() const { return exitCode_; }
+
+ private:
+  int exitCode_;
+};
+
+struct ListenAddress {
+  std::string address = "127.0.0.1";  ///< IPv4 or IPv6, without brackets
+  std::uint16_t port = 0;             ///< 0: any free port
+};
+
+/// Parses ADDRESS:PORT, ADDRESS, PORT or [IPV6]:PORT; the missing part is taken from `defaults`.
+/// \return empty if the text has none of these forms
+std::optional<ListenAddress> parseListenAddress(const std::string& text, const ListenAddress& defaults);
+
+bool isLoopback(const std::string& address);
+
+/// Returns whether a request's Host header names this server: an IP address, localhost, or one of `names`, with or
+/// without a port. Any other name could be an attacker's that resolves to this host (DNS rebinding).
+bool isAllowedHost(std::string_view host, const std::vector<std::string>& names);
+
+}  // namespace traction::view

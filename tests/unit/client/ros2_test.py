@@ -1,0 +1,549 @@
+"""What is published in ROS 2: its bytes by hand and by readers that are not ours, frames and signs, and the bridge."""
+
+import contextlib
+import io
+import json
+import os
+import pathlib
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+from unittest import mock
+
+import numpy as np
+import zmq
+
+SOURCE = pathlib.Path(__file__).resolve().parents[3]
+sys.path[:0] = [str(SOURCE / "client" / "python"), str(SOURCE / "client" / "examples" / "python")]
+import ros2_bridge  # noqa: E402
+import ros2_stand_in  # noqa: E402
+import seed  # noqa: E402
+import suite  # noqa: E402
+import traction  # noqa: E402
+from deadline import HUNG_S  # noqa: E402
+from publisher import Publisher  # noqa: E402
+from traction import ros2  # noqa: E402
+from traction.decode import decode  # noqa: E402
+from traction.v1 import messages  # noqa: E402
+
+BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
+READER = pathlib.Path(os.environ.get("TRACTION_MCAP", BUILD / "tests/system/mcap"))
+CALIBRATION = b"c" * 16
+BAD = traction.Flag.FEW_MARKERS | traction.Flag.GEL_MISMATCH
+
+
+class Sensor:
+    """Makes messages of one sensor as they are sent, at random: (kind, bytes)."""
+
+    def __init__(self, draw, name="gel-1", rows=5, columns=7, calibration=CALIBRATION):
+        self.draw, self.name, self.rows, self.columns, self.calibration = draw, name, rows, columns, calibration
+        self.sequence = 0
+        self.received_ns = draw.randrange(10**9, 10**15)
+
+    def head(self, message, flags=0, step_ns=16_666_667, captured=True):
+        header = message.header
+        self.sequence += 1
+        self.received_ns += step_ns
+        header.sequence, header.sensor, header.boot, header.zero = self.sequence, self.name, b"b" * 16, b"z" * 16
+        header.calibration, header.flags = self.calibration, int(flags)
+        header.received_ns, header.received_real_ns = self.received_ns, self.draw.randrange(10**18, 2 * 10**18)
+        header.captured_ns = self.received_ns - self.draw.randrange(10**8) if captured else 0
+
+    def numbers(self, count, scale):
+        return [self.draw.gauss(0, scale) for _ in range(count)]
+
+    def field(self, flags=0, valid=True, bad_nodes=True, deviations=True, **head):
+        message, nodes = messages.Field(valid=valid), self.rows * self.columns
+        self.head(message, flags, **head)
+        good = [not bad_nodes or self.draw.random() < 0.9 for _ in range(nodes)]
+        message.node_valid = bytes(good)
+        message.force_N.extend(force * good[i // 3] for i, force in enumerate(self.numbers(3 * nodes, 0.1)))
+        if deviations:
+            message.node_deviation_N.extend(map(abs, self.numbers(3 * nodes, 0.01)))
+        for vector in (message.resultant_N, message.moment_Nm):
+            vector.x, vector.y, vector.z = self.numbers(3, 1)
+        return "field", message.SerializeToString()
+
+    def description(self, body=False):
+        message = messages.Description()
+        self.head(message)
+        message.layers.add(columns=8, rows=6)
+        message.calibration.id = self.calibration
+        message.nodes.rows, message.nodes.columns, message.nodes.pitch_m = self.rows, self.columns, self.draw.uniform(1e-3, 3e-3)
+        message.nodes.centre_m.x, message.nodes.centre_m.y = self.numbers(2, 1e-3)
+        for vector, scale in ((message.camera.position_m, 0.1), (message.camera.rotation_rad, 0.5)):
+            vector.x, vector.y, vector.z = self.numbers(3, scale)
+        if body:
+            nodes = self.rows * self.columns
+            message.body.node_positions_m.extend(self.numbers(3 * nodes, 0.02))
+            message.body.node_normals.extend(self.numbers(3 * nodes, 1))
+            message.body.node_areas_m2.extend(self.numbers(nodes, 1e-5))
+        return "description", message.SerializeToString()
+
+
+def converted(converter, *sent):
+    """Returns what is published: the data of each topic's messages."""
+    told = {topic: [] for topic in ros2.TOPICS}
+    for kind, payload in sent:
+        for sample in converter.convert(decode(kind, payload)):
+            told[sample.topic].append(sample.data)
+    return told
+
+
+class Cdr:
+    """Reads bytes one after another, as the standard has it (OMG CDR, PLAIN_CDR little-endian)."""
+
+    def __init__(self, data):
+        assert data[:4] == b"\0\1\0\0", data[:4]
+        self.data, self.at = data[4:], 0
+
+    def number(self, code):
+        size = struct.calcsize(code)
+        self.at = (self.at + size - 1) // size * size + size
+        return struct.unpack_from("<" + code, self.data, self.at - size)[0]
+
+    def numbers(self, codes):
+        return [self.number(code) for code in codes]
+
+    def raw(self):
+        size = self.number("I")
+        self.at += size
+        return self.data[self.at - size:self.at]
+
+    def text(self):
+        text = self.raw()
+        assert text[-1:] == b"\0"
+        return text[:-1].decode()
+
+    def header(self):
+        """Returns stamp [ns] and frame."""
+        seconds, nanoseconds = self.numbers("iI")
+        return 10**9 * seconds + nanoseconds, self.text()
+
+    def diagnostics(self):
+        """Returns level, message and values of the only status."""
+        _, frame = self.header()
+        count, level = self.numbers("IB")
+        name, message, hardware = self.text(), self.text(), self.text()
+        assert (frame, count, name, hardware) == ("", 1, "gel_1: forces", "gel-1")
+        values = {self.text(): self.text() for _ in range(self.number("I"))}
+        return level, message, values
+
+
+def cloud_of(data):
+    """Returns (rows, columns), x y z fx fy fz dx dy dz of each point, and is_dense."""
+    cdr = Cdr(data)
+    cdr.header()
+    shape = tuple(cdr.numbers("II"))
+    fields = [(cdr.text(), *cdr.numbers("IBI")) for _ in range(cdr.number("I"))]
+    assert fields == [(name, 4 * i, 7, 1) for i, name in enumerate("x y z fx fy fz dx dy dz".split())], fields
+    assert cdr.numbers("?II") == [False, 36, 36 * shape[1]]
+    points = np.frombuffer(cdr.raw(), "<f4").reshape(-1, 9)
+    is_dense = cdr.number("?")
+    assert cdr.at == len(cdr.data)
+    return shape, points, is_dense
+
+
+def rotation(vector):
+    """Returns exp([vector]x), by its power series."""
+    x, y, z = vector
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    result, power = np.eye(3), np.eye(3)
+    for i in range(1, 40):
+        power = power @ cross / i
+        result = result + power
+    return result
+
+
+def turned(quaternion, point):
+    """Returns the point, turned by a quaternion x, y, z, w."""
+    axis, w = np.array(quaternion[:3]), quaternion[3]
+    return point + 2 * np.cross(axis, np.cross(axis, point) + w * point)
+
+
+class Messages(unittest.TestCase):
+    def setUp(self):
+        self.sensor = Sensor(seed.chance(self.id()))
+        self.converter = ros2.Converter(self.sensor.name)
+
+    def test_stamp_is_when_the_picture_was_taken(self):
+        for captured in (True, False):
+            sent = messages.Field.FromString(self.sensor.field(captured=captured)[1])
+            header = sent.header
+            ago_ns = header.received_ns - header.captured_ns if captured else 0
+            (wrench,) = converted(self.converter, ("field", sent.SerializeToString()))[ros2.WRENCH]
+            self.assertEqual(Cdr(wrench).header(), (header.received_real_ns - ago_ns, "gel_1_gel"))
+
+    def test_wrench_is_resultant_and_moment_byte_by_byte(self):
+        sent = messages.Field.FromString(self.sensor.field(captured=False)[1])
+        (wrench,) = converted(self.converter, ("field", sent.SerializeToString()))[ros2.WRENCH]
+        seconds, nanoseconds = divmod(sent.header.received_real_ns, 10**9)
+        expected = struct.pack("<4siII10s2x6d", b"\0\1\0\0", seconds, nanoseconds, 10, b"gel_1_gel\0",
+                               sent.resultant_N.x, sent.resultant_N.y, sent.resultant_N.z,
+                               sent.moment_Nm.x, sent.moment_Nm.y, sent.moment_Nm.z)
+        self.assertEqual(wrench, expected)
+
+    def test_cloud_has_a_point_for_each_node_and_nan_where_it_is_not_valid(self):
+        for body in (False, True):
+            for deviations in (False, True):
+                description, field = self.sensor.description(body), self.sensor.field(deviations=deviations)
+                (data,) = converted(self.converter, description, field)[ros2.FORCES]
+                shape, points, is_dense = cloud_of(data)
+                self.assertEqual((shape, is_dense), ((5, 7), False))
+                told, sent = (getattr(messages, name).FromString(payload) for name, payload in (
+                    ("Description", description[1]), ("Field", field[1])))
+                force = np.float32(sent.force_N).reshape(-1, 3)
+                force[np.frombuffer(sent.node_valid, np.uint8) == 0] = np.nan
+                self.assertTrue(np.isnan(force).any())
+                np.testing.assert_array_equal(points[:, 3:6], force)
+                deviation = np.float32(sent.node_deviation_N).reshape(-1, 3) if deviations else np.zeros((35, 3), np.float32)
+                np.testing.assert_array_equal(points[:, 6:], deviation)
+                if body:
+                    np.testing.assert_array_equal(points[:, :3].ravel(), np.float32(told.body.node_positions_m))
+                    continue
+                grid = told.nodes
+                row, column = np.divmod(np.arange(35), 7)
+                np.testing.assert_allclose(points[:, 0], grid.centre_m.x + grid.pitch_m * (column - 3), atol=1e-9)
+                np.testing.assert_allclose(points[:, 1], grid.centre_m.y + grid.pitch_m * (row - 2), atol=1e-9)
+                self.assertFalse(points[:, 2].any())
+        (data,) = converted(self.converter, self.sensor.field(bad_nodes=False))[ros2.FORCES]
+        self.assertTrue(cloud_of(data)[2])
+
+    def test_cloud_waits_for_the_description_of_its_nodes(self):
+        other = Sensor(self.sensor.draw, calibration=b"o" * 16)
+        smaller = Sensor(self.sensor.draw, rows=4)
+        no_gel = messages.Description()
+        self.sensor.head(no_gel)
+        no_gel = ("description", no_gel.SerializeToString())
+        for before, clouds in (((), 0), ((other.description(),), 0), ((smaller.description(),), 0),
+                               ((self.sensor.description(),), 1), ((self.sensor.description(), no_gel), 0)):
+            told = converted(ros2.Converter("gel-1"), *before, self.sensor.field())
+            self.assertEqual((len(told[ros2.WRENCH]), len(told[ros2.FORCES])), (1, clouds))
+        self.assertEqual(converted(self.converter, no_gel)[ros2.STATIC_TRANSFORMS], [])
+
+    def test_no_force_is_published_of_what_is_not_valid(self):
+        description = self.sensor.description()
+        for flags, valid in ((0, False), (traction.Flag.FEW_MARKERS, True), (traction.Flag.GEL_MISMATCH, True), (BAD, False)):
+            told = converted(ros2.Converter("gel-1"), description, self.sensor.field(flags | traction.Flag.TORN, valid))
+            self.assertEqual((told[ros2.WRENCH], told[ros2.FORCES]), ([], []))
+            ((level, message, values),) = (Cdr(data).diagnostics() for data in told[ros2.DIAGNOSTICS])
+            self.assertEqual((level, values["valid"]), (2, str(valid)))
+            self.assertRegex(message, "^no forces: ")
+
+    def test_flags_are_told_as_a_warning_and_forces_are_published(self):
+        description = self.sensor.description()
+        known = {f"FLAG_{flag.name}" for flag in traction.Flag}
+        for flag in (flag for flag in traction.Flag if flag not in BAD):
+            told = converted(ros2.Converter("gel-1"), description, self.sensor.field(flag | 1 << 20))
+            self.assertEqual((len(told[ros2.WRENCH]), len(told[ros2.FORCES])), (1, 1))
+            level, message, values = Cdr(told[ros2.DIAGNOSTICS][0]).diagnostics()
+            raised = {f"FLAG_{flag.name}", f"FLAG_{1 << 20}"}  # and one of a later daemon
+            self.assertEqual((level, set(message.split(", "))), (1, raised))
+            self.assertEqual(values, {name: str(name in raised) for name in known | raised} | {
+                "valid": "True", "boot": "62" * 16, "zero": "7a" * 16})
+        level, message, _ = Cdr(converted(self.converter, self.sensor.field())[ros2.DIAGNOSTICS][0]).diagnostics()
+        self.assertEqual((level, message), (0, "forces are published"))
+
+    def test_diagnostics_come_once_a_second_and_on_a_change(self):
+        def due(*words, **what):
+            return len(converted(self.converter, self.sensor.field(*words, **what))[ros2.DIAGNOSTICS])
+        self.assertEqual([due(step_ns=300_000_000) for _ in range(9)], [1, 0, 0, 0, 1, 0, 0, 0, 1])
+        self.assertEqual([due(traction.Flag.TORN), due(traction.Flag.TORN), due(), due()], [1, 0, 1, 0])
+        self.assertEqual([due(valid=False), due(valid=False), due(), due()], [1, 0, 1, 0])
+        self.sensor.received_ns = 1  # the host was started anew
+        self.assertEqual([due(), due()], [1, 0])
+
+    def test_camera_is_where_the_projection_has_it(self):
+        """point_camera = exp(rotation) diag(1, -1, -1) (point - position): sensor/projection.h."""
+        for number in range(20):
+            kind, payload = self.sensor.description()
+            sent = messages.Description.FromString(payload)
+            if number == 0:
+                sent.camera.rotation_rad.Clear()
+            (data,) = converted(self.converter, (kind, sent.SerializeToString()))[ros2.STATIC_TRANSFORMS]
+            cdr = Cdr(data)
+            self.assertEqual(cdr.number("I"), 1)
+            self.assertEqual((cdr.header()[1], cdr.text()), ("gel_1_gel", "gel_1_camera_optical"))
+            position, quaternion = np.array(cdr.numbers("ddd")), cdr.numbers("dddd")
+            self.assertEqual(cdr.at, len(cdr.data))
+            vector = [getattr(sent.camera.rotation_rad, axis) for axis in "xyz"]
+            np.testing.assert_array_equal(position, [getattr(sent.camera.position_m, axis) for axis in "xyz"])
+            self.assertAlmostEqual(np.linalg.norm(quaternion), 1, 12)
+            point = np.array(self.sensor.numbers(3, 0.1))
+            of_camera = rotation(vector) @ np.diag([1, -1, -1]) @ (point - position)
+            np.testing.assert_allclose(turned(quaternion, of_camera) + position, point, atol=1e-12)
+
+    def test_wrench_turns_and_shifts_into_another_frame_as_its_nodes_do(self):
+        """The forces of the cloud's points, summed in a frame of another place and attitude, are the wrench there."""
+        description = self.sensor.description(body=True)
+        sent = messages.Field.FromString(self.sensor.field(bad_nodes=False)[1])
+        force = np.float64(sent.force_N).reshape(-1, 3)
+        place = np.float64(messages.Description.FromString(description[1]).body.node_positions_m).reshape(-1, 3)
+        for vector, values in ((sent.resultant_N, force.sum(0)), (sent.moment_Nm, np.cross(place, force).sum(0))):
+            vector.x, vector.y, vector.z = values
+        told = converted(self.converter, description, ("field", sent.SerializeToString()))
+        wrench = Cdr(told[ros2.WRENCH][0])
+        wrench.header()
+        of_force, torque = np.array(wrench.numbers("ddd")), np.array(wrench.numbers("ddd"))
+        _, points, _ = cloud_of(told[ros2.FORCES][0])
+
+        turn, shift = rotation(self.sensor.numbers(3, 1)), np.array(self.sensor.numbers(3, 0.1))
+        place, force = (np.float64(points[:, :3]) - shift) @ turn.T, np.float64(points[:, 3:6]) @ turn.T
+        np.testing.assert_allclose(turn @ of_force, force.sum(0), atol=1e-12)
+        np.testing.assert_allclose(turn @ (torque + np.cross(of_force, shift)), np.cross(place, force).sum(0), atol=1e-12)
+
+    def test_names_are_such_as_ros_allows(self):
+        for sensor, node in (("default", "default"), ("left-finger", "left_finger"), ("3rd", "sensor_3rd"), ("", "sensor_"),
+                             ("a b/ü", "a_b__"), ("_x9", "_x9")):
+            self.assertEqual(ros2.node_name(sensor), node)
+
+    def test_tractionctl_reads_the_recording_and_recovers_what_is_cut_off(self):
+        self.sensor.rows = self.sensor.columns = 24
+        sent = [self.sensor.description(), *(self.sensor.field() for _ in range(100))]
+        with tempfile.TemporaryDirectory(prefix="traction-") as folder:
+            def ctl(*words):
+                done = subprocess.run([BUILD / "bin" / "tractionctl", *words], capture_output=True, text=True, timeout=HUNG_S)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                return done.stdout + done.stderr
+            path, cut, recovered = (pathlib.Path(folder) / name for name in ("whole.mcap", "cut.mcap", "recovered.mcap"))
+            file, counts = ros2_bridge.File(path, self.converter.node), dict.fromkeys(ros2.TOPICS, 0)
+            for kind, payload in sent:
+                for sample in self.converter.convert(decode(kind, payload)):
+                    file.write(sample)
+                    counts[sample.topic] += 1
+            file.close()
+            told = json.loads(ctl("info", path, "--json"))
+            self.assertEqual({topic["topic"]: topic["messages"] for topic in told["topics"]},
+                             {topic.name.replace("~", "/gel_1"): count for topic, count in counts.items()})
+            self.assertRegex(ctl("recover", path, recovered), "2 chunks of .*, which was whole")
+            recovered.unlink()
+            cut.write_bytes(path.read_bytes()[:-100_000])
+            self.assertRegex(ctl("recover", cut, recovered), "1 chunks of ")
+
+    @suite.npm
+    def test_foreign_readers_find_every_number(self):
+        """In a recording: @mcap/core, @foxglove/rosmsg and @foxglove/rosmsg2-serialization, which also write the same bytes."""
+        draw, sent, samples = self.sensor.draw, [], {topic: [] for topic in ros2.TOPICS}
+        for number in range(200):
+            if number % 40 == 0:
+                self.sensor.rows, self.sensor.columns = draw.randint(1, 24), draw.randint(1, 24)
+                sent.append(self.sensor.description(body=draw.random() < 0.5))
+            flags = 1 << draw.randrange(10) if draw.random() < 0.5 else 0
+            sent.append(self.sensor.field(flags, draw.random() < 0.9, draw.random() < 0.8, draw.random() < 0.8,
+                                          captured=draw.random() < 0.9))
+        with tempfile.TemporaryDirectory(prefix="traction-") as folder:
+            path = pathlib.Path(folder) / "ros2.mcap"
+            file = ros2_bridge.File(path, self.converter.node)
+            for kind, payload in sent:
+                for sample in self.converter.convert(decode(kind, payload)):
+                    file.write(sample)
+                    samples[sample.topic].append(sample)
+            file.close()
+            found = read_foreign(path)
+
+        self.assertEqual((found["profile"], found["library"]), ("ros2", f"traction {traction.__version__}"))
+        self.assertEqual(found["metadata"], [{"name": "rosbag2", "metadata": {"ROS_DISTRO": "unknown"}}])
+        self.assertGreater(found["chunks"], 1)
+        channels = {channel["topic"]: channel for channel in found["channels"]}
+        qos = {"/gel_1/wrench": (5, 2, 2), "/gel_1/forces": (5, 2, 2), "/tf_static": (1, 1, 1), "/diagnostics": (10, 1, 2)}
+        self.assertEqual(channels.keys(), qos.keys())
+        for topic, channel in channels.items():
+            (offered,) = json.loads(channel["metadata"]["offered_qos_profiles"])
+            self.assertEqual((offered["depth"], offered["reliability"], offered["durability"]), qos[topic])
+            self.assertEqual((channel["encoding"], channel["schema_encoding"]), ("cdr", "ros2msg"))
+            self.assertTrue(channel["is_ros"], f"{channel['type']} is not as ROS 2 defines it")
+
+        told = {topic: [one for one in found["messages"] if one["topic"] == topic] for topic in channels}
+        for topic in ros2.TOPICS:
+            stamps = [str(sample.stamp_ns) for sample in samples[topic]]
+            self.assertEqual([one["publish_time"] for one in told[topic.name.replace("~", "/gel_1")]], stamps)
+        self.assertEqual({(one["encapsulation"], one["is_same_bytes"]) for one in found["messages"]}, {("CDR_LE", True)})
+        compared = self.compare(sent, {topic: iter([one["message"] for one in all]) for topic, all in told.items()})
+        print(f"\n  {len(found['messages'])} messages, {compared} numbers of fields compared", end=" ")
+        self.assertGreater(compared, 10**5)
+
+    def compare(self, sent, told):
+        """Holds what was read against what was sent; each message in turn. Returns how many numbers of fields it were."""
+        compared, description, seen, diagnosed_ns = 0, None, None, 0
+        for kind, payload in sent:
+            if kind == "description":
+                description = messages.Description.FromString(payload)
+                (transform,) = next(told["/tf_static"])["transforms"]
+                self.assertEqual(transform["header"], header_of(description.header))
+                self.assertEqual(transform["child_frame_id"], "gel_1_camera_optical")
+                self.assertEqual(transform["transform"]["translation"], xyz(description.camera.position_m))
+                continue
+            field = messages.Field.FromString(payload)
+            header = field.header
+            state = (field.valid, header.flags)
+            if state != seen or header.received_ns >= diagnosed_ns + 10**9:
+                seen, diagnosed_ns = state, header.received_ns
+                status = next(told["/diagnostics"])["status"][0]
+                bad = not field.valid or header.flags & BAD
+                self.assertEqual(status["level"], 2 if bad else 1 if header.flags else 0)
+                values = {one["key"]: one["value"] for one in status["values"]}
+                flags = sum(messages.Flag.Value(key) if key in messages.Flag.keys() else int(key.removeprefix("FLAG_"))
+                            for key, value in values.items() if key.startswith("FLAG_") and value == "True")
+                self.assertEqual((flags, values["valid"]), (header.flags, str(field.valid)))
+            if not field.valid or header.flags & BAD:
+                continue
+            self.assertEqual(next(told["/gel_1/wrench"]), {
+                "header": header_of(header), "wrench": {"force": xyz(field.resultant_N), "torque": xyz(field.moment_Nm)}})
+            cloud = next(told["/gel_1/forces"])
+            self.assertEqual(cloud["header"], header_of(header))
+            self.assertEqual((cloud["height"], cloud["width"]), (description.nodes.rows, description.nodes.columns))
+            self.assertEqual(cloud["row_step"], cloud["width"] * cloud["point_step"])
+            self.assertEqual((cloud["is_bigendian"], cloud["is_dense"]), (False, 0 not in field.node_valid))
+            layout = {one["name"]: (np.dtype(f"({one['count']},)<f4"), one["offset"]) for one in cloud["fields"]}
+            self.assertEqual({one["datatype"] for one in cloud["fields"]}, {7})
+            layout = np.dtype({"names": [*layout], "formats": [each for each, _ in layout.values()],
+                               "offsets": [at for _, at in layout.values()], "itemsize": cloud["point_step"]})
+            points = np.frombuffer(bytes.fromhex(cloud["data"]), layout)
+            force = np.float32(field.force_N).reshape(-1, 3)
+            force[np.frombuffer(field.node_valid, np.uint8) == 0] = np.nan
+            deviation = np.float32(field.node_deviation_N or [0] * force.size).reshape(-1, 3)
+            for i, axis in enumerate("xyz"):
+                np.testing.assert_array_equal(points["f" + axis][:, 0], force[:, i])
+                np.testing.assert_array_equal(points["d" + axis][:, 0], deviation[:, i])
+                if description.HasField("body"):
+                    np.testing.assert_array_equal(points[axis][:, 0], np.float32(description.body.node_positions_m)[i::3])
+            compared += 6 * len(points) + 6
+        self.assertEqual([topic for topic, rest in told.items() if next(rest, None) is not None], [])
+        return compared
+
+
+def xyz(vector):
+    return {axis: getattr(vector, axis) for axis in "xyz"}
+
+
+def header_of(header):
+    """Returns the std_msgs/Header of one of ours, by docs/ros2.md, as the reader names its members."""
+    stamp_ns = header.received_real_ns
+    if header.captured_ns:
+        stamp_ns -= header.received_ns - header.captured_ns
+    return {"stamp": {"sec": stamp_ns // 10**9, "nsec": stamp_ns % 10**9}, "frame_id": "gel_1_gel"}
+
+
+def read_foreign(path):
+    done = subprocess.run(["node", READER / "read_ros2.js", path], capture_output=True, text=True, timeout=300)
+    if done.returncode:
+        raise AssertionError(done.stderr[-2000:])
+    return json.loads(done.stdout)
+
+
+class Bridge(unittest.TestCase):
+    def setUp(self):
+        for each in (signal.SIGINT, signal.SIGTERM):
+            self.addCleanup(signal.signal, each, signal.getsignal(each))
+        self.context = zmq.Context()
+        self.addCleanup(self.context.destroy, 0)
+        self.publisher = self.context.socket(zmq.XPUB)
+        self.publisher.rcvtimeo = int(1000 * HUNG_S)
+        self.publisher.bind("tcp://127.0.0.1:*")
+        self.stream = self.publisher.getsockopt_string(zmq.LAST_ENDPOINT)
+        self.sensor = Sensor(seed.chance(self.id()))
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="traction-")))
+
+    def send(self, *sent, sensor="gel-1"):
+        """Sends to the first subscriber, from a thread."""
+        def run():
+            self.publisher.recv()
+            for kind, payload in sent:
+                self.publisher.send_multipart([f"traction/v1/{sensor}/{kind}/".encode(), payload, b"0.0"])
+        thread = threading.Thread(target=run, daemon=True)
+        thread.start()
+        self.addCleanup(thread.join)
+
+    def test_publishes_serialised_messages_with_the_qos_of_the_page(self):
+        sent = [self.sensor.description(), *(self.sensor.field() for _ in range(10))]
+        self.send(*sent)
+        ros = ros2_stand_in.Ros()
+        with ros.installed():
+            ros2_bridge.main(["--stream", self.stream, "--count", "10", "--ros-args", "-r", "__ns:=/arm"])
+        (node,) = ros.nodes
+        self.assertEqual((node.name, ros.arguments), ("gel_1", ["--ros-args", "-r", "__ns:=/arm"]))
+        self.assertEqual(ros.signals, ros2_stand_in.SignalHandlerOptions.NO)
+        self.assertEqual((ros.spun, node.is_destroyed, ros.is_running), ([node], True, False))
+        self.assertEqual({topic: (one.kind.__name__, one.qos.history.name, one.qos.depth, one.qos.reliability.name,
+                                  one.qos.durability.name) for topic, one in node.publishers.items()}, {
+            "~/wrench": ("WrenchStamped", "KEEP_LAST", 5, "BEST_EFFORT", "VOLATILE"),
+            "~/forces": ("PointCloud2", "KEEP_LAST", 5, "BEST_EFFORT", "VOLATILE"),
+            "/tf_static": ("TFMessage", "KEEP_LAST", 1, "RELIABLE", "TRANSIENT_LOCAL"),
+            "/diagnostics": ("DiagnosticArray", "KEEP_LAST", 10, "RELIABLE", "VOLATILE")})
+        expected = converted(ros2.Converter("gel-1"), *sent)
+        self.assertEqual(len(expected[ros2.FORCES]), 10)
+        self.assertEqual({topic: one.published for topic, one in node.publishers.items()},
+                         {topic.name: data for topic, data in expected.items()})
+
+    def test_zero_is_a_service(self):
+        def reply(request):
+            answer = messages.Reply(version=1)
+            if not request.HasField("zero"):
+                answer.error = "of this nothing is known here"
+            elif refusal:
+                answer.error = refusal
+            else:
+                answer.zero.markers_present, answer.zero.markers_expected, answer.zero.remark = 1151, 1152, remark
+            return answer
+        ros = ros2_stand_in.Ros()
+        publisher = Publisher(reply)
+        self.addCleanup(publisher.close)
+        with ros.installed():
+            node = ros2_bridge.Node("gel", traction.Control(endpoint=publisher.endpoint(publisher.control)), [])
+            self.addCleanup(node.close)
+            kind, callback = ros.nodes[0].services["~/zero"]
+            self.assertEqual(kind.__name__, "Trigger")
+            for refusal, remark, expected in (("", "", (True, "zero taken of 1151 of 1152 markers")),
+                                              ("", "the light changed", (True, "the light changed")),
+                                              ("something touches", "", (False, "something touches"))):
+                response = callback(None, mock.Mock())
+                self.assertEqual((response.success, response.message), expected)
+
+    def test_says_what_is_missing(self):
+        def run(*words):
+            done = subprocess.run(
+                [sys.executable, SOURCE / "client/examples/python/ros2_bridge.py", *words], capture_output=True, text=True,
+                timeout=HUNG_S, env={**os.environ, "PYTHONPATH": f"{SOURCE / 'client' / 'python'}:{self.folder}"})
+            return done.returncode, done.stderr
+        (self.folder / "rclpy.py").write_text("raise ModuleNotFoundError(\"No module named 'rclpy'\")\n")  # nor is it here
+        code, text = run()
+        self.assertEqual(code, 1)
+        self.assertRegex(text, r"\Aros2_bridge: No module named 'rclpy': source .*ros2_bridge.py --output FILE.mcap\n\Z")
+        path = self.folder / "there.mcap"
+        path.write_text("of somebody else")
+        self.send(self.sensor.field())
+        code, text = run("--stream", self.stream, "--output", path)
+        self.assertEqual((code, path.read_text()), (1, "of somebody else"))
+        self.assertRegex(text, r"\Aros2_bridge: .*File exists: '.*there.mcap'\n\Z")
+
+    def test_another_sensor_ends_it_and_the_file_is_whole(self):
+        other = Sensor(self.sensor.draw, "gel-2")
+        self.send(self.sensor.field(), other.field())
+        path = self.folder / "new.mcap"
+        with self.assertRaisesRegex(traction.Error, "the sensor was 'gel-1' and is now 'gel-2'"):
+            ros2_bridge.main(["--stream", self.stream, "--output", str(path), "--count", "2"])
+        self.assertEqual((path.read_bytes()[:8], path.read_bytes()[-8:]), (b"\x89MCAP0\r\n",) * 2)
+
+    def test_goes_on_after_a_message_that_is_none_and_ends_on_a_signal(self):
+        self.send(("field", b"\xff"), self.sensor.field(), self.sensor.field())
+        path, told, written = self.folder / "new.mcap", io.StringIO(), []
+
+        class Output(ros2_bridge.File):
+            def write(self, sample):
+                super().write(sample)
+                written.append(sample.topic)
+                signal.raise_signal(signal.SIGTERM)
+
+        with mock.patch.object(ros2_bridge, "File", Output), contextlib.redirect_stderr(told):
+            ros2_bridge.main(["--stream", self.stream, "--output", str(path), "--count", "2"])
+        self.assertEqual(written, [ros2.WRENCH, ros2.DIAGNOSTICS])  # of one field
+        self.assertEqual(path.read_bytes()[-8:], b"\x89MCAP0\r\n")
+        self.assertRegex(told.getvalue(), r"\Aros2_bridge: a message is left out: .*\n\Z")
+
+
+if __name__ == "__main__":
+    unittest.main()

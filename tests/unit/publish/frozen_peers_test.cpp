@@ -1,0 +1,112 @@
+// Connections whose peers read nothing.
+
+#include "daemon/publish/frozen_peers.h"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tractiond::publish::frozen_peers_test {
+namespace {
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+
+class FrozenPeersOf : public testing::Test {
+ protected:
+  FrozenPeersOf() {
+    path_.copy(address_.sun_path, sizeof address_.sun_path - 1);
+    EXPECT_EQ(bind(listener_, address(), sizeof address_), 0);
+    EXPECT_EQ(listen(listener_, 1), 0);
+  }
+  ~FrozenPeersOf() override {
+    for (const int fd : open_) close(fd);
+    close(listener_);
+    std::filesystem::remove_all(folder_);
+  }
+
+  struct Ends {
+    int ours = -1, theirs = -1;
+  };
+  /// \param number of the descriptor of our end; 0: any
+  Ends connection(int number = 0) {
+    Ends ends;
+    ends.theirs = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    EXPECT_EQ(connect(ends.theirs, address(), sizeof address_), 0);
+    ends.ours = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
+    if (number != 0) {
+      EXPECT_EQ(dup2(ends.ours, number), number);
+      close(ends.ours);
+      ends.ours = number;
+    }
+    open_.insert(open_.end(), {ends.ours, ends.theirs});
+    return ends;
+  }
+
+  static void sendTo(const Ends& ends) { EXPECT_EQ(send(ends.ours, "x", 1, MSG_DONTWAIT), 1); }
+
+  /// Reads all that waits. Returns whether our end has been ended.
+  static bool isCutOff(const Ends& ends) {
+    char byte = 0;
+    ssize_t count = 1;
+    while (count > 0) count = recv(ends.theirs, &byte, 1, MSG_DONTWAIT);
+    return count == 0;
+  }
+
+  FrozenPeers peers(int mostAtOnce) {
+    return {{"ipc://" + path_}, [this](const std::string& line) { told_.push_back(line); }, mostAtOnce};
+  }
+
+  const sockaddr* address() const { return reinterpret_cast<const sockaddr*>(&address_); }
+  static std::string folder() {
+    std::string pattern = testing::TempDir() + "traction-XXXXXX";
+    return mkdtemp(pattern.data());
+  }
+
+  const std::string folder_ = folder(), path_ = folder_ + "/socket";
+  sockaddr_un address_{AF_UNIX, {}};
+  int listener_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  std::vector<int> open_;
+  std::vector<std::string> told_;
+};
+
+TEST_F(FrozenPeersOf, OneThatReadsNothingForFiveSecondsIsCutOff) {
+  FrozenPeers frozen = peers(1'000'000);
+  const Ends deaf = connection(), slow = connection(), idle = connection();
+  sendTo(deaf);
+  sendTo(slow);
+  frozen.look(10 * kSecond_ns);
+  sendTo(slow);  // another number of bytes waits, as where some are read
+  frozen.look(14 * kSecond_ns);
+  EXPECT_EQ(told_, std::vector<std::string>());
+  frozen.look(15 * kSecond_ns);
+  EXPECT_EQ(told_, std::vector<std::string>{
+                       "1 subscribers have read nothing for 5 s, and are cut off until they connect again"});
+  EXPECT_TRUE(isCutOff(deaf));
+  EXPECT_FALSE(isCutOff(slow));
+  EXPECT_FALSE(isCutOff(idle));
+}
+
+TEST_F(FrozenPeersOf, ManyDescriptorsAreLookedAtInSeveralCalls) {
+  constexpr int kAtOnce = 16, kNumber = 10 * kAtOnce + 1, kCalls = kNumber / kAtOnce + 1;
+  FrozenPeers frozen = peers(kAtOnce);
+  const Ends deaf = connection(kNumber);
+  const auto look = [&](int second, int calls) {
+    for (int i = 0; i < calls; ++i) frozen.look(second * kSecond_ns);
+  };
+  const int all = getdtablesize() / kAtOnce + 1;
+  sendTo(deaf);
+  look(10, all);
+  look(20, kCalls - 1);
+  EXPECT_EQ(told_.size(), 0U) << "more was looked at in one call";
+  look(20, all);
+  EXPECT_EQ(told_.size(), 1U);
+  EXPECT_TRUE(isCutOff(deaf));
+}
+
+}  // namespace
+}  // namespace tractiond::publish::frozen_peers_test
