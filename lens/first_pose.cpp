@@ -89,8 +89,7 @@ Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers, con
   Geometry best;
   best.outcome = Geometry::Outcome::kDiverged;
   const auto fitFrom = [&](const sensor::Camera& start) {
-    const Geometry fit =
-        tractiond::calibrate::fitGeometryFrom(start, sensor, markers.place_px, markers.present);
+    const Geometry fit = tractiond::calibrate::fitGeometryFrom(start, sensor, markers.place_px, markers.present);
     if (isBetter(fit, best)) best = fit;
   };
   const auto isClear = [&] {

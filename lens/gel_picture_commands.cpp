@@ -74,8 +74,7 @@ Done pose(const PoseOptions& options) {
   auto seen = look(options);
   if (!seen) return tl::unexpected(seen.error());
   const Geometry found = firstPose(seen->sensor, seen->markers);
-  const bool isGood =
-      found.outcome == Geometry::Outcome::kConverged && found.residual_px <= options.acceptResidual_px;
+  const bool isGood = found.outcome == Geometry::Outcome::kConverged && found.residual_px <= options.acceptResidual_px;
   const auto aspect = otherAspect(seen->sensor, seen->markers);
   if (aspect && !isGood) return tl::unexpected(Faults{fault(options.picture, aspect->what(), aspect->remedy())});
   if (found.outcome != Geometry::Outcome::kConverged) {
@@ -87,17 +86,19 @@ Done pose(const PoseOptions& options) {
     std::snprintf(what, sizeof what,
                   "does not fit the gel file: %.2f px are left of the markers' places, at most %.2f are accepted",
                   found.residual_px, options.acceptResidual_px);
-    std::snprintf(remedy, sizeof remedy,
-                  "mend its layers, thickness and indices, or the lens; --accept-residual %.1f writes this pose all the "
-                  "same, with which forces are less exact",
-                  std::ceil(10.0 * found.residual_px) / 10.0);
+    std::snprintf(
+        remedy, sizeof remedy,
+        "mend its layers, thickness and indices, or the lens; --accept-residual %.1f writes this pose all the "
+        "same, with which forces are less exact",
+        std::ceil(10.0 * found.residual_px) / 10.0);
     return tl::unexpected(Faults{fault(options.picture, what, remedy)});
   }
   print(found);
   if (found.residual_px > PoseOptions{}.acceptResidual_px) {
-    std::printf("  warning: %.2f px are left of the markers' places, more than %.2f: the gel file does not fit, and forces "
-                "are less exact than their deviations say\n",
-                found.residual_px, PoseOptions{}.acceptResidual_px);
+    std::printf(
+        "  warning: %.2f px are left of the markers' places, more than %.2f: the gel file does not fit, and forces "
+        "are less exact than their deviations say\n",
+        found.residual_px, PoseOptions{}.acceptResidual_px);
   }
   if (aspect) std::printf("  note: %s: %s\n", aspect->what().c_str(), aspect->remedy().c_str());
   sensor::Sensor& sensor = seen->sensor;
