@@ -5,11 +5,6 @@
 // same inside: the lattice grows as far as there are spots, and each shift is scored by the markers that would lie
 // beyond the described lattice and by those that should be in the picture but are not. How far the picture moved, and
 // the layers' agreement, count so little that at the start they decide only where the rims cannot be seen.
-//
-// Spots beyond the described lattice contradict a shift. Missing markers do not: a touch, a reflection or the picture's
-// border hides whole rows and columns, and the shift that moves them out of the picture has the better score. So where
-// a shift that no spots contradict lies clearly nearer to the reference than the best, the first picture takes it if it
-// is where the gel file says, and a later picture is not labelled.
 #include "daemon/track/labelling.h"
 
 #include <algorithm>
@@ -31,10 +26,6 @@ constexpr float kMoveCost = 0.005F;   // per marker, for a picture that moved by
 constexpr float kJumpCost = 1.0F;
 constexpr float kFirstMoveCost = 0.002F;  // the same where it is not known how far it lies; grows in proportion
 constexpr float kLayerCost = 0.03F;       // per marker, for layers that are one spacing apart
-constexpr int kContradiction = 2;         // spots outside, more than the fewest of any shift; at least, and ...
-constexpr int kContradictingShare = 4;    // ... the lattice's shorter side over this
-constexpr float kPosed = 0.25F;           // of the spacing: the picture is where the gel file says
-constexpr float kNearer = 0.25F;          // of the spacing, by which another shift lies clearly nearer
 constexpr std::size_t kBestShifts = 64;   // of a layer, that are looked at with the other's
 constexpr float kUnsure = 0.2F;           // of the spacing: a missing marker's place in the picture
 constexpr float kFull = 0.5F;             // of a column's visible nodes, to be one
@@ -81,7 +72,6 @@ bool Labeller::label(std::span<const std::span<const Spot>> spots, std::span<con
     scoreShifts(works_[layer], options.seenBefore);
   }
   chooseShifts();
-  if (options.seenBefore && std::ranges::any_of(works_, isDoubtful)) return false;
   for (std::size_t layer = 0; layer < works_.size(); ++layer) {
     const Work& work = works_[layer];
     const int left = work.wide.slackX - work.chosen.x, low = work.wide.slackY - work.chosen.y;
@@ -120,10 +110,6 @@ void Labeller::chooseShifts() {
       other.chosen = b;
     }
   }
-}
-
-bool Labeller::isDoubtful(const Work& work) {
-  return work.chosen.moved > 0.5F && work.nearest.moved + kNearer < work.chosen.moved;
 }
 
 void Labeller::prepare(Work& work, std::span<const Spot> spots, std::span<const Vector> reference) {
@@ -336,18 +322,7 @@ void Labeller::scoreShifts(Work& work, bool seenBefore) const {
     const float jump = seenBefore && moved > 0.5F ? kJumpCost * static_cast<float>(shorter) : 0.0F;
     const float score = -kOutsideCost * static_cast<float>(grown - inside) -
                         static_cast<float>(within(work.missingSum)) - cost * static_cast<float>(lattice.count()) - jump;
-    work.shifts.push_back({score, x, y, mean, moved, grown - inside});
-  }
-  const int fewest = std::ranges::min_element(work.shifts, {}, &Shift::outside)->outside;
-  const int contradiction = std::max(kContradiction, shorter / kContradictingShare);
-  work.nearest = work.shifts.front();
-  work.nearest.moved = std::numeric_limits<float>::infinity();
-  for (const Shift& shift : work.shifts) {
-    if (shift.outside < fewest + contradiction && shift.moved < work.nearest.moved) work.nearest = shift;
-  }
-  if (!seenBefore && work.nearest.moved < kPosed) {
-    work.shifts.assign(1, work.nearest);
-    return;
+    work.shifts.push_back({score, x, y, mean});
   }
   const std::size_t best = std::min(kBestShifts, work.shifts.size());
   std::partial_sort(work.shifts.begin(), work.shifts.begin() + static_cast<std::ptrdiff_t>(best), work.shifts.end(),

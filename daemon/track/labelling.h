@@ -24,8 +24,7 @@ class Labeller {
   /// `spots`: what was found of each layer's colour. `reference_px`: where the markers are expected, all layers. The
   /// picture may lie anywhere against it, and be turned and scaled, and the gel deformed, as long as neighbours'
   /// displacements differ by less than about 0.4 of the spacing. Writes places and `labelled` (0 or 1), all layers.
-  /// False: some layer shows fewer than options.least of its markers, or the labels are doubtful: another row or column
-  /// would lie nearer to the reference, and no spots contradict it. The outputs then mean nothing.
+  /// False: some layer shows fewer than options.least of its markers; the outputs then mean nothing.
   bool label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px,
              const LabelOptions& options, std::span<Vector> place_px, std::span<std::uint8_t> labelled);
 
@@ -49,9 +48,7 @@ class Labeller {
   struct Shift {
     float score = 0.0F;
     int x = 0, y = 0;
-    Vector mean;         ///< px
-    float moved = 0.0F;  ///< length of the mean, in spacings
-    int outside = 0;     ///< spots that would be no markers
+    Vector mean;  ///< px
   };
 
   /// One layer while it is labelled.
@@ -71,7 +68,6 @@ class Labeller {
     std::vector<int> hasSum, missingSum;   ///< of all nodes before, both ways: with a spot; visible without one
     std::vector<Vector> displacementSum;
     std::vector<Shift> shifts;  ///< the best, best first
-    Shift nearest;              ///< to the reference, of those that no spots contradict
     Shift chosen;
   };
 
@@ -84,7 +80,6 @@ class Labeller {
   void look(Work& work, float border_px) const;
   void scoreShifts(Work& work, bool seenBefore) const;
   void chooseShifts();
-  static bool isDoubtful(const Work& work);
   LatticeSeen extent(const Work& work) const;
 
   float width_, height_;

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <limits>
 
 namespace tractiond::track {
 namespace {
@@ -91,48 +90,6 @@ TEST(Border, AHiddenColumnDoesNotShiftAllLabels) {
   tracking(scene.shoot(true));
   EXPECT_EQ(tracking.field.validCount, (kColumns - 1) * kRows);
   EXPECT_EQ(compare(scene, tracking.field).wrong, 0);
-}
-
-/// Takes the first column and the uppermost row away: then labels that are one column and one row off put more of the
-/// missing markers outside the picture, where nobody misses them.
-void hideTwoSides(Scene& scene) {
-  for (int i = 0; i < scene.markers(); ++i) {
-    if (i % kColumns == 0 || i / kColumns == kRows - 1) {
-      scene.now.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
-    }
-  }
-}
-
-TEST(Border, LabelsThatMayBeOffByAColumnAreNotValid) {
-  Scene scene({}, twin::Format::kMono8, fullPicture(14.5));
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
-  hideTwoSides(scene);
-  for (int frame = 0; frame < 20; ++frame) {
-    tracking(scene.shoot(frame == 0));
-    EXPECT_EQ(compare(scene, tracking.field).wrong, 0) << frame;
-  }
-  scene.now = scene.rest;
-  for (int frame = 0; frame < 5; ++frame) tracking(scene.shoot());
-  EXPECT_EQ(tracking.field.validCount, kColumns * kRows);
-  EXPECT_EQ(compare(scene, tracking.field).wrong, 0);
-}
-
-TEST(Border, TheFirstPictureIsLabelledWhereTheGelFileHasIt) {
-  Scene scene({}, twin::Format::kMono8, fullPicture(14.5));
-  hideTwoSides(scene);
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
-  RestPose pose;
-  ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
-  int found = 0;
-  for (int i = 0; i < scene.markers(); ++i) {
-    if (!pose.present[i]) continue;
-    ++found;
-    ASSERT_TRUE(scene.now.col(i).allFinite()) << i;
-    EXPECT_LT((Eigen::Vector2d(pose.position_px[2 * i], pose.position_px[2 * i + 1]) - scene.now.col(i)).norm(), 0.5);
-  }
-  EXPECT_EQ(found, (kColumns - 1) * (kRows - 1));
 }
 
 }  // namespace
