@@ -34,8 +34,12 @@ struct PictureOptions {
   std::string output;   ///< file: a gel file or a PNG picture
 };
 
+struct PoseOptions : PictureOptions {
+  double acceptResidual_px = 0.5;  ///< a good pattern leaves hundredths; a pose that leaves more is refused
+};
+
 /// The camera's pose from one picture of the untouched gel, into a gel file.
-Done pose(const PictureOptions& options);
+Done pose(const PoseOptions& options);
 
 /// The picture with the markers that were found.
 Done mark(const PictureOptions& options);

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <opencv2/calib3d.hpp>
 
+#include <cmath>
+
 namespace lens {
 
 std::optional<sensor::Camera> solvePose(const sensor::Sensor& sensor, const RestMarkers& markers) {
@@ -43,16 +45,74 @@ std::optional<sensor::Camera> solvePose(const sensor::Sensor& sensor, const Rest
   return camera;
 }
 
-tractiond::calibrate::Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers) {
-  const auto start = solvePose(sensor, markers);
-  if (!start) {
-    tractiond::calibrate::Geometry none;
-    none.outcome = tractiond::calibrate::Geometry::Outcome::kDiverged;
-    return none;
+namespace {
+
+using tractiond::calibrate::Geometry;
+
+/// Returns the camera, turned about the gel's middle, which stays where it is in the picture.
+sensor::Camera tilted(sensor::Camera camera, const Eigen::Vector3d& by_rad) {
+  const Eigen::Matrix3d straight = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
+  const auto matrixOf = [](const Eigen::Vector3d& rotation) -> Eigen::Matrix3d {
+    const double angle = rotation.norm();
+    if (angle == 0.0) return Eigen::Matrix3d::Identity();
+    return Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix();
+  };
+  const Eigen::Matrix3d before = matrixOf(camera.rotation), after = matrixOf(by_rad) * before;
+  camera.position = (after * straight).transpose() * (before * straight) * camera.position;
+  const Eigen::AngleAxisd turned(after);
+  camera.rotation = turned.angle() * turned.axis();
+  return camera;
+}
+
+/// Mean square of all markers' distances [px^2], those that do not count at the limit beyond which they do not.
+double misfit(const Geometry& fit) {
+  constexpr double kOutlier = tractiond::calibrate::GeometryOptions{}.outlier;
+  const double squares = fit.markers + kOutlier * kOutlier * fit.outliers;
+  return fit.residual_px * fit.residual_px * squares / (fit.markers + fit.outliers);
+}
+
+bool isBetter(const Geometry& one, const Geometry& other) {
+  if (one.outcome != Geometry::Outcome::kConverged) return false;
+  return other.outcome != Geometry::Outcome::kConverged || misfit(one) < misfit(other);
+}
+
+/// Squared distance from the axis over Z at the picture's corners.
+double cornerRadius2(const sensor::Camera& camera) {
+  const Eigen::Vector2d half(0.5 * camera.width / camera.focal_px,
+                             0.5 * camera.height / (camera.aspect * camera.focal_px));
+  return half.squaredNorm();
+}
+
+}  // namespace
+
+Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers, const FirstPoseOptions& options) {
+  Geometry best;
+  best.outcome = Geometry::Outcome::kDiverged;
+  const auto fitFrom = [&](const sensor::Camera& start) {
+    const Geometry fit = tractiond::calibrate::fitGeometryFrom(start, sensor, markers.place_px, markers.present);
+    if (isBetter(fit, best)) best = fit;
+  };
+  const auto isClear = [&] {
+    return best.outcome == Geometry::Outcome::kConverged && std::sqrt(misfit(best)) <= options.clear_px;
+  };
+  sensor::Sensor guess = sensor;
+  const auto fitAround = [&] {
+    const auto start = solvePose(guess, markers);
+    if (!start) return;
+    fitFrom(*start);
+    for (int side = 0; options.tilt > 0.0 && side < 4 && !isClear(); ++side) {
+      const double by = side % 2 == 0 ? options.tilt : -options.tilt;
+      fitFrom(tilted(*start, side < 2 ? Eigen::Vector3d(by, 0, 0) : Eigen::Vector3d(0, by, 0)));
+    }
+  };
+  fitAround();
+  for (const double distortion : options.distortions) {
+    if (isClear()) break;
+    guess.camera.k1 = distortion / cornerRadius2(sensor.camera);
+    guess.camera.k2 = 0.0;
+    fitAround();
   }
-  sensor::Sensor posed = sensor;
-  posed.camera = *start;
-  return tractiond::calibrate::fitGeometry(posed, markers.place_px, markers.present);
+  return best;
 }
 
 std::optional<tractiond::calibrate::AspectSeen> otherAspect(const sensor::Sensor& sensor, const RestMarkers& markers) {

@@ -16,7 +16,6 @@ namespace {
 using tractiond::calibrate::Geometry;
 
 constexpr double kMillimetres = 1e3;
-constexpr double kBadResidual_px = 0.5;  // a good pattern leaves hundredths
 
 /// A picture, the sensor that it should show, and its markers.
 struct Seen {
@@ -32,8 +31,7 @@ tl::expected<Seen, Faults> look(const PictureOptions& options) {
   if (!picture) return tl::unexpected(Faults{picture.error()});
   auto markers = findMarkers(*picture, *sensor);
   if (!markers) {
-    return tl::unexpected(Faults{
-        fault(options.picture, markers.error(), "is it this gel, sharp, untouched, lit in the markers' colours?")});
+    return tl::unexpected(Faults{fault(options.picture, markers.error().what, markers.error().remedy)});
   }
   std::printf("%d of %d markers found\n", markers->count(), sensor->markerCount());
   return Seen{*std::move(picture), *std::move(sensor), *std::move(markers)};
@@ -72,24 +70,36 @@ cv::Scalar pen(std::size_t layer) {
 
 }  // namespace
 
-Done pose(const PictureOptions& options) {
+Done pose(const PoseOptions& options) {
   auto seen = look(options);
   if (!seen) return tl::unexpected(seen.error());
   const Geometry found = firstPose(seen->sensor, seen->markers);
-  const bool isGood = found.outcome == Geometry::Outcome::kConverged && found.residual_px <= kBadResidual_px;
+  const bool isGood = found.outcome == Geometry::Outcome::kConverged && found.residual_px <= options.acceptResidual_px;
   const auto aspect = otherAspect(seen->sensor, seen->markers);
   if (aspect && !isGood) return tl::unexpected(Faults{fault(options.picture, aspect->what(), aspect->remedy())});
   if (found.outcome != Geometry::Outcome::kConverged) {
     return tl::unexpected(Faults{fault(options.picture, "tells no pose: no camera sees the markers there",
                                        "do layers, pitch and thickness in the gel file fit this gel?")});
   }
-  if (found.residual_px > kBadResidual_px) {
-    char what[100];
-    std::snprintf(what, sizeof what, "does not fit the gel file: %.2f px are left of the markers' places",
-                  found.residual_px);
-    return tl::unexpected(Faults{fault(options.picture, what, "mend its layers, thickness and indices, or the lens")});
+  if (!isGood) {
+    char what[120], remedy[200];
+    std::snprintf(what, sizeof what,
+                  "does not fit the gel file: %.2f px are left of the markers' places, at most %.2f are accepted",
+                  found.residual_px, options.acceptResidual_px);
+    std::snprintf(
+        remedy, sizeof remedy,
+        "mend its layers, thickness and indices, or the lens; --accept-residual %.1f writes this pose all the "
+        "same, with which forces are less exact",
+        std::ceil(10.0 * found.residual_px) / 10.0);
+    return tl::unexpected(Faults{fault(options.picture, what, remedy)});
   }
   print(found);
+  if (found.residual_px > PoseOptions{}.acceptResidual_px) {
+    std::printf(
+        "  warning: %.2f px are left of the markers' places, more than %.2f: the gel file does not fit, and forces "
+        "are less exact than their deviations say\n",
+        found.residual_px, PoseOptions{}.acceptResidual_px);
+  }
   if (aspect) std::printf("  note: %s: %s\n", aspect->what().c_str(), aspect->remedy().c_str());
   sensor::Sensor& sensor = seen->sensor;
   sensor.camera = found.camera;

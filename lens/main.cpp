@@ -74,12 +74,18 @@ int main(int argc, char** argv) try {
       ->type_name("FILE");
   calibrate->add_option("--output", calibration.output, "gel file to be written")->type_name("FILE")->required();
 
-  PictureOptions posing, marking;
+  PoseOptions posing;
+  PictureOptions marking;
   auto* pose = app.add_subcommand(
       "pose", "Finds where the camera is, from one picture of the untouched gel, however far off the gel file has it");
   pose->add_option("PICTURE", posing.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
   pose->add_option("--gel", posing.gel, "gel file with the lens and the layers")->type_name("FILE")->required();
   pose->add_option("--output", posing.output, "gel file to be written")->type_name("FILE")->required();
+  pose->add_option("--accept-residual", posing.acceptResidual_px,
+                   "writes the pose where up to so many pixels are left of the markers' places (rms), with a warning "
+                   "above 0.5; without: 0.5")
+      ->type_name("PX")
+      ->check(CLI::Range(0.01, 100.0));
   auto* mark = app.add_subcommand("mark", "Draws the markers that are found in a picture of the untouched gel");
   mark->add_option("PICTURE", marking.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
   mark->add_option("--gel", marking.gel, "gel file")->type_name("FILE")->required();

@@ -4,6 +4,7 @@
 #include "daemon/track/tracker.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace lens {
 
@@ -12,23 +13,29 @@ namespace {
 constexpr int kZeroFrames = 4;  // of the one picture
 constexpr int kPatience = 100;  // frames: the tracker pauses between its searches of the whole picture
 
+tl::unexpected<tractiond::Error> refuse(std::string what, std::string remedy) {
+  return tl::unexpected(
+      tractiond::Error{.exitCode = EX_DATAERR, .what = std::move(what), .where = "", .remedy = std::move(remedy)});
+}
+
 }  // namespace
 
 int RestMarkers::count() const {
   return static_cast<int>(std::ranges::count(present, 1));
 }
 
-tl::expected<RestMarkers, std::string> findMarkers(const cv::Mat& picture, const sensor::Sensor& sensor) {
+tl::expected<RestMarkers, tractiond::Error> findMarkers(const cv::Mat& picture, const sensor::Sensor& sensor) {
   using namespace tractiond;
   if (picture.cols != sensor.camera.width || picture.rows != sensor.camera.height) {
-    return tl::unexpected("has " + std::to_string(picture.cols) + " x " + std::to_string(picture.rows) +
-                          " px, the gel file's camera " + std::to_string(sensor.camera.width) + " x " +
-                          std::to_string(sensor.camera.height));
+    return refuse("has " + std::to_string(picture.cols) + " x " + std::to_string(picture.rows) +
+                      " px, the gel file's camera " + std::to_string(sensor.camera.width) + " x " +
+                      std::to_string(sensor.camera.height),
+                  "take the picture at that size, or write its size into the gel file");
   }
   const bool isGrey = picture.channels() == 1;
   const PixelFormat format = isGrey ? PixelFormat::kMono8 : PixelFormat::kBgr8;
   for (const auto& able : {track::trackable(sensor), track::trackable(sensor, format)}) {
-    if (!able) return tl::unexpected("cannot be searched: " + able.error().message());
+    if (!able) return refuse("cannot be searched: " + able.error().what, able.error().remedy);
   }
   const cv::Mat whole = picture.isContinuous() ? picture : picture.clone();
 
@@ -51,7 +58,8 @@ tl::expected<RestMarkers, std::string> findMarkers(const cv::Mat& picture, const
     tracker.track(frame, field);
     if (tracker.takeRestPose(rest)) return RestMarkers{rest.position_px, rest.present};
   }
-  return tl::unexpected<std::string>("shows too few markers of this gel in their order");
+  return refuse("shows too few markers of this gel in their order",
+                "is it this gel, sharp, untouched, lit in the markers' colours?");
 }
 
 }  // namespace lens

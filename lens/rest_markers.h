@@ -1,6 +1,7 @@
 // The markers of an untouched gel in one picture, found and told from each other by the daemon's own tracker.
 #pragma once
 
+#include "daemon/base/error.h"
 #include "sensor/sensor.h"
 
 #include <opencv2/core.hpp>
@@ -20,7 +21,7 @@ struct RestMarkers {
   int count() const;
 };
 
-/// \param picture 8 bits, grey or BGR. The error says why not, for people; it does not name the picture.
-tl::expected<RestMarkers, std::string> findMarkers(const cv::Mat& picture, const sensor::Sensor& sensor);
+/// \param picture 8 bits, grey or BGR. The error says why not and what to do, for people; it does not name the picture.
+tl::expected<RestMarkers, tractiond::Error> findMarkers(const cv::Mat& picture, const sensor::Sensor& sensor);
 
 }  // namespace lens

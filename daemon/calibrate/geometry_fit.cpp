@@ -66,6 +66,15 @@ class Problem {
     return camera;
   }
 
+  /// Returns the unknowns of the file's lens with another distortion.
+  Eigen::VectorXd distorted(double k1, double k2) const {
+    const auto units = cameraUnits();
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(unknowns_);
+    if (!isFixed(kDistortion)) x[kDistortion] = (k1 - start_.camera.k1) / units[kDistortion];
+    if (!isFixed(kDistortion + 1)) x[kDistortion + 1] = (k2 - start_.camera.k2) / units[kDistortion + 1];
+    return x;
+  }
+
   /// False: no camera can be there.
   bool project(const Eigen::VectorXd& x, Eigen::VectorXd& pixels) const {
     const sensor::Camera seen = camera(x);
@@ -100,14 +109,14 @@ class Problem {
 /// The iteration: where it is, what is left there, which markers count.
 class Fit {
  public:
-  Fit(const sensor::Sensor& start, std::span<const float> seen_px, std::span<const std::uint8_t> present,
-      const GeometryOptions& options)
+  Fit(const sensor::Sensor& start, const sensor::Camera& from, std::span<const float> seen_px,
+      std::span<const std::uint8_t> present, const GeometryOptions& options)
       : problem_(start, options)
       , options_(options)
       , seen_(
             Eigen::Map<const Eigen::VectorXf>(seen_px.data(), static_cast<Eigen::Index>(seen_px.size())).cast<double>())
       , counts_(present.begin(), present.end())
-      , x_(Eigen::VectorXd::Zero(problem_.unknowns()))
+      , x_(problem_.distorted(from.k1, from.k2))
       , modelled_(seen_.size())
       , residual_(seen_.size())
       , jacobian_(seen_.size(), problem_.unknowns()) {}
@@ -246,10 +255,18 @@ class Fit {
 
 Geometry fitGeometry(const sensor::Sensor& start, std::span<const float> seen_px, std::span<const std::uint8_t> present,
                      const GeometryOptions& options) {
+  return fitGeometryFrom(start.camera, start, seen_px, present, options);
+}
+
+Geometry fitGeometryFrom(const sensor::Camera& from, const sensor::Sensor& file, std::span<const float> seen_px,
+                         std::span<const std::uint8_t> present, const GeometryOptions& options) {
+  sensor::Sensor start = file;  // no deviation refers to the pose
+  start.camera.position = from.position;
+  start.camera.rotation = from.rotation;
   Geometry result;
   result.camera = start.camera;
   result.uncertainty = start.uncertainty;
-  Fit fit(start, seen_px, present, options);
+  Fit fit(start, from, seen_px, present, options);
   result.markers = fit.counted();
   result.outcome = fit.run();
   if (result.outcome != Geometry::Outcome::kConverged) return result;

@@ -46,4 +46,9 @@ struct Geometry {
 Geometry fitGeometry(const sensor::Sensor& start, std::span<const float> seen_px, std::span<const std::uint8_t> present,
                      const GeometryOptions& options = {});
 
+/// The same from another start: the iteration begins with the pose and the distortion of `from`, while the numbers that
+/// the deviations refer to stay those of `file`.
+Geometry fitGeometryFrom(const sensor::Camera& from, const sensor::Sensor& file, std::span<const float> seen_px,
+                         std::span<const std::uint8_t> present, const GeometryOptions& options = {});
+
 }  // namespace tractiond::calibrate

@@ -4,6 +4,7 @@
 #include "sensor/projection.h"
 
 #include <Eigen/LU>
+#include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
 #include <cmath>
@@ -71,8 +72,15 @@ tl::expected<void, Error> trackable(const sensor::Sensor& sensor) {
     const std::size_t index = lattice.first == 0 ? 0 : 1;
     const double radius_px = markerRadius(sensor, sensor.layers[index]);
     if (radius_px < 1.0 || radius_px > MarkerTemplate::largestRadius()) {
-      return error("markers of " + std::to_string(2.0 * radius_px) + " px in the picture",
-                   "between 2 and " + std::to_string(2.0 * MarkerTemplate::largestRadius()) + " px can be tracked");
+      const double largest_px = 2.0 * MarkerTemplate::largestRadius();
+      const bool isLarge = radius_px > 1.0;
+      return error(fmt::format("markers of {:.1f} px in the picture", 2.0 * radius_px),
+                   fmt::format("between 2 and {:g} px can be tracked: {}", largest_px,
+                               isLarge ? fmt::format("make the picture smaller, {:.2g} times or less, by the camera's "
+                                                     "binning or by resizing, and width_px, height_px, focal_px and "
+                                                     "principal_px in the gel file with it",
+                                                     0.95 * largest_px / (2.0 * radius_px))
+                                       : "bring the camera nearer, or take a longer lens or a larger picture"));
     }
     if (spacing(places, lattice) < 3.5 * radius_px) {
       return error("markers closer to each other than 1.75 of their diameters", "give the layer a wider pitch");
