@@ -88,7 +88,9 @@ std::optional<Error> checkPort(const std::string& endpoint) {
 }  // namespace
 
 void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage) {
-  socket.set(zmq::sockopt::linger, 0);
+  // Not 0: when a socket without linger is closed at the moment in which a peer leaves that has been sent a part of a
+  // message, ZeroMQ 4.3.4 aborts the whole process (session_base.cpp, clean_pipes()).
+  socket.set(zmq::sockopt::linger, 100);
   socket.set(zmq::sockopt::sndhwm, highWaterMark);
   socket.set(zmq::sockopt::maxmsgsize, largestMessage);
   // A peer that connects and says nothing holds a file descriptor for this long.

@@ -91,5 +91,33 @@ TEST_F(SocketTest, NonsenseIsRefused) {
   EXPECT_NE(refused("tcp://192.0.2.1:9872").exitCode, EX_OK);
 }
 
+// Parts of this size fill ZeroMQ's buffer to the last byte: a connection whose peer does not read stops between two of
+// them.
+TEST_F(SocketTest, IsClosedWhilePeersLeaveThatGotAPartOfAMessage) {
+  constexpr std::size_t kPart = 8183;
+  const std::string part(kPart, 'x');
+  for (int round = 0; round < 60; ++round) {
+    zmq::context_t ours, theirs;
+    zmq::socket_t publisher(ours, zmq::socket_type::xpub);
+    guard(publisher, 100, 64);
+    const auto bound = bind(publisher, {"tcp://127.0.0.1:*"});
+    ASSERT_TRUE(bound);
+    zmq::socket_t subscriber(theirs, zmq::socket_type::sub);
+    subscriber.set(zmq::sockopt::rcvhwm, 2);
+    subscriber.set(zmq::sockopt::rcvbuf, 4096);
+    subscriber.set(zmq::sockopt::subscribe, "");
+    subscriber.connect(bound->front());
+    zmq::message_t subscription;
+    ASSERT_TRUE(publisher.recv(subscription));
+    for (int i = 0; i < 60; ++i) {
+      publisher.send(zmq::buffer(part), zmq::send_flags::sndmore);
+      publisher.send(zmq::buffer(part));
+    }
+    subscriber.close();
+    publisher.close();
+    release(*bound);
+  }
+}
+
 }  // namespace
 }  // namespace tractiond::publish::socket_test
