@@ -14,6 +14,7 @@ namespace tractiond {
 namespace {
 
 constexpr double kMissing = 0.5;  // of a layer's markers: fewer are a reason to look
+constexpr int kZeroWithin = 4;    // times the frames of a zero: a first zero that takes longer is reported
 
 std::int64_t ns(double seconds) {
   return static_cast<std::int64_t>(1e9 * seconds);
@@ -90,7 +91,7 @@ void GelWatch::watchFirstZero(std::int64_t now_ns) {
   const MarkerSight::FirstZero& first = sight_.firstZero;
   const int needed = tracker_.zeroFrames();
   noZero_.clear();
-  if (first.frames <= options_.firstZeroWithin * needed) return;
+  if (first.frames <= kZeroWithin * needed) return;
   const bool isThere = sight_.layers[0].inZero > 0, isFirstLine = noZeroLoggedAt_ns_ == 0;
   if (isThere && !isFirstLine) return;
   const track::ZeroState state = tracker_.zeroState();

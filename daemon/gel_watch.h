@@ -18,7 +18,6 @@ struct GelWatchOptions {
   double patience_s = 1.0;                 ///< for which markers must be missing before the picture is looked at
   double between_s = 5.0;                  ///< two looks
   double betweenLines_s = 30.0;            ///< two lines in the log of the same kind
-  int firstZeroWithin = 4;                 ///< times the frames of a zero, until its absence is reported
   double longestWait_s = 3.0;              ///< for a frame, when a snapshot is asked for
   std::int64_t (*clock)() = monotonicNow;  ///< [ns]
 };

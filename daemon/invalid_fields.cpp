@@ -21,12 +21,11 @@ std::string InvalidFields::take() {
   if ((flags_ & kGelMismatch) != 0) return "the gel file does not fit the picture (sensor.gel_file)";
   if ((flags_ & kFewMarkers) == 0) return "their numbers are not finite";
   const int forTracking = static_cast<int>(std::ceil(minValidFraction_ * markers_));
-  const int expected = markers_ - isolatedGaps_;
-  const int forSolving = expected - static_cast<int>(maxMissingFraction_ * expected);
+  const int forSolving = solve_.fewestMarkers(markers_, isolatedGaps_);
   const std::string needed =
       forTracking > forSolving
           ? fmt::format("{} are needed (track.min_valid_fraction = {})", forTracking, minValidFraction_)
-          : fmt::format("{} are needed (solve.max_missing_fraction = {})", forSolving, maxMissingFraction_);
+          : fmt::format("{} are needed (solve.max_missing_fraction = {})", forSolving, solve_.maxMissingFraction);
   const bool isEnough = found_ >= std::max(forTracking, forSolving);
   return fmt::format("{} of {} markers are found{}; {}", found_, markers_,
                      isEnough ? ", and some of them are too uncertain to count" : "", needed);

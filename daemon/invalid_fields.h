@@ -14,7 +14,7 @@ class InvalidFields {
  public:
   InvalidFields(const track::TrackOptions& track, const solve::SolveOptions& solve)
       : minValidFraction_(track.minValidFraction)
-      , maxMissingFraction_(solve.maxMissingFraction) {}
+      , solve_(solve) {}
 
   /// One that is not valid. Allocates nothing.
   void add(const TractionField& field);
@@ -23,7 +23,8 @@ class InvalidFields {
   std::string take();
 
  private:
-  double minValidFraction_, maxMissingFraction_;
+  double minValidFraction_;
+  solve::SolveOptions solve_;
   bool isNew_ = false;
   unsigned flags_ = 0;
   int found_ = 0, markers_ = 0, isolatedGaps_ = 0;

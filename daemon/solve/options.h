@@ -36,6 +36,11 @@ struct SolveOptions {
   /// Share of the markers that may be missing; beyond, the field is not valid. Isolated gaps of the zero are not among
   /// these markers (MarkerField::isolatedGaps). If a quarter goes missing at once, that frame takes some 3 ms longer.
   double maxMissingFraction = 0.25;
+  /// Returns the least number of markers that gives a field.
+  int fewestMarkers(int markers, int isolatedGaps) const {
+    const int expected = markers - isolatedGaps;
+    return expected - static_cast<int>(maxMissingFraction * expected);
+  }
 
   /// Normal force above which there is a centre of pressure [N], if it is not in the noise.
   double minPressForCentre_N = 0.03;

@@ -217,9 +217,8 @@ bool Solver::take(const MarkerField& markers) {
     }
   }
   const int used = static_cast<int>(coordinates_.size() / 2);
-  const int expected = static_cast<int>(used_.size()) - markers.isolatedGaps;
-  if (used == 0 || expected - used > static_cast<int>(options_.maxMissingFraction * expected)) return false;
-  if (!missing_.update(used_)) return false;
+  const int fewest = options_.fewestMarkers(static_cast<int>(used_.size()), markers.isolatedGaps);
+  if (used == 0 || used < fewest || !missing_.update(used_)) return false;
   const double mean = 2.0 * variance / static_cast<double>(coordinates_.size());
   noise_px_ = mean > 0.0 ? std::sqrt(mean) : options_.noise_px;
   return true;

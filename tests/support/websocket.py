@@ -7,7 +7,14 @@ import struct
 from deadline import HUNG_S
 from rig import PATIENCE
 
-TEXT, BINARY, PING, PONG = 1, 2, 9, 10
+CONTINUATION, TEXT, BINARY, PING, PONG = 0, 1, 2, 9, 10
+
+
+def frame(draw, payload, opcode=TEXT):
+    """A whole message as a client sends it. `draw` is a random.Random for the mask."""
+    length = bytes([0x80 | len(payload)]) if len(payload) < 126 else b"\xfe" + struct.pack(">H", len(payload))
+    mask = draw.randbytes(4)
+    return bytes([0x80 | opcode]) + length + mask + bytes(a ^ mask[i % 4] for i, a in enumerate(payload))
 
 
 class RawWebSocket:
@@ -46,12 +53,11 @@ class RawWebSocket:
     def send(self, payload, opcode=TEXT):
         if isinstance(payload, str):
             payload = payload.encode()
-        length = bytes([0x80 | len(payload)]) if len(payload) < 126 else b"\xfe" + struct.pack(">H", len(payload))
-        mask = self.draw.randbytes(4)
-        self.socket.sendall(bytes([0x80 | opcode]) + length + mask + bytes(a ^ mask[i % 4] for i, a in enumerate(payload)))
+        self.socket.sendall(frame(self.draw, payload, opcode))
 
     def receive(self, answer_pings=True):
-        """(opcode, payload) of the next message that is not a control frame; the server sends each in one frame."""
+        """(opcode, payload) of the next message that is not a control frame."""
+        opcode, message = None, b""
         while True:
             first, length = self.exactly(2)
             if length == 126:
@@ -64,7 +70,9 @@ class RawWebSocket:
                 if answer_pings:
                     self.send(payload, PONG)
                     self.answered = payload
-            elif first & 15 in (TEXT, BINARY):
-                assert first & 0x80, "a message in several frames"
+            elif first & 15 in (CONTINUATION, TEXT, BINARY):
+                opcode = first & 15 or opcode
+                message += payload
                 self.since_ping += len(payload)
-                return first & 15, payload
+                if first & 0x80:
+                    return opcode, message

@@ -1,6 +1,5 @@
 """traction-view: what it tells whom, and what it withstands."""
 
-import base64
 import contextlib
 import json
 import socket
@@ -14,6 +13,7 @@ import urllib.request
 import seed
 from browser import TestCase, start_view
 from rig import BIN, PATIENCE, SOURCE
+from websocket import RawWebSocket, frame
 
 
 class Viewer(TestCase):
@@ -32,62 +32,27 @@ class Viewer(TestCase):
         return answer
 
     def upgrade(self, view, path="/stream/0?mode=stream&topics=field,status", host=None, origin=None):
-        """A socket after the handshake, or the status of its refusal."""
-        connection = socket.create_connection(("127.0.0.1", view.port), timeout=20 * PATIENCE)
-        self.addCleanup(connection.close)
-        lines = [f"GET {path} HTTP/1.1", f"Host: {host or f'127.0.0.1:{view.port}'}", "Connection: Upgrade", "Upgrade: websocket",
-                 "Sec-WebSocket-Version: 13",
-                 "Sec-WebSocket-Key: " + base64.b64encode(self.draw.randbytes(16)).decode()]
-        if origin:
-            lines.append(f"Origin: {origin}")
-        connection.sendall("\r\n".join([*lines, "", ""]).encode())
-        answer = b""
-        while b"\r\n\r\n" not in answer:
-            answer += connection.recv(1)
-        status = int(answer.split()[1])
-        return connection if status == 101 else status
-
-    def frame(self, text, opcode=1):
-        mask = self.draw.randbytes(4)
-        return bytes([0x80 | opcode, 0x80 | len(text)]) + mask + bytes(a ^ mask[i % 4] for i, a in enumerate(text))
+        """A WebSocket, or the status of its refusal."""
+        connection = RawWebSocket(self.rig, self.draw, view.port, path, host, origin)
+        return connection if connection.status == 101 else connection.status
 
     @staticmethod
     def receive(connection):
         """The next message: (topic, bytes)."""
-        def exactly(count):
-            data = b""
-            while len(data) < count:
-                chunk = connection.recv(count - len(data))
-                if not chunk:
-                    raise EOFError
-                data += chunk
-            return data
-
-        message = b""
-        while True:
-            first, length = exactly(2)
-            if length == 126:
-                length, = struct.unpack(">H", exactly(2))
-            elif length == 127:
-                length, = struct.unpack(">Q", exactly(8))
-            payload = exactly(length)
-            if first & 15 in (0, 2):  # one in parts, or the first of them
-                message += payload
-                if first & 128:
-                    return message.split(b"\0", 1)
+        return connection.receive()[1].split(b"\0", 1)
 
     def is_well(self, view):
         connection = self.upgrade(view, path="/stream/0?mode=stream&topics=field")
         self.receive(connection)
-        connection.close()
+        connection.socket.close()
 
     def test_other_origins_and_names_are_refused(self):
         self.rig.twin("idle")
         view = self.view(self.rig.daemon())
         own = f"127.0.0.1:{view.port}"
         self.is_well(view)
-        self.assertIsInstance(self.upgrade(view, origin=f"http://{own}"), socket.socket)
-        self.assertIsInstance(self.upgrade(view, host=f"localhost:{view.port}", origin=f"http://localhost:{view.port}"), socket.socket)
+        self.assertIsInstance(self.upgrade(view, origin=f"http://{own}"), RawWebSocket)
+        self.assertIsInstance(self.upgrade(view, host=f"localhost:{view.port}", origin=f"http://localhost:{view.port}"), RawWebSocket)
         for origin in ("http://example.org", "https://example.org", f"http://localhost:{view.port}", "null", "file://", f"http://{own}.example.org"):
             self.assertEqual(self.upgrade(view, origin=origin), 403, origin)
         for host in ("example.org", f"rebound.example.org:{view.port}", "localhost.example.org", "127.0.0.1.example.org", "[::1", "a" * 300):
@@ -103,7 +68,7 @@ class Viewer(TestCase):
         view = self.view(None, "--listen", "0.0.0.0:0", "--insecure")
         self.assertEqual(self.upgrade(view, host=f"example.org:{view.port}"), 421)
         named = self.view(None, "--name", "box.example.org")
-        self.assertIsInstance(self.upgrade(named, host="box.example.org"), socket.socket)
+        self.assertIsInstance(self.upgrade(named, host="box.example.org"), RawWebSocket)
 
     def test_without_a_gel_the_cameras_picture_comes_and_no_field(self):
         self.rig.twin("idle", "--format", "Mono8")
@@ -113,7 +78,7 @@ class Viewer(TestCase):
         while not topics >= {b"description", b"status", b"preview", b"places"}:
             topics.add(self.receive(connection)[0].rstrip(b"/").rsplit(b"/", 1)[-1])
         self.assertNotIn(b"field", topics)
-        self.assertIsInstance(self.upgrade(view), socket.socket)  # it goes on
+        self.assertIsInstance(self.upgrade(view), RawWebSocket)  # it goes on
 
     def check_jpeg(self, pixel_format, components):
         self.rig.twin("idle", "--format", pixel_format)
@@ -127,8 +92,8 @@ class Viewer(TestCase):
         place = json.loads(place)
         self.assertEqual((place["width"], place["height"], place["scale"], place["origin_px"]), (320, 240, 2, [0.5, 0.5]))
         self.assertTrue(jpeg.startswith(b"\xff\xd8\xff") and jpeg.endswith(b"\xff\xd9"))
-        frame = jpeg.index(b"\xff\xc0")  # baseline: length, bits of a sample, height, width, components
-        self.assertEqual(struct.unpack(">BHHB", jpeg[frame + 4 : frame + 10]), (8, 240, 320, components))
+        begin = jpeg.index(b"\xff\xc0")  # baseline: length, bits of a sample, height, width, components
+        self.assertEqual(struct.unpack(">BHHB", jpeg[begin + 4 : begin + 10]), (8, 240, 320, components))
         self.assertLess(len(jpeg), len(got[b"preview"]) / 4)
 
     def test_a_colour_picture_comes_as_jpeg(self):
@@ -142,7 +107,7 @@ class Viewer(TestCase):
         daemon = self.rig.daemon()
         for options, wanted in (((), b"reply/1"), (("--read-only",), b"error/1")):
             connection = self.upgrade(self.view(daemon, *options), path="/stream/0?topics=")
-            connection.sendall(self.frame(b"ask 1 zero"))
+            connection.send(b"ask 1 zero")
             topic, said = self.receive(connection)
             self.assertEqual(topic, wanted, said)
         self.assertTrue(said.startswith(b"not_allowed "), said)
@@ -174,11 +139,11 @@ class Viewer(TestCase):
         slow = self.upgrade(view, path="/stream/0?mode=newest&topics=field")
         for _ in range(2):
             self.receive(slow)
-        slow.settimeout(1.0)
+        slow.socket.settimeout(1.0)
         with self.assertRaises(TimeoutError):
             self.receive(slow)
-        slow.settimeout(20 * PATIENCE)
-        slow.sendall(self.frame(b"next"))
+        slow.socket.settimeout(20 * PATIENCE)
+        slow.send(b"next")
         self.receive(slow)
 
     def test_what_is_malformed_harms_nobody(self):
@@ -190,10 +155,10 @@ class Viewer(TestCase):
                      bytes([0x82, 0xff]) + b"\x7f" + b"\xff" * 7 + bytes(4),  # as long as can be said
                      bytes([0x89, 0xfe, 0x10, 0]) + bytes(4),  # a ping that is too long
                      bytes([0x01, 0x80, 0, 0, 0, 0]) * 1000,  # begun, and begun again
-                     self.frame(b"x" * 125) * 3 + bytes([0x81, 0xfe, 2, 0]) + bytes(4 + 512)):  # longer than anybody has to say
+                     frame(self.draw, b"x" * 125) * 3 + bytes([0x81, 0xfe, 2, 0]) + bytes(4 + 512)):  # longer than anybody has to say
             connection = self.upgrade(view)
             try:
-                connection.sendall(hurt)
+                connection.socket.sendall(hurt)
                 with self.assertRaises((EOFError, ConnectionError)):
                     while True:
                         self.receive(connection)
@@ -201,7 +166,7 @@ class Viewer(TestCase):
                 pass
         for text in (b"ask", b"ask 1", b"ask x zero", b"ask 1 " + b"y" * 100, b"", b"\xc3\xa9", b"next" * 20):
             connection = self.upgrade(view)
-            connection.sendall(self.frame(text))
+            connection.send(text)
             self.receive(connection)
         for request in (b"\0" * 100, b"GET\r\n\r\n", b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 5000 + b"\r\n", b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99999999999\r\n\r\n",
                         b"GET /../../etc/passwd HTTP/1.1\r\nHost: localhost\r\n\r\n", b"GET / HTTP/1.1\r\n\r\n"):
@@ -218,7 +183,7 @@ class Viewer(TestCase):
 
     def asked(self, connection, question):
         """(how, text) of the answer."""
-        connection.sendall(self.frame(b"ask 7 " + question))
+        connection.send(b"ask 7 " + question)
         while True:
             topic, text = self.receive(connection)
             if topic in (b"done/7", b"error/7"):
@@ -252,10 +217,10 @@ class Viewer(TestCase):
         connection = self.upgrade(view, "/recording/whole.mcap?mode=stream&topics=field,description")
         for words in (b"play", b"play nan 1", b"play inf 1", b"play 1e308 -3", b"play 0 1e9", b"play 0 nan", b"play 0 1 2", b"play 0 1x",
                       b"ask 1 zero", b"play -1e300 64", b"play 1e300 64"):
-            connection.sendall(self.frame(words))
+            connection.send(words)
         for _ in range(100):
-            connection.sendall(self.frame(f"play {self.draw.uniform(-1, 20)} {self.draw.choice([0, 1, 64])}".encode()))
-        connection.sendall(self.frame(b"play 0 0"))
+            connection.send(f"play {self.draw.uniform(-1, 20)} {self.draw.choice([0, 1, 64])}".encode())
+        connection.send(b"play 0 0")
         while True:
             told = json.loads(self.heard(connection, "view/time"))
             if told["at_s"] == 0 and told["speed"] == 0:
@@ -277,7 +242,7 @@ class Viewer(TestCase):
         how, name = self.asked(first, b"record")
         self.assertEqual(how, "done")
         self.assertIn("being recorded", self.asked(second, b"record")[1])
-        first.close()  # it goes on all the same
+        first.socket.close()  # it goes on all the same
         self.assertEqual(json.loads(self.heard(second, "view/recorder"))["file"], name)
         time.sleep(1)
         how, account = self.asked(second, b"stop")

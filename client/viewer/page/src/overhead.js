@@ -8,7 +8,6 @@ const fullDisc = 0.46;  // of a node distance: the radius where one node takes t
 
 export class Overhead {
   #asked = 0;  // pictures that the browser was given to decode
-  #shown = 0;  // the last of them that was shown
 
   /** redraw(): called when there is a new picture. */
   constructor(canvas, label, redraw) {
@@ -22,12 +21,11 @@ export class Overhead {
   async show({jpeg, width, height, scale, origin_px: [u, v]}, model) {
     const number = ++this.#asked;
     const decoded = await createImageBitmap(new Blob([jpeg], {type: "image/jpeg"})).catch(() => null);
-    if (!decoded || number < this.#shown) return;
-    this.#shown = number;
+    if (!decoded || number < (model.preview?.number ?? 0)) return;
     const canvas = Object.assign(document.createElement("canvas"), {width, height});
     canvas.getContext("2d").drawImage(decoded, 0, 0);
     decoded.close();
-    model.preview = {canvas, width, height, scale, origin_px: [u, v]};
+    model.preview = {number, canvas, width, height, scale, origin_px : [ u, v ]};
     this.redraw();
   }
 
