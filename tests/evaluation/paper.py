@@ -250,6 +250,13 @@ def surface(report, quick):
         shares = [error[:, :, 2][beyond > 1e-3 * mm].max() for mm in (1, 2, 3, 4, 6)]
         report.row("    1, 2, 3, 4, 6 mm beyond it", ", ".join(f"{100 * share:.1f}" for share in shares) + " %")
         report.row("    sideways, beyond it", f"{100 * error[:, :, :2][beyond > 0].max():.1f} %")
+    # The displacement is linear in the forces: the mean of its frames is that of their forces' mean.
+    mean = found.reshape(-1, trials, 576, 3).mean(1) - press.displacement[:, 1152:1728]
+    beyond = np.linalg.norm(loads.nodes().T - press.contacts[:, 0, None, 1:3], axis=2) - radius
+    report.row(
+        f"at the nodes, inwards, beyond the rim, means of {trials} frames",
+        f"{100 * abs(mean[:, :, 2][beyond > 0]).max() / depth.mean():.1f} %",
+    )
 
     def draw(axes):
         order = np.argsort(points[0])
