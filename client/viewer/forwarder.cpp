@@ -10,10 +10,12 @@
 namespace traction::view {
 
 void Forwarder::pass(const Message& message, const Raw& raw) {
-  deliver_(kindOf(message), makeFrame(raw.topic, raw.bytes));
-  if (const auto* field = std::get_if<Field>(&message); field != nullptr && wantsSurface_) passSurface(*field);
+  const unsigned kind = kindOf(message);
+  if (kind != kPreview || wants(kPreview)) deliver_(kind, makeFrame(raw.topic, raw.bytes));
+  if (const auto* field = std::get_if<Field>(&message); field != nullptr && wants(kSurface)) passSurface(*field);
   if (const auto* description = std::get_if<Description>(&message)) passPlaces(*description);
-  if (const auto* preview = std::get_if<Preview>(&message); preview != nullptr && wantsPicture_) passPicture(*preview);
+  if (const auto* preview = std::get_if<Preview>(&message); preview != nullptr && wants(kPicture))
+    passPicture(*preview);
 }
 
 void Forwarder::passSurface(const Field& field) {

@@ -10,22 +10,21 @@
 
 namespace traction::view {
 
-/// Thread-bound, except for wantSurface() and wantPicture().
+/// Thread-bound, except for want().
 class Forwarder {
  public:
   explicit Forwarder(Deliver deliver)
       : deliver_(std::move(deliver)) {}
 
-  /// Delivers the message as published; then kPlaces of a description, kSurface of a field and kPicture of a preview,
-  /// the last two once they are wanted.
+  /// Delivers the message as published; then kPlaces of a description, kSurface of a field and kPicture of a preview.
+  /// Delivers kPreview, kSurface and kPicture only once they are wanted.
   void pass(const Message& message, const Raw& raw);
 
-  /// Delivers kSurface from now on. Its matrix takes seconds and memory. Thread-safe.
-  void wantSurface() { wantsSurface_ = true; }
-  /// Delivers kPicture from now on. Thread-safe.
-  void wantPicture() { wantsPicture_ = true; }
+  /// Adds kinds that are delivered from now on. The matrix for kSurface takes seconds and memory. Thread-safe.
+  void want(unsigned kinds) { wanted_ |= kinds; }
 
  private:
+  bool wants(unsigned kind) const { return (wanted_ & kind) != 0; }
   void passSurface(const Field& field);
   void passPlaces(const Description& description);
   void passPicture(const Preview& preview);
@@ -34,7 +33,7 @@ class Forwarder {
   std::optional<Description> description_;  ///< the last one, which surface_ does not know yet
   Surface surface_;
   JpegEncoder jpeg_;
-  std::atomic<bool> wantsSurface_{false}, wantsPicture_{false};
+  std::atomic<unsigned> wanted_{0};
 };
 
 }  // namespace traction::view

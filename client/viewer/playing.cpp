@@ -16,8 +16,10 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr auto kTold = 200ms;                        ///< between two words on where it has got to
-constexpr std::uint64_t kBefore_ns = 1'500'000'000;  ///< within this every topic but the description has a message
+/// Between two messages with the position.
+constexpr auto kReportEvery = 200ms;
+/// A recording has a message of each topic, except the description, within any such time.
+constexpr std::uint64_t kBefore_ns = 1'500'000'000;
 
 recording::Reader opened(const std::filesystem::path& file) {
   auto reader = recording::Reader::open(file);
@@ -25,7 +27,7 @@ recording::Reader opened(const std::filesystem::path& file) {
   return *std::move(reader);
 }
 
-/// "traction/v1/NAME/" of one of its topics.
+/// Returns the sensor's part of a topic, "traction/v1/NAME/"; empty if it is no topic of a sensor.
 std::string prefixOf(std::string_view topic) {
   constexpr std::string_view kRoot = "traction/v1/";
   if (!topic.starts_with(kRoot)) return {};
@@ -49,7 +51,7 @@ Playing::~Playing() {
 void Playing::play(double from_s, double speed) {
   {
     const std::lock_guard lock(mutex_);
-    wish_ = Wish{from_s, speed};
+    request_ = Request{from_s, speed};
   }
   changed_.notify_all();
 }
@@ -57,16 +59,16 @@ void Playing::play(double from_s, double speed) {
 void Playing::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "view-playing");
   try {
-    look(stop);
+    survey(stop);
     while (!stop.stop_requested()) {
-      std::optional<Wish> wish;
+      std::optional<Request> request;
       {
         std::unique_lock lock(mutex_);
-        if (!changed_.wait(lock, stop, [this] { return wish_.has_value(); })) return;
-        wish = std::exchange(wish_, std::nullopt);
+        if (!changed_.wait(lock, stop, [this] { return request_.has_value(); })) return;
+        request = std::exchange(request_, std::nullopt);
       }
       try {
-        show(stop, *wish);
+        show(stop, *request);
       } catch (const Interrupted&) {
       }
     }
@@ -74,69 +76,69 @@ void Playing::run(const std::stop_token& stop) {
   }
 }
 
-bool Playing::isOurs(const std::string& topic) const {
+bool Playing::isPlayed(const std::string& topic) const {
   return !prefix_.empty() && topic.starts_with(prefix_);
 }
 
-/// What must be known before it is shown.
-void Playing::look(const std::stop_token& stop) {
+/// Reads the whole recording once: its sensor, its extent, its descriptions.
+void Playing::survey(const std::stop_token& stop) {
   const auto extent =
       reader_.read([&](const recording::Channel& channel, const recording::Schema*, const recording::Message& message) {
         if (stop.stop_requested()) throw Interrupted();
         if (prefix_.empty()) prefix_ = prefixOf(channel.topic);
-        if (!isOurs(channel.topic)) return;
+        if (!isPlayed(channel.topic)) return;
         if (begin_ns_ == 0) begin_ns_ = message.logTime_ns;
         end_ns_ = std::max(end_ns_, message.logTime_ns);
         if (channel.topic == prefix_ + "description/") descriptions_[message.logTime_ns] = message.data;
       });
   trouble_ = extent ? extent->trouble : extent.error().message();
-  if (prefix_.empty() && trouble_.empty()) trouble_ = "nothing of a sensor is in it";
+  if (prefix_.empty() && trouble_.empty()) trouble_ = "it has no messages of a sensor";
 }
 
-void Playing::show(const std::stop_token& stop, const Wish& wish) {
+void Playing::show(const std::stop_token& stop, const Request& request) {
   const double length_s = 1e-9 * static_cast<double>(end_ns_ - begin_ns_);
-  const double from_s = std::clamp(wish.from_s, 0.0, length_s);
+  const double from_s = std::clamp(request.from_s, 0.0, length_s);
   const std::uint64_t from_ns = begin_ns_ + static_cast<std::uint64_t>(1e9 * from_s);
   if (const auto after = descriptions_.upper_bound(from_ns); after != descriptions_.begin()) {
     pass(prefix_ + "description/", std::prev(after)->second);
   }
-  std::map<std::string, std::string> standing;  // the last of each topic before that moment
-  bool isThere = false;
+  std::map<std::string, std::string> standing;  // the last message of each topic before that moment
+  bool hasArrived = false;
   const auto arrive = [&] {
     for (const auto& [topic, bytes] : standing) pass(topic, bytes);
-    isThere = true;
-    tell(from_s, wish.speed);
+    hasArrived = true;
+    reportTime(from_s, request.speed);
   };
   const Clock::time_point begin = Clock::now();
-  Clock::time_point told = begin;
+  Clock::time_point reported = begin;
   const auto extent = reader_.read(
       [&](const recording::Channel& channel, const recording::Schema*, const recording::Message& message) {
-        if (!isOurs(channel.topic)) return;
+        if (!isPlayed(channel.topic)) return;
         if (message.logTime_ns <= from_ns) {
           waitUntil(stop, begin);
           if (from_ns - message.logTime_ns < kBefore_ns) standing[channel.topic] = message.data;
           return;
         }
-        if (!isThere) arrive();
-        if (wish.speed <= 0.0) throw Interrupted();
+        if (!hasArrived) arrive();
+        if (request.speed <= 0.0) throw Interrupted();
         const std::chrono::duration<double> after(1e-9 * static_cast<double>(message.logTime_ns - from_ns) /
-                                                  wish.speed);
+                                                  request.speed);
         waitUntil(stop, begin + std::chrono::duration_cast<Clock::duration>(after));
         pass(channel.topic, message.data);
-        if (Clock::now() - told < kTold) return;
-        told = Clock::now();
-        tell(1e-9 * static_cast<double>(message.logTime_ns - begin_ns_), wish.speed);
+        if (Clock::now() - reported < kReportEvery) return;
+        reported = Clock::now();
+        reportTime(1e-9 * static_cast<double>(message.logTime_ns - begin_ns_), request.speed);
       },
       from_ns - std::min(from_ns, kBefore_ns));
-  if (!isThere) arrive();
+  if (!hasArrived) arrive();
   if (!extent) trouble_ = extent.error().message();
-  tell(length_s, 0.0);
+  reportTime(length_s, 0.0);
 }
 
 void Playing::waitUntil(const std::stop_token& stop, Clock::time_point due) {
   std::unique_lock lock(mutex_);
-  const bool isWished = changed_.wait_until(lock, stop, due, [this] { return wish_.has_value(); });
-  if (isWished || stop.stop_requested()) throw Interrupted();
+  const bool isRequested = changed_.wait_until(lock, stop, due, [this] { return request_.has_value(); });
+  if (isRequested || stop.stop_requested()) throw Interrupted();
 }
 
 void Playing::pass(std::string_view topic, std::string_view bytes) {
@@ -148,7 +150,7 @@ void Playing::pass(std::string_view topic, std::string_view bytes) {
   }
 }
 
-void Playing::tell(double at_s, double speed) {
+void Playing::reportTime(double at_s, double speed) {
   std::array<char, 160> numbers{};
   std::snprintf(numbers.data(), numbers.size(), R"({"begin_s":%.3f,"length_s":%.3f,"at_s":%.3f,"speed":%g,"trouble":)",
                 1e-9 * static_cast<double>(begin_ns_), 1e-9 * static_cast<double>(end_ns_ - begin_ns_), at_s, speed);

@@ -1,4 +1,4 @@
-// A recording as a sensor whose time can be chosen.
+// Plays a recording as if it were a sensor.
 #pragma once
 
 #include "client/viewer/forwarder.h"
@@ -14,52 +14,52 @@
 
 namespace traction::view {
 
-/// Of a recording of several sensors the first one's messages. Plays from the beginning at its own pace until told
-/// otherwise.
+/// Plays the messages of the recording's first sensor, from the beginning and at the pace of the recording, until
+/// play() is called.
 class Playing {
  public:
-  /// \param deliver is called on its own thread
-  /// \throws cli::RecordingError: it cannot be read, or is none
+  /// \param deliver is called on the player's own thread
+  /// \throws cli::RecordingError if the file cannot be read or is not a recording
   Playing(const std::filesystem::path& file, Deliver deliver);
-  /// Waits for its thread: for the reading of a chunk, some seconds where a surface is being computed.
+  /// Waits for the thread until it has read its chunk, or some seconds where it computes a surface.
   ~Playing();
   Playing(const Playing&) = delete;
   Playing& operator=(const Playing&) = delete;
 
-  /// Goes on there, at so many times its own pace. 0: shows that moment, and stands. Thread-safe.
+  /// Continues at `from_s` after the beginning [s], at `speed` times the pace of the recording; at speed 0 it shows
+  /// that moment and pauses. Thread-safe.
   void play(double from_s, double speed);
 
-  /// Delivers kSurface, or kPicture, from now on. Thread-safe.
-  void wantSurface() { forwarder_.wantSurface(); }
-  void wantPicture() { forwarder_.wantPicture(); }
+  /// Adds kinds that are delivered from now on. Thread-safe.
+  void want(unsigned kinds) { forwarder_.want(kinds); }
 
  private:
-  struct Wish {
+  struct Request {
     double from_s = 0.0, speed = 1.0;
   };
   struct Interrupted {};
 
   void run(const std::stop_token& stop);
-  void look(const std::stop_token& stop);
-  void show(const std::stop_token& stop, const Wish& wish);
-  /// \throws Interrupted: there is another wish, or an end
+  void survey(const std::stop_token& stop);
+  void show(const std::stop_token& stop, const Request& request);
+  /// \throws Interrupted if there is another request, or a request to stop
   void waitUntil(const std::stop_token& stop, std::chrono::steady_clock::time_point due);
   void pass(std::string_view topic, std::string_view bytes);
-  void tell(double at_s, double speed);
-  bool isOurs(const std::string& topic) const;
+  void reportTime(double at_s, double speed);
+  bool isPlayed(const std::string& topic) const;
 
   recording::Reader reader_;
   Deliver deliver_;
   Forwarder forwarder_;
-  std::string prefix_;  ///< of the sensor's topics
+  std::string prefix_;  ///< of the topics that are played
   std::uint64_t begin_ns_ = 0, end_ns_ = 0;
-  std::map<std::uint64_t, std::string> descriptions_;  ///< by log time: a recording has few of them
-  std::string trouble_;
+  std::map<std::uint64_t, std::string> descriptions_;  ///< by log time
+  std::string trouble_;                                ///< what is wrong with the file; empty: nothing
 
   std::mutex mutex_;
   std::condition_variable_any changed_;
-  std::optional<Wish> wish_ = Wish();
-  std::jthread thread_;  // last: it uses the others
+  std::optional<Request> request_ = Request();
+  std::jthread thread_;  // last, as it uses the others
 };
 
 }  // namespace traction::view

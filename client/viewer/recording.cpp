@@ -15,8 +15,10 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::size_t kMostFiles = 200;
-constexpr auto kTurn = 20ms;  ///< by this a chunk may be late
-constexpr int kQueue = 4000;  ///< messages while the disk is slow
+/// Longest wait for a message; a chunk may end late by this.
+constexpr auto kTurn = 20ms;
+/// Messages that may wait while the disk is slow.
+constexpr int kQueue = 4000;
 
 SubscriberOptions everything(SubscriberOptions options) {
   options.topics = kAllTopics | kPreview;
@@ -79,7 +81,7 @@ void Recording::run(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       try {
         if (const auto message = subscriber_.receive(kTurn)) tape_.add(*message, subscriber_.raw());
-      } catch (const Error&) {  // what is no message of the protocol is no part of a recording; the page tells of it
+      } catch (const Error&) {  // malformed messages are left out; the page reports them
       }
       tape_.look();
       tell();

@@ -1,4 +1,4 @@
-// A sensor's recording that grows, and those that are there.
+// Makes recordings of sensors, and lists those that exist.
 #pragma once
 
 #include "client/cli/tape.h"
@@ -14,37 +14,37 @@
 namespace traction::view {
 
 struct RecordingFile {
-  std::string name;  ///< in its directory
+  std::string name;  ///< file name in the directory
   std::uintmax_t bytes = 0;
   std::filesystem::file_time_type written;
 };
 
-/// The newest first, at most 200. Empty: there are none, or no directory.
+/// Lists the recordings of a directory, newest first, at most 200; none where the directory cannot be read.
 std::vector<RecordingFile> recordingsIn(const std::filesystem::path& directory);
 
-/// "SENSOR-2026-11-23T01-46-29.mcap", now
+/// Names a recording that begins now: "SENSOR-2026-11-23T01-46-29.mcap".
 std::string recordingName(const std::string& sensor);
 
-/// Takes down every message of a sensor, and its previews, on a thread of its own until it is destroyed.
+/// Records every message of a sensor, and its previews, on a thread of its own.
 class Recording {
  public:
-  /// A new file. \throws cli::RecordingError, Error kBadEndpoint, kBadKeys
+  /// Creates the file and starts. \throws cli::RecordingError, Error kBadEndpoint, kBadKeys
   Recording(const SubscriberOptions& options, const std::filesystem::path& file);
-  /// Closes the file; without a message there is none.
+  /// Finishes the recording. Removes the file if it has no message.
   ~Recording() { finish(); }
   Recording(const Recording&) = delete;
   Recording& operator=(const Recording&) = delete;
 
   struct State {
-    std::string account;               ///< for people
-    std::optional<std::string> error;  ///< it has ended by itself
+    std::string account;               ///< size and losses, in words
+    std::optional<std::string> error;  ///< why the recording has ended by itself
   };
   /// Thread-safe.
   State state() const;
 
   const std::string& name() const { return name_; }
 
-  /// Ends it. What is on the disk. Not for two threads at a time.
+  /// Ends the recording, waits for the disk, and returns the final state. Not thread-safe.
   State finish();
 
  private:
@@ -55,7 +55,7 @@ class Recording {
   cli::Tape tape_;
   mutable std::mutex mutex_;
   State state_;
-  std::jthread thread_;  // last: it uses the others
+  std::jthread thread_;  // last, as it uses the others
 };
 
 }  // namespace traction::view

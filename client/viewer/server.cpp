@@ -74,7 +74,7 @@ struct Hub {
   std::optional<Control> control;
   std::list<std::shared_ptr<Session>> sessions;
   std::map<unsigned, Frame> last;
-  unsigned computed = 0;     ///< kinds that a session wants and the forwarder computes
+  unsigned wanted = 0;       ///< kinds that sessions have asked for
   Clock::time_point looked;  ///< when it had a session last
   std::atomic<int> backlog{0};
   int questions = 0;
@@ -274,8 +274,7 @@ class Server {
     show->session->start(request);
     try {
       show->playing = std::make_unique<Playing>(file, deliver);
-      if ((wanted.kinds & kSurface) != 0) show->playing->wantSurface();
-      if ((wanted.kinds & kPicture) != 0) show->playing->wantPicture();
+      show->playing->want(wanted.kinds);
     } catch (const cli::RecordingError& error) {
       show->session->offer(kErrors, makeFrame("error", std::string("malformed ") + error.what()));
     }
@@ -298,9 +297,8 @@ class Server {
     const bool wantsMore = (previews & ~hub.options.subscription.topics) != 0;
     hub.options.subscription.topics |= previews;
     if (!hub.source || wantsMore) start(hub);
-    hub.computed |= wanted.kinds & (kSurface | kPicture);
-    if (hub.source && (hub.computed & kSurface) != 0) hub.forwarder->wantSurface();
-    if (hub.source && (hub.computed & kPicture) != 0) hub.forwarder->wantPicture();
+    hub.wanted |= wanted.kinds;
+    if (hub.source) hub.forwarder->want(hub.wanted);
     for (const auto& [kind, frame] : hub.last) session->offer(kind, frame);
     session->start(request);
   }
@@ -316,7 +314,7 @@ class Server {
         if (hub->source && Clock::now() - hub->looked > kLinger) {
           hub->source.reset();
           hub->options.subscription.topics = kAllTopics;  // the daemon makes previews only while they are subscribed to
-          hub->computed = 0;
+          hub->wanted = 0;
           hub->last.clear();
         }
       }

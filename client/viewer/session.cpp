@@ -15,18 +15,19 @@ namespace websocket = beast::websocket;
 using beast::error_code;
 using namespace std::chrono_literals;
 
-/// A side that has not read for so long is gone, or might as well be.
+/// A client that does not read for this long is closed.
 constexpr auto kPatience = 15s;
-/// Nobody has more to say than "ask 12345 describe".
+/// Longest message of a client; the longest in use is "ask ID describe".
 constexpr std::size_t kLongestMessage = 256;
-/// Frames that are on the way or lie in the browser: what is drawn is never older than these.
+/// Frames of a kind that may be on the way or wait in the browser.
 constexpr int kWindow = 2;
-/// Of a client that wants all: ten seconds at 60 frames/s.
+/// Frames that may wait for a client that wants all: ten seconds of fields and markers at 60 frames/s.
 constexpr std::size_t kQueue = 1200;
 constexpr std::size_t kAnswers = 16;
-/// What the kernel holds is old when it is read.
+/// Of the socket. What the kernel holds is old when it is read.
 constexpr int kSendBuffer = 128 * 1024;
-constexpr double kFastest = 64.0;  ///< of a recording, times its own pace
+/// Highest speed of a recording, in multiples of its pace.
+constexpr double kFastest = 64.0;
 
 unsigned kindNamed(std::string_view name) {
   if (name == "field") return kField;
@@ -79,7 +80,7 @@ void Session::start(const beast::http::request<beast::http::string_body>& reques
   stream_.async_accept(request, [self = shared_from_this()](error_code error) {
     if (error) return self->close();
     self->open_ = true;
-    self->since_ = Clock::now();
+    self->readAt_ = Clock::now();
     self->read();
     self->pump();
   });
@@ -94,11 +95,12 @@ void Session::read() {
   });
 }
 
-/// "next": it has done with a message. "ask ID QUESTION". "play SECONDS SPEED". Anything else is of a later version.
+/// Understands "next" (the oldest frame has been used), "ask ID QUESTION" and "play SECONDS SPEED"; ignores the rest,
+/// which later versions may define.
 void Session::take(const std::string& text) {
   if (text == "next") {
     if (!unread_.empty()) unread_.pop_front();
-    since_ = Clock::now();
+    readAt_ = Clock::now();
     return pump();
   }
   constexpr std::string_view kAsk = "ask ";
@@ -164,20 +166,20 @@ Frame Session::next() {
 
 void Session::pump() {
   if (!open_ || closed_ || sending_) return;
-  if (unread_.empty()) since_ = Clock::now();
+  if (unread_.empty()) readAt_ = Clock::now();
   sending_ = next();
   if (!sending_) return;
   stream_.async_write(boost::asio::buffer(*sending_), [self = shared_from_this()](error_code error, std::size_t) {
     self->sending_.reset();
     if (error) return self->close();
-    if (!self->options_.newest) self->since_ = Clock::now();
+    if (!self->options_.newest) self->readAt_ = Clock::now();
     self->pump();
   });
 }
 
 void Session::closeIfDeaf() {
-  const bool owes = sending_ || !unread_.empty();
-  if (open_ && owes && Clock::now() - since_ > kPatience) close();
+  const bool hasUnread = sending_ || !unread_.empty();
+  if (open_ && hasUnread && Clock::now() - readAt_ > kPatience) close();
 }
 
 void Session::close() {

@@ -1,4 +1,4 @@
-// One WebSocket: what a browser, or a client in Node, is sent and may ask.
+// Serves one WebSocket of a browser or of a client in Node.
 #pragma once
 
 #include "client/viewer/frame.h"
@@ -19,33 +19,33 @@
 namespace traction::view {
 
 struct SessionOptions {
-  /// Of each kind the newest alone, and no more than two of it that the other side has not done with ("next").
-  /// Otherwise all, in order, as fast as the connection takes them; what does not fit into the queue is dropped, oldest
-  /// first.
+  /// True: sends only the newest frame of each kind, and at most two of a kind that the client has not acknowledged
+  /// with "next". False: sends all frames in order, as fast as the connection takes them; a full queue drops its
+  /// oldest.
   bool newest = true;
-  unsigned kinds = kAllKinds;
+  unsigned kinds = kAllKinds;  ///< that the client wants
 };
 
-/// Of a URL: "mode=stream&topics=field,status".
+/// Reads the query of a URL, "mode=stream&topics=field,status". Ignores what it does not know.
 SessionOptions parseSession(std::string_view query);
 
-/// Bound to the server's thread.
+/// Bound to the server's thread. It lives until the connection is closed.
 class Session : public std::enable_shared_from_this<Session> {
  public:
   struct Handlers {
     std::function<void(Session& from, const std::string& id, const std::string& question)> ask;
     std::function<void(double from_s, double speed)> play;
-    std::function<void(const Session* session)> gone;
+    std::function<void(const Session* session)> gone;  ///< called once, when the connection has closed
   };
 
   Session(boost::asio::ip::tcp::socket&& socket, const SessionOptions& options, Handlers handlers);
 
   void start(const boost::beast::http::request<boost::beast::http::string_body>& request);
-  /// Sent if it is wanted, when the other side has room.
+  /// Sends the frame, when the client has room, if the client wants its kind.
   void offer(unsigned kind, const Frame& frame);
-  /// Sent before all others.
+  /// Sends the frame before all that wait. Closes the connection of a client that leaves 16 answers unread.
   void answer(const Frame& frame);
-  /// Ends it where the other side has not read for a while.
+  /// Closes the connection of a client that has not read for 15 s.
   void closeIfDeaf();
 
  private:
@@ -63,13 +63,13 @@ class Session : public std::enable_shared_from_this<Session> {
   Handlers handlers_;
   boost::beast::flat_buffer incoming_;
   std::array<Frame, kKindCount> newest_;
-  std::deque<unsigned> order_;  ///< kinds of newest_ that wait, longest first
+  std::deque<unsigned> order_;  ///< indices of the frames in newest_ that wait; the first waits longest
   std::deque<Frame> queue_;
   std::deque<Frame> answers_;
   Frame sending_;
   bool open_ = false, closed_ = false;
-  std::deque<unsigned> unread_;             ///< kinds of what was sent, and is not done with; oldest first
-  Clock::time_point since_ = Clock::now();  ///< something was sent, or done with
+  std::deque<unsigned> unread_;              ///< indices of frames that were sent and not acknowledged, oldest first
+  Clock::time_point readAt_ = Clock::now();  ///< when the client was last seen to read, or had nothing to read
 };
 
 }  // namespace traction::view

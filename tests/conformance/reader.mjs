@@ -46,6 +46,7 @@ function echo(kind, message) {
   }
   if (kind === "description") {
     told.layers = out.layers.map(({darker, ...layer}) => ({...layer, contrast: darker ? "darker" : "brighter"}));
+    if (told.layers.length === 0) told.gel = null;  // the daemon runs without a gel
     told.calibration_time_ns = out.calibration.time_ns;
     told.calibration = header.calibration;
     told.zero = header.zero;

@@ -248,7 +248,7 @@ class Page(TestCase):
         browser.ask(key="r")
         browser.wait_for("traction.model.recorder?.file")
         witness.collect(10)
-        self.assertEqual(browser.evaluate("document.getElementById('record').getAttribute('aria-pressed')"), "true")
+        browser.wait_for("document.getElementById('record').getAttribute('aria-pressed') === 'true'")  # with the next texts
         known = {field.header.sequence: field for field in witness.collect(480)}
         browser.ask(key="r")
         browser.wait_for("!traction.model.recorder.file")

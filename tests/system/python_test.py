@@ -27,8 +27,12 @@ def drawing(bench):
 
 
 def python(bench, *words, env=None):
-    """Of the instance `default`, which is found by its ports."""
-    path = {"PYTHONPATH": str(CLIENT), "XDG_RUNTIME_DIR": "/nowhere"}
+    """Starts Python with the client, which finds the instance `default` of the rig in its runtime directory."""
+    sockets = bench.folder / "session" / "tractiond" / "default"
+    if not sockets.exists():
+        sockets.parent.mkdir(parents=True)
+        sockets.symlink_to(bench.folder / "default" / "run")
+    path = {"PYTHONPATH": str(CLIENT), "XDG_RUNTIME_DIR": str(bench.folder / "session")}
     return bench.start(sys.executable, "-u", *words, env={**path, **(env or {})})
 
 
