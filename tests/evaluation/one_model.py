@@ -123,9 +123,10 @@ class Model:
         return np.square(self.place[:, :, None] - self.place[:, None]).sum(0)
 
     @functools.cache
-    def alike(self, reach):
-        """Of broad atoms within half of their distance, but not less than `reach`."""
-        return np.exp(-self.distance2 / (2 * np.maximum(reach, self.spacing[self.level] / 2)[:, None] ** 2))
+    def alike(self, reach, broad):
+        """`broad`: of broad atoms within half of their distance, but not less than `reach`."""
+        least = self.spacing[self.level] / 2 if broad else np.zeros(self.atoms)
+        return np.exp(-self.distance2 / (2 * np.maximum(reach, least)[:, None] ** 2))
 
 
 def influence_of(thickness, points):
@@ -198,7 +199,7 @@ def start(model, amplitudes, noise2):
     return Seen(mean.reshape(-1, 3), model.power @ g, noise2 * model.power @ (g / model.s) ** 2)
 
 
-def prior(model, seen, constants):
+def prior(model, seen, constants, last):
     """Of each atom: variance of a component, and 3 x 3 of its directions."""
     squares = np.square(seen.mean).sum(1)
     evident = seen.evident(constants.surety)
@@ -209,7 +210,7 @@ def prior(model, seen, constants):
         return np.zeros(model.atoms), np.zeros((model.atoms, 3, 3))
     share = evident[used] / squares[used]
     outer = share[:, None, None] * seen.mean[used][:, :, None] * seen.mean[used][:, None]
-    together = np.tensordot(model.alike(constants.alike)[:, used], outer, 1) + 1e-300 * np.eye(3)
+    together = np.tensordot(model.alike(constants.alike, last)[:, used], outer, 1) + 1e-300 * np.eye(3)
     together /= np.trace(together, axis1=1, axis2=2)[:, None, None]
     return gamma, (1 - constants.turning) * 3 * together + constants.turning * np.eye(3)
 
@@ -225,19 +226,6 @@ def select(model, gamma, most):
     return first, (value[first] - rest) / model.size[first]
 
 
-def filled(heights):
-    """A square landscape with its holes filled: at each point the least, over all paths to the outside, of the highest
-    on the path. Whether a contact whose rim is seen is full or hollow, the picture may not tell."""
-    side = round(np.sqrt(len(heights)))
-    own, level = heights.reshape(side, side), np.pad(np.full((side, side), np.inf), 1)
-    while True:
-        around = [level[:-2, 1:-1], level[2:, 1:-1], level[1:-1, :-2], level[1:-1, 2:]]
-        lower = np.maximum(own, np.minimum.reduce([level[1:-1, 1:-1], *around]))
-        if np.array_equal(lower, level[1:-1, 1:-1]):
-            return lower.ravel()
-        level[1:-1, 1:-1] = lower
-
-
 def beneath(model, mean):
     """Force of each atom if its peak were the (harmonic) mean of the pressure beneath it: what is broader than the
     contact gets nothing. A contact goes on beyond the nodes as it is at the nearest of them."""
@@ -246,7 +234,7 @@ def beneath(model, mean):
     for reach, at in ((PITCH, ~plate), (SIDE * PITCH / 8, plate)):
         pressure = model.spread(reach) @ force
         pressure = np.where(model.outside, np.maximum(pressure, pressure[model.nearest]), pressure)
-        pressure = filled(pressure) + 1e-6 * pressure.max() + 1e-12
+        pressure += 1e-6 * pressure.max() + 1e-12
         result[at] = 1 / (model.shape[:, at].T @ (1 / pressure)) / model.shape[:, at].max(0)
     return result
 
@@ -285,13 +273,14 @@ def solve(model, d, constants=Constants()):
     first = seen = start(model, amplitudes, n2)
     for budget, rounds in enumerate(constants.most):
         for number, most in enumerate(rounds):
-            gamma, omega = prior(model, seen, constants)
+            last = number == len(rounds) - 1
+            gamma, omega = prior(model, seen, constants, last)
             atoms, gamma = select(model, gamma, most)
             if len(atoms) == 0:
                 return Posterior(np.zeros(6), np.zeros((6, 6)), 0 * seen.mean, atoms, d @ d, budget > 0)
             smooth, mean = (atoms, gamma), seen.mean
-            for _ in range(2 if number == len(rounds) - 1 else 1):  # roughness shows what the next one is a share of
-                if number == len(rounds) - 1:
+            for _ in range(2 if last else 1):  # roughness shows what the next one is a share of
+                if last:
                     atoms, gamma = roughen(model, *smooth, mean, most, constants)
                 found, sigma, spread, residual = fit(model, d, atoms, gamma, omega)
                 mean = np.zeros((model.atoms, 3))
