@@ -32,8 +32,9 @@ class Constants:
     coupling: float = 0.5  # beta: of the prior between atoms of a level, in their distances
     turning: float = 0.1  # epsilon: spread of the directions of friction
     alike: float = 6e-3  # l: neighbours as far as the markers are deep pull alike [m]
-    roughness: float = 0.4  # a contact's pressure varies by this share of itself, at every scale
-    most: tuple = ((48, 48, 96), (96, 96, 192))  # atoms in each round; if what is left shows more
+    roughness: float = 0.4  # a contact's pressure varies by this share of itself at every scale; by all of it where the
+    # picture hardly tells: beyond the nodes, along the sides, and at the broadest scales
+    most: tuple = ((48, 48, 128), (96, 96, 192))  # atoms in each round; if what is left shows more
 
 
 def axis_points(beyond):
@@ -42,10 +43,11 @@ def axis_points(beyond):
 
 
 class Model:
-    """Atoms of a block: forces on the nodes and one ring of points around them; hats of nodes, broader and broader; a
-    plate on all nodes. `shape`: points x atoms."""
+    """Atoms of a block: forces on the nodes and on rings of points around them; hats of nodes, broader and broader; a
+    plate on all nodes; lines along the sides, of the outermost nodes and of each ring. `shape`: points x atoms.
+    `visible`: indices of the markers that the picture shows, or None for all."""
 
-    def __init__(self, thickness, ring=1, noise_px=shapes.MARKER_NOISE_PX, scales=SCALES):
+    def __init__(self, thickness, ring=2, noise_px=shapes.MARKER_NOISE_PX, scales=SCALES, visible=None):
         self.noise = noise_px
         along = axis_points(ring)
         x, y = (each.ravel() for each in np.meshgrid(along, along))
@@ -70,12 +72,24 @@ class Model:
         places.append(np.zeros((2, 1)))
         level.append([len(scales) + 1])
         spacing.append(SIDE * PITCH)
+        for row in [k for out in range(ring + 1) for k in (ring - out, ring + SIDE - 1 + out)]:
+            for one, centre in zip(hats.T, centres):  # of the broadest level
+                line = np.outer(np.eye(len(along))[row], one)
+                columns.append(np.stack([line.ravel(), line.T.ravel()], 1))
+                places.append(np.array([[centre, along[row]], [along[row], centre]]))
+                level.append([len(scales) + 2] * 2)
+        spacing.append(width)
+        self.outside = ~even
+        inner = np.clip(np.arange(len(along)), ring, ring + SIDE - 1)
+        self.nearest = (inner[:, None] * len(along) + inner).ravel()  # node of each point
         self.shape, self.place, self.level = np.hstack(columns), np.hstack(places), np.concatenate(level)
         self.spacing = np.array(spacing)
         self.atoms = self.shape.shape[1]
-        self.H = influence_of(thickness, self.points) @ np.kron(self.shape, np.eye(3))
         self.markers = influence.of(thickness).markers
-        self.P = picture_motion(self.markers)
+        self.visible = np.arange(self.markers.shape[1]) if visible is None else visible
+        rows = (2 * self.visible[:, None] + np.arange(2)).ravel()
+        self.H = influence_of(thickness, self.points)[rows] @ np.kron(self.shape, np.eye(3))
+        self.P = picture_motion(self.markers)[rows]
         white = self.P * shapes.MOTION / noise_px
         u, e, _ = np.linalg.svd(white, full_matrices=False)
         self.half_weight = np.eye(len(u)) - (u * (1 - 1 / np.sqrt(1 + e**2))) @ u.T
@@ -97,11 +111,11 @@ class Model:
             near[np.ix_(at, at)] = np.exp(-self.distance2[np.ix_(at, at)] / (2 * (beta * spacing) ** 2))
         return near
 
-    @functools.cached_property
-    def spread(self):
-        """Weights of the points around each, which are the first atoms: a pitch to and fro."""
+    @functools.cache
+    def spread(self, reach):
+        """Weights of the points around each, which are the first atoms."""
         count = self.points.shape[1]
-        near = self.alike(PITCH)[:count, :count]
+        near = np.exp(-self.distance2[:count, :count] / (2 * reach**2))
         return near / near.sum(1, keepdims=True)
 
     @functools.cached_property
@@ -109,8 +123,10 @@ class Model:
         return np.square(self.place[:, :, None] - self.place[:, None]).sum(0)
 
     @functools.cache
-    def alike(self, reach):
-        return np.exp(-self.distance2 / (2 * reach**2))
+    def alike(self, reach, broad):
+        """`broad`: of broad atoms within half of their distance, but not less than `reach`."""
+        least = self.spacing[self.level] / 2 if broad else np.zeros(self.atoms)
+        return np.exp(-self.distance2 / (2 * np.maximum(reach, least)[:, None] ** 2))
 
 
 def influence_of(thickness, points):
@@ -183,7 +199,7 @@ def start(model, amplitudes, noise2):
     return Seen(mean.reshape(-1, 3), model.power @ g, noise2 * model.power @ (g / model.s) ** 2)
 
 
-def prior(model, seen, constants):
+def prior(model, seen, constants, last):
     """Of each atom: variance of a component, and 3 x 3 of its directions."""
     squares = np.square(seen.mean).sum(1)
     evident = seen.evident(constants.surety)
@@ -194,7 +210,7 @@ def prior(model, seen, constants):
         return np.zeros(model.atoms), np.zeros((model.atoms, 3, 3))
     share = evident[used] / squares[used]
     outer = share[:, None, None] * seen.mean[used][:, :, None] * seen.mean[used][:, None]
-    together = np.tensordot(model.alike(constants.alike)[:, used], outer, 1) + 1e-300 * np.eye(3)
+    together = np.tensordot(model.alike(constants.alike, last)[:, used], outer, 1) + 1e-300 * np.eye(3)
     together /= np.trace(together, axis1=1, axis2=2)[:, None, None]
     return gamma, (1 - constants.turning) * 3 * together + constants.turning * np.eye(3)
 
@@ -210,12 +226,24 @@ def select(model, gamma, most):
     return first, (value[first] - rest) / model.size[first]
 
 
+def beneath(model, mean):
+    """Force of each atom if its peak were the (harmonic) mean of the pressure beneath it: what is broader than the
+    contact gets nothing. A contact goes on beyond the nodes as it is at the nearest of them."""
+    force, result = np.linalg.norm(model.shape @ mean, axis=1), np.zeros(model.atoms)
+    plate = model.level == len(SCALES) + 1
+    for reach, at in ((PITCH, ~plate), (SIDE * PITCH / 8, plate)):
+        pressure = model.spread(reach) @ force
+        pressure = np.where(model.outside, np.maximum(pressure, pressure[model.nearest]), pressure)
+        pressure += 1e-6 * pressure.max() + 1e-12
+        result[at] = 1 / (model.shape[:, at].T @ (1 / pressure)) / model.shape[:, at].max(0)
+    return result
+
+
 def roughen(model, atoms, gamma, mean, most, constants):
-    """Adds the contact's roughness and chooses anew: of a point by its own pressure, of a hat by the (harmonic) mean of
-    what is beneath it, so that what is broader than the contact gets nothing."""
-    pressure = model.spread @ np.linalg.norm(model.shape @ mean, axis=1)
-    beneath = 1 / (model.shape.T @ (1 / (pressure + 1e-6 * pressure.max() + 1e-12)))
-    whole = np.square(constants.roughness * beneath / model.shape.max(0)) / 3
+    """Adds the contact's roughness and chooses anew."""
+    share = np.where(model.level < len(SCALES), constants.roughness, 1.0)
+    share[: len(model.outside)][model.outside] = 1.0
+    whole = np.square(share * beneath(model, mean)) / 3
     whole[atoms] += gamma
     first = np.argsort(-whole * model.size)[:most]
     first = first[(whole * model.size)[first] > FLOOR * model.noise**2]
@@ -245,16 +273,20 @@ def solve(model, d, constants=Constants()):
     first = seen = start(model, amplitudes, n2)
     for budget, rounds in enumerate(constants.most):
         for number, most in enumerate(rounds):
-            gamma, omega = prior(model, seen, constants)
+            last = number == len(rounds) - 1
+            gamma, omega = prior(model, seen, constants, last)
             atoms, gamma = select(model, gamma, most)
             if len(atoms) == 0:
                 return Posterior(np.zeros(6), np.zeros((6, 6)), 0 * seen.mean, atoms, d @ d, budget > 0)
-            if number == len(rounds) - 1:
-                atoms, gamma = roughen(model, atoms, gamma, seen.mean, most, constants)
-            found, sigma, spread, residual = fit(model, d, atoms, gamma, omega)
+            smooth, mean = (atoms, gamma), seen.mean
+            for _ in range(2 if last else 1):  # roughness shows what the next one is a share of
+                if last:
+                    atoms, gamma = roughen(model, *smooth, mean, most, constants)
+                found, sigma, spread, residual = fit(model, d, atoms, gamma, omega)
+                mean = np.zeros((model.atoms, 3))
+                mean[atoms] = found.reshape(-1, 3)
             # Atoms without a force stay what the picture would tell of them: else the others' prior has no end.
-            seen = Seen(np.zeros((model.atoms, 3)), first.known.copy(), np.zeros(model.atoms))
-            seen.mean[atoms] = found.reshape(-1, 3)
+            seen = Seen(mean, first.known.copy(), np.zeros(model.atoms))
             seen.known[atoms] = 3 - np.diag(sigma).reshape(-1, 3).sum(1) / gamma
             seen.noise[atoms] = np.diag(spread).reshape(-1, 3).sum(1)
         forces, degrees = seen.mean.copy(), seen.known[atoms].sum()
@@ -308,11 +340,20 @@ def say(drawn, found):
             at = np.isin(drawn.zone, kinds)
             shares = " ".join(f"{100 * share:3.0f}" for share in covered[at].mean((0, 1)))
             middle, high = np.quantile(off[at], (0.5, 0.95))
+            width = 2 * 1.96 * np.median(deviation[at], axis=(0, 1)) / chain.GF
             print(
                 f"{drawn.thickness} mm, {zone:6}, {at.sum():3} loads, {label:20}: error / limit "
-                f"{middle:.2f}, 95th percentile {high:5.2f}; covered {shares} %",
+                f"{middle:.2f}, 95th percentile {high:5.2f}; covered {shares} %; median width of the interval, "
+                f"Fx, Fz: {width[0]:.1f}, {width[2]:.1f} gf",
                 flush=True,
             )
+        family = {one: covered[drawn.family == one].mean() for one in shapes.FAMILIES}
+        least = min(family, key=family.get)
+        print(
+            f"{drawn.thickness} mm, {label}: covered, all loads and components: {100 * covered.mean():.1f} %; "
+            f"worst family: {least}, {100 * family[least]:.0f} %",
+            flush=True,
+        )
 
 
 def main(seed_number, loads=4):
