@@ -1,0 +1,149 @@
+#include "daemon/solve/model.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace tractiond::solve {
+namespace {
+
+/// Times that missing displacements are completed: the first time the missing ones themselves pass for forces.
+constexpr int kCompletions = 2;
+
+int mostOf(const ModelOptions& options) {
+  int most = 0;
+  for (const auto& rounds : options.most) most = std::max(most, *std::max_element(rounds.begin(), rounds.end()));
+  return most;
+}
+
+}  // namespace
+
+Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
+    : factors_(factors)
+    , atoms_(atoms)
+    , options_(options)
+    , amplitudes_(factors)
+    , evidence_(factors, atoms, options)
+    , prior_(factors, atoms, options)
+    , roughness_(factors, atoms, options)
+    , posterior_(factors, atoms, mostOf(options))
+    , displacement_(static_cast<std::size_t>(factors.influence.stride()))
+    , first_(static_cast<std::size_t>(atoms.count()))
+    , noise_(static_cast<std::size_t>(mostOf(options)))
+    , pointForce_(3 * static_cast<std::size_t>(atoms.pointCount()))
+    , left_(factors.singularValues.size()) {
+  assert(factors.atomCount() == atoms.count() && factors.pointCount() == atoms.pointCount());
+  resize(seen_, atoms.count());
+  resize(rest_, atoms.count());
+  chosen_.reserve(mostOf(options));
+}
+
+void Model::solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
+                  Estimate& estimate) noexcept {
+  assert(estimate.force_N.size() == pointForce_.size());
+  std::copy(displacement_px.begin(), displacement_px.end(), displacement_.data());
+  const auto coordinates = static_cast<int>(displacement_px.size());
+  const Picture picture{displacement_.data(), missing,
+                        dotProduct(displacement_.data(), displacement_.data(), coordinates), noise_px};
+  estimate.outcome = Estimate::Outcome::kNothing;
+  std::fill(estimate.force_N.begin(), estimate.force_N.end(), 0.0);
+  estimate.wrench = {};
+  estimate.covariance = {};
+  estimate.motion = {};
+  estimate.squaredResidual_px2 = picture.squares_px2;
+  estimate.degrees = 0.0;
+  estimate.atoms = estimate.rounds = 0;
+
+  look(picture, displacement_px);
+  for (std::size_t time = 0; time < options_.most.size(); ++time) {
+    const auto& rounds = options_.most[time];
+    for (std::size_t i = 0; i < rounds.size(); ++i) {
+      const Found found = round(picture, rounds[i], i + 1 == rounds.size());
+      ++estimate.rounds;
+      if (found == Found::kNothing) return;
+      if (found == Found::kFailed) {
+        estimate.outcome = Estimate::Outcome::kFailed;
+        estimate.squaredResidual_px2 = 0.0;
+        return;
+      }
+    }
+    if (time + 1 == options_.most.size() || !looksAgain(picture)) break;
+  }
+  publish(estimate);
+}
+
+/// Start: all atoms alike.
+void Model::look(const Picture& picture, std::span<const float> displacement_px) {
+  amplitudes_.take(displacement_px, picture.missing);
+  for (int i = 0; i < kCompletions && !picture.missing.empty(); ++i) {
+    amplitudes_.complete(evidence_.usualForce_N(amplitudes_.values(), picture.noise_px), picture.noise_px);
+  }
+  evidence_.start(amplitudes_.values(), picture.noise_px, seen_);
+  first_ = seen_.known;
+}
+
+/// Prior from what was seen, selection, posterior; what that shows is what is seen next.
+Model::Found Model::round(const Picture& picture, int most, bool last) {
+  if (!prior_.follow(seen_)) return Found::kNothing;
+  prior_.select(most, picture.noise_px, chosen_);
+  if (chosen_.atoms.empty()) return Found::kNothing;
+  if (last) roughness_.add(seen_.mean_N, most, picture.noise_px, chosen_);
+  prior_.direct(chosen_);
+  if (!posterior_.fit(picture, chosen_)) return Found::kFailed;
+  if (!last) posterior_.noise_N2(noise_);  // after the last one looksAgain() may ask for it
+
+  // Atoms without a force stay what the picture would tell of them: else the others' prior has no end.
+  std::fill(seen_.mean_N.begin(), seen_.mean_N.end(), 0.0);
+  std::fill(seen_.noise_N2.begin(), seen_.noise_N2.end(), 0.0);
+  seen_.known = first_;
+  degrees_ = 0.0;
+  for (std::size_t i = 0; i < chosen_.atoms.size(); ++i) {
+    const auto atom = static_cast<std::size_t>(chosen_.atoms[i]);
+    std::copy_n(posterior_.forces_N().begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
+                seen_.mean_N.begin() + static_cast<std::ptrdiff_t>(3 * atom));
+    seen_.known[atom] = posterior_.known()[i];
+    seen_.noise_N2[atom] = noise_[i];
+    degrees_ += posterior_.known()[i];
+  }
+  return Found::kAtoms;
+}
+
+/// Whether what is left is more than noise and shows an atom; if so, it is seen beside what was found.
+bool Model::looksAgain(const Picture& picture) {
+  const double coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture.missing));
+  const double expected =
+      square(picture.noise_px) * (coordinates - degrees_ + options_.gate * std::sqrt(2.0 * coordinates));
+  if (posterior_.squaredResidual_px2() < expected) return false;
+  addUp(atoms_, seen_.mean_N, pointForce_);
+  std::copy(amplitudes_.values().begin(), amplitudes_.values().end(), left_.begin());
+  evidence_.subtract(pointForce_, left_);
+  evidence_.start(left_, picture.noise_px, rest_);
+  bool shows = false;
+  for (int a = 0; a < atoms_.count() && !shows; ++a) shows = evident(rest_, a, options_.surety) > 0.0;
+  if (!shows) return false;
+
+  first_ = rest_.known;
+  posterior_.noise_N2(noise_);
+  for (std::size_t i = 0; i < chosen_.atoms.size(); ++i) {
+    const int atom = chosen_.atoms[i];
+    std::copy_n(seen_.mean_N.begin() + 3 * static_cast<std::ptrdiff_t>(atom), 3,
+                rest_.mean_N.begin() + 3 * static_cast<std::ptrdiff_t>(atom));
+    rest_.known[static_cast<std::size_t>(atom)] = posterior_.known()[i];
+    rest_.noise_N2[static_cast<std::size_t>(atom)] = noise_[i];
+  }
+  std::swap(seen_, rest_);
+  return true;
+}
+
+void Model::publish(Estimate& estimate) {
+  estimate.outcome = Estimate::Outcome::kFound;
+  addUp(atoms_, seen_.mean_N, estimate.force_N);
+  estimate.wrench = posterior_.wrench();
+  posterior_.wrenchCovariance(estimate.covariance);
+  estimate.motion = posterior_.motion();
+  estimate.squaredResidual_px2 = posterior_.squaredResidual_px2();
+  estimate.degrees = degrees_;
+  estimate.atoms = static_cast<int>(chosen_.atoms.size());
+}
+
+}  // namespace tractiond::solve
