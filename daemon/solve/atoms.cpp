@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace tractiond::solve {
 namespace {
@@ -41,66 +40,52 @@ Hats hatsAlong(int nodes, int ring, int scale) {
   return hats;
 }
 
-/// Collects atoms level by level.
-class Builder {
- public:
-  explicit Builder(Atoms& atoms)
-      : atoms_(atoms) {}
-
-  /// `share` of a point in the next atom.
-  void add(Index point, double share) { entries_.emplace_back(point, static_cast<Index>(places_.size()), share); }
-  /// Ends an atom.
-  void place(const Eigen::Vector3d& at) { places_.push_back(at); }
-  /// Ends a level.
-  void level(double spacing_m) {
-    const int first = atoms_.levels.empty() ? 0 : atoms_.levels.back().end;
-    atoms_.levels.push_back({first, static_cast<int>(places_.size()), spacing_m});
-  }
-  void finish() {
-    atoms_.places.resize(3, static_cast<Index>(places_.size()));
-    for (std::size_t a = 0; a < places_.size(); ++a) atoms_.places.col(static_cast<Index>(a)) = places_[a];
-    atoms_.shape.resize(atoms_.points.cols(), atoms_.places.cols());
-    atoms_.shape.setFromTriplets(entries_.begin(), entries_.end());
-  }
-
- private:
-  Atoms& atoms_;
-  std::vector<Eigen::Triplet<double>> entries_;
-  std::vector<Eigen::Vector3d> places_;
+/// Atoms of one level: their shapes, points x atoms.
+struct Sort {
+  MatrixXd shape;
+  sensor::Points places;
+  double spacing_m;
 };
 
-void addPoints(const Atoms& atoms, double pitch_m, Builder& builder) {
-  for (Index p = 0; p < atoms.points.cols(); ++p) {
-    builder.add(p, 1.0);
-    builder.place(atoms.points.col(p));
-  }
-  builder.level(pitch_m);
-}
-
-void addHats(const sensor::NodeGrid& nodes, int ring, int scale, Builder& builder) {
+Sort hats(const sensor::NodeGrid& nodes, int ring, int scale) {
   const Hats across = hatsAlong(nodes.columns, ring, scale), along = hatsAlong(nodes.rows, ring, scale);
-  const Index columns = across.heights.rows();
-  for (Index j = 0; j < along.centres.size(); ++j) {
-    for (Index i = 0; i < across.centres.size(); ++i) {
-      for (Index row = 0; row < along.heights.rows(); ++row) {
-        for (Index column = 0; column < columns; ++column) {
-          const double share = along.heights(row, j) * across.heights(column, i);
-          if (share > 0.0) builder.add(row * columns + column, share);
-        }
-      }
-      const Eigen::Vector2d at = nodes.centre + nodes.pitch * Eigen::Vector2d(across.centres[i], along.centres[j]);
-      builder.place({at.x(), at.y(), 0.0});
-    }
+  const Index columns = across.heights.rows(), rows = along.heights.rows();
+  const Index count = across.centres.size() * along.centres.size();
+  Sort sort{MatrixXd(rows * columns, count), sensor::Points::Zero(3, count), scale * nodes.pitch};
+  for (Index hat = 0; hat < count; ++hat) {
+    const Index i = hat % across.centres.size(), j = hat / across.centres.size();
+    // Row after row, as the points are.
+    MatrixXd::Map(sort.shape.col(hat).data(), columns, rows) = across.heights.col(i) * along.heights.col(j).transpose();
+    sort.places.col(hat).head<2>() = nodes.centre + nodes.pitch * Eigen::Vector2d(across.centres[i], along.centres[j]);
   }
-  builder.level(scale * nodes.pitch);
+  return sort;
 }
 
-void addPlate(const Atoms& atoms, const sensor::NodeGrid& nodes, Builder& builder) {
-  for (Index p = 0; p < atoms.points.cols(); ++p) {
-    if (atoms.nodes[static_cast<std::size_t>(p)] >= 0) builder.add(p, 1.0 / nodes.count());
+Sort plate(const sensor::NodeGrid& nodes, const std::vector<int>& nodeOf) {
+  Sort sort{MatrixXd::Zero(static_cast<Index>(nodeOf.size()), 1), sensor::Points::Zero(3, 1),
+            std::max(nodes.columns, nodes.rows) * nodes.pitch};
+  for (std::size_t p = 0; p < nodeOf.size(); ++p) {
+    if (nodeOf[p] >= 0) sort.shape(static_cast<Index>(p), 0) = 1.0 / nodes.count();
   }
-  builder.place({nodes.centre.x(), nodes.centre.y(), 0.0});
-  builder.level(std::max(nodes.columns, nodes.rows) * nodes.pitch);
+  sort.places.col(0).head<2>() = nodes.centre;
+  return sort;
+}
+
+/// Fills shape, places and levels.
+void join(const std::vector<Sort>& sorts, Atoms& atoms) {
+  Index count = 0;
+  for (const Sort& sort : sorts) count += sort.places.cols();
+  MatrixXd shape(atoms.points.cols(), count);
+  atoms.places.resize(3, count);
+  Index first = 0;
+  for (const Sort& sort : sorts) {
+    const Index end = first + sort.places.cols();
+    shape.middleCols(first, end - first) = sort.shape;
+    atoms.places.middleCols(first, end - first) = sort.places;
+    atoms.levels.push_back({static_cast<int>(first), static_cast<int>(end), sort.spacing_m});
+    first = end;
+  }
+  atoms.shape = shape.sparseView();
 }
 
 /// Whether the points around the nodes lie well inside the gel.
@@ -125,17 +110,15 @@ double markerDistance(const sensor::Body& body) {
 }  // namespace
 
 Atoms makeAtoms(const sensor::Sensor& sensor) {
+  const sensor::NodeGrid& nodes = sensor.nodes;
   Atoms atoms;
-  Builder builder(atoms);
   if (sensor.body) {
     atoms.points = sensor.body->nodes;
-    for (int n = 0; n < sensor.nodes.count(); ++n) atoms.nodes.push_back(n);
+    for (int n = 0; n < nodes.count(); ++n) atoms.nodes.push_back(n);
     atoms.depth_m = markerDistance(*sensor.body);
-    addPoints(atoms, sensor.nodes.pitch, builder);
-    builder.finish();
+    join({{MatrixXd::Identity(nodes.count(), nodes.count()), atoms.points, nodes.pitch}}, atoms);
     return atoms;
   }
-  const sensor::NodeGrid& nodes = sensor.nodes;
   const int ring = hasRing(sensor) ? 1 : 0;
   sensor::NodeGrid grid = nodes;
   grid.columns += 2 * ring;
@@ -147,12 +130,12 @@ Atoms makeAtoms(const sensor::Sensor& sensor) {
       atoms.nodes.push_back(isNode ? row * nodes.columns + column : -1);
     }
   }
-  atoms.depth_m = std::numeric_limits<double>::max();
+  atoms.depth_m = sensor.layers.front().depth;
   for (const sensor::MarkerLayer& layer : sensor.layers) atoms.depth_m = std::min(atoms.depth_m, layer.depth);
-  addPoints(atoms, nodes.pitch, builder);
-  for (const int scale : kScales) addHats(nodes, ring, scale, builder);
-  addPlate(atoms, nodes, builder);
-  builder.finish();
+  std::vector<Sort> sorts = {{MatrixXd::Identity(grid.count(), grid.count()), atoms.points, nodes.pitch}};
+  for (const int scale : kScales) sorts.push_back(hats(nodes, ring, scale));
+  sorts.push_back(plate(nodes, atoms.nodes));
+  join(sorts, atoms);
   return atoms;
 }
 

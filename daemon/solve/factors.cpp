@@ -83,14 +83,6 @@ std::vector<double> blocksOf(const MatrixXd& gram) {
 
 }  // namespace
 
-MatrixXd pointInfluence(const sensor::Sensor& sensor, const Atoms& atoms, sensor::elastic::Model model,
-                        const sensor::elastic::Progress& progress) {
-  if (sensor.body) return sensor::elastic::influenceMatrix(sensor, model, progress);
-  return sensor::elastic::toImage(sensor, sensor::elastic::displacementMatrix(sensor.gel, model,
-                                                                              sensor::markerPositions(sensor),
-                                                                              atoms.points, {}, progress));
-}
-
 tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Atoms& atoms, const MotionPrior& motion,
                                             double force_N, const ModelOptions& options) {
   assert(influence.cols() == 3 * atoms.pointCount() && motion.modes.rows() == influence.rows());
@@ -141,6 +133,20 @@ tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Ato
   factors.left = toRows(left);
   factors.motionGain = weight.e2 / (1.0 + weight.e2);
   return factors;
+}
+
+tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
+                                            const ModelOptions& options, const sensor::elastic::Progress& progress) {
+  using sensor::elastic::displacementMatrix;
+  const MatrixXd displacement = sensor.body
+                                    ? displacementMatrix(sensor, options.mechanics, progress)
+                                    : displacementMatrix(sensor.gel, options.mechanics, sensor::markerPositions(sensor),
+                                                         atoms.points, {}, progress);
+  const sensor::PictureMotion& motion = sensor.pictureMotion;
+  return computeFactors(sensor::elastic::toImage(sensor, displacement), atoms,
+                        {sensor::elastic::pictureMotionMatrix(sensor),
+                         Eigen::Vector4d(motion.shift_px, motion.shift_px, motion.scale, motion.roll).cwiseAbs2()},
+                        sensor.gel.youngsModulus * square(sensor.nodes.pitch), options);
 }
 
 }  // namespace tractiond::solve

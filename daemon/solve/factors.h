@@ -37,18 +37,16 @@ struct Factors {
     const auto row = static_cast<std::size_t>(a), column = static_cast<std::size_t>(b);
     return Eigen::Map<const Block>(gram.data() + 9 * (row * (row + 1) / 2 + column));
   }
-
-  /// Sum of the squared displacements under a force of 1 N, mean of its directions [px^2/N^2].
-  double size(int atom) const { return gramOf(atom, atom).trace() / 3.0; }
 };
 
-/// H of the points, 2M x 3P [px/N], by the sensor's own mechanics.
-Eigen::MatrixXd pointInfluence(const sensor::Sensor& sensor, const Atoms& atoms, sensor::elastic::Model model,
-                               const sensor::elastic::Progress& progress = {});
-
-/// `influence` is that of the points [px/N]; `force_N` as in Factors. Takes seconds, the BLAS's threads and about four
-/// times the memory of H. Fails if the matrix is not finite or all zero.
+/// `influence` is that of the points, 2M x 3P [px/N]; `force_N` as in Factors. Takes seconds, the BLAS's threads and
+/// about four times the memory of H. Fails if the matrix is not finite or all zero.
 tl::expected<Factors, Error> computeFactors(const Eigen::MatrixXd& influence, const Atoms& atoms,
                                             const MotionPrior& motion, double force_N, const ModelOptions& options);
+
+/// The same by the sensor's own mechanics.
+tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
+                                            const ModelOptions& options,
+                                            const sensor::elastic::Progress& progress = {});
 
 }  // namespace tractiond::solve

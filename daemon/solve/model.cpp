@@ -24,8 +24,9 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
     , options_(options)
     , amplitudes_(factors)
     , evidence_(factors, atoms, options)
-    , prior_(factors, atoms, options)
-    , roughness_(factors, atoms, options)
+    , prior_(atoms, options)
+    , selection_(factors, options)
+    , roughness_(atoms, options)
     , posterior_(factors, atoms, mostOf(options))
     , displacement_(static_cast<std::size_t>(factors.influence.stride()))
     , first_(static_cast<std::size_t>(atoms.count()))
@@ -43,8 +44,8 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
   assert(estimate.force_N.size() == pointForce_.size());
   std::copy(displacement_px.begin(), displacement_px.end(), displacement_.data());
   const auto coordinates = static_cast<int>(displacement_px.size());
-  const Picture picture{displacement_.data(), missing,
-                        dotProduct(displacement_.data(), displacement_.data(), coordinates), noise_px};
+  const Displacements picture{displacement_.data(), missing,
+                              dotProduct(displacement_.data(), displacement_.data(), coordinates), noise_px};
   estimate.outcome = Estimate::Outcome::kNothing;
   std::fill(estimate.force_N.begin(), estimate.force_N.end(), 0.0);
   estimate.wrench = {};
@@ -54,6 +55,10 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
   estimate.degrees = 0.0;
   estimate.atoms = estimate.rounds = 0;
 
+  if (!std::isfinite(picture.squares_px2)) {
+    fail(estimate);
+    return;
+  }
   look(picture, displacement_px);
   for (std::size_t time = 0; time < options_.most.size(); ++time) {
     const auto& rounds = options_.most[time];
@@ -62,8 +67,7 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
       ++estimate.rounds;
       if (found == Found::kNothing) return;
       if (found == Found::kFailed) {
-        estimate.outcome = Estimate::Outcome::kFailed;
-        estimate.squaredResidual_px2 = 0.0;
+        fail(estimate);
         return;
       }
     }
@@ -73,7 +77,7 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
 }
 
 /// Start: all atoms alike.
-void Model::look(const Picture& picture, std::span<const float> displacement_px) {
+void Model::look(const Displacements& picture, std::span<const float> displacement_px) {
   amplitudes_.take(displacement_px, picture.missing);
   for (int i = 0; i < kCompletions && !picture.missing.empty(); ++i) {
     amplitudes_.complete(evidence_.usualForce_N(amplitudes_.values(), picture.noise_px), picture.noise_px);
@@ -83,11 +87,11 @@ void Model::look(const Picture& picture, std::span<const float> displacement_px)
 }
 
 /// Prior from what was seen, selection, posterior; what that shows is what is seen next.
-Model::Found Model::round(const Picture& picture, int most, bool last) {
+Model::Found Model::round(const Displacements& picture, int most, bool last) {
   if (!prior_.follow(seen_)) return Found::kNothing;
-  prior_.select(most, picture.noise_px, chosen_);
+  selection_.choose(prior_.gamma_N2(), most, true, picture.noise_px, chosen_);
   if (chosen_.atoms.empty()) return Found::kNothing;
-  if (last) roughness_.add(seen_.mean_N, most, picture.noise_px, chosen_);
+  if (last) selection_.choose(roughness_.add(seen_.mean_N, chosen_), most, false, picture.noise_px, chosen_);
   prior_.direct(chosen_);
   if (!posterior_.fit(picture, chosen_)) return Found::kFailed;
   if (!last) posterior_.noise_N2(noise_);  // after the last one looksAgain() may ask for it
@@ -109,7 +113,7 @@ Model::Found Model::round(const Picture& picture, int most, bool last) {
 }
 
 /// Whether what is left is more than noise and shows an atom; if so, it is seen beside what was found.
-bool Model::looksAgain(const Picture& picture) {
+bool Model::looksAgain(const Displacements& picture) {
   const double coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture.missing));
   const double expected =
       square(picture.noise_px) * (coordinates - degrees_ + options_.gate * std::sqrt(2.0 * coordinates));
@@ -133,6 +137,11 @@ bool Model::looksAgain(const Picture& picture) {
   }
   std::swap(seen_, rest_);
   return true;
+}
+
+void Model::fail(Estimate& estimate) {
+  estimate.outcome = Estimate::Outcome::kFailed;
+  estimate.squaredResidual_px2 = 0.0;
 }
 
 void Model::publish(Estimate& estimate) {

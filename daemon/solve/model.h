@@ -44,10 +44,11 @@ class Model {
 
  private:
   enum class Found { kAtoms, kNothing, kFailed };
-  void look(const Picture& picture, std::span<const float> displacement_px);
-  Found round(const Picture& picture, int most, bool last);
-  bool looksAgain(const Picture& picture);
+  void look(const Displacements& picture, std::span<const float> displacement_px);
+  Found round(const Displacements& picture, int most, bool last);
+  bool looksAgain(const Displacements& picture);
   void publish(Estimate& estimate);
+  static void fail(Estimate& estimate);
 
   const Factors& factors_;
   const Atoms& atoms_;
@@ -55,6 +56,7 @@ class Model {
   Amplitudes amplitudes_;
   Evidence evidence_;
   Prior prior_;
+  Selection selection_;
   Roughness roughness_;
   Posterior posterior_;
   // Of one frame.

@@ -2,11 +2,16 @@
 // is in newtons or numbers of nodes: the model scales with the sensor.
 #pragma once
 
+#include "sensor/elastic/influence.h"
+
 #include <array>
 
 namespace tractiond::solve {
 
 struct ModelOptions {
+  /// The real block, or the paper's half-space.
+  sensor::elastic::Model mechanics = sensor::elastic::Model::kBlock;
+
   /// Standard deviation n of a marker's centre in one frame [px], as calibrated; the frame's own scales the
   /// uncertainty.
   double noise_px = 0.018;

@@ -56,7 +56,7 @@ Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most)
   }
 }
 
-bool Posterior::fit(const Picture& picture, const Chosen& chosen) {
+bool Posterior::fit(const Displacements& picture, const Chosen& chosen) {
   assert(3 * static_cast<int>(chosen.atoms.size()) + kMotions <= stride_ && picture.noise_px > 0.0);
   chosen_ = &chosen;
   noise_px_ = picture.noise_px;

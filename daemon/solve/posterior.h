@@ -16,7 +16,7 @@
 namespace tractiond::solve {
 
 /// The displacements of one frame. Borrowed.
-struct Picture {
+struct Displacements {
   const double* displacement_px = nullptr;  ///< 2M, padded; 0 where missing
   std::span<const int> missing;             ///< coordinates without a displacement
   double squares_px2 = 0.0;                 ///< sum of the squared displacements
@@ -30,7 +30,7 @@ class Posterior {
   Posterior(const Factors& factors, const Atoms& atoms, int most);
 
   /// `chosen` must live until the next fit(). False: the equations could not be solved.
-  bool fit(const Picture& picture, const Chosen& chosen);
+  bool fit(const Displacements& picture, const Chosen& chosen);
 
   // What fit() found, of the chosen atoms in their order.
   std::span<const double> forces_N() const { return {forces_.data(), 3 * chosen_->atoms.size()}; }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace tractiond::solve {
 namespace {
@@ -15,33 +14,16 @@ constexpr double kNothing = 1e-12;
 
 }  // namespace
 
-void Chosen::reserve(int most) {
-  const auto count = static_cast<std::size_t>(most);
-  atoms.reserve(count);
-  gamma_N2.reserve(count);
-  covariance_N2.reserve(count);
-}
-
-void orderLargest(std::span<const double> values, int most, std::vector<int>& order) {
-  const auto middle = order.begin() + std::min<std::ptrdiff_t>(most, std::ssize(order));
-  std::partial_sort(order.begin(), middle, order.end(),
-                    [&](int a, int b) { return values[a] > values[b] || (values[a] == values[b] && a < b); });
-}
-
-Prior::Prior(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
+Prior::Prior(const Atoms& atoms, const ModelOptions& options)
     : options_(options)
     , near_(atoms.count(), atoms.count())
     , alike_(atoms.count(), atoms.count())
     , evident_(static_cast<std::size_t>(atoms.count()))
     , gathered_(evident_.size())
     , knownNear_(evident_.size())
-    , gamma_(evident_.size())
-    , value_(evident_.size())
-    , order_(evident_.size()) {
-  std::iota(order_.begin(), order_.end(), 0);
+    , gamma_(evident_.size()) {
   shown_.reserve(evident_.size());
   pulling_.reserve(evident_.size());
-  for (int a = 0; a < atoms.count(); ++a) size_.push_back(factors.size(a));
   for (int a = 0; a < atoms.count(); ++a) {
     const auto squares = (atoms.places.colwise() - atoms.places.col(a)).colwise().squaredNorm();
     alike_.col(a) = (-squares.transpose() / (2.0 * square(atoms.depth_m))).array().exp();
@@ -74,22 +56,6 @@ bool Prior::follow(const Seen& seen) {
   VectorXd::Map(knownNear_.data(), count).noalias() = near_ * VectorXd::Map(seen.known.data(), count);
   for (int a = 0; a < count; ++a) gamma_[a] = gathered_[a] > 0.0 ? gathered_[a] / knownNear_[a] : 0.0;
   return !shown_.empty();
-}
-
-void Prior::select(int most, double noise_px, Chosen& chosen) {
-  chosen.atoms.clear();
-  chosen.gamma_N2.clear();
-  for (std::size_t a = 0; a < value_.size(); ++a) value_[a] = gamma_[a] * size_[a];
-  orderLargest(value_, most + 1, order_);
-  const auto count = std::min(static_cast<std::size_t>(most), order_.size());
-  const double next = count < order_.size() ? value_[order_[count]] : 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const int atom = order_[i];
-    const double left = value_[atom] - next;
-    if (left <= options_.floor * square(noise_px)) break;
-    chosen.atoms.push_back(atom);
-    chosen.gamma_N2.push_back(left / size_[atom]);
-  }
 }
 
 void Prior::direct(Chosen& chosen) const {

@@ -1,8 +1,8 @@
 #include "daemon/solve/roughness.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
-#include <numeric>
 
 namespace tractiond::solve {
 namespace {
@@ -17,19 +17,15 @@ constexpr double kFaintest = 1e-6;
 
 }  // namespace
 
-Roughness::Roughness(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
-    : options_(options)
+Roughness::Roughness(const Atoms& atoms, const ModelOptions& options)
+    : share_(options.roughness)
     , atoms_(atoms)
     , spread_(atoms.pointCount(), atoms.pointCount())
     , pointForce_(3 * static_cast<std::size_t>(atoms.pointCount()))
     , force_(static_cast<std::size_t>(atoms.pointCount()))
     , pressure_(force_.size())
-    , gamma_(static_cast<std::size_t>(atoms.count()))
-    , value_(gamma_.size())
-    , order_(gamma_.size()) {
-  std::iota(order_.begin(), order_.end(), 0);
+    , gamma_(static_cast<std::size_t>(atoms.count())) {
   for (int a = 0; a < atoms.count(); ++a) {
-    size_.push_back(factors.size(a));
     peak_.push_back(Eigen::VectorXd(atoms.shape.col(a)).maxCoeff());
   }
   std::vector<Eigen::Triplet<double>> entries;
@@ -46,32 +42,22 @@ Roughness::Roughness(const Factors& factors, const Atoms& atoms, const ModelOpti
   spread_.setFromTriplets(entries.begin(), entries.end());
 }
 
-void Roughness::add(std::span<const double> mean_N, int most, double noise_px, Chosen& chosen) {
+std::span<const double> Roughness::add(std::span<const double> mean_N, const Chosen& chosen) {
   const Index points = atoms_.pointCount();
   addUp(atoms_, mean_N, pointForce_);
   for (Index p = 0; p < points; ++p) force_[p] = Eigen::Vector3d::Map(pointForce_.data() + 3 * p).norm();
   VectorXd::Map(pressure_.data(), points).noalias() = spread_ * VectorXd::Map(force_.data(), points);
   const double largest = *std::max_element(pressure_.begin(), pressure_.end());
-  if (largest == 0.0) return;
-  for (double& pressure : pressure_) pressure = 1.0 / (pressure + kFaintest * largest);
+  assert(largest > 0.0);
   for (int a = 0; a < atoms_.count(); ++a) {
     double reciprocal = 0.0;
     for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, a); it; ++it) {
-      reciprocal += it.value() * pressure_[it.row()];
+      reciprocal += it.value() / (pressure_[it.row()] + kFaintest * largest);
     }
-    gamma_[a] = square(options_.roughness / (reciprocal * peak_[a])) / 3.0;
+    gamma_[a] = square(share_ / (reciprocal * peak_[a])) / 3.0;
   }
   for (std::size_t i = 0; i < chosen.atoms.size(); ++i) gamma_[chosen.atoms[i]] += chosen.gamma_N2[i];
-
-  for (std::size_t a = 0; a < value_.size(); ++a) value_[a] = gamma_[a] * size_[a];
-  orderLargest(value_, most, order_);
-  chosen.atoms.clear();
-  chosen.gamma_N2.clear();
-  for (std::size_t i = 0; i < std::min(static_cast<std::size_t>(most), order_.size()); ++i) {
-    if (value_[order_[i]] <= options_.floor * square(noise_px)) break;
-    chosen.atoms.push_back(order_[i]);
-    chosen.gamma_N2.push_back(gamma_[order_[i]]);
-  }
+  return gamma_;
 }
 
 }  // namespace tractiond::solve

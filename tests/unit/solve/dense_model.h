@@ -1,5 +1,6 @@
-// The dense, slow twin of the model of contacts, straight from the formulae of docs/decisions/0020-one-inverse.md: every
-// matrix whole, in double precision, without a line of what it tests. Missing coordinates are rows that were never there.
+// The dense, slow twin of the model of contacts, straight from the formulae of docs/decisions/0020-one-inverse.md:
+// every matrix whole, in double precision, without a line of what it tests. Missing coordinates are rows that were
+// never there.
 #pragma once
 
 #include "daemon/solve/model_options.h"
@@ -89,8 +90,7 @@ class DenseModel {
       result.residual = fit.residual;
       const double count = static_cast<double>(d.size());
       if (time == 1 || fit.residual < n2 * (count - fit.known.sum() + options_.gate * std::sqrt(2.0 * count))) break;
-      Seen rest =
-          start(modes, amplitudes - modes.s.asDiagonal() * modes.V.transpose() * seen.mean);
+      Seen rest = start(modes, amplitudes - modes.s.asDiagonal() * modes.V.transpose() * seen.mean);
       if (evident(rest).maxCoeff() == 0.0) break;
       first = rest;
       keep(fit, result.atoms, rest);
@@ -204,7 +204,8 @@ class DenseModel {
   Vector evident(const Seen& seen) const {
     Vector result(shape_.cols());
     for (Eigen::Index a = 0; a < result.size(); ++a) {
-      const double above = seen.mean.segment<3>(3 * a).squaredNorm() - options_.surety * options_.surety * seen.noise[a] / 3;
+      const double above =
+          seen.mean.segment<3>(3 * a).squaredNorm() - options_.surety * options_.surety * seen.noise[a] / 3;
       result[a] = std::max(0.0, above);
     }
     return result;
