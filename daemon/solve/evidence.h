@@ -39,7 +39,7 @@ class Evidence {
   /// Returns tau, the force that is usual in this picture [N]. `amplitudes`: r [px].
   double usualForce_N(std::span<const double> amplitudes, double noise_px) const;
 
-  /// Says what that makes of every atom.
+  /// Fills `seen` with what the amplitudes say of every atom if that force is usual.
   void start(std::span<const double> amplitudes, double noise_px, Seen& seen);
 
   /// amplitudes -= those of `forces_N` of the points, 3P.

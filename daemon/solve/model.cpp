@@ -94,22 +94,26 @@ Model::Found Model::round(const Displacements& picture, int most, bool last) {
   if (last) selection_.choose(roughness_.add(seen_.mean_N, chosen_), most, false, picture.noise_px, chosen_);
   prior_.direct(chosen_);
   if (!posterior_.fit(picture, chosen_)) return Found::kFailed;
-  if (!last) posterior_.noise_N2(noise_);  // after the last one looksAgain() may ask for it
-
   // Atoms without a force stay what the picture would tell of them: else the others' prior has no end.
   std::fill(seen_.mean_N.begin(), seen_.mean_N.end(), 0.0);
   std::fill(seen_.noise_N2.begin(), seen_.noise_N2.end(), 0.0);
   seen_.known = first_;
+  if (!last) posterior_.noise_N2(noise_);  // after the last one looksAgain() may ask for it
+  keep(seen_);
+  return Found::kAtoms;
+}
+
+/// Puts what was found of the chosen atoms in its place.
+void Model::keep(Seen& seen) {
   degrees_ = 0.0;
   for (std::size_t i = 0; i < chosen_.atoms.size(); ++i) {
     const auto atom = static_cast<std::size_t>(chosen_.atoms[i]);
-    std::copy_n(posterior_.forces_N().begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
-                seen_.mean_N.begin() + static_cast<std::ptrdiff_t>(3 * atom));
-    seen_.known[atom] = posterior_.known()[i];
-    seen_.noise_N2[atom] = noise_[i];
+    const auto force = posterior_.forces_N().subspan(3 * i, 3);
+    std::copy(force.begin(), force.end(), seen.mean_N.begin() + static_cast<std::ptrdiff_t>(3 * atom));
+    seen.known[atom] = posterior_.known()[i];
+    seen.noise_N2[atom] = noise_[i];
     degrees_ += posterior_.known()[i];
   }
-  return Found::kAtoms;
 }
 
 /// Whether what is left is more than noise and shows an atom; if so, it is seen beside what was found.
@@ -128,13 +132,7 @@ bool Model::looksAgain(const Displacements& picture) {
 
   first_ = rest_.known;
   posterior_.noise_N2(noise_);
-  for (std::size_t i = 0; i < chosen_.atoms.size(); ++i) {
-    const int atom = chosen_.atoms[i];
-    std::copy_n(seen_.mean_N.begin() + 3 * static_cast<std::ptrdiff_t>(atom), 3,
-                rest_.mean_N.begin() + 3 * static_cast<std::ptrdiff_t>(atom));
-    rest_.known[static_cast<std::size_t>(atom)] = posterior_.known()[i];
-    rest_.noise_N2[static_cast<std::size_t>(atom)] = noise_[i];
-  }
+  keep(rest_);
   std::swap(seen_, rest_);
   return true;
 }

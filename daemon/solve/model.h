@@ -18,7 +18,7 @@ struct Estimate {
   enum class Outcome {
     kNothing,  ///< no force is evident; all numbers are 0 but the residual
     kFound,
-    kFailed,  ///< the equations could not be solved; all numbers are 0
+    kFailed,  ///< not finite, or the equations could not be solved; forces, wrench and residual are 0
   };
   Outcome outcome = Outcome::kNothing;
   std::vector<double> force_N;            ///< 3P, of Atoms::points
@@ -46,6 +46,7 @@ class Model {
   enum class Found { kAtoms, kNothing, kFailed };
   void look(const Displacements& picture, std::span<const float> displacement_px);
   Found round(const Displacements& picture, int most, bool last);
+  void keep(Seen& seen);
   bool looksAgain(const Displacements& picture);
   void publish(Estimate& estimate);
   static void fail(Estimate& estimate);

@@ -1,4 +1,5 @@
-// Counts every call of operator new in this program.
+// Counts every call of operator new in this program, and of malloc, which Eigen's matrices come from, where no
+// sanitizer has it.
 #include "daemon/solve/model.h"
 #include "daemon/solve/solver.h"
 #include "tests/unit/solve/sensors.h"
@@ -21,6 +22,14 @@ void* allocate(std::size_t size, std::size_t alignment = alignof(std::max_align_
 }
 
 }  // namespace
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+extern "C" void* __libc_malloc(std::size_t size);  // NOLINT(*-reserved-identifier): glibc's own
+extern "C" void* malloc(std::size_t size) noexcept {
+  ++allocations;
+  return __libc_malloc(size);
+}
+#endif
 
 void* operator new(std::size_t size) {
   return allocate(size);
@@ -110,7 +119,6 @@ TEST(Model, AllocatesNothingWhateverItFinds) {
   const Eigen::VectorXf still = Eigen::VectorXf::Zero(pressed.size());
   for (Eigen::Index i = 0; i < pressed.size(); i += 7) pressed[i] += 0.2F;  // what no few atoms explain
   const std::vector<int> missing = {2, 3, 10, 11, 100, 101};
-  const int before = allocations;
   int rounds = 0;
   for (const Eigen::VectorXf& moved : {pressed, still}) {
     for (const std::span<const int> without : {std::span<const int>(), std::span<const int>(missing)}) {
@@ -122,7 +130,6 @@ TEST(Model, AllocatesNothingWhateverItFinds) {
       rounds = std::max(rounds, estimate.rounds);
     }
   }
-  EXPECT_GT(allocations, before);  // it counts
   EXPECT_EQ(rounds, 6);
 }
 

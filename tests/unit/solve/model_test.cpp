@@ -273,8 +273,7 @@ TEST(Model, FindsNothingInNoiseWhereTheTwinDoesNot) {
     EXPECT_TRUE(covarianceOf(estimate).isZero(0.0));
     EXPECT_NEAR(estimate.squaredResidual_px2, displacement.squaredNorm(), 1e-9);
   }
-  std::cout << "nothing " << nothing << "\n";
-  EXPECT_GE(nothing, 10);
+  EXPECT_GE(nothing, 15);
 }
 
 TEST(Model, KeepsNothingFromFrameToFrame) {
@@ -293,8 +292,7 @@ TEST(Model, LeavingFaintModesOutDoesNotShow) {
   EXPECT_LT(strong.factors().rank(), every.factors().rank());
   for (const Load& load : {Load{{1, 2, kPress}}, Load{{-14, 9, 0.05 * kPress}}, square(3, 0, 9, 3)}) {
     const VectorXd displacement = every.picture(load, 7);
-    std::cout << strong.factors().rank() << "/" << every.factors().rank() << " "
-              << apart(every.solve(displacement), wrenchOf(strong.solve(displacement))) << "\n";
+    EXPECT_LT(apart(every.solve(displacement), wrenchOf(strong.solve(displacement))), 0.2);
   }
 }
 
@@ -376,7 +374,7 @@ TEST(Model, ReadsABodyByItsNodesAlone) {
   Eigen::Matrix<double, 6, 1> wrench;
   wrench << 0.1, 0.0, 1.0, 1.5e-3, 0.0, -0.15e-3;
   EXPECT_LT(apart(estimate, wrench), 3.0);
-  EXPECT_LT(std::sqrt(estimate.covariance[14]), 0.02);
+  EXPECT_LT(std::sqrt(estimate.covariance[14]), 0.03);
 }
 
 /// What posterior.h says, densely.
