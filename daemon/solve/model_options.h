@@ -16,8 +16,8 @@ struct ModelOptions {
   /// uncertainty.
   double noise_px = 0.018;
 
-  /// Modes fainter than this are left out: pixels of noise per force of Young's modulus times a pitch squared. 32 takes a
-  /// quarter off the time of a frame and misreads contacts and palms now and then (docs/decisions/0020-one-inverse.md).
+  /// Modes fainter than this are left out: pixels of noise per force of Young's modulus times a pitch squared. 32 makes
+  /// a frame up to a quarter faster and misreads some contacts and palms.
   double faintest = 4.0;
 
   /// z: deviations above which an atom's force is evident; the rate of false alarms.
