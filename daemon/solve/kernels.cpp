@@ -135,6 +135,13 @@ TRACTION_INLINE void solveColumns(const double* lower, int first, int size, doub
   }
 }
 
+/// kColumns columns of the inverse, or as many as there are, from the row `first` on.
+TRACTION_INLINE void unitColumns(const double* lower, int first, int size, double* columns) {
+  std::fill(columns + kColumns * first, columns + kColumns * size, 0.0);
+  for (int k = 0; k < std::min(kColumns, size - first); ++k) columns[kColumns * (first + k) + k] = 1.0;
+  solveColumns(lower, first, size, columns);
+}
+
 TRACTION_INLINE void columnProducts(const double* a, const double* b, int size, double* products) {
   Doubles sums[kColumns] = {}, x;
   for (int i = 0; i < size; ++i) {
@@ -273,12 +280,15 @@ bool factoriseLower(std::span<double> lower, int size, double* scratch) {
 }
 
 TRACTION_VECTOR_CLONES
+void inverseColumns(std::span<const double> lower, int first, int size, double* columns) {
+  unitColumns(lower.data(), first, size, columns);
+}
+
+TRACTION_VECTOR_CLONES
 void inverseDiagonal(std::span<const double> lower, int size, double* scratch, double* squares) {
   for (int first = 0; first < size; first += kColumns) {
     const int count = std::min(kColumns, size - first);
-    std::fill(scratch + kColumns * first, scratch + kColumns * size, 0.0);
-    for (int k = 0; k < count; ++k) scratch[kColumns * (first + k) + k] = 1.0;
-    solveColumns(lower.data(), first, size, scratch);
+    unitColumns(lower.data(), first, size, scratch);
     Doubles sums = {}, x;
     for (int i = first; i < size; ++i) {
       load(scratch + kColumns * i, x);

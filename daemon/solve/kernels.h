@@ -87,6 +87,10 @@ void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const doub
 /// doubles. False: not positive definite.
 bool factoriseLower(std::span<double> lower, int size, double* scratch);
 
+/// Columns first .. first + kColumns - 1 of L^-1, where there are so many, row after row as solveLowerColumns() wants
+/// them; the rows before `first` are left alone.
+void inverseColumns(std::span<const double> lower, int first, int size, double* columns);
+
 /// squares[i] = (i, i) of (L L')^-1; `scratch` as above.
 void inverseDiagonal(std::span<const double> lower, int size, double* scratch, double* squares);
 

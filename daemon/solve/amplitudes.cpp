@@ -1,0 +1,88 @@
+#include "daemon/solve/amplitudes.h"
+
+#include <algorithm>
+#include <cassert>
+#include <numeric>
+
+namespace tractiond::solve {
+namespace {
+
+/// Steps after which what is still left does not matter, and the share of the right-hand side that ends them.
+constexpr int kSteps = 20;
+constexpr double kPrecise = 1e-4;
+
+}  // namespace
+
+Amplitudes::Amplitudes(const Factors& factors)
+    : factors_(factors)
+    , there_(static_cast<std::size_t>(factors.left.stride()))
+    , all_(there_.size())
+    , filtered_(there_.size())
+    , gain_(there_.size(), 0.0)
+    , everyCoordinate_(static_cast<std::size_t>(factors.coordinateCount()))
+    , coefficients_(everyCoordinate_.size())
+    , completed_(everyCoordinate_.size())
+    , residual_(everyCoordinate_.size())
+    , direction_(everyCoordinate_.size())
+    , image_(everyCoordinate_.size()) {
+  std::iota(everyCoordinate_.begin(), everyCoordinate_.end(), 0);
+}
+
+std::span<const double> Amplitudes::values() const {
+  return {all_.data(), factors_.singularValues.size()};
+}
+
+void Amplitudes::take(std::span<const float> displacement_px, std::span<const int> missing) {
+  assert(displacement_px.size() == everyCoordinate_.size());
+  missing_ = missing;
+  std::fill_n(there_.data(), there_.size(), 0.0);
+  addRows(factors_.left, everyCoordinate_, displacement_px, there_.data());
+  std::copy_n(there_.data(), there_.size(), all_.data());
+  std::fill(completed_.begin(), completed_.end(), 0.0);
+}
+
+/// Displacements at the missing coordinates.
+void Amplitudes::fit(const double* amplitudes, std::vector<double>& displacement) {
+  for (std::size_t k = 0; k < gain_.size(); ++k) filtered_.data()[k] = gain_[k] * amplitudes[k];
+  multiplyRows(factors_.left, missing_, filtered_.data(), displacement.data());
+}
+
+/// Adds the amplitudes of displacements at the missing coordinates.
+void Amplitudes::project(std::span<const double> displacement, double* amplitudes) {
+  for (std::size_t i = 0; i < missing_.size(); ++i) coefficients_[i] = static_cast<float>(displacement[i]);
+  addRows(factors_.left, missing_, {coefficients_.data(), missing_.size()}, amplitudes);
+}
+
+void Amplitudes::complete(double force_N, double noise_px) {
+  const std::size_t rank = factors_.singularValues.size();
+  for (std::size_t k = 0; k < rank; ++k) {
+    const double signal = square(factors_.singularValues[k] * force_N);
+    gain_[k] = signal / (signal + square(noise_px));
+  }
+  std::copy_n(factors_.motionGain.data(), kMotions, gain_.begin() + static_cast<std::ptrdiff_t>(rank));
+
+  // (1 - K_mm) d_m = K_mv d_v, whose residual is K d - d at the missing coordinates.
+  const auto count = static_cast<int>(missing_.size());
+  fit(there_.data(), residual_);
+  const double enough = square(kPrecise) * dotProduct(residual_.data(), residual_.data(), count);
+  fit(all_.data(), residual_);
+  for (int i = 0; i < count; ++i) residual_[i] -= completed_[i];
+  std::copy_n(residual_.begin(), count, direction_.begin());
+  double squares = dotProduct(residual_.data(), residual_.data(), count);
+  for (int step = 0; step < kSteps && squares > enough; ++step) {
+    std::fill_n(all_.data(), all_.size(), 0.0);
+    project(direction_, all_.data());
+    fit(all_.data(), image_);
+    for (int i = 0; i < count; ++i) image_[i] = direction_[i] - image_[i];
+    const double length = squares / dotProduct(direction_.data(), image_.data(), count);
+    for (int i = 0; i < count; ++i) completed_[i] += length * direction_[i];
+    for (int i = 0; i < count; ++i) residual_[i] -= length * image_[i];
+    const double before = squares;
+    squares = dotProduct(residual_.data(), residual_.data(), count);
+    for (int i = 0; i < count; ++i) direction_[i] = residual_[i] + squares / before * direction_[i];
+  }
+  std::copy_n(there_.data(), there_.size(), all_.data());
+  project(completed_, all_.data());
+}
+
+}  // namespace tractiond::solve

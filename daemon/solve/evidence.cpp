@@ -1,0 +1,110 @@
+#include "daemon/solve/evidence.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+
+namespace tractiond::solve {
+namespace {
+
+using Eigen::Index;
+
+/// tau is one of exp(kFirst), exp(kFirst + kStep) .. times Factors::force_N: from what nobody sees to what nobody
+/// bears.
+constexpr double kFirst = -12.0, kStep = 0.25;
+constexpr int kRatios = 51;
+
+}  // namespace
+
+void resize(Seen& seen, int atoms) {
+  const auto count = static_cast<std::size_t>(atoms);
+  seen.mean_N.assign(3 * count, 0.0);
+  seen.known.assign(count, 0.0);
+  seen.noise_N2.assign(count, 0.0);
+}
+
+Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
+    : factors_(factors)
+    , atoms_(atoms)
+    , unexplained_(factors.rank(), kRatios)
+    , known_(atoms.count(), kRatios)
+    , noise_(atoms.count(), kRatios)
+    , everyPoint_(static_cast<std::size_t>(factors.right.rows()))
+    , filtered_(static_cast<std::size_t>(factors.right.stride()))
+    , pointMean_(everyPoint_.size())
+    , coefficients_(everyPoint_.size()) {
+  std::iota(everyPoint_.begin(), everyPoint_.end(), 0);
+  const int rank = factors.rank();
+  Eigen::MatrixXd power = Eigen::MatrixXd::Zero(atoms.count(), rank);  // |v|^2 of each atom and mode
+  Eigen::MatrixXd row(3, rank);
+  for (int a = 0; a < atoms.count(); ++a) {
+    row.setZero();
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const float* const v = factors.right.row(3 * static_cast<int>(it.row()) + axis);
+        row.row(axis) += it.value() * Eigen::RowVectorXf::Map(v, rank).cast<double>();
+      }
+    }
+    power.row(a) = row.colwise().squaredNorm();
+  }
+  const Eigen::ArrayXd s2 = Eigen::ArrayXd::Map(factors.singularValues.data(), rank).square();
+  for (int i = 0; i < kRatios; ++i) {
+    const double ratio = factors.force_N * std::exp(kFirst + kStep * i) / options.noise_px;
+    const Eigen::ArrayXd total = s2 * ratio * ratio + 1.0;
+    ratios_.push_back(ratio);
+    logarithms_.push_back(total.log().sum());
+    unexplained_.col(i) = total.inverse();
+    const Eigen::VectorXd gain = 1.0 - total.inverse();
+    known_.col(i) = power * gain;
+    noise_.col(i) = power * (gain.array().square() / s2).matrix();
+  }
+}
+
+int Evidence::likeliest(std::span<const double> amplitudes, double noise_px) const {
+  assert(amplitudes.size() == factors_.singularValues.size());
+  const int rank = factors_.rank();
+  int best = 0;
+  double least = 0.0;  // -2 times the evidence, but for r ln n^2
+  for (int i = 0; i < kRatios; ++i) {
+    const double* const share = unexplained_.data() + static_cast<std::ptrdiff_t>(i) * rank;
+    double squares = 0.0;
+    for (int k = 0; k < rank; ++k) squares += square(amplitudes[k]) * share[k];
+    const double unlikely = logarithms_[i] + squares / square(noise_px);
+    if (i == 0 || unlikely < least) {
+      best = i;
+      least = unlikely;
+    }
+  }
+  return best;
+}
+
+double Evidence::usualForce_N(std::span<const double> amplitudes, double noise_px) const {
+  return ratios_[likeliest(amplitudes, noise_px)] * noise_px;
+}
+
+void Evidence::start(std::span<const double> amplitudes, double noise_px, Seen& seen) {
+  const int best = likeliest(amplitudes, noise_px), rank = factors_.rank();
+  for (int k = 0; k < rank; ++k) {
+    filtered_.data()[k] = (1.0 - unexplained_(k, best)) / factors_.singularValues[k] * amplitudes[k];
+  }
+  multiplyRows(factors_.right, everyPoint_, filtered_.data(), pointMean_.data());
+  for (int a = 0; a < atoms_.count(); ++a) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, a); it; ++it) {
+      mean += it.value() * Eigen::Vector3d::Map(pointMean_.data() + 3 * it.row());
+    }
+    Eigen::Vector3d::Map(seen.mean_N.data() + 3 * static_cast<Index>(a)) = mean;
+    seen.known[a] = known_(a, best);
+    seen.noise_N2[a] = square(noise_px) * noise_(a, best);
+  }
+}
+
+void Evidence::subtract(std::span<const double> forces_N, std::span<double> amplitudes) {
+  for (std::size_t i = 0; i < coefficients_.size(); ++i) coefficients_[i] = static_cast<float>(forces_N[i]);
+  std::fill_n(filtered_.data(), filtered_.size(), 0.0);
+  addRows(factors_.right, everyPoint_, coefficients_, filtered_.data());
+  for (std::size_t k = 0; k < amplitudes.size(); ++k) amplitudes[k] -= factors_.singularValues[k] * filtered_.data()[k];
+}
+
+}  // namespace tractiond::solve

@@ -1,0 +1,152 @@
+// The singular values and left vectors come from the eigenvectors of A A', A = W^1/2 H of the atoms: an eigenvalue is
+// right within 1e-15 of the largest, so the faintest mode, about 1e-3 of the largest, within 1e-9 of itself.
+//
+// H, H'H and what they have in common with the motion must fit together better than single precision: the products are
+// those of the rounded matrices.
+#include "daemon/solve/factors.h"
+
+#include "sensor/elastic/linear_algebra.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace tractiond::solve {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using sensor::elastic::Op;
+
+/// Singular values below this share of the largest drown in the rounding of A A', whatever the options say.
+constexpr double kSmallest = 1e-6;
+
+template <typename Source>
+RowMatrix toRows(const Source& source) {
+  RowMatrix rows(static_cast<int>(source.rows()), static_cast<int>(source.cols()));
+  for (int i = 0; i < rows.rows(); ++i) {
+    for (int j = 0; j < rows.columns(); ++j) rows.row(i)[j] = static_cast<float>(source(i, j));
+  }
+  return rows;
+}
+
+template <typename Matrix>
+MatrixXd rounded(const Matrix& matrix) {
+  return matrix.template cast<float>().template cast<double>();
+}
+
+/// Of P Q^1/2 / n: left singular vectors R, zero where nothing moves, and squared singular values.
+struct Weight {
+  MatrixXd axes;
+  Eigen::Array4d e2;
+
+  explicit Weight(const MatrixXd& motion) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> strayed(motion.transpose() * motion);
+    e2 = strayed.eigenvalues().array().max(0.0);
+    const Eigen::Array4d reciprocal = (e2 > 0.0).select(e2.max(1e-300).rsqrt(), 0.0);
+    axes = motion * (strayed.eigenvectors() * reciprocal.matrix().asDiagonal());
+  }
+
+  /// matrix = W^1/2 matrix.
+  void apply(MatrixXd& matrix) const {
+    matrix -= axes * (1.0 - (1.0 + e2).rsqrt()).matrix().asDiagonal() * (axes.transpose() * matrix);
+  }
+};
+
+/// Influence of the atoms from that of the points.
+MatrixXd ofAtoms(const MatrixXd& influence, const Atoms& atoms) {
+  MatrixXd result = MatrixXd::Zero(influence.rows(), 3 * atoms.count());
+  for (int a = 0; a < atoms.count(); ++a) {
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
+      result.middleCols<3>(3 * a) += it.value() * influence.middleCols<3>(3 * it.row());
+    }
+  }
+  return result;
+}
+
+std::vector<double> blocksOf(const MatrixXd& gram) {
+  const Index count = gram.rows() / 3;
+  std::vector<double> blocks(static_cast<std::size_t>(9 * count * (count + 1) / 2));
+  double* at = blocks.data();
+  for (Index a = 0; a < count; ++a) {
+    for (Index b = 0; b <= a; ++b, at += 9) {
+      Eigen::Map<Block> block(at);
+      block = gram.block<3, 3>(3 * a, 3 * b);
+      if (a == b) block = block.selfadjointView<Eigen::Lower>();  // above the diagonal nothing was computed
+    }
+  }
+  return blocks;
+}
+
+}  // namespace
+
+tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Atoms& atoms, const MotionPrior& motion,
+                                            double force_N, const ModelOptions& options) {
+  assert(influence.cols() == 3 * atoms.pointCount() && motion.modes.rows() == influence.rows());
+  assert(options.noise_px > 0.0 && force_N > 0.0);
+  if (!influence.allFinite() || influence.isZero(0.0)) {
+    return tl::unexpected(Error{EX_CONFIG, "the influence matrix is not finite or all zero", "the gel and camera",
+                                "check their sizes, Young's modulus and Poisson's ratio"});
+  }
+  Factors factors;
+  factors.force_N = force_N;
+  const Index coordinates = influence.rows();
+  const MatrixXd strays = motion.modes * motion.variances.cwiseSqrt().asDiagonal();
+  MatrixXd atomInfluence = ofAtoms(influence, atoms);
+  factors.influence = toRows(atomInfluence.transpose());
+  factors.motion = toRows(strays.transpose());
+  {
+    const MatrixXd known = rounded(atomInfluence), moved = rounded(strays);
+    MatrixXd gram(known.cols(), known.cols());
+    sensor::elastic::multiplyBySelf(1.0, known, Op::kTransposed, 0.0, gram);
+    factors.gram = blocksOf(gram);
+    factors.motionCoupling = moved.transpose() * known;
+    factors.motionGram = moved.transpose() * moved;
+  }
+
+  const Weight weight(strays / options.noise_px);
+  weight.apply(atomInfluence);
+  MatrixXd vectors(coordinates, coordinates);
+  sensor::elastic::multiplyBySelf(1.0, atomInfluence, Op::kPlain, 0.0, vectors);
+  VectorXd squares;  // rising
+  if (!sensor::elastic::eigenvectors(vectors, squares)) {
+    return tl::unexpected(Error{EX_SOFTWARE, "the influence matrix's eigenvectors were not found", "", ""});
+  }
+  const double smallest =
+      std::max(options.faintest * options.noise_px / force_N, kSmallest * std::sqrt(squares[coordinates - 1]));
+  for (Index i = coordinates - 1; i >= 0 && squares[i] > smallest * smallest; --i) {
+    factors.singularValues.push_back(std::sqrt(squares[i]));
+  }
+  const auto rank = static_cast<Index>(factors.singularValues.size());
+  const VectorXd s = VectorXd::Map(factors.singularValues.data(), rank);
+  MatrixXd left = vectors.rightCols(rank).rowwise().reverse();
+  weight.apply(left);
+  // V = H' W^1/2 U S^-1, and `left` is W^1/2 U.
+  MatrixXd right(influence.cols(), rank);
+  sensor::elastic::multiply(1.0, influence, Op::kTransposed, left, Op::kPlain, 0.0, right);
+  factors.right = toRows(right * s.cwiseInverse().asDiagonal());
+  left.conservativeResize(Eigen::NoChange, rank + kMotions);
+  left.rightCols<kMotions>() = weight.axes;
+  factors.left = toRows(left);
+  factors.motionGain = weight.e2 / (1.0 + weight.e2);
+  return factors;
+}
+
+tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
+                                            const ModelOptions& options, const sensor::elastic::Progress& progress) {
+  using sensor::elastic::displacementMatrix;
+  const MatrixXd displacement = sensor.body
+                                    ? displacementMatrix(sensor, options.mechanics, progress)
+                                    : displacementMatrix(sensor.gel, options.mechanics, sensor::markerPositions(sensor),
+                                                         atoms.points, {}, progress);
+  const sensor::PictureMotion& motion = sensor.pictureMotion;
+  return computeFactors(sensor::elastic::toImage(sensor, displacement), atoms,
+                        {sensor::elastic::pictureMotionMatrix(sensor),
+                         Eigen::Vector4d(motion.shift_px, motion.shift_px, motion.scale, motion.roll).cwiseAbs2()},
+                        sensor.gel.youngsModulus * square(sensor.nodes.pitch), options);
+}
+
+}  // namespace tractiond::solve

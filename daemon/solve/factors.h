@@ -1,0 +1,52 @@
+// What a frame needs of a sensor's atoms: their influence on the markers, and its singular values.
+//
+//   d = H f + P m + noise    the displacements: forces f of the atoms, and motion m ~ N(0, Q) of the whole picture
+//   W = (1 + P Q P' / n^2)^-1    the weight of the displacements, n [px] being their noise
+//   W^1/2 H = U S V'         the influence that the motion leaves, its r largest singular values s [px/N]
+#pragma once
+
+#include "daemon/solve/atoms.h"
+#include "daemon/solve/inverse.h"
+#include "daemon/solve/model_options.h"
+
+namespace tractiond::solve {
+
+/// Of the three components of a force, or of two.
+using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+/// Of 2M coordinates, P points, A atoms, r modes. Immutable once made; any thread may read it.
+struct Factors {
+  double force_N = 0.0;                ///< Young's modulus times a pitch squared, the scale of forces
+  std::vector<double> singularValues;  ///< r, falling [px/N]
+  RowMatrix left;                      ///< [W^1/2 U, R], 2M x (r + 4): a picture's amplitudes are left' d [px]
+  Eigen::Vector4d motionGain;          ///< D: W = 1 - R D R'
+  RowMatrix right;           ///< V of the points, 3P x r; an atom's is the mean of its points', by their shares
+  RowMatrix influence;       ///< H', 3A x 2M [px/N]
+  std::vector<double> gram;  ///< H'H [px^2/N^2], the lower triangle of its Blocks row after row
+  RowMatrix motion;          ///< (P Q^1/2)', 4 x 2M [px]
+  Eigen::Matrix<double, kMotions, Eigen::Dynamic> motionCoupling;  ///< (P Q^1/2)' H, 4 x 3A [px^2/N]
+  Eigen::Matrix4d motionGram;                                      ///< (P Q^1/2)' P Q^1/2 [px^2]
+
+  int coordinateCount() const { return left.rows(); }
+  int rank() const { return right.columns(); }
+  int pointCount() const { return right.rows() / 3; }
+  int atomCount() const { return influence.rows() / 3; }
+
+  /// H'H of two atoms, a >= b.
+  Eigen::Map<const Block> gramOf(int a, int b) const {
+    const auto row = static_cast<std::size_t>(a), column = static_cast<std::size_t>(b);
+    return Eigen::Map<const Block>(gram.data() + 9 * (row * (row + 1) / 2 + column));
+  }
+};
+
+/// `influence` is that of the points, 2M x 3P [px/N]; `force_N` as in Factors. Takes seconds, the BLAS's threads and
+/// about four times the memory of H. Fails if the matrix is not finite or all zero.
+tl::expected<Factors, Error> computeFactors(const Eigen::MatrixXd& influence, const Atoms& atoms,
+                                            const MotionPrior& motion, double force_N, const ModelOptions& options);
+
+/// The same by the sensor's own mechanics.
+tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
+                                            const ModelOptions& options,
+                                            const sensor::elastic::Progress& progress = {});
+
+}  // namespace tractiond::solve

@@ -1,0 +1,156 @@
+#include "daemon/solve/model.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace tractiond::solve {
+namespace {
+
+/// Times that missing displacements are completed: the first time the missing ones themselves pass for forces.
+constexpr int kCompletions = 2;
+
+int mostOf(const ModelOptions& options) {
+  int most = 0;
+  for (const auto& rounds : options.most) most = std::max(most, *std::max_element(rounds.begin(), rounds.end()));
+  return most;
+}
+
+}  // namespace
+
+Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
+    : factors_(factors)
+    , atoms_(atoms)
+    , options_(options)
+    , amplitudes_(factors)
+    , evidence_(factors, atoms, options)
+    , prior_(atoms, options)
+    , selection_(factors, options)
+    , roughness_(atoms, options)
+    , posterior_(factors, atoms, mostOf(options))
+    , displacement_(static_cast<std::size_t>(factors.influence.stride()))
+    , first_(static_cast<std::size_t>(atoms.count()))
+    , noise_(static_cast<std::size_t>(mostOf(options)))
+    , pointForce_(3 * static_cast<std::size_t>(atoms.pointCount()))
+    , left_(factors.singularValues.size()) {
+  assert(factors.atomCount() == atoms.count() && factors.pointCount() == atoms.pointCount());
+  resize(seen_, atoms.count());
+  resize(rest_, atoms.count());
+  chosen_.reserve(mostOf(options));
+}
+
+void Model::solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
+                  Estimate& estimate) noexcept {
+  assert(estimate.force_N.size() == pointForce_.size());
+  std::copy(displacement_px.begin(), displacement_px.end(), displacement_.data());
+  const auto coordinates = static_cast<int>(displacement_px.size());
+  const Displacements picture{displacement_.data(), missing,
+                              dotProduct(displacement_.data(), displacement_.data(), coordinates), noise_px};
+  estimate.outcome = Estimate::Outcome::kNothing;
+  std::fill(estimate.force_N.begin(), estimate.force_N.end(), 0.0);
+  estimate.wrench = {};
+  estimate.covariance = {};
+  estimate.motion = {};
+  estimate.squaredResidual_px2 = picture.squares_px2;
+  estimate.degrees = 0.0;
+  estimate.atoms = estimate.rounds = 0;
+
+  if (!std::isfinite(picture.squares_px2)) {
+    fail(estimate);
+    return;
+  }
+  look(picture, displacement_px);
+  for (std::size_t time = 0; time < options_.most.size(); ++time) {
+    const auto& rounds = options_.most[time];
+    for (std::size_t i = 0; i < rounds.size(); ++i) {
+      const Found found = round(picture, rounds[i], i + 1 == rounds.size());
+      ++estimate.rounds;
+      if (found == Found::kNothing) return;
+      if (found == Found::kFailed) {
+        fail(estimate);
+        return;
+      }
+    }
+    if (time + 1 == options_.most.size() || !looksAgain(picture)) break;
+  }
+  publish(estimate);
+}
+
+/// Start: all atoms alike.
+void Model::look(const Displacements& picture, std::span<const float> displacement_px) {
+  amplitudes_.take(displacement_px, picture.missing);
+  for (int i = 0; i < kCompletions && !picture.missing.empty(); ++i) {
+    amplitudes_.complete(evidence_.usualForce_N(amplitudes_.values(), picture.noise_px), picture.noise_px);
+  }
+  evidence_.start(amplitudes_.values(), picture.noise_px, seen_);
+  first_ = seen_.known;
+}
+
+/// Prior from what was seen, selection, posterior; what that shows is what is seen next.
+Model::Found Model::round(const Displacements& picture, int most, bool last) {
+  if (!prior_.follow(seen_)) return Found::kNothing;
+  selection_.choose(prior_.gamma_N2(), most, true, picture.noise_px, chosen_);
+  if (chosen_.atoms.empty()) return Found::kNothing;
+  if (last) selection_.choose(roughness_.add(seen_.mean_N, chosen_), most, false, picture.noise_px, chosen_);
+  prior_.direct(chosen_);
+  if (!posterior_.fit(picture, chosen_)) return Found::kFailed;
+  // Atoms without a force stay what the picture would tell of them: else the others' prior has no end.
+  std::fill(seen_.mean_N.begin(), seen_.mean_N.end(), 0.0);
+  std::fill(seen_.noise_N2.begin(), seen_.noise_N2.end(), 0.0);
+  seen_.known = first_;
+  if (!last) posterior_.noise_N2(noise_);  // after the last one looksAgain() may ask for it
+  keep(seen_);
+  return Found::kAtoms;
+}
+
+/// Puts what was found of the chosen atoms in its place.
+void Model::keep(Seen& seen) {
+  degrees_ = 0.0;
+  for (std::size_t i = 0; i < chosen_.atoms.size(); ++i) {
+    const auto atom = static_cast<std::size_t>(chosen_.atoms[i]);
+    const auto force = posterior_.forces_N().subspan(3 * i, 3);
+    std::copy(force.begin(), force.end(), seen.mean_N.begin() + static_cast<std::ptrdiff_t>(3 * atom));
+    seen.known[atom] = posterior_.known()[i];
+    seen.noise_N2[atom] = noise_[i];
+    degrees_ += posterior_.known()[i];
+  }
+}
+
+/// Whether what is left is more than noise and shows an atom; if so, it is seen beside what was found.
+bool Model::looksAgain(const Displacements& picture) {
+  const double coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture.missing));
+  const double expected =
+      square(picture.noise_px) * (coordinates - degrees_ + options_.gate * std::sqrt(2.0 * coordinates));
+  if (posterior_.squaredResidual_px2() < expected) return false;
+  addUp(atoms_, seen_.mean_N, pointForce_);
+  std::copy(amplitudes_.values().begin(), amplitudes_.values().end(), left_.begin());
+  evidence_.subtract(pointForce_, left_);
+  evidence_.start(left_, picture.noise_px, rest_);
+  bool shows = false;
+  for (int a = 0; a < atoms_.count() && !shows; ++a) shows = evident(rest_, a, options_.surety) > 0.0;
+  if (!shows) return false;
+
+  first_ = rest_.known;
+  posterior_.noise_N2(noise_);
+  keep(rest_);
+  std::swap(seen_, rest_);
+  return true;
+}
+
+void Model::fail(Estimate& estimate) {
+  estimate.outcome = Estimate::Outcome::kFailed;
+  estimate.squaredResidual_px2 = 0.0;
+}
+
+void Model::publish(Estimate& estimate) {
+  estimate.outcome = Estimate::Outcome::kFound;
+  addUp(atoms_, seen_.mean_N, estimate.force_N);
+  estimate.wrench = posterior_.wrench();
+  posterior_.wrenchCovariance(estimate.covariance);
+  estimate.motion = posterior_.motion();
+  estimate.squaredResidual_px2 = posterior_.squaredResidual_px2();
+  estimate.degrees = degrees_;
+  estimate.atoms = static_cast<int>(chosen_.atoms.size());
+}
+
+}  // namespace tractiond::solve

@@ -1,0 +1,73 @@
+// One statistical model of all contacts (docs/decisions/0020-one-inverse.md): the forces of atoms of several sizes,
+// each f_a ~ N(0, gamma_a Omega_a), whose priors follow the picture in a fixed number of rounds (Tipping 2001; MacKay;
+// Fang et al. 2015). From nothing but the frame; nothing is kept from one frame to the next.
+//
+// Not used by the daemon yet: it is to replace the contact step, its maps and its fallbacks.
+#pragma once
+
+#include "daemon/solve/amplitudes.h"
+#include "daemon/solve/evidence.h"
+#include "daemon/solve/posterior.h"
+#include "daemon/solve/prior.h"
+#include "daemon/solve/roughness.h"
+
+namespace tractiond::solve {
+
+/// Forces are those of the object on the gel, gel frame.
+struct Estimate {
+  enum class Outcome {
+    kNothing,  ///< no force is evident; all numbers are 0 but the residual
+    kFound,
+    kFailed,  ///< not finite, or the equations could not be solved; forces, wrench and residual are 0
+  };
+  Outcome outcome = Outcome::kNothing;
+  std::vector<double> force_N;            ///< 3P, of Atoms::points
+  std::array<double, 6> wrench{};         ///< force and moment about the origin [N, N m]
+  std::array<double, 36> covariance{};    ///< of the wrench by noise and prior, row after row
+  std::array<double, kMotions> motion{};  ///< of the picture, in deviations of its prior
+  double squaredResidual_px2 = 0.0;       ///< of the coordinates that are there
+  double degrees = 0.0;                   ///< of freedom that the forces took
+  int atoms = 0;                          ///< that have a force
+  int rounds = 0;                         ///< that were done
+};
+
+/// Thread-bound. Allocates only when made.
+class Model {
+ public:
+  /// All must outlive it.
+  Model(const Factors& factors, const Atoms& atoms, const ModelOptions& options = {});
+
+  /// `displacement_px`: 2M, 0 where missing; `missing`: those coordinates, rising, pairs of whole markers; `noise_px`:
+  /// of this frame. `estimate.force_N` must have 3P elements.
+  void solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
+             Estimate& estimate) noexcept;
+
+ private:
+  enum class Found { kAtoms, kNothing, kFailed };
+  void look(const Displacements& picture, std::span<const float> displacement_px);
+  Found round(const Displacements& picture, int most, bool last);
+  void keep(Seen& seen);
+  bool looksAgain(const Displacements& picture);
+  void publish(Estimate& estimate);
+  static void fail(Estimate& estimate);
+
+  const Factors& factors_;
+  const Atoms& atoms_;
+  const ModelOptions options_;
+  Amplitudes amplitudes_;
+  Evidence evidence_;
+  Prior prior_;
+  Selection selection_;
+  Roughness roughness_;
+  Posterior posterior_;
+  // Of one frame.
+  LineArray<double> displacement_;
+  Seen seen_, rest_;           // of all atoms: now, and what is left of the picture
+  std::vector<double> first_;  // A: what the last look at the modes knew
+  Chosen chosen_;
+  double degrees_ = 0.0;                   // of freedom that the forces took
+  std::vector<double> noise_;              // of the chosen atoms
+  std::vector<double> pointForce_, left_;  // 3P; r
+};
+
+}  // namespace tractiond::solve

@@ -1,0 +1,216 @@
+#include "daemon/solve/posterior.h"
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+
+namespace tractiond::solve {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+using Wrench = Eigen::Matrix<double, 6, 3>;
+
+/// Missing coordinates that are taken out at a time.
+constexpr std::size_t kTogether = 64;
+
+constexpr std::array<int, kMotions> kEveryMotion = {0, 1, 2, 3};
+
+/// Force and moment about the origin of unit forces at a point.
+Wrench wrenchAt(const Vector3d& at) {
+  Wrench wrench;
+  wrench.topRows<3>().setIdentity();
+  wrench.bottomRows<3>() << 0.0, -at.z(), at.y(), at.z(), 0.0, -at.x(), -at.y(), at.x(), 0.0;
+  return wrench;
+}
+
+std::size_t packed(int size) {
+  return static_cast<std::size_t>(size) * (static_cast<std::size_t>(size) + 1) / 2;
+}
+
+}  // namespace
+
+Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most)
+    : factors_(factors)
+    , wrench_(6, 3 * atoms.count())
+    , stride_((3 * most + kMotions + kColumns - 1) / kColumns * kColumns)
+    , roots_(static_cast<std::size_t>(most))
+    , rows_(3 * static_cast<std::size_t>(most))
+    , matrix_(packed(stride_))
+    , right_(static_cast<std::size_t>(stride_))
+    , x_(right_.size())
+    , missingRows_(right_.size() * kTogether)
+    , scratch_(kColumns * right_.size())
+    , panels_(right_.size() * right_.size())
+    , inverse_(right_.size() * right_.size())
+    , forces_(3 * static_cast<std::size_t>(most))
+    , known_(static_cast<std::size_t>(most)) {
+  wrench_.setZero();
+  for (int a = 0; a < atoms.count(); ++a) {
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
+      wrench_.middleCols<3>(3 * static_cast<Index>(a)) += it.value() * wrenchAt(atoms.points.col(it.row()));
+    }
+  }
+}
+
+bool Posterior::fit(const Displacements& picture, const Chosen& chosen) {
+  assert(3 * static_cast<int>(chosen.atoms.size()) + kMotions <= stride_ && picture.noise_px > 0.0);
+  chosen_ = &chosen;
+  noise_px_ = picture.noise_px;
+  const int atoms = static_cast<int>(chosen.atoms.size()), size = unknowns();
+  for (int i = 0; i < atoms; ++i) {
+    const Eigen::LLT<Block> root(chosen.covariance_N2[i]);
+    if (root.info() != Eigen::Success) return false;
+    roots_[i] = root.matrixL();
+    for (int axis = 0; axis < 3; ++axis) rows_[3 * i + axis] = 3 * chosen.atoms[i] + axis;
+  }
+  multiplyRows(factors_.influence, {rows_.data(), 3 * chosen.atoms.size()}, picture.displacement_px, right_.data());
+  for (int i = 0; i < atoms; ++i) {
+    auto product = Vector3d::Map(right_.data() + 3 * i);
+    product = (roots_[i].transpose() * product).eval();
+  }
+  multiplyRows(factors_.motion, kEveryMotion, picture.displacement_px, right_.data() + 3 * atoms);
+  assemble();
+  for (std::size_t first = 0; first < picture.missing.size(); first += kTogether) {
+    takeOut(picture.missing.subspan(first, std::min(kTogether, picture.missing.size() - first)));
+  }
+
+  if (!factoriseLower({matrix_.data(), packed(size)}, size, scratch_.data())) return false;
+  std::copy_n(right_.begin(), size, x_.begin());
+  solveLower({matrix_.data(), packed(size)}, size, x_.data());
+  solveLowerTransposed({matrix_.data(), packed(size)}, size, x_.data());
+  // |d - B x|^2, B'B x being B'd - n^2 x.
+  squaredResidual_ = picture.squares_px2 - dotProduct(x_.data(), right_.data(), size) -
+                     square(noise_px_) * dotProduct(x_.data(), x_.data(), size);
+  std::copy_n(x_.begin() + 3 * atoms, kMotions, motion_.begin());
+
+  for (int panel = 0; kColumns * panel < size; ++panel) {
+    inverseColumns({matrix_.data(), packed(size)}, kColumns * panel, size,
+                   panels_.data() + static_cast<std::ptrdiff_t>(panel) * kColumns * stride_);
+    invert(panel, panel);
+    if (panel > 0) invert(panel, panel - 1);  // an atom may lie across two
+  }
+  for (int i = 0; i < atoms; ++i) {
+    Vector3d::Map(forces_.data() + 3 * i) = roots_[i] * Vector3d::Map(x_.data() + 3 * i);
+    const double variance = square(noise_px_) * (roots_[i] * inverseOf(i) * roots_[i].transpose()).trace();
+    known_[i] = 3.0 - variance / chosen.gamma_N2[i];
+  }
+  return true;
+}
+
+void Posterior::assemble() {
+  const auto& atoms = chosen_->atoms;
+  const int count = static_cast<int>(atoms.size());
+  for (int i = 0; i < count; ++i) {
+    const Block left = roots_[i].transpose();
+    for (int j = 0; j <= i; ++j) {
+      const int a = atoms[i], b = atoms[j];
+      const Block product = a >= b ? Block(left * factors_.gramOf(a, b) * roots_[j])
+                                   : Block(left * factors_.gramOf(b, a).transpose() * roots_[j]);
+      for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < (i == j ? r + 1 : 3); ++c) row(3 * i + r)[3 * j + c] = product(r, c);
+      }
+    }
+  }
+  for (int m = 0; m < kMotions; ++m) {
+    double* const to = row(3 * count + m);
+    for (int j = 0; j < count; ++j) {
+      Eigen::RowVector3d::Map(to + 3 * j) =
+          factors_.motionCoupling.block<1, 3>(m, 3 * static_cast<Index>(atoms[j])) * roots_[j];
+    }
+    for (int other = 0; other <= m; ++other) to[3 * count + other] = factors_.motionGram(m, other);
+  }
+  for (int i = 0; i < unknowns(); ++i) row(i)[i] += square(noise_px_);
+}
+
+/// Takes the products of some missing coordinates off B'B.
+void Posterior::takeOut(std::span<const int> missing) {
+  const int atoms = static_cast<int>(chosen_->atoms.size()), count = static_cast<int>(missing.size());
+  const auto missingRow = [&](int unknown) {
+    return missingRows_.data() + static_cast<std::ptrdiff_t>(unknown) * count;
+  };
+  for (int i = 0; i < atoms; ++i) {
+    const float* of[3];
+    for (int axis = 0; axis < 3; ++axis) of[axis] = factors_.influence.row(rows_[3 * i + axis]);
+    for (int k = 0; k < count; ++k) {
+      const Vector3d moved = roots_[i].transpose() * Vector3d(of[0][missing[k]], of[1][missing[k]], of[2][missing[k]]);
+      for (int axis = 0; axis < 3; ++axis) missingRow(3 * i + axis)[k] = moved[axis];
+    }
+  }
+  for (int m = 0; m < kMotions; ++m) {
+    for (int k = 0; k < count; ++k) missingRow(3 * atoms + m)[k] = factors_.motion.row(m)[missing[k]];
+  }
+  for (int i = 0; i < unknowns(); ++i) {
+    for (int j = 0; j <= i; ++j) row(i)[j] -= dotProduct(missingRow(i), missingRow(j), count);
+  }
+}
+
+/// Computes the block of A^-1 of two panels, panel >= other, and its mirror image.
+void Posterior::invert(int panel, int other) {
+  const int first = kColumns * panel, size = unknowns();
+  const auto of = [&](int p) { return panels_.data() + static_cast<std::ptrdiff_t>(p) * kColumns * stride_; };
+  double products[kColumns * kColumns];
+  multiplyColumns(of(panel) + kColumns * first, of(other) + kColumns * first, size - first, products);
+  for (int i = 0; i < kColumns; ++i) {
+    for (int j = 0; j < kColumns; ++j) {
+      const std::ptrdiff_t at = first + i, beside = kColumns * other + j;
+      inverse_[at * stride_ + beside] = inverse_[beside * stride_ + at] = products[kColumns * i + j];
+    }
+  }
+}
+
+Block Posterior::inverseOf(int atom) const {
+  Block block;
+  for (int r = 0; r < 3; ++r) {
+    block.row(r) = Eigen::RowVector3d::Map(inverse_.data() + (3 * atom + r) * std::ptrdiff_t{stride_} + 3 * atom);
+  }
+  return block;
+}
+
+void Posterior::noise_N2(std::span<double> noise) {
+  const int size = unknowns();
+  for (int panel = 2; kColumns * panel < size; ++panel) {
+    for (int other = 0; other < panel - 1; ++other) invert(panel, other);
+  }
+  for (int i = 0; i < static_cast<int>(chosen_->atoms.size()); ++i) {
+    const double* const rows = inverse_.data() + 3 * i * std::ptrdiff_t{stride_};
+    Block squared;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c <= r; ++c)
+        squared(r, c) = squared(c, r) = dotProduct(rows + r * stride_, rows + c * stride_, size);
+    }
+    noise[i] =
+        square(noise_px_) * (roots_[i] * (inverseOf(i) - square(noise_px_) * squared) * roots_[i].transpose()).trace();
+  }
+}
+
+void Posterior::wrenchCovariance(std::array<double, 36>& covariance) {
+  const int atoms = static_cast<int>(chosen_->atoms.size()), size = unknowns();
+  double* const columns = scratch_.data();
+  std::fill_n(columns, kColumns * size, 0.0);
+  for (int i = 0; i < atoms; ++i) {
+    const Wrench wrench = wrench_.middleCols<3>(3 * static_cast<Index>(chosen_->atoms[i])) * roots_[i];
+    for (int axis = 0; axis < 3; ++axis) std::copy_n(wrench.col(axis).data(), 6, columns + kColumns * (3 * i + axis));
+  }
+  solveLowerColumns({matrix_.data(), packed(size)}, size, columns);
+  double products[kColumns * kColumns];
+  multiplyColumns(columns, columns, size, products);
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) covariance[6 * i + j] = square(noise_px_) * products[kColumns * i + j];
+  }
+}
+
+std::array<double, 6> Posterior::wrench() const {
+  Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
+  for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
+    sum += wrench_.middleCols<3>(3 * static_cast<Index>(chosen_->atoms[i])) * Vector3d::Map(forces_.data() + 3 * i);
+  }
+  std::array<double, 6> wrench{};
+  std::copy_n(sum.data(), 6, wrench.begin());
+  return wrench;
+}
+
+}  // namespace tractiond::solve

@@ -1,0 +1,76 @@
+#include "daemon/solve/prior.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tractiond::solve {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+/// Neighbours that count for less are left out: even beside the strongest contact they do not show.
+constexpr double kNothing = 1e-12;
+
+}  // namespace
+
+Prior::Prior(const Atoms& atoms, const ModelOptions& options)
+    : options_(options)
+    , near_(atoms.count(), atoms.count())
+    , alike_(atoms.count(), atoms.count())
+    , evident_(static_cast<std::size_t>(atoms.count()))
+    , gathered_(evident_.size())
+    , knownNear_(evident_.size())
+    , gamma_(evident_.size()) {
+  shown_.reserve(evident_.size());
+  pulling_.reserve(evident_.size());
+  for (int a = 0; a < atoms.count(); ++a) {
+    const auto squares = (atoms.places.colwise() - atoms.places.col(a)).colwise().squaredNorm();
+    alike_.col(a) = (-squares.transpose() / (2.0 * square(atoms.depth_m))).array().exp();
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const Level& level : atoms.levels) {
+    for (int a = level.first; a < level.end; ++a) {
+      for (int b = level.first; b < level.end; ++b) {
+        const double r2 = (atoms.places.col(a) - atoms.places.col(b)).squaredNorm();
+        const double k = std::exp(-r2 / (2.0 * square(options.coupling * level.spacing_m)));
+        if (k > kNothing) entries.emplace_back(a, b, k);
+      }
+    }
+  }
+  near_.setFromTriplets(entries.begin(), entries.end());
+}
+
+bool Prior::follow(const Seen& seen) {
+  const auto count = static_cast<Index>(evident_.size());
+  shown_.clear();
+  pulling_.clear();
+  for (int a = 0; a < count; ++a) {
+    evident_[a] = evident(seen, a, options_.surety);
+    if (evident_[a] == 0.0) continue;
+    const auto mean = Eigen::Vector3d::Map(seen.mean_N.data() + 3 * static_cast<Index>(a));
+    shown_.push_back(a);
+    pulling_.emplace_back(evident_[a] / mean.squaredNorm() * mean * mean.transpose());
+  }
+  VectorXd::Map(gathered_.data(), count).noalias() = near_ * VectorXd::Map(evident_.data(), count);
+  VectorXd::Map(knownNear_.data(), count).noalias() = near_ * VectorXd::Map(seen.known.data(), count);
+  for (int a = 0; a < count; ++a) gamma_[a] = gathered_[a] > 0.0 ? gathered_[a] / knownNear_[a] : 0.0;
+  return !shown_.empty();
+}
+
+void Prior::direct(Chosen& chosen) const {
+  chosen.covariance_N2.clear();
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
+    const double* const alike = alike_.col(chosen.atoms[i]).data();
+    Block together = Block::Zero();
+    for (std::size_t b = 0; b < shown_.size(); ++b) together += alike[shown_[b]] * pulling_[b];
+    const double trace = together.trace();
+    const Block isotropic = Block::Identity();
+    const Block omega = trace > 0.0
+                            ? Block((1.0 - options_.turning) * 3.0 / trace * together + options_.turning * isotropic)
+                            : isotropic;
+    chosen.covariance_N2.emplace_back(chosen.gamma_N2[i] * omega);
+  }
+}
+
+}  // namespace tractiond::solve

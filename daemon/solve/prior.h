@@ -1,0 +1,38 @@
+// What is expected of each atom, from what was seen of it and its neighbours: f_a ~ N(0, gamma_a Omega_a), a group ARD
+// that follows the picture.
+#pragma once
+
+#include "daemon/solve/evidence.h"
+#include "daemon/solve/selection.h"
+
+#include <vector>
+
+namespace tractiond::solve {
+
+/// Thread-bound. Allocates only when made.
+class Prior {
+ public:
+  Prior(const Atoms& atoms, const ModelOptions& options);
+
+  /// Takes e_a = max(0, |mean_a|^2 - z^2 noise_a / 3) and gamma_a = sum_b k_ab e_b / sum_b k_ab known_b, with
+  /// k = exp(-r^2 / 2 (beta spacing)^2) within a level. Returns whether anything is evident.
+  bool follow(const Seen& seen);
+
+  /// [N^2], A.
+  std::span<const double> gamma_N2() const { return gamma_; }
+
+  /// Gives the chosen atoms the directions of what is evident around them: Omega = (1 - epsilon) 3 C / tr C + epsilon,
+  /// C = sum_b exp(-r^2 / 2 l^2) e_b / |mean_b|^2 mean_b mean_b'.
+  void direct(Chosen& chosen) const;
+
+ private:
+  const ModelOptions options_;
+  Eigen::SparseMatrix<double, Eigen::RowMajor> near_;   // k, A x A
+  Eigen::MatrixXd alike_;                               // exp(-r^2 / 2 l^2), A x A
+  std::vector<double> evident_, gathered_, knownNear_;  // e, sum k e, sum k known
+  std::vector<double> gamma_;
+  std::vector<int> shown_;      // atoms with e > 0
+  std::vector<Block> pulling_;  // of each of them, e / |mean|^2 mean mean'
+};
+
+}  // namespace tractiond::solve

@@ -1,0 +1,352 @@
+// The dense, slow twin of the model of contacts, straight from the formulae of docs/decisions/0020-one-inverse.md:
+// every matrix whole, in double precision, without a line of what it tests. Missing coordinates are rows that were
+// never there.
+#pragma once
+
+#include "daemon/solve/model_options.h"
+#include "tests/unit/solve/sensors.h"
+
+#include <Eigen/Dense>
+
+#include <numeric>
+
+namespace tractiond::solve {
+
+class DenseModel {
+ public:
+  using Matrix = Eigen::MatrixXd;
+  using Vector = Eigen::VectorXd;
+
+  /// `influence`: of the points of pointsOf(), 2M x 3P; `motion`: P Q^1/2; `force_N`: the scale of tau.
+  DenseModel(const sensor::NodeGrid& nodes, double depth_m, const Matrix& influence, const Matrix& motion,
+             double force_N, const ModelOptions& options)
+      : options_(options)
+      , depth_m_(depth_m)
+      , force_N_(force_N)
+      , motion_(motion) {
+    makeAtoms(nodes);
+    H_ = influence * kronecker(shape_);
+  }
+
+  /// The nodes and a ring around them, row after row.
+  static sensor::Points pointsOf(const sensor::NodeGrid& nodes) {
+    sensor::Points points(3, (nodes.columns + 2) * (nodes.rows + 2));
+    Eigen::Index p = 0;
+    for (int row = -1; row <= nodes.rows; ++row) {
+      for (int column = -1; column <= nodes.columns; ++column) points.col(p++) = nodes.position(column, row);
+    }
+    return points;
+  }
+
+  struct Result {
+    Vector forces = {};  ///< of the points
+    Eigen::Matrix<double, 6, 1> wrench = Eigen::Matrix<double, 6, 1>::Zero();
+    Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+    double residual = 0.0;
+    std::vector<int> atoms = {};
+    int rounds = 0;
+  };
+
+  Result solve(const Vector& displacement, const std::vector<int>& present, double noise_px) const {
+    const Matrix H = H_(present, Eigen::all), motion = motion_(present, Eigen::all);
+    const Vector d = displacement(present);
+    const double n2 = noise_px * noise_px;
+    const Matrix one = Matrix::Identity(d.size(), d.size());
+    const Matrix halfWeight =
+        Eigen::SelfAdjointEigenSolver<Matrix>(one + motion * motion.transpose() / n2).operatorInverseSqrt();
+    const Eigen::BDCSVD<Matrix> svd(halfWeight * H, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const Modes modes{svd.singularValues(), svd.matrixV(), noise_px};
+    const Vector amplitudes = svd.matrixU().transpose() * (halfWeight * d);
+    const Vector size = H.colwise().squaredNorm().transpose();
+
+    Result result;
+    Seen first = start(modes, amplitudes), seen = first;
+    for (std::size_t time = 0; time < 2; ++time) {
+      Vector gamma;
+      Fit fit;
+      for (std::size_t i = 0; i < 3; ++i) {
+        ++result.rounds;
+        const int most = options_.most[time][i];
+        const Vector evidence = evident(seen);
+        gamma = coupled(evidence).cwiseQuotient(coupled(seen.known));
+        result.atoms = select(gamma, size, most, n2);
+        if (result.atoms.empty()) {
+          result.forces = Vector::Zero(3 * shape_.rows());
+          result.residual = d.squaredNorm();
+          return result;
+        }
+        if (i == 2) roughen(result.atoms, gamma, seen.mean, size, most, n2);
+        std::vector<Eigen::Matrix3d> omega;
+        for (const int a : result.atoms) omega.push_back(directions(seen, evidence, a));
+        fit = posterior(H, motion, d, n2, result.atoms, gamma, omega);
+        seen = {Vector::Zero(H.cols()), first.known, Vector::Zero(shape_.cols())};
+        keep(fit, result.atoms, seen);
+      }
+      result.forces = kronecker(shape_) * seen.mean;
+      const Matrix B = wrenches();
+      result.wrench = B * result.forces;
+      const Matrix to = B * kronecker(shape_)(Eigen::all, components(result.atoms));
+      result.covariance = to * fit.sigma * to.transpose();
+      result.residual = fit.residual;
+      const double count = static_cast<double>(d.size());
+      if (time == 1 || fit.residual < n2 * (count - fit.known.sum() + options_.gate * std::sqrt(2.0 * count))) break;
+      Seen rest = start(modes, amplitudes - modes.s.asDiagonal() * modes.V.transpose() * seen.mean);
+      if (evident(rest).maxCoeff() == 0.0) break;
+      first = rest;
+      keep(fit, result.atoms, rest);
+      seen = rest;
+    }
+    return result;
+  }
+
+  const Matrix& shape() const { return shape_; }
+
+ private:
+  struct Modes {
+    Vector s;
+    Matrix V;
+    double noise_px;
+  };
+  struct Seen {
+    Vector mean, known, noise;
+  };
+  struct Fit {
+    Vector force, known, noise;
+    Matrix sigma;
+    double residual = 0.0;
+  };
+
+  static Matrix kronecker(const Matrix& shape) {
+    Matrix result = Matrix::Zero(3 * shape.rows(), 3 * shape.cols());
+    for (Eigen::Index p = 0; p < shape.rows(); ++p) {
+      for (Eigen::Index a = 0; a < shape.cols(); ++a) {
+        result.block<3, 3>(3 * p, 3 * a) = shape(p, a) * Eigen::Matrix3d::Identity();
+      }
+    }
+    return result;
+  }
+
+  static std::vector<int> components(const std::vector<int>& atoms) {
+    std::vector<int> result;
+    for (const int a : atoms) result.insert(result.end(), {3 * a, 3 * a + 1, 3 * a + 2});
+    return result;
+  }
+
+  void makeAtoms(const sensor::NodeGrid& nodes) {
+    points_ = pointsOf(nodes);
+    std::vector<Vector> shapes;
+    const auto add = [&](const Vector& shape, double x, double y, int level) {
+      shapes.push_back(shape / shape.sum());
+      x_.push_back(x);
+      y_.push_back(y);
+      level_.push_back(level);
+    };
+    for (Eigen::Index p = 0; p < points_.cols(); ++p) {
+      add(Vector::Unit(points_.cols(), p), points_(0, p), points_(1, p), 0);
+    }
+    spacing_ = {nodes.pitch};
+    const double halfX = nodes.pitch * (nodes.columns - 1) / 2, halfY = nodes.pitch * (nodes.rows - 1) / 2;
+    for (const int scale : {2, 4, 8}) {
+      const double width = scale * nodes.pitch;
+      const int across = static_cast<int>(std::floor((halfX + nodes.pitch + 1e-6) / width));
+      const int along = static_cast<int>(std::floor((halfY + nodes.pitch + 1e-6) / width));
+      for (int j = -along; j <= along; ++j) {
+        for (int i = -across; i <= across; ++i) {
+          const double x = nodes.centre.x() + i * width, y = nodes.centre.y() + j * width;
+          Vector shape(points_.cols());
+          for (Eigen::Index p = 0; p < points_.cols(); ++p) {
+            const double dx = std::abs(points_(0, p) - x), dy = std::abs(points_(1, p) - y);
+            const bool inside = std::abs(points_(0, p) - nodes.centre.x()) < halfX + 1e-6 &&
+                                std::abs(points_(1, p) - nodes.centre.y()) < halfY + 1e-6;
+            shape[p] = inside ? std::max(0.0, 1 - dx / width) * std::max(0.0, 1 - dy / width) : 0.0;
+          }
+          add(shape, x, y, static_cast<int>(spacing_.size()));
+        }
+      }
+      spacing_.push_back(width);
+    }
+    Vector even(points_.cols());
+    for (Eigen::Index p = 0; p < points_.cols(); ++p) {
+      even[p] = std::abs(points_(0, p) - nodes.centre.x()) < halfX + 1e-6 &&
+                std::abs(points_(1, p) - nodes.centre.y()) < halfY + 1e-6;
+    }
+    add(even, nodes.centre.x(), nodes.centre.y(), static_cast<int>(spacing_.size()));
+    spacing_.push_back(1.0);
+    shape_.resize(points_.cols(), static_cast<Eigen::Index>(shapes.size()));
+    for (std::size_t a = 0; a < shapes.size(); ++a) shape_.col(static_cast<Eigen::Index>(a)) = shapes[a];
+  }
+
+  double squaredDistance(std::size_t a, std::size_t b) const {
+    return (x_[a] - x_[b]) * (x_[a] - x_[b]) + (y_[a] - y_[b]) * (y_[a] - y_[b]);
+  }
+
+  Seen start(const Modes& modes, const Vector& c) const {
+    const double n2 = modes.noise_px * modes.noise_px;
+    double best = -std::numeric_limits<double>::max(), tau = 0.0;
+    for (int i = 0; i <= 50; ++i) {
+      const double candidate = force_N_ * std::exp(-12.0 + 0.25 * i) * modes.noise_px / options_.noise_px;
+      const Eigen::ArrayXd variance = modes.s.array().square() * candidate * candidate + n2;
+      const double evidence = -0.5 * (variance.log() + c.array().square() / variance).sum();
+      if (evidence <= best) continue;
+      best = evidence;
+      tau = candidate;
+    }
+    const Eigen::ArrayXd s2 = modes.s.array().square(), g = s2 * tau * tau / (s2 * tau * tau + n2);
+    Seen seen{modes.V * (g / modes.s.array() * c.array()).matrix(), Vector(shape_.cols()), Vector(shape_.cols())};
+    for (Eigen::Index a = 0; a < shape_.cols(); ++a) {
+      const Eigen::ArrayXd power = modes.V.middleRows<3>(3 * a).colwise().squaredNorm().transpose();
+      seen.known[a] = (power * g).sum();
+      seen.noise[a] = n2 * (power * g.square() / s2).sum();
+    }
+    return seen;
+  }
+
+  Vector evident(const Seen& seen) const {
+    Vector result(shape_.cols());
+    for (Eigen::Index a = 0; a < result.size(); ++a) {
+      const double above =
+          seen.mean.segment<3>(3 * a).squaredNorm() - options_.surety * options_.surety * seen.noise[a] / 3;
+      result[a] = std::max(0.0, above);
+    }
+    return result;
+  }
+
+  Vector coupled(const Vector& of) const {
+    Vector result = Vector::Zero(of.size());
+    for (std::size_t a = 0; a < x_.size(); ++a) {
+      for (std::size_t b = 0; b < x_.size(); ++b) {
+        const double reach = options_.coupling * spacing_[static_cast<std::size_t>(level_[a])];
+        if (level_[a] == level_[b]) {
+          result[static_cast<Eigen::Index>(a)] +=
+              std::exp(-squaredDistance(a, b) / (2 * reach * reach)) * of[static_cast<Eigen::Index>(b)];
+        }
+      }
+    }
+    return result;
+  }
+
+  Eigen::Matrix3d directions(const Seen& seen, const Vector& evidence, int atom) const {
+    Eigen::Matrix3d C = Eigen::Matrix3d::Zero();
+    for (std::size_t b = 0; b < x_.size(); ++b) {
+      const double e = evidence[static_cast<Eigen::Index>(b)];
+      if (e == 0.0) continue;
+      const Eigen::Vector3d mean = seen.mean.segment<3>(3 * static_cast<Eigen::Index>(b));
+      C += std::exp(-squaredDistance(static_cast<std::size_t>(atom), b) / (2 * depth_m_ * depth_m_)) * e /
+           mean.squaredNorm() * mean * mean.transpose();
+    }
+    return (1 - options_.turning) * 3 * C / C.trace() + options_.turning * Eigen::Matrix3d::Identity();
+  }
+
+  static Vector sizes(const Vector& squares) {
+    Vector result(squares.size() / 3);
+    for (Eigen::Index a = 0; a < result.size(); ++a) result[a] = squares.segment<3>(3 * a).sum() / 3;
+    return result;
+  }
+
+  static std::vector<int> falling(const Vector& value) {
+    std::vector<int> order(static_cast<std::size_t>(value.size()));
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](int a, int b) { return value[a] > value[b]; });
+    return order;
+  }
+
+  /// Lessens the chosen atoms' gamma by what the next one has.
+  std::vector<int> select(Vector& gamma, const Vector& squares, int most, double n2) const {
+    const Vector size = sizes(squares), value = gamma.cwiseProduct(size);
+    const std::vector<int> order = falling(value);
+    const double next = most < value.size() ? value[order[static_cast<std::size_t>(most)]] : 0.0;
+    std::vector<int> chosen;
+    for (int i = 0; i < std::min(most, static_cast<int>(order.size())); ++i) {
+      const int a = order[static_cast<std::size_t>(i)];
+      if (value[a] - next > options_.floor * n2) chosen.push_back(a);
+      gamma[a] = (value[a] - next) / size[a];
+    }
+    return chosen;
+  }
+
+  void roughen(std::vector<int>& atoms, Vector& gamma, const Vector& mean, const Vector& squares, int most,
+               double n2) const {
+    const Vector forces = kronecker(shape_) * mean;
+    const Eigen::Index count = points_.cols();
+    Vector pressure = Vector::Zero(count);
+    const double pitch = spacing_.front();
+    for (Eigen::Index p = 0; p < count; ++p) {
+      double total = 0.0;
+      for (Eigen::Index q = 0; q < count; ++q) {
+        const double weight = std::exp(-(points_.col(p) - points_.col(q)).squaredNorm() / (2 * pitch * pitch));
+        pressure[p] += weight * forces.segment<3>(3 * q).norm();
+        total += weight;
+      }
+      pressure[p] /= total;
+    }
+    const double faint = 1e-6 * pressure.maxCoeff();
+    const Vector reciprocal = (pressure.array() + faint).inverse();
+    Vector whole(shape_.cols());
+    for (Eigen::Index a = 0; a < whole.size(); ++a) {
+      const double q = 1 / shape_.col(a).dot(reciprocal) / shape_.col(a).maxCoeff();
+      whole[a] = options_.roughness * q * options_.roughness * q / 3;
+    }
+    for (const int a : atoms) whole[a] += gamma[a];
+    const Vector value = whole.cwiseProduct(sizes(squares));
+    atoms = falling(value);
+    atoms.resize(static_cast<std::size_t>(std::min<Eigen::Index>(most, value.size())));
+    std::erase_if(atoms, [&](int a) { return value[a] <= options_.floor * n2; });
+    gamma = whole;
+  }
+
+  static Fit posterior(const Matrix& H, const Matrix& motion, const Vector& d, double n2, const std::vector<int>& atoms,
+                       const Vector& gamma, const std::vector<Eigen::Matrix3d>& omega) {
+    const auto count = static_cast<Eigen::Index>(atoms.size());
+    Matrix S = Matrix::Zero(3 * count, 3 * count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const auto index = static_cast<std::size_t>(i);
+      S.block<3, 3>(3 * i, 3 * i) = Eigen::Matrix3d((gamma[atoms[index]] * omega[index]).llt().matrixL());
+    }
+    Matrix B(d.size(), 3 * count + motion.cols());
+    B << H(Eigen::all, components(atoms)) * S, motion;
+    const Matrix A = B.transpose() * B + n2 * Matrix::Identity(B.cols(), B.cols());
+    const Matrix inverse = A.inverse();
+    const Vector x = inverse * (B.transpose() * d);
+    const Matrix apart = inverse - n2 * inverse * inverse;
+    const Matrix noise = n2 * S * apart.topLeftCorner(3 * count, 3 * count) * S.transpose();
+    Fit fit{S * x.head(3 * count), Vector(count), Vector(count),
+            n2 * S * inverse.topLeftCorner(3 * count, 3 * count) * S.transpose(), (d - B * x).squaredNorm()};
+    for (Eigen::Index i = 0; i < count; ++i) {
+      fit.known[i] = 3 - fit.sigma.block<3, 3>(3 * i, 3 * i).trace() / gamma[atoms[static_cast<std::size_t>(i)]];
+      fit.noise[i] = noise.block<3, 3>(3 * i, 3 * i).trace();
+    }
+    return fit;
+  }
+
+  static void keep(const Fit& fit, const std::vector<int>& atoms, Seen& seen) {
+    for (std::size_t i = 0; i < atoms.size(); ++i) {
+      const auto index = static_cast<Eigen::Index>(i);
+      seen.mean.segment<3>(3 * atoms[i]) = fit.force.segment<3>(3 * index);
+      seen.known[atoms[i]] = fit.known[index];
+      seen.noise[atoms[i]] = fit.noise[index];
+    }
+  }
+
+  /// 6 x 3P.
+  Matrix wrenches() const {
+    Matrix result(6, 3 * points_.cols());
+    for (Eigen::Index p = 0; p < points_.cols(); ++p) {
+      for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        const Eigen::Vector3d force = Eigen::Vector3d::Unit(axis), at = points_.col(p);
+        result.col(3 * p + axis) << force, at.cross(force);
+      }
+    }
+    return result;
+  }
+
+  ModelOptions options_;
+  double depth_m_, force_N_;
+  Matrix motion_;
+  sensor::Points points_;
+  Matrix shape_;  // points x atoms
+  std::vector<double> x_, y_, spacing_;
+  std::vector<int> level_;
+  Matrix H_;
+};
+
+}  // namespace tractiond::solve

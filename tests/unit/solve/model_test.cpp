@@ -1,0 +1,475 @@
+// The model of contacts against its dense twin (dense_model.h), and what must hold without one.
+#include "daemon/solve/model.h"
+#include "sensor/influence_file.h"
+#include "tests/unit/solve/dense_model.h"
+#include "tests/unit/solve/sensors.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+
+namespace tractiond::solve {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Outcome = Estimate::Outcome;
+
+constexpr double kNoise_px = 0.0165;
+const Vector3d kPress = Vector3d::UnitZ(), kShear = Vector3d::UnitX(), kAcross = Vector3d::UnitY();
+
+/// Takes every mode: the twin leaves none out.
+ModelOptions everyMode() {
+  ModelOptions options;
+  options.noise_px = kNoise_px;
+  options.faintest = 0.0;
+  return options;
+}
+
+/// So few atoms that they do not suffice.
+ModelOptions fewAtoms() {
+  ModelOptions options = everyMode();
+  options.most = {{{5, 5, 10}, {10, 10, 20}}};
+  return options;
+}
+
+/// [N].
+struct PointForce {
+  double x_mm, y_mm;
+  Vector3d force;
+};
+using Load = std::vector<PointForce>;
+
+/// An even pressure on a square.
+Load square(double x_mm, double y_mm, double half_mm, double force_N) {
+  Load load;
+  constexpr int kAlong = 7;
+  for (int i = 0; i < kAlong * kAlong; ++i) {
+    const double u = 2.0 * (i % kAlong) / (kAlong - 1) - 1.0, v = 2.0 * (i / kAlong) / (kAlong - 1) - 1.0;  // NOLINT
+    load.push_back({x_mm + u * half_mm, y_mm + v * half_mm, force_N / (kAlong * kAlong) * kPress});
+  }
+  return load;
+}
+
+/// A sensor on a half-space, its model and the twin.
+class Bench {
+ public:
+  explicit Bench(const sensor::Sensor& sensor, const ModelOptions& options = everyMode())
+      : sensor_(sensor)
+      , motion_{sensor::elastic::pictureMotionMatrix(sensor), Eigen::Vector4d(0.02, 0.02, 1e-4, 1e-4).cwiseAbs2()}
+      , atoms_(makeAtoms(sensor))
+      , influence_(halfSpaceImage(sensor, DenseModel::pointsOf(sensor.nodes)))
+      , factors_(computeFactors(influence_, atoms_, motion_, scale_N(), options).value())
+      , model_(factors_, atoms_, options)
+      , twin_(sensor.nodes, sensor.layers.front().depth, influence_, strays(), scale_N(), options) {}
+
+  /// Displacements with the picture's motion and noise.
+  VectorXd picture(const Load& load, unsigned seed, double noise_px = kNoise_px) const {
+    VectorXd displacement = VectorXd::Zero(influence_.rows());
+    for (const PointForce& at : load) {
+      displacement += halfSpaceImage(sensor_, Vector3d(1e-3 * at.x_mm, 1e-3 * at.y_mm, 0.0)) * at.force;
+    }
+    std::mt19937_64 generator(seed);
+    std::normal_distribution<double> normal;
+    for (int k = 0; k < kMotions; ++k) displacement += strays().col(k) * normal(generator);
+    for (double& d : displacement) d += noise_px * normal(generator);
+    return displacement.cast<float>().cast<double>();
+  }
+
+  Estimate solve(const VectorXd& displacement, const std::vector<int>& missing = {}, double noise_px = kNoise_px) {
+    Estimate estimate;
+    estimate.force_N.resize(3 * static_cast<std::size_t>(atoms_.pointCount()));
+    Eigen::VectorXf there = displacement.cast<float>();
+    for (const int coordinate : missing) there[coordinate] = 0.0F;
+    model_.solve({there.data(), static_cast<std::size_t>(there.size())}, missing, noise_px, estimate);
+    return estimate;
+  }
+
+  DenseModel::Result twin(const VectorXd& displacement, const std::vector<int>& missing = {}) const {
+    return twin_.solve(displacement, presentOf(missing), kNoise_px);
+  }
+
+  std::vector<int> presentOf(const std::vector<int>& missing) const {
+    std::vector<int> present;
+    for (int i = 0; i < influence_.rows(); ++i) {
+      if (!std::binary_search(missing.begin(), missing.end(), i)) present.push_back(i);
+    }
+    return present;
+  }
+
+  double scale_N() const { return sensor_.gel.youngsModulus * sensor_.nodes.pitch * sensor_.nodes.pitch; }
+  MatrixXd strays() const { return motion_.modes * motion_.variances.cwiseSqrt().asDiagonal(); }
+  /// H of all atoms.
+  MatrixXd atomInfluence() const {
+    const MatrixXd shape = atoms_.shape;
+    MatrixXd H = MatrixXd::Zero(influence_.rows(), 3 * shape.cols());
+    for (Eigen::Index a = 0; a < shape.cols(); ++a) {
+      for (Eigen::Index p = 0; p < shape.rows(); ++p) {
+        H.middleCols<3>(3 * a) += shape(p, a) * influence_.middleCols<3>(3 * p);
+      }
+    }
+    return H;
+  }
+  const Atoms& atoms() const { return atoms_; }
+  const Factors& factors() const { return factors_; }
+
+ private:
+  sensor::Sensor sensor_;
+  MotionPrior motion_;
+  Atoms atoms_;
+  MatrixXd influence_;
+  Factors factors_;
+  Model model_;
+  DenseModel twin_;
+};
+
+VectorXd forcesOf(const Estimate& estimate) {
+  return VectorXd::Map(estimate.force_N.data(), static_cast<Eigen::Index>(estimate.force_N.size()));
+}
+
+VectorXd wrenchOf(const Estimate& estimate) {
+  return VectorXd::Map(estimate.wrench.data(), 6);
+}
+
+MatrixXd covarianceOf(const Estimate& estimate) {
+  return MatrixXd::Map(estimate.covariance.data(), 6, 6);
+}
+
+/// Largest difference of two wrenches in the first one's deviations.
+double apart(const Estimate& a, const VectorXd& wrench) {
+  return ((wrenchOf(a) - wrench).array() / covarianceOf(a).diagonal().array().sqrt()).abs().maxCoeff();
+}
+
+/// But for what the single precision of the streamed matrices does.
+void expectSame(const Estimate& fast, const DenseModel::Result& slow) {
+  ASSERT_EQ(fast.outcome, Outcome::kFound);
+  EXPECT_EQ(fast.rounds, slow.rounds);
+  EXPECT_EQ(fast.atoms, static_cast<int>(slow.atoms.size()));
+  EXPECT_LT((forcesOf(fast) - slow.forces).cwiseAbs().maxCoeff(), 2e-5 * slow.forces.cwiseAbs().maxCoeff());
+  EXPECT_LT(apart(fast, slow.wrench), 1e-3);
+  EXPECT_LT((covarianceOf(fast) - slow.covariance).norm(), 1e-5 * slow.covariance.norm());
+  EXPECT_NEAR(fast.squaredResidual_px2, slow.residual, 1e-5 * slow.residual);
+}
+
+sensor::Sensor mediumSensor() {
+  sensor::Sensor sensor;
+  for (sensor::MarkerLayer& layer : sensor.layers) layer.columns = layer.rows = 12;
+  sensor.nodes.columns = sensor.nodes.rows = 12;
+  return sensor;
+}
+
+TEST(Atoms, OfThePapersGel) {
+  const sensor::Sensor sensor;
+  const Atoms atoms = makeAtoms(sensor);
+  EXPECT_EQ(atoms.pointCount(), 26 * 26);
+  EXPECT_EQ(atoms.count(), 26 * 26 + 13 * 13 + 7 * 7 + 3 * 3 + 1);
+  ASSERT_EQ(atoms.levels.size(), 5U);
+  EXPECT_EQ(atoms.levels[0].end, atoms.pointCount());
+  EXPECT_EQ(atoms.levels[4].end, atoms.count());
+  EXPECT_DOUBLE_EQ(atoms.levels[2].spacing_m, 12e-3);
+  EXPECT_DOUBLE_EQ(atoms.depth_m, 6e-3);
+  const sensor::Points nodes = sensor::nodePositions(sensor);
+  int ring = 0;
+  for (int p = 0; p < atoms.pointCount(); ++p) {
+    if (atoms.nodes[p] < 0) {
+      ++ring;
+    } else {
+      EXPECT_LT((atoms.points.col(p) - nodes.col(atoms.nodes[p])).norm(), 1e-12);
+    }
+  }
+  EXPECT_EQ(ring, 26 * 26 - 24 * 24);
+  const MatrixXd shape = atoms.shape;
+  EXPECT_LT((shape.colwise().sum().array() - 1.0).abs().maxCoeff(), 1e-12);
+  for (int p = 0; p < atoms.pointCount(); ++p) {
+    if (atoms.nodes[p] >= 0) continue;
+    EXPECT_EQ(shape.row(p).tail(atoms.count() - atoms.pointCount()).sum(), 0.0);
+  }
+}
+
+TEST(Atoms, TheRingNeedsRoomInTheGel) {
+  sensor::Sensor sensor;
+  sensor.gel.size.x() = 78e-3;
+  EXPECT_EQ(makeAtoms(sensor).pointCount(), 26 * 26);
+  sensor.gel.size.x() = 77e-3;
+  const Atoms atoms = makeAtoms(sensor);
+  EXPECT_EQ(atoms.pointCount(), 24 * 24);
+  EXPECT_EQ(*std::min_element(atoms.nodes.begin(), atoms.nodes.end()), 0);
+}
+
+TEST(Model, AgreesWithTheDenseTwin) {
+  const std::vector<std::pair<const char*, Load>> loads = {
+      {"press", {{1, 2, kPress}}},
+      {"shear", {{-2, 0.5, kShear}}},
+      {"torsion", {{4, 0, kAcross}, {-4, 0, -kAcross}}},
+      {"two contacts", {{-6, -4, 0.5 * kPress}, {6, 4, kPress}}},
+      {"on the ring", {{11, 8, kPress + 0.3 * kShear}}},
+      {"weak", {{0, 0, 0.05 * kPress}}},
+      {"broad", square(0, 0, 6, 2)},
+  };
+  Bench bench(smallSensor());
+  unsigned seed = 1;
+  for (const auto& [name, load] : loads) {
+    SCOPED_TRACE(name);
+    const VectorXd displacement = bench.picture(load, seed++);
+    expectSame(bench.solve(displacement), bench.twin(displacement));
+  }
+}
+
+TEST(Model, LooksAgainWhereTheTwinDoes) {
+  Bench bench(smallSensor(), fewAtoms());
+  int looks = 0;
+  for (const Load& load : {square(0, 0, 9, 4), Load{{-6, -4, 0.5 * kPress}, {6, 4, kPress}}, Load{{0, 0, 0.3 * kPress}},
+                           Load{{9, -8, kPress}, {-7, 7, 0.05 * kPress}}}) {
+    const VectorXd displacement = bench.picture(load, 11);
+    const Estimate estimate = bench.solve(displacement);
+    expectSame(estimate, bench.twin(displacement));
+    looks += estimate.rounds == 6 ? 1 : 0;
+  }
+  EXPECT_GE(looks, 2);
+  EXPECT_LE(looks, 3);
+}
+
+TEST(Model, AgreesOnOtherGels) {
+  sensor::Sensor soft = smallSensor();
+  soft.gel.youngsModulus = 0.03e6;
+  soft.gel.poissonRatio = 0.3;
+  sensor::Sensor oblong = smallSensor();
+  oblong.nodes = {.columns = 9, .rows = 4, .pitch = 2.5e-3, .centre = {1e-3, -2e-3}};
+  oblong.layers[0].depth = 4e-3;
+  for (const sensor::Sensor& sensor : {soft, oblong}) {
+    Bench bench(sensor);
+    const VectorXd displacement =
+        bench.picture({{2, 0, 0.6 * bench.scale_N() * kPress}, {-5, -3, 0.2 * bench.scale_N() * kShear}}, 3);
+    expectSame(bench.solve(displacement), bench.twin(displacement));
+  }
+}
+
+TEST(Model, ForcesGrowWithTheStiffness) {
+  sensor::Sensor soft = smallSensor(), stiff = soft;
+  stiff.gel.youngsModulus *= 10.0;
+  Bench a(soft), b(stiff);
+  const VectorXd displacement = a.picture({{1, 2, kPress}, {-6, 0, 0.1 * kShear}}, 5);
+  const Estimate one = a.solve(displacement), ten = b.solve(displacement);
+  EXPECT_EQ(one.atoms, ten.atoms);
+  EXPECT_LT((10.0 * forcesOf(one) - forcesOf(ten)).cwiseAbs().maxCoeff(), 1e-4 * forcesOf(ten).cwiseAbs().maxCoeff());
+  EXPECT_LT((100.0 * covarianceOf(one) - covarianceOf(ten)).norm(), 1e-4 * covarianceOf(ten).norm());
+}
+
+/// On so small a gel atoms look alike, and noise passes for a force more often.
+TEST(Model, FindsNothingInNoiseWhereTheTwinDoesNot) {
+  Bench bench(smallSensor());
+  int nothing = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const VectorXd displacement = bench.picture({}, seed);
+    const Estimate estimate = bench.solve(displacement);
+    const DenseModel::Result twin = bench.twin(displacement);
+    EXPECT_EQ(estimate.atoms, static_cast<int>(twin.atoms.size()));
+    if (estimate.outcome != Outcome::kNothing) continue;
+    ++nothing;
+    EXPECT_TRUE(forcesOf(estimate).isZero(0.0));
+    EXPECT_TRUE(wrenchOf(estimate).isZero(0.0));
+    EXPECT_TRUE(covarianceOf(estimate).isZero(0.0));
+    EXPECT_NEAR(estimate.squaredResidual_px2, displacement.squaredNorm(), 1e-9);
+  }
+  EXPECT_GE(nothing, 15);
+}
+
+TEST(Model, KeepsNothingFromFrameToFrame) {
+  Bench bench(smallSensor());
+  const VectorXd a = bench.picture({{1, 2, kPress}}, 1), b = bench.picture(square(2, 0, 6, 3), 2);
+  const Estimate first = bench.solve(a);
+  bench.solve(b, {4, 5, 10, 11});
+  bench.solve(bench.picture({}, 3));
+  EXPECT_EQ(forcesOf(bench.solve(a)), forcesOf(first));
+}
+
+TEST(Model, LeavingFaintModesOutDoesNotShow) {
+  ModelOptions options = everyMode();
+  options.faintest = ModelOptions().faintest;
+  Bench every(mediumSensor()), strong(mediumSensor(), options);
+  EXPECT_LT(strong.factors().rank(), every.factors().rank());
+  for (const Load& load : {Load{{1, 2, kPress}}, Load{{-14, 9, 0.05 * kPress}}, square(3, 0, 9, 3)}) {
+    const VectorXd displacement = every.picture(load, 7);
+    EXPECT_LT(apart(every.solve(displacement), wrenchOf(strong.solve(displacement))), 0.2);
+  }
+}
+
+TEST(Model, FollowsTheFramesNoise) {
+  ModelOptions loud = everyMode();
+  loud.noise_px = 3.0 * kNoise_px;
+  Bench calibrated(smallSensor()), noisy(smallSensor(), loud);
+  const VectorXd displacement = noisy.picture({{1, 2, kPress}}, 9, loud.noise_px);
+  const Estimate estimate = calibrated.solve(displacement, {}, loud.noise_px);
+  const Estimate expected = noisy.solve(displacement, {}, loud.noise_px);
+  EXPECT_LT(apart(estimate, wrenchOf(expected)), 0.3);
+  EXPECT_NEAR(covarianceOf(estimate)(2, 2), covarianceOf(expected)(2, 2), 0.1 * covarianceOf(expected)(2, 2));
+}
+
+/// Coordinates of every third marker of the upper layer and of a hole in both.
+std::vector<int> missingOf(const sensor::Sensor& sensor) {
+  std::vector<int> missing;
+  const sensor::Points markers = sensor::markerPositions(sensor);
+  for (int m = 0; m < markers.cols(); ++m) {
+    const bool hole = (markers.col(m).head<2>() - Eigen::Vector2d(4e-3, 3e-3)).norm() < 3e-3;
+    if (hole || (m < markers.cols() / 2 && m % 5 == 0)) missing.insert(missing.end(), {2 * m, 2 * m + 1});
+  }
+  return missing;
+}
+
+TEST(Model, TakesOutMissingMarkers) {
+  Bench bench(smallSensor());
+  const std::vector<int> missing = missingOf(smallSensor());
+  unsigned seed = 20;
+  for (const Load& load :
+       {Load{{1, 2, kPress}}, Load{{4, 3, kPress}}, Load{{-6, -4, 0.5 * kShear}, {6, 4, kPress}}, square(0, 0, 6, 2)}) {
+    const VectorXd displacement = bench.picture(load, seed++);
+    const Estimate estimate = bench.solve(displacement, missing);
+    const DenseModel::Result twin = bench.twin(displacement, missing);
+    EXPECT_EQ(estimate.rounds, twin.rounds);
+    EXPECT_LT(apart(estimate, twin.wrench), 0.25);  // the start alone is not exact
+    EXPECT_NEAR(covarianceOf(estimate)(2, 2), twin.covariance(2, 2), 0.05 * twin.covariance(2, 2));
+    EXPECT_GT(apart(estimate, wrenchOf(bench.solve(displacement))), 0.4);
+  }
+}
+
+TEST(Model, FailsPlainlyWithoutNumbers) {
+  Bench bench(smallSensor());
+  VectorXd displacement = bench.picture({{1, 2, kPress}}, 1);
+  displacement[17] = std::numeric_limits<double>::quiet_NaN();
+  const Estimate estimate = bench.solve(displacement);
+  EXPECT_EQ(estimate.outcome, Outcome::kFailed);
+  EXPECT_TRUE(forcesOf(estimate).isZero(0.0));
+  EXPECT_EQ(bench.solve(bench.picture({{1, 2, kPress}}, 1)).outcome, Outcome::kFound);
+}
+
+TEST(Model, ReadsABodyByItsNodesAlone) {
+  sensor::Sensor sensor = smallSensor();
+  const sensor::Points nodes = sensor::nodePositions(sensor);
+  ASSERT_TRUE(sensor::setBody(
+      sensor, {.file = "flat.npz",
+               .youngsModulus = sensor.gel.youngsModulus,
+               .influence = sensor::elastic::displacementMatrix(sensor, sensor::elastic::Model::kHalfSpace),
+               .nodes = nodes,
+               .normals = sensor::nodeNormals(sensor),
+               .areas = sensor::nodeAreas(sensor),
+               .markers = sensor::markerPositions(sensor)}));
+  const Atoms atoms = makeAtoms(sensor);
+  EXPECT_EQ(atoms.count(), sensor.nodes.count());
+  EXPECT_NEAR(atoms.depth_m, 6e-3, 0.5e-3);
+  ModelOptions options;
+  options.noise_px = kNoise_px;
+  const Factors factors = computeFactors(sensor, atoms, options).value();
+  Model model(factors, atoms, options);
+  Eigen::VectorXf displacement =
+      (halfSpaceImage(sensor, Vector3d(0.0, 1.5e-3, 0.0)) * Vector3d(0.1, 0.0, 1.0)).cast<float>();
+  std::mt19937_64 generator(4);
+  std::normal_distribution<float> normal(0.0F, static_cast<float>(kNoise_px));
+  for (float& d : displacement) d += normal(generator);
+  Estimate estimate;
+  estimate.force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
+  model.solve({displacement.data(), static_cast<std::size_t>(displacement.size())}, {}, kNoise_px, estimate);
+  ASSERT_EQ(estimate.outcome, Outcome::kFound);
+  Eigen::Matrix<double, 6, 1> wrench;
+  wrench << 0.1, 0.0, 1.0, 1.5e-3, 0.0, -0.15e-3;
+  EXPECT_LT(apart(estimate, wrench), 3.0);
+  EXPECT_LT(std::sqrt(estimate.covariance[14]), 0.03);
+}
+
+/// What posterior.h says, densely.
+TEST(Posterior, IsExactWithMissingCoordinates) {
+  Bench bench(smallSensor());
+  const std::vector<int> missing = missingOf(smallSensor()), present = bench.presentOf(missing);
+  Chosen chosen{.atoms = {40, 3, 85, 41, 91, 60}, .gamma_N2 = {}, .covariance_N2 = {}};
+  std::mt19937_64 generator(6);
+  std::normal_distribution<double> normal;
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
+    const Block root = Block::NullaryExpr([&] { return 0.1 * normal(generator); });
+    chosen.covariance_N2.emplace_back(root * root.transpose() + 1e-3 * Block::Identity());
+    chosen.gamma_N2.push_back(chosen.covariance_N2.back().trace() / 3.0);
+  }
+  LineArray<double> displacement(static_cast<std::size_t>(bench.factors().influence.stride()));
+  const VectorXd picture = bench.picture({{1, 2, kPress}}, 8);
+  double squares = 0.0;
+  for (const int i : present) {
+    displacement.data()[i] = picture[i];
+    squares += picture[i] * picture[i];
+  }
+  Posterior posterior(bench.factors(), bench.atoms(), 10);
+  ASSERT_TRUE(posterior.fit({displacement.data(), missing, squares, kNoise_px}, chosen));
+
+  const Eigen::Index size = 3 * static_cast<Eigen::Index>(chosen.atoms.size());
+  const MatrixXd shape = bench.atoms().shape, every = bench.atomInfluence();
+  MatrixXd H(every.rows(), size), covariance = MatrixXd::Zero(size + kMotions, size + kMotions);
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
+    const Eigen::Index at = 3 * static_cast<Eigen::Index>(i);
+    H.middleCols<3>(at) = every.middleCols<3>(3 * chosen.atoms[i]);
+    covariance.block<3, 3>(at, at) = chosen.covariance_N2[i];
+  }
+  covariance.bottomRightCorner(kMotions, kMotions).setIdentity();
+  MatrixXd B(static_cast<Eigen::Index>(present.size()), size + kMotions);
+  B << H(present, Eigen::all), bench.strays()(present, Eigen::all);
+  const double n2 = kNoise_px * kNoise_px;
+  const MatrixXd gain = covariance * B.transpose() *
+                        (B * covariance * B.transpose() + n2 * MatrixXd::Identity(B.rows(), B.rows())).inverse();
+  const VectorXd mean = gain * picture(present);
+  const MatrixXd sigma = covariance - gain * B * covariance, noise = n2 * gain * gain.transpose();
+
+  std::vector<double> noises(chosen.atoms.size());
+  posterior.noise_N2(noises);
+  EXPECT_NEAR(posterior.squaredResidual_px2(), (picture(present) - B * mean).squaredNorm(), 1e-5);
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
+    const Eigen::Index at = 3 * static_cast<Eigen::Index>(i);
+    EXPECT_LT((Vector3d::Map(posterior.forces_N().data() + at) - mean.segment<3>(at)).norm(), 1e-5);
+    const double unknown = sigma.block<3, 3>(at, at).trace() / chosen.gamma_N2[i];
+    EXPECT_NEAR(posterior.known()[i], 3.0 - unknown, 1e-5);
+    const double expected = noise.block<3, 3>(at, at).trace();
+    EXPECT_NEAR(noises[i], expected, 1e-4 * expected);
+  }
+  for (int k = 0; k < kMotions; ++k) EXPECT_NEAR(posterior.motion()[k], mean[size + k], 1e-3);
+
+  MatrixXd wrench = MatrixXd::Zero(6, size);
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
+    for (Eigen::Index p = 0; p < shape.rows(); ++p) {
+      for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        Eigen::Matrix<double, 6, 1> unit;
+        unit << Vector3d::Unit(axis), Vector3d(bench.atoms().points.col(p)).cross(Vector3d::Unit(axis));
+        wrench.col(3 * static_cast<Eigen::Index>(i) + axis) += shape(p, chosen.atoms[i]) * unit;
+      }
+    }
+  }
+  std::array<double, 36> found{};
+  posterior.wrenchCovariance(found);
+  const MatrixXd expected = wrench * sigma.topLeftCorner(size, size) * wrench.transpose();
+  EXPECT_LT((MatrixXd::Map(found.data(), 6, 6) - expected).norm(), 1e-5 * expected.norm());
+  EXPECT_LT((VectorXd::Map(posterior.wrench().data(), 6) - wrench * mean.head(size)).norm(), 1e-5);
+}
+
+TEST(Amplitudes, CompleteWhatIsMissing) {
+  Bench bench(smallSensor());
+  const std::vector<int> missing = missingOf(smallSensor()), present = bench.presentOf(missing);
+  const VectorXd picture = bench.picture({{4, 3, kPress}}, 2);
+  Eigen::VectorXf there = picture.cast<float>();
+  for (const int i : missing) there[i] = 0.0F;
+  const double force_N = 0.02;
+  Amplitudes amplitudes(bench.factors());
+  amplitudes.take({there.data(), static_cast<std::size_t>(there.size())}, missing);
+  for (int i = 0; i < 20; ++i) amplitudes.complete(force_N, kNoise_px);
+
+  // The prior mean of the missing displacements given those that are there.
+  const MatrixXd H = bench.atomInfluence();
+  const MatrixXd signal = force_N * force_N * H * H.transpose() + bench.strays() * bench.strays().transpose();
+  const MatrixXd total = signal + kNoise_px * kNoise_px * MatrixXd::Identity(H.rows(), H.rows());
+  VectorXd whole = picture;
+  whole(missing) = signal(missing, present) * total(present, present).llt().solve(picture(present));
+  Amplitudes expected(bench.factors());
+  const Eigen::VectorXf completed = whole.cast<float>();
+  expected.take({completed.data(), static_cast<std::size_t>(completed.size())}, {});
+  const Eigen::Index rank = bench.factors().rank();
+  EXPECT_LT((VectorXd::Map(amplitudes.values().data(), rank) - VectorXd::Map(expected.values().data(), rank)).norm(),
+            0.1 * kNoise_px);
+}
+
+}  // namespace
+}  // namespace tractiond::solve
