@@ -1,4 +1,4 @@
-// The picture's amplitudes in the modes of the atoms' influence, as if no marker were missing.
+// Computes a picture's amplitudes in the modes of the atoms' influence; completes the displacements of missing markers.
 #pragma once
 
 #include "daemon/solve/factors.h"

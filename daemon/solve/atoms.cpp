@@ -41,48 +41,49 @@ Hats hatsAlong(int nodes, int ring, int scale) {
 }
 
 /// Atoms of one level: their shapes, points x atoms.
-struct Sort {
+struct LevelShapes {
   MatrixXd shape;
   sensor::Points places;
   double spacing_m;
 };
 
-Sort hats(const sensor::NodeGrid& nodes, int ring, int scale) {
+LevelShapes hats(const sensor::NodeGrid& nodes, int ring, int scale) {
   const Hats across = hatsAlong(nodes.columns, ring, scale), along = hatsAlong(nodes.rows, ring, scale);
   const Index columns = across.heights.rows(), rows = along.heights.rows();
   const Index count = across.centres.size() * along.centres.size();
-  Sort sort{MatrixXd(rows * columns, count), sensor::Points::Zero(3, count), scale * nodes.pitch};
+  LevelShapes level{MatrixXd(rows * columns, count), sensor::Points::Zero(3, count), scale * nodes.pitch};
   for (Index hat = 0; hat < count; ++hat) {
     const Index i = hat % across.centres.size(), j = hat / across.centres.size();
     // Row after row, as the points are.
-    MatrixXd::Map(sort.shape.col(hat).data(), columns, rows) = across.heights.col(i) * along.heights.col(j).transpose();
-    sort.places.col(hat).head<2>() = nodes.centre + nodes.pitch * Eigen::Vector2d(across.centres[i], along.centres[j]);
+    MatrixXd::Map(level.shape.col(hat).data(), columns, rows) =
+        across.heights.col(i) * along.heights.col(j).transpose();
+    level.places.col(hat).head<2>() = nodes.centre + nodes.pitch * Eigen::Vector2d(across.centres[i], along.centres[j]);
   }
-  return sort;
+  return level;
 }
 
-Sort plate(const sensor::NodeGrid& nodes, const std::vector<int>& nodeOf) {
-  Sort sort{MatrixXd::Zero(static_cast<Index>(nodeOf.size()), 1), sensor::Points::Zero(3, 1),
-            std::max(nodes.columns, nodes.rows) * nodes.pitch};
+LevelShapes plate(const sensor::NodeGrid& nodes, const std::vector<int>& nodeOf) {
+  LevelShapes level{MatrixXd::Zero(static_cast<Index>(nodeOf.size()), 1), sensor::Points::Zero(3, 1),
+                    std::max(nodes.columns, nodes.rows) * nodes.pitch};
   for (std::size_t p = 0; p < nodeOf.size(); ++p) {
-    if (nodeOf[p] >= 0) sort.shape(static_cast<Index>(p), 0) = 1.0 / nodes.count();
+    if (nodeOf[p] >= 0) level.shape(static_cast<Index>(p), 0) = 1.0 / nodes.count();
   }
-  sort.places.col(0).head<2>() = nodes.centre;
-  return sort;
+  level.places.col(0).head<2>() = nodes.centre;
+  return level;
 }
 
 /// Fills shape, places and levels.
-void join(const std::vector<Sort>& sorts, Atoms& atoms) {
+void join(const std::vector<LevelShapes>& levels, Atoms& atoms) {
   Index count = 0;
-  for (const Sort& sort : sorts) count += sort.places.cols();
+  for (const LevelShapes& level : levels) count += level.places.cols();
   MatrixXd shape(atoms.points.cols(), count);
   atoms.places.resize(3, count);
   Index first = 0;
-  for (const Sort& sort : sorts) {
-    const Index end = first + sort.places.cols();
-    shape.middleCols(first, end - first) = sort.shape;
-    atoms.places.middleCols(first, end - first) = sort.places;
-    atoms.levels.push_back({static_cast<int>(first), static_cast<int>(end), sort.spacing_m});
+  for (const LevelShapes& level : levels) {
+    const Index end = first + level.places.cols();
+    shape.middleCols(first, end - first) = level.shape;
+    atoms.places.middleCols(first, end - first) = level.places;
+    atoms.levels.push_back({static_cast<int>(first), static_cast<int>(end), level.spacing_m});
     first = end;
   }
   atoms.shape = shape.sparseView();
@@ -132,10 +133,10 @@ Atoms makeAtoms(const sensor::Sensor& sensor) {
   }
   atoms.depth_m = sensor.layers.front().depth;
   for (const sensor::MarkerLayer& layer : sensor.layers) atoms.depth_m = std::min(atoms.depth_m, layer.depth);
-  std::vector<Sort> sorts = {{MatrixXd::Identity(grid.count(), grid.count()), atoms.points, nodes.pitch}};
-  for (const int scale : kScales) sorts.push_back(hats(nodes, ring, scale));
-  sorts.push_back(plate(nodes, atoms.nodes));
-  join(sorts, atoms);
+  std::vector<LevelShapes> levels = {{MatrixXd::Identity(grid.count(), grid.count()), atoms.points, nodes.pitch}};
+  for (const int scale : kScales) levels.push_back(hats(nodes, ring, scale));
+  levels.push_back(plate(nodes, atoms.nodes));
+  join(levels, atoms);
   return atoms;
 }
 

@@ -1,5 +1,5 @@
-// The forces that the model explains a picture with (docs/decisions/0020-one-inverse.md): atoms, each a force that is
-// spread over points of the surface, from a single point to the whole face.
+// The atoms of the model of contacts (docs/decisions/0020-one-inverse.md): forces that are spread over points of the
+// surface, from a single point to the whole face.
 #pragma once
 
 #include "sensor/sensor.h"
@@ -20,22 +20,23 @@ struct Level {
 /// P points and A atoms, the first P of which are the points themselves. Immutable once made; any thread may read it.
 struct Atoms {
   sensor::Points points;              ///< 3 x P [m], gel frame; of a block a grid row after row, as its nodes are
-  std::vector<int> nodes;             ///< P: the node that a point is, or -1
-  sensor::Points places;              ///< 3 x A [m], what distances are measured from
+  std::vector<int> nodes;             ///< P: index of the node at the point, or -1
+  sensor::Points places;              ///< 3 x A [m], centres of the atoms
   Eigen::SparseMatrix<double> shape;  ///< P x A: share of each point in an atom's force; the sum of a column is 1
   std::vector<Level> levels;
-  double depth_m = 0.0;  ///< of the nearest markers: forces closer than this look alike
+  double depth_m = 0.0;  ///< of the nearest markers, which cannot tell forces apart that are closer than this
 
   int pointCount() const { return static_cast<int>(shape.rows()); }
   int count() const { return static_cast<int>(shape.cols()); }
 };
 
-/// Of a block: points on the nodes and, where the gel is wide enough for it, on one ring around them; hats over the
-/// nodes with half widths and distances of 2, 4 and 8 pitches; an even plate on all nodes. Of a body with an influence
-/// file, whose nodes need not be a grid and whose mechanics are known at the nodes alone: points on the nodes.
+/// Makes the atoms of a sensor. Of a block: points on the nodes and, where the gel is wide enough for it, on one ring
+/// around them; hats over the nodes with half widths and distances of 2, 4 and 8 pitches; an even plate on all nodes.
+/// Of a body with an influence file, whose nodes need not be a grid and whose mechanics are known at the nodes alone:
+/// points on the nodes.
 Atoms makeAtoms(const sensor::Sensor& sensor);
 
-/// pointForces = shape forces: 3P of the points, from 3A of the atoms [N].
+/// Computes the forces of the points (3P) from those of the atoms (3A) [N].
 void addUp(const Atoms& atoms, std::span<const double> forces, std::span<double> pointForces);
 
 }  // namespace tractiond::solve

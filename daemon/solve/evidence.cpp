@@ -10,18 +10,18 @@ namespace {
 
 using Eigen::Index;
 
-/// tau is one of exp(kFirst), exp(kFirst + kStep) .. times Factors::force_N: from what nobody sees to what nobody
-/// bears.
+/// tau is one of exp(kFirst), exp(kFirst + kStep) .. times Factors::force_N, from far below the detection limit to far
+/// above what a gel bears.
 constexpr double kFirst = -12.0, kStep = 0.25;
 constexpr int kRatios = 51;
 
 }  // namespace
 
-void resize(Seen& seen, int atoms) {
+void resize(AtomMoments& moments, int atoms) {
   const auto count = static_cast<std::size_t>(atoms);
-  seen.mean_N.assign(3 * count, 0.0);
-  seen.known.assign(count, 0.0);
-  seen.noise_N2.assign(count, 0.0);
+  moments.mean_N.assign(3 * count, 0.0);
+  moments.known.assign(count, 0.0);
+  moments.noise_N2.assign(count, 0.0);
 }
 
 Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
@@ -79,11 +79,11 @@ int Evidence::likeliest(std::span<const double> amplitudes, double noise_px) con
   return best;
 }
 
-double Evidence::usualForce_N(std::span<const double> amplitudes, double noise_px) const {
+double Evidence::typicalForce_N(std::span<const double> amplitudes, double noise_px) const {
   return ratios_[likeliest(amplitudes, noise_px)] * noise_px;
 }
 
-void Evidence::start(std::span<const double> amplitudes, double noise_px, Seen& seen) {
+void Evidence::start(std::span<const double> amplitudes, double noise_px, AtomMoments& moments) {
   const int best = likeliest(amplitudes, noise_px), rank = factors_.rank();
   for (int k = 0; k < rank; ++k) {
     filtered_.data()[k] = (1.0 - unexplained_(k, best)) / factors_.singularValues[k] * amplitudes[k];
@@ -94,9 +94,9 @@ void Evidence::start(std::span<const double> amplitudes, double noise_px, Seen& 
     for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, a); it; ++it) {
       mean += it.value() * Eigen::Vector3d::Map(pointMean_.data() + 3 * it.row());
     }
-    Eigen::Vector3d::Map(seen.mean_N.data() + 3 * static_cast<Index>(a)) = mean;
-    seen.known[a] = known_(a, best);
-    seen.noise_N2[a] = square(noise_px) * noise_(a, best);
+    Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<Index>(a)) = mean;
+    moments.known[a] = known_(a, best);
+    moments.noise_N2[a] = square(noise_px) * noise_(a, best);
   }
 }
 

@@ -1,5 +1,5 @@
-// The start: all atoms alike. Their force is f ~ N(0, tau^2), and the evidence of the picture's amplitudes c in the
-// modes s says what tau is:
+// Starts the rounds with all atoms alike: f ~ N(0, tau^2), with the tau that maximises the evidence of the picture's
+// amplitudes c in the modes s:
 //   -1/2 sum [ln(s^2 tau^2 + n^2) + c^2 / (s^2 tau^2 + n^2)]
 #pragma once
 
@@ -10,24 +10,25 @@
 
 namespace tractiond::solve {
 
-/// What is thought of all A atoms.
-struct Seen {
+/// What is known of the forces of all A atoms.
+struct AtomMoments {
   std::vector<double> mean_N;    ///< 3A
-  std::vector<double> known;     ///< A: share of its prior's variance that the picture takes off, sum of the components
+  std::vector<double> known;     ///< A: degrees of freedom, 3 - tr(posterior covariance) / prior variance
   std::vector<double> noise_N2;  ///< A: variance of the mean by the picture's noise, sum of the components
 };
 
-/// Sizes the arrays.
-void resize(Seen& seen, int atoms);
+/// Sizes the arrays for so many atoms, all 0.
+void resize(AtomMoments& moments, int atoms);
 
-/// |mean|^2 of an atom.
-inline double squaredMean(const Seen& seen, int atom) {
-  return Eigen::Vector3d::Map(seen.mean_N.data() + 3 * static_cast<std::ptrdiff_t>(atom)).squaredNorm();
+/// Returns |mean|^2 of an atom [N^2].
+inline double squaredMean(const AtomMoments& moments, int atom) {
+  return Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<std::ptrdiff_t>(atom)).squaredNorm();
 }
 
-/// e of an atom: |mean|^2 as far as it is evident, `surety` deviations above the noise.
-inline double evident(const Seen& seen, int atom, double surety) {
-  return std::max(0.0, squaredMean(seen, atom) - surety * surety * seen.noise_N2[static_cast<std::size_t>(atom)] / 3.0);
+/// Returns e of an atom: how far |mean|^2 exceeds `surety` deviations of the noise; 0 if it does not.
+inline double evident(const AtomMoments& moments, int atom, double surety) {
+  return std::max(0.0, squaredMean(moments, atom) -
+                           surety * surety * moments.noise_N2[static_cast<std::size_t>(atom)] / 3.0);
 }
 
 /// Thread-bound. Allocates only when made.
@@ -36,13 +37,13 @@ class Evidence {
   /// Both must outlive it.
   Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
 
-  /// Returns tau, the force that is usual in this picture [N]. `amplitudes`: r [px].
-  double usualForce_N(std::span<const double> amplitudes, double noise_px) const;
+  /// Returns tau, the typical force of this picture [N]. `amplitudes`: r [px].
+  double typicalForce_N(std::span<const double> amplitudes, double noise_px) const;
 
-  /// Fills `seen` with what the amplitudes say of every atom if that force is usual.
-  void start(std::span<const double> amplitudes, double noise_px, Seen& seen);
+  /// Fills `moments` from the amplitudes with that typical force.
+  void start(std::span<const double> amplitudes, double noise_px, AtomMoments& moments);
 
-  /// amplitudes -= those of `forces_N` of the points, 3P.
+  /// Subtracts the amplitudes that the points' forces `forces_N` (3P) cause.
   void subtract(std::span<const double> forces_N, std::span<double> amplitudes);
 
  private:

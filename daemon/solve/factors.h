@@ -1,4 +1,4 @@
-// What a frame needs of a sensor's atoms: their influence on the markers, and its singular values.
+// The influence of a sensor's atoms on its markers, factored once for all frames.
 //
 //   d = H f + P m + noise    the displacements: forces f of the atoms, and motion m ~ N(0, Q) of the whole picture
 //   W = (1 + P Q P' / n^2)^-1    the weight of the displacements, n [px] being their noise

@@ -34,7 +34,7 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
     , pointForce_(3 * static_cast<std::size_t>(atoms.pointCount()))
     , left_(factors.singularValues.size()) {
   assert(factors.atomCount() == atoms.count() && factors.pointCount() == atoms.pointCount());
-  resize(seen_, atoms.count());
+  resize(moments_, atoms.count());
   resize(rest_, atoms.count());
   chosen_.reserve(mostOf(options));
 }
@@ -76,53 +76,53 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
   publish(estimate);
 }
 
-/// Start: all atoms alike.
+/// Starts with all atoms alike.
 void Model::look(const Displacements& picture, std::span<const float> displacement_px) {
   amplitudes_.take(displacement_px, picture.missing);
   for (int i = 0; i < kCompletions && !picture.missing.empty(); ++i) {
-    amplitudes_.complete(evidence_.usualForce_N(amplitudes_.values(), picture.noise_px), picture.noise_px);
+    amplitudes_.complete(evidence_.typicalForce_N(amplitudes_.values(), picture.noise_px), picture.noise_px);
   }
-  evidence_.start(amplitudes_.values(), picture.noise_px, seen_);
-  first_ = seen_.known;
+  evidence_.start(amplitudes_.values(), picture.noise_px, moments_);
+  first_ = moments_.known;
 }
 
-/// Prior from what was seen, selection, posterior; what that shows is what is seen next.
+/// Does one round: prior, selection, posterior. Its moments are what the next round begins with.
 Model::Found Model::round(const Displacements& picture, int most, bool last) {
-  if (!prior_.follow(seen_)) return Found::kNothing;
+  if (!prior_.follow(moments_)) return Found::kNothing;
   selection_.choose(prior_.gamma_N2(), most, true, picture.noise_px, chosen_);
   if (chosen_.atoms.empty()) return Found::kNothing;
-  if (last) selection_.choose(roughness_.add(seen_.mean_N, chosen_), most, false, picture.noise_px, chosen_);
+  if (last) selection_.choose(roughness_.add(moments_.mean_N, chosen_), most, false, picture.noise_px, chosen_);
   prior_.direct(chosen_);
   if (!posterior_.fit(picture, chosen_)) return Found::kFailed;
   // Atoms without a force stay what the picture would tell of them: else the others' prior has no end.
-  std::fill(seen_.mean_N.begin(), seen_.mean_N.end(), 0.0);
-  std::fill(seen_.noise_N2.begin(), seen_.noise_N2.end(), 0.0);
-  seen_.known = first_;
+  std::fill(moments_.mean_N.begin(), moments_.mean_N.end(), 0.0);
+  std::fill(moments_.noise_N2.begin(), moments_.noise_N2.end(), 0.0);
+  moments_.known = first_;
   if (!last) posterior_.noise_N2(noise_);  // after the last one looksAgain() may ask for it
-  keep(seen_);
+  keep(moments_);
   return Found::kAtoms;
 }
 
 /// Puts what was found of the chosen atoms in its place.
-void Model::keep(Seen& seen) {
+void Model::keep(AtomMoments& moments) {
   degrees_ = 0.0;
   for (std::size_t i = 0; i < chosen_.atoms.size(); ++i) {
     const auto atom = static_cast<std::size_t>(chosen_.atoms[i]);
     const auto force = posterior_.forces_N().subspan(3 * i, 3);
-    std::copy(force.begin(), force.end(), seen.mean_N.begin() + static_cast<std::ptrdiff_t>(3 * atom));
-    seen.known[atom] = posterior_.known()[i];
-    seen.noise_N2[atom] = noise_[i];
+    std::copy(force.begin(), force.end(), moments.mean_N.begin() + static_cast<std::ptrdiff_t>(3 * atom));
+    moments.known[atom] = posterior_.known()[i];
+    moments.noise_N2[atom] = noise_[i];
     degrees_ += posterior_.known()[i];
   }
 }
 
-/// Whether what is left is more than noise and shows an atom; if so, it is seen beside what was found.
+/// Returns whether the residual exceeds the noise and shows an atom; then adds its moments to those that were found.
 bool Model::looksAgain(const Displacements& picture) {
   const double coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture.missing));
   const double expected =
       square(picture.noise_px) * (coordinates - degrees_ + options_.gate * std::sqrt(2.0 * coordinates));
   if (posterior_.squaredResidual_px2() < expected) return false;
-  addUp(atoms_, seen_.mean_N, pointForce_);
+  addUp(atoms_, moments_.mean_N, pointForce_);
   std::copy(amplitudes_.values().begin(), amplitudes_.values().end(), left_.begin());
   evidence_.subtract(pointForce_, left_);
   evidence_.start(left_, picture.noise_px, rest_);
@@ -133,7 +133,7 @@ bool Model::looksAgain(const Displacements& picture) {
   first_ = rest_.known;
   posterior_.noise_N2(noise_);
   keep(rest_);
-  std::swap(seen_, rest_);
+  std::swap(moments_, rest_);
   return true;
 }
 
@@ -144,7 +144,7 @@ void Model::fail(Estimate& estimate) {
 
 void Model::publish(Estimate& estimate) {
   estimate.outcome = Estimate::Outcome::kFound;
-  addUp(atoms_, seen_.mean_N, estimate.force_N);
+  addUp(atoms_, moments_.mean_N, estimate.force_N);
   estimate.wrench = posterior_.wrench();
   posterior_.wrenchCovariance(estimate.covariance);
   estimate.motion = posterior_.motion();

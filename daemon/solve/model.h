@@ -46,7 +46,7 @@ class Model {
   enum class Found { kAtoms, kNothing, kFailed };
   void look(const Displacements& picture, std::span<const float> displacement_px);
   Found round(const Displacements& picture, int most, bool last);
-  void keep(Seen& seen);
+  void keep(AtomMoments& moments);
   bool looksAgain(const Displacements& picture);
   void publish(Estimate& estimate);
   static void fail(Estimate& estimate);
@@ -62,8 +62,8 @@ class Model {
   Posterior posterior_;
   // Of one frame.
   LineArray<double> displacement_;
-  Seen seen_, rest_;           // of all atoms: now, and what is left of the picture
-  std::vector<double> first_;  // A: what the last look at the modes knew
+  AtomMoments moments_, rest_;  // of all atoms: of the last round; of the residual
+  std::vector<double> first_;   // A: what the last look at the modes knew
   Chosen chosen_;
   double degrees_ = 0.0;                   // of freedom that the forces took
   std::vector<double> noise_;              // of the chosen atoms

@@ -1,9 +1,9 @@
-// What a picture says of chosen atoms, given what was expected of them.
+// Computes the posterior of the chosen atoms from a picture and their prior.
 //
 //   gamma Omega = S S',  B = [H S, P Q^1/2],  A = B'B + n^2     over the coordinates that are there
 //   x = A^-1 B'd         the atoms' forces being f = S x, the motion's own 4 unknowns last
 //   Sigma = n^2 S A^-1 S'                       covariance of f
-//   known_a = 3 - tr Sigma_aa / gamma_a         share of the prior's variance that the picture took off
+//   known_a = 3 - tr Sigma_aa / gamma_a         degrees of freedom
 //   noise_a = n^2 tr [S (A^-1 - n^2 A^-2) S']_aa    variance of f by the picture's noise
 #pragma once
 

@@ -41,19 +41,19 @@ Prior::Prior(const Atoms& atoms, const ModelOptions& options)
   near_.setFromTriplets(entries.begin(), entries.end());
 }
 
-bool Prior::follow(const Seen& seen) {
+bool Prior::follow(const AtomMoments& moments) {
   const auto count = static_cast<Index>(evident_.size());
   shown_.clear();
   pulling_.clear();
   for (int a = 0; a < count; ++a) {
-    evident_[a] = evident(seen, a, options_.surety);
+    evident_[a] = evident(moments, a, options_.surety);
     if (evident_[a] == 0.0) continue;
-    const auto mean = Eigen::Vector3d::Map(seen.mean_N.data() + 3 * static_cast<Index>(a));
+    const auto mean = Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<Index>(a));
     shown_.push_back(a);
     pulling_.emplace_back(evident_[a] / mean.squaredNorm() * mean * mean.transpose());
   }
   VectorXd::Map(gathered_.data(), count).noalias() = near_ * VectorXd::Map(evident_.data(), count);
-  VectorXd::Map(knownNear_.data(), count).noalias() = near_ * VectorXd::Map(seen.known.data(), count);
+  VectorXd::Map(knownNear_.data(), count).noalias() = near_ * VectorXd::Map(moments.known.data(), count);
   for (int a = 0; a < count; ++a) gamma_[a] = gathered_[a] > 0.0 ? gathered_[a] / knownNear_[a] : 0.0;
   return !shown_.empty();
 }

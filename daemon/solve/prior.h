@@ -1,4 +1,4 @@
-// What is expected of each atom, from what was seen of it and its neighbours: f_a ~ N(0, gamma_a Omega_a), a group ARD
+// Computes the prior of each atom from the moments of it and its neighbours: f_a ~ N(0, gamma_a Omega_a), a group ARD
 // that follows the picture.
 #pragma once
 
@@ -16,7 +16,7 @@ class Prior {
 
   /// Takes e_a = max(0, |mean_a|^2 - z^2 noise_a / 3) and gamma_a = sum_b k_ab e_b / sum_b k_ab known_b, with
   /// k = exp(-r^2 / 2 (beta spacing)^2) within a level. Returns whether anything is evident.
-  bool follow(const Seen& seen);
+  bool follow(const AtomMoments& moments);
 
   /// [N^2], A.
   std::span<const double> gamma_N2() const { return gamma_; }

@@ -1,5 +1,5 @@
-// A contact is rougher than its atoms say: each atom of any size is expected to differ by a share of the pressure that
-// is beneath it.
+// Adds the roughness of contacts to the prior: the force of each atom, of any size, may differ by a share of the
+// pressure beneath it.
 #pragma once
 
 #include "daemon/solve/selection.h"
@@ -12,9 +12,9 @@ class Roughness {
   /// `atoms` must outlive it.
   Roughness(const Atoms& atoms, const ModelOptions& options);
 
-  /// Returns gamma of all atoms: of the chosen ones that which they have, and of every one (rho q_a)^2 / 3 more, q_a
-  /// being the force that the atom would have under the harmonic mean of the pressure beneath it, so that what is
-  /// broader than the contact gets nothing. `mean_N`: of all atoms, 3A.
+  /// Returns gamma of all atoms: that of the chosen ones, plus (rho q_a)^2 / 3 for every atom. q_a is the force of the
+  /// atom under the harmonic mean of the pressure beneath it; an atom that is broader than the contact gets nothing.
+  /// `mean_N`: of all atoms, 3A.
   std::span<const double> add(std::span<const double> mean_N, const Chosen& chosen);
 
  private:

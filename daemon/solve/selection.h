@@ -1,4 +1,4 @@
-// Which atoms take part in a round: those that are expected to move the markers most.
+// Selects the atoms of a round: those that are expected to move the markers most.
 #pragma once
 
 #include "daemon/solve/factors.h"
@@ -22,8 +22,8 @@ class Selection {
  public:
   Selection(const Factors& factors, const ModelOptions& options);
 
-  /// Chooses the `most` largest gamma |H|^2 / 3 of all atoms, as far as they are above the floor. `entering`: less the
-  /// next one's, in gamma as well, so that an atom enters at nothing.
+  /// Chooses the atoms with the `most` largest gamma |H|^2 / 3 that are above the floor. With `entering` it subtracts
+  /// the value of the next one, from gamma too, so that an atom enters with variance 0 and no force jumps.
   void choose(std::span<const double> gamma_N2, int most, bool entering, double noise_px, Chosen& chosen);
 
  private:
