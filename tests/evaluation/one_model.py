@@ -199,20 +199,21 @@ def start(model, amplitudes, noise2):
     return Seen(mean.reshape(-1, 3), model.power @ g, noise2 * model.power @ (g / model.s) ** 2)
 
 
-def prior(model, seen, constants, last):
-    """Of each atom: variance of a component, and 3 x 3 of its directions."""
-    squares = np.square(seen.mean).sum(1)
-    evident = seen.evident(constants.surety)
+def strengths(model, seen, constants):
+    """Variance of a component of each atom's force."""
     near = model.coupled(constants.coupling)
-    gamma = near @ evident / np.maximum(near @ seen.known, 1e-300)
+    return near @ seen.evident(constants.surety) / np.maximum(near @ seen.known, 1e-300)
+
+
+def directions(model, seen, constants, last):
+    """3 x 3 of each atom, its trace 3: neighbours pull alike."""
+    evident = seen.evident(constants.surety)
     used = evident > 0
-    if not used.any():
-        return np.zeros(model.atoms), np.zeros((model.atoms, 3, 3))
-    share = evident[used] / squares[used]
+    share = evident[used] / np.square(seen.mean[used]).sum(1)
     outer = share[:, None, None] * seen.mean[used][:, :, None] * seen.mean[used][:, None]
     together = np.tensordot(model.alike(constants.alike, last)[:, used], outer, 1) + 1e-300 * np.eye(3)
     together /= np.trace(together, axis1=1, axis2=2)[:, None, None]
-    return gamma, (1 - constants.turning) * 3 * together + constants.turning * np.eye(3)
+    return (1 - constants.turning) * 3 * together + constants.turning * np.eye(3)
 
 
 def select(model, gamma, most):
@@ -274,12 +275,12 @@ def solve(model, d, constants=Constants()):
     for budget, rounds in enumerate(constants.most):
         for number, most in enumerate(rounds):
             last = number == len(rounds) - 1
-            gamma, omega = prior(model, seen, constants, last)
-            atoms, gamma = select(model, gamma, most)
+            atoms, gamma = select(model, strengths(model, seen, constants), most)
             if len(atoms) == 0:
                 return Posterior(np.zeros(6), np.zeros((6, 6)), 0 * seen.mean, atoms, d @ d, budget > 0)
             smooth, mean = (atoms, gamma), seen.mean
             for _ in range(2 if last else 1):  # roughness shows what the next one is a share of
+                omega = directions(model, dataclasses.replace(seen, mean=mean), constants, last)
                 if last:
                     atoms, gamma = roughen(model, *smooth, mean, most, constants)
                 found, sigma, spread, residual = fit(model, d, atoms, gamma, omega)
