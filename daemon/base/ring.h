@@ -33,8 +33,9 @@ class Ring {
   T* pop() noexcept {
     auto head = head_.load(std::memory_order_relaxed);  // a guess: the CAS checks it
     for (;;) {
-      // acquire: partner is the release of tail_ in push().
-      if (head == tail_.load(std::memory_order_acquire)) return nullptr;
+      // acquire: partner is the release of tail_ in push(). Less than: nothing orders the two loads, and a tail from before
+      // what the other taker took is older than the head.
+      if (tail_.load(std::memory_order_acquire) <= head) return nullptr;
       // May be overwritten under our hands when the other taker was faster; then the CAS fails and we forget it.
       T* const element = cell(head).load(std::memory_order_relaxed);
       // release: partner is the acquire of head_ in push(). Failure relaxed: `head` is again only a guess.
