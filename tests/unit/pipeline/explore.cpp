@@ -3,6 +3,7 @@
 #include <ucontext.h>
 
 #include <algorithm>
+#include <csetjmp>
 #include <map>
 #include <set>
 
@@ -89,7 +90,8 @@ class Execution {
 
  private:
   struct Thread {
-    ucontext_t context{};
+    std::jmp_buf place;
+    bool begun = false;
     Clock clock{};
     State state = State::kAwake;
     Operation next;
@@ -130,7 +132,7 @@ class Execution {
   Search& search_;
   Trial* trial_ = nullptr;
   std::array<Thread, 2> threads_;
-  ucontext_t main_{};
+  std::jmp_buf main_;
   int self_ = kNobody;
   std::size_t locations_ = 0;
   std::size_t position_ = 0;  // in the path
@@ -149,8 +151,23 @@ class Execution {
 Execution* Execution::current = nullptr;
 
 namespace {
-std::array<std::vector<char>, 2> stacks{std::vector<char>(64 * 1024), std::vector<char>(64 * 1024)};
+
+// A stack of each thread's own, to begin on. From then on setjmp() is enough, which makes no system calls.
+ucontext_t& stackOf(int thread) {
+  static std::array<std::vector<char>, 2> stacks{std::vector<char>(64 * 1024), std::vector<char>(64 * 1024)};
+  static std::array<ucontext_t, 2> contexts = [] {
+    std::array<ucontext_t, 2> all{};
+    for (std::size_t t = 0; t < 2; ++t) {
+      getcontext(&all[t]);
+      all[t].uc_stack.ss_sp = stacks[t].data();
+      all[t].uc_stack.ss_size = stacks[t].size();
+    }
+    return all;
+  }();
+  return contexts[static_cast<std::size_t>(thread)];
 }
+
+}  // namespace
 
 void Execution::enter() {
   Execution& execution = *current;
@@ -168,14 +185,7 @@ void Execution::enter() {
 bool Execution::run(const std::function<Trial&()>& make) {
   trial_ = &make();
   starting_ = true;
-  for (std::size_t t = 0; t < 2; ++t) {
-    threads_[t].clock[t] = 1;
-    getcontext(&threads_[t].context);
-    threads_[t].context.uc_stack.ss_sp = stacks[t].data();
-    threads_[t].context.uc_stack.ss_size = stacks[t].size();
-    threads_[t].context.uc_link = nullptr;
-    makecontext(&threads_[t].context, &Execution::enter, 0);
-  }
+  for (std::size_t t = 0; t < 2; ++t) threads_[t].clock[t] = 1;
   for (int t = 0; t < 2 && violation.empty(); ++t) switchTo(t);  // each to its first operation
   starting_ = false;
   if (violation.empty()) {
@@ -190,9 +200,13 @@ bool Execution::run(const std::function<Trial&()>& make) {
 
 // From the test's own thread, or from one of the two to the other, or back (kNobody).
 void Execution::switchTo(int thread) {
-  ucontext_t& from = self_ == kNobody ? main_ : me().context;
+  if (_setjmp(self_ == kNobody ? main_ : me().place) != 0) return;
   self_ = thread;
-  swapcontext(&from, thread == kNobody ? &main_ : &me().context);
+  if (thread == kNobody) _longjmp(main_, 1);
+  if (me().begun) _longjmp(me().place, 1);
+  me().begun = true;
+  makecontext(&stackOf(thread), &Execution::enter, 0);
+  setcontext(&stackOf(thread));
 }
 
 void Execution::abandon() {

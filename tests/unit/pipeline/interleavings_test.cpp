@@ -245,6 +245,7 @@ void prove(const std::string& header) {
   const auto run = [&](const Report& report) {
     EXPECT_EQ(report.violation, "");
     EXPECT_GT(report.executions, 0U);
+    std::fprintf(stderr, "  %zu\n", std::size_t{report.executions});
     all.executions += report.executions;
     all.cut += report.cut;
     all.depth = std::max(all.depth, report.depth);
