@@ -45,8 +45,8 @@ struct Choice {
 // One search: what is kept from one execution to the next.
 struct Search {
   Site weakened;
-  bool late = false;                                                     // loads may be
-  std::vector<Choice> path;                                              // of the execution that runs
+  bool late = false;                                                      // loads may be
+  std::vector<Choice> path;                                               // of the execution that runs
   std::map<std::pair<std::size_t, int>, std::set<std::uint64_t>> values;  // ever stored, by location and thread
   Report report;
 };
@@ -116,10 +116,10 @@ class Execution {
   std::size_t choose(std::size_t count);
   std::memory_order orderOf(std::memory_order order, const std::source_location& where);
   void point(const Operation& operation);
-  void goOn();                      // gives the processor to whoever goes next
+  void goOn();  // gives the processor to whoever goes next
   int next();
   void switchTo(int thread);
-  [[noreturn]] void abandon();      // an execution that is no other, or none
+  [[noreturn]] void abandon();  // an execution that is no other, or none
   void begin(const Operation& operation);
   void note(const char* what, const Location& location, std::uint64_t bits, const std::source_location& where);
 
@@ -328,7 +328,8 @@ void Execution::note(const char* what, const Location& location, std::uint64_t b
   if (!recording_) return;
   const std::string file = where.file_name();
   history_ += std::string("\n  ") + (self_ == 0 ? "first: " : "second: ") + what + " #" + std::to_string(location.id_) +
-              " = " + std::to_string(bits) + "  " + file.substr(file.rfind('/') + 1) + ':' + std::to_string(where.line());
+              " = " + std::to_string(bits) + "  " + file.substr(file.rfind('/') + 1) + ':' +
+              std::to_string(where.line());
 }
 
 // The oldest store of a location that this thread may read.

@@ -109,10 +109,10 @@ class Location {
   };
 
   std::size_t id_;
-  std::vector<Store> stores_;                 // in their order
-  std::array<std::vector<Read>, 2> reads_;    // of each thread
-  std::array<std::size_t, 2> oldest_{};       // that each thread may still read
-  std::array<int, 2> rereads_{};              // of that one
+  std::vector<Store> stores_;               // in their order
+  std::array<std::vector<Read>, 2> reads_;  // of each thread
+  std::array<std::size_t, 2> oldest_{};     // that each thread may still read
+  std::array<int, 2> rereads_{};            // of that one
 };
 
 /// Stands for std::atomic in what is explored. There is no default order: every one is written down.
