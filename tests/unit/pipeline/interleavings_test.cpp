@@ -387,7 +387,7 @@ TEST(Interleavings, OfTheLoanHoldAndNeedEachOrder) {
 
 TEST(Interleavings, OfTheLinkHoldAndNeedEachOrder) {
   constexpr auto kEvict = WhenFull::kEvictOldest, kWait = WhenFull::kWait;
-  prove<LinkUnderway<kEvict, 0, 2>, LinkUnderway<kEvict, 2, 3>, LinkUnderway<kEvict, 3, 4, 2>,
+  prove<LinkUnderway<kEvict, 0, 2>, LinkUnderway<kEvict, 0, 4, 1>, LinkUnderway<kEvict, 2, 3>, LinkUnderway<kEvict, 3, 4, 2>,
         LinkUnderway<kEvict, 3, 5, 1>, LinkUnderway<kWait, 3, 4, 1>, LinkUnderway<kWait, 3, 5, 2>>("link.h");
 }
 
