@@ -1,5 +1,6 @@
 // Proves the lock-free parts by running all interleavings of two threads (explore.h), and each of their memory orders
-// by weakening it: then some interleaving must break a law.
+// by weakening it: then some interleaving must break a law. Prints how many executions there were. The ring's orders are
+// weakened in the ring's own trials.
 
 #include "daemon/base/link.h"
 #include "daemon/base/loan.h"
