@@ -33,8 +33,8 @@ class Ring {
   T* pop() noexcept {
     auto head = head_.load(std::memory_order_relaxed);  // a guess: the CAS checks it
     for (;;) {
-      // acquire: partner is the release of tail_ in push(). Less than: nothing orders the two loads, so this tail may be
-      // older than the head that the other taker left.
+      // acquire: partner is the release of tail_ in push(). Less than: nothing orders the two loads, so this tail may
+      // be older than the head that the other taker left.
       if (tail_.load(std::memory_order_acquire) <= head) return nullptr;
       // May be overwritten under our hands when the other taker was faster; then the CAS fails and we forget it.
       T* const element = cell(head).load(std::memory_order_relaxed);

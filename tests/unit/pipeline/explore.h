@@ -10,8 +10,8 @@
 // read-modify-write that writes reads the newest. Happens-before is program order and what an acquire reads of a
 // release or of its release sequence. Two accesses to an explore::Plain, one of them a write, of which none happens
 // before the other, are a data race. A relaxed load may be late, as on processors that let a store overtake an older
-// load: it then reads what the other thread stores only after it has seen this thread's next operation, which must be
-// a write to another location and must not depend on what was loaded (load buffering, of one operation).
+// load: it then reads what the other thread stores after this thread's next operation, which must be a write to another
+// location and must not depend on what was loaded (load buffering, of one operation).
 //
 // Not in the model, as the parts have no use for it: fences, sequentially consistent order, consume, three threads,
 // stores that another thread orders before earlier ones, load buffering of more than one operation.

@@ -1,6 +1,6 @@
 // Proves the lock-free parts by running all interleavings of two threads (explore.h), and each of their memory orders
-// by weakening it: then some interleaving must break a law. Prints how many executions there were. The ring's orders are
-// weakened in the ring's own trials.
+// by weakening it: then some interleaving must break a law. Prints how many executions there were. The ring's orders
+// are weakened in the ring's own trials.
 
 #include "daemon/base/link.h"
 #include "daemon/base/loan.h"
@@ -388,8 +388,9 @@ TEST(Interleavings, OfTheLoanHoldAndNeedEachOrder) {
 
 TEST(Interleavings, OfTheLinkHoldAndNeedEachOrder) {
   constexpr auto kEvict = WhenFull::kEvictOldest, kWait = WhenFull::kWait;
-  prove<LinkUnderway<kEvict, 0, 2>, LinkUnderway<kEvict, 0, 4, 1>, LinkUnderway<kEvict, 2, 3>, LinkUnderway<kEvict, 3, 4, 2>,
-        LinkUnderway<kEvict, 3, 5, 1>, LinkUnderway<kWait, 3, 4, 1>, LinkUnderway<kWait, 3, 5, 2>>("link.h");
+  prove<LinkUnderway<kEvict, 0, 2>, LinkUnderway<kEvict, 0, 4, 1>, LinkUnderway<kEvict, 2, 3>,
+        LinkUnderway<kEvict, 3, 4, 2>, LinkUnderway<kEvict, 3, 5, 1>, LinkUnderway<kWait, 3, 4, 1>,
+        LinkUnderway<kWait, 3, 5, 2>>("link.h");
 }
 
 }  // namespace
