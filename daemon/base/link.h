@@ -24,8 +24,9 @@ enum class WhenFull {
 };
 
 /// One producer thread, one consumer thread, kSlots elements: at most one in the hands of each side, the others wait in
-/// the link or are free. Allocates and locks nothing after construction.
-template <typename T, std::size_t kSlots>
+/// the link or are free. Allocates and locks nothing after construction. Atomic and Wake are others only in
+/// interleavings_test.cpp.
+template <typename T, std::size_t kSlots, template <typename> typename Atomic = std::atomic, typename Wake = Event>
 class Link {
   static_assert(kSlots >= 3, "one slot for each side and one on its way");
 
@@ -112,7 +113,7 @@ class Link {
   }
 
  private:
-  using Slots = Ring<T, std::bit_ceil(kSlots)>;
+  using Slots = Ring<T, std::bit_ceil(kSlots), Atomic>;
 
   void takeBack(T* slot) {
     reclaimed_(*slot);
@@ -127,9 +128,9 @@ class Link {
   std::size_t spares_ = 0;
   Slots waiting_;  // producer -> consumer, and back to the producer when evicted
   Slots free_;     // consumer -> producer
-  Event filled_;
-  Event freed_;
-  std::atomic<bool> closed_{false};
+  Wake filled_;
+  Wake freed_;
+  Atomic<bool> closed_{false};
 };
 
 }  // namespace tractiond

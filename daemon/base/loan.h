@@ -6,8 +6,8 @@
 namespace tractiond {
 
 /// Wait-free. The owner makes all room; the filler only writes into it, and asks one atomic where nobody wants
-/// anything.
-template <typename T>
+/// anything. Atomic is another one only in interleavings_test.cpp.
+template <typename T, template <typename> typename Atomic = std::atomic>
 class Loan {
  public:
   // The owner's.
@@ -24,7 +24,7 @@ class Loan {
 
  private:
   T record_;
-  std::atomic<bool> lent_{false};
+  Atomic<bool> lent_{false};
 };
 
 }  // namespace tractiond

@@ -6,8 +6,9 @@
 
 namespace tractiond {
 
-/// Wait-free. One thread puts, one takes. A T that was not taken is overwritten.
-template <typename T>
+/// Wait-free. One thread puts, one takes. A T that was not taken is overwritten. Atomic is another one only in
+/// interleavings_test.cpp.
+template <typename T, template <typename> typename Atomic = std::atomic>
 class Mailbox {
  public:
   explicit Mailbox(T room = {})
@@ -37,7 +38,7 @@ class Mailbox {
 
  private:
   enum class State { kEmpty, kBusy, kFull };
-  std::atomic<State> state_{State::kEmpty};
+  Atomic<State> state_{State::kEmpty};
   T slot_;
 };
 

@@ -12,7 +12,8 @@
 namespace tractiond {
 
 /// push() from one thread, pop() from any. Lock-free: a pop is retried only when somebody else's pop succeeded.
-template <typename T, std::size_t kCapacity>
+/// Atomic is another one only in interleavings_test.cpp.
+template <typename T, std::size_t kCapacity, template <typename> typename Atomic = std::atomic>
 class Ring {
   static_assert(kCapacity > 0 && (kCapacity & (kCapacity - 1)) == 0, "a power of two: the index is a mask");
 
@@ -32,8 +33,9 @@ class Ring {
   T* pop() noexcept {
     auto head = head_.load(std::memory_order_relaxed);  // a guess: the CAS checks it
     for (;;) {
-      // acquire: partner is the release of tail_ in push().
-      if (head == tail_.load(std::memory_order_acquire)) return nullptr;
+      // acquire: partner is the release of tail_ in push(). Less than: nothing orders the two loads, so this tail may
+      // be older than the head that the other taker left.
+      if (tail_.load(std::memory_order_acquire) <= head) return nullptr;
       // May be overwritten under our hands when the other taker was faster; then the CAS fails and we forget it.
       T* const element = cell(head).load(std::memory_order_relaxed);
       // release: partner is the acquire of head_ in push(). Failure relaxed: `head` is again only a guess.
@@ -44,12 +46,12 @@ class Ring {
   }
 
  private:
-  std::atomic<T*>& cell(std::uint64_t index) { return cells_[index & (kCapacity - 1)]; }
+  Atomic<T*>& cell(std::uint64_t index) { return cells_[index & (kCapacity - 1)]; }
 
   // On cache lines of their own: the takers write the one, the producer the other.
-  alignas(64) std::atomic<std::uint64_t> head_{0};
-  alignas(64) std::atomic<std::uint64_t> tail_{0};
-  alignas(64) std::array<std::atomic<T*>, kCapacity> cells_{};
+  alignas(64) Atomic<std::uint64_t> head_{0};
+  alignas(64) Atomic<std::uint64_t> tail_{0};
+  alignas(64) std::array<Atomic<T*>, kCapacity> cells_{};
 };
 
 }  // namespace tractiond
