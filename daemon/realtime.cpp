@@ -5,7 +5,6 @@
 #include <spdlog/spdlog.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -52,27 +51,6 @@ publish::FixedText<120> fixed(std::string_view text) {
   publish::FixedText<120> result;
   result.assign(text);
   return result;
-}
-
-/// The kernel's struct sched_attr, as far as every kernel has it; the C library of 2022 declares none.
-struct SchedulingAttributes {
-  std::uint32_t size = sizeof(SchedulingAttributes);
-  std::uint32_t policy = 0;
-  std::uint64_t flags = 0;
-  std::int32_t nice = 0;
-  std::uint32_t priority = 0;
-  std::uint64_t runtime_ns = 0, deadline_ns = 0, period_ns = 0;
-};
-
-/// Asks for time slices as short as the kernel grants them: from Linux 6.12 on, a thread that wakes up then preempts
-/// one with longer slices. Older kernels ignore the request. It needs no permission.
-void shortenSlices(int threadId) {
-  constexpr std::uint64_t kSlice_ns = 100'000;
-  SchedulingAttributes attributes;
-  if (syscall(SYS_sched_getattr, threadId, &attributes, sizeof attributes, 0) != 0) return;
-  if (attributes.policy != SCHED_OTHER) return;
-  attributes.runtime_ns = kSlice_ns;
-  syscall(SYS_sched_setattr, threadId, &attributes, 0);
 }
 
 }  // namespace
@@ -157,9 +135,7 @@ void Realtime::adopt(int threadId) {
 void Realtime::include(int threadId, int priority) {
   const std::lock_guard lock(mutex_);
   if (CPU_COUNT(&cpus_) > 0 && sched_setaffinity(threadId, sizeof cpus_, &cpus_) != 0) cpusError_ = errno;
-  if (priority == 0) {
-    shortenSlices(threadId);
-  } else {
+  if (priority > 0) {
     sched_param param{};
     param.sched_priority = priority;
     // Threads that it starts are no such threads.

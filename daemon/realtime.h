@@ -14,9 +14,9 @@
 
 namespace tractiond {
 
-/// By default nothing is asked for that needs a permission.
+/// By default nothing is asked for.
 struct RealtimeOptions {
-  int priority = 0;         ///< SCHED_FIFO, of the threads that a frame passes; 0: SCHED_OTHER with short time slices
+  int priority = 0;         ///< SCHED_FIFO, of the threads that a frame passes; 0: run as all others
   std::string cpus = {};    ///< these may run on, in the kernel's list format: "0-2,5"; empty: any
   bool lockMemory = false;  ///< what has been touched is not taken away again
 };

@@ -7,10 +7,8 @@
 #include <spdlog/spdlog.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
-#include <array>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
@@ -292,25 +290,6 @@ TEST(Realtime, AsksForNothingByDefault) {
   EXPECT_EQ(threadsOf(realtime)["member"].priority, 0);
   realtime.report();
   EXPECT_EQ(log.str(), "");
-}
-
-/// Returns the calling thread's time slice [ns], 0 where the kernel does not tell it (before Linux 6.12).
-std::uint64_t slice_ns() {
-  std::array<std::uint64_t, 6> attributes{};  // struct sched_attr; its runtime is the fourth word
-  EXPECT_EQ(syscall(SYS_sched_getattr, 0, attributes.data(), sizeof attributes, 0), 0);
-  return attributes[3];
-}
-
-TEST(Realtime, ThreadsOfFramesHaveShortSlicesAndKeepTheirNiceValue) {
-  const std::uint64_t before_ns = slice_ns();
-  std::thread([&] {
-    setpriority(PRIO_PROCESS, 0, 3);
-    Realtime({}).enter();
-    EXPECT_EQ(slice_ns(), before_ns == 0 ? 0U : 100'000U);
-    EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER);
-    EXPECT_EQ(getpriority(PRIO_PROCESS, 0), 3);
-  }).join();
-  EXPECT_EQ(slice_ns(), before_ns);
 }
 
 }  // namespace
