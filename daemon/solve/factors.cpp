@@ -7,8 +7,6 @@
 
 #include "sensor/elastic/linear_algebra.h"
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -24,37 +22,10 @@ using sensor::elastic::Op;
 /// Singular values below this share of the largest drown in the rounding of A A', whatever the options say.
 constexpr double kSmallest = 1e-6;
 
-template <typename Source>
-RowMatrix toRows(const Source& source) {
-  RowMatrix rows(static_cast<int>(source.rows()), static_cast<int>(source.cols()));
-  for (int i = 0; i < rows.rows(); ++i) {
-    for (int j = 0; j < rows.columns(); ++j) rows.row(i)[j] = static_cast<float>(source(i, j));
-  }
-  return rows;
-}
-
 template <typename Matrix>
 MatrixXd rounded(const Matrix& matrix) {
   return matrix.template cast<float>().template cast<double>();
 }
-
-/// Of P Q^1/2 / n: left singular vectors R, zero where nothing moves, and squared singular values.
-struct Weight {
-  MatrixXd axes;
-  Eigen::Array4d e2;
-
-  explicit Weight(const MatrixXd& motion) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> strayed(motion.transpose() * motion);
-    e2 = strayed.eigenvalues().array().max(0.0);
-    const Eigen::Array4d reciprocal = (e2 > 0.0).select(e2.max(1e-300).rsqrt(), 0.0);
-    axes = motion * (strayed.eigenvectors() * reciprocal.matrix().asDiagonal());
-  }
-
-  /// matrix = W^1/2 matrix.
-  void apply(MatrixXd& matrix) const {
-    matrix -= axes * (1.0 - (1.0 + e2).rsqrt()).matrix().asDiagonal() * (axes.transpose() * matrix);
-  }
-};
 
 /// Influence of the atoms from that of the points.
 MatrixXd ofAtoms(const MatrixXd& influence, const Atoms& atoms) {
@@ -107,7 +78,7 @@ tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Ato
     factors.motionGram = moved.transpose() * moved;
   }
 
-  const Weight weight(strays / options.noise_px);
+  const MotionWeight weight(motion, options.noise_px);
   weight.apply(atomInfluence);
   MatrixXd vectors(coordinates, coordinates);
   sensor::elastic::multiplyBySelf(1.0, atomInfluence, Op::kPlain, 0.0, vectors);
@@ -129,9 +100,9 @@ tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Ato
   sensor::elastic::multiply(1.0, influence, Op::kTransposed, left, Op::kPlain, 0.0, right);
   factors.right = toRows(right * s.cwiseInverse().asDiagonal());
   left.conservativeResize(Eigen::NoChange, rank + kMotions);
-  left.rightCols<kMotions>() = weight.axes;
+  left.rightCols<kMotions>() = weight.axes();
   factors.left = toRows(left);
-  factors.motionGain = weight.e2 / (1.0 + weight.e2);
+  factors.motionGain = weight.gain();
   return factors;
 }
 

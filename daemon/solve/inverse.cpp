@@ -9,8 +9,6 @@
 
 #include "sensor/elastic/linear_algebra.h"
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -24,15 +22,6 @@ using sensor::elastic::Op;
 
 /// Singular values below this share of the largest drown in the rounding of H'H, whatever the options say.
 constexpr double kSmallest = 1e-6;
-
-template <typename Source>
-RowMatrix toRows(const Source& source) {
-  RowMatrix rows(static_cast<int>(source.rows()), static_cast<int>(source.cols()));
-  for (int i = 0; i < rows.rows(); ++i) {
-    for (int j = 0; j < rows.columns(); ++j) rows.row(i)[j] = static_cast<float>(source(i, j));
-  }
-  return rows;
-}
 
 template <typename Matrix>
 void appendLower(const Matrix& matrix, std::size_t size, auto& packed) {
@@ -73,15 +62,8 @@ tl::expected<Inverse, Error> computeInverse(const MatrixXd& influence, const Mot
   const auto coordinates = static_cast<int>(influence.rows());
   const auto forces = static_cast<int>(influence.cols());
 
-  // Left singular vectors and squared singular values of P Q^1/2 / n; a motion that does not happen has a zero column.
-  MatrixXd r = motion.modes * (motion.variances.cwiseSqrt() / options.noise_px).asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> strayed(r.transpose() * r);
-  const Eigen::Vector4d e2 = strayed.eigenvalues().cwiseMax(0.0);
-  const Eigen::Vector4d reciprocal = (e2.array() > 0.0).select(e2.array().max(1e-300).rsqrt(), 0.0);
-  r = r * (strayed.eigenvectors() * reciprocal.asDiagonal());
-  const Eigen::Vector4d motionGain = e2.array() / (1.0 + e2.array());
-  const Eigen::Vector4d halfWeight = 1.0 - (1.0 + e2.array()).rsqrt();
-  const auto weigh = [&](MatrixXd& matrix) { matrix -= r * halfWeight.asDiagonal() * (r.transpose() * matrix); };
+  const MotionWeight weight(motion, options.noise_px);
+  const Eigen::Vector4d motionGain = weight.gain();
 
   Inverse inverse;
   MatrixXd weighed = influence.cast<float>().cast<double>();
@@ -90,7 +72,7 @@ tl::expected<Inverse, Error> computeInverse(const MatrixXd& influence, const Mot
   appendLower(vectors, static_cast<std::size_t>(forces), inverse.gram);
   const double largest = largestSingularValue(vectors);
   weighed = influence;
-  weigh(weighed);
+  weight.apply(weighed);
   sensor::elastic::multiplyBySelf(1.0, weighed, Op::kTransposed, 0.0, vectors);
   report(0.1);
   VectorXd eigenvalues;  // rising
@@ -113,9 +95,9 @@ tl::expected<Inverse, Error> computeInverse(const MatrixXd& influence, const Mot
   sensor::elastic::multiply(1.0, weighed, Op::kPlain, v, Op::kPlain, 0.0, u);
   weighed.resize(0, 0);
   u *= s.cwiseInverse().asDiagonal();
-  weigh(u);
+  weight.apply(u);
   MatrixXd left(coordinates, rank + kMotions);
-  left << u, r;
+  left << u, weight.axes();
   inverse.left = toRows(left);
   inverse.right = toRows(v.transpose());
   inverse.influence = toRows(influence.transpose());

@@ -11,6 +11,7 @@
 #include "daemon/base/error.h"
 #include "daemon/records/marker_field.h"
 #include "daemon/solve/kernels.h"
+#include "daemon/solve/motion_weight.h"
 #include "daemon/solve/options.h"
 
 #include <tl/expected.hpp>
@@ -19,9 +20,6 @@
 #include <vector>
 
 namespace tractiond::solve {
-
-/// Shift of the picture along u and v, its scale and its roll.
-inline constexpr int kMotions = 4;
 
 /// How the wrench (force and moment) of a load is misread by one standard deviation of each number that is not known
 /// better: 6 x 6 matrices, row after row, for the camera's position x, y, z, rotation x, y, z and focal length, and of
@@ -57,12 +55,6 @@ struct Inverse {
         i > j ? std::pair<std::size_t, std::size_t>(i, j) : std::pair<std::size_t, std::size_t>(j, i);
     return hat[high * (high + 1) / 2 + low];
   }
-};
-
-/// P and the diagonal of Q.
-struct MotionPrior {
-  Eigen::MatrixXd modes;      ///< 2M x 4
-  Eigen::Vector4d variances;  ///< 0: that motion does not happen
 };
 
 /// `influence` is 2M x 3N [px/N]. Double precision, the BLAS's threads, about four times the matrix's memory; `id`,

@@ -53,6 +53,16 @@ class RowMatrix {
   LineArray<float> data_;
 };
 
+/// Rounds a matrix of doubles that has rows(), cols() and (row, column), as Eigen's have.
+template <typename Source>
+RowMatrix toRows(const Source& source) {
+  RowMatrix rows(static_cast<int>(source.rows()), static_cast<int>(source.cols()));
+  for (int i = 0; i < rows.rows(); ++i) {
+    for (int j = 0; j < rows.columns(); ++j) rows.row(i)[j] = static_cast<float>(source(i, j));
+  }
+  return rows;
+}
+
 /// The upper left corner of a RowMatrix in half the bytes: integers with a factor for each row, off by at most 1/65534
 /// of the largest number in the row. Padded as that one.
 class CoarseMatrix {
