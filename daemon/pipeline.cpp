@@ -45,20 +45,20 @@ void publishOne(const Stages& stages, const TractionField& field, Ledger& ledger
   ledger.published.add();
 }
 
-/// Gives every element of a link to `work` until the link is closed and empty; `sleep` waits for more.
+/// Gives one element of a link to `work`; where there is none, `sleep` waits for more. False: the link is closed and
+/// empty.
 template <typename T, std::size_t kSlots, typename Work, typename Sleep>
-void workOff(Link<T, kSlots>& link, Counter& turns, Work work, Sleep sleep) {
-  for (;; turns.add()) {
-    const bool closed = link.closed();  // asked before take(): if so, nothing comes after an empty link
-    if (T* element = link.take()) {
-      work(*element);
-      link.release(element);
-    } else if (closed) {
-      return;
-    } else {
-      sleep();
-    }
+bool workOffOne(Link<T, kSlots>& link, Work work, Sleep sleep) {
+  const bool closed = link.closed();  // asked before take(): if so, nothing comes after an empty link
+  if (T* element = link.take()) {
+    work(*element);
+    link.release(element);
+  } else if (closed) {
+    return false;
+  } else {
+    sleep();
   }
+  return true;
 }
 
 /// A slot to fill; waits for it where the link may not evict.
@@ -88,7 +88,7 @@ Pipeline::~Pipeline() {
 void Pipeline::start() {
   constexpr std::ptrdiff_t kOfFrames = 4;
   auto entered = std::make_shared<std::latch>(kOfFrames);
-  const auto run = [this, &entered](std::thread& thread, const char* name, void (Pipeline::*body)(), bool ofFrames) {
+  const auto run = [&entered, this](std::thread& thread, const char* name, bool ofFrames, auto body) {
     assert(!thread.joinable() && "started once");
     thread = std::thread([this, entered, name, body, ofFrames] {
       pthread_setname_np(pthread_self(), name);
@@ -96,17 +96,17 @@ void Pipeline::start() {
         if (stages_.enter) stages_.enter();
         entered->count_down();
       }
-      (this->*body)();
+      body();
     });
   };
   // Against the frames' direction, so that the first frame finds everybody there.
-  if (stages_.control) run(controlThread_, "tr-control", &Pipeline::control, false);
-  if (stages_.preview) run(previewThread_, "tr-preview", &Pipeline::preview, false);
-  if (stages_.record) run(recordThread_, "tr-record", &Pipeline::record, false);
-  run(publishThread_, "tr-publish", &Pipeline::publish, true);
-  run(solveThread_, "tr-solve", &Pipeline::solve, true);
-  run(trackThread_, "tr-track", &Pipeline::track, true);
-  run(captureThread_, "tr-capture", &Pipeline::capture, true);
+  if (stages_.control) run(controlThread_, "tr-control", false, [this] { loop(Stage::kControl); });
+  if (stages_.preview) run(previewThread_, "tr-preview", false, [this] { preview(); });
+  if (stages_.record) run(recordThread_, "tr-record", false, [this] { record(); });
+  run(publishThread_, "tr-publish", true, [this] { loop(Stage::kPublish); });
+  run(solveThread_, "tr-solve", true, [this] { loop(Stage::kSolve); });
+  run(trackThread_, "tr-track", true, [this] { loop(Stage::kTrack); });
+  run(captureThread_, "tr-capture", true, [this] { loop(Stage::kCapture); });
   entered->wait();
 }
 
@@ -126,30 +126,68 @@ void Pipeline::finish() {
   if (stages_.control) controlThread_.join();
   if (stages_.preview) previewThread_.join();
   if (stages_.record) recordThread_.join();
+  settle();
+}
+
+void Pipeline::settle() {
   ledger_.discardedAtStop.add(frames_.discard() + markers_.discard() + fields_.discard());
 }
 
-void Pipeline::capture() {
-  Counter& turns = turns_.capture;
-  Frame* frame = nullptr;
-  for (; !stopping_.load(std::memory_order_relaxed); turns.add()) {
-    frames_.reclaim();  // the camera gets its memory back here, on the thread that took it
-    if (!frame) frame = &acquire(frames_, turns, options_.turn);
-    const auto next = stages_.source.next(*frame, options_.turn);
-    if (next == capture::Next::kFrame) {
-      frames_.push(std::exchange(frame, nullptr));
-    } else if (next == capture::Next::kEnd) {
-      ended_.store(true, std::memory_order_relaxed);
-      break;
-    }
-  }
-  if (frame) frames_.putBack(frame);
-  frames_.close();
+void Pipeline::loop(Stage stage) {
+  for (Counter& turns = turnsOf(stage); turn(stage, options_.turn);) turns.add();
 }
 
-void Pipeline::track() {
-  workOff(
-      frames_, turns_.track,
+Counter& Pipeline::turnsOf(Stage stage) {
+  switch (stage) {
+  case Stage::kCapture:
+    return turns_.capture;
+  case Stage::kTrack:
+    return turns_.track;
+  case Stage::kSolve:
+    return turns_.solve;
+  case Stage::kPublish:
+    return turns_.publish;
+  case Stage::kControl:
+    break;
+  }
+  return turns_.control;
+}
+
+bool Pipeline::turn(Stage stage, std::chrono::milliseconds timeout) {
+  switch (stage) {
+  case Stage::kCapture:
+    return captureTurn(timeout);
+  case Stage::kTrack:
+    return trackTurn(timeout);
+  case Stage::kSolve:
+    return solveTurn(timeout);
+  case Stage::kPublish:
+    return publishTurn(timeout);
+  case Stage::kControl:
+    break;
+  }
+  if (stopping_.load(std::memory_order_relaxed)) return false;
+  stages_.control(timeout);
+  return true;
+}
+
+bool Pipeline::captureTurn(std::chrono::milliseconds timeout) {
+  if (!stopping_.load(std::memory_order_relaxed)) {
+    frames_.reclaim();  // the camera gets its memory back here, on the thread that took it
+    if (!frame_) frame_ = &acquire(frames_, turns_.capture, options_.turn);
+    const auto next = stages_.source.next(*frame_, timeout);
+    if (next == capture::Next::kFrame) frames_.push(std::exchange(frame_, nullptr));
+    if (next != capture::Next::kEnd) return true;
+    ended_.store(true, std::memory_order_relaxed);
+  }
+  if (frame_) frames_.putBack(std::exchange(frame_, nullptr));
+  frames_.close();
+  return false;
+}
+
+bool Pipeline::trackTurn(std::chrono::milliseconds timeout) {
+  const bool goesOn = workOffOne(
+      frames_,
       [this](const Frame& frame) {
         MarkerField& markers = acquire(markers_, turns_.track, options_.turn);
         if (trackOne(stages_, frame, markers, ledger_.*options_.notTracked)) {
@@ -158,38 +196,36 @@ void Pipeline::track() {
           markers_.putBack(&markers);
         }
       },
-      [this] { frames_.wait(options_.turn); });
-  markers_.close();
+      [this, timeout] { frames_.wait(timeout); });
+  if (!goesOn) markers_.close();
+  return goesOn;
 }
 
-void Pipeline::solve() {
-  workOff(
-      markers_, turns_.solve,
+bool Pipeline::solveTurn(std::chrono::milliseconds timeout) {
+  const bool goesOn = workOffOne(
+      markers_,
       [this](const MarkerField& markers) {
         TractionField& field = acquire(fields_, turns_.solve, options_.turn);
         solveOne(stages_, markers, field);
         fields_.push(&field);
       },
-      [this] { markers_.wait(options_.turn); });
-  fields_.close();
+      [this, timeout] { markers_.wait(timeout); });
+  if (!goesOn) fields_.close();
+  return goesOn;
 }
 
-void Pipeline::publish() {
+bool Pipeline::publishTurn(std::chrono::milliseconds timeout) {
   using std::chrono_literals::operator""ms;
-  workOff(
-      fields_, turns_.publish,
+  return workOffOne(
+      fields_,
       [this](const TractionField& field) {
         publishOne(stages_, field, ledger_);
         stages_.waitToPublish(fields_.fd(), 0ms);  // new subscribers are served also when there is no pause
       },
-      [this] {
-        stages_.waitToPublish(fields_.fd(), options_.turn);
+      [this, timeout] {
+        stages_.waitToPublish(fields_.fd(), timeout);
         fields_.awake();
       });
-}
-
-void Pipeline::control() {
-  for (; !stopping_.load(std::memory_order_relaxed); turns_.control.add()) stages_.control(options_.turn);
 }
 
 void Pipeline::preview() {

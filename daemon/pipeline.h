@@ -44,6 +44,8 @@ struct PipelineOptions {
   std::chrono::milliseconds turn{100};  ///< no stage sleeps longer, so that stop and watchdog never wait for a frame
 };
 
+enum class Stage { kCapture, kTrack, kSolve, kPublish, kControl };
+
 /// Thread-bound: all from one thread.
 class Pipeline {
  public:
@@ -61,6 +63,15 @@ class Pipeline {
   /// Waits until the source ends by itself, then as stop().
   void finish();
 
+  /// Takes one turn of a stage, for those who have no threads: what a stage's thread does between two looks at its
+  /// watchdog counter. Sleeps at most as long as told where there is nothing to do. \return false: the stage has ended,
+  /// and must not be called again. Not to be mixed with start(); when all stages have ended, call settle().
+  bool turn(Stage stage, std::chrono::milliseconds timeout);
+  /// Lets capture and control end with their next turns; the other stages follow.
+  void requestStop() { stopping_.store(true, std::memory_order_relaxed); }
+  /// Counts what is still in a link as discarded. Called by finish() when the threads are joined.
+  void settle();
+
   /// Thread-safe: what waits for another thread gives up.
   bool stopping() const { return stopping_.load(std::memory_order_relaxed); }
 
@@ -68,11 +79,12 @@ class Pipeline {
   bool ended() const { return ended_.load(std::memory_order_relaxed); }
 
  private:
-  void capture();
-  void track();
-  void solve();
-  void publish();
-  void control();
+  void loop(Stage stage);
+  Counter& turnsOf(Stage stage);
+  bool captureTurn(std::chrono::milliseconds timeout);
+  bool trackTurn(std::chrono::milliseconds timeout);
+  bool solveTurn(std::chrono::milliseconds timeout);
+  bool publishTurn(std::chrono::milliseconds timeout);
   void preview();
   void record();
 
@@ -86,6 +98,7 @@ class Pipeline {
   Link<Frame, kSlots> frames_;
   Link<MarkerField, kSlots> markers_;
   Link<TractionField, kSlots> fields_;
+  Frame* frame_ = nullptr;  // the capture stage's own: to be filled
   std::atomic<bool> stopping_{false};
   std::atomic<bool> ended_{false};
   std::thread captureThread_, trackThread_, solveThread_, publishThread_, controlThread_, previewThread_, recordThread_;

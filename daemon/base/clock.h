@@ -6,11 +6,9 @@
 
 namespace tractiond {
 
-inline std::int64_t clockNow(clockid_t clock) {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
+/// Reads a clock of the operating system, or of the simulated world (tests/simulation), whichever is linked.
+/// Thread-safe.
+std::int64_t clockNow(clockid_t clock);
 
 inline std::int64_t monotonicNow() {
   return clockNow(CLOCK_MONOTONIC);

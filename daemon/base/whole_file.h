@@ -1,10 +1,10 @@
 // Small files that are read whole and replaced whole.
 #pragma once
 
+#include "daemon/base/files.h"
+
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <tl/expected.hpp>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstddef>
@@ -18,28 +18,27 @@ namespace tractiond {
 
 /// All bytes of a regular file: a pipe or a device has no end. Fails with the reason.
 inline tl::expected<std::vector<char>, std::error_code> readWholeFile(const std::filesystem::path& path) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  const int file = files::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return tl::unexpected(std::error_code(errno, std::generic_category()));
-  struct stat status = {};
-  if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) {
-    close(file);
+  if (!files::isRegular(file)) {
+    files::close(file);
     return tl::unexpected(std::make_error_code(std::errc::not_supported));
   }
   std::vector<char> bytes;
   std::size_t size = 0;
   for (;;) {
     bytes.resize(size + 65536);
-    const ssize_t count = read(file, bytes.data() + size, bytes.size() - size);
+    const ssize_t count = files::read(file, bytes.data() + size, bytes.size() - size);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) {
       const std::error_code error(errno, std::generic_category());
-      close(file);
+      files::close(file);
       return tl::unexpected(error);
     }
     size += static_cast<std::size_t>(count);
     if (count == 0) break;
   }
-  close(file);
+  files::close(file);
   bytes.resize(size);
   return bytes;
 }
@@ -50,26 +49,26 @@ inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::
   const std::filesystem::path unfinished = path.string() + ".unfinished";
   const auto failed = [&unfinished](int file) {
     const std::error_code error(errno, std::generic_category());
-    if (file >= 0) close(file);
-    unlink(unfinished.c_str());
+    if (file >= 0) files::close(file);
+    files::unlink(unfinished.c_str());
     return error;
   };
-  const int file = open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, mode);
+  const int file = files::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, mode);
   if (file < 0) return failed(file);
   while (!bytes.empty()) {
-    const ssize_t count = write(file, bytes.data(), bytes.size());
+    const ssize_t count = files::write(file, bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return failed(file);
     bytes = bytes.subspan(static_cast<std::size_t>(count));
   }
-  if (fsync(file) != 0) return failed(file);
-  if (close(file) != 0) return failed(-1);
-  if (rename(unfinished.c_str(), path.c_str()) != 0) return failed(-1);
+  if (files::fsync(file) != 0) return failed(file);
+  if (files::close(file) != 0) return failed(-1);
+  if (files::rename(unfinished.c_str(), path.c_str()) != 0) return failed(-1);
   const std::filesystem::path parent = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
-  const int directory = open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int directory = files::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (directory >= 0) {  // the new name is to be on the disk, too; the file is in place in any case
-    fsync(directory);
-    close(directory);
+    files::fsync(directory);
+    files::close(directory);
   }
   return {};
 }

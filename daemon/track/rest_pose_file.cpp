@@ -1,6 +1,7 @@
 // Header, arrays, checksum of all before it; in the machine's byte order, since the state stays on its machine.
 #include "daemon/track/rest_pose_file.h"
 
+#include "daemon/base/files.h"
 #include "daemon/base/hash.h"
 #include "daemon/base/whole_file.h"
 #include "daemon/track/rest_pose.h"
@@ -184,7 +185,7 @@ tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const 
   append(bytes, checksum.data(), checksum.size());
 
   std::error_code error;
-  if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
+  if (path.has_parent_path()) error = files::makeDirectories(path.parent_path());
   if (!error) error = replaceWholeFile(path, bytes);
   if (!error) return {};
   return tl::make_unexpected(Error{EX_CANTCREAT, "the rest pose cannot be written: " + error.message(), path.string(),

@@ -1,0 +1,29 @@
+// The calls by which files of the state directory are read and written: of the operating system, or of a simulated disk
+// (tests/simulation), whichever is linked.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <system_error>
+
+namespace tractiond::files {
+
+// As the calls of POSIX of the same names: -1 and errno on failure. Thread-safe.
+
+int open(const char* path, int flags, mode_t mode = 0);
+ssize_t read(int file, void* bytes, std::size_t count);
+ssize_t write(int file, const void* bytes, std::size_t count);
+int fsync(int file);
+int close(int file);
+int rename(const char* from, const char* to);
+int unlink(const char* path);
+
+/// Tells whether an open file is a regular one.
+bool isRegular(int file);
+
+/// Creates a directory and those above it. An existing one is no error.
+std::error_code makeDirectories(const std::filesystem::path& path);
+
+}  // namespace tractiond::files
