@@ -4,7 +4,7 @@
 #include "daemon/gel_files.h"
 #include "daemon/solve/inverse_cache.h"
 #include "daemon/track/nominal.h"
-#include "daemon/track/rest_pose_file.h"
+#include "daemon/track/zero_store.h"
 
 #include <pthread.h>
 #include <spdlog/spdlog.h>
@@ -125,8 +125,7 @@ void Measurement::beginRecording(const capture::CameraInfo& info) {
 
 /// It only serves to undo: where it is of no use, it is as if it were not there.
 std::optional<RestPose> Measurement::earlierZero(const capture::CameraInfo& info) const {
-  const auto pose =
-      track::loadRestPose(track::earlierPosePath(around_.stateDirectory), sensor_, info.format, cameraId_);
+  const auto pose = track::loadEarlierZero(around_.stateDirectory, restored_, {sensor_, info.format, cameraId_});
   if (!pose) spdlog::warn("warning: the zero cannot be undone: {}", pose.error().message());
   return pose.value_or(std::nullopt);
 }
@@ -207,19 +206,13 @@ void Measurement::makeProcedures() {
               },
           .keep =
               [this](const RestPose& pose, const RestPose* before) {
-                const auto save = [this, format = format_](const std::filesystem::path& path, const RestPose& one) {
-                  return track::saveRestPose(path, one, sensor_, format, cameraId_);
-                };
                 // Never on a thread that a watchdog looks after: a disk may take seconds for each of its calls.
-                return std::async(std::launch::async,
-                                  [this, save, pose, earlier = before ? std::optional(*before) : std::nullopt]() {
-                                    pthread_setname_np(pthread_self(), "tr-keep");
-                                    if (earlier) {
-                                      auto saved = save(track::earlierPosePath(around_.stateDirectory), *earlier);
-                                      if (!saved) return saved;
-                                    }
-                                    return save(track::restPosePath(around_.stateDirectory), pose);
-                                  });
+                return std::async(std::launch::async, [this, pose, format = format_,
+                                                       earlier = before ? std::optional(*before) : std::nullopt]() {
+                  pthread_setname_np(pthread_self(), "tr-keep");
+                  return track::saveZeros(around_.stateDirectory, pose, earlier ? &*earlier : nullptr,
+                                          {sensor_, format, cameraId_});
+                });
               },
           .slowly = [this](const auto& work) { apart(around_.turns.control, work); },
           .answerZero = [this](const auto& result,

@@ -6,14 +6,11 @@
 #include "daemon/base/clock.h"
 
 #include <pthread.h>
-#include <xxhash.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <condition_variable>
-#include <cstring>
 #include <future>
 #include <limits>
 #include <mutex>
@@ -33,16 +30,6 @@ constexpr nanoseconds kLook{500'000'000};
 constexpr nanoseconds kLate{1'000'000'000};
 /// A dead camera would hold us for ten seconds.
 constexpr milliseconds kPatienceAtEnd{500};
-
-/// Of 64 places all over the picture: the noise of a sensor alone makes it another in every picture.
-std::uint64_t contentOf(const std::uint8_t* data, std::size_t size) {
-  constexpr std::size_t kPlaces = 64;
-  std::array<std::uint64_t, kPlaces> sample{};
-  if (size < sizeof sample) return XXH3_64bits(data, size);
-  const std::size_t step = (size - sizeof(std::uint64_t)) / (kPlaces - 1);
-  for (std::size_t i = 0; i < kPlaces; ++i) std::memcpy(&sample[i], data + i * step, sizeof sample[i]);
-  return XXH3_64bits(sample.data(), sizeof sample);
-}
 
 /// A dead camera is taken leave of for seconds: nobody waits for that, should it come back meanwhile.
 void close(std::unique_ptr<Driver> driver) {
@@ -325,6 +312,7 @@ tl::expected<std::unique_ptr<Camera>, Error> Camera::open(OpenDriver driver, con
 Camera::Camera(const CameraRules& rules, Ledger& ledger, std::shared_ptr<Keeper> keeper)
     : rules_(rules)
     , ledger_(ledger)
+    , intake_(ledger)
     , keeper_(std::move(keeper))
     , keeperThread_([shared = keeper_] { shared->run(); }) {}
 
@@ -434,42 +422,14 @@ std::int64_t Camera::patience() const {
 }
 
 Next Camera::judge(Frame& frame, const Buffer& buffer) {
-  Arrival arrival = buffer.arrival;
-  const std::int64_t real_ns = realNow();
+  const Arrival& arrival = buffer.arrival;
   constexpr std::int64_t kForgotten = 64;  // a part in as many, with each arrival
   longest_ns_ = std::max(arrival.host_ns - lastArrival_ns_, longest_ns_ - longest_ns_ / kForgotten);
   lastArrival_ns_ = arrival.host_ns;
-  if (arrival.complete && buffer.data != nullptr) arrival.content = contentOf(buffer.data, arrival.shape.size);
-  const Judgement judgement = gate_->judge(arrival);
-  count(judgement, ledger_);
+  const Judgement judgement = intake_.judge(buffer, *driver_, frame);
   if (judgement.outnumbered) keeper_->forged_ns.store(arrival.host_ns, std::memory_order_relaxed);
   if (judgement.verdict != Verdict::kNew) return Next::kRejected;
   lastWhole_ns_ = arrival.host_ns;
-  if (driver_->takeClock(asked_)) clock_.learn(asked_);
-  const DeviceClock::Moment captured = clock_.add(arrival, judgement, buffer.awaited);
-
-  const CameraInfo& info = driver_->info();
-  frame = Frame{};
-  frame.info.cameraFrameId = arrival.id;
-  frame.info.frameNumber = judgement.frameNumber;
-  frame.info.exposure_s = buffer.extras.exposure_s > 0 ? buffer.extras.exposure_s : info.exposure_s;
-  frame.info.extras = buffer.extras;
-  frame.info.discontinuity = judgement.discontinuity;
-  frame.info.doubted = judgement.doubted;
-  frame.info.times.device_ns = arrival.device_ns;
-  frame.info.times.received_ns = arrival.host_ns;
-  frame.info.times.receivedReal_ns = real_ns;
-  frame.info.times.captured_ns = captured.captured_ns;
-  frame.info.times.capturedError_ns = captured.error_ns;
-  frame.info.times.capturedBound = captured.bound;
-  frame.data = buffer.data;
-  frame.size = arrival.shape.size;
-  frame.width = arrival.shape.width;
-  frame.height = arrival.shape.height;
-  frame.stride = buffer.stride;
-  frame.format = info.format;
-  frame.token = buffer.handle;
-  frame.session = session_;
   return Next::kFrame;
 }
 
@@ -494,16 +454,10 @@ bool Camera::adopt(milliseconds timeout) {
   session_ = keeper_->info->session;
   lock.unlock();
   discard_ = driver_->discard();
-  if (session_ == 1) {
-    FrameGate::Options options;
-    options.zeroIsAnId = driver_->info().zeroIsAnId;
-    options.memory = std::max(options.memory, static_cast<std::size_t>(rules_.buffers) + 64);
-    gate_.emplace(driver_->info().shape, options);
-  } else {
-    ledger_.reconnects.add();
-    gate_->restart();
-  }
-  clock_.learn({});
+  if (session_ > 1) ledger_.reconnects.add();
+  CameraInfo info = driver_->info();
+  info.session = session_;
+  intake_.begin(info, rules_.buffers);
   lastArrival_ns_ = lastWhole_ns_ = rules_.clock();
   longest_ns_ = 0;
   return true;

@@ -7,10 +7,9 @@
 
 #include "daemon/base/clock.h"
 #include "daemon/base/mailbox.h"
-#include "daemon/capture/device_clock.h"
 #include "daemon/capture/driver.h"
-#include "daemon/capture/frame_gate.h"
 #include "daemon/capture/frame_source.h"
+#include "daemon/capture/intake.h"
 #include "daemon/records/ledger.h"
 
 #include <tl/expected.hpp>
@@ -86,14 +85,12 @@ class Camera : public FrameSource {
 
   CameraRules rules_;
   Ledger& ledger_;
+  Intake intake_;
   std::shared_ptr<Keeper> keeper_;  ///< shared with its thread
   std::thread keeperThread_;
   Driver* driver_ = nullptr;  ///< the keeper's, borrowed; none while it is at work
   unsigned session_ = 0;
   Driver::Discard discard_ = nullptr;
-  std::optional<FrameGate> gate_;
-  CaptureClock clock_;
-  ClockFit asked_;  ///< room for the driver's
   std::int64_t lastArrival_ns_ = 0, lastWhole_ns_ = 0, lastDoubt_ns_ = 0;
   std::int64_t longest_ns_ = 0;  ///< between two arrivals lately
   bool ended_ = false;

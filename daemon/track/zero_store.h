@@ -1,0 +1,25 @@
+// The two zeros in the state directory: the one in force, and the one that it replaced.
+#pragma once
+
+#include "daemon/track/rest_pose_file.h"
+
+namespace tractiond::track {
+
+/// Whose the zeros are.
+struct ZeroOwner {
+  const sensor::Sensor& sensor;
+  PixelFormat format;
+  std::string camera;
+};
+
+/// Writes the zero, after the one that it replaces. A loss of power in between leaves the latter in both files.
+tl::expected<void, Error> saveZeros(const std::filesystem::path& stateDirectory, const RestPose& zero,
+                                    const RestPose* before, const ZeroOwner& owner);
+
+/// Reads the zero that `restored` replaced, which serves to undo. None where it is `restored` itself: the power was
+/// lost while a new zero was written.
+tl::expected<std::optional<RestPose>, Error> loadEarlierZero(const std::filesystem::path& stateDirectory,
+                                                             const std::optional<RestPose>& restored,
+                                                             const ZeroOwner& owner);
+
+}  // namespace tractiond::track
