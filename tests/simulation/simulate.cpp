@@ -1,0 +1,123 @@
+// tools/simulate: stories of chance, or one from a file.
+#include "tests/simulation/simulation.h"
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+namespace {
+
+using namespace tractiond::simulation;
+
+constexpr int kUsage = 64, kData = 65, kNoInput = 66, kBroken = 1;
+constexpr std::int64_t kStory_ms = 600'000;
+
+volatile std::sig_atomic_t interrupted = 0;
+
+int complain(int code, const std::string& what) {
+  std::fprintf(stderr, "simulate: %s\n", what.c_str());
+  return code;
+}
+
+double seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+int tellBroken(Simulation& simulation, const Story& story, const Broken& broken, bool shrinks) {
+  std::printf("\nseed %llu breaks a law after %.3f s: %s: %s\n", static_cast<unsigned long long>(story.seed),
+              1e-3 * static_cast<double>(broken.at_ms), broken.law.c_str(), broken.what.c_str());
+  if (shrinks) {
+    const Story least = simulation.shrink(story, broken.law);
+    std::printf("its shortest story, %zu of %zu happenings:\n\n%s\n", least.happenings.size(), story.happenings.size(),
+                toText(least).c_str());
+    std::printf("%s", simulation.run(least).log.c_str());
+  }
+  return kBroken;
+}
+
+int runStory(const std::string& path, bool showsLog) {
+  std::ifstream file(path);
+  if (!file) return complain(kNoInput, path + " cannot be read");
+  const auto story = fromText({std::istreambuf_iterator<char>(file), {}});
+  if (!story) return complain(kData, path + ": " + story.error());
+  Simulation simulation;
+  const Result result = simulation.run(*story);
+  if (showsLog || result.broken) std::printf("%s", result.log.c_str());
+  if (result.broken) return tellBroken(simulation, *story, *result.broken, false);
+  std::printf("%s: no law is broken, %llu fields\n", path.c_str(), static_cast<unsigned long long>(result.published));
+  return 0;
+}
+
+int runSeeds(std::uint64_t seed, std::uint64_t hours, bool showsLog) {
+  Simulation simulation;
+  const auto end_ms = static_cast<std::int64_t>(hours) * 3'600'000;
+  const double begin_s = seconds();
+  double told_s = begin_s;
+  std::int64_t done_ms = 0;
+  std::uint64_t fields = 0, zeros = 0, undone = 0, restarts = 0;
+  for (; done_ms < end_ms; ++seed) {
+    const Story story = draw(seed, kStory_ms);
+    const Result result = simulation.run(story, [] { return interrupted == 0; });
+    done_ms += result.reached_ms;
+    fields += result.published;
+    zeros += result.zerosTaken;
+    undone += result.undone;
+    restarts += result.restarts;
+    if (showsLog) std::printf("%s", result.log.c_str());
+    const double now_s = seconds();
+    const auto tell = [&] {
+      std::printf(
+          "seed %llu: %.2f h simulated in %.0f s (%.0f x), %llu fields, %llu zeros, %llu undone, %llu restarts\n",
+          static_cast<unsigned long long>(seed), 1e-3 * static_cast<double>(done_ms) / 3600, now_s - begin_s,
+          1e-3 * static_cast<double>(done_ms) / (now_s - begin_s), static_cast<unsigned long long>(fields),
+          static_cast<unsigned long long>(zeros), static_cast<unsigned long long>(undone),
+          static_cast<unsigned long long>(restarts));
+      std::fflush(stdout);
+    };
+    if (result.broken) {
+      tell();
+      return tellBroken(simulation, story, *result.broken, true);
+    }
+    if (interrupted != 0) {
+      tell();
+      std::printf("interrupted %.3f s into the story; to go on: tools/simulate --seed %llu\n",
+                  1e-3 * static_cast<double>(result.reached_ms), static_cast<unsigned long long>(seed));
+      return 130;
+    }
+    if (now_s - told_s > 5.0 || done_ms >= end_ms) {
+      told_s = now_s;
+      tell();
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::uint64_t seed = 1, hours = 1;
+  std::string story;
+  bool showsLog = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string option = argv[i];
+    if (option == "--log") {
+      showsLog = true;
+      continue;
+    }
+    const bool known = option == "--seed" || option == "--hours" || option == "--story";
+    if (!known) return complain(kUsage, "'" + option + "' is not understood; see tools/simulate --help");
+    if (++i == argc) return complain(kUsage, option + " needs a value");
+    if (option == "--story") {
+      story = argv[i];
+      continue;
+    }
+    const auto number = wholeNumber(argv[i], option);
+    if (!number) return complain(kUsage, number.error());
+    (option == "--seed" ? seed : hours) = *number;
+  }
+  std::signal(SIGINT, [](int) { interrupted = 1; });
+  return story.empty() ? runSeeds(seed, hours, showsLog) : runStory(story, showsLog);
+}

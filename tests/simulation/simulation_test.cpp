@@ -1,0 +1,80 @@
+#include "tests/simulation/simulation.h"
+#include "tests/support/places.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace tractiond::simulation {
+namespace {
+
+constexpr std::int64_t kMinute_ms = 60'000;
+
+Simulation& simulation() {
+  static Simulation one;
+  return one;
+}
+
+TEST(Simulation, NoLawIsBroken) {
+  std::uint64_t fields = 0, zeros = 0, undone = 0, restarts = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const Story story = draw(seed, 10 * kMinute_ms);
+    const Result result = simulation().run(story);
+    ASSERT_FALSE(result.broken) << "seed " << seed << " after " << result.broken->at_ms << " ms: " << result.broken->law
+                                << ": " << result.broken->what << "; tools/simulate --seed " << seed;
+    fields += result.published;
+    zeros += result.zerosTaken;
+    undone += result.undone;
+    restarts += result.restarts;
+  }
+  // Something happened.
+  EXPECT_GT(fields, 200'000U);
+  EXPECT_GT(zeros, 50U);
+  EXPECT_GT(undone, 10U);
+  EXPECT_GT(restarts, 20U);
+}
+
+TEST(Simulation, TheSameSeedGivesTheSameLogAndFields) {
+  const Story story = draw(7, 5 * kMinute_ms);
+  const Result one = simulation().run(story), other = simulation().run(story);
+  EXPECT_EQ(one.log, other.log);
+  EXPECT_EQ(one.fields, other.fields);
+  EXPECT_NE(simulation().run(draw(8, 5 * kMinute_ms)).log, one.log);
+}
+
+TEST(Simulation, AStoryComesBackFromItsText) {
+  const Story story = draw(3, 10 * kMinute_ms);
+  const auto again = fromText(toText(story));
+  ASSERT_TRUE(again) << again.error();
+  EXPECT_EQ(toText(*again), toText(story));
+}
+
+TEST(Simulation, WhatIsNoStoryIsRefusedWithItsLine) {
+  const std::string title = "tractiond simulation, version 1\n";
+  EXPECT_NE(fromText("tractiond simulation, version 2\n").error().find("line 1"), std::string::npos);
+  EXPECT_NE(fromText(title + "seed x\n").error().find("line 2"), std::string::npos);
+  EXPECT_NE(fromText(title + "5 ms: earthquake\n").error().find("earthquake"), std::string::npos);
+  EXPECT_NE(fromText(title + "5 ms: loss 3\n").error().find("too few"), std::string::npos);
+  EXPECT_NE(fromText(title + "5 ms: zero\n4 ms: zero\n").error().find("line 3: times"), std::string::npos);
+  EXPECT_FALSE(wholeNumber("12x", "--seed"));
+  EXPECT_FALSE(wholeNumber("-1", "--seed"));
+  EXPECT_EQ(wholeNumber("12", "--seed"), 12U);
+}
+
+TEST(Simulation, StoriesThatOnceBrokeALawBreakNone) {
+  int stories = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(test::source("tests/simulation/stories"))) {
+    std::ifstream file(entry.path());
+    const auto story = fromText({std::istreambuf_iterator<char>(file), {}});
+    ASSERT_TRUE(story) << entry.path() << ": " << story.error();
+    const Result result = simulation().run(*story);
+    EXPECT_FALSE(result.broken) << entry.path() << ": " << result.broken->law << "\n" << result.log;
+    ++stories;
+  }
+  EXPECT_GT(stories, 0);
+}
+
+}  // namespace
+}  // namespace tractiond::simulation

@@ -1,0 +1,136 @@
+#include "tests/simulation/story.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <sstream>
+
+namespace tractiond::simulation {
+namespace {
+
+constexpr const char* kTitle = "tractiond simulation, version 1";
+
+struct Sort {
+  Event event;
+  const char* name;
+  int weight;               ///< of being drawn
+  std::int64_t low, high;   ///< of the amount
+  std::int64_t longest_ms;  ///< 0: it is of a moment
+};
+constexpr std::array kSorts = {
+    Sort{Event::kLoss, "loss", 4, 1, 60, 20'000},
+    Sort{Event::kBroken, "broken", 3, 1, 60, 20'000},
+    Sort{Event::kSilence, "silence", 3, 0, 0, 8'000},
+    Sort{Event::kAgain, "again", 4, 1, 30, 20'000},
+    Sort{Event::kLate, "late", 3, 1, 60, 10'000},
+    Sort{Event::kIdsRestart, "ids-restart", 2, 0, 0, 0},
+    Sort{Event::kIdsJump, "ids-jump", 1, 1, 30'000, 0},
+    Sort{Event::kClockStep, "clock-step", 2, -20'000, 20'000, 0},
+    Sort{Event::kTimeSet, "time-set", 3, -100'000, 100'000, 0},
+    Sort{Event::kStarved, "starved", 4, 0, 4, 3'000},
+    Sort{Event::kKill, "kill", 1, 0, 0, 0},
+    Sort{Event::kPowerCut, "power-cut", 3, 0, 0, 0},
+    Sort{Event::kSlowDisk, "slow-disk", 5, 1, 80'000, 90'000},
+    Sort{Event::kFullDisk, "full-disk", 2, 0, 0, 60'000},
+    Sort{Event::kFailingDisk, "failing-disk", 2, 0, 0, 60'000},
+    Sort{Event::kZero, "zero", 14, 0, 0, 0},
+    Sort{Event::kZeroAnyway, "zero-anyway", 3, 0, 0, 0},
+    Sort{Event::kUndo, "undo", 8, 0, 0, 0},
+    Sort{Event::kNoise, "noise", 3, 500, 10'000, 0},
+    Sort{Event::kTouch, "touch", 6, 20, 400, 15'000},
+    Sort{Event::kFewMarkers, "few-markers", 2, 0, 0, 10'000},
+};
+
+const Sort& sortOf(Event event) {
+  return *std::ranges::find(kSorts, event, &Sort::event);
+}
+
+template <typename T>
+bool parse(const std::string& text, T& value) {
+  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && rest == text.data() + text.size();
+}
+
+}  // namespace
+
+Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
+  constexpr std::int64_t kMeanPause_ms = 9'000, kCalm_ms = 15'000;
+  Chance chance(seed ^ 0x5eed);
+  Story story{seed, lasts_ms, {}};
+  int weights = 0;
+  for (const Sort& sort : kSorts) weights += sort.weight;
+  for (std::int64_t at_ms = chance.between(1000, 6000); at_ms < lasts_ms - kCalm_ms;
+       at_ms += chance.oneIn(3) ? chance.between(1, 300) : chance.between(0, 2 * kMeanPause_ms)) {
+    auto drawn = static_cast<int>(chance.below(static_cast<std::uint64_t>(weights)));
+    const Sort* sort = kSorts.data();
+    for (; drawn >= sort->weight; ++sort) drawn -= sort->weight;
+    std::int64_t high = sort->high;
+    if (sort->event == Event::kSlowDisk && !chance.oneIn(4)) high = 6'000;
+    Happening one{at_ms, sort->event, chance.between(sort->low, high), 0};
+    if (sort->longest_ms > 0)
+      one.for_ms = chance.between(10, std::min(sort->longest_ms, lasts_ms - kCalm_ms - at_ms + 10));
+    story.happenings.push_back(one);
+  }
+  return story;
+}
+
+std::string toText(const Story& story) {
+  std::ostringstream out;
+  out << kTitle << "\nseed " << story.seed << "\nlasts " << story.lasts_ms << " ms\n";
+  for (const Happening& one : story.happenings) {
+    const Sort& sort = sortOf(one.event);
+    out << one.at_ms << " ms: " << sort.name;
+    if (sort.low != sort.high) out << ' ' << one.amount;
+    if (sort.longest_ms > 0) out << " for " << one.for_ms << " ms";
+    out << '\n';
+  }
+  return out.str();
+}
+
+tl::expected<std::uint64_t, std::string> wholeNumber(const std::string& text, const std::string& what) {
+  std::uint64_t value = 0;
+  if (!parse(text, value)) return tl::unexpected(what + " is '" + text + "', must be a whole number below 2^64");
+  return value;
+}
+
+tl::expected<Story, std::string> fromText(const std::string& text) {
+  std::istringstream lines(text);
+  std::string line;
+  int number = 1;
+  const auto wrong = [&](const std::string& why) {
+    return tl::unexpected("line " + std::to_string(number) + ": " + why);
+  };
+  std::getline(lines, line);
+  if (line != kTitle)
+    return wrong("'" + line + "' is not a story of this version, whose first line is '" + kTitle + "'");
+  Story story;
+  for (++number; std::getline(lines, line); ++number) {
+    if (line.empty() || line[0] == '#') continue;
+    std::istringstream words(line);
+    std::vector<std::string> word;
+    for (std::string one; words >> one;) word.push_back(one);
+    if (word[0] == "seed") {
+      if (word.size() != 2 || !parse(word[1], story.seed)) return wrong("must be 'seed NUMBER'");
+      continue;
+    }
+    if (word[0] == "lasts") {
+      if (word.size() != 3 || !parse(word[1], story.lasts_ms)) return wrong("must be 'lasts NUMBER ms'");
+      continue;
+    }
+    Happening one;
+    if (word.size() < 3 || word[1] != "ms:" || !parse(word[0], one.at_ms)) return wrong("must be 'TIME ms: EVENT ...'");
+    const auto* sort = std::ranges::find_if(kSorts, [&](const Sort& each) { return word[2] == each.name; });
+    if (sort == kSorts.end()) return wrong("no event is called '" + word[2] + "'");
+    one.event = sort->event;
+    const std::size_t amounts = sort->low != sort->high ? 1 : 0, times = sort->longest_ms > 0 ? 3 : 0;
+    if (word.size() != 3 + amounts + times) return wrong(word[2] + " has too many or too few words");
+    if (amounts > 0 && !parse(word[3], one.amount)) return wrong("'" + word[3] + "' is no number");
+    if (times > 0 && (word[3 + amounts] != "for" || !parse(word[4 + amounts], one.for_ms)))
+      return wrong("must end with 'for NUMBER ms'");
+    if (!story.happenings.empty() && story.happenings.back().at_ms > one.at_ms) return wrong("times must rise");
+    story.happenings.push_back(one);
+  }
+  return story;
+}
+
+}  // namespace tractiond::simulation

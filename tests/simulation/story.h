@@ -1,0 +1,64 @@
+// What happens to an instrument, as a text that people can read.
+#pragma once
+
+#include "tests/simulation/world.h"
+
+#include <tl/expected.hpp>
+
+#include <string>
+#include <vector>
+
+namespace tractiond::simulation {
+
+enum class Event {
+  // The camera's, each for a while [ms].
+  kLoss,        ///< so many of 100 frames never arrive
+  kBroken,      ///< so many of 100 frames arrive with packets missing
+  kSilence,     ///< nothing arrives
+  kAgain,       ///< so many of 100 frames arrive a second time, later
+  kLate,        ///< frames are under way for up to so many ms longer
+  kIdsRestart,  ///< the counter begins anew
+  kIdsJump,     ///< the counter jumps by so many
+  kClockStep,   ///< the camera's clock steps by so many ms
+  // The host's.
+  kTimeSet,  ///< the time of day is set by so many seconds
+  kStarved,  ///< a stage (0 .. 4) gets no processor for a while
+  kKill,     ///< the daemon is killed, and started again
+  kPowerCut,
+  // The disk's, each for a while.
+  kSlowDisk,  ///< each fsync takes so many ms
+  kFullDisk,
+  kFailingDisk,  ///< fsync fails
+  // People's.
+  kZero,
+  kZeroAnyway,
+  kUndo,
+  kNoise,       ///< a calibration step over so many ms
+  kTouch,       ///< something presses with so many mN for a while
+  kFewMarkers,  ///< the markers are hidden for a while
+};
+
+struct Happening {
+  std::int64_t at_ms = 0;
+  Event event = Event::kLoss;
+  std::int64_t amount = 0;
+  std::int64_t for_ms = 0;
+};
+
+struct Story {
+  std::uint64_t seed = 0;  ///< of noise, of delays, of what a loss of power leaves
+  std::int64_t lasts_ms = 0;
+  std::vector<Happening> happenings;  ///< in the order of their times
+};
+
+/// Draws a story.
+Story draw(std::uint64_t seed, std::int64_t lasts_ms);
+
+std::string toText(const Story& story);
+/// Fails with the line and what is wrong with it.
+tl::expected<Story, std::string> fromText(const std::string& text);
+
+/// A non-negative whole number; fails with a sentence.
+tl::expected<std::uint64_t, std::string> wholeNumber(const std::string& text, const std::string& what);
+
+}  // namespace tractiond::simulation
