@@ -201,6 +201,7 @@ void Procedures::watchZero() {
 }
 
 void Procedures::refuseZero(const std::string& reason) {
+  if (keeping_ && keeping_->isAwaited) return;  // the end of the write is the answer, also of an undo
   // Where it is too late to take it back, the pose comes with one of the next turns, and is the answer.
   if (links_.cancelZero() || links_.zeroState() != track::ZeroState::kTaken) answerZero(tl::unexpected(reason));
 }

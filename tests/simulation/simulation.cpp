@@ -93,6 +93,7 @@ Simulation::Simulation()
   gel_->sensor.nodes.columns = 7;
   gel_->sensor.nodes.rows = 6;
   gel_->options.model = sensor::elastic::Model::kHalfSpace;
+  gel_->options.contactAware = false;
   Disk nothing;
   disk() = &nothing;
   gel_->inverse = solve::loadOrCompute(gel_->sensor, gel_->options, "/dev/null/none").value();
@@ -487,6 +488,8 @@ struct Simulation::Run {
           fmt::format("zero {} is in force", nameOf(pose.id)));
       law(pose.requested || hasUndone, "no zero comes into force that nobody asked for", nameOf(pose.id));
     }
+    if (isOther) previous = inForce;
+    if (isFirst || isOther) describedAt_ns = now();
     if (isFirst || isOther) say(fmt::format("zero {} is in force", nameOf(pose.id)));
     inForce = pose.id;
   }
@@ -504,6 +507,10 @@ struct Simulation::Run {
     }
     law(fits, "after a loss of power the state is that of before or after",
         fmt::format("zero {} is restored, {} was in force", is, inForce ? nameOf(*inForce) : "none"));
+    if (!rest || !inForce)
+      previous.reset();
+    else if (rest->id == lastKept && rest->id != *inForce)
+      previous = rest->id == overwritten ? std::nullopt : inForce;
     inForce.reset();
     isKeptHeeded = true;
     if (rest) lastKept = overwritten = rest->id;
@@ -524,6 +531,10 @@ struct Simulation::Run {
     const bool hasCovariance = field.noise[0] > 0.0 && field.noise[7] > 0.0 && field.noise[14] > 0.0;
     law(isFinite && (field.valid ? hasCovariance : isNothing), "validity and covariance agree",
         fmt::format("valid {}, variance {}", field.valid, field.noise[14]));
+    law(now() - describedAt_ns < kSecond + starved_ns - starvedUntil(describedAt_ns) ||
+            (inForce && field.markers.zero == *inForce),
+        "fields rest on the zero that is described",
+        fmt::format("{}, not {}", nameOf(field.markers.zero), inForce ? nameOf(*inForce) : "none"));
     law(!field.valid || (field.flags & kFewMarkers) == 0, "few markers make a field not valid", "");
     if (field.valid) ++result.valid;
     const auto add = [this](const void* bytes, std::size_t size) {
@@ -556,6 +567,7 @@ struct Simulation::Run {
     zeroAnyway = anyway;
     isUndo = hasUndone = undo;
     askedWith = inForce;
+    expected = previous;
     zeroAnswers = 0;
     life->watched.take(life->lastWatched);
     const double within_s = life->lastWatched.zeroWithin_s;
@@ -572,6 +584,8 @@ struct Simulation::Run {
       law(inForce && *inForce == answer->id, "the zero that is answered is in force", nameOf(answer->id));
       if (isUndo) {
         law(!askedWith || *askedWith != answer->id, "an undo restores another zero", nameOf(answer->id));
+        law(!expected || *expected == answer->id, "an undo restores the zero before",
+            fmt::format("{}, not {}", nameOf(answer->id), expected ? nameOf(*expected) : ""));
         ++result.undone;
       } else {
         ++result.zerosTaken;
@@ -817,7 +831,8 @@ struct Simulation::Run {
   std::int64_t starved_ns = 0;
   std::vector<std::pair<std::int64_t, std::int64_t>> starvations;  ///< end, length
 
-  std::optional<Id> inForce, askedWith;
+  std::optional<Id> inForce, askedWith, previous, expected;
+  std::int64_t describedAt_ns = 0;
   Id lastKept{}, overwritten{};
   bool isKeptHeeded = true;  ///< the procedures know what became of the last zero that was written
   bool wasKept = false, hasUndone = false;

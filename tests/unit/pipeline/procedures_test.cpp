@@ -200,6 +200,22 @@ TEST(Procedures, AZeroIsUndoneAndThatAsWell) {
   EXPECT_EQ(bench.described->id[0], 1);
 }
 
+TEST(Procedures, AStepDoesNotAnswerAnUndoThatIsBeingWritten) {
+  ProceduresBench bench;
+  bench.procedures.welcome("Camera-1", 60.0, bench.pose(2, true), bench.pose(1, true));
+  bench.diskHangs = true;
+  bench.procedures.beginZero({.undo = true});
+  bench.procedures.beginStep(ProceduresBench::noise(1.0));
+  EXPECT_TRUE(bench.zeroAnswers.empty());
+  bench.writeOne();
+  bench.turn();
+  ASSERT_EQ(bench.zeroAnswers.size(), 1U);
+  ASSERT_TRUE(bench.zeroAnswers[0]) << bench.zeroAnswers[0].error();
+  EXPECT_EQ(bench.zeroAnswers[0]->id[0], 1);
+  ASSERT_EQ(bench.stepAnswers.size(), 1U) << "it began with the zero before";
+  EXPECT_FALSE(bench.stepAnswers[0]);
+}
+
 TEST(Procedures, AZeroIsUndoneAlsoAfterARestart) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(2, true), bench.pose(1, true));
