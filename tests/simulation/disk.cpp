@@ -79,6 +79,10 @@ std::int64_t Disk::endWork() {
   return work_ns_;
 }
 
+Disk::Condition Disk::is() const {
+  return condition ? condition(working_ ? work_ns_ : clocks().monotonic_ns) : Condition();
+}
+
 std::int64_t Disk::spend(std::int64_t cost_ns) {
   if (working_) return work_ns_ += cost_ns;
   waited_ns_ += cost_ns;
@@ -149,7 +153,7 @@ void Disk::put(const std::string& path, const std::string& content) {
 }
 
 int Disk::open(const std::string& path, int flags) {
-  spend(call_ns);
+  spend(kCall_ns);
   int node = kDirectory;
   if ((flags & O_DIRECTORY) == 0) {
     const auto name = now_.names.find(path);
@@ -169,7 +173,7 @@ int Disk::open(const std::string& path, int flags) {
 }
 
 long Disk::read(int file, void* bytes, std::size_t count) {
-  spend(call_ns);
+  spend(kCall_ns);
   const auto it = files_.find(file);
   if (it == files_.end()) return fail(EBADF);
   const std::string& content = now_.content[it->second.node];
@@ -182,8 +186,8 @@ long Disk::read(int file, void* bytes, std::size_t count) {
 long Disk::write(int file, const void* bytes, std::size_t count) {
   const auto it = files_.find(file);
   if (it == files_.end()) return fail(EBADF);
-  if (isFull) {
-    spend(call_ns);
+  if (is().isFull) {
+    spend(kCall_ns);
     return fail(ENOSPC);
   }
   const std::size_t some = count > 1 ? (count + 1) / 2 : count;  // a write may always be a short one
@@ -193,7 +197,7 @@ long Disk::write(int file, const void* bytes, std::size_t count) {
           .path = {},
           .other = {},
           .bytes = std::string(static_cast<const char*>(bytes), some)},
-         call_ns);
+         kCall_ns);
   return static_cast<long>(some);
 }
 
@@ -201,8 +205,9 @@ int Disk::fsync(int file) {
   const auto it = files_.find(file);
   if (it == files_.end()) return fail(EBADF);
   const bool names = it->second.node == kDirectory;
-  if (failsToSync && !names) {
-    spend(sync_ns);
+  const Condition now = is();
+  if (now.failsToSync && !names) {
+    spend(now.sync_ns);
     return fail(EIO);
   }
   return record({.at_ns = 0,
@@ -211,7 +216,7 @@ int Disk::fsync(int file) {
                  .path = {},
                  .other = {},
                  .bytes = {}},
-                sync_ns);
+                now.sync_ns);
 }
 
 int Disk::close(int file) {
@@ -220,12 +225,12 @@ int Disk::close(int file) {
 
 int Disk::rename(const std::string& from, const std::string& to) {
   if (!now_.names.contains(from)) return fail(ENOENT);
-  return record({.at_ns = 0, .kind = Kind::kRename, .node = 0, .path = from, .other = to, .bytes = {}}, call_ns);
+  return record({.at_ns = 0, .kind = Kind::kRename, .node = 0, .path = from, .other = to, .bytes = {}}, kCall_ns);
 }
 
 int Disk::unlink(const std::string& path) {
   if (!now_.names.contains(path)) return fail(ENOENT);
-  return record({.at_ns = 0, .kind = Kind::kUnname, .node = 0, .path = path, .other = {}, .bytes = {}}, call_ns);
+  return record({.at_ns = 0, .kind = Kind::kUnname, .node = 0, .path = path, .other = {}, .bytes = {}}, kCall_ns);
 }
 
 }  // namespace tractiond::simulation

@@ -5,6 +5,7 @@
 #include "tests/simulation/world.h"
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -17,11 +18,13 @@ namespace tractiond::simulation {
 /// by chance, and of the other changes of names the first ones.
 class Disk {
  public:
-  // As it is now.
-  std::int64_t call_ns = 20'000;  ///< that a call takes
-  std::int64_t sync_ns = 2 * kMs;
-  bool isFull = false;
-  bool failsToSync = false;
+  struct Condition {
+    std::int64_t sync_ns = 2 * kMs;  ///< that fsync takes
+    bool isFull = false;
+    bool failsToSync = false;
+  };
+  /// How it is at a moment; also asked for later ones, as work goes on. Empty: it is well.
+  std::function<Condition(std::int64_t at_ns)> condition;
 
   /// Work that begins now, on a thread of its own. endWork() returns when it is done.
   void beginWork();
@@ -67,6 +70,9 @@ class Disk {
     std::size_t at = 0;
   };
 
+  static constexpr std::int64_t kCall_ns = 20'000;
+
+  Condition is() const;
   std::int64_t spend(std::int64_t cost_ns);
   int record(Operation operation, std::int64_t cost_ns);
   State until(std::int64_t now_ns) const;

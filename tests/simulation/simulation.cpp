@@ -380,6 +380,7 @@ struct Simulation::Run {
     clocks() = {1000 * kSecond, 1'700'000'000 * kSecond};
     begin_ns = disturbedUntil_ns = now();
     nextFrame_ns = now() + kPeriod_ns;
+    store.condition = [this](std::int64_t at_ns) { return diskAt(at_ns); };
     shape = {gel.sensor.camera.width, gel.sensor.camera.height, sizeof(Picture::bytes), 1};
   }
 
@@ -472,10 +473,17 @@ struct Simulation::Run {
     }
   }
 
-  void setDisk() {
-    store.sync_ns = lasts(Event::kSlowDisk) ? amountOf(Event::kSlowDisk) * kMs : 2 * kMs;
-    store.isFull = lasts(Event::kFullDisk);
-    store.failsToSync = lasts(Event::kFailingDisk);
+  Disk::Condition diskAt(std::int64_t at_ns) const {
+    Disk::Condition is;
+    for (const Happening& one : story.happenings) {
+      const std::int64_t from_ns = begin_ns + one.at_ms * kMs;
+      if (from_ns > at_ns) break;
+      if (from_ns + one.for_ms * kMs <= at_ns) continue;
+      if (one.event == Event::kSlowDisk) is.sync_ns = one.amount * kMs;
+      is.isFull = is.isFull || one.event == Event::kFullDisk;
+      is.failsToSync = is.failsToSync || one.event == Event::kFailingDisk;
+    }
+    return is;
   }
 
   // What the laws remember.
@@ -802,7 +810,6 @@ struct Simulation::Run {
       clocks().monotonic_ns = std::max(now(), nextMoment(next));
       while (next < story.happenings.size() && begin_ns + story.happenings[next].at_ms * kMs <= now())
         happen(story.happenings[next++]);
-      setDisk();
       if (nextFrame_ns <= now()) takePicture();
       finishKeeping();
       if (!life) start();
