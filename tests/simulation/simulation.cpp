@@ -37,6 +37,8 @@ constexpr std::int64_t kPeriod_ns = 16'666'667;
 constexpr std::int64_t kUnderWay_ns = 9 * kMs;  // exposure, read-out and transport
 constexpr int kZeroFrames = 10, kBuffers = 10;
 constexpr double kNoise_px = 0.018;
+constexpr std::int64_t kAlarm_ns = 300 * kMs;        // three pictures of the camera's own come, also of a lossy one
+constexpr std::int64_t kContradicts_ns = 100 * kMs;  // since its last picture
 constexpr std::size_t kNoises = 128, kPictures = 256, kNumbers = 4096;
 constexpr const char* kCamera = "Simulated-1";
 constexpr const char* kState = "/state";
@@ -47,6 +49,7 @@ struct Picture {
   std::int64_t taken_ns = 0;
   double force_N = 0.0;
   bool isFew = false;
+  bool isForged = false;
   std::size_t noise = 0;
   std::array<std::uint8_t, 64> bytes{};
 };
@@ -231,6 +234,11 @@ struct Simulation::Run {
 
   // ------------------------------------------------------------ one life of the daemon, from its start to its end
 
+  struct Truth {
+    std::uint64_t number = 0;
+    bool isForged = false;
+  };
+
   struct Life : capture::FrameSource {
     explicit Life(Run& owner)
         : run(owner)
@@ -304,6 +312,7 @@ struct Simulation::Run {
       capture::Buffer buffer;
       buffer.arrival = run.queue.front().arrival;
       room = run.queue.front().picture;
+      if (!room.isForged && buffer.arrival.complete) run.hear();
       run.queue.pop_front();
       worked = true;
       buffer.arrival.host_ns = buffer.arrival.raw_ns = run.now();
@@ -311,7 +320,7 @@ struct Simulation::Run {
       buffer.handle = &room;
       buffer.awaited = run.queue.empty();
       if (intake.judge(buffer, driver, frame).verdict != capture::Verdict::kNew) return capture::Next::kRejected;
-      truths[frame.info.frameNumber % kNumbers] = room.number;
+      truths[frame.info.frameNumber % kNumbers] = {room.number, room.isForged};
       return capture::Next::kFrame;
     }
 
@@ -327,10 +336,14 @@ struct Simulation::Run {
 
     void publish(const TractionField& field) {
       worked = true;
-      const std::uint64_t truth = truths[field.markers.info.frameNumber % kNumbers];
+      const auto [truth, isForged] = truths[field.markers.info.frameNumber % kNumbers];
       run.heedField(field, truth);
       run.law(truth > lastTruth || (field.flags & kDoubtedOrigin) != 0, "no stale picture without its flag",
               fmt::format("picture {} after {}", truth, lastTruth));
+      // A camera that has fallen silent cannot contradict.
+      run.law(!isForged || (field.flags & kDoubtedOrigin) != 0 || run.unclearUntil_ns > run.now() ||
+                  run.now() - run.heard_ns > kContradicts_ns,
+              "no forged picture without its flag", fmt::format("picture {}", truth));
       lastTruth = truth;
       const FrameInfo& info = field.markers.info;
       run.law(info.frameNumber > last.frameNumber && info.times.received_ns >= last.times.received_ns &&
@@ -358,7 +371,7 @@ struct Simulation::Run {
     Tracker tracker;
     std::array<Picture, kPictures> pictures;
     std::size_t nextPicture = 0;
-    std::vector<std::uint64_t> truths;  ///< numbers of pictures by numbers of frames
+    std::vector<Truth> truths;  ///< of pictures by numbers of frames
     capture::Intake intake;
     Counter frames;
     Mailbox<MarkerField> newest;
@@ -427,6 +440,31 @@ struct Simulation::Run {
       one.at_ns += chance.between(1, 400) * kMs;
       send(one);
     }
+  }
+
+  /// A picture of the camera's own has come.
+  void hear() {
+    if (now() - heard_ns > kContradicts_ns) unclearUntil_ns = std::max(unclearUntil_ns, now() + kAlarm_ns);
+    heard_ns = now();
+  }
+
+  /// Another host sends as the camera.
+  void forge() {
+    nextForged_ns = lasts(Event::kSecondCounter) ? now() + amountOf(Event::kSecondCounter) * kMs : kNever;
+    if (nextForged_ns == kNever) return;
+    forgedId = forgedId >= 65'535 ? 1 : forgedId + 1;
+    OnItsWay one;
+    one.picture.number = ++pictures;
+    one.picture.taken_ns = now();
+    one.picture.isForged = true;
+    one.picture.noise = chance.below(kNoises);
+    std::memcpy(one.picture.bytes.data(), &pictures, sizeof pictures);
+    one.at_ns = now() + chance.between(0, 2 * kMs);
+    one.arrival.complete = true;
+    one.arrival.shape = shape;
+    one.arrival.id = forgedId;
+    one.arrival.device_ns = now() + forgedAhead_ns;
+    send(one);
   }
 
   bool hit(Event event) { return static_cast<std::int64_t>(chance.below(100)) < amountOf(event); }
@@ -521,10 +559,8 @@ struct Simulation::Run {
     }
     law(fits, "after a loss of power the state is that of before or after",
         fmt::format("zero {} is restored, {} was in force", is, inForce ? nameOf(*inForce) : "none"));
-    if (!rest || !inForce)
-      previous.reset();
-    else if (rest->id == lastKept && rest->id != *inForce)
-      previous = rest->id == overwritten ? std::nullopt : inForce;
+    // Another one than that in force: which it is the one before of is not followed here.
+    if (!rest || !inForce || rest->id != *inForce) previous.reset();
     inForce.reset();
     isKeptHeeded = true;
     if (rest) lastKept = overwritten = rest->id;
@@ -652,6 +688,7 @@ struct Simulation::Run {
     busyUntil_ns.fill(now());
     ready.fill(false);
     controlAt_ns = now();
+    unclearUntil_ns = std::max(unclearUntil_ns, now() + kAlarm_ns);
     say("the daemon runs");
   }
 
@@ -687,6 +724,13 @@ struct Simulation::Run {
     case Event::kAgain:
     case Event::kLate:
     case Event::kFewMarkers:
+      disturb(until_ns[index]);
+      break;
+    case Event::kSecondCounter:
+      if (nextForged_ns == kNever) nextForged_ns = now();
+      forgedId = (id + static_cast<std::uint64_t>(chance.between(2000, 60'000))) % 65'535 + 1;
+      forgedAhead_ns = chance.between(-1000, 1000) * kSecond;
+      unclearUntil_ns = std::max(unclearUntil_ns, now() + kAlarm_ns);
       disturb(until_ns[index]);
       break;
     case Event::kIdsRestart:
@@ -778,7 +822,7 @@ struct Simulation::Run {
   }
 
   std::int64_t nextMoment(std::size_t nextHappening) const {
-    std::int64_t next = std::min(nextFrame_ns, begin_ns + story.lasts_ms * kMs);
+    std::int64_t next = std::min({nextFrame_ns, nextForged_ns, begin_ns + story.lasts_ms * kMs});
     if (nextHappening < story.happenings.size())
       next = std::min(next, begin_ns + story.happenings[nextHappening].at_ms * kMs);
     if (!keeping.empty()) next = std::min(next, keeping.front().at_ns);
@@ -811,6 +855,7 @@ struct Simulation::Run {
       while (next < story.happenings.size() && begin_ns + story.happenings[next].at_ms * kMs <= now())
         happen(story.happenings[next++]);
       if (nextFrame_ns <= now()) takePicture();
+      if (nextForged_ns <= now()) forge();
       finishKeeping();
       if (!life) start();
       if (life) work();
@@ -834,6 +879,10 @@ struct Simulation::Run {
   std::int64_t nextFrame_ns = 0, clockAhead_ns = -500 * kSecond;
   std::uint64_t id = 0, pictures = 0;
   std::deque<OnItsWay> queue;
+  std::int64_t nextForged_ns = kNever, forgedAhead_ns = 0;
+  std::uint64_t forgedId = 0;
+  std::int64_t heard_ns = 0;         ///< when the camera's last own picture came
+  std::int64_t unclearUntil_ns = 0;  ///< until then the gate need not know which pictures are the camera's own
 
   std::deque<Keeping> keeping;
   std::unique_ptr<Life> life;

@@ -25,6 +25,7 @@ constexpr std::array kSorts = {
     Sort{Event::kLate, "late", 3, 1, 60, 10'000},
     Sort{Event::kIdsRestart, "ids-restart", 2, 0, 0, 0},
     Sort{Event::kIdsJump, "ids-jump", 1, 1, 30'000, 0},
+    Sort{Event::kSecondCounter, "second-counter", 2, 4, 60, 10'000},
     Sort{Event::kClockStep, "clock-step", 2, -20'000, 20'000, 0},
     Sort{Event::kTimeSet, "time-set", 3, -100'000, 100'000, 0},
     Sort{Event::kStarved, "starved", 4, 0, 4, 3'000},

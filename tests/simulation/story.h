@@ -12,14 +12,15 @@ namespace tractiond::simulation {
 
 enum class Event {
   // The camera's, each for a while [ms].
-  kLoss,        ///< so many of 100 frames never arrive
-  kBroken,      ///< so many of 100 frames arrive with packets missing
-  kSilence,     ///< nothing arrives
-  kAgain,       ///< so many of 100 frames arrive a second time, later
-  kLate,        ///< frames are under way for up to so many ms longer
-  kIdsRestart,  ///< the counter begins anew
-  kIdsJump,     ///< the counter jumps by so many
-  kClockStep,   ///< the camera's clock steps by so many ms
+  kLoss,           ///< so many of 100 frames never arrive
+  kBroken,         ///< so many of 100 frames arrive with packets missing
+  kSilence,        ///< nothing arrives
+  kAgain,          ///< so many of 100 frames arrive a second time, later
+  kLate,           ///< frames are under way for up to so many ms longer
+  kIdsRestart,     ///< the counter begins anew
+  kIdsJump,        ///< the counter jumps by so many
+  kSecondCounter,  ///< another host sends as the camera, each so many ms a picture of a far-off counter, for a while
+  kClockStep,      ///< the camera's clock steps by so many ms
   // The host's.
   kTimeSet,  ///< the time of day is set by so many seconds
   kStarved,  ///< a stage (0 .. 4) gets no processor for a while
