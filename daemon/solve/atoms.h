@@ -15,12 +15,17 @@ namespace tractiond::solve {
 struct Level {
   int first = 0, end = 0;  ///< its atoms
   double spacing_m = 0.0;  ///< of neighbours
+  double reach_m = 0.0;    ///< distance over which roughness averages the pressure beneath its atoms
+  bool ambiguous = false;  ///< the picture hardly tells its atoms apart
 };
 
 /// P points and A atoms, the first P of which are the points themselves. Immutable once made; any thread may read it.
 struct Atoms {
   sensor::Points points;              ///< 3 x P [m], gel frame; of a block a grid row after row, as its nodes are
+  int columns = 0, rows = 0;          ///< of that grid; of a body 0
+  double pitch_m = 0.0;               ///< of the nodes
   std::vector<int> nodes;             ///< P: index of the node at the point, or -1
+  std::vector<int> nearest;           ///< P: the point on the nearest node
   sensor::Points places;              ///< 3 x A [m], centres of the atoms
   Eigen::SparseMatrix<double> shape;  ///< P x A: share of each point in an atom's force; the sum of a column is 1
   std::vector<Level> levels;
@@ -30,9 +35,10 @@ struct Atoms {
   int count() const { return static_cast<int>(shape.cols()); }
 };
 
-/// Makes the atoms of a sensor. Of a block: points on the nodes and, where the gel is wide enough for it, on one ring
-/// around them; hats over the nodes with half widths and distances of 2, 4 and 8 pitches; an even plate on all nodes.
-/// Of a body with an influence file, whose nodes need not be a grid and whose mechanics are known at the nodes alone:
+/// Makes the atoms of a sensor. Of a block: points on the nodes and, where the gel is wide enough for them, on two
+/// rings around them; hats over the nodes with half widths and distances of 2, 4 and 8 pitches; an even plate on all
+/// nodes; lines along the four sides, of the outermost nodes and of each ring, each line a row of hats of 8 pitches. Of
+/// a body with an influence file, whose nodes need not be a grid and whose mechanics are known at the nodes alone:
 /// points on the nodes.
 Atoms makeAtoms(const sensor::Sensor& sensor);
 

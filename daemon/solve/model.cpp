@@ -10,6 +10,9 @@ namespace {
 /// Times that missing displacements are completed: the first time the missing ones themselves pass for forces.
 constexpr int kCompletions = 2;
 
+/// Times that roughness is added in the last round: each shows more of the contact that the next one is a share of.
+constexpr int kRoughenings = 2;
+
 int mostOf(const ModelOptions& options) {
   int most = 0;
   for (const auto& rounds : options.most) most = std::max(most, *std::max_element(rounds.begin(), rounds.end()));
@@ -37,6 +40,7 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
   resize(moments_, atoms.count());
   resize(rest_, atoms.count());
   chosen_.reserve(mostOf(options));
+  smooth_.reserve(mostOf(options));
 }
 
 void Model::solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
@@ -91,16 +95,43 @@ Model::Found Model::round(const Displacements& picture, int most, bool last) {
   if (!prior_.follow(moments_)) return Found::kNothing;
   selection_.choose(prior_.gamma_N2(), most, true, picture.noise_px, chosen_);
   if (chosen_.atoms.empty()) return Found::kNothing;
-  if (last) selection_.choose(roughness_.add(moments_.mean_N, chosen_), most, false, picture.noise_px, chosen_);
-  prior_.direct(chosen_);
-  if (!posterior_.fit(picture, chosen_)) return Found::kFailed;
+  if (last) {
+    if (!roughen(picture, most)) return Found::kFailed;
+  } else {
+    prior_.direct(chosen_, false);
+    if (!posterior_.fit(picture, chosen_)) return Found::kFailed;
+  }
   // Atoms without a force stay what the picture would tell of them: else the others' prior has no end.
-  std::fill(moments_.mean_N.begin(), moments_.mean_N.end(), 0.0);
+  keepMean();
   std::fill(moments_.noise_N2.begin(), moments_.noise_N2.end(), 0.0);
   moments_.known = first_;
   if (!last) posterior_.noise_N2(noise_);  // after the last one looksAgain() may ask for it
   keep(moments_);
   return Found::kAtoms;
+}
+
+/// Adds the roughness and solves, twice: the second time from the forces of the first.
+bool Model::roughen(const Displacements& picture, int most) {
+  std::swap(smooth_, chosen_);
+  for (int time = 0; time < kRoughenings; ++time) {
+    if (time > 0) {
+      keepMean();
+      prior_.see(moments_);
+    }
+    selection_.choose(roughness_.add(moments_.mean_N, smooth_), most, false, picture.noise_px, chosen_);
+    prior_.direct(chosen_, true);
+    if (!posterior_.fit(picture, chosen_)) return false;
+  }
+  return true;
+}
+
+/// Takes the forces that were found, all others being 0.
+void Model::keepMean() {
+  std::fill(moments_.mean_N.begin(), moments_.mean_N.end(), 0.0);
+  for (std::size_t i = 0; i < chosen_.atoms.size(); ++i) {
+    const auto force = posterior_.forces_N().subspan(3 * i, 3);
+    std::copy(force.begin(), force.end(), moments_.mean_N.begin() + 3 * std::ptrdiff_t{chosen_.atoms[i]});
+  }
 }
 
 /// Puts what was found of the chosen atoms in its place.

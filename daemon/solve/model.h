@@ -46,6 +46,8 @@ class Model {
   enum class Found { kAtoms, kNothing, kFailed };
   void look(const Displacements& picture, std::span<const float> displacement_px);
   Found round(const Displacements& picture, int most, bool last);
+  bool roughen(const Displacements& picture, int most);
+  void keepMean();
   void keep(AtomMoments& moments);
   bool looksAgain(const Displacements& picture);
   void publish(Estimate& estimate);
@@ -64,7 +66,7 @@ class Model {
   LineArray<double> displacement_;
   AtomMoments moments_, rest_;  // of all atoms: of the last round; of the residual
   std::vector<double> first_;   // A: what the last look at the modes knew
-  Chosen chosen_;
+  Chosen chosen_, smooth_;      // smooth_: before roughness
   double degrees_ = 0.0;                   // of freedom that the forces took
   std::vector<double> noise_;              // of the chosen atoms
   std::vector<double> pointForce_, left_;  // 3P; r

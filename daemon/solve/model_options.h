@@ -29,7 +29,8 @@ struct ModelOptions {
   /// epsilon: isotropic share of the covariance of an atom's prior.
   double turning = 0.1;
 
-  /// rho: relative variation of the pressure of a contact, at every scale.
+  /// rho: relative variation of the pressure of a contact, at every scale; 1 where the picture hardly tells: beyond the
+  /// nodes, and of ambiguous levels.
   double roughness = 0.4;
 
   /// Least prior variance of the displacements that an atom causes, for the atom to be used [n^2].
@@ -39,7 +40,7 @@ struct ModelOptions {
   double gate = 1.0;
 
   /// M: the most atoms of each round; of the first search, and of the second, after the residual showed more.
-  std::array<std::array<int, 3>, 2> most = {{{48, 48, 96}, {96, 96, 192}}};
+  std::array<std::array<int, 3>, 2> most = {{{48, 48, 128}, {96, 96, 192}}};
 };
 
 }  // namespace tractiond::solve

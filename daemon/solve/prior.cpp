@@ -18,6 +18,7 @@ Prior::Prior(const Atoms& atoms, const ModelOptions& options)
     : options_(options)
     , near_(atoms.count(), atoms.count())
     , alike_(atoms.count(), atoms.count())
+    , wideColumn_(static_cast<std::size_t>(atoms.count()), -1)
     , evident_(static_cast<std::size_t>(atoms.count()))
     , gathered_(evident_.size())
     , knownNear_(evident_.size())
@@ -27,6 +28,15 @@ Prior::Prior(const Atoms& atoms, const ModelOptions& options)
   for (int a = 0; a < atoms.count(); ++a) {
     const auto squares = (atoms.places.colwise() - atoms.places.col(a)).colwise().squaredNorm();
     alike_.col(a) = (-squares.transpose() / (2.0 * square(atoms.depth_m))).array().exp();
+  }
+  for (const Level& level : atoms.levels) {
+    if (0.5 * level.spacing_m <= atoms.depth_m) continue;
+    for (int a = level.first; a < level.end; ++a) {
+      wideColumn_[a] = static_cast<int>(wide_.cols());
+      const auto squares = (atoms.places.colwise() - atoms.places.col(a)).colwise().squaredNorm();
+      wide_.conservativeResize(atoms.count(), wide_.cols() + 1);
+      wide_.rightCols<1>() = (-squares.transpose() / (2.0 * square(0.5 * level.spacing_m))).array().exp();
+    }
   }
   std::vector<Eigen::Triplet<double>> entries;
   for (const Level& level : atoms.levels) {
@@ -41,27 +51,34 @@ Prior::Prior(const Atoms& atoms, const ModelOptions& options)
   near_.setFromTriplets(entries.begin(), entries.end());
 }
 
-bool Prior::follow(const AtomMoments& moments) {
-  const auto count = static_cast<Index>(evident_.size());
+bool Prior::see(const AtomMoments& moments) {
   shown_.clear();
   pulling_.clear();
-  for (int a = 0; a < count; ++a) {
+  for (int a = 0; a < static_cast<int>(evident_.size()); ++a) {
     evident_[a] = evident(moments, a, options_.surety);
     if (evident_[a] == 0.0) continue;
     const auto mean = Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<Index>(a));
     shown_.push_back(a);
     pulling_.emplace_back(evident_[a] / mean.squaredNorm() * mean * mean.transpose());
   }
-  VectorXd::Map(gathered_.data(), count).noalias() = near_ * VectorXd::Map(evident_.data(), count);
-  VectorXd::Map(knownNear_.data(), count).noalias() = near_ * VectorXd::Map(moments.known.data(), count);
-  for (int a = 0; a < count; ++a) gamma_[a] = gathered_[a] > 0.0 ? gathered_[a] / knownNear_[a] : 0.0;
   return !shown_.empty();
 }
 
-void Prior::direct(Chosen& chosen) const {
+bool Prior::follow(const AtomMoments& moments) {
+  if (!see(moments)) return false;
+  const auto count = static_cast<Index>(evident_.size());
+  VectorXd::Map(gathered_.data(), count).noalias() = near_ * VectorXd::Map(evident_.data(), count);
+  VectorXd::Map(knownNear_.data(), count).noalias() = near_ * VectorXd::Map(moments.known.data(), count);
+  for (int a = 0; a < count; ++a) gamma_[a] = gathered_[a] > 0.0 ? gathered_[a] / knownNear_[a] : 0.0;
+  return true;
+}
+
+void Prior::direct(Chosen& chosen, bool wide) const {
   chosen.covariance_N2.clear();
   for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
-    const double* const alike = alike_.col(chosen.atoms[i]).data();
+    const int atom = chosen.atoms[i];
+    const bool isWide = wide && wideColumn_[atom] >= 0;
+    const double* const alike = isWide ? wide_.col(wideColumn_[atom]).data() : alike_.col(atom).data();
     Block together = Block::Zero();
     for (std::size_t b = 0; b < shown_.size(); ++b) together += alike[shown_[b]] * pulling_[b];
     const double trace = together.trace();

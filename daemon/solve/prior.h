@@ -14,21 +14,27 @@ class Prior {
  public:
   Prior(const Atoms& atoms, const ModelOptions& options);
 
-  /// Takes e_a = max(0, |mean_a|^2 - z^2 noise_a / 3) and gamma_a = sum_b k_ab e_b / sum_b k_ab known_b, with
-  /// k = exp(-r^2 / 2 (beta spacing)^2) within a level. Returns whether anything is evident.
+  /// Finds what is evident, e_a = max(0, |mean_a|^2 - z^2 noise_a / 3), for direct(). Returns whether anything is.
+  bool see(const AtomMoments& moments);
+
+  /// The same, and takes gamma_a = sum_b k_ab e_b / sum_b k_ab known_b, with
+  /// k = exp(-r^2 / 2 (beta spacing)^2) within a level.
   bool follow(const AtomMoments& moments);
 
   /// [N^2], A.
   std::span<const double> gamma_N2() const { return gamma_; }
 
   /// Gives the chosen atoms the directions of what is evident around them: Omega = (1 - epsilon) 3 C / tr C + epsilon,
-  /// C = sum_b exp(-r^2 / 2 l^2) e_b / |mean_b|^2 mean_b mean_b'.
-  void direct(Chosen& chosen) const;
+  /// C = sum_b exp(-r^2 / 2 l_a^2) e_b / |mean_b|^2 mean_b mean_b'. l_a is the markers' depth; with `wide`, half the
+  /// distance of the level's atoms if that is more.
+  void direct(Chosen& chosen, bool wide) const;
 
  private:
   const ModelOptions options_;
   Eigen::SparseMatrix<double, Eigen::RowMajor> near_;   // k, A x A
   Eigen::MatrixXd alike_;                               // exp(-r^2 / 2 l^2), A x A
+  Eigen::MatrixXd wide_;         // the same of those atoms alone whose l_a is more than the depth, A x W
+  std::vector<int> wideColumn_;  // A: column of wide_, or -1
   std::vector<double> evident_, gathered_, knownNear_;  // e, sum k e, sum k known
   std::vector<double> gamma_;
   std::vector<int> shown_;      // atoms with e > 0

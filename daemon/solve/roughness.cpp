@@ -8,6 +8,7 @@ namespace tractiond::solve {
 namespace {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Neighbours whose weight is less are left out.
@@ -15,46 +16,85 @@ constexpr double kNothing = 1e-12;
 /// Pressure of a point beneath which nothing is, as a share of the largest.
 constexpr double kFaintest = 1e-6;
 
+/// Weights of points side by side, each row with the sum 1.
+MatrixXd weightsAlong(int count, double reach) {
+  MatrixXd weights(count, count);
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) weights(i, j) = std::exp(-square(i - j) / (2.0 * square(reach)));
+    weights.row(i) /= weights.row(i).sum();
+  }
+  return weights;
+}
+
 }  // namespace
 
-Roughness::Roughness(const Atoms& atoms, const ModelOptions& options)
-    : share_(options.roughness)
-    , atoms_(atoms)
-    , spread_(atoms.pointCount(), atoms.pointCount())
-    , pointForce_(3 * static_cast<std::size_t>(atoms.pointCount()))
-    , force_(static_cast<std::size_t>(atoms.pointCount()))
-    , pressure_(force_.size())
-    , gamma_(static_cast<std::size_t>(atoms.count())) {
-  for (int a = 0; a < atoms.count(); ++a) {
-    peak_.push_back(Eigen::VectorXd(atoms.shape.col(a)).maxCoeff());
-  }
+Spread::Spread(const Atoms& atoms, double reach_m)
+    : across_(weightsAlong(atoms.columns, reach_m / atoms.pitch_m))
+    , along_(weightsAlong(atoms.rows, reach_m / atoms.pitch_m))
+    , product_(atoms.columns, atoms.rows) {
+  if (across_.size() > 0) return;
   std::vector<Eigen::Triplet<double>> entries;
-  const double pitch_m = atoms.levels.front().spacing_m;
   for (Index p = 0; p < atoms.points.cols(); ++p) {
-    const Eigen::RowVectorXd weights =
-        (-(atoms.points.colwise() - atoms.points.col(p)).colwise().squaredNorm() / (2.0 * square(pitch_m)))
-            .array()
-            .exp();
+    const auto squares = (atoms.points.colwise() - atoms.points.col(p)).colwise().squaredNorm();
+    const Eigen::RowVectorXd weights = (-squares / (2.0 * square(reach_m))).array().exp();
     for (Index q = 0; q < weights.size(); ++q) {
       if (weights[q] > kNothing) entries.emplace_back(p, q, weights[q] / weights.sum());
     }
   }
-  spread_.setFromTriplets(entries.begin(), entries.end());
+  any_.resize(atoms.pointCount(), atoms.pointCount());
+  any_.setFromTriplets(entries.begin(), entries.end());
+}
+
+void Spread::average(const VectorXd& from, VectorXd& to) {
+  if (across_.size() == 0) {
+    to.noalias() = any_ * from;
+    return;
+  }
+  // The weights of a grid are products of those along its axes. Row after row, as the points are.
+  product_.noalias() = across_.lazyProduct(MatrixXd::Map(from.data(), across_.rows(), along_.rows()));
+  MatrixXd::Map(to.data(), across_.rows(), along_.rows()).noalias() = product_.lazyProduct(along_.transpose());
+}
+
+Roughness::Roughness(const Atoms& atoms, const ModelOptions& options)
+    : atoms_(atoms)
+    , pointForce_(3 * static_cast<std::size_t>(atoms.pointCount()))
+    , force_(atoms.pointCount())
+    , pressure_(atoms.pointCount())
+    , gamma_(static_cast<std::size_t>(atoms.count())) {
+  std::vector<double> reaches;
+  for (const Level& level : atoms.levels) {
+    auto group = static_cast<std::size_t>(std::find(reaches.begin(), reaches.end(), level.reach_m) - reaches.begin());
+    if (group == reaches.size()) {
+      reaches.push_back(level.reach_m);
+      groups_.push_back({Spread(atoms, level.reach_m), {}});
+    }
+    for (int a = level.first; a < level.end; ++a) {
+      const bool isBeyond = a < atoms.pointCount() && atoms.nodes[a] < 0;
+      const double rho = level.ambiguous || isBeyond ? 1.0 : options.roughness;
+      groups_[group].atoms.push_back(a);
+      share_.push_back(rho / VectorXd(atoms.shape.col(a)).maxCoeff());
+    }
+  }
 }
 
 std::span<const double> Roughness::add(std::span<const double> mean_N, const Chosen& chosen) {
-  const Index points = atoms_.pointCount();
   addUp(atoms_, mean_N, pointForce_);
-  for (Index p = 0; p < points; ++p) force_[p] = Eigen::Vector3d::Map(pointForce_.data() + 3 * p).norm();
-  VectorXd::Map(pressure_.data(), points).noalias() = spread_ * VectorXd::Map(force_.data(), points);
-  const double largest = *std::max_element(pressure_.begin(), pressure_.end());
-  assert(largest > 0.0);
-  for (int a = 0; a < atoms_.count(); ++a) {
-    double reciprocal = 0.0;
-    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, a); it; ++it) {
-      reciprocal += it.value() / (pressure_[it.row()] + kFaintest * largest);
+  for (Index p = 0; p < force_.size(); ++p) force_[p] = Eigen::Vector3d::Map(pointForce_.data() + 3 * p).norm();
+  for (Group& group : groups_) {
+    group.spread.average(force_, pressure_);
+    const double largest = pressure_.maxCoeff();
+    assert(largest > 0.0);
+    for (Index p = 0; p < pressure_.size(); ++p) {  // nodes are their own nearest: they stay what they are
+      if (atoms_.nodes[p] < 0) pressure_[p] = std::max(pressure_[p], pressure_[atoms_.nearest[p]]);
     }
-    gamma_[a] = square(share_ / (reciprocal * peak_[a])) / 3.0;
+    pressure_ = (pressure_.array() + kFaintest * largest).inverse();
+    for (const int a : group.atoms) {
+      double reciprocal = 0.0;
+      for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, a); it; ++it) {
+        reciprocal += it.value() * pressure_[it.row()];
+      }
+      gamma_[a] = square(share_[a] / reciprocal) / 3.0;
+    }
   }
   for (std::size_t i = 0; i < chosen.atoms.size(); ++i) gamma_[chosen.atoms[i]] += chosen.gamma_N2[i];
   return gamma_;

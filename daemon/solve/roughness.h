@@ -6,25 +6,45 @@
 
 namespace tractiond::solve {
 
+/// Averages numbers of points over a distance: weights exp(-r^2 / 2 reach^2), whose sum is 1 at every point.
+class Spread {
+ public:
+  Spread(const Atoms& atoms, double reach_m);
+
+  /// \param from,to P numbers
+  void average(const Eigen::VectorXd& from, Eigen::VectorXd& to);
+
+ private:
+  // Of a grid along x and along y, C x C and R x R; of a body between all points.
+  Eigen::MatrixXd across_, along_, product_;
+  Eigen::SparseMatrix<double, Eigen::RowMajor> any_;
+};
+
 /// Thread-bound. Allocates only when made.
 class Roughness {
  public:
   /// `atoms` must outlive it.
   Roughness(const Atoms& atoms, const ModelOptions& options);
 
-  /// Returns gamma of all atoms: that of the chosen ones, plus (rho q_a)^2 / 3 for every atom. q_a is the force of the
-  /// atom under the harmonic mean of the pressure beneath it; an atom that is broader than the contact gets nothing.
-  /// `mean_N`: of all atoms, 3A.
+  /// Returns gamma of all atoms: that of the chosen ones, plus (rho_a q_a)^2 / 3 for every atom. q_a is the force of
+  /// the atom under the harmonic mean of the pressure beneath it; an atom that is broader than the contact gets
+  /// nothing. A point beyond the nodes has at least the pressure of the nearest node: there a contact may go on as it
+  /// is at their edge. `mean_N`: of all atoms, 3A.
   std::span<const double> add(std::span<const double> mean_N, const Chosen& chosen);
 
  private:
-  const double share_;  // rho
+  /// Levels whose pressure is averaged over the same distance.
+  struct Group {
+    Spread spread;
+    std::vector<int> atoms;
+  };
+
   const Atoms& atoms_;
-  std::vector<double> peak_;                             // of each atom, its largest share of a point
-  Eigen::SparseMatrix<double, Eigen::RowMajor> spread_;  // P x P, a pitch to and fro; the sum of a row is 1
-  std::vector<double> pointForce_;                       // 3P
-  std::vector<double> force_, pressure_;                 // P, magnitudes
-  std::vector<double> gamma_;                            // A
+  std::vector<Group> groups_;
+  std::vector<double> share_;         // of each atom, rho_a over its largest share of a point
+  std::vector<double> pointForce_;    // 3P
+  Eigen::VectorXd force_, pressure_;  // P, magnitudes; then 1 / pressure
+  std::vector<double> gamma_;         // A
 };
 
 }  // namespace tractiond::solve

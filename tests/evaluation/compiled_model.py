@@ -1,5 +1,5 @@
-"""The model of contacts in C++ (daemon/solve/model.h) beside its dense twin (one_model.py), which has more than it yet
-(decision 20), and this build's solver: the same random loads, the same noise, and the time of a frame.
+"""The model of contacts in C++ (daemon/solve/model.h) beside its dense twin (one_model.py) and this build's solver: the
+same random loads, the same noise, and the time of a frame.
 
 Called by `tools/evaluate --model --compiled [SEED]`.
 """

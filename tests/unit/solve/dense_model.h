@@ -8,6 +8,7 @@
 
 #include <Eigen/Dense>
 
+#include <limits>
 #include <numeric>
 
 namespace tractiond::solve {
@@ -28,12 +29,12 @@ class DenseModel {
     H_ = influence * kronecker(shape_);
   }
 
-  /// The nodes and a ring around them, row after row.
+  /// The nodes and two rings around them, row after row.
   static sensor::Points pointsOf(const sensor::NodeGrid& nodes) {
-    sensor::Points points(3, (nodes.columns + 2) * (nodes.rows + 2));
+    sensor::Points points(3, (nodes.columns + 4) * (nodes.rows + 4));
     Eigen::Index p = 0;
-    for (int row = -1; row <= nodes.rows; ++row) {
-      for (int column = -1; column <= nodes.columns; ++column) points.col(p++) = nodes.position(column, row);
+    for (int row = -2; row < nodes.rows + 2; ++row) {
+      for (int column = -2; column < nodes.columns + 2; ++column) points.col(p++) = nodes.position(column, row);
     }
     return points;
   }
@@ -67,18 +68,32 @@ class DenseModel {
       for (std::size_t i = 0; i < 3; ++i) {
         ++result.rounds;
         const int most = options_.most[time][i];
-        const Vector evidence = evident(seen);
-        gamma = coupled(evidence).cwiseQuotient(coupled(seen.known));
+        gamma = coupled(evident(seen)).cwiseQuotient(coupled(seen.known));
         result.atoms = select(gamma, size, most, n2);
         if (result.atoms.empty()) {
           result.forces = Vector::Zero(3 * shape_.rows());
           result.residual = d.squaredNorm();
           return result;
         }
-        if (i == 2) roughen(result.atoms, gamma, seen.mean, size, most, n2);
-        std::vector<Eigen::Matrix3d> omega;
-        for (const int a : result.atoms) omega.push_back(directions(seen, evidence, a));
-        fit = posterior(H, motion, d, n2, result.atoms, gamma, omega);
+        const std::vector<int> smoothAtoms = result.atoms;
+        const Vector smoothGamma = gamma;
+        Seen shown = seen;
+        for (int pass = 0; pass < (i == 2 ? 2 : 1); ++pass) {
+          if (pass == 1) {
+            shown.mean.setZero();
+            for (std::size_t k = 0; k < result.atoms.size(); ++k) {
+              shown.mean.segment<3>(3 * result.atoms[k]) = fit.force.segment<3>(3 * static_cast<Eigen::Index>(k));
+            }
+          }
+          if (i == 2) {
+            result.atoms = smoothAtoms;
+            gamma = smoothGamma;
+            roughen(result.atoms, gamma, shown.mean, size, most, n2);
+          }
+          std::vector<Eigen::Matrix3d> omega;
+          for (const int a : result.atoms) omega.push_back(directions(shown, evident(shown), a, i == 2));
+          fit = posterior(H, motion, d, n2, result.atoms, gamma, omega);
+        }
         seen = {Vector::Zero(H.cols()), first.known, Vector::Zero(shape_.cols())};
         keep(fit, result.atoms, seen);
       }
@@ -148,6 +163,7 @@ class DenseModel {
     const double halfX = nodes.pitch * (nodes.columns - 1) / 2, halfY = nodes.pitch * (nodes.rows - 1) / 2;
     for (const int scale : {2, 4, 8}) {
       const double width = scale * nodes.pitch;
+      // No hat's centre is further out than a pitch.
       const int across = static_cast<int>(std::floor((halfX + nodes.pitch + 1e-6) / width));
       const int along = static_cast<int>(std::floor((halfY + nodes.pitch + 1e-6) / width));
       for (int j = -along; j <= along; ++j) {
@@ -171,7 +187,42 @@ class DenseModel {
                 std::abs(points_(1, p) - nodes.centre.y()) < halfY + 1e-6;
     }
     add(even, nodes.centre.x(), nodes.centre.y(), static_cast<int>(spacing_.size()));
-    spacing_.push_back(1.0);
+    spacing_.push_back(nodes.pitch * std::max(nodes.columns, nodes.rows));
+    plate_ = static_cast<Eigen::Index>(shapes.size()) - 1;
+    // Lines: each side of the rectangles through the outermost nodes, a pitch outside of them, and two, in parts.
+    const double broad = 8 * nodes.pitch;
+    for (int ring = 0; ring < 3; ++ring) {
+      for (int side = 0; side < 4; ++side) {
+        const bool alongX = side < 2;
+        const double half = alongX ? halfX : halfY;
+        const double at = (side % 2 == 0 ? -1 : 1) * ((alongX ? halfY : halfX) + ring * nodes.pitch);
+        const int parts = static_cast<int>(std::floor((half + nodes.pitch + 1e-6) / broad));
+        for (int part = -parts; part <= parts; ++part) {
+          Vector shape = Vector::Zero(points_.cols());
+          for (Eigen::Index p = 0; p < points_.cols(); ++p) {
+            const double u = points_(0, p) - nodes.centre.x(), v = points_(1, p) - nodes.centre.y();
+            const double on = alongX ? u : v, off = alongX ? v : u;
+            if (std::abs(off - at) > 1e-6 || std::abs(on) > half + 1e-6) continue;
+            shape[p] = std::max(0.0, 1 - std::abs(on - part * broad) / broad);
+          }
+          add(shape, nodes.centre.x() + (alongX ? part * broad : at), nodes.centre.y() + (alongX ? at : part * broad),
+              static_cast<int>(spacing_.size()));
+        }
+      }
+    }
+    spacing_.push_back(broad);
+    beyond_ = even.array() == 0.0;
+    for (Eigen::Index p = 0; p < points_.cols(); ++p) {
+      Eigen::Index node = 0;
+      double least = std::numeric_limits<double>::max();
+      for (Eigen::Index q = 0; q < points_.cols(); ++q) {
+        const double away = (points_.col(p) - points_.col(q)).norm();
+        if (beyond_[q] || away >= least) continue;
+        least = away;
+        node = q;
+      }
+      nearest_.push_back(node);
+    }
     shape_.resize(points_.cols(), static_cast<Eigen::Index>(shapes.size()));
     for (std::size_t a = 0; a < shapes.size(); ++a) shape_.col(static_cast<Eigen::Index>(a)) = shapes[a];
   }
@@ -225,15 +276,18 @@ class DenseModel {
     return result;
   }
 
-  Eigen::Matrix3d directions(const Seen& seen, const Vector& evidence, int atom) const {
+  Eigen::Matrix3d directions(const Seen& seen, const Vector& evidence, int atom, bool wide) const {
     Eigen::Matrix3d C = Eigen::Matrix3d::Zero();
+    const double half = spacing_[static_cast<std::size_t>(level_[static_cast<std::size_t>(atom)])] / 2;
+    const double reach = wide ? std::max(depth_m_, half) : depth_m_;
     for (std::size_t b = 0; b < x_.size(); ++b) {
       const double e = evidence[static_cast<Eigen::Index>(b)];
       if (e == 0.0) continue;
       const Eigen::Vector3d mean = seen.mean.segment<3>(3 * static_cast<Eigen::Index>(b));
-      C += std::exp(-squaredDistance(static_cast<std::size_t>(atom), b) / (2 * depth_m_ * depth_m_)) * e /
+      C += std::exp(-squaredDistance(static_cast<std::size_t>(atom), b) / (2 * reach * reach)) * e /
            mean.squaredNorm() * mean * mean.transpose();
     }
+    if (C.trace() == 0.0) return Eigen::Matrix3d::Identity();
     return (1 - options_.turning) * 3 * C / C.trace() + options_.turning * Eigen::Matrix3d::Identity();
   }
 
@@ -267,24 +321,16 @@ class DenseModel {
   void roughen(std::vector<int>& atoms, Vector& gamma, const Vector& mean, const Vector& squares, int most,
                double n2) const {
     const Vector forces = kronecker(shape_) * mean;
-    const Eigen::Index count = points_.cols();
-    Vector pressure = Vector::Zero(count);
-    const double pitch = spacing_.front();
-    for (Eigen::Index p = 0; p < count; ++p) {
-      double total = 0.0;
-      for (Eigen::Index q = 0; q < count; ++q) {
-        const double weight = std::exp(-(points_.col(p) - points_.col(q)).squaredNorm() / (2 * pitch * pitch));
-        pressure[p] += weight * forces.segment<3>(3 * q).norm();
-        total += weight;
-      }
-      pressure[p] /= total;
-    }
-    const double faint = 1e-6 * pressure.maxCoeff();
-    const Vector reciprocal = (pressure.array() + faint).inverse();
+    const double pitch = spacing_.front(),
+                 side = spacing_[static_cast<std::size_t>(level_.at(static_cast<std::size_t>(plate_)))];
+    const Vector fine = reciprocalPressure(forces, pitch),
+                 coarse = reciprocalPressure(forces, std::max(pitch, side / 8));
     Vector whole(shape_.cols());
     for (Eigen::Index a = 0; a < whole.size(); ++a) {
-      const double q = 1 / shape_.col(a).dot(reciprocal) / shape_.col(a).maxCoeff();
-      whole[a] = options_.roughness * q * options_.roughness * q / 3;
+      const double q = 1 / shape_.col(a).dot(a == plate_ ? coarse : fine) / shape_.col(a).maxCoeff();
+      const bool isSmall = level_[static_cast<std::size_t>(a)] < 3 && !(a < points_.cols() && beyond_[a]);
+      const double rho = isSmall ? options_.roughness : 1.0;
+      whole[a] = rho * q * rho * q / 3;
     }
     for (const int a : atoms) whole[a] += gamma[a];
     const Vector value = whole.cwiseProduct(sizes(squares));
@@ -292,6 +338,25 @@ class DenseModel {
     atoms.resize(static_cast<std::size_t>(std::min<Eigen::Index>(most, value.size())));
     std::erase_if(atoms, [&](int a) { return value[a] <= options_.floor * n2; });
     gamma = whole;
+  }
+
+  Vector reciprocalPressure(const Vector& forces, double reach) const {
+    const Eigen::Index count = points_.cols();
+    Vector spread = Vector::Zero(count);
+    for (Eigen::Index p = 0; p < count; ++p) {
+      double total = 0.0;
+      for (Eigen::Index q = 0; q < count; ++q) {
+        const double weight = std::exp(-(points_.col(p) - points_.col(q)).squaredNorm() / (2 * reach * reach));
+        spread[p] += weight * forces.segment<3>(3 * q).norm();
+        total += weight;
+      }
+      spread[p] /= total;
+    }
+    Vector pressure = spread;
+    for (Eigen::Index p = 0; p < count; ++p) {
+      if (beyond_[p]) pressure[p] = std::max(spread[p], spread[nearest_[static_cast<std::size_t>(p)]]);
+    }
+    return (pressure.array() + 1e-6 * spread.maxCoeff()).inverse();
   }
 
   static Fit posterior(const Matrix& H, const Matrix& motion, const Vector& d, double n2, const std::vector<int>& atoms,
@@ -346,6 +411,9 @@ class DenseModel {
   Matrix shape_;  // points x atoms
   std::vector<double> x_, y_, spacing_;
   std::vector<int> level_;
+  Eigen::Index plate_ = 0;
+  Eigen::Array<bool, Eigen::Dynamic, 1> beyond_;  // of each point, whether it is none of the nodes
+  std::vector<Eigen::Index> nearest_;             // of each point, the point on the nearest node
   Matrix H_;
 };
 
