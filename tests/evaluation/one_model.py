@@ -48,7 +48,7 @@ class Model:
     `visible`: indices of the markers that the picture shows, or None for all."""
 
     def __init__(self, thickness, ring=2, noise_px=shapes.MARKER_NOISE_PX, scales=SCALES, visible=None):
-        self.noise = noise_px
+        self.noise, self.ring = noise_px, ring
         along = axis_points(ring)
         x, y = (each.ravel() for each in np.meshgrid(along, along))
         self.points = np.stack([x, y])  # row after row
@@ -174,6 +174,8 @@ class Posterior:
     atoms: np.ndarray  # that are used
     residual: float  # squared [px^2]
     again: bool  # whether more atoms were asked
+    evidence: float = 0.0  # log, of the prior that was fitted
+    degrees: float = 0.0  # of freedom that the forces took
 
 
 @dataclasses.dataclass
@@ -252,7 +254,7 @@ def roughen(model, atoms, gamma, mean, most, constants):
 
 
 def fit(model, d, atoms, gamma, omega):
-    """Posterior of chosen atoms: their forces, covariance, the noise's part of it, squared residual."""
+    """Posterior of chosen atoms: their forces, covariance, the noise's part of it, squared residual, log evidence."""
     n2, k = model.noise**2, 3 * len(atoms)
     unknown = (3 * atoms[:, None] + np.arange(3)).ravel()
     scale = np.zeros((k, k))
@@ -260,12 +262,14 @@ def fit(model, d, atoms, gamma, omega):
         scale[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = one
     # With the picture's motion: x = (forces / root, motion / its deviation), unit prior.
     B = np.hstack([model.H[:, unknown] @ scale, model.P * shapes.MOTION])
-    inverse = np.linalg.inv(B.T @ B + n2 * np.eye(B.shape[1]))
+    A = B.T @ B + n2 * np.eye(B.shape[1])
+    inverse = np.linalg.inv(A)
     x = inverse @ (B.T @ d)
     sigma = n2 * scale @ inverse[:k, :k] @ scale.T
     noise = n2 * scale @ (inverse - n2 * inverse @ inverse)[:k, :k] @ scale.T
     left = d - B @ x
-    return scale @ x[:k], sigma, noise, left @ left
+    evidence = -0.5 * (left @ left / n2 + x @ x + np.linalg.slogdet(A / n2)[1])
+    return scale @ x[:k], sigma, noise, left @ left, evidence
 
 
 def solve(model, d, constants=Constants()):
@@ -283,7 +287,7 @@ def solve(model, d, constants=Constants()):
                 omega = directions(model, dataclasses.replace(seen, mean=mean), constants, last)
                 if last:
                     atoms, gamma = roughen(model, *smooth, mean, most, constants)
-                found, sigma, spread, residual = fit(model, d, atoms, gamma, omega)
+                found, sigma, spread, residual, evidence = fit(model, d, atoms, gamma, omega)
                 mean = np.zeros((model.atoms, 3))
                 mean[atoms] = found.reshape(-1, 3)
             # Atoms without a force stay what the picture would tell of them: else the others' prior has no end.
@@ -303,28 +307,38 @@ def solve(model, d, constants=Constants()):
             to[new] = of[new]
         first = rest
     to = model.wrench[:, (3 * atoms[:, None] + np.arange(3)).ravel()]
-    return Posterior(to @ found, to @ sigma @ to.T, forces, atoms, residual, budget > 0)
+    return Posterior(to @ found, to @ sigma @ to.T, forces, atoms, residual, budget > 0, evidence, degrees)
 
 
-def compare(thickness, seed_number, loads, frames=2):
-    """Lines: of what this build's solver and the model make of the same random loads, in single frames."""
+def read(thickness, seed_number, moved, others={}):
+    """What this build's solver, the model and `others` (functions of the model and a picture) make of the markers'
+    displacements, one frame each: wrenches and covariances."""
+    import unseen
+
+    gel = chain.gel_text(thickness) + unseen.ALL_KNOWN
+    found = chain.run(moved, gel=gel, given=shapes.MARKER_NOISE_PX, seed=seed_number % 2**20)
+    model, generator = Model(thickness), np.random.default_rng([seed_number, thickness, 1])
+    solvers = {"one model": solve, **others}
+    posteriors = {label: [] for label in solvers}
+    for one in moved:
+        seen = shapes.pixels(model.markers, one).ravel()
+        seen += model.noise * generator.standard_normal(len(seen))
+        for label, solver in solvers.items():
+            posteriors[label].append(solver(model, seen))
+    covariance = found["noise_covariance"] + found["systematic_covariance"]
+    results = {"this build's solver": (np.hstack([found.resultant_N, found.moment_Nm]), covariance.reshape(-1, 6, 6))}
+    for label, all_frames in posteriors.items():
+        results[label] = np.array([p.wrench for p in all_frames]), np.array([p.covariance for p in all_frames])
+    return results
+
+
+def compare(thickness, seed_number, loads, frames=2, others={}):
+    """Random loads, and what read() makes of them in single frames."""
     import unseen
 
     families = loads * shapes.INSIDE + loads * shapes.BEYOND + 2 * loads * shapes.PALMS
     drawn = unseen.Drawn(thickness, families, np.random.default_rng([seed_number, thickness]))
-    gel = chain.gel_text(thickness) + unseen.ALL_KNOWN
-    unit = np.repeat(drawn.displacement, frames, axis=0)
-    found = chain.run(unit, gel=gel, given=shapes.MARKER_NOISE_PX, seed=seed_number % 2**20)
-    model, generator = Model(thickness), np.random.default_rng([seed_number, thickness, 1])
-    posteriors = []
-    for moved in unit:
-        seen = shapes.pixels(model.markers, moved).ravel()
-        posteriors.append(solve(model, seen + model.noise * generator.standard_normal(len(seen))))
-    covariance = found["noise_covariance"] + found["systematic_covariance"]
-    return drawn, {
-        "this build's solver": (np.hstack([found.resultant_N, found.moment_Nm]), covariance.reshape(-1, 6, 6)),
-        "one model": (np.array([p.wrench for p in posteriors]), np.array([p.covariance for p in posteriors])),
-    }
+    return drawn, read(thickness, seed_number, np.repeat(drawn.displacement, frames, axis=0), others)
 
 
 ZONES = {"inside": ["inside", "rim", "corner"], "beyond": ["beyond"], "palms": ["palm"]}
