@@ -24,6 +24,8 @@ class Line {
   Line() = default;
   Line(std::string_view text)  // NOLINT(google-explicit-constructor): it is one
       : size_(text.size() < text_.size() ? text.size() : text_.size()) {
+    // Not within a character of UTF-8.
+    while (size_ < text.size() && size_ > 0 && (static_cast<unsigned char>(text[size_]) & 0xC0U) == 0x80U) --size_;
     std::memcpy(text_.data(), text.data(), size_);
   }
   std::string_view view() const { return {text_.data(), size_}; }
