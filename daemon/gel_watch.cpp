@@ -39,9 +39,8 @@ GelWatch::GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbo
   tracker.prepare(snapshots_.room());
 }
 
-std::string GelWatch::judge(const RestPose& zero) {
+GelReport GelWatch::judge(const RestPose& zero) {
   tracker_.takeSight(sight_);
-  judging_ = true;
   const std::vector<track::Lattice> lattices = track::latticesOf(sensor_);
   std::vector<LatticeSeen> seen;
   for (int i = 0; i < sight_.layerCount; ++i) {
@@ -49,11 +48,14 @@ std::string GelWatch::judge(const RestPose& zero) {
     if (layer.columns != 0) seen.push_back(track::extentWith(layer, lattices[i], zero.present));
   }
   if (seen.size() != sensor_.layers.size()) seen.clear();
-  report_ = calibrate::checkGel(sensor_, zero.position_px, zero.present, seen);
+  return calibrate::checkGel(sensor_, zero.position_px, zero.present, seen);
+}
+
+void GelWatch::tellJudgement(const RestPose& zero, GelReport report) {
+  judging_ = true;
+  report_ = std::move(report);
   tracker_.judge(zero.id, report_.fits());
-  tell();  // before anybody hears of it and asks
-  return report_.remark.empty() ? ""
-                                : "the gel file does not fit the picture, and no forces are valid: " + report_.remark;
+  tell();  // before the zero is answered, after which clients ask for the status
 }
 
 void GelWatch::turn() {

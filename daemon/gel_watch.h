@@ -29,12 +29,11 @@ class GelWatch {
   GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<publish::MarkerStatus>& status,
            std::function<void(const Snapshots::Result&)> answer, const GelWatchOptions& options = {});
 
-  /// Compares the gel file with a zero, and tells the tracker. Pictures that come later are not compared: a load hides
-  /// markers, too. \return what contradicts, for people; empty: nothing.
-  std::string judge(const RestPose& zero);
+  /// Compares the gel file with a zero. Pictures that come later are not compared: a load hides markers, too.
+  GelReport judge(const RestPose& zero);
 
-  /// The gel file fits the picture of the zero that was judged last.
-  bool fits() const { return report_.fits(); }
+  /// Tells the tracker and the status what judge() has returned for a zero that comes into force.
+  void tellJudgement(const RestPose& zero, GelReport report);
 
   /// Somebody wants to see the next picture.
   void askSnapshot() { snapshots_.ask(); }
@@ -61,7 +60,7 @@ class GelWatch {
 
   MarkerSight sight_;
   bool judging_ = false;  ///< there is a zero
-  GelReport report_;
+  GelReport report_;      ///< on the zero in force
 
   std::int64_t foundAt_ns_ = 0;   ///< when the markers were found last, or the watch began
   std::int64_t lookedAt_ns_ = 0;  ///< when the picture was looked at last

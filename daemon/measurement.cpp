@@ -197,8 +197,10 @@ void Measurement::makeProcedures() {
           .cancelZero = [this] { return tracker_->cancelZero(); },
           .zeroState = [this] { return tracker_->zeroState(); },
           .takeRestPose = [this](RestPose& pose) { return tracker_->takeRestPose(pose); },
-          .putInForce = [this](const RestPose& pose) { return tracker_->putInForce(pose, gelWatch_->fits()); },
+          .putInForce = [this](const RestPose& pose, bool fits) { return tracker_->putInForce(pose, fits); },
           .judge = [this](const RestPose& pose) { return gelWatch_->judge(pose); },
+          .tellJudgement = [this](const RestPose& pose,
+                                  const GelReport& report) { gelWatch_->tellJudgement(pose, report); },
           .describe =
               [this](const RestPose& pose) {
                 around_.description.zero = pose;

@@ -46,7 +46,10 @@ void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std:
   zero_ = restored;
   before_ = before;
   if (!zero_) return;
-  const std::string doubt = both(links_.judge(*zero_), calibrate::touchIn(sensor_, *zero_));
+  const GelReport report = links_.judge(*zero_);
+  fits_ = report.fits();
+  links_.tellJudgement(*zero_, report);
+  const std::string doubt = both(report.doubt(), calibrate::touchIn(sensor_, *zero_));
   if (!doubt.empty()) spdlog::warn("warning: the stored zero may be wrong: {}", doubt);
   links_.describe(*zero_);
 }
@@ -77,7 +80,7 @@ void Procedures::beginStep(const CalibrationStep& step) {
 
 void Procedures::turn() {
   measureRate();
-  if (puttingInForce_) puttingInForce_ = !links_.putInForce(*zero_);
+  if (puttingInForce_) puttingInForce_ = !links_.putInForce(*zero_, fits_);
   if (keeping_) watchKeeping();
   if (!keeping_ && links_.takeRestPose(finished_)) heedTaken();
   watchMarkers();
@@ -87,13 +90,12 @@ void Procedures::turn() {
 
 void Procedures::undoZero() {
   if (!zero_ || !before_ || keeping_) return answerZero(tl::unexpected<std::string>("there is no previous zero"));
-  keep(*before_, &*zero_, true, [this](const tl::expected<void, Error>& kept) {
+  keep(*before_, &*zero_, true, [this, report = links_.judge(*before_)](const tl::expected<void, Error>& kept) {
     if (!kept)
       return answerZero(
           tl::unexpected("previous zero not restored, because it could not be written: " + kept.error().message()));
     dropStep();
-    links_.judge(*before_);
-    putInForce(*before_);
+    putInForce(*before_, report);
     spdlog::info("previous zero restored, as requested by {}", request_.asker);
     answerZero(*zero_);
   });
@@ -102,44 +104,46 @@ void Procedures::undoZero() {
 /// Handles a zero that the tracker has taken. The first one is in force already; a requested one comes into force when
 /// it has been written.
 void Procedures::heedTaken() {
-  if (finished_.requested && zero_ && !zeroAsked_)
-    return putInForce(*zero_);  // its request has been answered with an error
+  if (finished_.requested && zero_ && !zeroAsked_) return rejectTaken();  // its request has been answered with an error
   dropStep();
   // A zero that no operator has requested may itself have been taken under load.
   const std::string touch = zero_ && zero_->requested ? calibrate::touchSince(sensor_, *zero_, finished_)
                                                       : calibrate::touchIn(sensor_, finished_);
   const std::string moved = zero_ ? calibrate::movedBetween(sensor_, *zero_, finished_) : "";
   if (finished_.requested) finished_.requestedBy = request_.asker;
-  const auto tell = [this, touch, moved] {
-    const std::string doubt = both(links_.judge(finished_), touch);
+  const auto refuse = [this](const std::string& reason) {
+    rejectTaken();
+    spdlog::warn("warning: the zero requested by {} is refused, the previous one stays in force: {}", request_.asker,
+                 reason);
+    answerZero(tl::unexpected("zero refused, the previous one stays in force: " + reason));
+  };
+  if (zero_ && !touch.empty() && !request_.anyway)
+    return refuse(touch + "; remove it and try again, or use: tractionctl zero --anyway");
+  const GelReport report = links_.judge(finished_);
+  const std::string doubt = both(report.doubt(), touch);
+  const auto tell = [this, doubt, moved] {
     spdlog::info("zero taken, {}{}{}",
                  finished_.requested ? "as requested by " + request_.asker : "by itself at the first start",
                  request_.anyway && finished_.requested ? ", anyway" : "", moved.empty() ? "" : "; " + moved);
     if (!doubt.empty()) spdlog::warn("warning: this zero may be wrong: {}", doubt);
-    return doubt;
   };
   if (!zero_) {
-    const std::string doubt = tell();
+    tell();
     zero_ = finished_;
+    fits_ = report.fits();
+    links_.tellJudgement(finished_, report);
     links_.describe(finished_);
-    if (finished_.requested) putInForce(finished_);  // in case an earlier first zero was never read
+    if (finished_.requested)
+      puttingInForce_ = !links_.putInForce(finished_, fits_);  // in case an earlier first zero was never read
     if (zeroAsked_ && finished_.requested) answerZero(finished_, doubt);  // else the requested one is still to come
     return keep(finished_, nullptr, false, [](const tl::expected<void, Error>& kept) {
       if (!kept) spdlog::error("the zero is in force but could not be written: {}", kept.error().message());
     });
   }
-  const auto refuse = [this](const std::string& reason) {
-    putInForce(*zero_);
-    spdlog::warn("warning: the zero requested by {} is refused, the previous one stays in force: {}", request_.asker,
-                 reason);
-    answerZero(tl::unexpected("zero refused, the previous one stays in force: " + reason));
-  };
-  if (!touch.empty() && !request_.anyway)
-    return refuse(touch + "; remove it and try again, or use: tractionctl zero --anyway");
-  keep(finished_, &*zero_, true, [this, tell, refuse](const tl::expected<void, Error>& kept) {
+  keep(finished_, &*zero_, true, [this, report, doubt, tell, refuse](const tl::expected<void, Error>& kept) {
     if (!kept) return refuse("it could not be written: " + kept.error().message());
-    const std::string doubt = tell();
-    putInForce(finished_);
+    tell();
+    putInForce(finished_, report);
     answerZero(finished_, doubt);
   });
 }
@@ -170,13 +174,20 @@ void Procedures::watchKeeping() {
   keeping_->then(tl::unexpected(Error{.what = kDiskHangs}));
 }
 
-/// Puts a zero in force and describes it. Called with the one in force, it rejects what the tracker has taken since.
-void Procedures::putInForce(const RestPose& zero) {
+/// Puts a zero in force that has been judged and kept, and describes it.
+void Procedures::putInForce(const RestPose& zero, const GelReport& report) {
+  fits_ = report.fits();
+  links_.tellJudgement(zero, report);
   if (zero.id != zero_->id) {
     before_ = std::exchange(zero_, zero);
     links_.describe(*zero_);
   }
-  puttingInForce_ = !links_.putInForce(*zero_);
+  puttingInForce_ = !links_.putInForce(*zero_, fits_);
+}
+
+/// Rejects what the tracker has taken since the zero in force.
+void Procedures::rejectTaken() {
+  puttingInForce_ = !links_.putInForce(*zero_, fits_);
 }
 
 void Procedures::dropStep() {

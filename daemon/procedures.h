@@ -7,6 +7,7 @@
 #include "daemon/base/mailbox.h"
 #include "daemon/calibrate/calibration.h"
 #include "daemon/calibrate/drift_watch.h"
+#include "daemon/records/gel_report.h"
 #include "daemon/records/rest_drift.h"
 #include "daemon/records/zero_request.h"
 #include "daemon/track/zero.h"
@@ -45,11 +46,14 @@ struct ProcedureLinks {
   std::function<bool()> cancelZero;
   std::function<track::ZeroState()> zeroState;
   std::function<bool(RestPose&)> takeRestPose;
-  std::function<bool(const RestPose&)> putInForce;  ///< of a zero that judge() has seen; false: try again later
+  /// Hands a judged zero to the tracker, and tells whether the gel file fits it. Returns false: try again later.
+  std::function<bool(const RestPose&, bool fits)> putInForce;
 
-  /// Compares a zero with the gel file; called for every zero before it comes into force, the restored one included.
-  /// \return what contradicts, for people; empty: nothing
-  std::function<std::string(const RestPose&)> judge;
+  /// Compares a zero with the gel file. Called once for every zero that is kept or comes into force, the restored one
+  /// included, and before the disk is asked to keep it: what presses later hides markers.
+  std::function<GelReport(const RestPose&)> judge;
+  /// Tells the tracker and the status what judge() has returned for a zero that comes into force.
+  std::function<void(const RestPose&, const GelReport&)> tellJudgement;
   std::function<void(const RestPose&)> describe;  ///< publishes the description with the zero in force
   /// Starts to write the zero into the state directory, and the previous zero if there is one. The future is ready when
   /// both are on the disk.
@@ -118,7 +122,8 @@ class Procedures {
   void keep(const RestPose& zero, const RestPose* before, bool isAwaited,
             std::function<void(const tl::expected<void, Error>&)> then);
   void watchKeeping();
-  void putInForce(const RestPose& zero);
+  void putInForce(const RestPose& zero, const GelReport& report);
+  void rejectTaken();
   void dropStep();
   void watchZero();
   void refuseZero(const std::string& reason);
@@ -137,6 +142,7 @@ class Procedures {
   std::optional<RestPose> zero_;  ///< in force
   std::optional<RestPose> before_;
   bool puttingInForce_ = false;  ///< zero_ is still to be handed to the tracker
+  bool fits_ = true;             ///< the gel file fits zero_
   std::optional<Keeping> keeping_;
   RestPose finished_;
   MarkerField markers_;

@@ -88,7 +88,7 @@ class Replay {
   void require(const RestPose& pose) const;
   void describe(const RestPose& pose);
   bool judges() const;
-  void judge(const RestPose& zero);
+  bool judge(const RestPose& zero);
   void heedZero(TrackerInputs& inputs);
   [[noreturn]] void fail(Error error) const;
 
@@ -231,7 +231,7 @@ void Replay::open(const Frame& first) {
   gelWatch_.emplace(sensor_, *tracker_, markerStatus_, [](const auto&) {});
   if (beginning_->rest) {
     tracker_->restore(*beginning_->rest);
-    if (!sameGel_) gelWatch_->judge(*beginning_->rest);
+    if (!sameGel_) gelWatch_->tellJudgement(*beginning_->rest, gelWatch_->judge(*beginning_->rest));
     describe(*beginning_->rest);
   }
   markers_.resize(sensor_.markerCount());
@@ -265,8 +265,12 @@ bool Replay::judges() const {
   return !sameGel_ || gaps_ > 0;
 }
 
-void Replay::judge(const RestPose& zero) {
-  if (const std::string doubt = gelWatch_->judge(zero); !doubt.empty()) spdlog::warn("warning: {}", doubt);
+/// \return does the gel file fit the picture that the zero was taken from?
+bool Replay::judge(const RestPose& zero) {
+  const GelReport report = gelWatch_->judge(zero);
+  gelWatch_->tellJudgement(zero, report);
+  if (const std::string doubt = report.doubt(); !doubt.empty()) spdlog::warn("warning: {}", doubt);
+  return report.fits();
 }
 
 /// Repeats what was decided on zeros, for the zeros that are taken here.
@@ -280,9 +284,8 @@ void Replay::heedZero(TrackerInputs& inputs) {
     isProposed_ = false;
     inputs.judgedZero = inputs.zero.id;
     if (!judges() && !beginning_->adoptsAtOnce) return;
-    judge(inputs.zero);
+    inputs.fits = judge(inputs.zero);
     inputs.judged = true;
-    inputs.fits = gelWatch_->fits();
     return;
   }
   const bool isKnown = description_.zero && inputs.judgedZero == description_.zero->id;

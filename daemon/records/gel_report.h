@@ -25,6 +25,10 @@ struct GelReport {
   std::string remark;  ///< for people: what does not fit, and what to do; empty: all fits
 
   bool fits() const { return remark.empty(); }
+  /// Returns a sentence for people; empty: the gel file fits.
+  std::string doubt() const {
+    return fits() ? "" : "the gel file does not fit the picture, and no forces are valid: " + remark;
+  }
 };
 
 }  // namespace tractiond

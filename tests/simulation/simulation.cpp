@@ -288,16 +288,16 @@ struct Simulation::Run {
               .zeroState = [this] { return tracker.state; },
               .takeRestPose = [this](RestPose& pose) { return tracker.takeRestPose(pose); },
               .putInForce =
-                  [this](const RestPose& pose) {
+                  [this](const RestPose& pose, bool /*fits*/) {
                     if (run.chance.oneIn(8)) return false;  // the tracking thread is just taking one
                     tracker.decision = pose;
                     tracker.verdict = pose.id;
                     return true;
                   },
-              .judge =
-                  [this](const RestPose& pose) {
+              .judge = [](const RestPose&) { return GelReport(); },
+              .tellJudgement =
+                  [this](const RestPose& pose, const GelReport&) {
                     tracker.verdict = pose.id == tracker.force.id ? pose.id : tracker.verdict;
-                    return std::string();
                   },
               .describe = [this](const RestPose& pose) { run.heedDescribed(pose); },
               .keep = [this](const RestPose& pose, const RestPose* before) { return run.keep(pose, before); },

@@ -97,6 +97,8 @@ struct ProceduresBench {
   std::function<void(const RestPose&)> onDescribed;
   int judged = 0;
   Id lastJudged{};
+  Id judgementOf{};  ///< the zero that the status tells the judgement of
+  bool adoptedFits = false;
   std::optional<RestPose> described, kept, keptBefore, adopted;
   bool busy = false;
   std::vector<tl::expected<RestPose, std::string>> zeroAnswers;
@@ -118,17 +120,21 @@ struct ProceduresBench {
                                return there;
                              },
                          .putInForce =
-                             [this](const RestPose& pose) {
+                             [this](const RestPose& pose, bool fits) {
                                if (busy) return false;
                                adopted = pose;
+                               adoptedFits = fits;
                                return true;
                              },
                          .judge =
                              [this](const RestPose& pose) {
                                ++judged;
                                lastJudged = pose.id;
-                               return doubt;
+                               GelReport report;
+                               report.remark = doubt;
+                               return report;
                              },
+                         .tellJudgement = [this](const RestPose& pose, const GelReport&) { judgementOf = pose.id; },
                          .describe =
                              [this](const RestPose& pose) {
                                described = pose;

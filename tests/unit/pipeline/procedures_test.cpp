@@ -21,7 +21,7 @@ TEST(Procedures, AFinishedZeroIsJudgedDescribedKeptAndAnswered) {
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);
   ASSERT_TRUE(bench.zeroAnswers[0]);
   EXPECT_EQ(bench.zeroAnswers[0]->id[0], 1);
-  EXPECT_EQ(bench.remark, "it looks pressed");
+  EXPECT_EQ(bench.remark, "the gel file does not fit the picture, and no forces are valid: it looks pressed");
 }
 
 TEST(Procedures, AZeroOfTheFirstStartAnswersNobody) {
@@ -59,10 +59,46 @@ TEST(Procedures, AZeroComesIntoForceWhenItIsOnTheDisk) {
   bench.turn();
   ASSERT_TRUE(bench.adopted);
   EXPECT_EQ(bench.adopted->id[0], 2);
-  EXPECT_EQ(bench.lastJudged[0], 2);
+  EXPECT_EQ(bench.judgementOf[0], 2);
   EXPECT_EQ(bench.described->id[0], 2);
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);
   EXPECT_TRUE(bench.zeroAnswers[0]);
+}
+
+TEST(Procedures, AZeroIsJudgedBeforeTheDiskIsAsked) {
+  ProceduresBench bench;
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(2, true), bench.pose(1, true));
+  bench.diskHangs = true;
+  bench.procedures.beginZero({});
+  bench.tracker.finish(bench.pose(3, true));
+  bench.turn();
+  EXPECT_EQ(bench.lastJudged[0], 3) << "a load that comes while the disk writes hides markers";
+  EXPECT_EQ(bench.judgementOf[0], 2) << "the status tells of the zero in force";
+  bench.writeOne();
+  bench.turn();
+  EXPECT_EQ(bench.judged, 2);
+  EXPECT_EQ(bench.judgementOf[0], 3);
+
+  bench.procedures.beginZero({.undo = true});
+  EXPECT_EQ(bench.lastJudged[0], 2);
+  EXPECT_EQ(bench.judgementOf[0], 3);
+  bench.writeOne();
+  bench.turn();
+  EXPECT_EQ(bench.judgementOf[0], 2);
+}
+
+TEST(Procedures, AZeroThatIsRefusedLeavesTheJudgementOfTheOneInForce) {
+  ProceduresBench bench;
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+  bench.keepFails = true;
+  bench.doubt = "it looks pressed";
+  bench.procedures.beginZero({});
+  bench.tracker.finish(bench.pose(2, true));
+  bench.turn();
+  ASSERT_TRUE(bench.adopted);
+  EXPECT_EQ(bench.adopted->id[0], 1);
+  EXPECT_TRUE(bench.adoptedFits);
+  EXPECT_EQ(bench.judgementOf[0], 1);
 }
 
 TEST(Procedures, AZeroThatTheDiskDoesNotTakeIsRefusedAndReplacedThere) {
@@ -126,7 +162,7 @@ TEST(Procedures, AZeroThatCannotBeKeptIsRefused) {
   bench.turn();
   ASSERT_TRUE(bench.adopted);
   EXPECT_EQ(bench.adopted->id[0], 1);
-  EXPECT_EQ(bench.lastJudged[0], 1);  // else its fields would not be sent
+  EXPECT_EQ(bench.judgementOf[0], 1);
 }
 
 /// Neighbours agree.
