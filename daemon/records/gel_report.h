@@ -26,9 +26,7 @@ struct GelReport {
 
   bool fits() const { return remark.empty(); }
   /// Returns a sentence for people; empty: the gel file fits.
-  std::string doubt() const {
-    return fits() ? "" : "the gel file does not fit the picture, and no forces are valid: " + remark;
-  }
+  std::string doubt() const;
 };
 
 }  // namespace tractiond

@@ -1,3 +1,4 @@
+#include "daemon/records/gel_report.h"
 #include "daemon/records/traction_field.h"
 
 namespace tractiond {
@@ -12,6 +13,10 @@ void TractionField::resize(int markerCount, int nodeCount) {
   markers.resize(markerCount);
   force_N.assign(static_cast<std::size_t>(3 * nodeCount), 0.0F);
   deviation_N.assign(static_cast<std::size_t>(3 * nodeCount), 0.0F);
+}
+
+std::string GelReport::doubt() const {
+  return fits() ? "" : "the gel file does not fit the picture, and no forces are valid: " + remark;
 }
 
 }  // namespace tractiond
