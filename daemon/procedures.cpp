@@ -47,8 +47,7 @@ void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std:
   before_ = before;
   if (!zero_) return;
   const GelReport report = links_.judge(*zero_);
-  fits_ = report.fits();
-  links_.tellJudgement(*zero_, report);
+  heedJudgement(*zero_, report);
   const std::string doubt = both(report.doubt(), calibrate::touchIn(sensor_, *zero_));
   if (!doubt.empty()) spdlog::warn("warning: the stored zero may be wrong: {}", doubt);
   links_.describe(*zero_);
@@ -80,7 +79,7 @@ void Procedures::beginStep(const CalibrationStep& step) {
 
 void Procedures::turn() {
   measureRate();
-  if (puttingInForce_) puttingInForce_ = !links_.putInForce(*zero_, fits_);
+  if (puttingInForce_) handOver();
   if (keeping_) watchKeeping();
   if (!keeping_ && links_.takeRestPose(finished_)) heedTaken();
   watchMarkers();
@@ -104,7 +103,7 @@ void Procedures::undoZero() {
 /// Handles a zero that the tracker has taken. The first one is in force already; a requested one comes into force when
 /// it has been written.
 void Procedures::heedTaken() {
-  if (finished_.requested && zero_ && !zeroAsked_) return rejectTaken();  // its request has been answered with an error
+  if (finished_.requested && zero_ && !zeroAsked_) return handOver();  // its request has been answered with an error
   dropStep();
   // A zero that no operator has requested may itself have been taken under load.
   const std::string touch = zero_ && zero_->requested ? calibrate::touchSince(sensor_, *zero_, finished_)
@@ -112,7 +111,7 @@ void Procedures::heedTaken() {
   const std::string moved = zero_ ? calibrate::movedBetween(sensor_, *zero_, finished_) : "";
   if (finished_.requested) finished_.requestedBy = request_.asker;
   const auto refuse = [this](const std::string& reason) {
-    rejectTaken();
+    handOver();
     spdlog::warn("warning: the zero requested by {} is refused, the previous one stays in force: {}", request_.asker,
                  reason);
     answerZero(tl::unexpected("zero refused, the previous one stays in force: " + reason));
@@ -130,11 +129,9 @@ void Procedures::heedTaken() {
   if (!zero_) {
     tell();
     zero_ = finished_;
-    fits_ = report.fits();
-    links_.tellJudgement(finished_, report);
+    heedJudgement(finished_, report);
     links_.describe(finished_);
-    if (finished_.requested)
-      puttingInForce_ = !links_.putInForce(finished_, fits_);  // in case an earlier first zero was never read
+    if (finished_.requested) handOver();  // in case an earlier first zero was never read
     if (zeroAsked_ && finished_.requested) answerZero(finished_, doubt);  // else the requested one is still to come
     return keep(finished_, nullptr, false, [](const tl::expected<void, Error>& kept) {
       if (!kept) spdlog::error("the zero is in force but could not be written: {}", kept.error().message());
@@ -176,17 +173,22 @@ void Procedures::watchKeeping() {
 
 /// Puts a zero in force that has been judged and kept, and describes it.
 void Procedures::putInForce(const RestPose& zero, const GelReport& report) {
-  fits_ = report.fits();
-  links_.tellJudgement(zero, report);
+  heedJudgement(zero, report);
   if (zero.id != zero_->id) {
     before_ = std::exchange(zero_, zero);
     links_.describe(*zero_);
   }
-  puttingInForce_ = !links_.putInForce(*zero_, fits_);
+  handOver();
 }
 
-/// Rejects what the tracker has taken since the zero in force.
-void Procedures::rejectTaken() {
+/// Remembers and tells what has been found of a zero that comes into force.
+void Procedures::heedJudgement(const RestPose& zero, const GelReport& report) {
+  fits_ = report.fits();
+  links_.tellJudgement(zero, report);
+}
+
+/// Hands the zero in force to the tracker, which drops what it has taken since.
+void Procedures::handOver() {
   puttingInForce_ = !links_.putInForce(*zero_, fits_);
 }
 

@@ -123,7 +123,8 @@ class Procedures {
             std::function<void(const tl::expected<void, Error>&)> then);
   void watchKeeping();
   void putInForce(const RestPose& zero, const GelReport& report);
-  void rejectTaken();
+  void heedJudgement(const RestPose& zero, const GelReport& report);
+  void handOver();
   void dropStep();
   void watchZero();
   void refuseZero(const std::string& reason);

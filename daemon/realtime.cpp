@@ -47,12 +47,6 @@ std::string_view nameOf(int threadId, std::array<char, 32>& room) {
   return {room.data(), size > 0 && room[size - 1] == '\n' ? size - 1 : size};
 }
 
-publish::FixedText<120> fixed(std::string_view text) {
-  publish::FixedText<120> result;
-  result.assign(text);
-  return result;
-}
-
 }  // namespace
 
 tl::expected<cpu_set_t, std::string> parseCpus(const std::string& list) {
@@ -81,7 +75,7 @@ tl::expected<cpu_set_t, std::string> parseCpus(const std::string& list) {
   return cpus;
 }
 
-publish::FixedText<120> cpusText(const cpu_set_t& cpus) {
+FixedText<120> cpusText(const cpu_set_t& cpus) {
   constexpr std::string_view kMore = ",...";
   constexpr std::size_t kItem = 10;  // ",1022-1023"
   std::array<char, 120> text{};
@@ -102,7 +96,7 @@ publish::FixedText<120> cpusText(const cpu_set_t& cpus) {
     *at++ = '-';
     write(cpu);
   }
-  return fixed({text.data(), static_cast<std::size_t>(at - text.data())});
+  return FixedText<120>({text.data(), static_cast<std::size_t>(at - text.data())});
 }
 
 Realtime::Realtime(RealtimeOptions options)

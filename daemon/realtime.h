@@ -24,7 +24,7 @@ struct RealtimeOptions {
 /// The kernel's list format. Fails, in words, for what is none; an empty one has no processor.
 tl::expected<cpu_set_t, std::string> parseCpus(const std::string& list);
 /// Allocates nothing beyond the text that it returns; a list without end is cut between two items.
-publish::FixedText<120> cpusText(const cpu_set_t& cpus);
+FixedText<120> cpusText(const cpu_set_t& cpus);
 
 /// Of one process. Thread-safe.
 class Realtime {
@@ -58,7 +58,7 @@ class Realtime {
   std::mutex mutex_;
   struct Thread {
     int id = 0;  ///< 0: none
-    publish::FixedText<15> name;
+    FixedText<15> name;
   };
   // One of Aravis's that hangs, or takes its time to end, may be there besides its successor.
   std::array<Thread, std::tuple_size_v<decltype(publish::SchedulingStatus::threads)>> threads_{};

@@ -1,34 +1,16 @@
 // The once-a-second account of how the daemon does.
 #pragma once
 
+#include "daemon/base/fixed_text.h"
 #include "daemon/records/camera.h"
 #include "daemon/records/gel_report.h"
 #include "daemon/records/rest_drift.h"
 #include "sensor/gel.h"
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
-#include <string_view>
 
 namespace tractiond::publish {
-
-/// Text that travels between threads without allocation; what is longer is cut.
-template <std::size_t kRoom>
-class FixedText {
- public:
-  void assign(std::string_view text) {
-    size_ = std::min(text.size(), kRoom);
-    // Not within a character of UTF-8.
-    while (size_ < text.size() && size_ > 0 && (static_cast<unsigned char>(text[size_]) & 0xC0U) == 0x80U) --size_;
-    std::copy_n(text.begin(), size_, text_.begin());
-  }
-  std::string_view view() const { return {text_.data(), size_}; }
-
- private:
-  std::array<char, kRoom> text_{};
-  std::size_t size_ = 0;
-};
 
 /// How many markers are found, and whether they are those of the gel file.
 struct MarkerStatus {

@@ -1,11 +1,9 @@
 // How a camera does, for the status.
 #pragma once
 
-#include <array>
-#include <cstddef>
+#include "daemon/base/fixed_text.h"
+
 #include <cstdint>
-#include <cstring>
-#include <string_view>
 
 namespace tractiond {
 
@@ -18,22 +16,8 @@ enum class CameraState : std::uint8_t {
   kConnecting,  ///< found; being set up
 };
 
-/// A line of text that needs no memory of its own: what does not fit is cut off.
-class Line {
- public:
-  Line() = default;
-  Line(std::string_view text)  // NOLINT(google-explicit-constructor): it is one
-      : size_(text.size() < text_.size() ? text.size() : text_.size()) {
-    // Not within a character of UTF-8.
-    while (size_ < text.size() && size_ > 0 && (static_cast<unsigned char>(text[size_]) & 0xC0U) == 0x80U) --size_;
-    std::memcpy(text_.data(), text.data(), size_);
-  }
-  std::string_view view() const { return {text_.data(), size_}; }
-
- private:
-  std::array<char, 200> text_{};
-  std::size_t size_ = 0;
-};
+/// A line of text for people.
+using Line = FixedText<200>;
 
 /// How the link to the camera does; packets since the start, but those of the last second before a link broke.
 struct CameraLink {

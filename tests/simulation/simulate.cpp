@@ -1,6 +1,8 @@
 // tools/simulate: stories of chance, or one from a file.
 #include "tests/simulation/simulation.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -116,6 +118,9 @@ int main(int argc, char** argv) {
     }
     const auto number = wholeNumber(argv[i], option);
     if (!number) return complain(kUsage, number.error());
+    constexpr std::uint64_t kMostHours = 1'000'000;
+    if (option == "--hours" && (*number == 0 || *number > kMostHours))
+      return complain(kUsage, fmt::format("--hours is {}, must be 1 to {}", *number, kMostHours));
     (option == "--seed" ? seed : hours) = *number;
   }
   std::signal(SIGINT, [](int) { interrupted = 1; });

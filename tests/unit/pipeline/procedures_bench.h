@@ -78,6 +78,15 @@ struct ProceduresBench {
     disk.pop_front();
   }
 
+  /// Zero 2 is in force, 1 was before it, and 3 is being written.
+  void takeThirdZeroWhileTheDiskHangs() {
+    procedures.welcome("Camera-1", 0.0, pose(2, true), pose(1, true));
+    diskHangs = true;
+    procedures.beginZero({});
+    tracker.finish(pose(3, true));
+    turn();
+  }
+
   void pass(std::int64_t ms) { now_ns += 1'000'000 * ms; }
   void turn() { procedures.turn(); }
 

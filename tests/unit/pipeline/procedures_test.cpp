@@ -67,11 +67,7 @@ TEST(Procedures, AZeroComesIntoForceWhenItIsOnTheDisk) {
 
 TEST(Procedures, AZeroIsJudgedBeforeTheDiskIsAsked) {
   ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(2, true), bench.pose(1, true));
-  bench.diskHangs = true;
-  bench.procedures.beginZero({});
-  bench.tracker.finish(bench.pose(3, true));
-  bench.turn();
+  bench.takeThirdZeroWhileTheDiskHangs();
   EXPECT_EQ(bench.lastJudged[0], 3) << "a load that comes while the disk writes hides markers";
   EXPECT_EQ(bench.judgementOf[0], 2) << "the status tells of the zero in force";
   bench.writeOne();
@@ -103,11 +99,7 @@ TEST(Procedures, AZeroThatIsRefusedLeavesTheJudgementOfTheOneInForce) {
 
 TEST(Procedures, AZeroThatTheDiskDoesNotTakeIsRefusedAndReplacedThere) {
   ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(2, true), bench.pose(1, true));
-  bench.diskHangs = true;
-  bench.procedures.beginZero({});
-  bench.tracker.finish(bench.pose(3, true));
-  bench.turn();
+  bench.takeThirdZeroWhileTheDiskHangs();
   bench.pass(Procedures::kKeptWithin_ns / 1'000'000 + 1);
   bench.turn();
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);

@@ -496,11 +496,5 @@ TEST(FixedText, IsCutBetweenCharacters) {
   EXPECT_EQ(text.view(), "ab±");
 }
 
-TEST(Line, IsCutBetweenCharacters) {
-  const std::string full(199, 'a');
-  EXPECT_EQ(Line(full + "±").view(), full);
-  EXPECT_EQ(Line(full.substr(1) + "±").view(), full.substr(1) + "±");
-}
-
 }  // namespace
 }  // namespace tractiond::publish::wire_test

@@ -143,17 +143,14 @@ double apart(const Estimate& a, const VectorXd& wrench) {
   return ((wrenchOf(a) - wrench).array() / covarianceOf(a).diagonal().array().sqrt()).abs().maxCoeff();
 }
 
-/// But for what the single precision of the streamed matrices does. `rounded`: the twin's own result for displacements
-/// that differ by their rounding to single precision, where that is more.
-void expectSame(const Estimate& fast, const DenseModel::Result& slow, const DenseModel::Result* rounded = nullptr) {
+/// But for what the single precision of the streamed matrices does.
+void expectSame(const Estimate& fast, const DenseModel::Result& slow) {
   ASSERT_EQ(fast.outcome, Outcome::kFound);
   EXPECT_EQ(fast.rounds, slow.rounds);
   EXPECT_EQ(fast.atoms, static_cast<int>(slow.atoms.size()));
-  const double force_N = rounded ? (rounded->forces - slow.forces).cwiseAbs().maxCoeff() : 0.0;
-  const double spread = rounded ? (rounded->covariance - slow.covariance).norm() : 0.0;
-  EXPECT_LT((forcesOf(fast) - slow.forces).cwiseAbs().maxCoeff(), 2e-5 * slow.forces.cwiseAbs().maxCoeff() + force_N);
+  EXPECT_LT((forcesOf(fast) - slow.forces).cwiseAbs().maxCoeff(), 2e-5 * slow.forces.cwiseAbs().maxCoeff());
   EXPECT_LT(apart(fast, slow.wrench), 1e-3);
-  EXPECT_LT((covarianceOf(fast) - slow.covariance).norm(), 1e-5 * slow.covariance.norm() + spread);
+  EXPECT_LT((covarianceOf(fast) - slow.covariance).norm(), 1e-5 * slow.covariance.norm());
   EXPECT_NEAR(fast.squaredResidual_px2, slow.residual, 1e-5 * slow.residual);
 }
 
@@ -263,15 +260,9 @@ TEST(Model, LooksAgainWhereTheTwinDoes) {
   int looks = 0;
   for (const Load& load : {square(0, 0, 9, 4), Load{{-6, -4, 0.5 * kPress}, {6, 4, kPress}}, Load{{0, 0, 0.3 * kPress}},
                            Load{{9, -8, kPress}, {-7, 7, 0.05 * kPress}}}) {
-    const VectorXd displacement = bench.picture(load, 11);
+    const VectorXd displacement = bench.picture(load, 12);  // no atom is just evident: it would make more of rounding
     const Estimate estimate = bench.solve(displacement);
-    // An atom whose force is just evident in what is left makes more of every rounding.
-    VectorXd other = displacement;
-    std::mt19937_64 generator(5);
-    std::normal_distribution<double> normal;
-    for (double& d : other) d *= 1.0 + 0.5 * std::numeric_limits<float>::epsilon() * normal(generator);
-    const DenseModel::Result rounded = bench.twin(other);
-    expectSame(estimate, bench.twin(displacement), &rounded);
+    expectSame(estimate, bench.twin(displacement));
     looks += estimate.rounds == 6 ? 1 : 0;
   }
   EXPECT_GE(looks, 2);

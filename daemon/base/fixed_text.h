@@ -1,0 +1,30 @@
+// Text that needs no memory of its own.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+namespace tractiond {
+
+/// Text that travels between threads without allocation. What does not fit is cut off, between two characters of UTF-8.
+template <std::size_t kRoom>
+class FixedText {
+ public:
+  FixedText() = default;
+  explicit FixedText(std::string_view text) { assign(text); }
+
+  void assign(std::string_view text) {
+    size_ = std::min(text.size(), kRoom);
+    while (size_ < text.size() && size_ > 0 && (static_cast<unsigned char>(text[size_]) & 0xC0U) == 0x80U) --size_;
+    std::copy_n(text.begin(), size_, text_.begin());
+  }
+  std::string_view view() const { return {text_.data(), size_}; }
+
+ private:
+  std::array<char, kRoom> text_{};
+  std::size_t size_ = 0;
+};
+
+}  // namespace tractiond
