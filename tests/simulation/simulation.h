@@ -2,29 +2,15 @@
 // world of its own time. The laws are checked at every step.
 #pragma once
 
+#include "tests/simulation/gel.h"
+#include "tests/simulation/journal.h"
 #include "tests/simulation/story.h"
 
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 
 namespace tractiond::simulation {
-
-struct Broken {
-  std::string law;
-  std::string what;
-  std::int64_t at_ms = 0;
-};
-
-struct Result {
-  std::optional<Broken> broken;
-  std::string log;  ///< a line for each thing that happened
-  std::uint64_t received = 0, published = 0, valid = 0;
-  std::uint64_t zerosAsked = 0, zerosTaken = 0, undone = 0, restarts = 0;
-  std::uint64_t fields = 0;  ///< hash of all bytes of all fields
-  std::int64_t reached_ms = 0;
-};
 
 /// Makes the gel's mechanics once. Only one simulation runs at a time in a process.
 class Simulation {
@@ -39,9 +25,7 @@ class Simulation {
   Story shrink(const Story& story, const std::string& law);
 
  private:
-  struct Gel;
-  struct Run;
-  std::unique_ptr<Gel> gel_;
+  std::unique_ptr<const Gel> gel_;
 };
 
 }  // namespace tractiond::simulation

@@ -46,6 +46,11 @@ const Sort& sortOf(Event event) {
   return *std::ranges::find(kSorts, event, &Sort::event);
 }
 
+bool isTime(std::int64_t ms) {
+  constexpr std::int64_t kYear_ms = 366LL * 86'400'000;
+  return ms >= 0 && ms <= kYear_ms;
+}
+
 template <typename T>
 bool parse(const std::string& text, T& value) {
   const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -106,27 +111,31 @@ tl::expected<Story, std::string> fromText(const std::string& text) {
     return wrong("'" + line + "' is not a story of this version, whose first line is '" + kTitle + "'");
   Story story;
   for (++number; std::getline(lines, line); ++number) {
-    if (line.empty() || line[0] == '#') continue;
     std::istringstream words(line);
     std::vector<std::string> word;
     for (std::string one; words >> one;) word.push_back(one);
+    if (word.empty() || word[0][0] == '#') continue;
     if (word[0] == "seed") {
       if (word.size() != 2 || !parse(word[1], story.seed)) return wrong("must be 'seed NUMBER'");
       continue;
     }
     if (word[0] == "lasts") {
-      if (word.size() != 3 || !parse(word[1], story.lasts_ms)) return wrong("must be 'lasts NUMBER ms'");
+      if (word.size() != 3 || !parse(word[1], story.lasts_ms) || word[2] != "ms" || !isTime(story.lasts_ms))
+        return wrong("must be 'lasts NUMBER ms', at most a year");
       continue;
     }
     Happening one;
-    if (word.size() < 3 || word[1] != "ms:" || !parse(word[0], one.at_ms)) return wrong("must be 'TIME ms: EVENT ...'");
+    if (word.size() < 3 || word[1] != "ms:" || !parse(word[0], one.at_ms) || !isTime(one.at_ms))
+      return wrong("must be 'TIME ms: EVENT ...'");
     const auto* sort = std::ranges::find_if(kSorts, [&](const Sort& each) { return word[2] == each.name; });
     if (sort == kSorts.end()) return wrong("no event is called '" + word[2] + "'");
     one.event = sort->event;
     const std::size_t amounts = sort->low != sort->high ? 1 : 0, times = sort->longest_ms > 0 ? 3 : 0;
     if (word.size() != 3 + amounts + times) return wrong(word[2] + " has too many or too few words");
-    if (amounts > 0 && !parse(word[3], one.amount)) return wrong("'" + word[3] + "' is no number");
-    if (times > 0 && (word[3 + amounts] != "for" || !parse(word[4 + amounts], one.for_ms)))
+    if (amounts > 0 && (!parse(word[3], one.amount) || one.amount < sort->low || one.amount > sort->high))
+      return wrong("'" + word[3] + "' is no number from " + std::to_string(sort->low) + " to " +
+                   std::to_string(sort->high));
+    if (times > 0 && (word[3 + amounts] != "for" || !parse(word[4 + amounts], one.for_ms) || !isTime(one.for_ms)))
       return wrong("must end with 'for NUMBER ms'");
     if (!story.happenings.empty() && story.happenings.back().at_ms > one.at_ms) return wrong("times must rise");
     story.happenings.push_back(one);

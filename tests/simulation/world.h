@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 namespace tractiond::simulation {
 
@@ -35,7 +36,11 @@ struct Clocks {
   std::int64_t realAhead_ns = 0;  ///< of CLOCK_REALTIME to CLOCK_MONOTONIC
 };
 Clocks& clocks();
+inline std::int64_t now() {
+  return clocks().monotonic_ns;
+}
 
 inline constexpr std::int64_t kMs = 1'000'000, kSecond = 1'000'000'000;
+inline constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
 }  // namespace tractiond::simulation

@@ -1,0 +1,82 @@
+#include "tests/simulation/askers.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace tractiond::simulation {
+
+Askers::Askers(Zeros& zeros, const Starvation& starvation, Journal& journal)
+    : zeros_(zeros)
+    , starvation_(starvation)
+    , journal_(journal) {}
+
+void Askers::askZero(Procedures& procedures, double within_s, bool undo, bool anyway) {
+  ++journal_.result.zerosAsked;
+  if (zeroAskers_ > 0) {
+    if (undo || anyway != anyway_) return;  // refused at once
+    ++zeroAskers_;
+    return;
+  }
+  zeroAskers_ = 1;
+  anyway_ = anyway;
+  isUndo_ = undo;
+  zeros_.heedAsked(undo);
+  askedWith_ = zeros_.inForce();
+  expected_ = zeros_.previous();
+  zeroUntil_ns_ = within_s > 0.0 ? now() + static_cast<std::int64_t>(1e9 * within_s) + 500 * kMs : kNever;
+  zeroAskedStarved_ns_ = starvation_.total_ns();
+  journal_.say(undo ? "asked: undo" : anyway ? "asked: zero, anyway" : "asked: zero");
+  procedures.beginZero({.anyway = anyway, .undo = undo, .asker = "somebody"});
+}
+
+void Askers::heedZeroAnswer(const tl::expected<RestPose, std::string>& answer) {
+  journal_.say("answer: " + (answer ? "zero " + nameOf(answer->id) : answer.error()));
+  journal_.law(zeroAskers_ > 0, "each request gets one answer", "an answer to nobody");
+  zeroAskers_ = 0;
+  if (!answer) return;
+  journal_.law(zeros_.inForce() == answer->id, "the zero that is answered is in force", nameOf(answer->id));
+  if (isUndo_) {
+    journal_.law(askedWith_ != answer->id, "an undo restores another zero", nameOf(answer->id));
+    journal_.law(!expected_ || *expected_ == answer->id, "an undo restores the zero before",
+                 fmt::format("{}, not {}", nameOf(answer->id), expected_ ? nameOf(*expected_) : ""));
+    ++journal_.result.undone;
+  } else {
+    ++journal_.result.zerosTaken;
+  }
+}
+
+void Askers::askStep(Procedures& procedures, std::int64_t length_ms) {
+  CalibrationStep step;
+  step.kind = CalibrationStep::Kind::kNoise;
+  step.seconds = 1e-3 * static_cast<double>(length_ms);
+  stepAsked_ = true;  // who asked before is answered by the control server
+  constexpr std::int64_t kSlack_ns = 11 * kSecond;
+  stepUntil_ns_ =
+      now() + length_ms * kMs + static_cast<std::int64_t>(1e9 * calibrate::CalibrationOptions{}.grace_s) + kSlack_ns;
+  stepAskedStarved_ns_ = starvation_.total_ns();
+  journal_.say(fmt::format("asked: noise over {} ms", length_ms));
+  procedures.beginStep(step);
+}
+
+void Askers::heedStepAnswer(const calibrate::Result& answer) {
+  journal_.say("answer: " + (answer ? std::string("the step is done") : answer.error()));
+  journal_.law(std::exchange(stepAsked_, false), "each request gets one answer",
+               "an answer to a step that nobody asked for");
+}
+
+void Askers::check() const {
+  const std::int64_t starved_ns = starvation_.total_ns();
+  journal_.law(zeroAskers_ == 0 || zeroUntil_ns_ == kNever ||
+                   now() <= zeroUntil_ns_ + starved_ns - zeroAskedStarved_ns_,
+               "each request is answered in its time", "a zero or undo");
+  journal_.law(!stepAsked_ || now() <= stepUntil_ns_ + starved_ns - stepAskedStarved_ns_,
+               "each request is answered in its time", "a step of a calibration");
+}
+
+void Askers::die() {
+  zeroAskers_ = 0;
+  stepAsked_ = false;
+}
+
+}  // namespace tractiond::simulation

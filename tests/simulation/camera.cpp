@@ -1,0 +1,130 @@
+#include "tests/simulation/camera.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace tractiond::simulation {
+namespace {
+
+constexpr std::int64_t kPeriod_ns = 16'666'667;
+constexpr std::int64_t kUnderWay_ns = 9 * kMs;       // exposure, read-out and transport
+constexpr std::int64_t kAlarm_ns = 300 * kMs;        // three pictures of the camera's own come, also of a lossy one
+constexpr std::int64_t kContradicts_ns = 100 * kMs;  // since its last picture
+constexpr std::uint64_t kIds = 65'535;               // 16 bit, never 0
+
+}  // namespace
+
+Camera::Camera(const Gel& gel, const Ongoing& ongoing, Chance& chance)
+    : gel_(gel)
+    , ongoing_(ongoing)
+    , chance_(chance)
+    , shape_{gel.sensor.camera.width, gel.sensor.camera.height, sizeof(Picture::bytes), 1}
+    , nextPicture_ns_(now() + kPeriod_ns) {}
+
+void Camera::connect() {
+  isConnected_ = true;
+  becomeUnclear();
+}
+
+void Camera::disconnect() {
+  isConnected_ = false;
+  queue_.clear();
+}
+
+void Camera::heed(const Happening& one) {
+  switch (one.event) {
+  case Event::kSecondCounter:
+    if (nextForged_ns_ == kNever) nextForged_ns_ = now();
+    forgedId_ = (id_ + static_cast<std::uint64_t>(chance_.between(2000, 60'000))) % kIds + 1;
+    forgedAhead_ns_ = chance_.between(-1000, 1000) * kSecond;
+    becomeUnclear();
+    break;
+  case Event::kIdsRestart:
+    id_ = 0;
+    break;
+  case Event::kIdsJump:
+    id_ = (id_ + static_cast<std::uint64_t>(one.amount)) % kIds;
+    break;
+  case Event::kClockStep:
+    clockAhead_ns_ += one.amount * kMs;
+    break;
+  default:
+    break;
+  }
+}
+
+void Camera::turn() {
+  if (nextPicture_ns_ <= now()) takePicture();
+  if (nextForged_ns_ <= now()) forge();
+}
+
+OnItsWay Camera::picture() {
+  OnItsWay one;
+  one.picture.number = ++pictures_;
+  one.picture.noise = chance_.below(gel_.noises.size());
+  std::memcpy(one.picture.bytes.data(), &pictures_, sizeof pictures_);
+  one.arrival.complete = true;
+  one.arrival.shape = shape_;
+  return one;
+}
+
+void Camera::takePicture() {
+  nextPicture_ns_ += kPeriod_ns;
+  id_ = id_ == kIds ? 1 : id_ + 1;
+  OnItsWay one = picture();
+  if (ongoing_.lasts(Event::kTouch)) one.picture.force_N = 1e-3 * static_cast<double>(ongoing_.amountOf(Event::kTouch));
+  one.picture.isFew = ongoing_.lasts(Event::kFewMarkers);
+  one.at_ns = now() + kUnderWay_ns + chance_.between(0, kMs);
+  if (ongoing_.lasts(Event::kLate)) one.at_ns += chance_.between(0, ongoing_.amountOf(Event::kLate) * kMs);
+  one.arrival.complete = !ongoing_.hits(Event::kBroken, chance_);
+  one.arrival.id = id_;
+  one.arrival.device_ns = now() + clockAhead_ns_;
+  if (ongoing_.lasts(Event::kSilence) || ongoing_.hits(Event::kLoss, chance_)) return;
+  send(one);
+  if (ongoing_.hits(Event::kAgain, chance_) && one.arrival.complete) {
+    one.at_ns += chance_.between(1, 400) * kMs;
+    send(one);
+  }
+}
+
+void Camera::forge() {
+  nextForged_ns_ =
+      ongoing_.lasts(Event::kSecondCounter) ? now() + ongoing_.amountOf(Event::kSecondCounter) * kMs : kNever;
+  if (nextForged_ns_ == kNever) return;
+  forgedId_ = forgedId_ >= kIds ? 1 : forgedId_ + 1;
+  OnItsWay one = picture();
+  one.picture.isForged = true;
+  one.at_ns = now() + chance_.between(0, 2 * kMs);
+  one.arrival.id = forgedId_;
+  one.arrival.device_ns = now() + forgedAhead_ns_;
+  send(one);
+}
+
+void Camera::send(const OnItsWay& one) {
+  if (!isConnected_) return;
+  const auto later = std::ranges::upper_bound(queue_, one.at_ns, std::ranges::less(), &OnItsWay::at_ns);
+  queue_.insert(later, one);
+  // A starved host has no buffer free, and what comes then is lost.
+  const auto here = std::ranges::count_if(queue_, [](const OnItsWay& each) { return each.at_ns <= now(); });
+  if (here > kBuffers) queue_.erase(queue_.begin() + kBuffers);
+}
+
+OnItsWay Camera::take() {
+  const OnItsWay one = queue_.front();
+  queue_.pop_front();
+  if (!one.picture.isForged && one.arrival.complete) {
+    if (now() - heard_ns_ > kContradicts_ns) becomeUnclear();
+    heard_ns_ = now();
+  }
+  return one;
+}
+
+void Camera::becomeUnclear() {
+  unclearUntil_ns_ = std::max(unclearUntil_ns_, now() + kAlarm_ns);
+}
+
+bool Camera::canContradict() const {
+  return unclearUntil_ns_ <= now() && now() - heard_ns_ <= kContradicts_ns;
+}
+
+}  // namespace tractiond::simulation

@@ -1,0 +1,78 @@
+// The camera of the simulation, another host that sends as the camera, and the way that their pictures go.
+#pragma once
+
+#include "daemon/capture/driver.h"
+#include "tests/simulation/gel.h"
+#include "tests/simulation/ongoing.h"
+
+#include <array>
+#include <deque>
+
+namespace tractiond::simulation {
+
+inline constexpr int kBuffers = 10;
+
+/// What a picture shows, of which the laws know.
+struct Picture {
+  std::uint64_t number = 0;  ///< counted by nobody but the world
+  double force_N = 0.0;
+  bool isFew = false;
+  bool isForged = false;
+  std::size_t noise = 0;
+  std::array<std::uint8_t, 64> bytes{};
+};
+
+struct OnItsWay {
+  std::int64_t at_ns = 0;
+  capture::Arrival arrival;
+  Picture picture;
+};
+
+class Camera {
+ public:
+  /// All outlive it.
+  Camera(const Gel& gel, const Ongoing& ongoing, Chance& chance);
+
+  /// Pictures arrive while the daemon lives.
+  void connect();
+  void disconnect();
+
+  /// Does what an event does to the camera, or to the host that sends as the camera.
+  void heed(const Happening& one);
+  /// Takes the pictures that are due.
+  void turn();
+  /// When turn() has something to do.
+  std::int64_t next_ns() const { return std::min(nextPicture_ns_, nextForged_ns_); }
+
+  /// When the first one arrives; kNever: none is on its way.
+  std::int64_t arrives_ns() const { return queue_.empty() ? kNever : queue_.front().at_ns; }
+  OnItsWay take();
+  bool hasMore() const { return !queue_.empty(); }
+
+  /// Whether the gate can know which of two hosts is the camera: it has heard that lately, and for long enough.
+  bool canContradict() const;
+
+  const capture::PictureShape& shape() const { return shape_; }
+
+ private:
+  OnItsWay picture();
+  void takePicture();
+  void forge();
+  void send(const OnItsWay& one);
+  void becomeUnclear();
+
+  const Gel& gel_;
+  const Ongoing& ongoing_;
+  Chance& chance_;
+  capture::PictureShape shape_;
+  bool isConnected_ = false;
+  std::int64_t nextPicture_ns_, clockAhead_ns_ = -500 * kSecond;
+  std::uint64_t id_ = 0, pictures_ = 0;
+  std::int64_t nextForged_ns_ = kNever, forgedAhead_ns_ = 0;
+  std::uint64_t forgedId_ = 0;
+  std::deque<OnItsWay> queue_;
+  std::int64_t heard_ns_ = 0;  ///< when the camera's last own picture came
+  std::int64_t unclearUntil_ns_ = 0;
+};
+
+}  // namespace tractiond::simulation

@@ -1,0 +1,90 @@
+#include "tests/simulation/fields.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <cmath>
+
+namespace tractiond::simulation {
+
+Fields::Fields(const Camera& camera, const Zeros& zeros, const Starvation& starvation, Journal& journal)
+    : camera_(camera)
+    , zeros_(zeros)
+    , starvation_(starvation)
+    , journal_(journal)
+    , disturbedUntil_ns_(now()) {}
+
+void Fields::begin() {
+  lastNumber_ = 0;
+  last_ = {};
+}
+
+void Fields::heed(const TractionField& field, const Truth& truth) {
+  ++journal_.result.published;
+  published_ns_ = now();
+  checkAge(field.markers.info);
+  checkNumbers(field);
+  if (field.valid) ++journal_.result.valid;
+  add(field.force_N.data(), field.force_N.size() * sizeof field.force_N[0]);
+  add(field.resultant_N.data(), sizeof field.resultant_N);
+  add(field.noise.data(), sizeof field.noise);
+  add(&truth.number, sizeof truth.number);
+  checkOrigin(field, truth);
+  checkOrder(field.markers.info);
+}
+
+void Fields::checkAge(const FrameInfo& info) const {
+  constexpr std::int64_t kOldest_ns = 400 * kMs;
+  const std::int64_t age_ns = now() - info.times.received_ns;
+  journal_.law(age_ns <= kOldest_ns + starvation_.since(info.times.received_ns), "no field older than its bound",
+               fmt::format("{} ms", age_ns / kMs));
+}
+
+void Fields::checkNumbers(const TractionField& field) const {
+  bool isFinite = true, isNothing = field.noise[0] == 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    isFinite = isFinite && std::isfinite(field.resultant_N[i]) && std::isfinite(field.noise[7 * i]);
+    isNothing = isNothing && field.resultant_N[i] == 0.0 && field.moment_Nm[i] == 0.0;
+  }
+  const bool hasCovariance = field.noise[0] > 0.0 && field.noise[7] > 0.0 && field.noise[14] > 0.0;
+  journal_.law(isFinite && (field.valid ? hasCovariance : isNothing), "validity and covariance agree",
+               fmt::format("valid {}, variance {}", field.valid, field.noise[14]));
+  const auto& inForce = zeros_.inForce();
+  const std::int64_t since_ns = now() - zeros_.describedAt_ns();
+  journal_.law(since_ns < kSecond + starvation_.since(zeros_.describedAt_ns()) || inForce == field.markers.zero,
+               "fields rest on the zero that is described",
+               fmt::format("{}, not {}", nameOf(field.markers.zero), inForce ? nameOf(*inForce) : "none"));
+  journal_.law(!field.valid || (field.flags & kFewMarkers) == 0, "few markers make a field not valid", "");
+}
+
+void Fields::checkOrigin(const TractionField& field, const Truth& truth) {
+  const bool isDoubted = (field.flags & kDoubtedOrigin) != 0;
+  journal_.law(truth.number > lastNumber_ || isDoubted, "no stale picture without its flag",
+               fmt::format("picture {} after {}", truth.number, lastNumber_));
+  journal_.law(!truth.isForged || isDoubted || !camera_.canContradict(), "no forged picture without its flag",
+               fmt::format("picture {}", truth.number));
+  lastNumber_ = truth.number;
+}
+
+void Fields::checkOrder(const FrameInfo& info) {
+  journal_.law(info.frameNumber > last_.frameNumber && info.times.received_ns >= last_.times.received_ns &&
+                   info.times.captured_ns >= last_.times.captured_ns,
+               "numbers and times rise",
+               fmt::format("frame {} captured {} after {} captured {}", info.frameNumber, info.times.captured_ns,
+                           last_.frameNumber, last_.times.captured_ns));
+  last_ = info;
+}
+
+void Fields::add(const void* bytes, std::size_t size) {
+  journal_.result.fields = XXH3_64bits_withSeed(bytes, size, journal_.result.fields);
+}
+
+void Fields::checkFlow() const {
+  constexpr std::int64_t kCalm_ns = 6 * kSecond, kFlows_ns = kSecond;
+  if (now() - disturbedUntil_ns_ < kCalm_ns) return;
+  journal_.law(now() - published_ns_ <= kFlows_ns, "after faults end fields flow",
+               fmt::format("the last field came {} ms ago, the last fault ended {} ms ago",
+                           (now() - published_ns_) / kMs, (now() - disturbedUntil_ns_) / kMs));
+}
+
+}  // namespace tractiond::simulation

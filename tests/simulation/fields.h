@@ -1,0 +1,47 @@
+// The laws of published fields.
+#pragma once
+
+#include "daemon/records/traction_field.h"
+#include "tests/simulation/camera.h"
+#include "tests/simulation/zeros.h"
+
+namespace tractiond::simulation {
+
+/// Which picture a frame was.
+struct Truth {
+  std::uint64_t number = 0;
+  bool isForged = false;
+};
+
+class Fields {
+ public:
+  /// All outlive it.
+  Fields(const Camera& camera, const Zeros& zeros, const Starvation& starvation, Journal& journal);
+
+  /// The daemon begins to publish.
+  void begin();
+  void heed(const TractionField& field, const Truth& truth);
+
+  /// Until then something is in the way of fields.
+  void disturb(std::int64_t until_ns) { disturbedUntil_ns_ = std::max(disturbedUntil_ns_, until_ns); }
+  /// Whether fields flow again after the last disturbance.
+  void checkFlow() const;
+
+ private:
+  void checkAge(const FrameInfo& info) const;
+  void checkOrder(const FrameInfo& info);
+  void checkOrigin(const TractionField& field, const Truth& truth);
+  void checkNumbers(const TractionField& field) const;
+  void add(const void* bytes, std::size_t size);
+
+  const Camera& camera_;
+  const Zeros& zeros_;
+  const Starvation& starvation_;
+  Journal& journal_;
+  std::int64_t disturbedUntil_ns_, published_ns_ = 0;
+  // Of the last field in this life.
+  std::uint64_t lastNumber_ = 0;
+  FrameInfo last_;
+};
+
+}  // namespace tractiond::simulation

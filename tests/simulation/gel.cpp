@@ -1,0 +1,39 @@
+#include "tests/simulation/gel.h"
+
+#include "daemon/solve/inverse_cache.h"
+#include "tests/simulation/disk.h"
+
+#include <cmath>
+#include <utility>
+
+namespace tractiond::simulation {
+
+Gel::Gel() {
+  for (sensor::MarkerLayer& layer : sensor.layers) {
+    layer.columns = 8;
+    layer.rows = 6;
+  }
+  sensor.nodes.columns = 7;
+  sensor.nodes.rows = 6;
+  options.model = sensor::elastic::Model::kHalfSpace;
+  Disk nothing;
+  disk() = &nothing;
+  inverse = solve::loadOrCompute(sensor, options, "/dev/null/none").value();
+  disk() = nullptr;
+  places = track::nominalPlaces(sensor);
+  const Eigen::MatrixXd influence = sensor::elastic::influenceMatrix(sensor, options.model);
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(influence.cols());
+  for (const int node : {16, 17, 23, 24}) force[3 * node + 2] = 0.25;
+  press = influence * force;
+  Chance chance(1);
+  const auto uniform = [&chance] { return (static_cast<double>(chance.next() >> 11) + 0.5) * 0x1p-53; };
+  constexpr std::size_t kNoises = 128;
+  for (std::size_t k = 0; k < kNoises; ++k) {
+    std::vector<float> noise(2 * places.size());
+    for (float& value : noise)
+      value = static_cast<float>(kNoise_px * std::sqrt(-2.0 * std::log(uniform())) * std::cos(2.0 * M_PI * uniform()));
+    noises.push_back(std::move(noise));
+  }
+}
+
+}  // namespace tractiond::simulation

@@ -1,0 +1,49 @@
+// What has happened in a run, and which law was broken.
+#pragma once
+
+#include "daemon/records/marker_field.h"
+#include "tests/simulation/world.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace tractiond::simulation {
+
+struct Broken {
+  std::string law;
+  std::string what;
+  std::int64_t at_ms = 0;
+};
+
+struct Result {
+  std::optional<Broken> broken;
+  std::string log;  ///< a line for each thing that happened
+  std::uint64_t received = 0, published = 0, valid = 0;
+  std::uint64_t zerosAsked = 0, zerosTaken = 0, undone = 0, restarts = 0;
+  std::uint64_t fields = 0;  ///< hash of all bytes of all fields
+  std::int64_t reached_ms = 0;
+};
+
+class Journal {
+ public:
+  /// The run begins now.
+  Journal();
+
+  std::int64_t begin_ns() const { return begin_ns_; }
+  std::int64_t now_ms() const { return (now() - begin_ns_) / kMs; }
+
+  void say(const std::string& line);
+  /// Throws Broken where a law does not hold.
+  void law(bool holds, const char* name, const std::string& what) const;
+
+  Result result;
+
+ private:
+  std::int64_t begin_ns_;
+};
+
+/// The first digits of an id.
+std::string nameOf(const Id& id);
+
+}  // namespace tractiond::simulation

@@ -1,0 +1,204 @@
+#include "tests/simulation/run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace tractiond::simulation {
+namespace {
+
+constexpr std::uint64_t kMostInFlight = 22;  // the links' slots, and one with each stage
+
+}  // namespace
+
+Run::Run(const Gel& gel, const Story& story)
+    : gel_(gel)
+    , story_(story)
+    , chance_(story.seed)
+    , camera_(gel, ongoing_, chance_)
+    , zeros_(gel, disk_, journal_)
+    , askers_(zeros_, starvation_, journal_)
+    , fields_(camera_, zeros_, starvation_, journal_) {
+  disk_.condition = [this](std::int64_t at_ns) { return diskAt(at_ns); };
+  disk() = &disk_;
+}
+
+Run::~Run() {
+  life_.reset();
+  disk() = nullptr;
+}
+
+Disk::Condition Run::diskAt(std::int64_t at) const {
+  Disk::Condition is;
+  for (const Happening& one : story_.happenings) {
+    if (at_ns(one) > at) break;
+    if (at_ns(one) + one.for_ms * kMs <= at) continue;
+    if (one.event == Event::kSlowDisk) is.sync_ns = one.amount * kMs;
+    is.isFull = is.isFull || one.event == Event::kFullDisk;
+    is.failsToSync = is.failsToSync || one.event == Event::kFailingDisk;
+  }
+  return is;
+}
+
+void Run::happen(const Happening& one) {
+  ongoing_.begin(one);
+  camera_.heed(one);
+  disturb(one);
+  switch (one.event) {
+  case Event::kTimeSet:
+    clocks().realAhead_ns += one.amount * kSecond;
+    break;
+  case Event::kStarved:
+    starve(one);
+    break;
+  case Event::kKill:
+  case Event::kPowerCut:
+    die(one.event == Event::kPowerCut);
+    break;
+  case Event::kZero:
+  case Event::kZeroAnyway:
+  case Event::kUndo:
+    if (life_)
+      askers_.askZero(life_->procedures(), life_->zeroWithin_s(), one.event == Event::kUndo,
+                      one.event == Event::kZeroAnyway);
+    break;
+  case Event::kNoise:
+    if (life_) askers_.askStep(life_->procedures(), one.amount);
+    break;
+  default:
+    break;
+  }
+}
+
+/// Fields need not flow while the camera's pictures do not, or have just changed their order.
+void Run::disturb(const Happening& one) {
+  switch (one.event) {
+  case Event::kLoss:
+  case Event::kBroken:
+  case Event::kSilence:
+  case Event::kAgain:
+  case Event::kLate:
+  case Event::kFewMarkers:
+  case Event::kSecondCounter:
+    return fields_.disturb(ongoing_.until_ns(one.event));
+  case Event::kIdsRestart:
+  case Event::kIdsJump:
+  case Event::kClockStep:
+    return fields_.disturb(now());
+  default:
+    return;
+  }
+}
+
+void Run::starve(const Happening& one) {
+  const auto stage = static_cast<std::size_t>(one.amount);
+  std::int64_t& busy_ns = busyUntil_ns_[stage];
+  busy_ns = std::max(busy_ns, ongoing_.until_ns(one.event));
+  if (stage == kControl) controlAt_ns_ = std::max(controlAt_ns_, busy_ns);
+  starvation_.add(busy_ns, one.for_ms * kMs);
+  fields_.disturb(busy_ns);
+}
+
+void Run::start() {
+  if (startAt_ns_ > now()) return;
+  startAt_ns_ = kNever;
+  // The search for contacts takes most of the time: every eighth story has it.
+  life_ =
+      std::make_unique<Life>(Around{gel_, camera_, zeros_, askers_, fields_, journal_, chance_, story_.seed % 8 == 0});
+  busyUntil_ns_.fill(now());
+  ready_.fill(false);
+  controlAt_ns_ = now();
+  camera_.connect();
+  journal_.say("the daemon runs");
+}
+
+void Run::die(bool powerIsCut) {
+  if (!life_) return;
+  journal_.say(powerIsCut ? "the power is lost" : "the daemon is killed");
+  ++journal_.result.restarts;
+  journal_.result.received += life_->received();
+  life_->checkBalance(kMostInFlight);
+  life_.reset();
+  zeros_.die();
+  askers_.die();
+  camera_.disconnect();
+  if (powerIsCut) {
+    disk_.losePower(now(), chance_);
+  } else {
+    disk_.kill(now());
+  }
+  startAt_ns_ = now() + 2 * kSecond;
+  fields_.disturb(startAt_ns_);
+}
+
+/// The stages that are ready take turns until none is.
+void Run::work() {
+  for (;;) {
+    std::array<std::size_t, kStages.size()> able{};
+    std::size_t count = 0;
+    ready_[0] = camera_.arrives_ns() <= now();
+    for (std::size_t i = 0; i < kStages.size(); ++i) {
+      if (ready_[i] && busyUntil_ns_[i] <= now()) able[count++] = i;
+    }
+    if (count == 0) break;
+    const std::size_t i = able[count == 1 ? 0 : chance_.below(count)];
+    if (!life_->turn(kStages[i])) {
+      ready_[i] = false;
+      continue;
+    }
+    constexpr std::array<std::int64_t, kStages.size()> kLongest_us = {100, 6000, 4000, 300};
+    busyUntil_ns_[i] = now() + 1000 * chance_.between(kLongest_us[i] / 4, kLongest_us[i]);
+    if (i + 1 < kStages.size()) ready_[i + 1] = true;
+  }
+  if (controlAt_ns_ <= now()) control();
+}
+
+void Run::control() {
+  const std::int64_t waited_ns = disk_.waitedFor();
+  life_->turn(Stage::kControl);
+  journal_.law(disk_.waitedFor() == waited_ns, "the control thread waits for no disk",
+               fmt::format("{} ms", (disk_.waitedFor() - waited_ns) / kMs));
+  zeros_.heedTurn();
+  controlAt_ns_ = now() + (life_->procedures().hurried() ? 3 : chance_.between(20, 100)) * kMs;
+  askers_.check();
+  fields_.checkFlow();
+  life_->checkBalance(kMostInFlight);
+}
+
+std::int64_t Run::nextMoment(std::size_t nextHappening) const {
+  std::int64_t next = std::min({camera_.next_ns(), zeros_.next_ns(), end_ns()});
+  if (nextHappening < story_.happenings.size()) next = std::min(next, at_ns(story_.happenings[nextHappening]));
+  if (!life_) return std::min(next, startAt_ns_);
+  next = std::min({next, controlAt_ns_, std::max(camera_.arrives_ns(), busyUntil_ns_[0])});
+  for (std::size_t i = 1; i < kStages.size(); ++i) {
+    if (ready_[i]) next = std::min(next, busyUntil_ns_[i]);
+  }
+  return next;
+}
+
+void Run::stop() {
+  if (!life_) return;
+  life_->stop();
+  journal_.result.received += life_->received();
+}
+
+void Run::go(const std::function<bool()>& goesOn) {
+  start();
+  std::int64_t asked_ns = now();
+  for (std::size_t next = 0; now() < end_ns();) {
+    clocks().monotonic_ns = std::max(now(), nextMoment(next));
+    while (next < story_.happenings.size() && at_ns(story_.happenings[next]) <= now())
+      happen(story_.happenings[next++]);
+    camera_.turn();
+    zeros_.turn();
+    if (!life_) start();
+    if (life_) work();
+    if (goesOn && now() - asked_ns >= kSecond) {
+      asked_ns = now();
+      if (!goesOn()) return;
+    }
+  }
+  stop();
+}
+
+}  // namespace tractiond::simulation

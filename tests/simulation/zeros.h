@@ -1,0 +1,75 @@
+// The thread that writes zeros to the disk, and the laws of zeros: what is in force, on the disk, and restored.
+#pragma once
+
+#include "daemon/base/error.h"
+#include "daemon/track/zero_store.h"
+#include "tests/simulation/disk.h"
+#include "tests/simulation/gel.h"
+#include "tests/simulation/journal.h"
+
+#include <tl/expected.hpp>
+
+#include <deque>
+#include <future>
+#include <optional>
+
+namespace tractiond::simulation {
+
+class Zeros {
+ public:
+  /// All outlive it.
+  Zeros(const Gel& gel, Disk& disk, Journal& journal);
+
+  // What the daemon does.
+
+  /// Begins to write.
+  std::future<tl::expected<void, Error>> keep(const RestPose& pose, const RestPose* before);
+  /// A description of the zero in force is published.
+  void describe(const RestPose& pose);
+  /// Reads what an earlier life has left: the zero in force and the one before.
+  struct Left {
+    std::optional<RestPose> zero, before;
+  };
+  Left restore();
+
+  // What the world does.
+
+  /// Ends the writing that is done.
+  void turn();
+  /// When turn() has something to do.
+  std::int64_t next_ns() const { return keeping_.empty() ? kNever : keeping_.front().at_ns; }
+  /// The control thread has taken a turn.
+  void heedTurn();
+  /// The daemon is dead.
+  void die() { keeping_.clear(); }
+  /// An undo has been asked for last, or not.
+  void heedAsked(bool undo) { hasUndone_ = undo; }
+
+  const std::optional<Id>& inForce() const { return inForce_; }
+  const std::optional<Id>& previous() const { return previous_; }
+  std::int64_t describedAt_ns() const { return describedAt_ns_; }
+
+ private:
+  struct Keeping {
+    std::promise<tl::expected<void, Error>> done;
+    tl::expected<void, Error> outcome;
+    std::int64_t at_ns = 0;
+  };
+
+  track::ZeroOwner owner() const { return {gel_.sensor, PixelFormat::kRgb8, kCamera}; }
+  tl::expected<std::optional<RestPose>, Error> load() const;
+  void check(const std::optional<RestPose>& restored);
+
+  const Gel& gel_;
+  Disk& disk_;
+  Journal& journal_;
+  std::deque<Keeping> keeping_;
+  bool hasLived_ = false;
+  std::optional<Id> inForce_, previous_;
+  std::int64_t describedAt_ns_ = 0;
+  Id lastKept_{}, overwritten_{};
+  bool isKeptHeeded_ = true;  ///< the procedures know what became of the last zero that was written
+  bool wasKept_ = false, hasUndone_ = false;
+};
+
+}  // namespace tractiond::simulation
