@@ -64,9 +64,9 @@ class Model {
   Posterior posterior_;
   // Of one frame.
   LineArray<double> displacement_;
-  AtomMoments moments_, rest_;  // of all atoms: of the last round; of the residual
-  std::vector<double> first_;   // A: what the last look at the modes knew
-  Chosen chosen_, smooth_;      // smooth_: before roughness
+  AtomMoments moments_, rest_;             // of all atoms: of the last round; of the residual
+  std::vector<double> first_;              // A: what the last look at the modes knew
+  Chosen chosen_, smooth_;                 // smooth_: before roughness
   double degrees_ = 0.0;                   // of freedom that the forces took
   std::vector<double> noise_;              // of the chosen atoms
   std::vector<double> pointForce_, left_;  // 3P; r

@@ -6,7 +6,6 @@ Called by `tools/evaluate --model --compiled [SEED]`.
 
 import pathlib
 import subprocess
-import sys
 import tempfile
 
 import numpy as np
@@ -15,10 +14,6 @@ import chain
 import one_model
 import shapes
 import unseen
-from report import SOURCE
-
-sys.path.insert(0, str(SOURCE / "tests" / "support"))
-import seed  # noqa: E402
 
 FRAMES = 2
 
@@ -73,7 +68,4 @@ def main(seed_number, loads=4):
 
 
 if __name__ == "__main__":
-    if not all(argument.isdecimal() for argument in sys.argv[1:]) or len(sys.argv) > 2:
-        print(f"evaluate: --model takes one seed, a whole number, not '{' '.join(sys.argv[1:])}'", file=sys.stderr)
-        sys.exit(64)
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else seed.fresh())
+    one_model.run(main)

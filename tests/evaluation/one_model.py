@@ -253,23 +253,51 @@ def roughen(model, atoms, gamma, mean, most, constants):
     return first, whole[first]
 
 
-def fit(model, d, atoms, gamma, omega):
-    """Posterior of chosen atoms: their forces, covariance, the noise's part of it, squared residual, log evidence."""
+def equations(model, d, atoms, gamma, omega, extra):
+    """Of unknowns with unit prior (the chosen atoms', those of the columns `extra` [px], the motion's): the atoms' roots S,
+    A^-1, the unknowns, the squared residual, the log evidence."""
     n2, k = model.noise**2, 3 * len(atoms)
     unknown = (3 * atoms[:, None] + np.arange(3)).ravel()
     scale = np.zeros((k, k))
-    for i, one in enumerate(np.linalg.cholesky(gamma[:, None, None] * omega[atoms])):
-        scale[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = one
+    for i, root in enumerate(np.linalg.cholesky(gamma[:, None, None] * omega[atoms]) if k else ()):
+        scale[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = root
     # With the picture's motion: x = (forces / root, motion / its deviation), unit prior.
-    B = np.hstack([model.H[:, unknown] @ scale, model.P * shapes.MOTION])
+    B = np.hstack([model.H[:, unknown] @ scale, extra, model.P * shapes.MOTION])
     A = B.T @ B + n2 * np.eye(B.shape[1])
     inverse = np.linalg.inv(A)
     x = inverse @ (B.T @ d)
-    sigma = n2 * scale @ inverse[:k, :k] @ scale.T
-    noise = n2 * scale @ (inverse - n2 * inverse @ inverse)[:k, :k] @ scale.T
     left = d - B @ x
     evidence = -0.5 * (left @ left / n2 + x @ x + np.linalg.slogdet(A / n2)[1])
-    return scale @ x[:k], sigma, noise, left @ left, evidence
+    return scale, inverse, x, left @ left, evidence
+
+
+@dataclasses.dataclass
+class Fit:
+    """Posterior of chosen atoms: their forces, covariance, the noise's part of it; squared residual; log evidence."""
+
+    found: np.ndarray
+    sigma: np.ndarray
+    noise: np.ndarray
+    residual: float
+    evidence: float
+
+
+def fit(model, d, atoms, gamma, omega, extra=None):
+    n2, k = model.noise**2, 3 * len(atoms)
+    extra = np.zeros((len(d), 0)) if extra is None else extra
+    scale, inverse, x, residual, evidence = equations(model, d, atoms, gamma, omega, extra)
+    sigma = n2 * scale @ inverse[:k, :k] @ scale.T
+    noise = n2 * scale @ (inverse - n2 * inverse @ inverse)[:k, :k] @ scale.T
+    return Fit(scale @ x[:k], sigma, noise, residual, evidence)
+
+
+def seen_of(model, first, atoms, gamma, fitted):
+    """Atoms without a force stay what the picture would tell of them (`first`): else the others' prior has no end."""
+    seen = Seen(np.zeros((model.atoms, 3)), first.known.copy(), np.zeros(model.atoms))
+    seen.mean[atoms] = fitted.found.reshape(-1, 3)
+    seen.known[atoms] = 3 - np.diag(fitted.sigma).reshape(-1, 3).sum(1) / gamma
+    seen.noise[atoms] = np.diag(fitted.noise).reshape(-1, 3).sum(1)
+    return seen
 
 
 def solve(model, d, constants=Constants()):
@@ -287,16 +315,13 @@ def solve(model, d, constants=Constants()):
                 omega = directions(model, dataclasses.replace(seen, mean=mean), constants, last)
                 if last:
                     atoms, gamma = roughen(model, *smooth, mean, most, constants)
-                found, sigma, spread, residual, evidence = fit(model, d, atoms, gamma, omega)
+                fitted = fit(model, d, atoms, gamma, omega)
                 mean = np.zeros((model.atoms, 3))
-                mean[atoms] = found.reshape(-1, 3)
-            # Atoms without a force stay what the picture would tell of them: else the others' prior has no end.
-            seen = Seen(mean, first.known.copy(), np.zeros(model.atoms))
-            seen.known[atoms] = 3 - np.diag(sigma).reshape(-1, 3).sum(1) / gamma
-            seen.noise[atoms] = np.diag(spread).reshape(-1, 3).sum(1)
+                mean[atoms] = fitted.found.reshape(-1, 3)
+            seen = seen_of(model, first, atoms, gamma, fitted)
         forces, degrees = seen.mean.copy(), seen.known[atoms].sum()
         expected = n2 * (len(d) - degrees + GATE * np.sqrt(2 * len(d)))
-        if rounds is constants.most[-1] or residual < expected:
+        if rounds is constants.most[-1] or fitted.residual < expected:
             break
         # What is left is looked at as if nothing had been found: does it show more?
         rest = start(model, amplitudes - model.s * (model.V.T @ forces.ravel()), n2)
@@ -307,7 +332,8 @@ def solve(model, d, constants=Constants()):
             to[new] = of[new]
         first = rest
     to = model.wrench[:, (3 * atoms[:, None] + np.arange(3)).ravel()]
-    return Posterior(to @ found, to @ sigma @ to.T, forces, atoms, residual, budget > 0, evidence, degrees)
+    wrench, covariance = to @ fitted.found, to @ fitted.sigma @ to.T
+    return Posterior(wrench, covariance, forces, atoms, fitted.residual, budget > 0, fitted.evidence, degrees)
 
 
 def read(thickness, seed_number, moved, others={}):
@@ -379,8 +405,13 @@ def main(seed_number, loads=4):
         say(*compare(thickness, seed_number, loads))
 
 
-if __name__ == "__main__":
+def run(experiment):
+    """Calls experiment(seed) with the seed of the command line, or a fresh one."""
     if not all(argument.isdecimal() for argument in sys.argv[1:]) or len(sys.argv) > 2:
         print(f"evaluate: --model takes one seed, a whole number, not '{' '.join(sys.argv[1:])}'", file=sys.stderr)
         sys.exit(64)
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else seed.fresh())
+    experiment(int(sys.argv[1]) if len(sys.argv) > 1 else seed.fresh())
+
+
+if __name__ == "__main__":
+    run(main)

@@ -8,21 +8,14 @@ twin's random loads and for balls in the middle, at the sides and in the corners
 
 import dataclasses
 import functools
-import sys
 
 import numpy as np
 
-import chain
 import influence
 import one_model
 import shapes
-import unseen
 from chain import GF
 from one_model import PITCH, SIDE
-from report import SOURCE
-
-sys.path.insert(0, str(SOURCE / "tests" / "support"))
-import seed  # noqa: E402
 
 MOST = 4  # patches
 SPREAD, SPREAD_DEVIATION = 0.3 * PITCH**2, 0.6 * PITCH**2  # prior of a spread; a ball's contact of radius a has a^2 / 5
@@ -184,41 +177,19 @@ def pressure_of(model, fitted):
 
 def evident_around(model, left, extra, constants):
     """The twin's rounds on what patches leave, with the patches free to follow: prior variance and directions."""
-    n2 = model.noise**2
-    first = seen = one_model.start(model, model.U.T @ (model.half_weight @ left), n2)
-    gamma, omega = np.zeros(model.atoms), np.tile(np.eye(3), (model.atoms, 1, 1))
-    for number, most in enumerate((48, 48, 96)):
+    first = seen = one_model.start(model, model.U.T @ (model.half_weight @ left), model.noise**2)
+    gamma, budget = np.zeros(model.atoms), constants.most[0]
+    for number, most in enumerate(budget):
+        last = number == len(budget) - 1
         atoms, chosen = one_model.select(model, one_model.strengths(model, seen, constants), most)
         if len(atoms) == 0:
-            return gamma, omega
-        omega = one_model.directions(model, seen, constants, number == 2)
-        if number == 2:
-            gamma[atoms] = chosen
-            return gamma, omega
-        scale, inverse, x, _ = posterior(model, left, atoms, chosen, omega, extra)
-        k = 3 * len(atoms)
-        seen = one_model.Seen(np.zeros((model.atoms, 3)), first.known.copy(), np.zeros(model.atoms))
-        seen.mean[atoms] = (scale @ x[:k]).reshape(-1, 3)
-        sigma = n2 * scale @ inverse[:k, :k] @ scale.T
-        noise = n2 * scale @ (inverse - n2 * inverse @ inverse)[:k, :k] @ scale.T
-        seen.known[atoms] = 3 - np.diag(sigma).reshape(-1, 3).sum(1) / chosen
-        seen.noise[atoms] = np.diag(noise).reshape(-1, 3).sum(1)
-
-
-def posterior(model, d, atoms, gamma, omega, extra):
-    """Of unknowns with unit prior, the atoms', those of the columns `extra`, the motion's: the atoms' roots, A^-1, the
-    unknowns, the log evidence."""
-    n2, k = model.noise**2, 3 * len(atoms)
-    scale = np.zeros((k, k))
-    for i, root in enumerate(np.linalg.cholesky(gamma[:, None, None] * omega[atoms]) if k else ()):
-        scale[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = root
-    unknown = (3 * atoms[:, None] + np.arange(3)).ravel()
-    B = np.hstack([model.H[:, unknown] @ scale, extra, model.P * shapes.MOTION])
-    A = B.T @ B + n2 * np.eye(B.shape[1])
-    inverse = np.linalg.inv(A)
-    x = inverse @ (B.T @ d)
-    left = d - B @ x
-    return scale, inverse, x, -0.5 * (left @ left / n2 + x @ x + np.linalg.slogdet(A / n2)[1])
+            return gamma, np.tile(np.eye(3), (model.atoms, 1, 1))
+        omega = one_model.directions(model, seen, constants, last)
+        if not last:
+            fitted = one_model.fit(model, left, atoms, chosen, omega, extra)
+            seen = one_model.seen_of(model, first, atoms, chosen, fitted)
+    gamma[atoms] = chosen
+    return gamma, omega
 
 
 def around(model, d, fitted, constants):
@@ -241,9 +212,8 @@ def around(model, d, fitted, constants):
         atoms = np.argsort(-whole * model.size)[: constants.most[0][-1]]
         atoms = atoms[(whole * model.size)[atoms] > one_model.FLOOR * n2]
         share = (gamma / np.maximum(whole, 1e-300))[:, None, None]
-        scale, inverse, x, evidence = posterior(
-            model, left, atoms, whole[atoms], share * omega + (1 - share) * patch_omega, extra
-        )
+        mixed = share * omega + (1 - share) * patch_omega
+        scale, inverse, x, _, evidence = one_model.equations(model, left, atoms, whole[atoms], mixed, extra)
         to = model.wrench[:, (3 * atoms[:, None] + np.arange(3)).ravel()] @ scale
         to = np.hstack([to, slope * free, np.zeros((6, 4))])
         result.append((evidence - np.log(len(ROUGHNESS)), wrench + to @ x, n2 * to @ inverse @ to.T))
@@ -333,7 +303,4 @@ def main(seed_number, loads=4):
 
 
 if __name__ == "__main__":
-    if not all(argument.isdecimal() for argument in sys.argv[1:]) or len(sys.argv) > 2:
-        print(f"evaluate: --model takes one seed, a whole number, not '{' '.join(sys.argv[1:])}'", file=sys.stderr)
-        sys.exit(64)
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else seed.fresh())
+    one_model.run(main)
