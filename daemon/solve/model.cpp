@@ -149,7 +149,7 @@ void Model::keep(AtomMoments& moments) {
 
 /// Returns whether the residual exceeds the noise and shows an atom; then adds its moments to those that were found.
 bool Model::looksAgain(const Displacements& picture) {
-  const double coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture.missing));
+  const auto coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture.missing));
   const double expected =
       square(picture.noise_px) * (coordinates - degrees_ + options_.gate * std::sqrt(2.0 * coordinates));
   if (posterior_.squaredResidual_px2() < expected) return false;
