@@ -1,6 +1,5 @@
 #include "daemon/measurement.h"
 
-#include "daemon/base/apart.h"
 #include "daemon/gel_files.h"
 #include "daemon/solve/inverse_cache.h"
 #include "daemon/track/nominal.h"
@@ -185,10 +184,7 @@ void Measurement::turn() {
 
 void Measurement::makeProcedures() {
   procedures_ = std::make_unique<Procedures>(
-      sensor_,
-      ProcedureOptions{.zeroFrames = around_.config.track.zeroFrames,
-                       .directory = around_.stateDirectory,
-                       .progress = [this](double) { around_.turns.control.add(); }},
+      sensor_, ProcedureOptions{.zeroFrames = around_.config.track.zeroFrames, .directory = around_.stateDirectory},
       ProcedureLinks{
           .frames = tracked_,
           .markers = newestMarkers_,
@@ -216,7 +212,13 @@ void Measurement::makeProcedures() {
                                           {sensor_, format, cameraId_});
                 });
               },
-          .slowly = [this](const auto& work) { apart(around_.turns.control, work); },
+          .startWork =
+              [](calibrate::StepLinks::Work work) {
+                return std::async(std::launch::async, [work = std::move(work)] {
+                  pthread_setname_np(pthread_self(), "tr-calibrate");
+                  return work();
+                });
+              },
           .answerZero = [this](const auto& result,
                                const std::string& remark) { around_.control.answerZero(result, remark); },
           .answerCalibration = [this](const auto& result) { around_.control.answerCalibration(result); },

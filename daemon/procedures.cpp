@@ -32,7 +32,10 @@ Procedures::Procedures(const sensor::Sensor& sensor, ProcedureOptions options, P
     , options_(std::move(options))
     , links_(std::move(links))
     , driftWatch_(sensor)
-    , calibration_(sensor, {.zeroFrames = options_.zeroFrames, .progress = options_.progress}) {
+    , steps_(sensor, {.zeroFrames = options_.zeroFrames},
+             {.start = links_.startWork,
+              .answer = [this](const auto& result) { answerStep(result); },
+              .clock = options_.clock}) {
   MarkerField blank;
   blank.resize(sensor.markerCount());
   links_.markers.put(blank);  // the room, so that the tracking thread need not make it
@@ -69,12 +72,7 @@ void Procedures::beginStep(const CalibrationStep& step) {
   const bool restsOnTheZero = step.kind != Kind::kStiffness && step.kind != Kind::kFinish;
   if (zeroAsked_ && restsOnTheZero) refuseZero("a step of a calibration was asked for before the zero was taken");
   lastForStep_ = seen();
-  std::optional<calibrate::Result> result;
-  links_.slowly([&] { result = calibration_.begin(step, zero_ ? &*zero_ : nullptr, camera_, options_.directory); });
-  if (result) {
-    if (*result && !(*result)->path.empty()) spdlog::info("calibrated gel file written: {}", (*result)->path);
-    answerStep(*result);
-  }
+  steps_.begin(step, zero_, camera_, options_.directory);
 }
 
 void Procedures::turn() {
@@ -193,9 +191,7 @@ void Procedures::handOver() {
 }
 
 void Procedures::dropStep() {
-  if (!calibration_.running()) return;
-  calibration_.drop();
-  answerStep(tl::unexpected<std::string>("a new zero was taken meanwhile"));
+  steps_.drop("a new zero was taken meanwhile");
 }
 
 void Procedures::watchZero() {
@@ -225,6 +221,7 @@ void Procedures::answerZero(const tl::expected<RestPose, std::string>& result, c
 }
 
 void Procedures::answerStep(const calibrate::Result& result) {
+  if (result && !result->path.empty()) spdlog::info("calibrated gel file written: {}", result->path);
   links_.answerCalibration(result);
 }
 
@@ -237,12 +234,10 @@ void Procedures::watchMarkers() {
                    "roll {:.1e} rad; take a new zero with nothing touching the gel: tractionctl zero",
                    drift.shiftU_px, drift.shiftV_px, drift.scale, drift.roll);
     }
-    if (const auto result = calibration_.add(markers_)) answerStep(*result);
+    steps_.add(markers_);
   }
-  if (calibration_.running() && noFrames(lastForStep_)) {
-    calibration_.drop();
-    answerStep(tl::unexpected<std::string>(kNoFrames));
-  }
+  steps_.turn();
+  if (steps_.isLooking() && noFrames(lastForStep_)) steps_.drop(kNoFrames);
 }
 
 void Procedures::measureRate() {

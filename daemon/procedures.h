@@ -5,8 +5,8 @@
 #include "daemon/base/counter.h"
 #include "daemon/base/error.h"
 #include "daemon/base/mailbox.h"
-#include "daemon/calibrate/calibration.h"
 #include "daemon/calibrate/drift_watch.h"
+#include "daemon/calibrate/step_runner.h"
 #include "daemon/records/gel_report.h"
 #include "daemon/records/rest_drift.h"
 #include "daemon/records/zero_request.h"
@@ -23,10 +23,9 @@
 namespace tractiond {
 
 struct ProcedureOptions {
-  int zeroFrames = 30;                      ///< that a zero is averaged over
-  std::filesystem::path directory;          ///< where a calibrated gel file goes
-  sensor::elastic::Progress progress = {};  ///< called while a calibration computes the gel's mechanics
-  std::int64_t (*clock)() = monotonicNow;   ///< [ns]
+  int zeroFrames = 30;                     ///< that a zero is averaged over
+  std::filesystem::path directory;         ///< where a calibrated gel file goes
+  std::int64_t (*clock)() = monotonicNow;  ///< [ns]
 };
 
 /// What the status tells of the procedures.
@@ -58,8 +57,8 @@ struct ProcedureLinks {
   /// Starts to write the zero into the state directory, and the previous zero if there is one. The future is ready when
   /// both are on the disk.
   std::function<std::future<tl::expected<void, Error>>(const RestPose&, const RestPose* before)> keep;
-  /// Runs work that may wait for a disk, and returns when it is done.
-  std::function<void(const std::function<void()>&)> slowly;
+  /// Starts work of a calibration step, which may take seconds or wait for a disk, on another thread.
+  std::function<std::future<std::optional<calibrate::Result>>(calibrate::StepLinks::Work)> startWork;
 
   // The control server's.
   std::function<void(const tl::expected<RestPose, std::string>&, const std::string& remark)> answerZero;
@@ -67,8 +66,8 @@ struct ProcedureLinks {
 };
 
 /// Answers each request once: a zero within Watched::zeroWithin_s, a calibration step within the time of
-/// CalibrationOptions plus twice kNoFrames_ns. A request for a zero that was answered with an error changes nothing
-/// later. Thread-bound.
+/// CalibrationOptions plus twice kNoFrames_ns, and StepRunner::kWorkWithin_ns before and after it. A request for a zero
+/// that was answered with an error changes nothing later. Thread-bound.
 class Procedures {
  public:
   /// The sensor in force outlives this.
@@ -94,7 +93,7 @@ class Procedures {
   void turn();
 
   /// Tells whether a step is running, so that turns should be short enough for every frame to be looked at.
-  bool hurried() const { return calibration_.running(); }
+  bool hurried() const { return steps_.isLooking(); }
 
   /// Requests fail when the tracker has seen no frame for this long.
   static constexpr std::int64_t kNoFrames_ns = 5'000'000'000;
@@ -148,7 +147,7 @@ class Procedures {
   RestPose finished_;
   MarkerField markers_;
   calibrate::DriftWatch driftWatch_;
-  calibrate::Calibration calibration_;
+  calibrate::StepRunner steps_;
   double rate_Hz_ = 0.0;  ///< 0: not known
   Seen rateSince_;
   bool zeroAsked_ = false;

@@ -163,9 +163,7 @@ Snapshot Control::snapshot() const {
 }
 
 CalibrationReport Control::calibrate(const CalibrationStep& step) const {
-  constexpr double kPatience_s = 60.0;  // the daemon's for a weight, where none is said
-  const bool looks = step.kind == CalibrationStep::Kind::kWeight || step.kind == CalibrationStep::Kind::kNoise;
-  const std::chrono::duration<double> time(looks ? std::max(step.seconds, kPatience_s) : 0.0);
+  const std::chrono::duration<double> time(step.seconds);
   return decodeCalibrationReply(
       ask(options_, encodeCalibration(step),
           options_.calibrationTimeout + std::chrono::duration_cast<std::chrono::milliseconds>(time)));

@@ -140,6 +140,10 @@ std::optional<Result> Calibration::add(const MarkerField& field) {
   return result;
 }
 
+bool Calibration::nextTakesLong() const {
+  return running_ && running_->kind == Kind::kWeight && weighing_->frames + 1 >= options_.weightFrames;
+}
+
 std::optional<Result> Calibration::overdue(const MarkerField& field) const {
   const double looked_s = 1e-9 * static_cast<double>(field.info.times.received_ns - begun_ns_);
   if (looked_s < running_->seconds + options_.grace_s) return std::nullopt;

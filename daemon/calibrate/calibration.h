@@ -53,6 +53,10 @@ class Calibration {
                               const std::filesystem::path& directory);
 
   bool running() const { return running_.has_value(); }
+
+  /// Returns whether add() may take about a second with the next frame, as it may complete the reading of a weight.
+  bool nextTakesLong() const;
+
   void drop() { running_.reset(); }
 
   /// A frame for the step that runs; what came of it, once it is over: then it may have taken a second of work.

@@ -69,7 +69,12 @@ ProcedureLinks Life::links() {
           .tellJudgement = [this](const RestPose& pose, const GelReport&) { tracker_.judge(pose.id); },
           .describe = [this](const RestPose& pose) { around_.zeros.describe(pose); },
           .keep = [this](const RestPose& pose, const RestPose* before) { return around_.zeros.keep(pose, before); },
-          .slowly = [](const auto& work) { work(); },
+          .startWork =
+              [](const calibrate::StepLinks::Work& work) {
+                std::promise<std::optional<calibrate::Result>> done;
+                done.set_value(work());
+                return done.get_future();
+              },
           .answerZero = [this](const auto& result, const std::string&) { around_.askers.heedZeroAnswer(result); },
           .answerCalibration = [this](const auto& result) { around_.askers.heedStepAnswer(result); }};
 }

@@ -23,8 +23,9 @@ struct ControlOptions {
   std::chrono::milliseconds timeout{3000};
   std::chrono::milliseconds zeroTimeout{15'000};  ///< at least; longer where the daemon's status says so
   std::chrono::milliseconds workTimeout{60'000};  ///< of the camera
-  std::chrono::milliseconds calibrationTimeout{
-      600'000};  ///< of a step, beside its time to look: a small machine computes long
+  /// Of a calibration step, in addition to its `seconds`. It covers the daemon's own time to look, where `seconds` is 0,
+  /// and the computation, which takes minutes on a small machine.
+  std::chrono::milliseconds calibrationTimeout{600'000};
 };
 
 struct ZeroOptions {

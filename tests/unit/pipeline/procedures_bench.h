@@ -78,6 +78,12 @@ struct ProceduresBench {
     disk.pop_front();
   }
 
+  /// Does the work of a calibration step that was started first.
+  void doWork() {
+    works.front()();
+    works.pop_front();
+  }
+
   /// Zero 2 is in force, 1 was before it, and 3 is being written.
   void takeThirdZeroWhileTheDiskHangs() {
     procedures.welcome("Camera-1", 0.0, pose(2, true), pose(1, true));
@@ -103,6 +109,8 @@ struct ProceduresBench {
   using Kept = tl::expected<void, Error>;
   std::deque<std::promise<Kept>> disk;  ///< what is being written
   bool keepFails = false, diskHangs = false;
+  std::deque<std::packaged_task<std::optional<calibrate::Result>()>> works;  ///< that have been started
+  bool workTakesLong = false;                                                ///< doWork() does it
   std::function<void(const RestPose&)> onDescribed;
   int judged = 0;
   Id lastJudged{};
@@ -158,7 +166,13 @@ struct ProceduresBench {
                                if (!diskHangs) writeOne();
                                return done;
                              },
-                         .slowly = [](const auto& work) { work(); },
+                         .startWork =
+                             [this](const auto& work) {
+                               works.emplace_back(work);
+                               auto done = works.back().get_future();
+                               if (!workTakesLong) doWork();
+                               return done;
+                             },
                          .answerZero =
                              [this](const auto& result, const std::string& said) {
                                zeroAnswers.push_back(result);

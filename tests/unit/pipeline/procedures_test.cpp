@@ -405,5 +405,85 @@ TEST(Procedures, ANewZeroEndsTheStepThatRuns) {
   EXPECT_EQ(bench.zeroAnswers.size(), 1U);
 }
 
+CalibrationStep stiffness() {
+  CalibrationStep step;
+  step.kind = CalibrationStep::Kind::kStiffness;
+  return step;
+}
+
+TEST(Procedures, WhileAStepWorksTheControlLoopGoesOn) {
+  ProceduresBench bench;
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+  bench.workTakesLong = true;
+  bench.procedures.beginStep(stiffness());
+  bench.turn();
+  EXPECT_TRUE(bench.stepAnswers.empty());
+  EXPECT_FALSE(bench.procedures.hurried()) << "it looks at no frames";
+  bench.procedures.beginZero({});
+  bench.tracker.finish(bench.pose(2, true));
+  bench.turn();
+  EXPECT_EQ(bench.zeroAnswers.size(), 1U);
+  bench.doWork();
+  bench.turn();
+  ASSERT_EQ(bench.stepAnswers.size(), 1U);
+  EXPECT_EQ(bench.stepAnswers[0].error(), "no weight has been read") << "the new zero does not matter to it";
+}
+
+TEST(Procedures, ANewZeroEndsAStepThatHasYetToLookAtFrames) {
+  ProceduresBench bench;
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+  bench.workTakesLong = true;
+  bench.procedures.beginStep(ProceduresBench::noise(5.0));
+  bench.procedures.beginZero({});
+  bench.tracker.finish(bench.pose(2, true));
+  bench.turn();
+  EXPECT_TRUE(bench.stepAnswers.empty());
+  bench.doWork();
+  bench.turn();
+  ASSERT_EQ(bench.stepAnswers.size(), 1U);
+  EXPECT_EQ(bench.stepAnswers[0].error(), "a new zero was taken meanwhile");
+  EXPECT_FALSE(bench.procedures.hurried());
+}
+
+TEST(Procedures, AStepWaitsForTheWorkOfTheOneThatItReplaces) {
+  ProceduresBench bench;
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+  bench.workTakesLong = true;
+  bench.procedures.beginStep(stiffness());
+  bench.procedures.beginStep(ProceduresBench::noise(5.0));
+  EXPECT_EQ(bench.works.size(), 1U);
+  bench.doWork();
+  bench.turn();
+  EXPECT_TRUE(bench.stepAnswers.empty()) << "the control server has answered the first";
+  ASSERT_EQ(bench.works.size(), 1U);
+  bench.doWork();
+  bench.turn();
+  EXPECT_TRUE(bench.procedures.hurried());
+  EXPECT_TRUE(bench.stepAnswers.empty());
+}
+
+TEST(Procedures, AStepWhoseWorkHangsIsAnswered) {
+  for (const bool isReplaced : {false, true}) {
+    ProceduresBench bench;
+    bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+    bench.workTakesLong = true;
+    bench.procedures.beginStep(stiffness());
+    if (isReplaced) bench.procedures.beginStep(stiffness());
+    bench.pass(241'000);
+    bench.turn();
+    ASSERT_EQ(bench.stepAnswers.size(), 1U);
+    EXPECT_EQ(bench.stepAnswers[0].error(), "a step of a calibration has not ended within four minutes");
+    bench.turn();
+    bench.doWork();
+    bench.turn();
+    EXPECT_EQ(bench.stepAnswers.size(), 1U);
+    EXPECT_TRUE(bench.works.empty());
+    bench.procedures.beginStep(stiffness());
+    bench.doWork();
+    bench.turn();
+    EXPECT_EQ(bench.stepAnswers.size(), 2U) << "the next one begins";
+  }
+}
+
 }  // namespace
 }  // namespace tractiond::procedures_test

@@ -1,4 +1,3 @@
-#include "daemon/base/apart.h"
 #include "daemon/service.h"
 #include "tests/support/deadline.h"
 
@@ -107,16 +106,6 @@ TEST(StageWatch, WantsATurnOfEveryStage) {
   turns.control.add();
   EXPECT_TRUE(watch.allAdvanced());
   EXPECT_FALSE(watch.allAdvanced()) << "nothing since";
-}
-
-TEST(Apart, ASlowDiskIsNoStall) {
-  Counter turns;
-  const int answer = apart(turns, [&] {
-    while (turns.get() < 3) std::this_thread::yield();
-    return 42;
-  });
-  EXPECT_EQ(answer, 42);
-  EXPECT_THROW(apart(turns, []() -> int { throw std::runtime_error("full"); }), std::runtime_error);
 }
 
 TEST(Service, StarvesTheWatchdogWhileALibraryHangs) {

@@ -1,0 +1,77 @@
+// Runs the steps of a calibration, one at a time. Work that takes seconds or waits for a disk (a fit, the gel's
+// mechanics, the file) is done on another thread, so that the control loop goes on.
+#pragma once
+
+#include "daemon/calibrate/calibration.h"
+
+#include <cstdint>
+#include <functional>
+#include <future>
+#include <optional>
+#include <string>
+
+namespace tractiond::calibrate {
+
+/// Outputs and actions of a StepRunner. They outlive it.
+struct StepLinks {
+  using Work = std::function<std::optional<Result>()>;
+
+  std::function<std::future<std::optional<Result>>(Work)> start;  ///< Starts work on another thread.
+  std::function<void(const Result&)> answer;                      ///< Answers the open request for a step.
+  std::int64_t (*clock)();                                        ///< [ns]
+};
+
+/// Answers each step once, unless another one replaces it before. The destructor waits for work that is under way.
+/// Thread-bound.
+class StepRunner {
+ public:
+  /// The sensor in force outlives this.
+  StepRunner(const sensor::Sensor& inForce, const CalibrationOptions& options, StepLinks links);
+
+  /// Begins a step. It replaces one that has not been answered, which is dropped without an answer, and waits for work
+  /// that is under way. `zero`: in force, if there is one; `camera`: its id; `directory`: for the gel file.
+  void begin(const CalibrationStep& step, const std::optional<RestPose>& zero, const std::string& camera,
+             const std::filesystem::path& directory);
+
+  /// Ends a step that looks at frames, or will, with this error. Work that ends without looking is answered as usual.
+  void drop(const std::string& reason);
+
+  /// Gives a frame to the step that looks at frames, if there is one.
+  void add(const MarkerField& field);
+
+  /// Answers what has ended. Must be called in each turn of the control loop.
+  void turn();
+
+  /// Returns whether a step looks at frames.
+  bool isLooking() const { return !work_ && calibration_.running(); }
+
+  /// Work that takes longer is answered with an error; what becomes of it later is dropped. A small machine needs a
+  /// minute for the mechanics.
+  static constexpr std::int64_t kWorkWithin_ns = 240'000'000'000;
+
+ private:
+  struct Begin {
+    CalibrationStep step;
+    std::optional<RestPose> zero;
+    std::string camera;
+    std::filesystem::path directory;
+  };
+
+  struct UnderWay {
+    std::future<std::optional<Result>> done;
+    std::int64_t until_ns;
+    bool isAwaited = true;   ///< false: its request has been answered
+    std::string dropReason = {};  ///< the answer if the step would look at frames; empty: it may
+  };
+
+  void start(Begin begin);
+  void run(StepLinks::Work work);
+  void heedEnd();
+
+  StepLinks links_;
+  Calibration calibration_;  ///< the other thread's while work_ is under way
+  std::optional<UnderWay> work_;
+  std::optional<Begin> waiting_;  ///< for work_
+};
+
+}  // namespace tractiond::calibrate
