@@ -20,6 +20,9 @@ constexpr std::int64_t kRateOver_ns = 2'000'000'000;
 /// Of the frames that a zero may take: as many again may be torn, one may be under way.
 constexpr int kZeroFrames = 2, kUnderWay = 2;
 
+/// Time until the next try to write the zero in force.
+constexpr std::int64_t kTryAgain_ns = 10'000'000'000;
+
 /// Two sentences, either of which may be empty.
 std::string both(const std::string& one, const std::string& other) {
   return one + (one.empty() || other.empty() ? "" : "; ") + other;
@@ -79,6 +82,7 @@ void Procedures::turn() {
   measureRate();
   if (puttingInForce_) handOver();
   if (keeping_) watchKeeping();
+  if (!keeping_ && rewriteAt_ns_ && options_.clock() >= *rewriteAt_ns_) rewrite();
   if (!keeping_ && links_.takeRestPose(finished_)) heedTaken();
   watchMarkers();
   if (zeroAsked_) watchZero();
@@ -86,7 +90,8 @@ void Procedures::turn() {
 }
 
 void Procedures::undoZero() {
-  if (!zero_ || !before_ || keeping_) return answerZero(tl::unexpected<std::string>("there is no previous zero"));
+  if (keeping_) return answerZero(tl::unexpected<std::string>("a zero is being written to the disk; ask again"));
+  if (!zero_ || !before_) return answerZero(tl::unexpected<std::string>("there is no previous zero"));
   keep(*before_, &*zero_, true, [this, report = links_.judge(*before_)](const tl::expected<void, Error>& kept) {
     if (!kept)
       return answerZero(
@@ -131,9 +136,7 @@ void Procedures::heedTaken() {
     links_.describe(finished_);
     if (finished_.requested) handOver();  // in case an earlier first zero was never read
     if (zeroAsked_ && finished_.requested) answerZero(finished_, doubt);  // else the requested one is still to come
-    return keep(finished_, nullptr, false, [](const tl::expected<void, Error>& kept) {
-      if (!kept) spdlog::error("the zero is in force but could not be written: {}", kept.error().message());
-    });
+    return keep(finished_, nullptr, false, [this](const auto& kept) { tellRewritten(kept); });
   }
   keep(finished_, &*zero_, true, [this, report, doubt, tell, refuse](const tl::expected<void, Error>& kept) {
     if (!kept) return refuse("it could not be written: " + kept.error().message());
@@ -145,28 +148,46 @@ void Procedures::heedTaken() {
 
 void Procedures::keep(const RestPose& zero, const RestPose* before, bool isAwaited,
                       std::function<void(const tl::expected<void, Error>&)> then) {
-  keeping_ = {.done = links_.keep(zero, before),
-              .until_ns = options_.clock() + kKeptWithin_ns,
-              .isAwaited = isAwaited,
-              .then = std::move(then)};
+  std::int64_t until_ns = options_.clock() + kKeptWithin_ns;
+  // An earlier write may have held this one up.
+  if (isAwaited && zeroAsked_ && !request_.undo) until_ns = std::min(until_ns, zeroUntil_ns_ + kKeptWithin_ns);
+  keeping_ = {.done = links_.keep(zero, before), .until_ns = until_ns, .isAwaited = isAwaited, .then = std::move(then)};
   watchKeeping();
 }
 
-/// Ends the write that is under way when it is done. A zero that was refused because its write took too long is then
-/// overwritten by the one in force.
+/// Ends the write that is under way when it is done. A zero that was refused because its write failed or took too long
+/// may be on the disk all the same: it is overwritten by the one in force.
 void Procedures::watchKeeping() {
   if (keeping_->done.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
     Keeping keeping = *std::exchange(keeping_, std::nullopt);
     const tl::expected<void, Error> kept = keeping.done.get();
-    if (!keeping.isRefused) return keeping.then(kept);
-    return keep(*zero_, before_ ? &*before_ : nullptr, false, [](const tl::expected<void, Error>& again) {
-      if (!again) spdlog::error("the zero is in force but could not be written: {}", again.error().message());
-    });
+    if (keeping.isRefused || (!kept && keeping.isAwaited)) {
+      rewriteAt_ns_ = options_.clock();
+    } else if (!kept) {
+      rewriteAt_ns_ = options_.clock() + kTryAgain_ns;
+    } else {
+      rewriteAt_ns_.reset();
+    }
+    if (!keeping.isRefused) keeping.then(kept);
+    return;
   }
   if (!keeping_->isAwaited || options_.clock() <= keeping_->until_ns) return;
   keeping_->isAwaited = false;
   keeping_->isRefused = true;
   keeping_->then(tl::unexpected(Error{.what = kDiskHangs}));
+}
+
+/// Writes the zero in force once more.
+void Procedures::rewrite() {
+  keep(*zero_, before_ ? &*before_ : nullptr, false, [this](const auto& kept) { tellRewritten(kept); });
+}
+
+void Procedures::tellRewritten(const tl::expected<void, Error>& kept) {
+  if (kept && std::exchange(isUnwritten_, false)) spdlog::info("the zero in force has been written to the disk");
+  if (!kept && !std::exchange(isUnwritten_, true)) {
+    spdlog::error("the zero in force could not be written, which is tried again every 10 s: {}",
+                  kept.error().message());
+  }
 }
 
 /// Puts a zero in force that has been judged and kept, and describes it.

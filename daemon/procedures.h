@@ -121,6 +121,8 @@ class Procedures {
   void keep(const RestPose& zero, const RestPose* before, bool isAwaited,
             std::function<void(const tl::expected<void, Error>&)> then);
   void watchKeeping();
+  void rewrite();
+  void tellRewritten(const tl::expected<void, Error>& kept);
   void putInForce(const RestPose& zero, const GelReport& report);
   void heedJudgement(const RestPose& zero, const GelReport& report);
   void handOver();
@@ -144,6 +146,8 @@ class Procedures {
   bool puttingInForce_ = false;  ///< zero_ is still to be handed to the tracker
   bool fits_ = true;             ///< the gel file fits zero_
   std::optional<Keeping> keeping_;
+  std::optional<std::int64_t> rewriteAt_ns_;  ///< none: the zero in force is on the disk, or is being written
+  bool isUnwritten_ = false;                  ///< the log says that it could not be written
   RestPose finished_;
   MarkerField markers_;
   calibrate::DriftWatch driftWatch_;

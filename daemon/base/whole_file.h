@@ -43,7 +43,8 @@ inline tl::expected<std::vector<char>, std::error_code> readWholeFile(const std:
   return bytes;
 }
 
-/// All or nothing, also through a loss of power: written beside the file, synchronised, then renamed over it.
+/// Replaces a file, all or nothing, also through a loss of power: writes beside it, synchronises, renames that over it
+/// and synchronises the directory. If only the last fails, the file is replaced until power is lost, and may be beyond.
 inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::span<const char> bytes,
                                         mode_t mode = 0644) {
   const std::filesystem::path unfinished = path.string() + ".unfinished";
@@ -66,11 +67,11 @@ inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::
   if (files::rename(unfinished.c_str(), path.c_str()) != 0) return failed(-1);
   const std::filesystem::path parent = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   const int directory = files::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (directory >= 0) {  // the new name is to be on the disk, too; the file is in place in any case
-    files::fsync(directory);
-    files::close(directory);
-  }
-  return {};
+  if (directory < 0) return std::error_code(errno, std::generic_category());
+  const int synchronised = files::fsync(directory);
+  const std::error_code error(synchronised == 0 || errno == EINVAL ? 0 : errno, std::generic_category());
+  files::close(directory);
+  return error;
 }
 
 }  // namespace tractiond

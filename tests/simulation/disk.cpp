@@ -206,7 +206,7 @@ int Disk::fsync(int file) {
   if (it == files_.end()) return fail(EBADF);
   const bool names = it->second.node == kDirectory;
   const Condition now = is();
-  if (now.failsToSync && !names) {
+  if (now.failsToSync) {
     spend(now.sync_ns);
     return fail(EIO);
   }

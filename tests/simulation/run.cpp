@@ -158,7 +158,8 @@ void Run::control() {
   life_->turn(Stage::kControl);
   journal_.law(disk_.waitedFor() == waited_ns, "the control thread waits for no disk",
                fmt::format("{} ms", (disk_.waitedFor() - waited_ns) / kMs));
-  zeros_.heedTurn();
+  const Disk::Condition disk = diskAt(now());
+  zeros_.heedTurn(!disk.isFull && !disk.failsToSync && disk.sync_ns < kSecond);
   controlAt_ns_ = now() + (life_->procedures().hurried() ? 3 : chance_.between(20, 100)) * kMs;
   askers_.check();
   fields_.checkFlow();

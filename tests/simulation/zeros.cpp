@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace tractiond::simulation {
@@ -12,9 +13,7 @@ Zeros::Zeros(const Gel& gel, Disk& disk, Journal& journal)
     , journal_(journal) {}
 
 std::future<tl::expected<void, Error>> Zeros::keep(const RestPose& pose, const RestPose* before) {
-  overwritten_ = lastKept_;
-  lastKept_ = pose.id;
-  isKeptHeeded_ = false;
+  unsure_.push_back(pose.id);
   Keeping& one = keeping_.emplace_back();
   disk_.beginWork();
   one.outcome = track::saveZeros(kState, pose, before, owner());
@@ -26,13 +25,33 @@ std::future<tl::expected<void, Error>> Zeros::keep(const RestPose& pose, const R
 
 void Zeros::turn() {
   for (; !keeping_.empty() && keeping_.front().at_ns <= now(); keeping_.pop_front()) {
-    if (keeping_.front().outcome) wasKept_ = true;
+    hasFailed_ = !keeping_.front().outcome;
+    if (!hasFailed_) wasKept_ = true;
     keeping_.front().done.set_value(keeping_.front().outcome);
   }
 }
 
-void Zeros::heedTurn() {
-  if (keeping_.empty()) isKeptHeeded_ = true;
+void Zeros::heedTurn(bool diskIsWell) {
+  constexpr std::int64_t kSettled_ns = 15 * kSecond;  // a write that has failed is tried again within 10 s
+  if (keeping_.empty() && !hasFailed_) unsure_.clear();
+  if (!diskIsWell || !keeping_.empty()) {
+    unsettled_ns_ = now();
+    isSettled_ = false;
+  }
+  if (isSettled_ || !inForce_ || now() - unsettled_ns_ < kSettled_ns) return;
+  isSettled_ = true;
+  journal_.law(synchronised() == inForce_, "the zero in force comes onto a disk that is well again",
+               fmt::format("zero {} is in force", nameOf(*inForce_)));
+}
+
+std::optional<Id> Zeros::synchronised() const {
+  Disk left;
+  const auto content = disk_.synchronised(track::restPosePath(kState));
+  if (content) left.put(track::restPosePath(kState), *content);
+  Disk* const real = std::exchange(disk(), &left);
+  const auto kept = load();
+  disk() = real;
+  return kept && *kept ? std::optional((*kept)->id) : std::nullopt;
 }
 
 tl::expected<std::optional<RestPose>, Error> Zeros::load() const {
@@ -42,13 +61,7 @@ tl::expected<std::optional<RestPose>, Error> Zeros::load() const {
 void Zeros::describe(const RestPose& pose) {
   const bool isOther = inForce_ && *inForce_ != pose.id;
   if (isOther) {
-    Disk left;  // if all were lost that can be
-    const auto content = disk_.synchronised(track::restPosePath(kState));
-    if (content) left.put(track::restPosePath(kState), *content);
-    Disk* const real = std::exchange(disk(), &left);
-    const auto kept = load();
-    disk() = real;
-    journal_.law(kept && *kept && (*kept)->id == pose.id, "a zero in force is on the disk",
+    journal_.law(synchronised() == pose.id, "a zero in force is on the disk",
                  fmt::format("zero {} is in force", nameOf(pose.id)));
     journal_.law(pose.requested || hasUndone_, "no zero comes into force that nobody asked for", nameOf(pose.id));
     previous_ = inForce_;
@@ -74,17 +87,16 @@ Zeros::Left Zeros::restore() {
 void Zeros::check(const std::optional<RestPose>& restored) {
   const std::string is = restored ? nameOf(restored->id) : "none";
   journal_.say("restored zero: " + is);
-  const bool isWriting = !isKeptHeeded_;
-  const bool fits = restored ? (inForce_ && restored->id == *inForce_) ||
-                                   (isWriting && (restored->id == lastKept_ || restored->id == overwritten_))
-                             : !wasKept_;
+  const bool fits =
+      restored ? restored->id == inForce_ || std::ranges::find(unsure_, restored->id) != unsure_.end() : !wasKept_;
   journal_.law(fits, "after a loss of power the state is that of before or after",
                fmt::format("zero {} is restored, {} was in force", is, inForce_ ? nameOf(*inForce_) : "none"));
   // Another one than that in force: which it is the one before of is not followed here.
   if (!restored || !inForce_ || restored->id != *inForce_) previous_.reset();
   inForce_.reset();
-  isKeptHeeded_ = true;
-  if (restored) lastKept_ = overwritten_ = restored->id;
+  unsure_.clear();
+  hasFailed_ = false;
+  isSettled_ = true;
 }
 
 }  // namespace tractiond::simulation

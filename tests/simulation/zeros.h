@@ -12,6 +12,7 @@
 #include <deque>
 #include <future>
 #include <optional>
+#include <vector>
 
 namespace tractiond::simulation {
 
@@ -38,8 +39,8 @@ class Zeros {
   void turn();
   /// When turn() has something to do.
   std::int64_t next_ns() const { return keeping_.empty() ? kNever : keeping_.front().at_ns; }
-  /// The control thread has taken a turn.
-  void heedTurn();
+  /// The control thread has taken a turn; the disk is well at this moment, or not.
+  void heedTurn(bool diskIsWell);
   /// The daemon is dead.
   void die() { keeping_.clear(); }
   /// An undo has been asked for last, or not.
@@ -58,6 +59,8 @@ class Zeros {
 
   track::ZeroOwner owner() const { return {gel_.sensor, PixelFormat::kRgb8, kCamera}; }
   tl::expected<std::optional<RestPose>, Error> load() const;
+  /// Reads the zero that would be left if the power was lost now and all was lost that can be.
+  std::optional<Id> synchronised() const;
   void check(const std::optional<RestPose>& restored);
 
   const Gel& gel_;
@@ -67,9 +70,11 @@ class Zeros {
   bool hasLived_ = false;
   std::optional<Id> inForce_, previous_;
   std::int64_t describedAt_ns_ = 0;
-  Id lastKept_{}, overwritten_{};
-  bool isKeptHeeded_ = true;  ///< the procedures know what became of the last zero that was written
+  std::vector<Id> unsure_;  ///< zeros that may be on the disk: of all writes since the last one that succeeded
+  bool hasFailed_ = false;  ///< the last write
   bool wasKept_ = false, hasUndone_ = false;
+  std::int64_t unsettled_ns_ = 0;  ///< when the disk was not well last, or something was being written
+  bool isSettled_ = false;         ///< the zero in force was found on the disk since, or is the one that was restored
 };
 
 }  // namespace tractiond::simulation

@@ -405,6 +405,45 @@ TEST(Procedures, ANewZeroEndsTheStepThatRuns) {
   EXPECT_EQ(bench.zeroAnswers.size(), 1U);
 }
 
+TEST(Procedures, AZeroThatWasRefusedIsOverwrittenAsSoonAsTheDiskTakesIt) {
+  ProceduresBench bench;
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(2, true), bench.pose(1, true));
+  bench.keepFails = true;
+  bench.procedures.beginZero({});
+  bench.tracker.finish(bench.pose(3, true));
+  bench.turn();
+  ASSERT_FALSE(bench.zeroAnswers[0]);
+  bench.turn();
+  EXPECT_EQ(bench.kept->id[0], 2) << "what was refused may be on the disk, if its directory could not be synchronised";
+  EXPECT_EQ(bench.keptBefore->id[0], 1);
+  bench.keepFails = false;
+  bench.kept.reset();
+  bench.turn();
+  EXPECT_FALSE(bench.kept) << "the disk has just failed";
+  bench.pass(10'000);
+  bench.turn();
+  ASSERT_TRUE(bench.kept);
+  EXPECT_EQ(bench.kept->id[0], 2);
+  bench.kept.reset();
+  bench.pass(60'000);
+  bench.turn();
+  EXPECT_FALSE(bench.kept) << "it is on the disk";
+  EXPECT_EQ(bench.zeroAnswers.size(), 1U);
+}
+
+TEST(Procedures, AFirstZeroThatCouldNotBeWrittenIsWrittenLater) {
+  ProceduresBench bench;
+  bench.keepFails = true;
+  bench.tracker.finish(bench.pose(1, false));
+  bench.turn();
+  bench.keepFails = false;
+  bench.kept.reset();
+  bench.pass(10'000);
+  bench.turn();
+  ASSERT_TRUE(bench.kept);
+  EXPECT_EQ(bench.kept->id[0], 1);
+}
+
 CalibrationStep stiffness() {
   CalibrationStep step;
   step.kind = CalibrationStep::Kind::kStiffness;
