@@ -50,6 +50,7 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
   const auto coordinates = static_cast<int>(displacement_px.size());
   const Displacements picture{displacement_.data(), missing,
                               dotProduct(displacement_.data(), displacement_.data(), coordinates), noise_px};
+  found_ = false;
   estimate.outcome = Estimate::Outcome::kNothing;
   std::fill(estimate.force_N.begin(), estimate.force_N.end(), 0.0);
   estimate.wrench = {};
@@ -174,6 +175,7 @@ void Model::fail(Estimate& estimate) {
 }
 
 void Model::publish(Estimate& estimate) {
+  found_ = true;
   estimate.outcome = Estimate::Outcome::kFound;
   addUp(atoms_, moments_.mean_N, estimate.force_N);
   estimate.wrench = posterior_.wrench();
@@ -182,6 +184,22 @@ void Model::publish(Estimate& estimate) {
   estimate.squaredResidual_px2 = posterior_.squaredResidual_px2();
   estimate.degrees = degrees_;
   estimate.atoms = static_cast<int>(chosen_.atoms.size());
+}
+
+void Model::pointDeviations_N(std::span<double> deviations) noexcept {
+  if (found_) {
+    posterior_.pointDeviations_N(deviations);
+  } else {
+    std::fill(deviations.begin(), deviations.end(), 0.0);
+  }
+}
+
+void Model::covariance(std::span<const double> weights, int count, std::span<double> covariance) noexcept {
+  if (found_) {
+    posterior_.covariance(weights, count, covariance);
+  } else {
+    std::fill_n(covariance.begin(), count * count, 0.0);
+  }
 }
 
 }  // namespace tractiond::solve

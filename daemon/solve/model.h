@@ -42,6 +42,15 @@ class Model {
   void solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
              Estimate& estimate) noexcept;
 
+  // Of what solve() found last; all 0 unless its outcome was kFound.
+
+  /// Standard deviations of the forces of all points (3P), of noise and prior.
+  void pointDeviations_N(std::span<double> deviations) noexcept;
+
+  /// Covariance of `count` functionals of the points' forces, row after row. `weights`: 3P x count, row after row; at
+  /// most kColumns functionals.
+  void covariance(std::span<const double> weights, int count, std::span<double> covariance) noexcept;
+
  private:
   enum class Found { kAtoms, kNothing, kFailed };
   void look(const Displacements& picture, std::span<const float> displacement_px);
@@ -67,6 +76,7 @@ class Model {
   AtomMoments moments_, rest_;             // of all atoms: of the last round; of the residual
   std::vector<double> first_;              // A: what the last look at the modes knew
   Chosen chosen_, smooth_;                 // smooth_: before roughness
+  bool found_ = false;                     // what posterior_ holds was published
   double degrees_ = 0.0;                   // of freedom that the forces took
   std::vector<double> noise_;              // of the chosen atoms
   std::vector<double> pointForce_, left_;  // 3P; r
