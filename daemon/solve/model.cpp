@@ -70,7 +70,10 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
     for (std::size_t i = 0; i < rounds.size(); ++i) {
       const Found found = round(picture, rounds[i], i + 1 == rounds.size());
       ++estimate.rounds;
-      if (found == Found::kNothing) return;
+      if (found == Found::kNothing) {
+        publishNothing(picture, estimate);
+        return;
+      }
       if (found == Found::kFailed) {
         fail(estimate);
         return;
@@ -174,6 +177,18 @@ void Model::fail(Estimate& estimate) {
   estimate.squaredResidual_px2 = 0.0;
 }
 
+void Model::publishNothing(const Displacements& picture, Estimate& estimate) {
+  chosen_.atoms.clear();
+  chosen_.gamma_N2.clear();
+  chosen_.covariance_N2.clear();
+  if (!posterior_.fit(picture, chosen_)) {
+    fail(estimate);
+    return;
+  }
+  estimate.motion = posterior_.motion();
+  estimate.squaredResidual_px2 = posterior_.squaredResidual_px2();
+}
+
 void Model::publish(Estimate& estimate) {
   found_ = true;
   estimate.outcome = Estimate::Outcome::kFound;
@@ -186,9 +201,9 @@ void Model::publish(Estimate& estimate) {
   estimate.atoms = static_cast<int>(chosen_.atoms.size());
 }
 
-void Model::pointDeviations_N(std::span<double> deviations) noexcept {
+void Model::nodeDeviations_N(std::span<double> deviations) noexcept {
   if (found_) {
-    posterior_.pointDeviations_N(deviations);
+    posterior_.nodeDeviations_N(deviations);
   } else {
     std::fill(deviations.begin(), deviations.end(), 0.0);
   }
