@@ -65,6 +65,10 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
     return;
   }
   look(picture, displacement_px);
+  if (!shows(moments_, options_.detection)) {
+    publishNothing(picture, estimate);
+    return;
+  }
   for (std::size_t time = 0; time < options_.most.size(); ++time) {
     const auto& rounds = options_.most[time];
     for (std::size_t i = 0; i < rounds.size(); ++i) {
@@ -92,6 +96,13 @@ void Model::look(const Displacements& picture, std::span<const float> displaceme
   }
   evidence_.start(amplitudes_.values(), picture.noise_px, moments_);
   first_ = moments_.known;
+}
+
+bool Model::shows(const AtomMoments& moments, double surety) const {
+  for (int a = 0; a < atoms_.count(); ++a) {
+    if (evident(moments, a, surety) > 0.0) return true;
+  }
+  return false;
 }
 
 /// Does one round: prior, selection, posterior. Its moments are what the next round begins with.
@@ -161,9 +172,7 @@ bool Model::looksAgain(const Displacements& picture) {
   std::copy(amplitudes_.values().begin(), amplitudes_.values().end(), left_.begin());
   evidence_.subtract(pointForce_, left_);
   evidence_.start(left_, picture.noise_px, rest_);
-  bool shows = false;
-  for (int a = 0; a < atoms_.count() && !shows; ++a) shows = evident(rest_, a, options_.surety) > 0.0;
-  if (!shows) return false;
+  if (!shows(rest_, options_.surety)) return false;
 
   first_ = rest_.known;
   posterior_.noise_N2(noise_);

@@ -55,6 +55,7 @@ class Model {
  private:
   enum class Found { kAtoms, kNothing, kFailed };
   void look(const Displacements& picture, std::span<const float> displacement_px);
+  bool shows(const AtomMoments& moments, double surety) const;
   Found round(const Displacements& picture, int most, bool last);
   bool roughen(const Displacements& picture, int most);
   void keepMean();

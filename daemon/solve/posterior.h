@@ -68,8 +68,8 @@ class Posterior {
   const Factors& factors_;
   const Atoms& atoms_;
   Eigen::SparseMatrix<double, Eigen::RowMajor> atomsOfNodes_;  // N x A, share of an atom's force that a node has
-  Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_;  // of unit forces of all atoms, 6 x 3A
-  const int stride_;                                 // of inverse_: the most unknowns, padded
+  Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_;            // of unit forces of all atoms, 6 x 3A
+  const int stride_;                                           // of inverse_: the most unknowns, padded
   // Of one fit.
   const Chosen* chosen_ = nullptr;
   double noise_px_ = 0.0, squaredResidual_ = 0.0;

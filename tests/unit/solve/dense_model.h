@@ -63,6 +63,7 @@ class DenseModel {
 
     Result result;
     Seen first = start(modes, amplitudes), seen = first;
+    const bool detected = evident(seen, options_.detection).maxCoeff() > 0.0;
     for (std::size_t time = 0; time < 2; ++time) {
       Vector gamma;
       Fit fit;
@@ -70,7 +71,7 @@ class DenseModel {
         ++result.rounds;
         const int most = options_.most[time][i];
         gamma = coupled(evident(seen)).cwiseQuotient(coupled(seen.known));
-        result.atoms = select(gamma, size, most, n2);
+        if (detected) result.atoms = select(gamma, size, most, n2);
         if (result.atoms.empty()) {
           result.forces = Vector::Zero(3 * shape_.rows());
           fit = posterior(H, motion, d, n2, {}, gamma, {});
@@ -256,11 +257,12 @@ class DenseModel {
     return seen;
   }
 
-  Vector evident(const Seen& seen) const {
+  Vector evident(const Seen& seen) const { return evident(seen, options_.surety); }
+
+  Vector evident(const Seen& seen, double surety) const {
     Vector result(shape_.cols());
     for (Eigen::Index a = 0; a < result.size(); ++a) {
-      const double above =
-          seen.mean.segment<3>(3 * a).squaredNorm() - options_.surety * options_.surety * seen.noise[a] / 3;
+      const double above = seen.mean.segment<3>(3 * a).squaredNorm() - surety * surety * seen.noise[a] / 3;
       result[a] = std::max(0.0, above);
     }
     return result;

@@ -47,7 +47,7 @@ TEST_P(TouchTest, NothingTouchesAndNothingIsRead) {
       ++alarms;
     }
   }
-  EXPECT_LE(alarms, GetParam() == Solving::kModel ? 15 : 6);  // the model's surety of 4 deviations gives 3 %
+  EXPECT_LE(alarms, 6);
   std::printf("false alarms: %d\n", alarms);
 }
 
@@ -169,7 +169,7 @@ TEST_P(TouchTest, AGrowingPressIsReadWithoutAStep) {
       solve(patch.image.col(2) * (0.1 * step * kGramForce) + still);
       // The model does not take what is just detected for less than it is.
       const bool appears = GetParam() == Solving::kModel && std::exchange(before, field_.method) != field_.method;
-      EXPECT_LT((resultant() - last).norm(), (appears ? 1.5 : 0.6) * kGramForce) << "at " << 0.1 * step << " gf";
+      EXPECT_LT((resultant() - last).norm(), (appears ? 2.5 : 0.6) * kGramForce) << "at " << 0.1 * step << " gf";
       last = resultant();
     }
     EXPECT_NEAR(last.z(), 40.0 * kGramForce, 4.0 * kGramForce);
