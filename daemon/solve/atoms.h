@@ -33,6 +33,8 @@ struct Atoms {
 
   int pointCount() const { return static_cast<int>(shape.rows()); }
   int count() const { return static_cast<int>(shape.cols()); }
+  /// The node at which a point's force is published.
+  int nodeOf(int point) const { return nodes[nearest[point]]; }
 };
 
 /// Makes the atoms of a sensor. Of a block: points on the nodes and, where the gel is wide enough for them, on two

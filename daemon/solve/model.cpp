@@ -50,6 +50,7 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
   const auto coordinates = static_cast<int>(displacement_px.size());
   const Displacements picture{displacement_.data(), missing,
                               dotProduct(displacement_.data(), displacement_.data(), coordinates), noise_px};
+  found_ = false;
   estimate.outcome = Estimate::Outcome::kNothing;
   std::fill(estimate.force_N.begin(), estimate.force_N.end(), 0.0);
   estimate.wrench = {};
@@ -64,12 +65,19 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
     return;
   }
   look(picture, displacement_px);
+  if (!shows(moments_, options_.detection)) {
+    publishNothing(picture, estimate);
+    return;
+  }
   for (std::size_t time = 0; time < options_.most.size(); ++time) {
     const auto& rounds = options_.most[time];
     for (std::size_t i = 0; i < rounds.size(); ++i) {
       const Found found = round(picture, rounds[i], i + 1 == rounds.size());
       ++estimate.rounds;
-      if (found == Found::kNothing) return;
+      if (found == Found::kNothing) {
+        publishNothing(picture, estimate);
+        return;
+      }
       if (found == Found::kFailed) {
         fail(estimate);
         return;
@@ -88,6 +96,13 @@ void Model::look(const Displacements& picture, std::span<const float> displaceme
   }
   evidence_.start(amplitudes_.values(), picture.noise_px, moments_);
   first_ = moments_.known;
+}
+
+bool Model::shows(const AtomMoments& moments, double surety) const {
+  for (int a = 0; a < atoms_.count(); ++a) {
+    if (evident(moments, a, surety) > 0.0) return true;
+  }
+  return false;
 }
 
 /// Does one round: prior, selection, posterior. Its moments are what the next round begins with.
@@ -157,9 +172,7 @@ bool Model::looksAgain(const Displacements& picture) {
   std::copy(amplitudes_.values().begin(), amplitudes_.values().end(), left_.begin());
   evidence_.subtract(pointForce_, left_);
   evidence_.start(left_, picture.noise_px, rest_);
-  bool shows = false;
-  for (int a = 0; a < atoms_.count() && !shows; ++a) shows = evident(rest_, a, options_.surety) > 0.0;
-  if (!shows) return false;
+  if (!shows(rest_, options_.surety)) return false;
 
   first_ = rest_.known;
   posterior_.noise_N2(noise_);
@@ -173,7 +186,20 @@ void Model::fail(Estimate& estimate) {
   estimate.squaredResidual_px2 = 0.0;
 }
 
+void Model::publishNothing(const Displacements& picture, Estimate& estimate) {
+  chosen_.atoms.clear();
+  chosen_.gamma_N2.clear();
+  chosen_.covariance_N2.clear();
+  if (!posterior_.fit(picture, chosen_)) {
+    fail(estimate);
+    return;
+  }
+  estimate.motion = posterior_.motion();
+  estimate.squaredResidual_px2 = posterior_.squaredResidual_px2();
+}
+
 void Model::publish(Estimate& estimate) {
+  found_ = true;
   estimate.outcome = Estimate::Outcome::kFound;
   addUp(atoms_, moments_.mean_N, estimate.force_N);
   estimate.wrench = posterior_.wrench();
@@ -182,6 +208,22 @@ void Model::publish(Estimate& estimate) {
   estimate.squaredResidual_px2 = posterior_.squaredResidual_px2();
   estimate.degrees = degrees_;
   estimate.atoms = static_cast<int>(chosen_.atoms.size());
+}
+
+void Model::nodeDeviations_N(std::span<double> deviations) noexcept {
+  if (found_) {
+    posterior_.nodeDeviations_N(deviations);
+  } else {
+    std::fill(deviations.begin(), deviations.end(), 0.0);
+  }
+}
+
+void Model::covariance(std::span<const double> weights, int count, std::span<double> covariance) noexcept {
+  if (found_) {
+    posterior_.covariance(weights, count, covariance);
+  } else {
+    std::fill_n(covariance.begin(), count * count, 0.0);
+  }
 }
 
 }  // namespace tractiond::solve

@@ -16,7 +16,7 @@ namespace tractiond::solve {
 /// Forces are those of the object on the gel, gel frame.
 struct Estimate {
   enum class Outcome {
-    kNothing,  ///< no force is evident; all numbers are 0 but the residual
+    kNothing,  ///< no force is evident; all numbers are 0 but the motion and what it leaves
     kFound,
     kFailed,  ///< not finite, or the equations could not be solved; forces, wrench and residual are 0
   };
@@ -42,14 +42,26 @@ class Model {
   void solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
              Estimate& estimate) noexcept;
 
+  // Of what solve() found last; all 0 unless its outcome was kFound.
+
+  /// Standard deviations of the forces of all nodes (3N), of noise and prior: sums of the points that are published
+  /// there (Atoms::nodeOf).
+  void nodeDeviations_N(std::span<double> deviations) noexcept;
+
+  /// Covariance of `count` functionals of the points' forces, row after row. `weights`: 3P x count, row after row; at
+  /// most kColumns functionals.
+  void covariance(std::span<const double> weights, int count, std::span<double> covariance) noexcept;
+
  private:
   enum class Found { kAtoms, kNothing, kFailed };
   void look(const Displacements& picture, std::span<const float> displacement_px);
+  bool shows(const AtomMoments& moments, double surety) const;
   Found round(const Displacements& picture, int most, bool last);
   bool roughen(const Displacements& picture, int most);
   void keepMean();
   void keep(AtomMoments& moments);
   bool looksAgain(const Displacements& picture);
+  void publishNothing(const Displacements& picture, Estimate& estimate);
   void publish(Estimate& estimate);
   static void fail(Estimate& estimate);
 
@@ -67,6 +79,7 @@ class Model {
   AtomMoments moments_, rest_;             // of all atoms: of the last round; of the residual
   std::vector<double> first_;              // A: what the last look at the modes knew
   Chosen chosen_, smooth_;                 // smooth_: before roughness
+  bool found_ = false;                     // what posterior_ holds was published
   double degrees_ = 0.0;                   // of freedom that the forces took
   std::vector<double> noise_;              // of the chosen atoms
   std::vector<double> pointForce_, left_;  // 3P; r

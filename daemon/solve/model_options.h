@@ -2,7 +2,7 @@
 // model scales with the sensor.
 #pragma once
 
-#include "sensor/elastic/influence.h"
+#include "daemon/solve/options.h"
 
 #include <array>
 
@@ -20,8 +20,12 @@ struct ModelOptions {
   /// faster and misreads some contacts and palms.
   double faintest = 4.0;
 
-  /// z: deviations of its noise above which an atom's force is evident; sets the rate of false alarms.
+  /// z: deviations of its noise above which an atom's force is evident.
   double surety = 4.0;
+
+  /// The same for the first of them: where no atom's force is so evident at the start, nothing touches. Sets the rate
+  /// of false alarms.
+  double detection = 5.5;
 
   /// beta: reach over which neighbouring atoms of a level share their prior variance [distances of neighbours].
   double coupling = 0.5;
@@ -42,5 +46,13 @@ struct ModelOptions {
   /// M: the most atoms of each round; of the first search, and of the second, after the residual showed more.
   std::array<std::array<int, 3>, 2> most = {{{48, 48, 128}, {96, 96, 192}}};
 };
+
+/// Returns those of a daemon that solves with `options`.
+inline ModelOptions modelOptions(const SolveOptions& options) {
+  ModelOptions model;
+  model.mechanics = options.model;
+  model.noise_px = options.noise_px;
+  return model;
+}
 
 }  // namespace tractiond::solve

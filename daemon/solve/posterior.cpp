@@ -35,6 +35,7 @@ std::size_t packed(int size) {
 
 Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most)
     : factors_(factors)
+    , atoms_(atoms)
     , wrench_(6, 3 * atoms.count())
     , stride_((3 * most + kMotions + kColumns - 1) / kColumns * kColumns)
     , roots_(static_cast<std::size_t>(most))
@@ -47,7 +48,20 @@ Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most)
     , panels_(right_.size() * right_.size())
     , inverse_(right_.size() * right_.size())
     , forces_(3 * static_cast<std::size_t>(most))
-    , known_(static_cast<std::size_t>(most)) {
+    , known_(static_cast<std::size_t>(most))
+    , indexOf_(static_cast<std::size_t>(atoms.count()), -1)
+    , covering_(3 * static_cast<std::size_t>(most))
+    , share_(covering_.size()) {
+  std::vector<Eigen::Triplet<double>> shares;
+  int nodes = 0;
+  for (int a = 0; a < atoms.count(); ++a) {
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
+      shares.emplace_back(atoms.nodeOf(static_cast<int>(it.row())), a, it.value());
+      nodes = std::max(nodes, shares.back().row() + 1);
+    }
+  }
+  atomsOfNodes_.resize(nodes, atoms.count());
+  atomsOfNodes_.setFromTriplets(shares.begin(), shares.end());
   wrench_.setZero();
   for (int a = 0; a < atoms.count(); ++a) {
     for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
@@ -170,11 +184,16 @@ Block Posterior::inverseOf(int atom) const {
   return block;
 }
 
-void Posterior::noise_N2(std::span<double> noise) {
-  const int size = unknowns();
-  for (int panel = 2; kColumns * panel < size; ++panel) {
+/// Computes the blocks of A^-1 that fit() left out.
+void Posterior::invertRest() {
+  for (int panel = 2; kColumns * panel < unknowns(); ++panel) {
     for (int other = 0; other < panel - 1; ++other) invert(panel, other);
   }
+}
+
+void Posterior::noise_N2(std::span<double> noise) {
+  const int size = unknowns();
+  invertRest();
   for (int i = 0; i < static_cast<int>(chosen_->atoms.size()); ++i) {
     const double* const rows = inverse_.data() + 3 * i * std::ptrdiff_t{stride_};
     Block squared;
@@ -187,20 +206,73 @@ void Posterior::noise_N2(std::span<double> noise) {
   }
 }
 
-void Posterior::wrenchCovariance(std::array<double, 36>& covariance) {
-  const int atoms = static_cast<int>(chosen_->atoms.size()), size = unknowns();
+void Posterior::nodeDeviations_N(std::span<double> deviations) {
+  assert(static_cast<Index>(deviations.size()) == 3 * atomsOfNodes_.rows());
+  const auto& chosen = chosen_->atoms;
+  invertRest();
+  for (std::size_t i = 0; i < chosen.size(); ++i) indexOf_[chosen[i]] = static_cast<int>(i);
+  for (Index node = 0; node < atomsOfNodes_.rows(); ++node) {
+    for (int axis = 0; axis < 3; ++axis) {
+      std::size_t count = 0;
+      for (decltype(atomsOfNodes_)::InnerIterator it(atomsOfNodes_, node); it; ++it) {
+        const int i = indexOf_[it.col()];
+        if (i < 0) continue;
+        for (int c = 0; c <= axis; ++c, ++count) {  // the roots are lower triangles
+          covering_[count] = 3 * i + c;
+          share_[count] = it.value() * roots_[i](axis, c);
+        }
+      }
+      double variance = 0.0;
+      for (std::size_t k = 0; k < count; ++k) {
+        const double* const row = inverse_.data() + covering_[k] * std::ptrdiff_t{stride_};
+        double sum = 0.5 * share_[k] * row[covering_[k]];
+        for (std::size_t l = 0; l < k; ++l) sum += share_[l] * row[covering_[l]];
+        variance += 2.0 * share_[k] * sum;
+      }
+      deviations[3 * node + axis] = noise_px_ * std::sqrt(std::max(variance, 0.0));
+    }
+  }
+  for (const int atom : chosen) indexOf_[atom] = -1;
+}
+
+void Posterior::covariance(std::span<const double> weights, int count, std::span<double> covariance) {
+  assert(count <= kColumns && static_cast<Index>(weights.size()) == 3 * count * atoms_.points.cols());
   double* const columns = scratch_.data();
-  std::fill_n(columns, kColumns * size, 0.0);
-  for (int i = 0; i < atoms; ++i) {
-    const Wrench wrench = wrench_.middleCols<3>(3 * static_cast<Index>(chosen_->atoms[i])) * roots_[i];
-    for (int axis = 0; axis < 3; ++axis) std::copy_n(wrench.col(axis).data(), 6, columns + kColumns * (3 * i + axis));
+  std::fill_n(columns, kColumns * unknowns(), 0.0);
+  for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
+    Eigen::Matrix<double, 3, kColumns, Eigen::RowMajor> sum = decltype(sum)::Zero();
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, chosen_->atoms[i]); it; ++it) {
+      const double* const of = weights.data() + 3 * count * it.row();
+      for (int axis = 0; axis < 3; ++axis) {
+        for (int k = 0; k < count; ++k) sum(axis, k) += it.value() * of[axis * count + k];
+      }
+    }
+    decltype(sum)::Map(columns + 3 * kColumns * i) = roots_[i].transpose() * sum;
   }
-  solveLowerColumns({matrix_.data(), packed(size)}, size, columns);
+  multiplyInverse(count, covariance.data());
+}
+
+/// n^2 C' A^-1 C of the first `count` columns C in scratch_, row after row.
+void Posterior::multiplyInverse(int count, double* covariance) {
+  double* const columns = scratch_.data();
+  solveLowerColumns({matrix_.data(), packed(unknowns())}, unknowns(), columns);
   double products[kColumns * kColumns];
-  multiplyColumns(columns, columns, size, products);
-  for (int i = 0; i < 6; ++i) {
-    for (int j = 0; j < 6; ++j) covariance[6 * i + j] = square(noise_px_) * products[kColumns * i + j];
+  multiplyColumns(columns, columns, unknowns(), products);
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) covariance[count * i + j] = square(noise_px_) * products[kColumns * i + j];
   }
+}
+
+void Posterior::wrenchCovariance(std::array<double, 36>& covariance) {
+  double* const columns = scratch_.data();
+  std::fill_n(columns, kColumns * unknowns(), 0.0);
+  for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
+    const Wrench wrench = wrench_.middleCols<3>(3 * static_cast<Index>(chosen_->atoms[i])) * roots_[i];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::copy_n(wrench.col(static_cast<Index>(axis)).data(), 6, columns + kColumns * (3 * i + axis));
+    }
+  }
+  multiplyInverse(6, covariance.data());
 }
 
 std::array<double, 6> Posterior::wrench() const {

@@ -44,6 +44,14 @@ class Posterior {
   /// Covariance of the wrench about the origin, row after row [N^2, N^2 m, N^2 m^2].
   void wrenchCovariance(std::array<double, 36>& covariance);
 
+  /// Standard deviations of the forces of all nodes (3N), each the sum of the points that are published there; takes as
+  /// long as fit(). What no chosen atom covers has none.
+  void nodeDeviations_N(std::span<double> deviations);
+
+  /// Computes the covariance of `count` functionals of the points' forces, row after row. `weights`: 3P x count, row
+  /// after row; at most kColumns functionals.
+  void covariance(std::span<const double> weights, int count, std::span<double> covariance);
+
   /// Force and moment about the origin [N, N m].
   std::array<double, 6> wrench() const;
 
@@ -53,11 +61,15 @@ class Posterior {
   void assemble();
   void takeOut(std::span<const int> missing);
   void invert(int panel, int other);
+  void invertRest();
+  void multiplyInverse(int count, double* covariance);
   Block inverseOf(int atom) const;
 
   const Factors& factors_;
-  Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_;  // of unit forces of all atoms, 6 x 3A
-  const int stride_;                                 // of inverse_: the most unknowns, padded
+  const Atoms& atoms_;
+  Eigen::SparseMatrix<double, Eigen::RowMajor> atomsOfNodes_;  // N x A, share of an atom's force that a node has
+  Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_;            // of unit forces of all atoms, 6 x 3A
+  const int stride_;                                           // of inverse_: the most unknowns, padded
   // Of one fit.
   const Chosen* chosen_ = nullptr;
   double noise_px_ = 0.0, squaredResidual_ = 0.0;
@@ -69,6 +81,9 @@ class Posterior {
   LineArray<double> scratch_, panels_;  // panels of kColumns columns of the factor's inverse
   std::vector<double> inverse_;         // A^-1, as far as it was computed
   std::vector<double> forces_, known_;
+  std::vector<int> indexOf_;   // A: of each atom among the chosen, or -1
+  std::vector<int> covering_;  // unknowns of the atoms that cover a node
+  std::vector<double> share_;  // of each of these in a force of the node
   std::array<double, kMotions> motion_{};
 };
 

@@ -115,6 +115,7 @@ class Bench {
   }
   const Atoms& atoms() const { return atoms_; }
   const Factors& factors() const { return factors_; }
+  Model& model() { return model_; }
 
  private:
   sensor::Sensor sensor_;
@@ -309,7 +310,8 @@ TEST(Model, FindsNothingInNoiseWhereTheTwinDoesNot) {
     EXPECT_TRUE(forcesOf(estimate).isZero(0.0));
     EXPECT_TRUE(wrenchOf(estimate).isZero(0.0));
     EXPECT_TRUE(covarianceOf(estimate).isZero(0.0));
-    EXPECT_NEAR(estimate.squaredResidual_px2, displacement.squaredNorm(), 1e-9);
+    EXPECT_NEAR(estimate.squaredResidual_px2, twin.residual, 1e-5 * twin.residual);
+    for (int k = 0; k < kMotions; ++k) EXPECT_NEAR(estimate.motion[k], twin.motion[k], 1e-4);
   }
   EXPECT_GE(nothing, 15);
 }
@@ -372,6 +374,42 @@ TEST(Model, TakesOutMissingMarkers) {
   }
 }
 
+TEST(Model, KnowsCovariancesOfWhatItFoundLast) {
+  Bench bench(smallSensor());
+  const Eigen::Index forces = 3 * bench.atoms().pointCount();
+  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> weights(forces, 6);
+  for (Eigen::Index i = 0; i < forces; ++i) {
+    const Vector3d unit = Vector3d::Unit(i % 3), at = bench.atoms().points.col(i / 3);
+    weights.row(i) << unit.transpose(), at.cross(unit).transpose();
+  }
+  const std::span<const double> all(weights.data(), static_cast<std::size_t>(weights.size()));
+  MatrixXd covariance(6, 6);
+  std::vector<double> deviations(3 * static_cast<std::size_t>(smallSensor().nodes.count()));
+  const auto ask = [&] {
+    bench.model().covariance(all, 6, {covariance.data(), 36});
+    bench.model().nodeDeviations_N(deviations);
+  };
+
+  const Estimate estimate = bench.solve(bench.picture(square(2, 0, 6, 3), 2));
+  ASSERT_EQ(estimate.outcome, Outcome::kFound);
+  ask();
+  EXPECT_LT((covariance - covarianceOf(estimate)).norm(), 1e-9 * covariance.norm());
+  const auto largest = std::max_element(deviations.begin(), deviations.end());
+  const auto component = static_cast<int>(largest - deviations.begin());
+  std::vector<double> one(static_cast<std::size_t>(forces), 0.0);
+  for (int p = 0; p < bench.atoms().pointCount(); ++p) {
+    if (bench.atoms().nodeOf(p) == component / 3) one[static_cast<std::size_t>(3 * p + component % 3)] = 1.0;
+  }
+  double variance = 0.0;
+  bench.model().covariance(one, 1, {&variance, 1});
+  EXPECT_NEAR(*largest, std::sqrt(variance), 1e-9 * *largest);
+
+  ASSERT_EQ(bench.solve(VectorXd::Zero(bench.factors().coordinateCount())).outcome, Outcome::kNothing);
+  ask();
+  EXPECT_TRUE(covariance.isZero(0.0));
+  EXPECT_EQ(*std::max_element(deviations.begin(), deviations.end()), 0.0);
+}
+
 TEST(Model, FailsPlainlyWithoutNumbers) {
   Bench bench(smallSensor());
   VectorXd displacement = bench.picture({{1, 2, kPress}}, 1);
@@ -419,7 +457,7 @@ TEST(Model, ReadsABodyByItsNodesAlone) {
 TEST(Posterior, IsExactWithMissingCoordinates) {
   Bench bench(smallSensor());
   const std::vector<int> missing = missingOf(smallSensor()), present = bench.presentOf(missing);
-  Chosen chosen{.atoms = {40, 3, 85, 41, 91, 60}, .gamma_N2 = {}, .covariance_N2 = {}};
+  Chosen chosen{.atoms = {40, 3, 85, 118, 41, 91, 60, 131}, .gamma_N2 = {}, .covariance_N2 = {}};
   std::mt19937_64 generator(6);
   std::normal_distribution<double> normal;
   for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
@@ -482,6 +520,33 @@ TEST(Posterior, IsExactWithMissingCoordinates) {
   const MatrixXd expected = wrench * sigma.topLeftCorner(size, size) * wrench.transpose();
   EXPECT_LT((MatrixXd::Map(found.data(), 6, 6) - expected).norm(), 1e-5 * expected.norm());
   EXPECT_LT((VectorXd::Map(posterior.wrench().data(), 6) - wrench * mean.head(size)).norm(), 1e-5);
+
+  MatrixXd toPoints = MatrixXd::Zero(3 * shape.rows(), size);
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
+    for (Eigen::Index p = 0; p < shape.rows(); ++p) {
+      toPoints.block<3, 3>(3 * p, 3 * static_cast<Eigen::Index>(i)).diagonal().setConstant(shape(p, chosen.atoms[i]));
+    }
+  }
+  const MatrixXd ofPoints = toPoints * sigma.topLeftCorner(size, size) * toPoints.transpose();
+  const int nodes = smallSensor().nodes.count();
+  MatrixXd toNodes = MatrixXd::Zero(3 * nodes, 3 * shape.rows());
+  for (int p = 0; p < shape.rows(); ++p) toNodes.block<3, 3>(3 * bench.atoms().nodeOf(p), 3 * p).setIdentity();
+  VectorXd deviations(3 * nodes);
+  posterior.nodeDeviations_N({deviations.data(), static_cast<std::size_t>(deviations.size())});
+  const VectorXd ofNodes = (toNodes * ofPoints * toNodes.transpose()).diagonal().cwiseSqrt();
+  EXPECT_LT((deviations - ofNodes).cwiseAbs().maxCoeff(), 1e-5 * deviations.maxCoeff());
+  EXPECT_GT((deviations.array() > 0.0).count(), 3 * 8);  // hats cover several points
+  EXPECT_GT((deviations.array() == 0.0).count(), 0);
+
+  for (const int count : {5, kColumns}) {
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> weights =
+        MatrixXd::NullaryExpr(3 * shape.rows(), count, [&] { return normal(generator); });
+    MatrixXd covarianceFound(count, count);
+    posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, count,
+                         {covarianceFound.data(), static_cast<std::size_t>(covarianceFound.size())});
+    const MatrixXd covarianceExpected = weights.transpose() * ofPoints * weights;
+    EXPECT_LT((covarianceFound - covarianceExpected).norm(), 1e-5 * covarianceExpected.norm());
+  }
 }
 
 TEST(Amplitudes, CompleteWhatIsMissing) {
