@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
     std::cerr << factors.error().message() << "\n";
     return 65;
   }
-  solve::Model model(*factors, atoms, options);
+  solve::Model model(*sensor, *factors, atoms, options);
   solve::Estimate estimate;
   estimate.force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
 

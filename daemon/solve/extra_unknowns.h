@@ -1,0 +1,72 @@
+// Unknowns of the posterior beside the atoms' forces and the motion, each ~ N(0, 1): what one unit of each does to the
+// markers, to the wrench and to the points' forces, and the products of it that the normal equations need.
+//
+// Products with an atom are computed when they are first asked for: all posteriors of a frame share them.
+#pragma once
+
+#include "daemon/solve/factors.h"
+
+#include <span>
+#include <vector>
+
+namespace tractiond::solve {
+
+/// The displacements of one frame. Borrowed.
+struct Displacements {
+  const double* displacement_px = nullptr;  ///< 2M, padded; 0 where missing
+  std::span<const int> missing;             ///< coordinates without a displacement
+  double squares_px2 = 0.0;                 ///< sum of the squared displacements
+  double noise_px = 0.0;                    ///< n
+};
+
+/// Thread-bound. Allocates only when made.
+class ExtraUnknowns {
+ public:
+  /// `factors` must outlive it.
+  ExtraUnknowns(const Factors& factors, int most);
+
+  /// Starts anew with `count` unknowns that do nothing.
+  void begin(int count);
+
+  /// Sets what a unit of `unknown` does to the markers: `factor` times `displacement_px` (2M, 0 where missing).
+  void setDisplacement(int unknown, const double* displacement_px, double factor);
+
+  /// What a unit of `unknown` adds to the forces of the points (3P), and to the wrench. To be filled.
+  std::span<double> pointForces_N(int unknown);
+  Eigen::Matrix<double, 6, 1>& wrench(int unknown) { return wrench_[static_cast<std::size_t>(unknown)]; }
+
+  /// Computes the products among the unknowns, with the motion and with `picture`.
+  void multiply(const Displacements& picture);
+
+  int count() const { return count_; }
+  const Eigen::Matrix<double, 6, 1>& wrench(int unknown) const { return wrench_[static_cast<std::size_t>(unknown)]; }
+  std::span<const double> pointForces_N(int unknown) const;
+  /// Element (row, stride() columns) of the products of an atom's components, 3 rows of stride().
+  const double* productsWith(int atom);
+  int stride() const { return stride_; }
+  double product(int a, int b) const { return gram_[index(a, b)]; }
+  double withMotion(int unknown, int motion) const {
+    return withFrame_[kColumns * static_cast<std::size_t>(unknown) + motion];
+  }
+  double withDisplacement(int unknown) const { return withMotion(unknown, kMotions); }
+
+ private:
+  std::size_t index(int a, int b) const { return static_cast<std::size_t>(a) * static_cast<std::size_t>(stride_) + b; }
+  int panels() const { return (count_ + kColumns - 1) / kColumns; }
+  double* panel(int number) {
+    return columns_.data() + static_cast<std::ptrdiff_t>(number) * kColumns * factors_.influence.stride();
+  }
+
+  const Factors& factors_;
+  const int stride_;  // the most unknowns, padded to panels
+  int count_ = 0;
+  LineArray<double> columns_, frame_;  // panels of kColumns columns, row after row; the motion and the picture, as such
+  std::vector<Eigen::Matrix<double, 6, 1>> wrench_;
+  std::vector<double> pointForces_;   // most x 3P
+  std::vector<double> gram_;          // stride x stride
+  std::vector<double> withFrame_;     // stride x kColumns: with the motion and the picture
+  std::vector<double> withAtoms_;     // 3A x stride
+  std::vector<unsigned char> asked_;  // A: whether its products are there
+};
+
+}  // namespace tractiond::solve
