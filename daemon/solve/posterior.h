@@ -76,8 +76,8 @@ class Posterior {
   const Factors& factors_;
   const Atoms& atoms_;
   const Eigen::SparseMatrix<double, Eigen::RowMajor> atomsOfPoints_;  // Atoms::shape
-  Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_;  // of unit forces of all atoms, 6 x 3A
-  const int stride_;                                 // of inverse_: the most unknowns, padded
+  Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_;                   // of unit forces of all atoms, 6 x 3A
+  const int stride_;                                                  // of inverse_: the most unknowns, padded
   // Of one fit.
   const Chosen* chosen_ = nullptr;
   ExtraUnknowns* extra_ = nullptr;

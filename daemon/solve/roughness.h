@@ -45,9 +45,9 @@ class Roughness {
   const Atoms& atoms_;
   std::vector<Group> groups_;
   std::vector<double> rho_, largest_;  // of each atom; its largest share of a point
-  std::vector<double> pointForce_;    // 3P
-  Eigen::VectorXd force_, pressure_;  // P, magnitudes; then 1 / pressure
-  std::vector<double> gamma_;         // A
+  std::vector<double> pointForce_;     // 3P
+  Eigen::VectorXd force_, pressure_;   // P, magnitudes; then 1 / pressure
+  std::vector<double> gamma_;          // A
 };
 
 }  // namespace tractiond::solve
