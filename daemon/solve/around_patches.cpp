@@ -41,7 +41,7 @@ AroundPatches::AroundPatches(const Factors& factors, const Atoms& atoms, const M
     , prior_(prior)
     , selection_(selection)
     , roughness_(roughness)
-    , extra_(factors, kMostExtra)
+    , extra_(factors, atoms, kMostExtra)
     , smooth_(static_cast<std::size_t>(atoms.count()))
     , rough_(smooth_.size())
     , whole_(smooth_.size())
@@ -87,9 +87,8 @@ void AroundPatches::spread(const PatchPlace& place, std::span<double> share) con
 
 bool AroundPatches::solve(const Displacements& left, const AtomMoments& start, const RoundPatches& patches) {
   patches_ = patches.patches();
-  const auto nodes = std::count_if(atoms_.nodes.begin(), atoms_.nodes.end(), [](int node) { return node >= 0; });
   occam_ = std::log(static_cast<double>(kRoughness.size())) +
-           static_cast<double>(patches_.size()) * std::log(static_cast<double>(nodes));
+           static_cast<double>(patches_.size()) * std::log(atoms_.nodeCount());
   setExtra(left, patches);
   return findEvident(left, start) && roughen(left);
 }

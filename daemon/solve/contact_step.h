@@ -8,6 +8,7 @@
 // node.
 #pragma once
 
+#include "daemon/solve/hills.h"
 #include "daemon/solve/inverse.h"
 #include "sensor/gel.h"
 
@@ -19,7 +20,7 @@
 namespace tractiond::solve {
 
 /// Thread-bound. Allocates only when made.
-class ContactStep {
+class ContactStep final : public SolvedForces {
  public:
   /// More nodes than this are not solved for; above kFewNodes the result begins to count for less.
   static constexpr int kMostNodes = 96;
@@ -49,6 +50,8 @@ class ContactStep {
 
   // What solve() found.
   std::span<const double> forces() const { return {forces_.data(), 3 * nodes_.size()}; }  ///< of nodes() [N]
+  std::span<const int> places() const override { return nodes(); }
+  std::span<const double> forces_N() const override { return forces(); }
   const std::array<double, kMotions>& motion() const { return motion_; }
   double squaredResidual() const { return squaredResidual_; }  ///< [px^2]
   double lambda() const { return lambda_; }                    ///< [px/N]
@@ -63,7 +66,7 @@ class ContactStep {
   /// Of two prepared functionals of the forces [N^2].
   double covariance(const double* a, const double* b) const;
   /// Of kColumns functionals of the forces, stored force after force and overwritten: row after row [N^2].
-  void covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const;
+  void covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const override;
   /// Standard deviations of forces() [N].
   void deviations(double* deviation);
   /// Unknowns: what a functional's memory must hold.

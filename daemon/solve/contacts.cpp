@@ -1,8 +1,3 @@
-// Flooding from the peaks down: the nodes, strongest first, each join the hill of a neighbour that is there already, or
-// begin one. Where two hills meet, the lower one stays a contact of its own if the forces fall between the two peaks,
-// by more than the noise and by more than a share; otherwise it becomes part of the other. The noise of neighbouring
-// nodes is opposed, so sums of a few are known far better than each: the fall is that of sums across the line from peak
-// to peak, which takes nothing from the resolution along it.
 #include "daemon/solve/contacts.h"
 
 #include <algorithm>
@@ -11,17 +6,6 @@
 
 namespace tractiond::solve {
 namespace {
-
-/// What separates two contacts: the fall between them in standard deviations, of the lower peak and of the higher one.
-constexpr double kFall_deviations = 4.0;
-constexpr double kFall_lower = 0.25;
-constexpr double kFall_higher = 0.08;
-
-/// Half width of the sums across the line between two peaks [pitches].
-constexpr double kHalfWidth = 1.6;
-
-/// A hill whose force is below so many of its standard deviations is no contact.
-constexpr double kLeast_deviations = 5.0;
 
 /// Patches are tried where two hills are nearer than this [pitches], or where one is longer than wide: its greatest
 /// variance less its smallest, and as a multiple of that [pitches^2]; and only if all displacements make so many
@@ -44,8 +28,8 @@ constexpr double kBarLength = 1.73;
 // of its hill and of the next best one [deviations], and by what it leaves more than the step, as a multiple of what
 // its model and chance may.
 constexpr std::array kRim = {2.0, 3.0};
-constexpr std::array kFaint_deviations = {kLeast_deviations, 8.0};
-constexpr std::array kRival_deviations = {3.0, kLeast_deviations};
+constexpr std::array kFaint_deviations = {Hills::kLeast_deviations, 8.0};
+constexpr std::array kRival_deviations = {3.0, Hills::kLeast_deviations};
 constexpr std::array kRimMisfit = {1.0, 2.0};
 
 /// Strength of the penalty around a patch, as a multiple of that around nothing.
@@ -61,186 +45,13 @@ double fade(double x, const std::array<double, 2>& limits) {
 Contacts::Contacts(const Inverse& inverse, const sensor::Sensor& sensor)
     : grid_(sensor.nodes)
     , positions_(sensor::nodePositions(sensor))
-    , normals_(sensor::nodeNormals(sensor))
     , areas_(sensor::nodeAreas(sensor))
-    , indexAt_(static_cast<std::size_t>(sensor.nodes.count()), -1)
+    , hills_({grid_.columns, grid_.rows, positions_, sensor::nodeNormals(sensor), areas_}, ContactStep::kMostNodes,
+             ContactStep::kMostUnknowns)
     , fit_(inverse, sensor.nodes) {
   expected_.reserve(3 * ContactStep::kMostNodes);
   if (!sensor.body) offGrid_.emplace(sensor);
-  constexpr std::size_t kNodes = ContactStep::kMostNodes;
-  for (auto* each : {&order_, &hill_, &peak_, &parent_}) each->reserve(kNodes);
-  magnitude_.reserve(kNodes);
-  members_.reserve(kNodes);
-  functional_.resize(ContactStep::kMostUnknowns);
-  functionals_ = LineArray<double>(kColumns * functional_.size());
   nearly_ = LineArray<double>(static_cast<std::size_t>(inverse.influence.stride()));
-}
-
-int Contacts::hillOf(int index) {
-  int hill = hill_[index];
-  while (parent_[hill] != hill) hill = parent_[hill];
-  return hill;
-}
-
-double Contacts::deviation(const ContactStep& step) {
-  step.prepare(functional_.data());
-  return std::sqrt(step.covariance(functional_.data(), functional_.data()));
-}
-
-/// The forces along `direction` in a strip across the line from node `from` (unit step `along`, in pitches), at a
-/// distance `at` on that line: nodes count linearly less up to a pitch from it. Adds `factor` times that functional.
-double Contacts::strip(const ContactStep& step, int from, const Eigen::Vector2d& along, double at,
-                       const Eigen::Vector3d& direction, double factor) {
-  const auto nodes = step.nodes();
-  const int row = nodes[from] / grid_.columns, column = nodes[from] % grid_.columns;
-  double sum = 0.0;
-  for (int j = 0; j < static_cast<int>(nodes.size()); ++j) {
-    const Eigen::Vector2d offset(nodes[j] % grid_.columns - column, nodes[j] / grid_.columns - row);
-    const double weight = 1.0 - std::abs(along.dot(offset) - at);
-    if (weight <= 0.0 || std::abs(along.x() * offset.y() - along.y() * offset.x()) > kHalfWidth) continue;
-    for (int axis = 0; axis < 3; ++axis) {
-      functional_[3 * j + axis] += factor * weight * direction[axis];
-      sum += weight * direction[axis] * step.forces()[3 * j + axis];
-    }
-  }
-  return sum;
-}
-
-bool Contacts::apart(const ContactStep& step, int lower, int higher) {
-  const auto nodes = step.nodes();
-  const auto force = [&](int i) { return Eigen::Vector3d::Map(step.forces().data() + 3 * i); };
-  const Eigen::Vector3d direction = (force(lower) + force(higher)).normalized();
-  Eigen::Vector2d along(nodes[higher] % grid_.columns - nodes[lower] % grid_.columns,
-                        nodes[higher] / grid_.columns - nodes[lower] / grid_.columns);
-  const double length = along.norm();
-  if (length < 1.5) return false;  // neighbours
-  along /= length;
-  const auto height = [&](double at, double factor) { return strip(step, lower, along, at, direction, factor); };
-  const double low = height(0.0, 0.0), high = height(length, 0.0);
-  for (double at = 0.5; at <= length - 0.5; at += 0.5) {
-    const double fall = low - height(at, 0.0);
-    if (fall < kFall_lower * low || fall < kFall_higher * high) continue;
-    std::fill(functional_.begin(), functional_.end(), 0.0);
-    height(0.0, 1.0);
-    height(at, -1.0);
-    if (fall > kFall_deviations * deviation(step)) return true;
-  }
-  return false;
-}
-
-/// Calls use(j) for the step's nodes next to node i of the step.
-template <typename Use>
-void Contacts::around(const ContactStep& step, int i, Use use) const {
-  const int row = step.nodes()[i] / grid_.columns, column = step.nodes()[i] % grid_.columns;
-  for (int r = std::max(0, row - 1); r <= std::min(grid_.rows - 1, row + 1); ++r) {
-    for (int c = std::max(0, column - 1); c <= std::min(grid_.columns - 1, column + 1); ++c) {
-      const int j = indexAt_[r * grid_.columns + c];
-      if (j >= 0 && j != i) use(j);
-    }
-  }
-}
-
-void Contacts::measure(const ContactStep& step) {
-  magnitude_.clear();
-  for (std::size_t i = 0; i < step.nodes().size(); ++i) {
-    const auto f = step.forces().subspan(3 * i, 3);
-    magnitude_.push_back(std::sqrt(square(f[0]) + square(f[1]) + square(f[2])));
-  }
-}
-
-void Contacts::divide(const ContactStep& step) {
-  const auto nodes = step.nodes();
-  const auto count = static_cast<int>(nodes.size());
-  measure(step);
-  order_.clear();
-  for (int i = 0; i < count; ++i) {
-    order_.push_back(i);
-    indexAt_[nodes[i]] = i;
-  }
-  std::sort(order_.begin(), order_.end(), [this](int a, int b) { return magnitude_[a] > magnitude_[b]; });
-
-  hill_.assign(static_cast<std::size_t>(count), -1);
-  peak_.clear();
-  parent_.clear();
-  for (const int i : order_) {
-    around(step, i, [&](int neighbour) {
-      if (hill_[neighbour] < 0) return;
-      const int other = hillOf(neighbour);
-      if (hill_[i] < 0) hill_[i] = other;
-      const int own = hillOf(i);
-      if (own == other) return;
-      const bool ownIsHigher = magnitude_[peak_[own]] > magnitude_[peak_[other]];
-      const int higher = ownIsHigher ? own : other, lower = ownIsHigher ? other : own;
-      if (!apart(step, peak_[lower], peak_[higher])) parent_[lower] = higher;
-    });
-    if (hill_[i] >= 0) continue;
-    hill_[i] = static_cast<int>(peak_.size());
-    parent_.push_back(hill_[i]);
-    peak_.push_back(i);
-  }
-  for (const int node : nodes) indexAt_[node] = -1;
-}
-
-Contact Contacts::describe(const ContactStep& step, int hill) {
-  const auto nodes = step.nodes();
-  const auto forces = step.forces();
-  Contact contact;
-  double sum = 0.0, squares = 0.0;  // of the forces; squares by area
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  members_.clear();
-  for (int i = 0; i < static_cast<int>(nodes.size()); ++i) {
-    if (hillOf(i) != hill) continue;
-    members_.push_back(i);
-    for (int axis = 0; axis < 3; ++axis) contact.force_N[axis] += forces[3 * i + axis];
-    sum += magnitude_[i];
-    squares += square(magnitude_[i]) / areas_[nodes[i]];
-    normal += magnitude_[i] * normals_.col(nodes[i]);
-  }
-  normal.normalize();
-  contact.area_m2 = square(sum) / squares;
-
-  // Several functionals at a time: the k-th force of node i adds of(i, k) to each.
-  std::array<double, kColumns * kColumns> covariances{};
-  const auto deviationsOf = [&](auto of) {
-    std::fill_n(functionals_.data(), kColumns * forces.size(), 0.0);
-    for (const int i : members_) {
-      for (int k = 0; k < 3; ++k) {
-        const auto values = of(i, k);
-        std::copy(values.begin(), values.end(), functionals_.data() + kColumns * (3 * i + k));
-      }
-    }
-    step.covariances(functionals_.data(), covariances);
-    return [&covariances](int functional) { return std::sqrt(covariances[(kColumns + 1) * functional]); };
-  };
-  const auto ofForceAndArea = deviationsOf([&](int i, int k) {
-    std::array<double, 4> values{};
-    values[k] = 1.0;
-    values[3] = 2.0 * contact.area_m2 * (1.0 / sum - magnitude_[i] / areas_[nodes[i]] / squares) * forces[3 * i + k] /
-                magnitude_[i];
-    return values;
-  });
-  for (int axis = 0; axis < 3; ++axis) contact.forceDeviation_N[axis] = ofForceAndArea(axis);
-  contact.areaDeviation_m2 = ofForceAndArea(3);
-
-  // The centre of what presses, or, where nothing does, of all forces along their sum.
-  const auto force = Eigen::Vector3d::Map(contact.force_N.data());
-  const auto deviations = Eigen::Vector3d::Map(contact.forceDeviation_N.data());
-  const bool presses = normal.dot(force) > 5.0 * normal.cwiseProduct(deviations).norm();
-  const Eigen::Vector3d along = presses ? normal : force.normalized();
-  const double total = along.dot(force);
-  for (const int i : members_) {
-    const double share = along.dot(Eigen::Vector3d::Map(forces.data() + 3 * i)) / total;
-    for (int axis = 0; axis < 2; ++axis) contact.position_m[axis] += share * positions_(axis, nodes[i]);
-  }
-  const auto ofPosition = deviationsOf([&](int i, int k) {
-    std::array<double, 2> values{};
-    for (int axis = 0; axis < 2; ++axis) {
-      values[axis] = along[k] * (positions_(axis, nodes[i]) - contact.position_m[axis]) / total;
-    }
-    return values;
-  });
-  for (int axis = 0; axis < 2; ++axis) contact.positionDeviation_m[axis] = ofPosition(axis);
-  return contact;
 }
 
 Contacts::Hill Contacts::survey(const ContactStep& step, int hill) {
@@ -248,7 +59,7 @@ Contacts::Hill Contacts::survey(const ContactStep& step, int hill) {
   const auto forces = step.forces();
   const auto each = [&](auto use) {
     for (int i = 0; i < static_cast<int>(nodes.size()); ++i) {
-      if (hillOf(i) != hill) continue;
+      if (hills_.hillOf(i) != hill) continue;
       use(Eigen::Vector2d(nodes[i] % grid_.columns, nodes[i] / grid_.columns),
           Eigen::Vector3d::Map(forces.data() + 3 * i));
     }
@@ -282,7 +93,7 @@ bool Contacts::isPair(int first, const Eigen::Vector3d& direction) const {
   for (int i = first; i < first + 2; ++i) {
     const Eigen::Matrix3d covariance = fit_.covariance(i).topLeftCorner<3, 3>();
     const double force = direction.dot(Eigen::Vector3d::Map(patches_[i].force_N.data()));
-    if (force < kLeast_deviations * std::sqrt(direction.dot(covariance * direction))) return false;
+    if (force < Hills::kLeast_deviations * std::sqrt(direction.dot(covariance * direction))) return false;
     reach += 2.0 * std::sqrt(std::max(patches_[i].spread, 0.0));
   }
   return std::hypot(patches_[first + 1].column - patches_[first].column,
@@ -405,24 +216,18 @@ void Contacts::solveAtRim(ContactStep& step, const Picture& picture, const Hill&
 
 int Contacts::list(ContactStep& step, const Picture& picture, double trust,
                    std::array<Contact, kMaxContacts>& contacts) {
-  divide(step);
+  hills_.divide(step);
   atRim_.share = 0.0;
-  const auto strength = [](const Contact& contact) {
-    return square(contact.force_N[0]) + square(contact.force_N[1]) + square(contact.force_N[2]);
-  };
   std::array<Hill, PatchFit::kMostPatches> hills;
   int count = 0;
   int lone = 0;  // the last contact's hill
   bool isNear = false, isLong = false;
   double sure_deviations = 0.0, rival_deviations = 0.0;  // of the last contact; of the hill that is nearly one
-  for (int hill = 0; hill < static_cast<int>(peak_.size()); ++hill) {  // highest peak first
-    if (parent_[hill] != hill || count == kMaxContacts) continue;
-    const Contact contact = describe(step, hill);
-    double deviations = 0.0;
-    for (int axis = 0; axis < 3; ++axis) {
-      deviations = std::max(deviations, std::abs(contact.force_N[axis]) / contact.forceDeviation_N[axis]);
-    }
-    if (!(deviations > kLeast_deviations)) {
+  for (int hill = 0; hill < hills_.count(); ++hill) {
+    if (!hills_.stands(hill) || count == kMaxContacts) continue;
+    const Contact contact = hills_.describe(step, hill);
+    const double deviations = Hills::surety(contact);
+    if (!(deviations > Hills::kLeast_deviations)) {
       rival_deviations = std::max(rival_deviations, deviations);
       continue;
     }
@@ -451,8 +256,7 @@ int Contacts::list(ContactStep& step, const Picture& picture, double trust,
         trust * (1.0 - fade(sure_deviations, kFaint_deviations)) * fade(rival_deviations, kRival_deviations);
     solveAtRim(step, picture, hills[0], certainty);
     if (atRim_.share > 0.0) {
-      measure(step);
-      contacts[0] = describe(step, lone);
+      contacts[0] = hills_.describe(step, lone);
       const Contact patch = describe(atRim_.patch, atRim_.covariance);
       const auto widen = [&](double& deviation, double other) {
         deviation = std::sqrt(square(deviation) + atRim_.share * square(other));
@@ -462,8 +266,7 @@ int Contacts::list(ContactStep& step, const Picture& picture, double trust,
       widen(contacts[0].areaDeviation_m2, patch.areaDeviation_m2);
     }
   }
-  std::sort(contacts.begin(), contacts.begin() + count,
-            [&](const Contact& a, const Contact& b) { return strength(a) > strength(b); });
+  Hills::sort({contacts.data(), static_cast<std::size_t>(count)});
   return count;
 }
 

@@ -1,8 +1,8 @@
 // Tells the contacts of one frame apart.
 #pragma once
 
-#include "daemon/records/traction_field.h"
 #include "daemon/solve/contact_step.h"
+#include "daemon/solve/hills.h"
 #include "daemon/solve/off_grid.h"
 #include "daemon/solve/patch_fit.h"
 #include "sensor/sensor.h"
@@ -32,17 +32,6 @@ class Contacts {
   const AtRim& atRim() const { return atRim_; }
 
  private:
-  void measure(const ContactStep& step);
-  void divide(const ContactStep& step);
-  template <typename Use>
-  void around(const ContactStep& step, int i, Use use) const;
-  double strip(const ContactStep& step, int from, const Eigen::Vector2d& along, double at,
-               const Eigen::Vector3d& direction, double factor);
-  bool apart(const ContactStep& step, int lower, int higher);
-  Contact describe(const ContactStep& step, int hill);
-  double deviation(const ContactStep& step);
-  int hillOf(int index);
-
   /// A contact of the hills as a place and a force on the grid of the nodes.
   struct Hill {
     Eigen::Vector2d centre{0.0, 0.0};  ///< column, row [pitches]
@@ -55,16 +44,10 @@ class Contacts {
   Contact describe(const Patch& patch, const Eigen::Matrix<double, 6, 6>& covariance) const;
   void solveAtRim(ContactStep& step, const Picture& picture, const Hill& hill, double certainty);
 
-  const sensor::NodeGrid grid_;  ///< who is whose neighbour
-  const sensor::Points positions_, normals_;
+  const sensor::NodeGrid grid_;
+  const sensor::Points positions_;
   const Eigen::VectorXd areas_;
-  std::vector<int> indexAt_;        ///< of every node of the grid among the step's, -1: none
-  std::vector<double> magnitude_;   ///< of the step's forces
-  std::vector<int> order_, hill_;   ///< of the step's nodes: strongest first; the hill each belongs to
-  std::vector<int> peak_, parent_;  ///< of each hill: its highest node; itself, or the hill it was merged into
-  std::vector<int> members_;        ///< of one hill
-  std::vector<double> functional_;
-  LineArray<double> functionals_;
+  Hills hills_;
   PatchFit fit_;
   std::optional<OffGrid> offGrid_;  ///< none: no flat block
   std::vector<double> expected_;    ///< forces of the step's nodes

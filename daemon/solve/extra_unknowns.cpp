@@ -6,13 +6,15 @@
 
 namespace tractiond::solve {
 
-ExtraUnknowns::ExtraUnknowns(const Factors& factors, int most)
+ExtraUnknowns::ExtraUnknowns(const Factors& factors, const Atoms& atoms, int most)
     : factors_(factors)
+    , atoms_(atoms)
     , stride_((most + kColumns - 1) / kColumns * kColumns)
     , columns_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(factors.influence.stride()))
     , frame_(static_cast<std::size_t>(kColumns) * static_cast<std::size_t>(factors.influence.stride()))
     , wrench_(static_cast<std::size_t>(most))
     , pointForces_(3 * static_cast<std::size_t>(most) * static_cast<std::size_t>(factors.pointCount()))
+    , nodeForces_(3 * static_cast<std::size_t>(most) * static_cast<std::size_t>(atoms.nodeCount()))
     , gram_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(stride_))
     , withFrame_(static_cast<std::size_t>(stride_) * kColumns)
     , withAtoms_(static_cast<std::size_t>(factors.influence.rows()) * static_cast<std::size_t>(stride_))
@@ -42,11 +44,20 @@ std::span<const double> ExtraUnknowns::pointForces_N(int unknown) const {
   return {pointForces_.data() + static_cast<std::size_t>(unknown) * size, size};
 }
 
+std::span<const double> ExtraUnknowns::nodeForces_N(int unknown) const {
+  const std::size_t size = nodeForces_.size() / wrench_.size();
+  return {nodeForces_.data() + static_cast<std::size_t>(unknown) * size, size};
+}
+
 void ExtraUnknowns::multiply(const Displacements& picture) {
   const int coordinates = factors_.coordinateCount();
   for (int j = 0; j < coordinates; ++j) {
     for (int m = 0; m < kMotions; ++m) frame_.data()[kColumns * j + m] = factors_.motion.row(m)[j];
     frame_.data()[kColumns * j + kMotions] = picture.displacement_px[j];
+  }
+  const std::size_t nodeSize = nodeForces_.size() / wrench_.size();
+  for (int i = 0; i < count_; ++i) {
+    addAtNodes(atoms_, pointForces_N(i), {nodeForces_.data() + nodeSize * static_cast<std::size_t>(i), nodeSize});
   }
   std::array<double, kColumns * kColumns> products;
   for (int p = 0; p < panels(); ++p) {

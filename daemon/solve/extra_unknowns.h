@@ -22,8 +22,8 @@ struct Displacements {
 /// Thread-bound. Allocates only when made.
 class ExtraUnknowns {
  public:
-  /// `factors` must outlive it.
-  ExtraUnknowns(const Factors& factors, int most);
+  /// Both must outlive it.
+  ExtraUnknowns(const Factors& factors, const Atoms& atoms, int most);
 
   /// Starts anew with `count` unknowns that do nothing.
   void begin(int count);
@@ -35,12 +35,13 @@ class ExtraUnknowns {
   std::span<double> pointForces_N(int unknown);
   Eigen::Matrix<double, 6, 1>& wrench(int unknown) { return wrench_[static_cast<std::size_t>(unknown)]; }
 
-  /// Computes the products among the unknowns, with the motion and with `picture`.
+  /// Computes the products among the unknowns, with the motion and with `picture`, and the nodes' forces.
   void multiply(const Displacements& picture);
 
   int count() const { return count_; }
   const Eigen::Matrix<double, 6, 1>& wrench(int unknown) const { return wrench_[static_cast<std::size_t>(unknown)]; }
   std::span<const double> pointForces_N(int unknown) const;
+  std::span<const double> nodeForces_N(int unknown) const;  ///< of the points that are published at each node (3N)
   /// Element (row, stride() columns) of the products of an atom's components, 3 rows of stride().
   const double* productsWith(int atom);
   int stride() const { return stride_; }
@@ -58,11 +59,13 @@ class ExtraUnknowns {
   }
 
   const Factors& factors_;
+  const Atoms& atoms_;
   const int stride_;  // the most unknowns, padded to panels
   int count_ = 0;
   LineArray<double> columns_, frame_;  // panels of kColumns columns, row after row; the motion and the picture, as such
   std::vector<Eigen::Matrix<double, 6, 1>> wrench_;
   std::vector<double> pointForces_;   // most x 3P
+  std::vector<double> nodeForces_;    // most x 3N
   std::vector<double> gram_;          // stride x stride
   std::vector<double> withFrame_;     // stride x kColumns: with the motion and the picture
   std::vector<double> withAtoms_;     // 3A x stride

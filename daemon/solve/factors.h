@@ -16,6 +16,8 @@ using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 /// Of 2M coordinates, P points, A atoms, r modes. Immutable once made; any thread may read it.
 struct Factors {
+  Id id{};                             ///< as Inverse::id
+  std::int64_t computed_ns = 0;        ///< CLOCK_REALTIME when they were computed
   double force_N = 0.0;                ///< Young's modulus times a pitch squared, the scale of forces
   std::vector<double> singularValues;  ///< r, falling [px/N]
   RowMatrix left;                      ///< [W^1/2 U, R], 2M x (r + 4): a picture's amplitudes are left' d [px]
@@ -26,6 +28,7 @@ struct Factors {
   RowMatrix motion;          ///< (P Q^1/2)', 4 x 2M [px]
   Eigen::Matrix<double, kMotions, Eigen::Dynamic> motionCoupling;  ///< (P Q^1/2)' H, 4 x 3A [px^2/N]
   Eigen::Matrix4d motionGram;                                      ///< (P Q^1/2)' P Q^1/2 [px^2]
+  SystematicErrors systematicErrors;
 
   int coordinateCount() const { return left.rows(); }
   int rank() const { return right.columns(); }
@@ -40,7 +43,8 @@ struct Factors {
 };
 
 /// `influence` is that of the points, 2M x 3P [px/N]; `force_N` as in Factors. Takes seconds, the BLAS's threads and
-/// about four times the memory of H. Fails if the matrix is not finite or all zero.
+/// about four times the memory of H; `id`, `computed_ns` and `systematicErrors` are left to the caller. Fails if the
+/// matrix is not finite or all zero.
 tl::expected<Factors, Error> computeFactors(const Eigen::MatrixXd& influence, const Atoms& atoms,
                                             const MotionPrior& motion, double force_N, const ModelOptions& options);
 

@@ -17,21 +17,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// To be raised when the influence matrix's or the inverse's numbers change for the same sensor and options.
-constexpr std::uint32_t kAlgorithmVersion = 2;
+/// To be raised when the influence matrix's or the inverse's or the factors' numbers change for the same sensor and
+/// options.
+constexpr std::uint32_t kAlgorithmVersion = 2, kFactorsVersion = 1;
 
 constexpr std::size_t kKeptOthers = 3;
 constexpr const char* kExtension = ".inverse";
+constexpr const char* kFactorsExtension = ".factors";
 constexpr const char* kUnfinished = ".unfinished";  // replaceWholeFile() adds it while it writes
 
-/// Deletes what an interrupted save left behind and all caches but `saved` and the newest others.
+/// Deletes what an interrupted save left behind and all caches of the kind of `saved` but it and the newest others.
 void prune(const fs::path& saved, const Remark& remark) {
   std::error_code error;
   std::vector<std::pair<fs::file_time_type, fs::path>> files;
   for (const auto& entry : fs::directory_iterator(saved.parent_path(), error)) {
     const fs::path& path = entry.path();
-    if (path.extension() == kExtension && path != saved) files.emplace_back(entry.last_write_time(error), path);
-    if (path.extension() == kUnfinished && path.stem().extension() == kExtension) fs::remove(path, error);
+    if (path.extension() == saved.extension() && path != saved) files.emplace_back(entry.last_write_time(error), path);
+    if (path.extension() == kUnfinished && path.stem().extension() == saved.extension()) fs::remove(path, error);
   }
   std::sort(files.rbegin(), files.rend());
   for (std::size_t i = kKeptOthers; i < files.size(); ++i) {
@@ -44,18 +46,11 @@ Eigen::Vector4d motionVariances(const sensor::Sensor& sensor) {
   return Eigen::Vector4d(motion.shift_px, motion.shift_px, motion.scale, motion.roll).cwiseAbs2();
 }
 
-}  // namespace
-
-Id inverseId(const sensor::Sensor& sensor, const SolveOptions& options) {
-  Hasher hasher;
+/// Feeds everything of the sensor that the numbers depend on.
+void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
   const auto vector = [&hasher](const auto& v) {
     hasher.range(std::span(v.data(), static_cast<std::size_t>(v.size())));
   };
-  hasher.value(kAlgorithmVersion);
-  hasher.value(options.model);
-  hasher.value(options.regularisation);
-  hasher.value(options.truncation);
-  hasher.value(options.noise_px);
   hasher.value(sensor.gel.youngsModulus);
   hasher.value(sensor.gel.poissonRatio);
   vector(sensor.gel.size);
@@ -86,51 +81,109 @@ Id inverseId(const sensor::Sensor& sensor, const SolveOptions& options) {
   vector(motionVariances(sensor));
   // Of square pixels it is left out: caches from before the key existed remain valid.
   if (camera.aspect != 1.0) hasher.value(camera.aspect);
+}
+
+/// The content of the file at `path` if load() gives it, else what compute() gives, which save(path, content) then
+/// caches.
+template <typename Load, typename Compute, typename Save>
+auto loadOr(const fs::path& path, Load load, Compute compute, Save save, const Remark& remark) -> decltype(compute()) {
+  const auto say = [&remark](const std::string& line) {
+    if (remark) remark(line);
+  };
+  const fs::path stateDirectory = path.parent_path();
+  auto cached = load();
+  if (cached) return std::move(*cached);
+  // A gel seen for the first time is no remark; a cache that is there and cannot be used is one.
+  if (std::error_code none; fs::exists(path, none) || !fs::is_directory(stateDirectory, none)) {
+    say("computing the inverse: " + cached.error());
+  }
+  auto computed = compute();
+  if (!computed) return computed;
+  computed->computed_ns = realNow();
+
+  std::error_code error;
+  fs::create_directories(stateDirectory, error);
+  if (const auto saved = save(path, *computed); !saved) {
+    say("the inverse is not cached and will be computed again at the next start: " + saved.error());
+  } else {
+    prune(path, say);
+  }
+  return computed;
+}
+
+}  // namespace
+
+Id inverseId(const sensor::Sensor& sensor, const SolveOptions& options) {
+  Hasher hasher;
+  hasher.value(kAlgorithmVersion);
+  hasher.value(options.model);
+  hasher.value(options.regularisation);
+  hasher.value(options.truncation);
+  hasher.value(options.noise_px);
+  addSensor(sensor, hasher);
+  return hasher.digest();
+}
+
+Id factorsId(const sensor::Sensor& sensor, const SolveOptions& options) {
+  const ModelOptions model = modelOptions(options);
+  Hasher hasher;
+  hasher.text("factors");
+  hasher.value(kFactorsVersion);
+  hasher.value(model.mechanics);
+  hasher.value(model.noise_px);
+  hasher.value(model.faintest);
+  addSensor(sensor, hasher);
   return hasher.digest();
 }
 
 tl::expected<Inverse, Error> loadOrCompute(const sensor::Sensor& sensor, const SolveOptions& options,
                                            const fs::path& stateDirectory, const sensor::elastic::Progress& progress,
                                            const Remark& remark) {
-  const auto say = [&remark](const std::string& line) {
-    if (remark) remark(line);
-  };
   const Id id = inverseId(sensor, options);
   const fs::path path = cachePath(stateDirectory, id);
-  auto cached = loadInverse(path, id, 2 * sensor.markerCount(), 3 * sensor.nodes.count());
-  if (cached) return std::move(*cached);
-  // A gel seen for the first time is no remark; a cache that is there and cannot be used is one.
-  if (std::error_code none; fs::exists(path, none) || !fs::is_directory(stateDirectory, none)) {
-    say("computing the inverse: " + cached.error());
-  }
-
-  constexpr double kInfluenceShare = 0.7;  // of the time
-  const auto part = [&progress](double start, double share) -> sensor::elastic::Progress {
-    if (!progress) return {};
-    return [&progress, start, share](double fraction) { progress(start + share * fraction); };
+  const auto compute = [&]() -> tl::expected<Inverse, Error> {
+    constexpr double kInfluenceShare = 0.7;  // of the time
+    const auto part = [&progress](double start, double share) -> sensor::elastic::Progress {
+      if (!progress) return {};
+      return [&progress, start, share](double fraction) { progress(start + share * fraction); };
+    };
+    const Eigen::MatrixXd displacement =
+        sensor::elastic::displacementMatrix(sensor, options.model, part(0.0, kInfluenceShare));
+    auto inverse = computeInverse(sensor::elastic::toImage(sensor, displacement),
+                                  {sensor::elastic::pictureMotionMatrix(sensor), motionVariances(sensor)}, options,
+                                  part(kInfluenceShare, 1.0 - kInfluenceShare));
+    if (!inverse) return inverse;
+    inverse->systematicErrors = systematicErrors(sensor, options, *inverse);
+    inverse->id = id;
+    return inverse;
   };
-  const Eigen::MatrixXd displacement =
-      sensor::elastic::displacementMatrix(sensor, options.model, part(0.0, kInfluenceShare));
-  auto inverse = computeInverse(sensor::elastic::toImage(sensor, displacement),
-                                {sensor::elastic::pictureMotionMatrix(sensor), motionVariances(sensor)}, options,
-                                part(kInfluenceShare, 1.0 - kInfluenceShare));
-  if (!inverse) return inverse;
-  inverse->systematicErrors = systematicErrors(sensor, options, *inverse);
-  inverse->id = id;
-  inverse->computed_ns = realNow();
+  return loadOr(
+      path, [&] { return loadInverse(path, id, 2 * sensor.markerCount(), 3 * sensor.nodes.count()); }, compute,
+      saveInverse, remark);
+}
 
-  std::error_code error;
-  fs::create_directories(stateDirectory, error);
-  if (const auto saved = saveInverse(path, *inverse); !saved) {
-    say("the inverse is not cached and will be computed again at the next start: " + saved.error());
-  } else {
-    prune(path, say);
-  }
-  return inverse;
+tl::expected<Factors, Error> loadOrComputeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
+                                                  const SolveOptions& options, const fs::path& stateDirectory,
+                                                  const sensor::elastic::Progress& progress, const Remark& remark) {
+  const Id id = factorsId(sensor, options);
+  const fs::path path = factorsPath(stateDirectory, id);
+  const auto compute = [&]() -> tl::expected<Factors, Error> {
+    auto factors = computeFactors(sensor, atoms, modelOptions(options), progress);
+    if (!factors) return factors;
+    factors->systematicErrors = systematicErrors(sensor, options, *factors, atoms);
+    factors->id = id;
+    return factors;
+  };
+  return loadOr(
+      path, [&] { return loadFactors(path, id, 2 * sensor.markerCount(), atoms); }, compute, saveFactors, remark);
 }
 
 fs::path cachePath(const fs::path& directory, const Id& id) {
   return directory / (toHex(id) + kExtension);
+}
+
+fs::path factorsPath(const fs::path& directory, const Id& id) {
+  return directory / (toHex(id) + kFactorsExtension);
 }
 
 }  // namespace tractiond::solve

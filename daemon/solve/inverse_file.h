@@ -1,7 +1,8 @@
-// An inverse as a file. In the machine's byte order, since the state stays on its machine.
+// An inverse, or the factors of the model of contacts, as a file. In the machine's byte order, since the state stays on
+// its machine.
 #pragma once
 
-#include "daemon/solve/inverse.h"
+#include "daemon/solve/factors.h"
 
 #include <filesystem>
 #include <string>
@@ -12,7 +13,12 @@ namespace tractiond::solve {
 tl::expected<Inverse, std::string> loadInverse(const std::filesystem::path& path, const Id& id, int coordinateCount,
                                                int forceCount);
 
+/// Loads the factors of `atoms`; otherwise the same.
+tl::expected<Factors, std::string> loadFactors(const std::filesystem::path& path, const Id& id, int coordinateCount,
+                                               const Atoms& atoms);
+
 /// Saves all or nothing: the file appears when it is whole and on the disk. Fails with the reason.
 tl::expected<void, std::string> saveInverse(const std::filesystem::path& path, const Inverse& inverse);
+tl::expected<void, std::string> saveFactors(const std::filesystem::path& path, const Factors& factors);
 
 }  // namespace tractiond::solve

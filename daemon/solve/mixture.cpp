@@ -12,10 +12,13 @@ constexpr double kNothing = 1e-9;
 
 }  // namespace
 
-Mixture::Mixture(int most, int points)
-    : parts_(static_cast<std::size_t>(most))
-    , mean_(3 * static_cast<std::size_t>(points))
-    , deviation_(mean_.size()) {
+Mixture::Mixture(const Atoms& atoms, int most)
+    : atoms_(atoms)
+    , parts_(static_cast<std::size_t>(most))
+    , mean_(3 * static_cast<std::size_t>(atoms.pointCount()))
+    , away_(mean_.size())
+    , deviation_(3 * static_cast<std::size_t>(atoms.nodeCount()))
+    , nodeAway_(deviation_.size()) {
   for (Part& part : parts_) part.force_N.resize(mean_.size());
 }
 
@@ -90,12 +93,14 @@ void Mixture::wrenchCovariance(std::array<double, 36>& covariance) {
   });
 }
 
-void Mixture::pointDeviations_N(std::span<double> deviations) {
+void Mixture::nodeDeviations_N(std::span<double> deviations) {
   std::fill(deviations.begin(), deviations.end(), 0.0);
   eachThatCounts([&](Part& part) {
-    part.posterior->pointDeviations_N(deviation_);
+    part.posterior->nodeDeviations_N(deviation_);
+    for (std::size_t i = 0; i < away_.size(); ++i) away_[i] = part.force_N[i] - mean_[i];
+    addAtNodes(atoms_, away_, nodeAway_);
     for (std::size_t i = 0; i < deviations.size(); ++i) {
-      deviations[i] += part.share * (square(deviation_[i]) + square(part.force_N[i] - mean_[i]));
+      deviations[i] += part.share * (square(deviation_[i]) + square(nodeAway_[i]));
     }
   });
   for (double& each : deviations) each = std::sqrt(each);

@@ -10,8 +10,8 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class Mixture {
  public:
-  /// For `most` posteriors of the forces of so many points.
-  Mixture(int most, int points);
+  /// For `most` posteriors. `atoms` must outlive it.
+  Mixture(const Atoms& atoms, int most);
 
   /// Forgets all posteriors: everything is 0.
   void clear();
@@ -30,8 +30,8 @@ class Mixture {
   double squaredResidual_px2() const;
   void wrenchCovariance(std::array<double, 36>& covariance);
 
-  /// Standard deviations of the forces of all points (3P).
-  void pointDeviations_N(std::span<double> deviations);
+  /// Standard deviations of the forces of all nodes (3N), as Posterior::nodeDeviations_N().
+  void nodeDeviations_N(std::span<double> deviations);
 
   /// Covariance of `count` functionals of the points' forces, as Posterior::covariance().
   void covariance(std::span<const double> weights, int count, std::span<double> covariance);
@@ -49,9 +49,11 @@ class Mixture {
 
   std::span<const Part> parts() const { return {parts_.data(), static_cast<std::size_t>(count_)}; }
 
+  const Atoms& atoms_;
   std::vector<Part> parts_;
   int count_ = 0;
-  std::vector<double> mean_, deviation_;  // 3P
+  std::vector<double> mean_, away_;           // 3P: mean force, how a part's differs
+  std::vector<double> deviation_, nodeAway_;  // 3N: of a part
 };
 
 }  // namespace tractiond::solve

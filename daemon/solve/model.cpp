@@ -37,7 +37,7 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
     , selection_(factors, options)
     , roughness_(atoms, options)
     , posterior_(factors, atoms, mostOf(options))
-    , mixture_(1 + static_cast<int>(AroundPatches::kRoughness.size()), atoms.pointCount())
+    , mixture_(atoms, 1 + static_cast<int>(AroundPatches::kRoughness.size()))
     , displacement_(static_cast<std::size_t>(factors.influence.stride()))
     , first_(static_cast<std::size_t>(atoms.count()))
     , noise_(static_cast<std::size_t>(mostOf(options)))
@@ -74,8 +74,10 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
     estimate.outcome = Estimate::Outcome::kFailed;
     return;
   }
-  estimate.squaredResidual_px2 = picture.squares_px2;
-  if (found == Found::kNothing) return;
+  if (found == Found::kNothing) {
+    publishNothing(picture, estimate);
+    return;
+  }
   addField();
   if (patched_ && findPatches(picture)) addPatches();
   mixture_.weigh();
@@ -205,6 +207,18 @@ void Model::clear(Estimate& estimate) {
   estimate.force_N = std::move(forces);
 }
 
+void Model::publishNothing(const Displacements& picture, Estimate& estimate) {
+  chosen_.atoms.clear();
+  chosen_.gamma_N2.clear();
+  chosen_.covariance_N2.clear();
+  if (!posterior_.fit(picture, chosen_)) {
+    estimate.outcome = Estimate::Outcome::kFailed;
+    return;
+  }
+  estimate.motion = posterior_.motion();
+  estimate.squaredResidual_px2 = posterior_.squaredResidual_px2();
+}
+
 void Model::publish(Estimate& estimate) {
   estimate.outcome = Estimate::Outcome::kFound;
   const auto forces = mixture_.pointForces_N();
@@ -224,8 +238,8 @@ void Model::publish(Estimate& estimate) {
   }
 }
 
-void Model::pointDeviations_N(std::span<double> deviations) noexcept {
-  mixture_.pointDeviations_N(deviations);
+void Model::nodeDeviations_N(std::span<double> deviations) noexcept {
+  mixture_.nodeDeviations_N(deviations);
 }
 
 void Model::covariance(std::span<const double> weights, int count, std::span<double> covariance) noexcept {

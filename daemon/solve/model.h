@@ -20,7 +20,7 @@ namespace tractiond::solve {
 /// Forces are those of the object on the gel, gel frame.
 struct Estimate {
   enum class Outcome {
-    kNothing,  ///< no force is evident; all numbers are 0 but the residual
+    kNothing,  ///< no force is evident; all numbers are 0 but the motion and what it leaves
     kFound,
     kFailed,  ///< not finite, or the equations could not be solved; forces, wrench and residual are 0
   };
@@ -54,8 +54,9 @@ class Model {
 
   // Of what solve() found last; all 0 unless its outcome was kFound.
 
-  /// Standard deviations of the forces of all points (3P), of noise and prior.
-  void pointDeviations_N(std::span<double> deviations) noexcept;
+  /// Standard deviations of the forces of all nodes (3N), of noise and prior: sums of the points that are published
+  /// there (Atoms::nodeOf).
+  void nodeDeviations_N(std::span<double> deviations) noexcept;
 
   /// Covariance of `count` functionals of the points' forces, row after row. `weights`: 3P x count, row after row; at
   /// most kColumns functionals.
@@ -80,6 +81,7 @@ class Model {
   void addField();
   bool findPatches(const Displacements& picture);
   void addPatches();
+  void publishNothing(const Displacements& picture, Estimate& estimate);
   void publish(Estimate& estimate);
   static void clear(Estimate& estimate);
 

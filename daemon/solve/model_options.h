@@ -2,7 +2,7 @@
 // model scales with the sensor.
 #pragma once
 
-#include "sensor/elastic/influence.h"
+#include "daemon/solve/options.h"
 
 #include <array>
 
@@ -42,5 +42,13 @@ struct ModelOptions {
   /// M: the most atoms of each round; of the first search, and of the second, after the residual showed more.
   std::array<std::array<int, 3>, 2> most = {{{48, 48, 128}, {96, 96, 192}}};
 };
+
+/// Returns those of a daemon that solves with `options`.
+inline ModelOptions modelOptions(const SolveOptions& options) {
+  ModelOptions model;
+  model.mechanics = options.model;
+  model.noise_px = options.noise_px;
+  return model;
+}
 
 }  // namespace tractiond::solve

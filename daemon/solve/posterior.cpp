@@ -37,7 +37,6 @@ std::size_t packed(int size) {
 Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra)
     : factors_(factors)
     , atoms_(atoms)
-    , atomsOfPoints_(atoms.shape)
     , wrench_(6, 3 * atoms.count())
     , stride_((3 * most + mostExtra + kMotions + kColumns - 1) / kColumns * kColumns)
     , roots_(static_cast<std::size_t>(most))
@@ -54,6 +53,16 @@ Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most, int m
     , indexOf_(static_cast<std::size_t>(atoms.count()), -1)
     , covering_(static_cast<std::size_t>(3 * most + mostExtra))
     , share_(covering_.size()) {
+  std::vector<Eigen::Triplet<double>> shares;
+  int nodes = 0;
+  for (int a = 0; a < atoms.count(); ++a) {
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
+      shares.emplace_back(atoms.nodeOf(static_cast<int>(it.row())), a, it.value());
+      nodes = std::max(nodes, shares.back().row() + 1);
+    }
+  }
+  atomsOfNodes_.resize(nodes, atoms.count());
+  atomsOfNodes_.setFromTriplets(shares.begin(), shares.end());
   wrench_.setZero();
   for (int a = 0; a < atoms.count(); ++a) {
     for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
@@ -257,15 +266,15 @@ double Posterior::keep(std::span<const double> noise, AtomMoments& moments) {
   return degrees;
 }
 
-void Posterior::pointDeviations_N(std::span<double> deviations) {
-  assert(static_cast<Index>(deviations.size()) == 3 * atomsOfPoints_.rows());
+void Posterior::nodeDeviations_N(std::span<double> deviations) {
+  assert(static_cast<Index>(deviations.size()) == 3 * atomsOfNodes_.rows());
   const auto& chosen = chosen_->atoms;
   invertAll();
   for (std::size_t i = 0; i < chosen.size(); ++i) indexOf_[chosen[i]] = static_cast<int>(i);
-  for (Index p = 0; p < atomsOfPoints_.rows(); ++p) {
+  for (Index node = 0; node < atomsOfNodes_.rows(); ++node) {
     for (int axis = 0; axis < 3; ++axis) {
       std::size_t count = 0;
-      for (decltype(atomsOfPoints_)::InnerIterator it(atomsOfPoints_, p); it; ++it) {
+      for (decltype(atomsOfNodes_)::InnerIterator it(atomsOfNodes_, node); it; ++it) {
         const int i = indexOf_[it.col()];
         if (i < 0) continue;
         for (int c = 0; c <= axis; ++c, ++count) {  // the roots are lower triangles
@@ -274,7 +283,7 @@ void Posterior::pointDeviations_N(std::span<double> deviations) {
         }
       }
       for (int i = firstExtra(); i < firstMotion(); ++i) {
-        const double force = std::as_const(*extra_).pointForces_N(i - firstExtra())[3 * p + axis];
+        const double force = std::as_const(*extra_).nodeForces_N(i - firstExtra())[3 * node + axis];
         if (force == 0.0) continue;
         covering_[count] = i;
         share_[count++] = force;
@@ -286,14 +295,14 @@ void Posterior::pointDeviations_N(std::span<double> deviations) {
         for (std::size_t l = 0; l < k; ++l) sum += share_[l] * row[covering_[l]];
         variance += 2.0 * share_[k] * sum;
       }
-      deviations[3 * p + axis] = noise_px_ * std::sqrt(std::max(variance, 0.0));
+      deviations[3 * node + axis] = noise_px_ * std::sqrt(std::max(variance, 0.0));
     }
   }
   for (const int atom : chosen) indexOf_[atom] = -1;
 }
 
 void Posterior::covariance(std::span<const double> weights, int count, std::span<double> covariance) {
-  assert(count <= kColumns && static_cast<Index>(weights.size()) == 3 * count * atomsOfPoints_.rows());
+  assert(count <= kColumns && static_cast<Index>(weights.size()) == 3 * count * atoms_.points.cols());
   double* const columns = scratch_.data();
   std::fill_n(columns, kColumns * unknowns(), 0.0);
   for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {

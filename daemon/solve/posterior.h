@@ -47,8 +47,9 @@ class Posterior {
   /// Covariance of the extra unknowns, row after row.
   void extraCovariance(std::span<double> covariance);
 
-  /// Standard deviations of the forces of all points (3P); takes as long as fit(). What no unknown covers has none.
-  void pointDeviations_N(std::span<double> deviations);
+  /// Standard deviations of the forces of all nodes (3N), each the sum of the points that are published there; takes as
+  /// long as fit(). What no unknown covers has none.
+  void nodeDeviations_N(std::span<double> deviations);
 
   /// Computes the covariance of `count` functionals of the points' forces, row after row. `weights`: 3P x count, row
   /// after row; at most kColumns functionals.
@@ -75,9 +76,9 @@ class Posterior {
 
   const Factors& factors_;
   const Atoms& atoms_;
-  const Eigen::SparseMatrix<double, Eigen::RowMajor> atomsOfPoints_;  // Atoms::shape
-  Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_;                   // of unit forces of all atoms, 6 x 3A
-  const int stride_;                                                  // of inverse_: the most unknowns, padded
+  Eigen::SparseMatrix<double, Eigen::RowMajor> atomsOfNodes_;  // N x A, share of an atom's force that a node has
+  Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_;            // of unit forces of all atoms, 6 x 3A
+  const int stride_;                                           // of inverse_: the most unknowns, padded
   // Of one fit.
   const Chosen* chosen_ = nullptr;
   ExtraUnknowns* extra_ = nullptr;
@@ -92,8 +93,8 @@ class Posterior {
   std::vector<double> inverse_;         // A^-1, as far as it was computed
   std::vector<double> forces_, known_;
   std::vector<int> indexOf_;   // A: of each atom among the chosen, or -1
-  std::vector<int> covering_;  // unknowns of the atoms that cover a point
-  std::vector<double> share_;  // of each of these in a force of the point
+  std::vector<int> covering_;  // unknowns of the atoms that cover a node
+  std::vector<double> share_;  // of each of these in a force of the node
   std::array<double, kMotions> motion_{};
 };
 

@@ -19,47 +19,14 @@
 namespace tractiond::solve {
 namespace {
 
-/// A marker whose variance is so many times that of the others is taken out: the equations weigh all alike.
-constexpr double kDoubtful = 16.0;
-
 /// The contact step explains the picture if what it leaves is the noise, a tenth more, and so much of the
 /// displacements.
 constexpr double kExplained_noise = 0.1;
 constexpr double kExplained_share = 0.02;
 
-/// Beyond this, the picture shows what no forces do.
-constexpr double kUnexplained_noise = 2.0;
-constexpr double kUnexplained_share = 0.1;
-
-/// A field is out of range where a node's pressure exceeds this multiple of Young's modulus: as far as the error of
-/// large strain has been followed, to 200 gf on 5 mm and 750 gf on 15 mm.
-constexpr double kLinearRange = 0.9;
-
 /// Share of the force on the outermost nodes that is in doubt: flat discs that reach beyond them are misread by 2 to 18
 /// % of it.
 constexpr double kDoubtAtRim = 0.08;
-
-/// Below so many of its deviations, a normal force has no centre.
-constexpr double kCentre_deviations = 5.0;
-
-std::array<double, 6> wrenchOf(const TractionField& field) {
-  std::array<double, 6> wrench{};
-  std::copy_n(field.resultant_N.begin(), 3, wrench.begin());
-  std::copy_n(field.moment_Nm.begin(), 3, wrench.begin() + 3);
-  return wrench;
-}
-
-/// What the force component `axis` at a point adds to each element of the wrench.
-std::array<double, 6> wrenchRow(const std::array<double, 3>& at, int axis) {
-  switch (axis) {
-  case 0:
-    return {1.0, 0.0, 0.0, 0.0, at[2], -at[1]};
-  case 1:
-    return {0.0, 1.0, 0.0, -at[2], 0.0, at[0]};
-  default:
-    return {0.0, 0.0, 1.0, at[1], -at[0], 0.0};
-  }
-}
 
 }  // namespace
 
@@ -69,6 +36,8 @@ Solver::Solver(const Inverse& inverse, const sensor::Sensor& sensor, const Solve
     , uncertainty_(sensor.uncertainty)
     , pitch_m_(sensor.nodes.pitch)
     , columns_(sensor.nodes.columns)
+    , rules_(sensor, options)
+    , nodes_(rules_.nodes())
     , missing_(inverse)
     , contact_(inverse, sensor.nodes, options)
     , contacts_(inverse, sensor)
@@ -77,8 +46,7 @@ Solver::Solver(const Inverse& inverse, const sensor::Sensor& sensor, const Solve
     , coarseSum_(static_cast<std::size_t>(coarseLeft_.stride()))
     , nodeNoise_(static_cast<std::size_t>(inverse.forceCount()), 0.0)
     , nodeShrinkage_(static_cast<std::size_t>(inverse.forceCount()), 1.0)
-    , used_(static_cast<std::size_t>(inverse.coordinateCount() / 2))
-    , row_(static_cast<std::size_t>(inverse.influence.stride()))
+    , used_(inverse.coordinateCount() / 2, options)
     , amplitudes_(static_cast<std::size_t>(inverse.left.stride()))
     , filtered_(1, inverse.left.columns())
     , restored_(static_cast<std::size_t>(inverse.coordinateCount()))
@@ -86,21 +54,14 @@ Solver::Solver(const Inverse& inverse, const sensor::Sensor& sensor, const Solve
     , forces_(static_cast<std::size_t>(inverse.right.stride()))
     , functionals_(static_cast<std::size_t>(kColumns * ContactStep::kMostUnknowns))
     , deviations_(3 * ContactStep::kMostNodes) {
-  const sensor::Points nodes = sensor::nodePositions(sensor);
-  const Eigen::VectorXd areas = sensor::nodeAreas(sensor);
-  for (Eigen::Index n = 0; n < nodes.cols(); ++n) {
-    nodes_.push_back({nodes(0, n), nodes(1, n), nodes(2, n)});
-    largestForce_N_.push_back(kLinearRange * sensor.gel.youngsModulus * areas[n]);
-  }
-  assert(3 * nodes.cols() == inverse.forceCount());
+  assert(3 * static_cast<int>(nodes_.size()) == inverse.forceCount() &&
+         static_cast<int>(used_.row_px().size()) == inverse.influence.stride());
   for (const double s : inverse.singularValues) {
     gain_.push_back(square(s) / (square(s) + square(inverse.lambda)));
     inverted_.push_back(gain_.back() / s);
   }
   gain_.insert(gain_.end(), inverse.motionGain.begin(), inverse.motionGain.end());
   std::iota(everyMode_.begin(), everyMode_.end(), 0);
-  coordinates_.reserve(static_cast<std::size_t>(inverse.coordinateCount()));
-  displacements_.reserve(static_cast<std::size_t>(inverse.coordinateCount()));
 
   // Noise: V S^-1 G (V S^-1 G)'. Shrinkage, what the penalty keeps from forces of 1 N: (1 - V G V')^2.
   const auto add = [](WrenchCovariance& sum, double factor, const std::array<double, 6>& w) {
@@ -133,13 +94,15 @@ void Solver::solve(const MarkerField& markers, TractionField& field) noexcept {
   assert(field.force_N.size() == static_cast<std::size_t>(inverse_.forceCount()));
   field.markers = markers;
   field.flags = markers.flags;
-  clear(field);
+  FieldRules::clear(field);
   if ((markers.flags & kGelMismatch) != 0) return;  // numbers of another gel
-  if ((markers.flags & kFewMarkers) != 0 || !take(markers)) {
+  if ((markers.flags & kFewMarkers) != 0 || !used_.take(markers) || !missing_.update(used_.used())) {
     field.flags |= kFewMarkers;
     counters_.fewMarkers.add();
     return;
   }
+  noise_px_ = used_.noise_px();
+  squares_ = used_.squares_px2();
   const bool coarse = options_.contactAware && missing_.coordinates().empty();
   if (coarse) {
     decomposeCoarsely();
@@ -150,9 +113,9 @@ void Solver::solve(const MarkerField& markers, TractionField& field) noexcept {
   double share = 0.0;  // of the contact step in the result
   if (options_.contactAware) {
     share = contact_.find(amplitudes_, noise_px_);
-    if (share > 0.0 && !contact_.solve(row_.data(), missing_.coordinates(), squares_)) share = 0.0;
+    if (share > 0.0 && !contact_.solve(used_.row_px().data(), missing_.coordinates(), squares_)) share = 0.0;
     if (share > 0.0) {
-      const auto count = static_cast<double>(coordinates_.size());
+      const auto count = static_cast<double>(used_.coordinates().size());
       const double excess = contact_.squaredResidual() / count - square(noise_px_);
       const double explained = kExplained_noise * square(noise_px_) + square(kExplained_share) * squares_ / count;
       share *= 1.0 - std::clamp((excess / explained - 1.0), 0.0, 1.0);
@@ -164,69 +127,16 @@ void Solver::solve(const MarkerField& markers, TractionField& field) noexcept {
     counters_.wholeFace.add();
   }
   combine(share, field);
-  if (!finite(field)) {
-    clear(field);
+  if (!std::isfinite(squares_) || !FieldRules::finite(field)) {
+    FieldRules::clear(field);
     field.flags = markers.flags;
     counters_.notFinite.add();
   }
 }
 
-void Solver::clear(TractionField& field) {
-  std::fill(field.force_N.begin(), field.force_N.end(), 0.0F);
-  std::fill(field.deviation_N.begin(), field.deviation_N.end(), 0.0F);
-  field.valid = false;
-  field.method = Method::kNone;
-  field.resultant_N = {};
-  field.moment_Nm = {};
-  field.noise = {};
-  field.systematic = {};
-  field.centreOfPressure_m = {};
-  field.centreOfPressureValid = false;
-  field.residual_px = 0.0;
-  field.strength = 0.0;
-  field.pictureMotion = {};
-  field.contactCount = 0;
-}
-
-/// Chooses the markers. False: too few.
-bool Solver::take(const MarkerField& markers) {
-  double variance = 0.0;
-  int count = 0;
-  for (std::size_t i = 0; i < used_.size(); ++i) {
-    if (markers.valid[i] == 0) continue;
-    variance += markers.variance_px2[i];
-    ++count;
-  }
-  const double typical = count > 0 && variance > 0.0 ? variance / count : square(options_.noise_px);
-  const double limit = kDoubtful * std::max(typical, square(options_.noise_px));
-  variance = 0.0;
-  coordinates_.clear();
-  displacements_.clear();
-  squares_ = 0.0;
-  std::fill(row_.begin(), row_.end(), 0.0);
-  for (std::size_t i = 0; i < used_.size(); ++i) {
-    used_[i] = markers.valid[i] != 0 && markers.variance_px2[i] <= limit ? 1 : 0;
-    if (used_[i] == 0) continue;
-    variance += markers.variance_px2[i];
-    for (const std::size_t coordinate : {2 * i, 2 * i + 1}) {
-      const float displacement = markers.displacement_px[coordinate];
-      coordinates_.push_back(static_cast<int>(coordinate));
-      displacements_.push_back(displacement);
-      row_[coordinate] = displacement;
-      squares_ += square(displacement);
-    }
-  }
-  const int used = static_cast<int>(coordinates_.size() / 2);
-  const int fewest = options_.fewestMarkers(static_cast<int>(used_.size()), markers.isolatedGaps);
-  if (used == 0 || used < fewest || !missing_.update(used_)) return false;
-  const double mean = 2.0 * variance / static_cast<double>(coordinates_.size());
-  noise_px_ = mean > 0.0 ? std::sqrt(mean) : options_.noise_px;
-  return true;
-}
-
 void Solver::decompose() {
   std::fill(amplitudes_.begin(), amplitudes_.end(), 0.0);
-  addRows(inverse_.left, coordinates_, displacements_, amplitudes_.data());
+  addRows(inverse_.left, used_.coordinates(), used_.displacements_px(), amplitudes_.data());
   restoredSquares_ = 0.0;
   const auto missing = missing_.coordinates();
   if (missing.empty()) return;
@@ -244,7 +154,7 @@ void Solver::decompose() {
 /// The first amplitudes alone, for contact_.
 void Solver::decomposeCoarsely() {
   std::fill_n(coarseSum_.data(), coarseSum_.size(), 0.0F);
-  addRows(coarseLeft_, coordinates_, displacements_, coarseSum_.data());
+  addRows(coarseLeft_, used_.coordinates(), used_.displacements_px(), coarseSum_.data());
   std::copy_n(coarseSum_.data(), coarseSum_.size(), amplitudes_.begin());
 }
 
@@ -270,8 +180,8 @@ void Solver::combine(double share, TractionField& field) {
       forces += square(forces_[i]);
     }
     const double typical = forces / static_cast<double>(field.force_N.size());
-    const double noise =
-        square(noise_px_) * static_cast<double>(inverse_.coordinateCount()) / static_cast<double>(coordinates_.size());
+    const double noise = square(noise_px_) * static_cast<double>(inverse_.coordinateCount()) /
+                         static_cast<double>(used_.coordinates().size());
     for (std::size_t i = 0; i < field.noise.size(); ++i) {
       field.noise[i] = whole * (noise * wholeNoise_[i] + typical * wholeShrinkage_[i]);
     }
@@ -282,8 +192,9 @@ void Solver::combine(double share, TractionField& field) {
   }
   if (share > 0.0) {
     if (share >= 0.5) {
-      field.contactCount = contacts_.list(contact_, {row_.data(), missing_.coordinates(), squares_, noise_px_},
-                                          2.0 * share - 1.0, field.contacts);
+      field.contactCount =
+          contacts_.list(contact_, {used_.row_px().data(), missing_.coordinates(), squares_, noise_px_},
+                         2.0 * share - 1.0, field.contacts);
       field.strength = contact_.lambda();
     }
     field.pictureMotion = contact_.motion();
@@ -405,35 +316,17 @@ void Solver::sum(TractionField& field) const {
   }
   field.resultant_N = resultant;
   field.moment_Nm = moment;
-  field.centreOfPressureValid =
-      resultant[2] > options_.minPressForCentre_N && resultant[2] > kCentre_deviations * std::sqrt(field.noise[14]);
-  if (field.centreOfPressureValid) field.centreOfPressure_m = {-moment[1] / resultant[2], moment[0] / resultant[2]};
+  rules_.centre(field);
 }
 
 void Solver::judge(double squaredResidual, TractionField& field) const {
-  const auto count = static_cast<double>(coordinates_.size());
-  // Rounding can leave a perfect fit just below zero.
-  const double square_px2 = std::max(squaredResidual, 0.0) / count;
-  field.residual_px = std::sqrt(square_px2);
-  if (square_px2 > square(kUnexplained_noise * noise_px_) + square(kUnexplained_share) * squares_ / count) {
-    field.flags |= kUnexplained;
-  }
+  FieldRules::explain(squaredResidual, used_, field);
   for (std::size_t i = 0; i < field.force_N.size(); i += 3) {
     const double force = square(field.force_N[i]) + square(field.force_N[i + 1]) + square(field.force_N[i + 2]);
-    if (force > square(largestForce_N_[i / 3])) {
-      field.flags |= kOutOfRange;
-      break;
-    }
+    if (!rules_.outOfRange(i / 3, force)) continue;
+    field.flags |= kOutOfRange;
+    break;
   }
-}
-
-bool Solver::finite(const TractionField& field) const {
-  const auto isFinite = [](double x) { return std::isfinite(x); };
-  return std::isfinite(field.residual_px) && std::isfinite(squares_) &&
-         std::all_of(field.resultant_N.begin(), field.resultant_N.end(), isFinite) &&
-         std::all_of(field.moment_Nm.begin(), field.moment_Nm.end(), isFinite) &&
-         std::all_of(field.noise.begin(), field.noise.end(), isFinite) &&
-         std::all_of(field.systematic.begin(), field.systematic.end(), isFinite);
 }
 
 }  // namespace tractiond::solve

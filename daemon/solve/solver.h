@@ -1,38 +1,25 @@
 // Marker displacements in, surface forces out, and how well they are known.
 #pragma once
 
-#include "daemon/records/ledger.h"
-#include "daemon/records/traction_field.h"
 #include "daemon/solve/contact_step.h"
 #include "daemon/solve/contacts.h"
+#include "daemon/solve/field_rules.h"
+#include "daemon/solve/field_solver.h"
 #include "daemon/solve/missing_markers.h"
 
 namespace tractiond::solve {
 
-/// Thread-bound, but for the counters.
-class Solver {
+/// By the contact step, and by the whole face where that does not do. The residual is exact within about 1e-3 of the
+/// displacements' root mean square. Thread-bound, but for the counters.
+class Solver : public FieldSolver {
  public:
   /// `inverse` must outlive the solver; `sensor` is the one it was computed for.
   Solver(const Inverse& inverse, const sensor::Sensor& sensor, const SolveOptions& options = {});
 
-  /// Fills a field that is sized for the markers and nodes, but for its times. Where too many markers are missing
-  /// (flag kFewMarkers) or a number is not finite, the field is not valid and all its numbers are 0. The residual is
-  /// exact within about 1e-3 of the displacements' root mean square. Allocates nothing.
-  void solve(const MarkerField& markers, TractionField& field) noexcept;
-
-  /// Force that is found in half of the frames when a node carries it: along the surface, and into it [N].
-  std::array<double, 2> detectionLimit_N() const { return contact_.detectionLimit_N(); }
-
-  /// Fields by what became of them. Any thread may read them.
-  struct Counters {
-    Counter fewMarkers;  ///< not valid
-    Counter notFinite;   ///< not valid
-    Counter wholeFace;   ///< the contact step fell back, wholly or in part
-  };
-  const Counters& counters() const { return counters_; }
+  void solve(const MarkerField& markers, TractionField& field) noexcept override;
+  std::array<double, 2> detectionLimit_N() const override { return contact_.detectionLimit_N(); }
 
  private:
-  bool take(const MarkerField& markers);
   void decompose();
   void decomposeCoarsely();
   void fitWholeFace();
@@ -43,16 +30,14 @@ class Solver {
   void addSystematic(double share, const std::vector<double>& errors, TractionField& field) const;
   void addDoubtAtRim(double share, TractionField& field) const;
   void judge(double squaredResidual, TractionField& field) const;
-  bool finite(const TractionField& field) const;
-  static void clear(TractionField& field);
 
   const Inverse& inverse_;
   const SolveOptions options_;
   const sensor::Uncertainty uncertainty_;
   const double pitch_m_;
-  const int columns_;                         // of the nodes' grid
-  std::vector<std::array<double, 3>> nodes_;  // [m]
-  std::vector<double> largestForce_N_;        // of each, up to which the uncertainty is known
+  const int columns_;  // of the nodes' grid
+  const FieldRules rules_;
+  const std::vector<std::array<double, 3>>& nodes_;  // [m]
   MissingMarkers missing_;
   ContactStep contact_;
   Contacts contacts_;
@@ -64,13 +49,10 @@ class Solver {
   // Of the fit of all nodes, at 1 px of noise and at 1 N of typical force: of the wrench, and squares for each force.
   WrenchCovariance wholeNoise_{}, wholeShrinkage_{};
   std::vector<double> nodeNoise_, nodeShrinkage_;
-  // Of one frame: the markers used, their noise, their coordinates and displacements, also as a row with zeros where
-  // missing; the sum of squares; the modes' amplitudes and what they become; the missing coordinates' displacements.
-  std::vector<std::uint8_t> used_;
+  // Of one frame: the markers used, their noise and sum of squares; the modes' amplitudes and what they become; the
+  // missing coordinates' displacements.
+  UsedMarkers used_;
   double noise_px_ = 0.0;
-  std::vector<int> coordinates_;
-  std::vector<float> displacements_;
-  std::vector<double> row_;
   double squares_ = 0.0, restoredSquares_ = 0.0;
   std::vector<double> amplitudes_;
   RowMatrix filtered_;
@@ -79,7 +61,6 @@ class Solver {
   std::vector<double> forces_;
   LineArray<double> functionals_;  // the wrench of the contact step's forces, and two that stay zero
   std::vector<double> deviations_;
-  Counters counters_;
 };
 
 }  // namespace tractiond::solve

@@ -57,54 +57,49 @@ struct Loads {
 
 using Reading = Eigen::MatrixXd;  // 6 x 2M: from displacements to the wrench
 
-Reading byWholeFace(const sensor::Sensor& sensor, const Inverse& inverse) {
-  const sensor::Points nodes = sensor::nodePositions(sensor);
-  Eigen::MatrixXd modes = Eigen::MatrixXd::Zero(inverse.rank(), 6);
-  for (int k = 0; k < inverse.rank(); ++k) {
-    const float* const v = inverse.right.row(k);
-    for (Eigen::Index node = 0; node < nodes.cols(); ++node)
-      modes.row(k) += (unitWrenches(nodes.col(node)) * Eigen::Vector3f::Map(v + 3 * node).cast<double>()).transpose();
-    const double s = inverse.singularValues[k];
-    modes.row(k) *= s / (s * s + inverse.lambda * inverse.lambda);
+/// By all modes with the penalty lambda^2. `left` as Inverse::left; `wrenches`: those of the modes' forces, r x 6.
+Reading byModes(const RowMatrix& left, const std::vector<double>& singularValues, double lambda,
+                Eigen::MatrixXd wrenches) {
+  for (Eigen::Index k = 0; k < wrenches.rows(); ++k) {
+    const double s = singularValues[static_cast<std::size_t>(k)];
+    wrenches.row(k) *= s / (s * s + lambda * lambda);
   }
-  Reading reading(6, inverse.coordinateCount());
-  for (int i = 0; i < inverse.coordinateCount(); ++i)
-    reading.col(i) = modes.transpose() * Eigen::VectorXf::Map(inverse.left.row(i), inverse.rank()).cast<double>();
+  Reading reading(6, left.rows());
+  for (int i = 0; i < left.rows(); ++i) {
+    reading.col(i) = wrenches.transpose() * Eigen::VectorXf::Map(left.row(i), wrenches.rows()).cast<double>();
+  }
   return reading;
 }
 
-/// As the contact step reads a contact about a node: by the nodes around it and the picture's motion.
-Reading byNodesAround(int node, const sensor::Sensor& sensor, const Inverse& inverse, double noise_px) {
+/// As a contact about a node is read: by the nodes around it and the picture's motion. `rowOf(node)` is the first
+/// of the node's three rows of `influence`; `motion`: P Q^1/2.
+template <typename RowOf>
+Reading byNodesAround(int node, const sensor::Sensor& sensor, const RowMatrix& influence, RowOf rowOf,
+                      const Eigen::MatrixXd& motion, double noise_px) {
   constexpr int kReach = 3;             // in pitches
   constexpr double kNodeForce_N = 0.2;  // expected
   const sensor::NodeGrid& grid = sensor.nodes;
   const sensor::Points nodes = sensor::nodePositions(sensor);
-  const Eigen::Index coordinates = inverse.coordinateCount();
+  const Eigen::Index coordinates = motion.rows();
   std::vector<int> near;
   for (int other = 0; other < grid.count(); ++other) {
     const int rows = other / grid.columns - node / grid.columns, columns = other % grid.columns - node % grid.columns;
     if (rows * rows + columns * columns <= kReach * kReach) near.push_back(other);
   }
+  // In numbers of what is expected of each.
   const Eigen::Index forces = 3 * static_cast<Eigen::Index>(near.size());
   Eigen::MatrixXd seen(coordinates, forces + kMotions), wrenches = Eigen::MatrixXd::Zero(6, forces + kMotions);
-  Eigen::VectorXd expected = Eigen::VectorXd::Constant(forces + kMotions, kNodeForce_N * kNodeForce_N);
   for (Eigen::Index i = 0; i < forces; ++i) {
-    const float* const row = inverse.influence.row(3 * near[static_cast<std::size_t>(i / 3)] + static_cast<int>(i % 3));
-    seen.col(i) = Eigen::VectorXf::Map(row, coordinates).cast<double>();
+    const float* const row = influence.row(rowOf(near[static_cast<std::size_t>(i / 3)]) + static_cast<int>(i % 3));
+    seen.col(i) = kNodeForce_N * Eigen::VectorXf::Map(row, coordinates).cast<double>();
   }
   for (Eigen::Index i = 0; 3 * i < forces; ++i) {
-    wrenches.middleCols<3>(3 * i) = unitWrenches(nodes.col(near[static_cast<std::size_t>(i)]));
+    wrenches.middleCols<3>(3 * i) = kNodeForce_N * unitWrenches(nodes.col(near[static_cast<std::size_t>(i)]));
   }
-  for (int k = 0; k < kMotions; ++k) {
-    seen.col(forces + k) = Eigen::VectorXf::Map(inverse.motion.row(k), coordinates).cast<double>();
-    expected[forces + k] = inverse.motionVariance[static_cast<std::size_t>(k)];
-  }
-  // In numbers of what is expected of each; of nothing, nothing comes.
-  const Eigen::VectorXd scale = expected.cwiseSqrt();
-  seen = seen * scale.asDiagonal();
+  seen.rightCols<kMotions>() = motion;
   Eigen::MatrixXd normal = seen.transpose() * seen;
   normal.diagonal().array() += noise_px * noise_px;
-  return wrenches * scale.asDiagonal() * normal.llt().solve(seen.transpose());
+  return wrenches * normal.llt().solve(seen.transpose());
 }
 
 Eigen::MatrixXd bodyColumns(const sensor::Sensor& sensor, const std::vector<int>& nodes) {
@@ -124,7 +119,12 @@ bool isWeighed(const sensor::Sensor& sensor) {
   return made && !made->stiffness.empty() && made->stiffness >= made->geometry;
 }
 
-SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Inverse& inverse) {
+namespace {
+
+/// `around(node)`, `wholeFace`: how a contact about the node, and one on all nodes, are read.
+template <typename Around>
+SystematicErrors errorsOf(const sensor::Sensor& sensor, const SolveOptions& options, const Reading& wholeFace,
+                          Around aroundNode) {
   constexpr int kDegree = 6;  // a derivative need not be right to more than a hundredth
   constexpr double kSmall = 0.01;
   const Loads loads(sensor);
@@ -170,9 +170,8 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
     }
   }
 
-  const Reading wholeFace = byWholeFace(sensor, inverse);
   std::vector<Reading> around;
-  for (const int node : loads.nodes) around.push_back(byNodesAround(node, sensor, inverse, options.noise_px));
+  for (const int node : loads.nodes) around.push_back(aroundNode(node));
   const auto misread = [&](const Eigen::MatrixXd& stray, const auto& readingOf) {
     Matrix6 error = Matrix6::Zero();
     for (std::size_t i = 0; i < loads.nodes.size(); ++i) {
@@ -193,6 +192,58 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
     errors.wholeFace.insert(errors.wholeFace.end(), whole.data(), whole.data() + whole.size());
   }
   return errors;
+}
+
+/// 2M x 4.
+Eigen::MatrixXd transposed(const RowMatrix& motion) {
+  Eigen::MatrixXd result(motion.columns(), kMotions);
+  for (int k = 0; k < kMotions; ++k) {
+    result.col(k) = Eigen::VectorXf::Map(motion.row(k), motion.columns()).cast<double>();
+  }
+  return result;
+}
+
+}  // namespace
+
+SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Inverse& inverse) {
+  const sensor::Points nodes = sensor::nodePositions(sensor);
+  Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(inverse.rank(), 6);
+  for (int k = 0; k < inverse.rank(); ++k) {
+    const float* const v = inverse.right.row(k);
+    for (Eigen::Index node = 0; node < nodes.cols(); ++node) {
+      wrenches.row(k) +=
+          (unitWrenches(nodes.col(node)) * Eigen::Vector3f::Map(v + 3 * node).cast<double>()).transpose();
+    }
+  }
+  const Eigen::MatrixXd motion =
+      transposed(inverse.motion) * Eigen::Vector4d::Map(inverse.motionVariance.data()).cwiseSqrt().asDiagonal();
+  return errorsOf(sensor, options, byModes(inverse.left, inverse.singularValues, inverse.lambda, wrenches),
+                  [&](int node) {
+                    return byNodesAround(
+                        node, sensor, inverse.influence, [](int near) { return 3 * near; }, motion, options.noise_px);
+                  });
+}
+
+SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Factors& factors,
+                                  const Atoms& atoms) {
+  Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(factors.rank(), 6);
+  std::vector<int> pointOf(static_cast<std::size_t>(sensor.nodes.count()));
+  for (int p = 0; p < atoms.pointCount(); ++p) {
+    const Eigen::Matrix<double, 6, 3> unit = unitWrenches(atoms.points.col(p));
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto v = Eigen::VectorXf::Map(factors.right.row(3 * p + axis), factors.rank());
+      wrenches += v.cast<double>() * unit.col(axis).transpose();
+    }
+    const int node = atoms.nodes[static_cast<std::size_t>(p)];
+    if (node >= 0) pointOf[static_cast<std::size_t>(node)] = p;
+  }
+  const Eigen::MatrixXd motion = transposed(factors.motion);
+  const double lambda = options.noise_px / options.shapeForce_N;
+  return errorsOf(sensor, options, byModes(factors.left, factors.singularValues, lambda, wrenches), [&](int node) {
+    return byNodesAround(
+        node, sensor, factors.influence, [&](int near) { return 3 * pointOf[static_cast<std::size_t>(near)]; }, motion,
+        options.noise_px);
+  });
 }
 
 WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const sensor::Uncertainty& uncertainty,

@@ -2,13 +2,18 @@
 #pragma once
 
 #include "daemon/records/traction_field.h"
-#include "daemon/solve/inverse.h"
+#include "daemon/solve/factors.h"
 #include "sensor/sensor.h"
 
 namespace tractiond::solve {
 
 /// Inverse::systematicErrors of `inverse`, which is the sensor's.
 SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Inverse& inverse);
+
+/// The same of factors of the sensor's atoms. The whole face is read by all points, with the force of each expected to
+/// be SolveOptions::shapeForce_N.
+SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Factors& factors,
+                                  const Atoms& atoms);
 
 /// Whether Young's modulus was measured with weights, and not before the camera's pose: then what would misread a press
 /// is part of it.

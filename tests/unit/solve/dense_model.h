@@ -44,6 +44,7 @@ class DenseModel {
     Eigen::Matrix<double, 6, 1> wrench = Eigen::Matrix<double, 6, 1>::Zero();
     Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
     double residual = 0.0;
+    Eigen::Vector4d motion = Eigen::Vector4d::Zero();  ///< in its prior's deviations, of frames without a force
     std::vector<int> atoms = {};
     int rounds = 0;
   };
@@ -72,7 +73,9 @@ class DenseModel {
         result.atoms = select(gamma, size, most, n2);
         if (result.atoms.empty()) {
           result.forces = Vector::Zero(3 * shape_.rows());
-          result.residual = d.squaredNorm();
+          fit = posterior(H, motion, d, n2, {}, gamma, {});
+          result.residual = fit.residual;
+          result.motion = fit.motion;
           return result;
         }
         const std::vector<int> smoothAtoms = result.atoms;
@@ -129,6 +132,7 @@ class DenseModel {
     Vector force, known, noise;
     Matrix sigma;
     double residual = 0.0;
+    Eigen::Vector4d motion;
   };
 
   static Matrix kronecker(const Matrix& shape) {
@@ -374,8 +378,12 @@ class DenseModel {
     const Vector x = inverse * (B.transpose() * d);
     const Matrix apart = inverse - n2 * inverse * inverse;
     const Matrix noise = n2 * S * apart.topLeftCorner(3 * count, 3 * count) * S.transpose();
-    Fit fit{S * x.head(3 * count), Vector(count), Vector(count),
-            n2 * S * inverse.topLeftCorner(3 * count, 3 * count) * S.transpose(), (d - B * x).squaredNorm()};
+    Fit fit{S * x.head(3 * count),
+            Vector(count),
+            Vector(count),
+            n2 * S * inverse.topLeftCorner(3 * count, 3 * count) * S.transpose(),
+            (d - B * x).squaredNorm(),
+            x.tail<4>()};
     for (Eigen::Index i = 0; i < count; ++i) {
       fit.known[i] = 3 - fit.sigma.block<3, 3>(3 * i, 3 * i).trace() / gamma[atoms[static_cast<std::size_t>(i)]];
       fit.noise[i] = noise.block<3, 3>(3 * i, 3 * i).trace();

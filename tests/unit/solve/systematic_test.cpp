@@ -1,4 +1,5 @@
 // What another camera or another block than the gel file's misreads: predicted by the errors, and measured by solving.
+#include "daemon/solve/inverse_cache.h"
 #include "daemon/solve/solver.h"
 #include "daemon/solve/systematic.h"
 #include "sensor/elastic/influence.h"
@@ -183,6 +184,21 @@ TEST(Systematic, ABodyHasTheCamerasErrorsAlone) {
   for (int number = 0; number < kPoisson; ++number) {
     const Matrix6 block = error(thinErrors().contact, number);
     EXPECT_LT((error(errors.contact, number) - block).norm(), 0.02 * block.norm() + 1e-6);
+  }
+}
+
+TEST(Systematic, TheModelOfContactsMisreadsASmallContactAsTheNodesAroundIt) {
+  const sensor::Sensor sensor = smallSensor();
+  SolveOptions options;
+  options.model = Model::kHalfSpace;
+  const SystematicErrors nodes = loadOrCompute(sensor, options, "/dev/null/none")->systematicErrors;
+  const SystematicErrors model =
+      loadOrComputeFactors(sensor, makeAtoms(sensor), options, "/dev/null/none")->systematicErrors;
+  ASSERT_EQ(model.contact.size(), nodes.contact.size());
+  ASSERT_EQ(model.wholeFace.size(), nodes.wholeFace.size());
+  for (std::size_t k = 0; k < nodes.contact.size() / 36; ++k) {
+    const Matrix6 expected = error(nodes.contact, static_cast<int>(k));
+    EXPECT_LT((error(model.contact, static_cast<int>(k)) - expected).norm(), 1e-3 * expected.norm() + 1e-9) << k;
   }
 }
 

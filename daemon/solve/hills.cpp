@@ -1,0 +1,241 @@
+// Flooding from the peaks down: the nodes, strongest first, each join the hill of a neighbour that is there already, or
+// begin one. Where two hills meet, the lower one stays a contact of its own if the forces fall between the two peaks,
+// by more than the noise and by more than a share; otherwise it becomes part of the other. The noise of neighbouring
+// nodes is opposed, so sums of a few are known far better than each: the fall is that of sums across the line from peak
+// to peak, which takes nothing from the resolution along it.
+#include "daemon/solve/hills.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace tractiond::solve {
+namespace {
+
+/// What separates two contacts: the fall between them in standard deviations, of the lower peak and of the higher one.
+constexpr double kFall_deviations = 4.0;
+constexpr double kFall_lower = 0.25;
+constexpr double kFall_higher = 0.08;
+
+/// Half width of the sums across the line between two peaks [pitches].
+constexpr double kHalfWidth = 1.6;
+
+}  // namespace
+
+Hills::Hills(PlaceGrid grid, int mostPlaces, int functionalRows)
+    : grid_(std::move(grid))
+    , functionalRows_(static_cast<std::size_t>(functionalRows))
+    , indexAt_(static_cast<std::size_t>(grid_.columns) * static_cast<std::size_t>(grid_.rows), -1)
+    , functionals_(kColumns * functionalRows_) {
+  for (auto* each : {&order_, &hill_, &peak_, &parent_, &members_}) each->reserve(static_cast<std::size_t>(mostPlaces));
+  magnitude_.reserve(static_cast<std::size_t>(mostPlaces));
+}
+
+int Hills::hillOf(int index) const {
+  int hill = hill_[index];
+  while (parent_[hill] != hill) hill = parent_[hill];
+  return hill;
+}
+
+/// The forces along `direction` in a strip across the line from place `from` (unit step `along`, in pitches), at a
+/// distance `at` on that line: places count linearly less up to a pitch from it. Adds `factor` times that functional to
+/// one of functionals_.
+double Hills::strip(const SolvedForces& forces, int from, const Eigen::Vector2d& along, double at,
+                    const Eigen::Vector3d& direction, double factor, int column) {
+  const auto places = forces.places();
+  const auto force = forces.forces_N();
+  const int row0 = places[from] / grid_.columns, column0 = places[from] % grid_.columns;
+  double sum = 0.0;
+  for (int j = 0; j < static_cast<int>(places.size()); ++j) {
+    const Eigen::Vector2d offset(places[j] % grid_.columns - column0, places[j] / grid_.columns - row0);
+    const double weight = 1.0 - std::abs(along.dot(offset) - at);
+    if (weight <= 0.0 || std::abs(along.x() * offset.y() - along.y() * offset.x()) > kHalfWidth) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (factor != 0.0) functionals_.data()[kColumns * (3 * j + axis) + column] += factor * weight * direction[axis];
+      sum += weight * direction[axis] * force[3 * j + axis];
+    }
+  }
+  return sum;
+}
+
+bool Hills::apart(const SolvedForces& forces, int lower, int higher) {
+  const auto places = forces.places();
+  const auto force = [&](int i) { return Eigen::Vector3d::Map(forces.forces_N().data() + 3 * i); };
+  const Eigen::Vector3d direction = (force(lower) + force(higher)).normalized();
+  Eigen::Vector2d along(places[higher] % grid_.columns - places[lower] % grid_.columns,
+                        places[higher] / grid_.columns - places[lower] / grid_.columns);
+  const double length = along.norm();
+  if (length < 1.5) return false;  // neighbours
+  along /= length;
+  const auto height = [&](double at, double factor, int column) {
+    return strip(forces, lower, along, at, direction, factor, column);
+  };
+  const double low = height(0.0, 0.0, 0), high = height(length, 0.0, 0);
+  std::array<double, kColumns> falls{};
+  int candidates = 0;
+  const auto evident = [&] {
+    std::array<double, kColumns * kColumns> covariances{};
+    forces.covariances(functionals_.data(), covariances);
+    for (int i = 0; i < candidates; ++i) {
+      if (falls[i] > kFall_deviations * std::sqrt(covariances[(kColumns + 1) * i])) return true;
+    }
+    candidates = 0;
+    return false;
+  };
+  for (double at = 0.5; at <= length - 0.5; at += 0.5) {
+    const double fall = low - height(at, 0.0, 0);
+    if (fall < kFall_lower * low || fall < kFall_higher * high) continue;
+    if (candidates == 0) std::fill_n(functionals_.data(), functionals_.size(), 0.0);
+    height(0.0, 1.0, candidates);
+    height(at, -1.0, candidates);
+    falls[candidates++] = fall;
+    if (candidates == kColumns && evident()) return true;
+  }
+  return candidates > 0 && evident();
+}
+
+/// Calls use(j) for the given places next to `place`, the i-th of them.
+template <typename Use>
+void Hills::around(int place, int i, Use use) const {
+  const int row = place / grid_.columns, column = place % grid_.columns;
+  for (int r = std::max(0, row - 1); r <= std::min(grid_.rows - 1, row + 1); ++r) {
+    for (int c = std::max(0, column - 1); c <= std::min(grid_.columns - 1, column + 1); ++c) {
+      const int j = indexAt_[r * grid_.columns + c];
+      if (j >= 0 && j != i) use(j);
+    }
+  }
+}
+
+void Hills::measure(const SolvedForces& forces) {
+  magnitude_.clear();
+  for (std::size_t i = 0; i < forces.places().size(); ++i) {
+    const auto f = forces.forces_N().subspan(3 * i, 3);
+    magnitude_.push_back(std::sqrt(square(f[0]) + square(f[1]) + square(f[2])));
+  }
+}
+
+void Hills::divide(const SolvedForces& forces) {
+  const auto nodes = forces.places();
+  const auto count = static_cast<int>(nodes.size());
+  measure(forces);
+  order_.clear();
+  for (int i = 0; i < count; ++i) {
+    order_.push_back(i);
+    indexAt_[nodes[i]] = i;
+  }
+  std::sort(order_.begin(), order_.end(), [this](int a, int b) { return magnitude_[a] > magnitude_[b]; });
+
+  hill_.assign(static_cast<std::size_t>(count), -1);
+  peak_.clear();
+  parent_.clear();
+  for (const int i : order_) {
+    around(nodes[i], i, [&](int neighbour) {
+      if (hill_[neighbour] < 0) return;
+      const int other = hillOf(neighbour);
+      if (hill_[i] < 0) hill_[i] = other;
+      const int own = hillOf(i);
+      if (own == other) return;
+      const bool ownIsHigher = magnitude_[peak_[own]] > magnitude_[peak_[other]];
+      const int higher = ownIsHigher ? own : other, lower = ownIsHigher ? other : own;
+      if (!apart(forces, peak_[lower], peak_[higher])) parent_[lower] = higher;
+    });
+    if (hill_[i] >= 0) continue;
+    hill_[i] = static_cast<int>(peak_.size());
+    parent_.push_back(hill_[i]);
+    peak_.push_back(i);
+  }
+  for (const int node : nodes) indexAt_[node] = -1;
+}
+
+Contact Hills::describe(const SolvedForces& solved, int hill) {
+  const auto nodes = solved.places();
+  const auto forces = solved.forces_N();
+  measure(solved);
+  Contact contact;
+  double sum = 0.0, squares = 0.0;  // of the forces; squares by area
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  members_.clear();
+  for (int i = 0; i < static_cast<int>(nodes.size()); ++i) {
+    if (hillOf(i) != hill) continue;
+    members_.push_back(i);
+    for (int axis = 0; axis < 3; ++axis) contact.force_N[axis] += forces[3 * i + axis];
+    sum += magnitude_[i];
+    squares += square(magnitude_[i]) / grid_.areas[nodes[i]];
+    normal += magnitude_[i] * grid_.normals.col(nodes[i]);
+  }
+  normal.normalize();
+  contact.area_m2 = square(sum) / squares;
+
+  // Several functionals at a time: the k-th force of node i adds of(i, k) to each.
+  std::array<double, kColumns * kColumns> covariances{};
+  const auto deviationsOf = [&](auto of) {
+    std::fill_n(functionals_.data(), functionals_.size(), 0.0);
+    for (const int i : members_) {
+      for (int k = 0; k < 3; ++k) {
+        const auto values = of(i, k);
+        std::copy(values.begin(), values.end(), functionals_.data() + kColumns * (3 * i + k));
+      }
+    }
+    solved.covariances(functionals_.data(), covariances);
+    return [&covariances](int functional) { return std::sqrt(covariances[(kColumns + 1) * functional]); };
+  };
+  const auto ofForceAndArea = deviationsOf([&](int i, int k) {
+    std::array<double, 4> values{};
+    values[k] = 1.0;
+    values[3] = 2.0 * contact.area_m2 * (1.0 / sum - magnitude_[i] / grid_.areas[nodes[i]] / squares) *
+                forces[3 * i + k] / magnitude_[i];
+    return values;
+  });
+  for (int axis = 0; axis < 3; ++axis) contact.forceDeviation_N[axis] = ofForceAndArea(axis);
+  contact.areaDeviation_m2 = ofForceAndArea(3);
+
+  // The centre of what presses, or, where nothing does, of all forces along their sum.
+  const auto force = Eigen::Vector3d::Map(contact.force_N.data());
+  const auto deviations = Eigen::Vector3d::Map(contact.forceDeviation_N.data());
+  const bool presses = normal.dot(force) > 5.0 * normal.cwiseProduct(deviations).norm();
+  const Eigen::Vector3d along = presses ? normal : force.normalized();
+  const double total = along.dot(force);
+  for (const int i : members_) {
+    const double share = along.dot(Eigen::Vector3d::Map(forces.data() + 3 * i)) / total;
+    for (int axis = 0; axis < 2; ++axis) contact.position_m[axis] += share * grid_.positions(axis, nodes[i]);
+  }
+  const auto ofPosition = deviationsOf([&](int i, int k) {
+    std::array<double, 2> values{};
+    for (int axis = 0; axis < 2; ++axis) {
+      values[axis] = along[k] * (grid_.positions(axis, nodes[i]) - contact.position_m[axis]) / total;
+    }
+    return values;
+  });
+  for (int axis = 0; axis < 2; ++axis) contact.positionDeviation_m[axis] = ofPosition(axis);
+  return contact;
+}
+
+double Hills::surety(const Contact& contact) {
+  double deviations = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    deviations = std::max(deviations, std::abs(contact.force_N[axis]) / contact.forceDeviation_N[axis]);
+  }
+  return deviations;
+}
+
+void Hills::sort(std::span<Contact> contacts) {
+  const auto strength = [](const Contact& contact) {
+    return square(contact.force_N[0]) + square(contact.force_N[1]) + square(contact.force_N[2]);
+  };
+  std::sort(contacts.begin(), contacts.end(),
+            [&](const Contact& a, const Contact& b) { return strength(a) > strength(b); });
+}
+
+int Hills::list(const SolvedForces& forces, std::array<Contact, kMaxContacts>& contacts) {
+  divide(forces);
+  std::size_t count = 0;
+  for (int hill = 0; hill < this->count() && count < kMaxContacts; ++hill) {
+    if (!stands(hill)) continue;
+    contacts[count] = describe(forces, hill);
+    if (surety(contacts[count]) > kLeast_deviations) ++count;
+  }
+  sort(std::span(contacts).first(count));
+  return static_cast<int>(count);
+}
+
+}  // namespace tractiond::solve
