@@ -47,18 +47,15 @@ class DenseModel {
     Eigen::Vector4d motion = Eigen::Vector4d::Zero();  ///< in its prior's deviations, of frames without a force
     std::vector<int> atoms = {};
     int rounds = 0;
+    double evidence = 0.0, degrees = 0.0;
   };
 
   Result solve(const Vector& displacement, const std::vector<int>& present, double noise_px) const {
     const Matrix H = H_(present, Eigen::all), motion = motion_(present, Eigen::all);
     const Vector d = displacement(present);
     const double n2 = noise_px * noise_px;
-    const Matrix one = Matrix::Identity(d.size(), d.size());
-    const Matrix halfWeight =
-        Eigen::SelfAdjointEigenSolver<Matrix>(one + motion * motion.transpose() / n2).operatorInverseSqrt();
-    const Eigen::BDCSVD<Matrix> svd(halfWeight * H, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    const Modes modes{svd.singularValues(), svd.matrixV(), noise_px};
-    const Vector amplitudes = svd.matrixU().transpose() * (halfWeight * d);
+    const Modes modes = modesOf(H, motion, noise_px);
+    const Vector amplitudes = modes.look * d;
     const Vector size = H.colwise().squaredNorm().transpose();
 
     Result result;
@@ -73,7 +70,7 @@ class DenseModel {
         result.atoms = select(gamma, size, most, n2);
         if (result.atoms.empty()) {
           result.forces = Vector::Zero(3 * shape_.rows());
-          fit = posterior(H, motion, d, n2, {}, gamma, {});
+          fit = posterior(H, motion, d, n2, {}, gamma, {}, Matrix(d.size(), 0));
           result.residual = fit.residual;
           result.motion = fit.motion;
           return result;
@@ -95,7 +92,7 @@ class DenseModel {
           }
           std::vector<Eigen::Matrix3d> omega;
           for (const int a : result.atoms) omega.push_back(directions(shown, evident(shown), a, i == 2));
-          fit = posterior(H, motion, d, n2, result.atoms, gamma, omega);
+          fit = posterior(H, motion, d, n2, result.atoms, gamma, omega, Matrix(d.size(), 0));
         }
         seen = {Vector::Zero(H.cols()), first.known, Vector::Zero(shape_.cols())};
         keep(fit, result.atoms, seen);
@@ -106,6 +103,8 @@ class DenseModel {
       const Matrix to = B * kronecker(shape_)(Eigen::all, components(result.atoms));
       result.covariance = to * fit.sigma * to.transpose();
       result.residual = fit.residual;
+      result.evidence = fit.evidence;
+      result.degrees = fit.known.sum();
       const double count = static_cast<double>(d.size());
       if (time == 1 || fit.residual < n2 * (count - fit.known.sum() + options_.gate * std::sqrt(2.0 * count))) break;
       Seen rest = start(modes, amplitudes - modes.s.asDiagonal() * modes.V.transpose() * seen.mean);
@@ -119,11 +118,12 @@ class DenseModel {
 
   const Matrix& shape() const { return shape_; }
 
- private:
+ protected:
   struct Modes {
     Vector s;
     Matrix V;
     double noise_px;
+    Matrix look;  ///< amplitudes of displacements
   };
   struct Seen {
     Vector mean, known, noise;
@@ -133,7 +133,19 @@ class DenseModel {
     Matrix sigma;
     double residual = 0.0;
     Eigen::Vector4d motion;
+    double evidence = 0.0;
+    Vector extra = {};
+    Matrix whole = {};  ///< covariance of the forces and the extra unknowns
   };
+
+  static Modes modesOf(const Matrix& H, const Matrix& motion, double noise_px) {
+    const Matrix one = Matrix::Identity(H.rows(), H.rows());
+    const Matrix halfWeight =
+        Eigen::SelfAdjointEigenSolver<Matrix>(one + motion * motion.transpose() / (noise_px * noise_px))
+            .operatorInverseSqrt();
+    const Eigen::BDCSVD<Matrix> svd(halfWeight * H, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    return {svd.singularValues(), svd.matrixV(), noise_px, svd.matrixU().transpose() * halfWeight};
+  }
 
   static Matrix kronecker(const Matrix& shape) {
     Matrix result = Matrix::Zero(3 * shape.rows(), 3 * shape.cols());
@@ -324,7 +336,26 @@ class DenseModel {
 
   void roughen(std::vector<int>& atoms, Vector& gamma, const Vector& mean, const Vector& squares, int most,
                double n2) const {
-    const Vector forces = kronecker(shape_) * mean;
+    Vector whole = beneath(kronecker(shape_) * mean);
+    for (Eigen::Index a = 0; a < whole.size(); ++a) {
+      const bool isSmall = level_[static_cast<std::size_t>(a)] < 3 && !(a < points_.cols() && beyond_[a]);
+      if (isSmall) whole[a] *= options_.roughness * options_.roughness;
+    }
+    for (const int a : atoms) whole[a] += gamma[a];
+    strongest(whole, squares, most, n2, atoms);
+    gamma = whole;
+  }
+
+  /// The atoms with the most value.
+  void strongest(const Vector& whole, const Vector& squares, int most, double n2, std::vector<int>& atoms) const {
+    const Vector value = whole.cwiseProduct(sizes(squares));
+    atoms = falling(value);
+    atoms.resize(static_cast<std::size_t>(std::min<Eigen::Index>(most, value.size())));
+    std::erase_if(atoms, [&](int a) { return value[a] <= options_.floor * n2; });
+  }
+
+  /// q^2 / 3 of all atoms under forces of the points.
+  Vector beneath(const Vector& forces) const {
     const double pitch = spacing_.front(),
                  side = spacing_[static_cast<std::size_t>(level_.at(static_cast<std::size_t>(plate_)))];
     const Vector fine = reciprocalPressure(forces, pitch),
@@ -332,16 +363,9 @@ class DenseModel {
     Vector whole(shape_.cols());
     for (Eigen::Index a = 0; a < whole.size(); ++a) {
       const double q = 1 / shape_.col(a).dot(a == plate_ ? coarse : fine) / shape_.col(a).maxCoeff();
-      const bool isSmall = level_[static_cast<std::size_t>(a)] < 3 && !(a < points_.cols() && beyond_[a]);
-      const double rho = isSmall ? options_.roughness : 1.0;
-      whole[a] = rho * q * rho * q / 3;
+      whole[a] = q * q / 3;
     }
-    for (const int a : atoms) whole[a] += gamma[a];
-    const Vector value = whole.cwiseProduct(sizes(squares));
-    atoms = falling(value);
-    atoms.resize(static_cast<std::size_t>(std::min<Eigen::Index>(most, value.size())));
-    std::erase_if(atoms, [&](int a) { return value[a] <= options_.floor * n2; });
-    gamma = whole;
+    return whole;
   }
 
   Vector reciprocalPressure(const Vector& forces, double reach) const {
@@ -364,15 +388,15 @@ class DenseModel {
   }
 
   static Fit posterior(const Matrix& H, const Matrix& motion, const Vector& d, double n2, const std::vector<int>& atoms,
-                       const Vector& gamma, const std::vector<Eigen::Matrix3d>& omega) {
+                       const Vector& gamma, const std::vector<Eigen::Matrix3d>& omega, const Matrix& extra) {
     const auto count = static_cast<Eigen::Index>(atoms.size());
     Matrix S = Matrix::Zero(3 * count, 3 * count);
     for (Eigen::Index i = 0; i < count; ++i) {
       const auto index = static_cast<std::size_t>(i);
       S.block<3, 3>(3 * i, 3 * i) = Eigen::Matrix3d((gamma[atoms[index]] * omega[index]).llt().matrixL());
     }
-    Matrix B(d.size(), 3 * count + motion.cols());
-    B << H(Eigen::all, components(atoms)) * S, motion;
+    Matrix B(d.size(), 3 * count + extra.cols() + motion.cols());
+    B << H(Eigen::all, components(atoms)) * S, extra, motion;
     const Matrix A = B.transpose() * B + n2 * Matrix::Identity(B.cols(), B.cols());
     const Matrix inverse = A.inverse();
     const Vector x = inverse * (B.transpose() * d);
@@ -384,6 +408,14 @@ class DenseModel {
             n2 * S * inverse.topLeftCorner(3 * count, 3 * count) * S.transpose(),
             (d - B * x).squaredNorm(),
             x.tail<4>()};
+    // The displacements' own covariance, from nothing of the above.
+    const Eigen::LLT<Matrix> total(Matrix::Identity(d.size(), d.size()) + B * B.transpose() / n2);
+    fit.evidence = -Vector(Matrix(total.matrixL()).diagonal()).array().log().sum() - d.dot(total.solve(d)) / (2 * n2);
+    const Eigen::Index both = 3 * count + extra.cols();
+    Matrix scale = Matrix::Identity(both, both);
+    scale.topLeftCorner(3 * count, 3 * count) = S;
+    fit.whole = n2 * scale * inverse.topLeftCorner(both, both) * scale.transpose();
+    fit.extra = x.segment(3 * count, extra.cols());
     for (Eigen::Index i = 0; i < count; ++i) {
       fit.known[i] = 3 - fit.sigma.block<3, 3>(3 * i, 3 * i).trace() / gamma[atoms[static_cast<std::size_t>(i)]];
       fit.noise[i] = noise.block<3, 3>(3 * i, 3 * i).trace();
