@@ -16,10 +16,34 @@ constexpr double kFreeLoad = 3.0, kFreePlace = 1.0, kFreeSpread = 0.25;
 /// Variance of the Gaussian that stands for a patch among the points: its spread, but no less than kLeastSpread, and
 /// kBlur more [pitches^2].
 constexpr double kLeastSpread = 0.02, kBlur = 0.08;
+/// Newton's method for the centroid: steps, precision [pitches], least slope of the centroid by the centre.
+constexpr int kSteps = 20;
+constexpr double kCentred = 1e-10, kLeastSlope = 0.1;
 /// Change of a place, in its prior deviation, that derivatives of the shares are computed from.
 constexpr double kSmall = 0.01;
 /// Share of the nearest point's force below which a point has nothing of a patch.
 constexpr double kNothing = 1e-12;
+
+/// Shares of points side by side in a Gaussian at `at` [pitches], their sum being 1. `centred`: their centroid is
+/// there, by Newton's method for the Gaussian's own centre.
+void spreadAlong(double at, double variance, bool centred, std::span<double> share) {
+  double centre = at;
+  for (int step = 0; step <= kSteps; ++step) {
+    double sum = 0.0, first = 0.0, second = 0.0;
+    for (std::size_t i = 0; i < share.size(); ++i) {
+      const double away = static_cast<double>(i) - centre, weight = std::exp(-square(away) / (2.0 * variance));
+      share[i] = weight > kNothing ? weight : 0.0;
+      sum += share[i];
+      first += away * share[i];
+      second += square(away) * share[i];
+    }
+    for (double& each : share) each /= sum;
+    const double off = at - (centre + first / sum);
+    if (!centred || std::abs(off) < kCentred || step == kSteps) return;
+    const double slope = (second / sum - square(first / sum)) / variance;
+    centre = std::clamp(centre + off / std::max(slope, kLeastSlope), at - 0.5, at + 0.5);
+  }
+}
 
 RoundPatch moved(const RoundPatch& patch, const Eigen::Matrix<double, kPatchLoads + kPatchPlaces, 1>& change) {
   const PatchPlace& place = patch.place;
@@ -47,7 +71,9 @@ AroundPatches::AroundPatches(const Factors& factors, const Atoms& atoms, const M
     , whole_(smooth_.size())
     , noise_(static_cast<std::size_t>(mostOf(options)))
     , share_(static_cast<std::size_t>(atoms.pointCount()))
-    , movedShare_(share_.size()) {
+    , movedShare_(share_.size())
+    , along_{std::vector<double>(static_cast<std::size_t>(atoms.columns)),
+             std::vector<double>(static_cast<std::size_t>(atoms.rows))} {
   resize(moments_, atoms.count());
   for (std::size_t i = 0; i < kRoughness.size(); ++i) {
     solutions_.push_back({{}, Posterior(factors, atoms, mostOf(options), kMostExtra)});
@@ -69,20 +95,18 @@ double AroundPatches::unit(int k, int i) const {
   return i < kPatchLoads + 2 ? kFreePlace * pitch : kFreeSpread * square(pitch);
 }
 
-/// Shares of the points in the force of a patch, their sum being 1.
-void AroundPatches::spread(const PatchPlace& place, std::span<double> share) const {
+/// Shares of the points in the force of a patch, their sum being 1. `centred`: with the patch's place as their
+/// centroid.
+void AroundPatches::spread(const PatchPlace& place, bool centred, std::span<double> share) {
   const double pitch2 = square(atoms_.pitch_m);
-  const double variance = std::max(place.spread_m2, kLeastSpread * pitch2) + kBlur * pitch2;
-  const double x = std::clamp(place.x_m, atoms_.points(0, 0), atoms_.points.rightCols<1>()(0));
-  const double y = std::clamp(place.y_m, atoms_.points(1, 0), atoms_.points.rightCols<1>()(1));
-  double sum = 0.0;
-  for (std::size_t p = 0; p < share.size(); ++p) {
-    const auto at = atoms_.points.col(static_cast<Index>(p));
-    const double weight = std::exp(-(square(at.x() - x) + square(at.y() - y)) / (2.0 * variance));
-    share[p] = weight > kNothing ? weight : 0.0;
-    sum += share[p];
+  const double variance = std::max(place.spread_m2 / pitch2, kLeastSpread) + kBlur;
+  const Eigen::Vector2d at = (Eigen::Vector2d(place.x_m, place.y_m) - atoms_.points.col(0).head<2>()) / atoms_.pitch_m;
+  const std::span<double> across(along_[0]), up(along_[1]);
+  spreadAlong(std::clamp(at.x(), 0.0, atoms_.columns - 1.0), variance, centred, across);
+  spreadAlong(std::clamp(at.y(), 0.0, atoms_.rows - 1.0), variance, centred, up);
+  for (std::size_t p = 0, row = 0; row < up.size(); ++row) {
+    for (const double each : across) share[p++] = each * up[row];
   }
-  for (double& each : share) each /= sum;
 }
 
 bool AroundPatches::solve(const Displacements& left, const AtomMoments& start, const RoundPatches& patches) {
@@ -114,7 +138,7 @@ void AroundPatches::setExtra(const Displacements& left, const RoundPatches& patc
       }
       wrench *= unit(k, i);
     }
-    spread(patch.place, share_);
+    spread(patch.place, true, share_);
     for (std::size_t p = 0; p < share_.size(); ++p) {
       for (int i = 0; i < 3; ++i) {
         extra_.pointForces_N(extra(k, i))[3 * p + static_cast<std::size_t>(i)] = unit(k, i) * share_[p];
@@ -124,7 +148,7 @@ void AroundPatches::setExtra(const Displacements& left, const RoundPatches& patc
       const double small = kSmall * unit(k, kPatchLoads + i);
       PatchPlace moved = patch.place;
       (i == 0 ? moved.x_m : i == 1 ? moved.y_m : moved.spread_m2) += small;
-      spread(moved, movedShare_);
+      spread(moved, true, movedShare_);
       const auto forces = extra_.pointForces_N(extra(k, kPatchLoads + i));
       for (std::size_t p = 0; p < share_.size(); ++p) {
         const double change = (movedShare_[p] - share_[p]) / kSmall;
@@ -174,7 +198,7 @@ bool AroundPatches::roughen(const Displacements& left) {
   for (const RoundPatch& patch : patches_) {
     const Vector3d force = patch.load.head<3>();
     along += force * force.transpose();
-    spread(patch.place, share_);
+    spread(patch.place, false, share_);
     for (std::size_t p = 0; p < share_.size(); ++p) Vector3d::Map(forces.data() + 3 * p) += share_[p] * force;
   }
   const Block isotropic = Block::Identity();
@@ -256,7 +280,7 @@ void AroundPatches::pointForces_N(int i, std::span<double> forces) {
   addUp(atoms_, moments_.mean_N, forces);
   for (int k = 0; k < static_cast<int>(patches_.size()); ++k) {
     const RoundPatch found = moved(patches_[static_cast<std::size_t>(k)], change(i, k));
-    spread(found.place, share_);
+    spread(found.place, true, share_);
     for (std::size_t p = 0; p < share_.size(); ++p) {
       Vector3d::Map(forces.data() + 3 * p) += share_[p] * found.load.head<3>();
     }

@@ -36,7 +36,7 @@ class AroundPatches {
   /// Log evidence less what the patches' freedom to be anywhere and the choice of roughness cost.
   double logEvidence(int i) { return posterior(i).logEvidence() - occam_; }
   std::array<double, 6> wrench(int i);
-  /// Forces of the points (3P), the patches' own spread over those beneath them.
+  /// Forces of the points (3P); a patch's own force is spread over those beneath it, their centroid being its place.
   void pointForces_N(int i, std::span<double> forces);
 
   int patchCount() const { return static_cast<int>(patches_.size()); }
@@ -51,7 +51,7 @@ class AroundPatches {
   };
 
   void setExtra(const Displacements& left, const RoundPatches& patches);
-  void spread(const PatchPlace& place, std::span<double> share) const;
+  void spread(const PatchPlace& place, bool centred, std::span<double> share);
   bool findEvident(const Displacements& left, const AtomMoments& start);
   bool roughen(const Displacements& left);
   void keep(const AtomMoments& start);
@@ -77,6 +77,7 @@ class AroundPatches {
   std::vector<double> whole_;               // A: gamma of both
   std::vector<double> noise_;               // of the chosen atoms
   std::vector<double> share_, movedShare_;  // P
+  std::array<std::vector<double>, 2> along_;  // of the columns and rows of points
   std::array<double, static_cast<std::size_t>(kMostExtra* kMostExtra)> covariance_{};
 };
 

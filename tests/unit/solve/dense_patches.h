@@ -288,8 +288,21 @@ class DensePatches : public DenseModel {
     return share / share.sum();
   }
 
-  void addForces(const Patch& patch, Vector& forces) const {
-    const Vector share = spread(patch.place);
+  /// The same with the place as their centroid, by bisection.
+  Vector centred(const Eigen::Vector3d& place) const {
+    Eigen::Vector3d low = place - units(), high = place + units();
+    low[2] = high[2] = place[2];
+    Vector share;
+    for (int i = 0; i < 50; ++i) {
+      const Eigen::Vector3d middle = (low + high) / 2;
+      share = spread(middle);
+      const Eigen::Vector3d centroid = points_ * share;
+      for (Eigen::Index axis = 0; axis < 2; ++axis) (centroid[axis] < place[axis] ? low : high)[axis] = middle[axis];
+    }
+    return share;
+  }
+
+  static void addForces(const Patch& patch, const Vector& share, Vector& forces) {
     for (Eigen::Index p = 0; p < share.size(); ++p) forces.segment<3>(3 * p) += share[p] * patch.load.head<3>();
   }
 
@@ -313,7 +326,7 @@ class DensePatches : public DenseModel {
       toWrench(5, 4 * k + 3) = 1;
       wrench += toWrench.middleCols<4>(4 * k) * patch.load;
       along += force * force.transpose();
-      addForces(patch, forces);
+      addForces(patch, spread(patch.place), forces);
     }
     Matrix extra(frame.d.size(), 7 * count);
     extra << columns, slopesOf(frame, patches);
@@ -377,7 +390,7 @@ class DensePatches : public DenseModel {
         Patch patch = patches[static_cast<std::size_t>(k)];
         patch.load += candidate.change.segment<4>(4 * k);
         patch.place += candidate.change.segment<3>(4 * count + 3 * k);
-        addForces(patch, candidate.forces);
+        addForces(patch, centred(patch.place), candidate.forces);
       }
       found.push_back(candidate);
     }
