@@ -71,12 +71,12 @@ class AroundPatches {
   std::span<const RoundPatch> patches_;
   double occam_ = 0.0;
   AtomMoments moments_;
-  Chosen evident_;                          // atoms of the last round
-  std::vector<double> smooth_;              // A: gamma of these
-  std::vector<double> rough_;               // A: gamma of the patches at rho = 1
-  std::vector<double> whole_;               // A: gamma of both
-  std::vector<double> noise_;               // of the chosen atoms
-  std::vector<double> share_, movedShare_;  // P
+  Chosen evident_;                            // atoms of the last round
+  std::vector<double> smooth_;                // A: gamma of these
+  std::vector<double> rough_;                 // A: gamma of the patches at rho = 1
+  std::vector<double> whole_;                 // A: gamma of both
+  std::vector<double> noise_;                 // of the chosen atoms
+  std::vector<double> share_, movedShare_;    // P
   std::array<std::vector<double>, 2> along_;  // of the columns and rows of points
   std::array<double, static_cast<std::size_t>(kMostExtra* kMostExtra)> covariance_{};
 };

@@ -9,14 +9,14 @@ namespace tractiond::solve {
 ExtraUnknowns::ExtraUnknowns(const Factors& factors, const Atoms& atoms, int most)
     : factors_(factors)
     , atoms_(atoms)
-    , stride_((most + kColumns - 1) / kColumns * kColumns)
+    , stride_((most + kColumns) / kColumns * kColumns)
     , columns_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(factors.influence.stride()))
-    , frame_(static_cast<std::size_t>(kColumns) * static_cast<std::size_t>(factors.influence.stride()))
+    , motion_(static_cast<std::size_t>(kColumns) * static_cast<std::size_t>(factors.influence.stride()))
     , wrench_(static_cast<std::size_t>(most))
     , pointForces_(3 * static_cast<std::size_t>(most) * static_cast<std::size_t>(factors.pointCount()))
     , nodeForces_(3 * static_cast<std::size_t>(most) * static_cast<std::size_t>(atoms.nodeCount()))
     , gram_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(stride_))
-    , withFrame_(static_cast<std::size_t>(stride_) * kColumns)
+    , withMotion_(static_cast<std::size_t>(stride_) * kColumns)
     , withAtoms_(static_cast<std::size_t>(factors.influence.rows()) * static_cast<std::size_t>(stride_))
     , asked_(static_cast<std::size_t>(factors.atomCount())) {}
 
@@ -51,9 +51,9 @@ std::span<const double> ExtraUnknowns::nodeForces_N(int unknown) const {
 
 void ExtraUnknowns::multiply(const Displacements& picture) {
   const int coordinates = factors_.coordinateCount();
+  setDisplacement(count_, picture.displacement_px, 1.0);
   for (int j = 0; j < coordinates; ++j) {
-    for (int m = 0; m < kMotions; ++m) frame_.data()[kColumns * j + m] = factors_.motion.row(m)[j];
-    frame_.data()[kColumns * j + kMotions] = picture.displacement_px[j];
+    for (int m = 0; m < kMotions; ++m) motion_.data()[kColumns * j + m] = factors_.motion.row(m)[j];
   }
   const std::size_t nodeSize = nodeForces_.size() / wrench_.size();
   for (int i = 0; i < count_; ++i) {
@@ -61,7 +61,7 @@ void ExtraUnknowns::multiply(const Displacements& picture) {
   }
   std::array<double, kColumns * kColumns> products;
   for (int p = 0; p < panels(); ++p) {
-    multiplyColumns(panel(p), frame_.data(), coordinates, withFrame_.data() + kColumns * kColumns * p);
+    multiplyColumns(panel(p), motion_.data(), coordinates, withMotion_.data() + kColumns * kColumns * p);
     for (int q = 0; q <= p; ++q) {
       multiplyColumns(panel(p), panel(q), coordinates, products.data());
       for (int i = 0; i < kColumns; ++i) {

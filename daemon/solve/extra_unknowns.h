@@ -42,32 +42,33 @@ class ExtraUnknowns {
   const Eigen::Matrix<double, 6, 1>& wrench(int unknown) const { return wrench_[static_cast<std::size_t>(unknown)]; }
   std::span<const double> pointForces_N(int unknown) const;
   std::span<const double> nodeForces_N(int unknown) const;  ///< of the points that are published at each node (3N)
-  /// Element (row, stride() columns) of the products of an atom's components, 3 rows of stride().
+  /// Products of an atom's components with the unknowns, then with the picture: 3 rows of stride().
   const double* productsWith(int atom);
   int stride() const { return stride_; }
   double product(int a, int b) const { return gram_[index(a, b)]; }
   double withMotion(int unknown, int motion) const {
-    return withFrame_[kColumns * static_cast<std::size_t>(unknown) + motion];
+    return withMotion_[kColumns * static_cast<std::size_t>(unknown) + motion];
   }
-  double withDisplacement(int unknown) const { return withMotion(unknown, kMotions); }
+  /// The picture is one more column, with the index count().
+  double withDisplacement(int unknown) const { return product(unknown, count_); }
 
  private:
   std::size_t index(int a, int b) const { return static_cast<std::size_t>(a) * static_cast<std::size_t>(stride_) + b; }
-  int panels() const { return (count_ + kColumns - 1) / kColumns; }
+  int panels() const { return (count_ + kColumns) / kColumns; }
   double* panel(int number) {
     return columns_.data() + static_cast<std::ptrdiff_t>(number) * kColumns * factors_.influence.stride();
   }
 
   const Factors& factors_;
   const Atoms& atoms_;
-  const int stride_;  // the most unknowns, padded to panels
+  const int stride_;  // the most unknowns and the picture, padded to panels
   int count_ = 0;
-  LineArray<double> columns_, frame_;  // panels of kColumns columns, row after row; the motion and the picture, as such
+  LineArray<double> columns_, motion_;  // panels of kColumns columns, row after row
   std::vector<Eigen::Matrix<double, 6, 1>> wrench_;
   std::vector<double> pointForces_;   // most x 3P
   std::vector<double> nodeForces_;    // most x 3N
   std::vector<double> gram_;          // stride x stride
-  std::vector<double> withFrame_;     // stride x kColumns: with the motion and the picture
+  std::vector<double> withMotion_;    // stride x kColumns: with the motion
   std::vector<double> withAtoms_;     // 3A x stride
   std::vector<unsigned char> asked_;  // A: whether its products are there
 };

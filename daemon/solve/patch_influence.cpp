@@ -24,27 +24,24 @@ int paddedMarkers(int count) {
   return (count + kTogether - 1) / kTogether * kTogether;
 }
 
-/// Constants of the closed form: 1 / (4 pi G), 1 - 2 nu.
-struct HalfSpace {
-  double scale, kappa;
-};
-
-/// Displacements u of kTogether markers by a force at (x, y) on the surface, added: Boussinesq, Cerruti.
+/// Adds the displacements of kTogether markers by a force at (x, y) on the surface, times 4 pi G: Boussinesq, Cerruti.
+/// kappa = 1 - 2 nu.
 __attribute__((always_inline)) inline void
-addDisplacements(const HalfSpace& body, double sourceX, double sourceY, double forceX, double forceY, double forceZ,
+addDisplacements(double kappa, double sourceX, double sourceY, double forceX, double forceY, double forceZ,
                  const double* __restrict markerX, const double* __restrict markerY, const double* __restrict markerZ,
                  double* __restrict ux, double* __restrict uy, double* __restrict uz) {
   for (int i = 0; i < kTogether; ++i) {
     const double x = markerX[i] - sourceX, y = markerY[i] - sourceY, z = markerZ[i];
-    const double square = x * x + y * y + z * z, r = std::sqrt(square);
-    const double c = body.scale / r, far = c / square, near = body.kappa * c / (r + z);
+    const double r = std::sqrt(x * x + y * y + z * z);
+    const double both = 1.0 / (r * (r + z)), c = both * (r + z), d = both * r;  // 1 / r and 1 / (r + z) by one division
+    const double far = c * c * c, near = kappa * c * d;
     const double along = x * forceX + y * forceY;
     const double lean = z * far;
-    const double sideways = along * (far - near / (r + z)) + forceZ * (lean - near);
+    const double sideways = along * (far - near * d) + forceZ * (lean - near);
     const double straight = c + near * r;
     ux[i] += straight * forceX + x * sideways;
     uy[i] += straight * forceY + y * sideways;
-    uz[i] += along * (lean + near) + forceZ * (z * lean + (1.0 + body.kappa) * c);
+    uz[i] += along * (lean + near) + forceZ * (z * lean + (1.0 + kappa) * c);
   }
 }
 
@@ -97,13 +94,14 @@ PatchInfluence::PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms,
 
 TRACTION_VECTOR_CLONES
 void PatchInfluence::addHalfSpace(std::span<const Source> sources, double* column) const {
-  const HalfSpace body{(1.0 + poissonRatio_) / (2.0 * std::numbers::pi * youngsModulus_), 1.0 - 2.0 * poissonRatio_};
+  const double scale = (1.0 + poissonRatio_) / (2.0 * std::numbers::pi * youngsModulus_);
   const int count = factors_.coordinateCount() / 2;
   for (int first = 0; first < count; first += kTogether) {
     double ux[kTogether] = {}, uy[kTogether] = {}, uz[kTogether] = {};
     for (const Source& source : sources) {
-      addDisplacements(body, source.x_m, source.y_m, source.force_N[0], source.force_N[1], source.force_N[2],
-                       marker_[0].data() + first, marker_[1].data() + first, marker_[2].data() + first, ux, uy, uz);
+      addDisplacements(1.0 - 2.0 * poissonRatio_, source.x_m, source.y_m, source.force_N[0], source.force_N[1],
+                       source.force_N[2], marker_[0].data() + first, marker_[1].data() + first,
+                       marker_[2].data() + first, ux, uy, uz);
     }
     double u[kTogether], v[kTogether];
     const auto slope = [&](std::size_t i) { return slope_[i].data() + first; };
@@ -112,8 +110,8 @@ void PatchInfluence::addHalfSpace(std::span<const Source> sources, double* colum
       v[i] = slope(3)[i] * ux[i] + slope(4)[i] * uy[i] + slope(5)[i] * uz[i];
     }
     for (int i = 0; i < std::min(kTogether, count - first); ++i) {
-      column[2 * (first + i)] += u[i];
-      column[2 * (first + i) + 1] += v[i];
+      column[2 * (first + i)] += scale * u[i];
+      column[2 * (first + i) + 1] += scale * v[i];
     }
   }
 }

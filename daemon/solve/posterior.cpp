@@ -84,7 +84,7 @@ bool Posterior::fit(const Displacements& picture, const Chosen& chosen, ExtraUnk
     roots_[i] = root.matrixL();
     for (int axis = 0; axis < 3; ++axis) rows_[3 * i + axis] = 3 * chosen.atoms[i] + axis;
   }
-  multiplyRows(factors_.influence, {rows_.data(), 3 * chosen.atoms.size()}, picture.displacement_px, right_.data());
+  multiplyDisplacement(picture);
   for (int i = 0; i < atoms; ++i) {
     auto product = Vector3d::Map(right_.data() + 3 * i);
     product = (roots_[i].transpose() * product).eval();
@@ -139,6 +139,18 @@ std::span<const double> Posterior::known() {
     known_[i] = 3.0 - square(noise_px_) * (roots_[i] * inverse * roots_[i].transpose()).trace() / chosen_->gamma_N2[i];
   }
   return {known_.data(), chosen_->atoms.size()};
+}
+
+/// Fills B'd of the atoms, with S = 1.
+void Posterior::multiplyDisplacement(const Displacements& picture) {
+  if (extra_ == nullptr) {
+    multiplyRows(factors_.influence, {rows_.data(), 3 * chosen_->atoms.size()}, picture.displacement_px, right_.data());
+    return;
+  }
+  for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
+    const double* const products = extra_->productsWith(chosen_->atoms[i]) + extra_->count();
+    for (std::size_t axis = 0; axis < 3; ++axis) right_[3 * i + axis] = products[axis * extra_->stride()];
+  }
 }
 
 void Posterior::assemble() {

@@ -64,6 +64,7 @@ class Posterior {
   int firstMotion() const { return firstExtra() + static_cast<int>(extraCount()); }
   int unknowns() const { return firstMotion() + kMotions; }
   double* row(int unknown) { return matrix_.data() + static_cast<std::ptrdiff_t>(unknown) * (unknown + 1) / 2; }
+  void multiplyDisplacement(const Displacements& picture);
   void assemble();
   void assembleExtra();
   void invertDiagonal();
