@@ -130,6 +130,8 @@ std::vector<Key> keysOf(Config& config) {
 
       {"solve", "model", "", "Of the gel: the finite block, or the half-space of the paper.",
           choiceOf(solve.model, {{"block", Model::kBlock}, {"half-space", Model::kHalfSpace}})},
+      {"solve", "solver", "", "What forces are solved with. Experimental: one statistical model of all contacts, which is slower.",
+          choiceOf(solve.solving, {{"contact-step", solve::Solving::kContactStep}, {"model", solve::Solving::kModel}})},
       {"solve", "regularisation", "", "Tikhonov's, relative to the largest singular value of the influence matrix.",
           &solve.regularisation, {1e-6, 1}},
       {"solve", "contact_aware", "", "Solve for the nodes alone that carry something, where the contact is small enough.",

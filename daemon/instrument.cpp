@@ -6,7 +6,7 @@
 #include "daemon/gel_files.h"
 #include "daemon/measurement.h"
 #include "daemon/no_gel.h"
-#include "daemon/solve/inverse_cache.h"
+#include "daemon/solve/make_solver.h"
 
 #include <fcntl.h>
 #include <spdlog/spdlog.h>
@@ -25,7 +25,7 @@ constexpr std::chrono::milliseconds kHurriedTurn{3};
 
 /// Of what the forces rest on; without a gel there are none.
 Id calibrationId(const std::optional<sensor::Sensor>& gel, const solve::SolveOptions& solve) {
-  return gel ? solve::inverseId(*gel, solve) : Id{};
+  return gel ? solve::calibrationId(*gel, solve) : Id{};
 }
 
 /// Frames that made the zero were put to use: they are not among the lost. Nor are those of a camera without a gel.

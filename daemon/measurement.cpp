@@ -2,7 +2,7 @@
 
 #include "daemon/base/apart.h"
 #include "daemon/gel_files.h"
-#include "daemon/solve/inverse_cache.h"
+#include "daemon/solve/make_solver.h"
 #include "daemon/track/nominal.h"
 #include "daemon/track/zero_store.h"
 
@@ -42,18 +42,17 @@ Measurement::Measurement(sensor::Sensor sensor, const Surroundings& around)
 
 tl::expected<void, Error> Measurement::build() {
   const Config& config = around_.config;
-  auto inverse = solve::loadOrCompute(sensor_, config.solve, around_.stateDirectory, progressLines(),
-                                      [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
-  if (!inverse) return tl::unexpected(inverse.error());
-  inverse_ = *std::move(inverse);
-  around_.description.calibrated_ns = inverse_.computed_ns;
+  auto made = solve::makeSolver(sensor_, config.solve, around_.stateDirectory, progressLines(),
+                                [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
+  if (!made) return tl::unexpected(made.error());
+  solver_ = std::move(made->solver);
+  around_.description.calibrated_ns = made->computed_ns;
   track::TrackOptions tracking = config.track;
   tracking.awaitJudge = true;  // nothing is measured from a zero that the gel file may not fit
   tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
   gelWatch_ = std::make_unique<GelWatch>(sensor_, *tracker_, newestMarkerStatus_, [this](const auto& result) {
     around_.control.answerSnapshot(result, sensor_.layers);
   });
-  solver_ = std::make_unique<solve::Solver>(inverse_, sensor_, config.solve);
   around_.description.detectionLimit_N = solver_->detectionLimit_N();
   around_.publisher.describe(around_.description);
   makeProcedures();

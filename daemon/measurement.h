@@ -6,7 +6,7 @@
 #include "daemon/procedures.h"
 #include "daemon/processing.h"
 #include "daemon/recorder.h"
-#include "daemon/solve/solver.h"
+#include "daemon/solve/field_solver.h"
 #include "daemon/track/tracker.h"
 #include "sensor/sensor.h"
 
@@ -18,7 +18,7 @@ namespace tractiond {
 
 class Measurement : public Processing {
  public:
-  /// Computes the inverse, which takes seconds once per gel, and completes the description.
+  /// Makes the solver, which takes seconds once per gel, and completes the description.
   static tl::expected<std::unique_ptr<Processing>, Error> make(sensor::Sensor sensor, const Surroundings& around);
 
   PipelineOptions pipelineOptions() const override;
@@ -50,9 +50,8 @@ class Measurement : public Processing {
   sensor::Sensor sensor_;
   std::string cameraId_;                        // as restored_
   std::optional<RestPose> restored_, earlier_;  // written before the control thread meets the camera, read after
-  solve::Inverse inverse_;
   std::unique_ptr<track::Tracker> tracker_;
-  std::unique_ptr<solve::Solver> solver_;
+  std::unique_ptr<solve::FieldSolver> solver_;
   Mailbox<MarkerField> newestMarkers_;                 // from the tracking thread to control
   Mailbox<Watched> watched_;                           // from control to the publishing thread
   Mailbox<publish::MarkerStatus> newestMarkerStatus_;  // the same

@@ -8,8 +8,7 @@
 #include "daemon/gel_watch.h"
 #include "daemon/instance.h"
 #include "daemon/recorder.h"
-#include "daemon/solve/inverse_cache.h"
-#include "daemon/solve/solver.h"
+#include "daemon/solve/make_solver.h"
 #include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose.h"
 #include "proto/traction/v1/endpoints.h"
@@ -101,12 +100,11 @@ class Replay {
   sensor::Sensor sensor_;
   Ledger ledger_;
   publish::Description description_;
-  solve::Inverse inverse_;
   std::optional<OwnDirectory> runtime_;
   std::unique_ptr<publish::Publisher> publisher_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<track::Tracker> tracker_;
-  std::unique_ptr<solve::Solver> solver_;
+  std::unique_ptr<solve::FieldSolver> solver_;
   Mailbox<publish::MarkerStatus> markerStatus_;
   std::optional<GelWatch> gelWatch_;
 
@@ -168,7 +166,7 @@ void Replay::open(const Frame& first) {
     config_.solve = recorded->solve;
     sensor_ = recordedSensor();
   }
-  const Id id = solve::inverseId(sensor_, config_.solve);
+  const Id id = solve::calibrationId(sensor_, config_.solve);
   sameGel_ = id == beginning_->calibration;
   if (!sameGel_ && !options_.ownGel) {
     spdlog::warn(
@@ -193,12 +191,11 @@ void Replay::open(const Frame& first) {
   description_.cameraModel = beginning_->cameraModel;
   description_.cameraSerial = beginning_->cameraSerial;
   description_.pixelFormat = traitsOf(first.format).name;
-  auto inverse = solve::loadOrCompute(sensor_, config_.solve, places_.state, {},
-                                      [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
-  if (!inverse) throw Stopped{inverse.error()};
-  inverse_ = *std::move(inverse);
-  description_.calibrated_ns = inverse_.computed_ns;
-  solver_ = std::make_unique<solve::Solver>(inverse_, sensor_, config_.solve);
+  auto made = solve::makeSolver(sensor_, config_.solve, places_.state, {},
+                                [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
+  if (!made) throw Stopped{made.error()};
+  solver_ = std::move(made->solver);
+  description_.calibrated_ns = made->computed_ns;
   description_.detectionLimit_N = solver_->detectionLimit_N();
 
   config_.publish.monotonicClock = monotonicOfRecording;

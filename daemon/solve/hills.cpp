@@ -232,7 +232,7 @@ int Hills::list(const SolvedForces& forces, std::array<Contact, kMaxContacts>& c
   for (int hill = 0; hill < this->count() && count < kMaxContacts; ++hill) {
     if (!stands(hill)) continue;
     contacts[count] = describe(forces, hill);
-    if (surety(contacts[count]) > kLeast_deviations) ++count;
+    if (count == 0 || surety(contacts[count]) > kLeast_deviations) ++count;
   }
   sort(std::span(contacts).first(count));
   return static_cast<int>(count);

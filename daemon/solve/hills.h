@@ -55,8 +55,8 @@ class Hills {
   /// Returns the force of a contact in its standard deviations, along the axis that is surest.
   static double surety(const Contact& contact);
 
-  /// Divides the forces and lists the contacts that are surer than kLeast_deviations, strongest first, at most
-  /// kMaxContacts. Returns their number.
+  /// Divides the forces, of which some are evident, and lists the contacts, strongest first, at most kMaxContacts: that
+  /// of the highest peak and those that are surer than kLeast_deviations. Returns their number.
   int list(const SolvedForces& forces, std::array<Contact, kMaxContacts>& contacts);
 
   /// Sorts contacts, strongest first.

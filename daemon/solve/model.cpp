@@ -87,6 +87,7 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
 /// Does the rounds; those of the second search, too, if the residual shows more.
 Model::Found Model::findField(const Displacements& picture, std::span<const float> displacement_px, int& rounds) {
   look(picture, displacement_px, moments_);
+  if (!shows(moments_, options_.detection)) return Found::kNothing;
   first_ = moments_.known;
   for (std::size_t time = 0; time < options_.most.size(); ++time) {
     const auto& most = options_.most[time];
@@ -107,6 +108,13 @@ void Model::look(const Displacements& picture, std::span<const float> displaceme
     amplitudes_.complete(evidence_.typicalForce_N(amplitudes_.values(), picture.noise_px), picture.noise_px);
   }
   evidence_.start(amplitudes_.values(), picture.noise_px, moments);
+}
+
+bool Model::shows(const AtomMoments& moments, double surety) const {
+  for (int a = 0; a < atoms_.count(); ++a) {
+    if (evident(moments, a, surety) > 0.0) return true;
+  }
+  return false;
 }
 
 /// Does one round: prior, selection, posterior. Its moments are what the next round begins with.
@@ -163,9 +171,7 @@ bool Model::looksAgain(const Displacements& picture) {
   std::copy(amplitudes_.values().begin(), amplitudes_.values().end(), left_.begin());
   evidence_.subtract(pointForce_, left_);
   evidence_.start(left_, picture.noise_px, rest_);
-  bool shows = false;
-  for (int a = 0; a < atoms_.count() && !shows; ++a) shows = evident(rest_, a, options_.surety) > 0.0;
-  if (!shows) return false;
+  if (!shows(rest_, options_.surety)) return false;
 
   first_ = rest_.known;
   posterior_.noise_N2(noise_);

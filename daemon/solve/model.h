@@ -46,6 +46,7 @@ class Model {
 
   /// With patches, where the sensor allows them. `sensor` is read here alone; the others must outlive it.
   Model(const sensor::Sensor& sensor, const Factors& factors, const Atoms& atoms, const ModelOptions& options = {});
+  Model(const Model&) = delete;  // its parts refer to each other
 
   /// `displacement_px`: 2M, 0 where missing; `missing`: those coordinates, rising, pairs of whole markers; `noise_px`:
   /// of this frame. `estimate.force_N` must have 3P elements.
@@ -74,6 +75,7 @@ class Model {
 
   Found findField(const Displacements& picture, std::span<const float> displacement_px, int& rounds);
   void look(const Displacements& picture, std::span<const float> displacement_px, AtomMoments& moments);
+  bool shows(const AtomMoments& moments, double surety) const;
   Found round(const Displacements& picture, int most, bool last);
   bool roughen(const Displacements& picture, int most);
   void keepMean();

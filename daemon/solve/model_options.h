@@ -20,8 +20,12 @@ struct ModelOptions {
   /// faster and misreads some contacts and palms.
   double faintest = 4.0;
 
-  /// z: deviations of its noise above which an atom's force is evident; sets the rate of false alarms.
+  /// z: deviations of its noise above which an atom's force is evident.
   double surety = 4.0;
+
+  /// The same for the first of them: where no atom's force is so evident at the start, nothing touches. Sets the rate
+  /// of false alarms.
+  double detection = 5.5;
 
   /// beta: reach over which neighbouring atoms of a level share their prior variance [distances of neighbours].
   double coupling = 0.5;

@@ -3,9 +3,18 @@
 
 #include "sensor/elastic/influence.h"
 
+#include <cstdint>
+
 namespace tractiond::solve {
 
+enum class Solving : std::uint8_t {
+  kContactStep,  ///< for the nodes that carry something, and by the whole face where these do not do
+  kModel,        ///< by one statistical model of all contacts: experimental, and slower
+};
+
 struct SolveOptions {
+  Solving solving = Solving::kContactStep;
+
   /// The real block, or the paper's half-space (which misses the total force of a thick block by up to 60 %).
   sensor::elastic::Model model = sensor::elastic::Model::kBlock;
 

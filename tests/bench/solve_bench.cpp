@@ -1,6 +1,6 @@
 // What solving one frame costs: 1152 markers, 576 nodes, one thread. "Flushed" evicts the inverse from the caches
 // before each frame, as a camera at 60 frames/s and the machine's other work do.
-#include "daemon/solve/inverse_cache.h"
+#include "daemon/solve/make_solver.h"
 #include "daemon/solve/solver.h"
 #include "tests/unit/solve/sensors.h"
 
@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <random>
 
 namespace tractiond::solve {
@@ -90,9 +92,21 @@ void runSolver(benchmark::State& state, bool flush) {
       static_cast<double>(theInverse().left.all().size_bytes() + theInverse().right.all().size_bytes()) / 1e6;
 }
 
+FieldSolver& solverBy(Solving solving) {
+  static const StateDirectory directory;
+  static std::map<Solving, std::unique_ptr<FieldSolver>> made;
+  auto& solver = made[solving];
+  if (!solver) {
+    SolveOptions options;
+    options.solving = solving;
+    solver = std::move(makeSolver(kSensor, options, directory.path())->solver);
+  }
+  return *solver;
+}
+
 /// Other markers missing in every frame.
-void solvePressed(benchmark::State& state, double reach, int missing, double apart, double up = 0.0) {
-  Solver solver(theInverse(), kSensor);
+void solvePressed(benchmark::State& state, Solving solving, double reach, int missing, double apart, double up) {
+  FieldSolver& solver = solverBy(solving);
   std::vector<MarkerField> fields;
   for (unsigned i = 0; i < 16; ++i) fields.push_back(pressed(reach, missing, i, apart, up));
   TractionField forces;
@@ -154,17 +168,23 @@ void prepareWarm(benchmark::State& state) {
 BENCHMARK(prepareCold)->Unit(benchmark::kSecond)->Iterations(1)->UseRealTime();
 BENCHMARK(solveInCache)->Arg(0)->Arg(115)->Arg(288)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(solveFlushed)->Arg(0)->Arg(115)->Arg(288)->UseManualTime()->Iterations(100)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(solvePressed, disc, 3.4, 0, 0.0)->UseManualTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(solvePressed, pair, 0.8, 0, 9e-3)->UseManualTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(solvePressed, pairChangingMarkers, 0.8, 115, 9e-3)->UseManualTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(solvePressed, rim, kPress, 0, 0.0, 30e-3)->UseManualTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(solvePressed, rimChangingMarkers, kPress, 115, 0.0, 30e-3)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(solvePressed, pressChangingMarkers, kPress, 115, 0.0)->UseManualTime()->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(solvePressed, fullFaceChangingMarkers, 100.0, 115, 0.0)
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond);
+
+#define BENCHMARK_BOTH(name, ...)                                                                                      \
+  BENCHMARK_CAPTURE(solvePressed, name, Solving::kContactStep, __VA_ARGS__)                                            \
+      ->UseManualTime()                                                                                                \
+      ->Unit(benchmark::kMillisecond);                                                                                 \
+  BENCHMARK_CAPTURE(solvePressed, name##ByModel, Solving::kModel, __VA_ARGS__)                                         \
+      ->UseManualTime()                                                                                                \
+      ->Unit(benchmark::kMillisecond)
+
+BENCHMARK_BOTH(press, kPress, 0, 0.0, 0.0);
+BENCHMARK_BOTH(disc, 3.4, 0, 0.0, 0.0);
+BENCHMARK_BOTH(pair, 0.8, 0, 9e-3, 0.0);
+BENCHMARK_BOTH(pairChangingMarkers, 0.8, 115, 9e-3, 0.0);
+BENCHMARK_BOTH(rim, kPress, 0, 0.0, 30e-3);
+BENCHMARK_BOTH(rimChangingMarkers, kPress, 115, 0.0, 30e-3);
+BENCHMARK_BOTH(pressChangingMarkers, kPress, 115, 0.0, 0.0);
+BENCHMARK_BOTH(fullFaceChangingMarkers, 100.0, 115, 0.0, 0.0);
 BENCHMARK(solveChanging)->Arg(1)->Arg(115)->Arg(288)->Unit(benchmark::kMillisecond);
 BENCHMARK(prepareWarm)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 

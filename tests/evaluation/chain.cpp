@@ -9,8 +9,7 @@
 // JOB/NAME.f64 (frames x columns), and "columns" with a line for each.
 #include "daemon/base/clock.h"
 #include "daemon/config_toml.h"
-#include "daemon/solve/inverse_cache.h"
-#include "daemon/solve/solver.h"
+#include "daemon/solve/make_solver.h"
 #include "tests/evaluation/eye.h"
 
 #include <CLI/CLI.hpp>
@@ -154,8 +153,7 @@ void run(const Options& options) {
   const Config config = options.config.empty() ? Config{} : expect(loadConfig(options.config));
   const Job job(options, seen.markerCount());
 
-  const solve::Inverse inverse = expect(solve::loadOrCompute(sensor, config.solve, options.state));
-  solve::Solver solver(inverse, sensor, config.solve);
+  const auto solver = expect(solve::makeSolver(sensor, config.solve, options.state)).solver;
   const twin::Format* format = twin::formatByName(options.format);
   if (format == nullptr) fail("no format " + options.format + ", but " + twin::formatNames());
   Eye eye(seen, options.optics, options.seed, *format);
@@ -216,7 +214,7 @@ void run(const Options& options) {
     const std::int64_t tracked_ns = monotonicNow();
     if (options.extra_px > 0.0) addNoise(options.extra_px, generator, markers);
     const std::int64_t solving_ns = monotonicNow();
-    solver.solve(markers, field);
+    solver->solve(markers, field);
     const std::int64_t solved_ns = monotonicNow();
     write(field, out);
     out.add("track_ms", 1e-6 * static_cast<double>(tracked_ns - begin_ns));

@@ -8,6 +8,7 @@ import tempfile
 
 import numpy as np
 
+SOLVE = ""  # lines of the configuration's [solve] for every run: `tools/evaluate --solver`
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 GF = 9.80665e-3  # newtons in a gram force
 YOUNG = 0.18e6  # Pa, of the true displacements
@@ -90,7 +91,7 @@ def run(displacement, gel=None, twin_gel=None, solve="", state=None, **given):
     flag.
     """
     with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
-        job, gel = pathlib.Path(name), gel or gel_text()
+        job, gel, solve = pathlib.Path(name), gel or gel_text(), SOLVE + solve
         np.ascontiguousarray(displacement, float).tofile(job / "displacement.f64")
         command = [BUILD / "bin/evaluation_chain", job, "--state", state or state_directory(gel, solve)]
         for key in ARRAYS.keys() & given.keys():

@@ -28,7 +28,8 @@ SCALES = (2, 4, 8)  # half widths of the broad atoms, and their distances [pitch
 
 @dataclasses.dataclass
 class Constants:
-    surety: float = 4.0  # z: the false-alarm rate
+    surety: float = 4.0  # z: of what is evident
+    detection: float = 5.5  # the same of the first atom: the false-alarm rate
     coupling: float = 0.5  # beta: of the prior between atoms of a level, in their distances
     turning: float = 0.1  # epsilon: spread of the directions of friction
     alike: float = 6e-3  # l: neighbours as far as the markers are deep pull alike [m]
@@ -308,7 +309,7 @@ def solve(model, d, constants=Constants()):
         for number, most in enumerate(rounds):
             last = number == len(rounds) - 1
             atoms, gamma = select(model, strengths(model, seen, constants), most)
-            if len(atoms) == 0:
+            if len(atoms) == 0 or not (budget > 0 or first.evident(constants.detection).any()):
                 return Posterior(np.zeros(6), np.zeros((6, 6)), 0 * seen.mean, atoms, d @ d, budget > 0)
             smooth, mean = (atoms, gamma), seen.mean
             for _ in range(2 if last else 1):  # roughness shows what the next one is a share of

@@ -1,6 +1,6 @@
 // Counts every call of operator new in this program, and of malloc, which Eigen's matrices come from, where no
 // sanitizer has it.
-#include "daemon/solve/model.h"
+#include "daemon/solve/model_solver.h"
 #include "daemon/solve/solver.h"
 #include "tests/unit/solve/sensors.h"
 
@@ -62,12 +62,8 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
 namespace tractiond::solve::allocation_test {
 namespace {
 
-TEST(Solver, AllocatesNothingWhateverIsMissing) {
-  const sensor::Sensor sensor = smallSensor();
-  const Eigen::MatrixXd influence = halfSpaceImage(sensor, sensor::nodePositions(sensor.nodes));
+void expectNoAllocation(FieldSolver& solver, const sensor::Sensor& sensor, const Eigen::MatrixXd& influence) {
   const SolveOptions options;
-  const Inverse inverse = computeInverse(influence, still(influence.rows()), options).value();
-  Solver solver(inverse, sensor, options);
   TractionField forces;
   forces.resize(sensor.markerCount(), sensor.nodes.count());
   const MarkerField whole = fieldOf(influence * Eigen::VectorXd::Ones(influence.cols()));
@@ -102,6 +98,25 @@ TEST(Solver, AllocatesNothingWhateverIsMissing) {
       EXPECT_EQ(forces.contactCount, 2);
     }
   }
+}
+
+TEST(Solver, AllocatesNothingWhateverIsMissing) {
+  const sensor::Sensor sensor = smallSensor();
+  const Eigen::MatrixXd influence = halfSpaceImage(sensor, sensor::nodePositions(sensor.nodes));
+  const SolveOptions options;
+  const Inverse inverse = computeInverse(influence, still(influence.rows()), options).value();
+  Solver solver(inverse, sensor, options);
+  expectNoAllocation(solver, sensor, influence);
+}
+
+TEST(ModelSolver, AllocatesNothingWhateverIsMissing) {
+  const sensor::Sensor sensor = smallSensor();
+  const Atoms atoms = makeAtoms(sensor);
+  const Eigen::MatrixXd points = halfSpaceImage(sensor, atoms.points);
+  const double scale_N = sensor.gel.youngsModulus * square(sensor.nodes.pitch);
+  const Factors factors = computeFactors(points, atoms, still(points.rows()), scale_N, modelOptions({})).value();
+  ModelSolver solver(factors, atoms, sensor);
+  expectNoAllocation(solver, sensor, halfSpaceImage(sensor, sensor::nodePositions(sensor.nodes)));
 }
 
 TEST(Model, AllocatesNothingWhateverItFinds) {

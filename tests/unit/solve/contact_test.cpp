@@ -1,8 +1,6 @@
 // The contact step on the paper's sensor: patches between the nodes, noise, motion of the picture, missing markers.
 #include "daemon/solve/solver.h"
-#include "sensor/elastic/influence.h"
-#include "sensor/elastic/loads.h"
-#include "tests/unit/solve/sensors.h"
+#include "tests/unit/solve/presses.h"
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
@@ -13,204 +11,13 @@
 namespace tractiond::solve::contact_test {
 namespace {
 
-using Eigen::MatrixXd;
-using Eigen::Vector2d;
-using Eigen::Vector3d;
-using Eigen::VectorXd;
-
-constexpr double kGramForce = 9.80665e-3;  // [N]
-constexpr double kNoise_px = 0.018;
-
-const sensor::Sensor& paper() {
-  static const sensor::Sensor sensor;
-  return sensor;
-}
-
-MotionPrior paperMotion() {
-  return {sensor::elastic::pictureMotionMatrix(paper()), Eigen::Vector4d(4e-4, 4e-4, 1e-8, 1e-8)};
-}
-
-const MatrixXd& influence() {
-  static const MatrixXd matrix = halfSpaceImage(paper(), sensor::nodePositions(paper().nodes));
-  return matrix;
-}
-
-const Inverse& paperInverse() {
-  static const Inverse inverse = computeInverse(influence(), paperMotion(), SolveOptions{}).value();
-  return inverse;
-}
-
-/// A patch and what it does to the picture, 2M x 3 [px/N].
-struct Press {
-  Vector2d at;
-  MatrixXd image;
-
-  std::array<double, 6> wrench(const Vector3d& f) const {
-    return {f.x(), f.y(), f.z(), at.y() * f.z(), -at.x() * f.z(), at.x() * f.y() - at.y() * f.x()};
-  }
-};
-
-Press press(const Vector2d& at, const sensor::elastic::PatchQuadrature& patch) {
-  const MatrixXd points = halfSpaceImage(paper(), patch.points);
-  Press result{at, MatrixXd::Zero(points.rows(), 3)};
-  for (Eigen::Index i = 0; i < patch.points.cols(); ++i) {
-    result.image += patch.forces(2, i) * points.middleCols<3>(3 * i);
-  }
-  return result;
-}
-
-/// Under a ball.
-Press press(const Vector2d& at, double radius) {
-  return press(at, sensor::elastic::hertz(at, radius, Vector3d::UnitZ()));
-}
-
-class ContactTest : public testing::Test {
+class ContactTest : public PressTest {
  protected:
-  ContactTest() { field_.resize(paper().markerCount(), paper().nodes.count()); }
+  ContactTest() { use(solver_); }
 
-  VectorXd noise() {
-    return VectorXd::NullaryExpr(influence().rows(), [this] { return kNoise_px * normal_(random_); });
-  }
-
-  static MarkerField seen(const VectorXd& displacement) {
-    MarkerField field = fieldOf(displacement);
-    std::fill(field.variance_px2.begin(), field.variance_px2.end(), static_cast<float>(kNoise_px * kNoise_px));
-    return field;
-  }
-
-  const TractionField& solve(const VectorXd& displacement) {
-    solver_.solve(seen(displacement), field_);
-    EXPECT_TRUE(field_.valid);
-    return field_;
-  }
-
-  Vector3d resultant() const { return Vector3d::Map(field_.resultant_N.data()); }
-
-  std::mt19937 random_{1};
-  std::normal_distribution<double> normal_;
   Solver solver_{paperInverse(), paper()};
-  TractionField field_;
 };
 
-TEST_F(ContactTest, NothingTouchesAndNothingIsRead) {
-  int alarms = 0;
-  for (int i = 0; i < 300; ++i) {
-    if (solve(noise()).method == Method::kNoContact) {
-      EXPECT_EQ(resultant(), Vector3d::Zero());
-      EXPECT_GT(field_.noise[14], 0.0);
-    } else {
-      ++alarms;
-    }
-  }
-  EXPECT_LE(alarms, 6);
-}
-
-// Nodes that noise alone has found once made a contact of so many that the whole face was solved for: in one frame of
-// forty a shear of 50 gf was read with a false press of 30 gf.
-TEST_F(ContactTest, NoiseDoesNotSpreadAWeakShearOverTheFace) {
-  const Press patch = press({12e-3, -9e-3}, 2.5e-3);
-  for (const double gramForce : {7.0, 10.0, 14.0, 20.0, 50.0, 100.0}) {
-    const VectorXd displacement = patch.image * Vector3d(gramForce * kGramForce, 0.0, 0.0);
-    for (int i = 0; i < 100; ++i) {
-      solve(displacement + noise());
-      EXPECT_EQ(field_.method, Method::kContact) << gramForce << " gf, frame " << i;
-    }
-  }
-}
-
-// Its edge was left out once: 30 gf on a flat disc were read as 28.
-TEST_F(ContactTest, AWideFaintPressIsReadWhole) {
-  const Vector2d at(1e-3, -2e-3);
-  const Press disc = press(at, sensor::elastic::disc(at, 10e-3, Vector3d::UnitZ()));
-  for (const double gramForce : {15.0, 25.0, 35.0}) {
-    Vector3d mean = Vector3d::Zero();
-    constexpr int kFrames = 60;
-    for (int i = 0; i < kFrames; ++i) {
-      solve(disc.image.col(2) * (gramForce * kGramForce) + noise());
-      mean += resultant() / kFrames / kGramForce;
-    }
-    EXPECT_LT((mean - Vector3d(0.0, 0.0, gramForce)).norm(), 0.7) << gramForce;
-  }
-}
-
-TEST_F(ContactTest, AnOffCentrePressIsOneContactInItsPlace) {
-  const Press patch = press({8.3e-3, -5.1e-3}, 2.5e-3);
-  const Vector3d force = Vector3d(0.5, -0.3, 3.0);
-  solve(patch.image * force + noise());
-  EXPECT_EQ(field_.method, Method::kContact);
-  ASSERT_EQ(field_.contactCount, 1);
-  const Contact& contact = field_.contacts[0];
-  EXPECT_LT((Vector2d::Map(contact.position_m.data()) - patch.at).norm(), 0.3e-3);
-  for (int axis = 0; axis < 3; ++axis) {
-    EXPECT_NEAR(contact.force_N[axis], force[axis], 5.0 * contact.forceDeviation_N[axis] + 0.01 * force.norm());
-    EXPECT_NEAR(field_.resultant_N[axis], force[axis], 0.02 * force.norm());
-  }
-  // A ball's pressure is as concentrated as an even one on 8/9 of the area; nodes are 3 mm wide.
-  EXPECT_GT(contact.area_m2, 10e-6);
-  EXPECT_LT(contact.area_m2, 80e-6);
-  const sensor::Points nodes = sensor::nodePositions(paper().nodes);
-  for (Eigen::Index n = 0; n < nodes.cols(); ++n) {
-    if ((nodes.col(n).head<2>() - patch.at).norm() < 15e-3) continue;
-    EXPECT_EQ(field_.force_N[3 * n + 2], 0.0F);
-    EXPECT_EQ(field_.deviation_N[3 * n + 2], 0.0F);
-  }
-}
-
-TEST_F(ContactTest, FiveGramForceIsFound) {
-  const Press patch = press({-11.2e-3, 6.7e-3}, 1.5e-3);
-  const VectorXd image = patch.image.col(2) * 5.0 * kGramForce;
-  int found = 0;
-  for (int i = 0; i < 100; ++i) found += solve(image + noise()).contactCount == 1 ? 1 : 0;
-  EXPECT_GE(found, 95);
-}
-
-TEST_F(ContactTest, TheTruthIsWithinTheStatedInterval) {
-  std::vector<Press> patches;
-  std::uniform_real_distribution<double> place(-27e-3, 27e-3), share(-1.0, 1.0), size(10.0, 200.0);
-  for (int i = 0; i < 10; ++i) patches.push_back(press({place(random_), place(random_)}, i % 2 == 0 ? 1.5e-3 : 3e-3));
-  int inside = 0, all = 0;
-  for (int i = 0; i < 200; ++i) {
-    const Press& patch = patches[static_cast<std::size_t>(i) % patches.size()];
-    const Vector3d force = size(random_) * kGramForce * Vector3d(0.4 * share(random_), 0.4 * share(random_), 1.0);
-    Eigen::Vector4d motion;
-    for (double& m : motion) m = normal_(random_);
-    motion.array() *= paperMotion().variances.array().sqrt();
-    solve(patch.image * force + paperMotion().modes * motion + noise());
-    ASSERT_EQ(field_.method, Method::kContact);
-    const auto wrench = patch.wrench(force);
-    for (int k = 0; k < 6; ++k) {
-      const double error = (k < 3 ? field_.resultant_N[k] : field_.moment_Nm[k - 3]) - wrench[k];
-      // Between its nodes the model is right within a few thousandths: the systematic part states it.
-      const double model = 0.005 * (k < 3 ? force.norm() : std::hypot(patch.at.norm(), 3e-3) * force.norm());
-      inside += std::abs(error) < 1.96 * std::hypot(std::sqrt(field_.noise[7 * k]), model) ? 1 : 0;
-      ++all;
-    }
-  }
-  EXPECT_GT(inside, 0.92 * all);
-  std::printf("inside the stated 95 %% interval: %.1f %%\n", 100.0 * inside / all);
-}
-
-TEST_F(ContactTest, ASmallContactLosesNoForceAndFeignsNone) {
-  for (const Vector2d& at : {Vector2d(-30e-3, 0.0), Vector2d(0.7e-3, 0.4e-3)}) {
-    const Press patch = press(at, 2.5e-3);
-    for (int axis = 0; axis < 3; ++axis) {
-      const Vector3d force = 50.0 * kGramForce * Vector3d::Unit(axis);
-      solve(patch.image * force);
-      EXPECT_LT((resultant() - force).norm(), 0.8 * kGramForce) << "along axis " << axis << " at " << at.x();
-    }
-  }
-}
-
-TEST_F(ContactTest, AMovedPictureIsNotAForce) {
-  const VectorXd moved = paperMotion().modes * Eigen::Vector4d(0.04, -0.03, 1e-4, -5e-5);
-  for (int i = 0; i < 20; ++i) {
-    EXPECT_EQ(solve(moved + noise()).method, Method::kNoContact);
-    EXPECT_NEAR(field_.pictureMotion[0], 0.04, 0.005);
-    EXPECT_NEAR(field_.pictureMotion[1], -0.03, 0.005);
-  }
-}
-
-// The slow twin: least squares over the weighted forces of the found nodes and the motion, valid rows alone.
 TEST_F(ContactTest, EqualsDenseLeastSquaresWhateverIsMissing) {
   const Press patch = press({2.0e-3, 4.4e-3}, 4e-3);
   MarkerField markers = seen(patch.image * Vector3d(0.2, 0.4, 2.0) + noise());
@@ -357,21 +164,6 @@ TEST_F(ContactTest, OneContactIsNotTwoWhateverItsShape) {
   EXPECT_LE(split, 0.01 * all);
 }
 
-// The same noise throughout: what changes is the load alone, in steps of a tenth of the noise.
-TEST_F(ContactTest, AGrowingPressIsReadWithoutAStep) {
-  for (const Vector2d& at : {Vector2d(1.1e-3, -7.9e-3), Vector2d(30.4e-3, 3.3e-3)}) {
-    const Press patch = press(at, 2e-3);
-    const VectorXd still = noise();
-    Vector3d last = Vector3d::Zero();
-    for (int step = 0; step <= 400; ++step) {
-      solve(patch.image.col(2) * (0.1 * step * kGramForce) + still);
-      EXPECT_LT((resultant() - last).norm(), 0.6 * kGramForce) << "at " << 0.1 * step << " gf";
-      last = resultant();
-    }
-    EXPECT_NEAR(last.z(), 40.0 * kGramForce, 4.0 * kGramForce);
-  }
-}
-
 TEST_F(ContactTest, AContactThatSlidesOverTheRimIsReadWithoutAStep) {
   const VectorXd still = noise();
   const Vector3d force(1.0, 0.2, 1.5);
@@ -487,33 +279,6 @@ TEST_F(ContactTest, ACornerIsReadWithoutAStepThroughTheFallback) {
   EXPECT_TRUE(contact && blend && face);
   EXPECT_LT(largest, 0.04 * whole);
   std::printf("largest step %.2f gf of %.1f gf\n", largest / kGramForce, whole / kGramForce);
-}
-
-TEST_F(ContactTest, DoubtfulMarkersAreTakenOut) {
-  const Press patch = press({0.0, 0.0}, 2.5e-3);
-  const VectorXd image = patch.image.col(2) * 2.0 + noise();
-  MarkerField without = seen(image), doubtful = seen(image);
-  for (int marker = 300; marker < 310; ++marker) {
-    loseMarker(without, marker);
-    doubtful.displacement_px[2 * marker] += 1.0F;
-    doubtful.variance_px2[marker] = 0.1F;
-  }
-  solver_.solve(without, field_);
-  const Vector3d expected = resultant();
-  solver_.solve(doubtful, field_);
-  EXPECT_LT((resultant() - expected).norm(), 1e-6);
-}
-
-TEST_F(ContactTest, WhatNoForceCanDoIsMarked) {
-  VectorXd torn = noise();
-  for (Eigen::Index i = 0; i < torn.size(); i += 4) torn[i] += i < torn.size() / 2 ? 0.5 : 0.0;
-  solve(torn);
-  EXPECT_NE(field_.flags & kUnexplained, 0U);
-  const Press patch = press({0.0, 0.0}, 2.5e-3);
-  solve(patch.image.col(2) * (200.0 * kGramForce) + noise());
-  EXPECT_EQ(field_.flags & (kUnexplained | kOutOfRange), 0U);
-  solve(patch.image.col(2) * (500.0 * kGramForce) + noise());
-  EXPECT_NE(field_.flags & kOutOfRange, 0U);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // Continuous loads, off the node grid and integrated apart from it, through the mechanics and back through the solver.
 // The same mechanics both ways: this tests the inverse, not the truth of the model.
+#include "daemon/solve/model_solver.h"
 #include "daemon/solve/solver.h"
 #include "sensor/elastic/loads.h"
 #include "tests/unit/solve/sensors.h"
@@ -75,27 +76,19 @@ Eigen::MatrixXd image(const sensor::Sensor& sensor, Model model, const sensor::P
   return result;
 }
 
-class Recovery : public testing::TestWithParam<Model> {};
+class Recovery : public testing::TestWithParam<Model> {
+ protected:
+  void expectLoadsBack(FieldSolver& solver, const sensor::Sensor& sensor, const Loads& loads,
+                       const Eigen::MatrixXd& pixels);
+};
 
 INSTANTIATE_TEST_SUITE_P(Models, Recovery, testing::Values(Model::kBlock, Model::kHalfSpace),
                          [](const auto& model) { return model.param == Model::kBlock ? "Block" : "HalfSpace"; });
 
-TEST_P(Recovery, LoadsComeBackWithinOnePercent) {
-  const sensor::Sensor sensor;
-  const Loads loads;
-  const sensor::Points nodes = sensor::nodePositions(sensor.nodes);
-  sensor::Points sources(3, nodes.cols() + loads.sources().cols());  // at once: the block's preparation takes the time
-  sources << nodes, loads.sources();
-  const Eigen::MatrixXd everything = image(sensor, GetParam(), sources);
-  const auto pixels = everything.rightCols(3 * loads.sources().cols());
-
-  const SolveOptions options;
-  const Inverse inverse =
-      computeInverse(everything.leftCols(3 * nodes.cols()), still(everything.rows()), options).value();
-  Solver solver(inverse, sensor, options);
+void Recovery::expectLoadsBack(FieldSolver& solver, const sensor::Sensor& sensor, const Loads& loads,
+                               const Eigen::MatrixXd& pixels) {
   TractionField field;
   field.resize(sensor.markerCount(), sensor.nodes.count());
-
   std::mt19937 random(1);
   std::uniform_int_distribution<int> anyMarker(0, sensor.markerCount() - 1);
   for (const Loads::Load& load : loads.all()) {
@@ -121,6 +114,37 @@ TEST_P(Recovery, LoadsComeBackWithinOnePercent) {
       EXPECT_LT((Vector2d::Map(field.centreOfPressure_m.data()) - centre.head<2>()).norm(), 0.5e-3);
     }
   }
+}
+
+/// Of the points, then of the loads, 2M x 3S: at once, as the block's preparation takes the time.
+Eigen::MatrixXd imageOf(const sensor::Sensor& sensor, Model model, const sensor::Points& points, const Loads& loads) {
+  sensor::Points sources(3, points.cols() + loads.sources().cols());
+  sources << points, loads.sources();
+  return image(sensor, model, sources);
+}
+
+TEST_P(Recovery, LoadsComeBackWithinOnePercent) {
+  const sensor::Sensor sensor;
+  const Loads loads;
+  const sensor::Points nodes = sensor::nodePositions(sensor.nodes);
+  const Eigen::MatrixXd everything = imageOf(sensor, GetParam(), nodes, loads);
+  const SolveOptions options;
+  const Inverse inverse =
+      computeInverse(everything.leftCols(3 * nodes.cols()), still(everything.rows()), options).value();
+  Solver solver(inverse, sensor, options);
+  expectLoadsBack(solver, sensor, loads, everything.rightCols(3 * loads.sources().cols()));
+}
+
+TEST_P(Recovery, ByTheModelOfContactsToo) {
+  const sensor::Sensor sensor;
+  const Loads loads;
+  const Atoms atoms = makeAtoms(sensor);
+  const Eigen::MatrixXd everything = imageOf(sensor, GetParam(), atoms.points, loads);
+  const Factors factors = computeFactors(everything.leftCols(3 * atoms.points.cols()), atoms, still(everything.rows()),
+                                         sensor.gel.youngsModulus * square(sensor.nodes.pitch), modelOptions({}))
+                              .value();
+  ModelSolver solver(factors, atoms, sensor);
+  expectLoadsBack(solver, sensor, loads, everything.rightCols(3 * loads.sources().cols()));
 }
 
 }  // namespace

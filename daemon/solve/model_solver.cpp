@@ -1,0 +1,185 @@
+#include "daemon/solve/model_solver.h"
+
+#include "daemon/solve/systematic.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <random>
+
+namespace tractiond::solve {
+namespace {
+
+PlaceGrid gridOf(const Atoms& atoms, const sensor::Sensor& sensor) {
+  const bool isBody = atoms.columns == 0;
+  PlaceGrid grid{isBody ? sensor.nodes.columns : atoms.columns, isBody ? sensor.nodes.rows : atoms.rows, atoms.points,
+                 sensor::Points(3, atoms.pointCount()), Eigen::VectorXd(atoms.pointCount())};
+  const sensor::Points normals = sensor::nodeNormals(sensor);
+  const Eigen::VectorXd areas = sensor::nodeAreas(sensor);
+  for (int p = 0; p < atoms.pointCount(); ++p) {
+    grid.normals.col(p) = normals.col(atoms.nodeOf(p));
+    grid.areas[p] = areas[atoms.nodeOf(p)];
+  }
+  return grid;
+}
+
+}  // namespace
+
+ModelSolver::Found::Found(Model& model, int points)
+    : model_(model)
+    , forces_(3 * static_cast<std::size_t>(points))
+    , weights_(kColumns * forces_.size()) {
+  places_.reserve(static_cast<std::size_t>(points));
+}
+
+void ModelSolver::Found::take(const Estimate& estimate) {
+  places_.clear();
+  for (int p = 0; p < static_cast<int>(estimate.force_N.size() / 3); ++p) {
+    const auto force = std::span(estimate.force_N).subspan(3 * static_cast<std::size_t>(p), 3);
+    if (force[0] == 0.0 && force[1] == 0.0 && force[2] == 0.0) continue;
+    std::copy(force.begin(), force.end(), forces_.begin() + 3 * std::ssize(places_));
+    places_.push_back(p);
+  }
+}
+
+void ModelSolver::Found::covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const {
+  constexpr std::size_t kNumbers = 3 * kColumns;  // of a place
+  std::fill(weights_.begin(), weights_.end(), 0.0);
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    std::copy_n(functionals + kNumbers * i, kNumbers,
+                weights_.data() + kNumbers * static_cast<std::size_t>(places_[i]));
+  }
+  model_.covariance(weights_, kColumns, result);
+}
+
+ModelSolver::ModelSolver(const Factors& factors, const Atoms& atoms, const sensor::Sensor& sensor,
+                         const SolveOptions& options)
+    : factors_(factors)
+    , atoms_(atoms)
+    , uncertainty_(sensor.uncertainty)
+    , noise_px_(options.noise_px)
+    , rules_(sensor, options)
+    , motion_(sensor.pictureMotion.shift_px, sensor.pictureMotion.shift_px, sensor.pictureMotion.scale,
+              sensor.pictureMotion.roll)
+    , model_(factors, atoms, modelOptions(options))
+    , found_(model_, atoms.pointCount())
+    , hills_(gridOf(atoms, sensor), atoms.pointCount(), 3 * atoms.pointCount())
+    , used_(factors.coordinateCount() / 2, options)
+    , picture_(static_cast<std::size_t>(factors.coordinateCount()))
+    , nodeForce_(3 * rules_.nodes().size())
+    , nodeDeviation_(nodeForce_.size()) {
+  estimate_.force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
+  detectionLimit_N_ = {detectionLimit(0), detectionLimit(2)};
+}
+
+void ModelSolver::solve(const MarkerField& markers, TractionField& field) noexcept {
+  assert(2 * markers.valid.size() == picture_.size() && markers.displacement_px.size() == picture_.size());
+  assert(field.markers.valid.size() == markers.valid.size() && field.force_N.size() == nodeForce_.size());
+  field.markers = markers;
+  field.flags = markers.flags;
+  FieldRules::clear(field);
+  if ((markers.flags & kGelMismatch) != 0) return;  // numbers of another gel
+  if ((markers.flags & kFewMarkers) != 0 || !used_.take(markers)) {
+    field.flags |= kFewMarkers;
+    counters_.fewMarkers.add();
+    return;
+  }
+  std::copy_n(used_.row_px().begin(), picture_.size(), picture_.begin());
+  model_.solve(picture_, used_.missing(), used_.noise_px(), estimate_);
+  if (estimate_.outcome != Estimate::Outcome::kFailed) publish(field);
+  if (estimate_.outcome == Estimate::Outcome::kFailed || !FieldRules::finite(field)) {
+    FieldRules::clear(field);
+    field.flags = markers.flags;
+    counters_.notFinite.add();
+  }
+}
+
+void ModelSolver::publish(TractionField& field) {
+  field.valid = true;
+  for (int k = 0; k < kMotions; ++k) field.pictureMotion[k] = motion_[k] * estimate_.motion[k];
+  if (estimate_.outcome == Estimate::Outcome::kFound) {
+    field.method = Method::kContact;
+    publishForces(field);
+    addSystematic(field);
+    found_.take(estimate_);
+    field.contactCount = hills_.list(found_, field.contacts);
+  } else {  // what lies below the limit is not seen
+    field.method = Method::kNoContact;
+    for (const int axis : {0, 1, 2}) field.noise[7 * axis] = square(0.5 * detectionLimit_N_[axis / 2]);
+  }
+  FieldRules::explain(estimate_.squaredResidual_px2, used_, field);
+  rules_.centre(field);
+}
+
+void ModelSolver::publishForces(TractionField& field) {
+  std::fill(nodeForce_.begin(), nodeForce_.end(), 0.0);
+  for (int p = 0; p < atoms_.pointCount(); ++p) {
+    const Eigen::Vector3d force = Eigen::Vector3d::Map(estimate_.force_N.data() + 3 * static_cast<std::ptrdiff_t>(p));
+    const int node = atoms_.nodeOf(p);
+    Eigen::Vector3d::Map(nodeForce_.data() + 3 * static_cast<std::ptrdiff_t>(node)) += force;
+    if (rules_.outOfRange(static_cast<std::size_t>(node), force.squaredNorm())) field.flags |= kOutOfRange;
+  }
+  model_.nodeDeviations_N(nodeDeviation_);
+  for (std::size_t i = 0; i < nodeForce_.size(); ++i) {
+    field.force_N[i] = static_cast<float>(nodeForce_[i]);
+    field.deviation_N[i] = static_cast<float>(nodeDeviation_[i]);
+  }
+  std::copy_n(estimate_.wrench.begin(), 3, field.resultant_N.begin());
+  std::copy_n(estimate_.wrench.begin() + 3, 3, field.moment_Nm.begin());
+  field.noise = estimate_.covariance;
+}
+
+/// A contact is misread as the nodes around it misread it, one on all nodes as these; between the two by the share of
+/// the face that an even pressure as concentrated would cover.
+void ModelSolver::addSystematic(TractionField& field) const {
+  double sum = 0.0, squares = 0.0;
+  for (std::size_t i = 0; i < nodeForce_.size(); i += 3) {
+    const double force2 = square(nodeForce_[i]) + square(nodeForce_[i + 1]) + square(nodeForce_[i + 2]);
+    sum += std::sqrt(force2);
+    squares += force2;
+  }
+  if (squares == 0.0) return;
+  const double whole = square(sum) / squares / static_cast<double>(nodeForce_.size() / 3);
+  const auto add = [&](double share, const std::vector<double>& errors) {
+    const WrenchCovariance covariance = systematicCovariance(wrenchOf(field), uncertainty_, atoms_.pitch_m, errors);
+    for (std::size_t i = 0; i < covariance.size(); ++i) field.systematic[i] += share * covariance[i];
+  };
+  add(whole, factors_.systematicErrors.wholeFace);
+  add(1.0 - whole, factors_.systematicErrors.contact);
+}
+
+/// Solves pictures of a force on each of nine points, raised until something is found and then halved in between.
+double ModelSolver::detectionLimit(int axis) {
+  constexpr int kHalvings = 5;
+  constexpr double kFirst = 5e-4, kLargest = 10.0;  // of Factors::force_N
+  std::mt19937_64 generator(1);
+  std::normal_distribution<double> normal(0.0, noise_px_);
+  std::vector<double> limits;
+  std::vector<double> noise(picture_.size());
+  const int points = atoms_.pointCount();
+  for (int i = 0; i < 9; ++i) {
+    // A third of the way apart on either axis of the grid; of a body, anywhere.
+    const int columns = atoms_.columns, rows = atoms_.rows;
+    const int point =
+        columns > 0 ? (1 + i / 3) * rows / 4 * columns + (1 + i % 3) * columns / 4 : (2 * i + 1) * points / 18;
+    const float* const unit = factors_.influence.row(3 * point + axis);
+    for (double& each : noise) each = normal(generator);
+    const auto finds = [&](double force_N) {
+      for (std::size_t k = 0; k < noise.size(); ++k) picture_[k] = static_cast<float>(force_N * unit[k] + noise[k]);
+      model_.solve(picture_, {}, noise_px_, estimate_);
+      return estimate_.outcome == Estimate::Outcome::kFound;
+    };
+    double high = kFirst * factors_.force_N;
+    while (high < kLargest * factors_.force_N && !finds(high)) high *= 2.0;
+    double low = 0.5 * high;
+    for (int halving = 0; halving < kHalvings; ++halving) {
+      const double middle = 0.5 * (low + high);
+      (finds(middle) ? high : low) = middle;
+    }
+    limits.push_back(high);
+  }
+  std::nth_element(limits.begin(), limits.begin() + 4, limits.end());
+  return limits[4];
+}
+
+}  // namespace tractiond::solve

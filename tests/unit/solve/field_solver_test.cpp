@@ -1,0 +1,183 @@
+// What every solver must do, whatever it solves with: which fields are valid, what they carry, what does not last.
+#include "daemon/solve/model_solver.h"
+#include "daemon/solve/solver.h"
+#include "tests/unit/solve/random_loads.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace tractiond::solve::field_solver_test {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+enum class By { kWholeFace, kContactStep, kModel };
+
+class FieldSolverTest : public testing::TestWithParam<By> {
+ protected:
+  FieldSolverTest() {
+    forces_.resize(sensor_.markerCount(), sensor_.nodes.count());
+    if (GetParam() == By::kModel) {
+      const MatrixXd image = halfSpaceImage(sensor_, atoms_.points);
+      const double scale_N = sensor_.gel.youngsModulus * square(sensor_.nodes.pitch);
+      factors_ = computeFactors(image, atoms_, still(image.rows()), scale_N, modelOptions({})).value();
+      solver_ = std::make_unique<ModelSolver>(factors_, atoms_, sensor_);
+    } else {
+      SolveOptions options;
+      options.contactAware = GetParam() == By::kContactStep;
+      inverse_ = computeInverse(influence_, still(influence_.rows()), options).value();
+      solver_ = std::make_unique<Solver>(inverse_, sensor_, options);
+    }
+  }
+
+  FieldSolver& solver() { return *solver_; }
+
+  VectorXd solved(const MarkerField& field) {
+    solver_->solve(field, forces_);
+    EXPECT_TRUE(forces_.valid);
+    return Eigen::VectorXf::Map(forces_.force_N.data(), influence_.cols()).cast<double>();
+  }
+
+  void expectNothing(std::uint32_t flags) {
+    EXPECT_FALSE(forces_.valid);
+    EXPECT_EQ(forces_.flags, flags);
+    for (const float force : forces_.force_N) EXPECT_EQ(force, 0.0F);
+    EXPECT_EQ(forces_.resultant_N, (std::array<double, 3>{}));
+    EXPECT_EQ(forces_.moment_Nm, (std::array<double, 3>{}));
+    EXPECT_FALSE(forces_.centreOfPressureValid);
+    EXPECT_EQ(forces_.residual_px, 0.0);
+  }
+
+  const sensor::Sensor sensor_ = smallSensor();
+  const MatrixXd influence_ = halfSpaceImage(sensor_, sensor::nodePositions(sensor_.nodes));
+  const Atoms atoms_ = makeAtoms(sensor_);
+  Factors factors_;
+  Inverse inverse_;
+  std::unique_ptr<FieldSolver> solver_;
+  TractionField forces_;
+  std::mt19937 random_{1};
+};
+
+std::string nameOf(const testing::TestParamInfo<By>& by) {
+  constexpr const char* kNames[] = {"WholeFace", "ContactStep", "Model"};
+  return kNames[static_cast<int>(by.param)];
+}
+
+INSTANTIATE_TEST_SUITE_P(Solvers, FieldSolverTest, testing::Values(By::kWholeFace, By::kContactStep, By::kModel),
+                         nameOf);
+
+TEST_P(FieldSolverTest, WhatIsSaidOfAMissingMarkerDoesNotMatter) {
+  MarkerField field = loaded(influence_, random_);
+  loseMarker(field, 17);
+  const VectorXd expected = solved(field);
+  field.displacement_px[34] = 1e6F;
+  field.displacement_px[35] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(solved(field), expected);
+}
+
+TEST_P(FieldSolverTest, TooManyMissingMarkersGiveNoField) {
+  MarkerField field = loaded(influence_, random_);
+  const MarkerField whole = field;
+  loseAtRandom(field, sensor_.markerCount() / 4, random_);
+  solved(field);
+  loseAtRandom(field, 1, random_);
+  field.flags = kDiscontinuity;
+  solver().solve(field, forces_);
+  expectNothing(kDiscontinuity | kFewMarkers);
+  EXPECT_EQ(solver().counters().fewMarkers.get(), 1U);
+  solved(whole);
+}
+
+TEST_P(FieldSolverTest, AFieldTheTrackerGivesUpIsNotSolved) {
+  MarkerField field = loaded(influence_, random_);
+  field.flags = kFewMarkers;
+  solver().solve(field, forces_);
+  expectNothing(kFewMarkers);
+}
+
+TEST_P(FieldSolverTest, PoisonGivesNoFieldAndDoesNotLast) {
+  const MarkerField whole = loaded(influence_, random_);
+  const VectorXd expected = solved(whole);
+  std::uint64_t count = 0;
+  for (const float poison : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+                             -std::numeric_limits<float>::infinity(), std::numeric_limits<float>::max()}) {
+    for (const int lost : {0, 3}) {
+      MarkerField field = whole;
+      for (int i = 0; i < lost; ++i) loseMarker(field, 10 + i);
+      field.displacement_px[5] = poison;
+      solver().solve(field, forces_);
+      if (std::isfinite(poison) && forces_.valid) continue;  // large, but a number
+      expectNothing(0);
+      EXPECT_EQ(solver().counters().notFinite.get(), ++count);
+      EXPECT_EQ(solved(whole), expected);
+    }
+  }
+}
+
+TEST_P(FieldSolverTest, CentreOfPressureIsWhereAPressIs) {
+  VectorXd press = VectorXd::Zero(influence_.cols());
+  const int node = 2 * sensor_.nodes.columns + 4;
+  press[3 * node + 2] = 2.0;
+  solved(fieldOf(influence_ * press));
+  ASSERT_TRUE(forces_.centreOfPressureValid);
+  const Eigen::Vector3d position = sensor_.nodes.position(4, 2);
+  EXPECT_NEAR(forces_.centreOfPressure_m[0], position.x(), 1e-4);
+  EXPECT_NEAR(forces_.centreOfPressure_m[1], position.y(), 1e-4);
+}
+
+TEST_P(FieldSolverTest, TheFieldCarriesWhatItWasSolvedFrom) {
+  MarkerField field = loaded(influence_, random_);
+  field.info.frameNumber = 42;
+  field.flags = kZeroUnverified | kReacquiring;
+  field.zero.fill(7);
+  solved(field);
+  EXPECT_EQ(forces_.flags & (kZeroUnverified | kReacquiring), field.flags);
+  EXPECT_EQ(forces_.markers.info.frameNumber, 42U);
+  EXPECT_EQ(forces_.markers.displacement_px, field.displacement_px);
+  EXPECT_EQ(forces_.markers.zero, field.zero);
+}
+
+TEST_P(FieldSolverTest, ForcesAddUpToTheResultant) {
+  solved(loaded(influence_, random_));
+  Eigen::Vector3d resultant = Eigen::Vector3d::Zero();
+  for (Eigen::Index n = 0; n < sensor_.nodes.count(); ++n) {
+    resultant += Eigen::Vector3f::Map(forces_.force_N.data() + 3 * n).cast<double>();
+  }
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(forces_.resultant_N[axis], resultant[axis], 1e-5);
+}
+
+/// Only the model has forces beyond the nodes.
+class BeyondNodes : public FieldSolverTest {};
+
+INSTANTIATE_TEST_SUITE_P(Solvers, BeyondNodes, testing::Values(By::kModel), nameOf);
+
+TEST_P(BeyondNodes, WhatActsThereIsPublishedAtTheNearest) {
+  const Eigen::Vector3d at(-10.5e-3, 1.5e-3, 0.0), force(0.3, 0.0, 1.0);  // 1.5 pitches beyond
+  MarkerField markers = fieldOf(halfSpaceImage(sensor_, at) * force);
+  solved(markers);
+  EXPECT_LT((Eigen::Vector3d::Map(forces_.resultant_N.data()) - force).norm(), 0.05 * force.norm());
+  ASSERT_TRUE(forces_.centreOfPressureValid);
+  EXPECT_NEAR(forces_.centreOfPressure_m[0], at.x(), 0.5e-3);
+  EXPECT_LT(forces_.centreOfPressure_m[0], sensor_.nodes.position(0, 0).x() - 0.5e-3);
+  ASSERT_GE(forces_.contactCount, 1);
+  EXPECT_NEAR(forces_.contacts[0].position_m[0], at.x(), 0.5e-3);
+}
+
+TEST_P(FieldSolverTest, ADeviationIsSaidOfEveryForce) {
+  solved(loaded(influence_, random_));
+  for (std::size_t i = 0; i < forces_.force_N.size(); ++i) {
+    if (forces_.force_N[i] != 0.0F) {
+      EXPECT_GT(forces_.deviation_N[i], 0.0F) << i;
+    }
+  }
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_GT(forces_.noise[7 * i], 0.0);
+    EXPECT_GT(forces_.systematic[7 * i], 0.0);
+  }
+}
+
+}  // namespace
+}  // namespace tractiond::solve::field_solver_test
