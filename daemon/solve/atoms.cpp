@@ -191,6 +191,18 @@ Atoms makeAtoms(const sensor::Sensor& sensor) {
   return atoms;
 }
 
+int Atoms::nodeCount() const {
+  return 1 + *std::max_element(nodes.begin(), nodes.end());
+}
+
+void addAtNodes(const Atoms& atoms, std::span<const double> pointForces, std::span<double> nodeForces) {
+  std::fill(nodeForces.begin(), nodeForces.end(), 0.0);
+  for (int p = 0; p < atoms.pointCount(); ++p) {
+    Eigen::Vector3d::Map(nodeForces.data() + 3 * std::ptrdiff_t{atoms.nodeOf(p)}) +=
+        Eigen::Vector3d::Map(pointForces.data() + 3 * std::ptrdiff_t{p});
+  }
+}
+
 void addUp(const Atoms& atoms, std::span<const double> forces, std::span<double> pointForces) {
   std::fill(pointForces.begin(), pointForces.end(), 0.0);
   for (int a = 0; a < atoms.count(); ++a) {

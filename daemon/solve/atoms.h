@@ -33,6 +33,7 @@ struct Atoms {
 
   int pointCount() const { return static_cast<int>(shape.rows()); }
   int count() const { return static_cast<int>(shape.cols()); }
+  int nodeCount() const;
   /// The node at which a point's force is published.
   int nodeOf(int point) const { return nodes[nearest[point]]; }
 };
@@ -46,5 +47,8 @@ Atoms makeAtoms(const sensor::Sensor& sensor);
 
 /// Computes the forces of the points (3P) from those of the atoms (3A) [N].
 void addUp(const Atoms& atoms, std::span<const double> forces, std::span<double> pointForces);
+
+/// Computes the forces of the nodes (3N) from those of the points that are published there (3P) [N].
+void addAtNodes(const Atoms& atoms, std::span<const double> pointForces, std::span<double> nodeForces);
 
 }  // namespace tractiond::solve

@@ -322,6 +322,26 @@ void multiplyColumns(const double* a, const double* b, int size, double* product
 }
 
 TRACTION_VECTOR_CLONES
+void multiplyRowsByColumns(const RowMatrix& matrix, std::span<const int> rows, const double* columns, double* products,
+                           int stride) {
+  // Three rows at a time, of the components of a force, share the loads of the columns.
+  constexpr std::size_t kShared = 3;
+  Doubles x;
+  for (std::size_t k = 0; k < rows.size(); k += kShared) {
+    const std::size_t count = std::min(kShared, rows.size() - k);
+    const float* row[kShared];
+    for (std::size_t i = 0; i < kShared; ++i) row[i] = matrix.row(rows[k + std::min(i, count - 1)]);
+    Doubles sums[kShared] = {};
+    for (int j = 0; j < matrix.columns(); ++j) {
+      load(columns + kColumns * j, x);
+#pragma GCC unroll 3
+      for (std::size_t i = 0; i < kShared; ++i) sums[i] += static_cast<double>(row[i][j]) * x;
+    }
+    for (std::size_t i = 0; i < count; ++i) store(sums[i], products + static_cast<std::ptrdiff_t>(k + i) * stride);
+  }
+}
+
+TRACTION_VECTOR_CLONES
 void solveLowerTransposed(std::span<const double> lower, int size, double* vector) {
   for (int i = size - 1; i >= 0; --i) {
     const double* const row = rowOf(lower.data(), i);

@@ -119,6 +119,11 @@ void solveLower(std::span<const double> lower, int size, double* vector);
 inline constexpr int kColumns = 8;
 void solveLowerColumns(std::span<const double> lower, int size, double* columns);
 
+/// products[stride * k + c] = matrix.row(rows[k]) . column c of kColumns columns of matrix.columns() numbers, stored
+/// so.
+void multiplyRowsByColumns(const RowMatrix& matrix, std::span<const int> rows, const double* columns, double* products,
+                           int stride);
+
 /// products = A'B, kColumns x kColumns row after row, of two such.
 void multiplyColumns(const double* a, const double* b, int size, double* products);
 

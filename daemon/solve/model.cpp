@@ -13,6 +13,12 @@ constexpr int kCompletions = 2;
 /// Times that roughness is added in the last round: each shows more of the contact that the next one is a share of.
 constexpr int kRoughenings = 2;
 
+/// The field's prior was fitted to the picture: its log evidence is less by so much for each degree of freedom.
+constexpr double kOptimism = 1.0;
+
+/// Squared deviations that patches leave more than the field, beyond which they are not looked at.
+constexpr double kHopeless = 2000.0;
+
 int mostOf(const ModelOptions& options) {
   int most = 0;
   for (const auto& rounds : options.most) most = std::max(most, *std::max_element(rounds.begin(), rounds.end()));
@@ -31,6 +37,7 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
     , selection_(factors, options)
     , roughness_(atoms, options)
     , posterior_(factors, atoms, mostOf(options))
+    , mixture_(atoms, 1 + static_cast<int>(AroundPatches::kRoughness.size()))
     , displacement_(static_cast<std::size_t>(factors.influence.stride()))
     , first_(static_cast<std::size_t>(atoms.count()))
     , noise_(static_cast<std::size_t>(mostOf(options)))
@@ -43,59 +50,64 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
   smooth_.reserve(mostOf(options));
 }
 
+Model::Model(const sensor::Sensor& sensor, const Factors& factors, const Atoms& atoms, const ModelOptions& options)
+    : Model(factors, atoms, options) {
+  if (!PatchInfluence::possible(atoms)) return;
+  const auto stride = static_cast<std::size_t>(factors.influence.stride());
+  patched_.emplace(Patched{RoundPatches(sensor, atoms, factors),
+                           AroundPatches(factors, atoms, options_, prior_, selection_, roughness_),
+                           LineArray<double>(stride), LineArray<double>(stride),
+                           std::vector<float>(static_cast<std::size_t>(factors.coordinateCount()))});
+}
+
 void Model::solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
                   Estimate& estimate) noexcept {
-  assert(estimate.force_N.size() == pointForce_.size());
   std::copy(displacement_px.begin(), displacement_px.end(), displacement_.data());
   const auto coordinates = static_cast<int>(displacement_px.size());
   const Displacements picture{displacement_.data(), missing,
                               dotProduct(displacement_.data(), displacement_.data(), coordinates), noise_px};
-  found_ = false;
-  estimate.outcome = Estimate::Outcome::kNothing;
-  std::fill(estimate.force_N.begin(), estimate.force_N.end(), 0.0);
-  estimate.wrench = {};
-  estimate.covariance = {};
-  estimate.motion = {};
-  estimate.squaredResidual_px2 = picture.squares_px2;
-  estimate.degrees = 0.0;
-  estimate.atoms = estimate.rounds = 0;
-
-  if (!std::isfinite(picture.squares_px2)) {
-    fail(estimate);
+  clear(estimate);
+  mixture_.clear();
+  const Found found =
+      std::isfinite(picture.squares_px2) ? findField(picture, displacement_px, estimate.rounds) : Found::kFailed;
+  if (found == Found::kFailed) {
+    estimate.outcome = Estimate::Outcome::kFailed;
     return;
   }
-  look(picture, displacement_px);
-  if (!shows(moments_, options_.detection)) {
+  if (found == Found::kNothing) {
     publishNothing(picture, estimate);
     return;
   }
-  for (std::size_t time = 0; time < options_.most.size(); ++time) {
-    const auto& rounds = options_.most[time];
-    for (std::size_t i = 0; i < rounds.size(); ++i) {
-      const Found found = round(picture, rounds[i], i + 1 == rounds.size());
-      ++estimate.rounds;
-      if (found == Found::kNothing) {
-        publishNothing(picture, estimate);
-        return;
-      }
-      if (found == Found::kFailed) {
-        fail(estimate);
-        return;
-      }
-    }
-    if (time + 1 == options_.most.size() || !looksAgain(picture)) break;
-  }
+  addField();
+  if (patched_ && findPatches(picture)) addPatches();
+  mixture_.weigh();
   publish(estimate);
 }
 
+/// Does the rounds; those of the second search, too, if the residual shows more.
+Model::Found Model::findField(const Displacements& picture, std::span<const float> displacement_px, int& rounds) {
+  look(picture, displacement_px, moments_);
+  if (!shows(moments_, options_.detection)) return Found::kNothing;
+  first_ = moments_.known;
+  for (std::size_t time = 0; time < options_.most.size(); ++time) {
+    const auto& most = options_.most[time];
+    for (std::size_t i = 0; i < most.size(); ++i) {
+      const Found found = round(picture, most[i], i + 1 == most.size());
+      ++rounds;
+      if (found != Found::kAtoms) return found;
+    }
+    if (time + 1 == options_.most.size() || !looksAgain(picture)) break;
+  }
+  return Found::kAtoms;
+}
+
 /// Starts with all atoms alike.
-void Model::look(const Displacements& picture, std::span<const float> displacement_px) {
+void Model::look(const Displacements& picture, std::span<const float> displacement_px, AtomMoments& moments) {
   amplitudes_.take(displacement_px, picture.missing);
   for (int i = 0; i < kCompletions && !picture.missing.empty(); ++i) {
     amplitudes_.complete(evidence_.typicalForce_N(amplitudes_.values(), picture.noise_px), picture.noise_px);
   }
-  evidence_.start(amplitudes_.values(), picture.noise_px, moments_);
-  first_ = moments_.known;
+  evidence_.start(amplitudes_.values(), picture.noise_px, moments);
 }
 
 bool Model::shows(const AtomMoments& moments, double surety) const {
@@ -121,7 +133,7 @@ Model::Found Model::round(const Displacements& picture, int most, bool last) {
   std::fill(moments_.noise_N2.begin(), moments_.noise_N2.end(), 0.0);
   moments_.known = first_;
   if (!last) posterior_.noise_N2(noise_);  // after the last one looksAgain() may ask for it
-  keep(moments_);
+  degrees_ = posterior_.keep(noise_, moments_);
   return Found::kAtoms;
 }
 
@@ -149,19 +161,6 @@ void Model::keepMean() {
   }
 }
 
-/// Puts what was found of the chosen atoms in its place.
-void Model::keep(AtomMoments& moments) {
-  degrees_ = 0.0;
-  for (std::size_t i = 0; i < chosen_.atoms.size(); ++i) {
-    const auto atom = static_cast<std::size_t>(chosen_.atoms[i]);
-    const auto force = posterior_.forces_N().subspan(3 * i, 3);
-    std::copy(force.begin(), force.end(), moments.mean_N.begin() + static_cast<std::ptrdiff_t>(3 * atom));
-    moments.known[atom] = posterior_.known()[i];
-    moments.noise_N2[atom] = noise_[i];
-    degrees_ += posterior_.known()[i];
-  }
-}
-
 /// Returns whether the residual exceeds the noise and shows an atom; then adds its moments to those that were found.
 bool Model::looksAgain(const Displacements& picture) {
   const auto coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture.missing));
@@ -176,14 +175,42 @@ bool Model::looksAgain(const Displacements& picture) {
 
   first_ = rest_.known;
   posterior_.noise_N2(noise_);
-  keep(rest_);
+  posterior_.keep(noise_, rest_);
   std::swap(moments_, rest_);
   return true;
 }
 
-void Model::fail(Estimate& estimate) {
-  estimate.outcome = Estimate::Outcome::kFailed;
-  estimate.squaredResidual_px2 = 0.0;
+void Model::addField() {
+  addUp(atoms_, moments_.mean_N,
+        mixture_.add(posterior_, posterior_.logEvidence() - kOptimism * degrees_, posterior_.wrench()));
+}
+
+/// Fits patches to the picture, and the field around them. False: there are none, or they leave so much more than the
+/// field that they cannot be right.
+bool Model::findPatches(const Displacements& picture) {
+  auto& [patches, around, left, still, rounded] = *patched_;
+  addUp(atoms_, moments_.mean_N, pointForce_);
+  if (!patches.find(picture, pointForce_)) return false;
+  if (!(patches.misfit() - posterior_.squaredResidual_px2() / square(picture.noise_px) < kHopeless)) return false;
+  patches.leave(left.data(), still.data());
+  std::copy_n(still.data(), rounded.size(), rounded.begin());
+  look(picture, rounded, rest_);
+  const double squares = dotProduct(left.data(), left.data(), static_cast<int>(rounded.size()));
+  return around.solve({left.data(), picture.missing, squares, picture.noise_px}, rest_, patches);
+}
+
+void Model::addPatches() {
+  AroundPatches& around = patched_->around;
+  for (int i = 0; i < static_cast<int>(AroundPatches::kRoughness.size()); ++i) {
+    around.pointForces_N(i, mixture_.add(around.posterior(i), around.logEvidence(i), around.wrench(i)));
+  }
+}
+
+void Model::clear(Estimate& estimate) {
+  std::fill(estimate.force_N.begin(), estimate.force_N.end(), 0.0);
+  std::vector<double> forces = std::move(estimate.force_N);
+  estimate = Estimate{};
+  estimate.force_N = std::move(forces);
 }
 
 void Model::publishNothing(const Displacements& picture, Estimate& estimate) {
@@ -191,7 +218,7 @@ void Model::publishNothing(const Displacements& picture, Estimate& estimate) {
   chosen_.gamma_N2.clear();
   chosen_.covariance_N2.clear();
   if (!posterior_.fit(picture, chosen_)) {
-    fail(estimate);
+    estimate.outcome = Estimate::Outcome::kFailed;
     return;
   }
   estimate.motion = posterior_.motion();
@@ -199,31 +226,30 @@ void Model::publishNothing(const Displacements& picture, Estimate& estimate) {
 }
 
 void Model::publish(Estimate& estimate) {
-  found_ = true;
   estimate.outcome = Estimate::Outcome::kFound;
-  addUp(atoms_, moments_.mean_N, estimate.force_N);
-  estimate.wrench = posterior_.wrench();
-  posterior_.wrenchCovariance(estimate.covariance);
-  estimate.motion = posterior_.motion();
-  estimate.squaredResidual_px2 = posterior_.squaredResidual_px2();
+  const auto forces = mixture_.pointForces_N();
+  assert(estimate.force_N.size() == forces.size());
+  std::copy(forces.begin(), forces.end(), estimate.force_N.begin());
+  estimate.wrench = mixture_.wrench();
+  mixture_.wrenchCovariance(estimate.covariance);
+  estimate.motion = mixture_.motion();
+  estimate.squaredResidual_px2 = mixture_.squaredResidual_px2();
   estimate.degrees = degrees_;
   estimate.atoms = static_cast<int>(chosen_.atoms.size());
+  if (mixture_.count() == 1) return;
+  estimate.patchCount = patched_->around.patchCount();
+  estimate.patchShare = 1.0 - mixture_.share(0);
+  for (int k = 0; k < estimate.patchCount; ++k) {
+    estimate.patches[static_cast<std::size_t>(k)] = patched_->around.found(k);
+  }
 }
 
 void Model::nodeDeviations_N(std::span<double> deviations) noexcept {
-  if (found_) {
-    posterior_.nodeDeviations_N(deviations);
-  } else {
-    std::fill(deviations.begin(), deviations.end(), 0.0);
-  }
+  mixture_.nodeDeviations_N(deviations);
 }
 
 void Model::covariance(std::span<const double> weights, int count, std::span<double> covariance) noexcept {
-  if (found_) {
-    posterior_.covariance(weights, count, covariance);
-  } else {
-    std::fill_n(covariance.begin(), count * count, 0.0);
-  }
+  mixture_.covariance(weights, count, covariance);
 }
 
 }  // namespace tractiond::solve

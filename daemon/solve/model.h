@@ -6,10 +6,14 @@
 #pragma once
 
 #include "daemon/solve/amplitudes.h"
+#include "daemon/solve/around_patches.h"
 #include "daemon/solve/evidence.h"
+#include "daemon/solve/mixture.h"
 #include "daemon/solve/posterior.h"
 #include "daemon/solve/prior.h"
 #include "daemon/solve/roughness.h"
+
+#include <optional>
 
 namespace tractiond::solve {
 
@@ -27,15 +31,22 @@ struct Estimate {
   std::array<double, kMotions> motion{};  ///< of the picture, in deviations of its prior
   double squaredResidual_px2 = 0.0;       ///< of the coordinates that are there
   double degrees = 0.0;                   ///< of freedom that the forces took
-  int atoms = 0;                          ///< that have a force
-  int rounds = 0;                         ///< that were done
+  int atoms = 0;                          ///< that have a force in the field alone
+  int rounds = 0;                         ///< that were done for it
+  int patchCount = 0;                     ///< of the patches that were compared with the field alone; 0: none were
+  double patchShare = 0.0;                ///< probability that there are patches rather than the field alone
+  std::array<FoundPatch, RoundPatches::kMost> patches{};
 };
 
 /// Thread-bound. Allocates only when made.
 class Model {
  public:
-  /// All must outlive it.
+  /// Of the field alone, without patches. All must outlive it.
   Model(const Factors& factors, const Atoms& atoms, const ModelOptions& options = {});
+
+  /// With patches, where the sensor allows them. `sensor` is read here alone; the others must outlive it.
+  Model(const sensor::Sensor& sensor, const Factors& factors, const Atoms& atoms, const ModelOptions& options = {});
+  Model(const Model&) = delete;  // its parts refer to each other
 
   /// `displacement_px`: 2M, 0 where missing; `missing`: those coordinates, rising, pairs of whole markers; `noise_px`:
   /// of this frame. `estimate.force_N` must have 3P elements.
@@ -54,16 +65,27 @@ class Model {
 
  private:
   enum class Found { kAtoms, kNothing, kFailed };
-  void look(const Displacements& picture, std::span<const float> displacement_px);
+  /// Round patches and the field around them.
+  struct Patched {
+    RoundPatches patches;
+    AroundPatches around;
+    LineArray<double> left, still;  // displacements that patches leave; the same without the picture's motion
+    std::vector<float> stillRounded;
+  };
+
+  Found findField(const Displacements& picture, std::span<const float> displacement_px, int& rounds);
+  void look(const Displacements& picture, std::span<const float> displacement_px, AtomMoments& moments);
   bool shows(const AtomMoments& moments, double surety) const;
   Found round(const Displacements& picture, int most, bool last);
   bool roughen(const Displacements& picture, int most);
   void keepMean();
-  void keep(AtomMoments& moments);
   bool looksAgain(const Displacements& picture);
+  void addField();
+  bool findPatches(const Displacements& picture);
+  void addPatches();
   void publishNothing(const Displacements& picture, Estimate& estimate);
   void publish(Estimate& estimate);
-  static void fail(Estimate& estimate);
+  static void clear(Estimate& estimate);
 
   const Factors& factors_;
   const Atoms& atoms_;
@@ -74,12 +96,13 @@ class Model {
   Selection selection_;
   Roughness roughness_;
   Posterior posterior_;
+  std::optional<Patched> patched_;
+  Mixture mixture_;  // of the field alone, then of the field around patches, of each roughness
   // Of one frame.
   LineArray<double> displacement_;
   AtomMoments moments_, rest_;             // of all atoms: of the last round; of the residual
   std::vector<double> first_;              // A: what the last look at the modes knew
   Chosen chosen_, smooth_;                 // smooth_: before roughness
-  bool found_ = false;                     // what posterior_ holds was published
   double degrees_ = 0.0;                   // of freedom that the forces took
   std::vector<double> noise_;              // of the chosen atoms
   std::vector<double> pointForce_, left_;  // 3P; r

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace tractiond::solve {
 namespace {
@@ -33,11 +34,11 @@ std::size_t packed(int size) {
 
 }  // namespace
 
-Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most)
+Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra)
     : factors_(factors)
     , atoms_(atoms)
     , wrench_(6, 3 * atoms.count())
-    , stride_((3 * most + kMotions + kColumns - 1) / kColumns * kColumns)
+    , stride_((3 * most + mostExtra + kMotions + kColumns - 1) / kColumns * kColumns)
     , roots_(static_cast<std::size_t>(most))
     , rows_(3 * static_cast<std::size_t>(most))
     , matrix_(packed(stride_))
@@ -50,7 +51,7 @@ Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most)
     , forces_(3 * static_cast<std::size_t>(most))
     , known_(static_cast<std::size_t>(most))
     , indexOf_(static_cast<std::size_t>(atoms.count()), -1)
-    , covering_(3 * static_cast<std::size_t>(most))
+    , covering_(static_cast<std::size_t>(3 * most + mostExtra))
     , share_(covering_.size()) {
   std::vector<Eigen::Triplet<double>> shares;
   int nodes = 0;
@@ -70,9 +71,11 @@ Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most)
   }
 }
 
-bool Posterior::fit(const Displacements& picture, const Chosen& chosen) {
-  assert(3 * static_cast<int>(chosen.atoms.size()) + kMotions <= stride_ && picture.noise_px > 0.0);
+bool Posterior::fit(const Displacements& picture, const Chosen& chosen, ExtraUnknowns* extra) {
   chosen_ = &chosen;
+  extra_ = extra;
+  diagonalInverted_ = false;
+  assert(unknowns() <= stride_ && picture.noise_px > 0.0);
   noise_px_ = picture.noise_px;
   const int atoms = static_cast<int>(chosen.atoms.size()), size = unknowns();
   for (int i = 0; i < atoms; ++i) {
@@ -81,13 +84,15 @@ bool Posterior::fit(const Displacements& picture, const Chosen& chosen) {
     roots_[i] = root.matrixL();
     for (int axis = 0; axis < 3; ++axis) rows_[3 * i + axis] = 3 * chosen.atoms[i] + axis;
   }
-  multiplyRows(factors_.influence, {rows_.data(), 3 * chosen.atoms.size()}, picture.displacement_px, right_.data());
+  multiplyDisplacement(picture);
   for (int i = 0; i < atoms; ++i) {
     auto product = Vector3d::Map(right_.data() + 3 * i);
     product = (roots_[i].transpose() * product).eval();
   }
-  multiplyRows(factors_.motion, kEveryMotion, picture.displacement_px, right_.data() + 3 * atoms);
+  for (int i = firstExtra(); i < firstMotion(); ++i) right_[i] = extra->withDisplacement(i - firstExtra());
+  multiplyRows(factors_.motion, kEveryMotion, picture.displacement_px, right_.data() + firstMotion());
   assemble();
+  assembleExtra();
   for (std::size_t first = 0; first < picture.missing.size(); first += kTogether) {
     takeOut(picture.missing.subspan(first, std::min(kTogether, picture.missing.size() - first)));
   }
@@ -99,20 +104,53 @@ bool Posterior::fit(const Displacements& picture, const Chosen& chosen) {
   // |d - B x|^2, B'B x being B'd - n^2 x.
   squaredResidual_ = picture.squares_px2 - dotProduct(x_.data(), right_.data(), size) -
                      square(noise_px_) * dotProduct(x_.data(), x_.data(), size);
-  std::copy_n(x_.begin() + 3 * atoms, kMotions, motion_.begin());
+  double logDeterminant = 0.0;  // of A^-1, the factor's diagonal being stored as the reciprocal
+  for (int i = 0; i < size; ++i) logDeterminant += 2.0 * std::log(row(i)[i]);
+  logEvidence_ = 0.5 * (logDeterminant + size * std::log(square(noise_px_)) - squaredResidual_ / square(noise_px_) -
+                        dotProduct(x_.data(), x_.data(), size));
+  std::copy_n(x_.begin() + firstMotion(), kMotions, motion_.begin());
+  for (int i = 0; i < atoms; ++i) {
+    Vector3d::Map(forces_.data() + 3 * i) = roots_[i] * Vector3d::Map(x_.data() + 3 * i);
+  }
+  return true;
+}
 
-  for (int panel = 0; kColumns * panel < size; ++panel) {
-    inverseColumns({matrix_.data(), packed(size)}, kColumns * panel, size,
-                   panels_.data() + static_cast<std::ptrdiff_t>(panel) * kColumns * stride_);
+/// Computes the blocks of A^-1 along the diagonal, unless that was done.
+void Posterior::invertDiagonal() {
+  if (diagonalInverted_) return;
+  diagonalInverted_ = true;
+  for (int panel = 0; kColumns * panel < unknowns(); ++panel) {
+    invertColumns(panel);
     invert(panel, panel);
     if (panel > 0) invert(panel, panel - 1);  // an atom may lie across two
   }
-  for (int i = 0; i < atoms; ++i) {
-    Vector3d::Map(forces_.data() + 3 * i) = roots_[i] * Vector3d::Map(x_.data() + 3 * i);
-    const double variance = square(noise_px_) * (roots_[i] * inverseOf(i) * roots_[i].transpose()).trace();
-    known_[i] = 3.0 - variance / chosen.gamma_N2[i];
+}
+
+/// Computes a panel of the factor's inverse.
+void Posterior::invertColumns(int panel) {
+  inverseColumns({matrix_.data(), packed(unknowns())}, kColumns * panel, unknowns(),
+                 panels_.data() + static_cast<std::ptrdiff_t>(panel) * kColumns * stride_);
+}
+
+std::span<const double> Posterior::known() {
+  invertDiagonal();
+  for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
+    const Block inverse = inverseOf(static_cast<int>(i));
+    known_[i] = 3.0 - square(noise_px_) * (roots_[i] * inverse * roots_[i].transpose()).trace() / chosen_->gamma_N2[i];
   }
-  return true;
+  return {known_.data(), chosen_->atoms.size()};
+}
+
+/// Fills B'd of the atoms, with S = 1.
+void Posterior::multiplyDisplacement(const Displacements& picture) {
+  if (extra_ == nullptr) {
+    multiplyRows(factors_.influence, {rows_.data(), 3 * chosen_->atoms.size()}, picture.displacement_px, right_.data());
+    return;
+  }
+  for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
+    const double* const products = extra_->productsWith(chosen_->atoms[i]) + extra_->count();
+    for (std::size_t axis = 0; axis < 3; ++axis) right_[3 * i + axis] = products[axis * extra_->stride()];
+  }
 }
 
 void Posterior::assemble() {
@@ -130,17 +168,35 @@ void Posterior::assemble() {
     }
   }
   for (int m = 0; m < kMotions; ++m) {
-    double* const to = row(3 * count + m);
+    double* const to = row(firstMotion() + m);
     for (int j = 0; j < count; ++j) {
       Eigen::RowVector3d::Map(to + 3 * j) =
           factors_.motionCoupling.block<1, 3>(m, 3 * static_cast<Index>(atoms[j])) * roots_[j];
     }
-    for (int other = 0; other <= m; ++other) to[3 * count + other] = factors_.motionGram(m, other);
+    for (int other = 0; other <= m; ++other) to[firstMotion() + other] = factors_.motionGram(m, other);
   }
-  for (int i = 0; i < unknowns(); ++i) row(i)[i] += square(noise_px_);
+  for (int i = 0; i < firstExtra(); ++i) row(i)[i] += square(noise_px_);
+  for (int i = firstMotion(); i < unknowns(); ++i) row(i)[i] += square(noise_px_);
 }
 
-/// Takes the products of some missing coordinates off B'B.
+/// Fills the rows and columns of the extra unknowns.
+void Posterior::assembleExtra() {
+  using Products = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>, 0, Eigen::OuterStride<>>;
+  const int first = firstExtra(), count = static_cast<int>(extraCount());
+  for (std::size_t j = 0; j < chosen_->atoms.size() && count > 0; ++j) {
+    const Products products(extra_->productsWith(chosen_->atoms[j]), 3, count, Eigen::OuterStride<>(extra_->stride()));
+    for (int i = 0; i < count; ++i) {
+      Vector3d::Map(row(first + i) + 3 * j) = roots_[j].transpose() * products.col(i);
+    }
+  }
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j <= i; ++j) row(first + i)[first + j] = extra_->product(i, j);
+    row(first + i)[first + i] += square(noise_px_);
+    for (int m = 0; m < kMotions; ++m) row(firstMotion() + m)[first + i] = extra_->withMotion(i, m);
+  }
+}
+
+/// Takes the products of some missing coordinates off B'B. The extra unknowns do nothing there.
 void Posterior::takeOut(std::span<const int> missing) {
   const int atoms = static_cast<int>(chosen_->atoms.size()), count = static_cast<int>(missing.size());
   const auto missingRow = [&](int unknown) {
@@ -154,8 +210,9 @@ void Posterior::takeOut(std::span<const int> missing) {
       for (int axis = 0; axis < 3; ++axis) missingRow(3 * i + axis)[k] = moved[axis];
     }
   }
+  for (int i = firstExtra(); i < firstMotion(); ++i) std::fill_n(missingRow(i), count, 0.0);
   for (int m = 0; m < kMotions; ++m) {
-    for (int k = 0; k < count; ++k) missingRow(3 * atoms + m)[k] = factors_.motion.row(m)[missing[k]];
+    for (int k = 0; k < count; ++k) missingRow(firstMotion() + m)[k] = factors_.motion.row(m)[missing[k]];
   }
   for (int i = 0; i < unknowns(); ++i) {
     for (int j = 0; j <= i; ++j) row(i)[j] -= dotProduct(missingRow(i), missingRow(j), count);
@@ -184,8 +241,9 @@ Block Posterior::inverseOf(int atom) const {
   return block;
 }
 
-/// Computes the blocks of A^-1 that fit() left out.
-void Posterior::invertRest() {
+/// Computes all blocks of A^-1.
+void Posterior::invertAll() {
+  invertDiagonal();
   for (int panel = 2; kColumns * panel < unknowns(); ++panel) {
     for (int other = 0; other < panel - 1; ++other) invert(panel, other);
   }
@@ -193,7 +251,7 @@ void Posterior::invertRest() {
 
 void Posterior::noise_N2(std::span<double> noise) {
   const int size = unknowns();
-  invertRest();
+  invertAll();
   for (int i = 0; i < static_cast<int>(chosen_->atoms.size()); ++i) {
     const double* const rows = inverse_.data() + 3 * i * std::ptrdiff_t{stride_};
     Block squared;
@@ -206,10 +264,24 @@ void Posterior::noise_N2(std::span<double> noise) {
   }
 }
 
+double Posterior::keep(std::span<const double> noise, AtomMoments& moments) {
+  double degrees = 0.0;
+  const auto known = this->known();
+  for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
+    const auto atom = static_cast<std::size_t>(chosen_->atoms[i]);
+    std::copy_n(forces_.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
+                moments.mean_N.begin() + static_cast<std::ptrdiff_t>(3 * atom));
+    moments.known[atom] = known[i];
+    moments.noise_N2[atom] = noise[i];
+    degrees += known[i];
+  }
+  return degrees;
+}
+
 void Posterior::nodeDeviations_N(std::span<double> deviations) {
   assert(static_cast<Index>(deviations.size()) == 3 * atomsOfNodes_.rows());
   const auto& chosen = chosen_->atoms;
-  invertRest();
+  invertAll();
   for (std::size_t i = 0; i < chosen.size(); ++i) indexOf_[chosen[i]] = static_cast<int>(i);
   for (Index node = 0; node < atomsOfNodes_.rows(); ++node) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -221,6 +293,12 @@ void Posterior::nodeDeviations_N(std::span<double> deviations) {
           covering_[count] = 3 * i + c;
           share_[count] = it.value() * roots_[i](axis, c);
         }
+      }
+      for (int i = firstExtra(); i < firstMotion(); ++i) {
+        const double force = std::as_const(*extra_).nodeForces_N(i - firstExtra())[3 * node + axis];
+        if (force == 0.0) continue;
+        covering_[count] = i;
+        share_[count++] = force;
       }
       double variance = 0.0;
       for (std::size_t k = 0; k < count; ++k) {
@@ -249,6 +327,14 @@ void Posterior::covariance(std::span<const double> weights, int count, std::span
     }
     decltype(sum)::Map(columns + 3 * kColumns * i) = roots_[i].transpose() * sum;
   }
+  for (int i = firstExtra(); i < firstMotion(); ++i) {
+    const auto forces = std::as_const(*extra_).pointForces_N(i - firstExtra());
+    double* const to = columns + static_cast<std::ptrdiff_t>(kColumns) * i;
+    for (std::size_t f = 0; f < forces.size(); ++f) {
+      if (forces[f] == 0.0) continue;
+      for (int k = 0; k < count; ++k) to[k] += forces[f] * weights[count * f + k];
+    }
+  }
   multiplyInverse(count, covariance.data());
 }
 
@@ -272,6 +358,10 @@ void Posterior::wrenchCovariance(std::array<double, 36>& covariance) {
       std::copy_n(wrench.col(static_cast<Index>(axis)).data(), 6, columns + kColumns * (3 * i + axis));
     }
   }
+  for (int i = firstExtra(); i < firstMotion(); ++i) {
+    std::copy_n(std::as_const(*extra_).wrench(i - firstExtra()).data(), 6,
+                columns + static_cast<std::ptrdiff_t>(kColumns) * i);
+  }
   multiplyInverse(6, covariance.data());
 }
 
@@ -280,9 +370,24 @@ std::array<double, 6> Posterior::wrench() const {
   for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
     sum += wrench_.middleCols<3>(3 * static_cast<Index>(chosen_->atoms[i])) * Vector3d::Map(forces_.data() + 3 * i);
   }
+  for (std::size_t i = 0; i < extraCount(); ++i) {
+    sum += extra()[i] * std::as_const(*extra_).wrench(static_cast<int>(i));
+  }
   std::array<double, 6> wrench{};
   std::copy_n(sum.data(), 6, wrench.begin());
   return wrench;
+}
+
+void Posterior::extraCovariance(std::span<double> covariance) {
+  const int count = static_cast<int>(extraCount()), from = firstExtra() / kColumns;
+  for (int panel = from; kColumns * panel < unknowns(); ++panel) {
+    invertColumns(panel);
+    for (int other = from; other <= panel; ++other) invert(panel, other);
+  }
+  for (int i = 0; i < count; ++i) {
+    const double* const of = inverse_.data() + (firstExtra() + i) * std::ptrdiff_t{stride_} + firstExtra();
+    for (int j = 0; j < count; ++j) covariance[i * count + j] = square(noise_px_) * of[j];
+  }
 }
 
 }  // namespace tractiond::solve

@@ -1,12 +1,14 @@
 // Computes the posterior of the chosen atoms from a picture and their prior.
 //
-//   gamma Omega = S S',  B = [H S, P Q^1/2],  A = B'B + n^2     over the coordinates that are there
-//   x = A^-1 B'd         the atoms' forces being f = S x, the motion's own 4 unknowns last
+//   gamma Omega = S S',  B = [H S, E, P Q^1/2],  A = B'B + n^2     over the coordinates that are there
+//   x = A^-1 B'd         the atoms' forces being f = S x, then extra unknowns, the motion's own 4 last
 //   Sigma = n^2 S A^-1 S'                       covariance of f
 //   known_a = 3 - tr Sigma_aa / gamma_a         degrees of freedom
 //   noise_a = n^2 tr [S (A^-1 - n^2 A^-2) S']_aa    variance of f by the picture's noise
+//   log evidence = -1/2 (|d - B x|^2 / n^2 + |x|^2 + log det(A / n^2))    but for what is the same with any prior
 #pragma once
 
+#include "daemon/solve/extra_unknowns.h"
 #include "daemon/solve/prior.h"
 
 #include <array>
@@ -15,37 +17,38 @@
 
 namespace tractiond::solve {
 
-/// The displacements of one frame. Borrowed.
-struct Displacements {
-  const double* displacement_px = nullptr;  ///< 2M, padded; 0 where missing
-  std::span<const int> missing;             ///< coordinates without a displacement
-  double squares_px2 = 0.0;                 ///< sum of the squared displacements
-  double noise_px = 0.0;                    ///< n
-};
-
 /// Thread-bound. Allocates only when made.
 class Posterior {
  public:
-  /// Both must outlive it. `most`: atoms that fit() takes.
-  Posterior(const Factors& factors, const Atoms& atoms, int most);
+  /// Both must outlive it. `most`: atoms that fit() takes; `mostExtra`: extra unknowns.
+  Posterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra = 0);
 
-  /// `chosen` must live until the next fit(). False: the equations could not be solved.
-  bool fit(const Displacements& picture, const Chosen& chosen);
+  /// `chosen` and `extra`, whose products with this picture must have been computed, must live until the next fit().
+  /// False: the equations could not be solved.
+  bool fit(const Displacements& picture, const Chosen& chosen, ExtraUnknowns* extra = nullptr);
 
   // What fit() found, of the chosen atoms in their order.
   std::span<const double> forces_N() const { return {forces_.data(), 3 * chosen_->atoms.size()}; }
-  std::span<const double> known() const { return {known_.data(), chosen_->atoms.size()}; }
+  std::span<const double> known();
+  std::span<const double> extra() const { return {x_.data() + 3 * chosen_->atoms.size(), extraCount()}; }
+  double logEvidence() const { return logEvidence_; }
   double squaredResidual_px2() const { return squaredResidual_; }
   const std::array<double, kMotions>& motion() const { return motion_; }  ///< in its prior's deviations
 
   /// Noise of the chosen atoms; takes as long as fit().
   void noise_N2(std::span<double> noise);
 
+  /// Puts what was found of the chosen atoms, and `noise`, in its place among all. Returns the degrees of freedom.
+  double keep(std::span<const double> noise, AtomMoments& moments);
+
   /// Covariance of the wrench about the origin, row after row [N^2, N^2 m, N^2 m^2].
   void wrenchCovariance(std::array<double, 36>& covariance);
 
+  /// Covariance of the extra unknowns, row after row.
+  void extraCovariance(std::span<double> covariance);
+
   /// Standard deviations of the forces of all nodes (3N), each the sum of the points that are published there; takes as
-  /// long as fit(). What no chosen atom covers has none.
+  /// long as fit(). What no unknown covers has none.
   void nodeDeviations_N(std::span<double> deviations);
 
   /// Computes the covariance of `count` functionals of the points' forces, row after row. `weights`: 3P x count, row
@@ -56,12 +59,19 @@ class Posterior {
   std::array<double, 6> wrench() const;
 
  private:
-  int unknowns() const { return 3 * static_cast<int>(chosen_->atoms.size()) + kMotions; }
+  std::size_t extraCount() const { return extra_ == nullptr ? 0 : static_cast<std::size_t>(extra_->count()); }
+  int firstExtra() const { return 3 * static_cast<int>(chosen_->atoms.size()); }
+  int firstMotion() const { return firstExtra() + static_cast<int>(extraCount()); }
+  int unknowns() const { return firstMotion() + kMotions; }
   double* row(int unknown) { return matrix_.data() + static_cast<std::ptrdiff_t>(unknown) * (unknown + 1) / 2; }
+  void multiplyDisplacement(const Displacements& picture);
   void assemble();
+  void assembleExtra();
+  void invertDiagonal();
+  void invertColumns(int panel);
   void takeOut(std::span<const int> missing);
   void invert(int panel, int other);
-  void invertRest();
+  void invertAll();
   void multiplyInverse(int count, double* covariance);
   Block inverseOf(int atom) const;
 
@@ -72,7 +82,9 @@ class Posterior {
   const int stride_;                                           // of inverse_: the most unknowns, padded
   // Of one fit.
   const Chosen* chosen_ = nullptr;
-  double noise_px_ = 0.0, squaredResidual_ = 0.0;
+  ExtraUnknowns* extra_ = nullptr;
+  double noise_px_ = 0.0, squaredResidual_ = 0.0, logEvidence_ = 0.0;
+  bool diagonalInverted_ = false;       // what lies beside the diagonal of A^-1 was computed
   std::vector<Block> roots_;            // S of each atom
   std::vector<int> rows_;               // of the influence matrix
   std::vector<double> matrix_;          // A, then its factor, packed

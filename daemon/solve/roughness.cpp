@@ -70,16 +70,23 @@ Roughness::Roughness(const Atoms& atoms, const ModelOptions& options)
     }
     for (int a = level.first; a < level.end; ++a) {
       const bool isBeyond = a < atoms.pointCount() && atoms.nodes[a] < 0;
-      const double rho = level.ambiguous || isBeyond ? 1.0 : options.roughness;
       groups_[group].atoms.push_back(a);
-      share_.push_back(rho / VectorXd(atoms.shape.col(a)).maxCoeff());
+      rho_.push_back(level.ambiguous || isBeyond ? 1.0 : options.roughness);
+      largest_.push_back(VectorXd(atoms.shape.col(a)).maxCoeff());
     }
   }
 }
 
 std::span<const double> Roughness::add(std::span<const double> mean_N, const Chosen& chosen) {
   addUp(atoms_, mean_N, pointForce_);
-  for (Index p = 0; p < force_.size(); ++p) force_[p] = Eigen::Vector3d::Map(pointForce_.data() + 3 * p).norm();
+  beneath(pointForce_);
+  for (std::size_t a = 0; a < gamma_.size(); ++a) gamma_[a] *= square(rho_[a]);
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) gamma_[chosen.atoms[i]] += chosen.gamma_N2[i];
+  return gamma_;
+}
+
+std::span<const double> Roughness::beneath(std::span<const double> pointForces_N) {
+  for (Index p = 0; p < force_.size(); ++p) force_[p] = Eigen::Vector3d::Map(pointForces_N.data() + 3 * p).norm();
   for (Group& group : groups_) {
     group.spread.average(force_, pressure_);
     const double largest = pressure_.maxCoeff();
@@ -93,10 +100,9 @@ std::span<const double> Roughness::add(std::span<const double> mean_N, const Cho
       for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, a); it; ++it) {
         reciprocal += it.value() * pressure_[it.row()];
       }
-      gamma_[a] = square(share_[a] / reciprocal) / 3.0;
+      gamma_[a] = square(1.0 / (reciprocal * largest_[a])) / 3.0;
     }
   }
-  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) gamma_[chosen.atoms[i]] += chosen.gamma_N2[i];
   return gamma_;
 }
 

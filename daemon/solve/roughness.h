@@ -32,6 +32,9 @@ class Roughness {
   /// is at their edge. `mean_N`: of all atoms, 3A.
   std::span<const double> add(std::span<const double> mean_N, const Chosen& chosen);
 
+  /// Returns q_a^2 / 3 of all atoms under the forces of the points (3P).
+  std::span<const double> beneath(std::span<const double> pointForces_N);
+
  private:
   /// Levels whose pressure is averaged over the same distance.
   struct Group {
@@ -41,10 +44,10 @@ class Roughness {
 
   const Atoms& atoms_;
   std::vector<Group> groups_;
-  std::vector<double> share_;         // of each atom, rho_a over its largest share of a point
-  std::vector<double> pointForce_;    // 3P
-  Eigen::VectorXd force_, pressure_;  // P, magnitudes; then 1 / pressure
-  std::vector<double> gamma_;         // A
+  std::vector<double> rho_, largest_;  // of each atom; its largest share of a point
+  std::vector<double> pointForce_;     // 3P
+  Eigen::VectorXd force_, pressure_;   // P, magnitudes; then 1 / pressure
+  std::vector<double> gamma_;          // A
 };
 
 }  // namespace tractiond::solve

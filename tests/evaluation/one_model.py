@@ -337,35 +337,33 @@ def solve(model, d, constants=Constants()):
     return Posterior(wrench, covariance, forces, atoms, fitted.residual, budget > 0, fitted.evidence, degrees)
 
 
-def read(thickness, seed_number, moved, others={}):
-    """What this build's solver, the model and `others` (functions of the model and a picture) make of the markers'
-    displacements, one frame each: wrenches and covariances."""
+def read(thickness, seed_number, moved, others={}, together={}):
+    """What this build's solver, the model, `others` (functions of the model and a picture) and `together` (of all
+    pictures) make of the markers' displacements, one frame each: wrenches and covariances."""
     import unseen
 
     gel = chain.gel_text(thickness) + unseen.ALL_KNOWN
     found = chain.run(moved, gel=gel, given=shapes.MARKER_NOISE_PX, seed=seed_number % 2**20)
     model, generator = Model(thickness), np.random.default_rng([seed_number, thickness, 1])
-    solvers = {"one model": solve, **others}
-    posteriors = {label: [] for label in solvers}
-    for one in moved:
-        seen = shapes.pixels(model.markers, one).ravel()
-        seen += model.noise * generator.standard_normal(len(seen))
-        for label, solver in solvers.items():
-            posteriors[label].append(solver(model, seen))
+    seen = np.array([shapes.pixels(model.markers, one).ravel() for one in moved])
+    seen += model.noise * np.array([generator.standard_normal(len(one)) for one in seen])
     covariance = found["noise_covariance"] + found["systematic_covariance"]
     results = {"this build's solver": (np.hstack([found.resultant_N, found.moment_Nm]), covariance.reshape(-1, 6, 6))}
-    for label, all_frames in posteriors.items():
-        results[label] = np.array([p.wrench for p in all_frames]), np.array([p.covariance for p in all_frames])
+    for label, solver in {"one model": solve, **others}.items():
+        found = [solver(model, one) for one in seen]
+        results[label] = np.array([one.wrench for one in found]), np.array([one.covariance for one in found])
+    for label, solver in together.items():
+        results[label] = solver(seen)
     return results
 
 
-def compare(thickness, seed_number, loads, frames=2, others={}):
+def compare(thickness, seed_number, loads, frames=2, others={}, together={}):
     """Random loads, and what read() makes of them in single frames."""
     import unseen
 
     families = loads * shapes.INSIDE + loads * shapes.BEYOND + 2 * loads * shapes.PALMS
     drawn = unseen.Drawn(thickness, families, np.random.default_rng([seed_number, thickness]))
-    return drawn, read(thickness, seed_number, np.repeat(drawn.displacement, frames, axis=0), others)
+    return drawn, read(thickness, seed_number, np.repeat(drawn.displacement, frames, axis=0), others, together)
 
 
 ZONES = {"inside": ["inside", "rim", "corner"], "beyond": ["beyond"], "palms": ["palm"]}

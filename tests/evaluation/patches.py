@@ -266,7 +266,8 @@ def balls(generator, count=6):
     return result
 
 
-def say_balls(thickness, seed_number, frames=4):
+def say_balls(thickness, seed_number, together={}, frames=4):
+    """Prints errors of balls, and returns what read() says of them."""
     loads = balls(np.random.default_rng([seed_number, thickness, 2]))
     unit = [
         np.tensordot(
@@ -274,7 +275,7 @@ def say_balls(thickness, seed_number, frames=4):
         )
         for load in loads
     ]
-    results = one_model.read(thickness, seed_number, np.repeat(unit, frames, axis=0), others(thickness))
+    results = one_model.read(thickness, seed_number, np.repeat(unit, frames, axis=0), others(thickness), together)
     families = np.array([load.family for load in loads])
     truth = np.array([load.resultant for load in loads])[:, None]
     for family in dict.fromkeys(families):
@@ -289,6 +290,7 @@ def say_balls(thickness, seed_number, frames=4):
                 f"{100 * (abs(error) <= 1.96 * deviation).mean():3.0f} %; median width of the interval of Fz {width:4.1f} gf",
                 flush=True,
             )
+    return results
 
 
 def others(thickness):

@@ -148,5 +148,38 @@ TEST(Model, AllocatesNothingWhateverItFinds) {
   EXPECT_EQ(rounds, 6);
 }
 
+TEST(Model, AllocatesNothingAroundPatches) {
+  const sensor::Sensor sensor = smallSensor();
+  const Atoms atoms = makeAtoms(sensor);
+  ModelOptions options;
+  options.mechanics = sensor::elastic::Model::kHalfSpace;
+  const Factors factors = computeFactors(sensor, atoms, options).value();
+  Model model(sensor, factors, atoms, options);
+  Estimate estimate;
+  estimate.force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
+  const auto press = [&](double x_m, double y_m) -> Eigen::VectorXf {
+    return (halfSpaceImage(sensor, Eigen::Vector3d(x_m, y_m, 0.0)) * Eigen::Vector3d(0.1, 0.0, 1.0)).cast<float>();
+  };
+  const Eigen::VectorXf one = press(1e-3, 2e-3), two = press(-6e-3, -4e-3) + press(6e-3, 4e-3);
+  const std::vector<int> missing = {2, 3, 10, 11, 100, 101};
+  std::vector<double> deviations(3 * static_cast<std::size_t>(atoms.nodeCount()));
+  const std::vector<double> weights(6 * 3 * static_cast<std::size_t>(atoms.pointCount()), 1.0);
+  std::array<double, 36> covariance{};
+  int patches = 0;
+  for (const Eigen::VectorXf& moved : {one, two}) {
+    for (const std::span<const int> without : {std::span<const int>(), std::span<const int>(missing)}) {
+      Eigen::VectorXf there = moved;
+      for (const int coordinate : without) there[coordinate] = 0.0F;
+      const int then = allocations;
+      model.solve({there.data(), static_cast<std::size_t>(there.size())}, without, options.noise_px, estimate);
+      model.nodeDeviations_N(deviations);
+      model.covariance(weights, 6, covariance);
+      EXPECT_EQ(allocations, then);
+      patches += estimate.patchCount;
+    }
+  }
+  EXPECT_EQ(patches, 6);
+}
+
 }  // namespace
 }  // namespace tractiond::solve::allocation_test

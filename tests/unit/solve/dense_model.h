@@ -4,7 +4,7 @@
 #pragma once
 
 #include "daemon/solve/model_options.h"
-#include "tests/unit/solve/sensors.h"
+#include "tests/unit/solve/dense_atoms.h"
 
 #include <Eigen/Dense>
 
@@ -13,31 +13,19 @@
 
 namespace tractiond::solve {
 
-class DenseModel {
+class DenseModel : protected DenseAtoms {
  public:
-  using Matrix = Eigen::MatrixXd;
-  using Vector = Eigen::VectorXd;
+  using DenseAtoms::Matrix, DenseAtoms::Vector, DenseAtoms::pointsOf;
 
   /// `influence`: of the points of pointsOf(), 2M x 3P; `motion`: P Q^1/2; `force_N`: the scale of tau.
   DenseModel(const sensor::NodeGrid& nodes, double depth_m, const Matrix& influence, const Matrix& motion,
              double force_N, const ModelOptions& options)
-      : options_(options)
+      : DenseAtoms(nodes)
+      , options_(options)
       , depth_m_(depth_m)
       , force_N_(force_N)
-      , motion_(motion) {
-    makeAtoms(nodes);
-    H_ = influence * kronecker(shape_);
-  }
-
-  /// The nodes and two rings around them, row after row.
-  static sensor::Points pointsOf(const sensor::NodeGrid& nodes) {
-    sensor::Points points(3, (nodes.columns + 4) * (nodes.rows + 4));
-    Eigen::Index p = 0;
-    for (int row = -2; row < nodes.rows + 2; ++row) {
-      for (int column = -2; column < nodes.columns + 2; ++column) points.col(p++) = nodes.position(column, row);
-    }
-    return points;
-  }
+      , motion_(motion)
+      , H_(influence * kronecker(shape_)) {}
 
   struct Result {
     Vector forces = {};  ///< of the points
@@ -47,18 +35,15 @@ class DenseModel {
     Eigen::Vector4d motion = Eigen::Vector4d::Zero();  ///< in its prior's deviations, of frames without a force
     std::vector<int> atoms = {};
     int rounds = 0;
+    double evidence = 0.0, degrees = 0.0;
   };
 
   Result solve(const Vector& displacement, const std::vector<int>& present, double noise_px) const {
     const Matrix H = H_(present, Eigen::all), motion = motion_(present, Eigen::all);
     const Vector d = displacement(present);
     const double n2 = noise_px * noise_px;
-    const Matrix one = Matrix::Identity(d.size(), d.size());
-    const Matrix halfWeight =
-        Eigen::SelfAdjointEigenSolver<Matrix>(one + motion * motion.transpose() / n2).operatorInverseSqrt();
-    const Eigen::BDCSVD<Matrix> svd(halfWeight * H, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    const Modes modes{svd.singularValues(), svd.matrixV(), noise_px};
-    const Vector amplitudes = svd.matrixU().transpose() * (halfWeight * d);
+    const Modes modes = modesOf(H, motion, noise_px);
+    const Vector amplitudes = modes.look * d;
     const Vector size = H.colwise().squaredNorm().transpose();
 
     Result result;
@@ -74,7 +59,7 @@ class DenseModel {
         if (detected) result.atoms = select(gamma, size, most, n2);
         if (result.atoms.empty()) {
           result.forces = Vector::Zero(3 * shape_.rows());
-          fit = posterior(H, motion, d, n2, {}, gamma, {});
+          fit = posterior(H, motion, d, n2, {}, gamma, {}, Matrix(d.size(), 0));
           result.residual = fit.residual;
           result.motion = fit.motion;
           return result;
@@ -96,7 +81,7 @@ class DenseModel {
           }
           std::vector<Eigen::Matrix3d> omega;
           for (const int a : result.atoms) omega.push_back(directions(shown, evident(shown), a, i == 2));
-          fit = posterior(H, motion, d, n2, result.atoms, gamma, omega);
+          fit = posterior(H, motion, d, n2, result.atoms, gamma, omega, Matrix(d.size(), 0));
         }
         seen = {Vector::Zero(H.cols()), first.known, Vector::Zero(shape_.cols())};
         keep(fit, result.atoms, seen);
@@ -107,6 +92,8 @@ class DenseModel {
       const Matrix to = B * kronecker(shape_)(Eigen::all, components(result.atoms));
       result.covariance = to * fit.sigma * to.transpose();
       result.residual = fit.residual;
+      result.evidence = fit.evidence;
+      result.degrees = fit.known.sum();
       const double count = static_cast<double>(d.size());
       if (time == 1 || fit.residual < n2 * (count - fit.known.sum() + options_.gate * std::sqrt(2.0 * count))) break;
       Seen rest = start(modes, amplitudes - modes.s.asDiagonal() * modes.V.transpose() * seen.mean);
@@ -120,11 +107,12 @@ class DenseModel {
 
   const Matrix& shape() const { return shape_; }
 
- private:
+ protected:
   struct Modes {
     Vector s;
     Matrix V;
     double noise_px;
+    Matrix look;  ///< amplitudes of displacements
   };
   struct Seen {
     Vector mean, known, noise;
@@ -134,106 +122,24 @@ class DenseModel {
     Matrix sigma;
     double residual = 0.0;
     Eigen::Vector4d motion;
+    double evidence = 0.0;
+    Vector extra = {};
+    Matrix whole = {};  ///< covariance of the forces and the extra unknowns
   };
 
-  static Matrix kronecker(const Matrix& shape) {
-    Matrix result = Matrix::Zero(3 * shape.rows(), 3 * shape.cols());
-    for (Eigen::Index p = 0; p < shape.rows(); ++p) {
-      for (Eigen::Index a = 0; a < shape.cols(); ++a) {
-        result.block<3, 3>(3 * p, 3 * a) = shape(p, a) * Eigen::Matrix3d::Identity();
-      }
-    }
-    return result;
+  static Modes modesOf(const Matrix& H, const Matrix& motion, double noise_px) {
+    const Matrix one = Matrix::Identity(H.rows(), H.rows());
+    const Matrix halfWeight =
+        Eigen::SelfAdjointEigenSolver<Matrix>(one + motion * motion.transpose() / (noise_px * noise_px))
+            .operatorInverseSqrt();
+    const Eigen::BDCSVD<Matrix> svd(halfWeight * H, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    return {svd.singularValues(), svd.matrixV(), noise_px, svd.matrixU().transpose() * halfWeight};
   }
 
   static std::vector<int> components(const std::vector<int>& atoms) {
     std::vector<int> result;
     for (const int a : atoms) result.insert(result.end(), {3 * a, 3 * a + 1, 3 * a + 2});
     return result;
-  }
-
-  void makeAtoms(const sensor::NodeGrid& nodes) {
-    points_ = pointsOf(nodes);
-    std::vector<Vector> shapes;
-    const auto add = [&](const Vector& shape, double x, double y, int level) {
-      shapes.push_back(shape / shape.sum());
-      x_.push_back(x);
-      y_.push_back(y);
-      level_.push_back(level);
-    };
-    for (Eigen::Index p = 0; p < points_.cols(); ++p) {
-      add(Vector::Unit(points_.cols(), p), points_(0, p), points_(1, p), 0);
-    }
-    spacing_ = {nodes.pitch};
-    const double halfX = nodes.pitch * (nodes.columns - 1) / 2, halfY = nodes.pitch * (nodes.rows - 1) / 2;
-    for (const int scale : {2, 4, 8}) {
-      const double width = scale * nodes.pitch;
-      // No hat's centre is further out than a pitch.
-      const int across = static_cast<int>(std::floor((halfX + nodes.pitch + 1e-6) / width));
-      const int along = static_cast<int>(std::floor((halfY + nodes.pitch + 1e-6) / width));
-      for (int j = -along; j <= along; ++j) {
-        for (int i = -across; i <= across; ++i) {
-          const double x = nodes.centre.x() + i * width, y = nodes.centre.y() + j * width;
-          Vector shape(points_.cols());
-          for (Eigen::Index p = 0; p < points_.cols(); ++p) {
-            const double dx = std::abs(points_(0, p) - x), dy = std::abs(points_(1, p) - y);
-            const bool inside = std::abs(points_(0, p) - nodes.centre.x()) < halfX + 1e-6 &&
-                                std::abs(points_(1, p) - nodes.centre.y()) < halfY + 1e-6;
-            shape[p] = inside ? std::max(0.0, 1 - dx / width) * std::max(0.0, 1 - dy / width) : 0.0;
-          }
-          add(shape, x, y, static_cast<int>(spacing_.size()));
-        }
-      }
-      spacing_.push_back(width);
-    }
-    Vector even(points_.cols());
-    for (Eigen::Index p = 0; p < points_.cols(); ++p) {
-      even[p] = std::abs(points_(0, p) - nodes.centre.x()) < halfX + 1e-6 &&
-                std::abs(points_(1, p) - nodes.centre.y()) < halfY + 1e-6;
-    }
-    add(even, nodes.centre.x(), nodes.centre.y(), static_cast<int>(spacing_.size()));
-    spacing_.push_back(nodes.pitch * std::max(nodes.columns, nodes.rows));
-    plate_ = static_cast<Eigen::Index>(shapes.size()) - 1;
-    // Lines: each side of the rectangles through the outermost nodes, a pitch outside of them, and two, in parts.
-    const double broad = 8 * nodes.pitch;
-    for (int ring = 0; ring < 3; ++ring) {
-      for (int side = 0; side < 4; ++side) {
-        const bool alongX = side < 2;
-        const double half = alongX ? halfX : halfY;
-        const double at = (side % 2 == 0 ? -1 : 1) * ((alongX ? halfY : halfX) + ring * nodes.pitch);
-        const int parts = static_cast<int>(std::floor((half + nodes.pitch + 1e-6) / broad));
-        for (int part = -parts; part <= parts; ++part) {
-          Vector shape = Vector::Zero(points_.cols());
-          for (Eigen::Index p = 0; p < points_.cols(); ++p) {
-            const double u = points_(0, p) - nodes.centre.x(), v = points_(1, p) - nodes.centre.y();
-            const double on = alongX ? u : v, off = alongX ? v : u;
-            if (std::abs(off - at) > 1e-6 || std::abs(on) > half + 1e-6) continue;
-            shape[p] = std::max(0.0, 1 - std::abs(on - part * broad) / broad);
-          }
-          add(shape, nodes.centre.x() + (alongX ? part * broad : at), nodes.centre.y() + (alongX ? at : part * broad),
-              static_cast<int>(spacing_.size()));
-        }
-      }
-    }
-    spacing_.push_back(broad);
-    beyond_ = even.array() == 0.0;
-    for (Eigen::Index p = 0; p < points_.cols(); ++p) {
-      Eigen::Index node = 0;
-      double least = std::numeric_limits<double>::max();
-      for (Eigen::Index q = 0; q < points_.cols(); ++q) {
-        const double away = (points_.col(p) - points_.col(q)).norm();
-        if (beyond_[q] || away >= least) continue;
-        least = away;
-        node = q;
-      }
-      nearest_.push_back(node);
-    }
-    shape_.resize(points_.cols(), static_cast<Eigen::Index>(shapes.size()));
-    for (std::size_t a = 0; a < shapes.size(); ++a) shape_.col(static_cast<Eigen::Index>(a)) = shapes[a];
-  }
-
-  double squaredDistance(std::size_t a, std::size_t b) const {
-    return (x_[a] - x_[b]) * (x_[a] - x_[b]) + (y_[a] - y_[b]) * (y_[a] - y_[b]);
   }
 
   Seen start(const Modes& modes, const Vector& c) const {
@@ -326,7 +232,26 @@ class DenseModel {
 
   void roughen(std::vector<int>& atoms, Vector& gamma, const Vector& mean, const Vector& squares, int most,
                double n2) const {
-    const Vector forces = kronecker(shape_) * mean;
+    Vector whole = beneath(kronecker(shape_) * mean);
+    for (Eigen::Index a = 0; a < whole.size(); ++a) {
+      const bool isSmall = level_[static_cast<std::size_t>(a)] < 3 && !(a < points_.cols() && beyond_[a]);
+      if (isSmall) whole[a] *= options_.roughness * options_.roughness;
+    }
+    for (const int a : atoms) whole[a] += gamma[a];
+    strongest(whole, squares, most, n2, atoms);
+    gamma = whole;
+  }
+
+  /// The atoms with the most value.
+  void strongest(const Vector& whole, const Vector& squares, int most, double n2, std::vector<int>& atoms) const {
+    const Vector value = whole.cwiseProduct(sizes(squares));
+    atoms = falling(value);
+    atoms.resize(static_cast<std::size_t>(std::min<Eigen::Index>(most, value.size())));
+    std::erase_if(atoms, [&](int a) { return value[a] <= options_.floor * n2; });
+  }
+
+  /// q^2 / 3 of all atoms under forces of the points.
+  Vector beneath(const Vector& forces) const {
     const double pitch = spacing_.front(),
                  side = spacing_[static_cast<std::size_t>(level_.at(static_cast<std::size_t>(plate_)))];
     const Vector fine = reciprocalPressure(forces, pitch),
@@ -334,16 +259,9 @@ class DenseModel {
     Vector whole(shape_.cols());
     for (Eigen::Index a = 0; a < whole.size(); ++a) {
       const double q = 1 / shape_.col(a).dot(a == plate_ ? coarse : fine) / shape_.col(a).maxCoeff();
-      const bool isSmall = level_[static_cast<std::size_t>(a)] < 3 && !(a < points_.cols() && beyond_[a]);
-      const double rho = isSmall ? options_.roughness : 1.0;
-      whole[a] = rho * q * rho * q / 3;
+      whole[a] = q * q / 3;
     }
-    for (const int a : atoms) whole[a] += gamma[a];
-    const Vector value = whole.cwiseProduct(sizes(squares));
-    atoms = falling(value);
-    atoms.resize(static_cast<std::size_t>(std::min<Eigen::Index>(most, value.size())));
-    std::erase_if(atoms, [&](int a) { return value[a] <= options_.floor * n2; });
-    gamma = whole;
+    return whole;
   }
 
   Vector reciprocalPressure(const Vector& forces, double reach) const {
@@ -366,15 +284,15 @@ class DenseModel {
   }
 
   static Fit posterior(const Matrix& H, const Matrix& motion, const Vector& d, double n2, const std::vector<int>& atoms,
-                       const Vector& gamma, const std::vector<Eigen::Matrix3d>& omega) {
+                       const Vector& gamma, const std::vector<Eigen::Matrix3d>& omega, const Matrix& extra) {
     const auto count = static_cast<Eigen::Index>(atoms.size());
     Matrix S = Matrix::Zero(3 * count, 3 * count);
     for (Eigen::Index i = 0; i < count; ++i) {
       const auto index = static_cast<std::size_t>(i);
       S.block<3, 3>(3 * i, 3 * i) = Eigen::Matrix3d((gamma[atoms[index]] * omega[index]).llt().matrixL());
     }
-    Matrix B(d.size(), 3 * count + motion.cols());
-    B << H(Eigen::all, components(atoms)) * S, motion;
+    Matrix B(d.size(), 3 * count + extra.cols() + motion.cols());
+    B << H(Eigen::all, components(atoms)) * S, extra, motion;
     const Matrix A = B.transpose() * B + n2 * Matrix::Identity(B.cols(), B.cols());
     const Matrix inverse = A.inverse();
     const Vector x = inverse * (B.transpose() * d);
@@ -386,6 +304,14 @@ class DenseModel {
             n2 * S * inverse.topLeftCorner(3 * count, 3 * count) * S.transpose(),
             (d - B * x).squaredNorm(),
             x.tail<4>()};
+    // The displacements' own covariance, from nothing of the above.
+    const Eigen::LLT<Matrix> total(Matrix::Identity(d.size(), d.size()) + B * B.transpose() / n2);
+    fit.evidence = -Vector(Matrix(total.matrixL()).diagonal()).array().log().sum() - d.dot(total.solve(d)) / (2 * n2);
+    const Eigen::Index both = 3 * count + extra.cols();
+    Matrix scale = Matrix::Identity(both, both);
+    scale.topLeftCorner(3 * count, 3 * count) = S;
+    fit.whole = n2 * scale * inverse.topLeftCorner(both, both) * scale.transpose();
+    fit.extra = x.segment(3 * count, extra.cols());
     for (Eigen::Index i = 0; i < count; ++i) {
       fit.known[i] = 3 - fit.sigma.block<3, 3>(3 * i, 3 * i).trace() / gamma[atoms[static_cast<std::size_t>(i)]];
       fit.noise[i] = noise.block<3, 3>(3 * i, 3 * i).trace();
@@ -417,13 +343,6 @@ class DenseModel {
   ModelOptions options_;
   double depth_m_, force_N_;
   Matrix motion_;
-  sensor::Points points_;
-  Matrix shape_;  // points x atoms
-  std::vector<double> x_, y_, spacing_;
-  std::vector<int> level_;
-  Eigen::Index plate_ = 0;
-  Eigen::Array<bool, Eigen::Dynamic, 1> beyond_;  // of each point, whether it is none of the nodes
-  std::vector<Eigen::Index> nearest_;             // of each point, the point on the nearest node
   Matrix H_;
 };
 

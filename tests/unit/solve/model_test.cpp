@@ -1,8 +1,6 @@
 // The model of contacts against its dense twin (dense_model.h), and what must hold without one.
-#include "daemon/solve/model.h"
 #include "sensor/influence_file.h"
-#include "tests/unit/solve/dense_model.h"
-#include "tests/unit/solve/sensors.h"
+#include "tests/unit/solve/model_bench.h"
 
 #include <gtest/gtest.h>
 
@@ -13,136 +11,7 @@
 namespace tractiond::solve {
 namespace {
 
-using Eigen::MatrixXd;
-using Eigen::Vector3d;
-using Eigen::VectorXd;
 using Outcome = Estimate::Outcome;
-
-constexpr double kNoise_px = 0.0165;
-const Vector3d kPress = Vector3d::UnitZ(), kShear = Vector3d::UnitX(), kAcross = Vector3d::UnitY();
-
-/// Takes every mode: the twin leaves none out.
-ModelOptions everyMode() {
-  ModelOptions options;
-  options.noise_px = kNoise_px;
-  options.faintest = 0.0;
-  return options;
-}
-
-/// So few atoms that they do not suffice.
-ModelOptions fewAtoms() {
-  ModelOptions options = everyMode();
-  options.most = {{{5, 5, 10}, {10, 10, 20}}};
-  return options;
-}
-
-/// [N].
-struct PointForce {
-  double x_mm, y_mm;
-  Vector3d force;
-};
-using Load = std::vector<PointForce>;
-
-/// An even pressure on a square.
-Load square(double x_mm, double y_mm, double half_mm, double force_N) {
-  Load load;
-  constexpr int kAlong = 7;
-  for (int i = 0; i < kAlong * kAlong; ++i) {
-    const double u = 2.0 * (i % kAlong) / (kAlong - 1) - 1.0, v = 2.0 * (i / kAlong) / (kAlong - 1) - 1.0;  // NOLINT
-    load.push_back({x_mm + u * half_mm, y_mm + v * half_mm, force_N / (kAlong * kAlong) * kPress});
-  }
-  return load;
-}
-
-/// A sensor on a half-space, its model and the twin.
-class Bench {
- public:
-  explicit Bench(const sensor::Sensor& sensor, const ModelOptions& options = everyMode())
-      : sensor_(sensor)
-      , motion_{sensor::elastic::pictureMotionMatrix(sensor), Eigen::Vector4d(0.02, 0.02, 1e-4, 1e-4).cwiseAbs2()}
-      , atoms_(makeAtoms(sensor))
-      , influence_(halfSpaceImage(sensor, DenseModel::pointsOf(sensor.nodes)))
-      , factors_(computeFactors(influence_, atoms_, motion_, scale_N(), options).value())
-      , model_(factors_, atoms_, options)
-      , twin_(sensor.nodes, sensor.layers.front().depth, influence_, strays(), scale_N(), options) {}
-
-  /// Displacements with the picture's motion and noise.
-  VectorXd picture(const Load& load, unsigned seed, double noise_px = kNoise_px) const {
-    VectorXd displacement = VectorXd::Zero(influence_.rows());
-    for (const PointForce& at : load) {
-      displacement += halfSpaceImage(sensor_, Vector3d(1e-3 * at.x_mm, 1e-3 * at.y_mm, 0.0)) * at.force;
-    }
-    std::mt19937_64 generator(seed);
-    std::normal_distribution<double> normal;
-    for (int k = 0; k < kMotions; ++k) displacement += strays().col(k) * normal(generator);
-    for (double& d : displacement) d += noise_px * normal(generator);
-    return displacement.cast<float>().cast<double>();
-  }
-
-  Estimate solve(const VectorXd& displacement, const std::vector<int>& missing = {}, double noise_px = kNoise_px) {
-    Estimate estimate;
-    estimate.force_N.resize(3 * static_cast<std::size_t>(atoms_.pointCount()));
-    Eigen::VectorXf there = displacement.cast<float>();
-    for (const int coordinate : missing) there[coordinate] = 0.0F;
-    model_.solve({there.data(), static_cast<std::size_t>(there.size())}, missing, noise_px, estimate);
-    return estimate;
-  }
-
-  DenseModel::Result twin(const VectorXd& displacement, const std::vector<int>& missing = {}) const {
-    return twin_.solve(displacement, presentOf(missing), kNoise_px);
-  }
-
-  std::vector<int> presentOf(const std::vector<int>& missing) const {
-    std::vector<int> present;
-    for (int i = 0; i < influence_.rows(); ++i) {
-      if (!std::binary_search(missing.begin(), missing.end(), i)) present.push_back(i);
-    }
-    return present;
-  }
-
-  double scale_N() const { return sensor_.gel.youngsModulus * sensor_.nodes.pitch * sensor_.nodes.pitch; }
-  MatrixXd strays() const { return motion_.modes * motion_.variances.cwiseSqrt().asDiagonal(); }
-  /// H of all atoms.
-  MatrixXd atomInfluence() const {
-    const MatrixXd shape = atoms_.shape;
-    MatrixXd H = MatrixXd::Zero(influence_.rows(), 3 * shape.cols());
-    for (Eigen::Index a = 0; a < shape.cols(); ++a) {
-      for (Eigen::Index p = 0; p < shape.rows(); ++p) {
-        H.middleCols<3>(3 * a) += shape(p, a) * influence_.middleCols<3>(3 * p);
-      }
-    }
-    return H;
-  }
-  const Atoms& atoms() const { return atoms_; }
-  const Factors& factors() const { return factors_; }
-  Model& model() { return model_; }
-
- private:
-  sensor::Sensor sensor_;
-  MotionPrior motion_;
-  Atoms atoms_;
-  MatrixXd influence_;
-  Factors factors_;
-  Model model_;
-  DenseModel twin_;
-};
-
-VectorXd forcesOf(const Estimate& estimate) {
-  return VectorXd::Map(estimate.force_N.data(), static_cast<Eigen::Index>(estimate.force_N.size()));
-}
-
-VectorXd wrenchOf(const Estimate& estimate) {
-  return VectorXd::Map(estimate.wrench.data(), 6);
-}
-
-MatrixXd covarianceOf(const Estimate& estimate) {
-  return MatrixXd::Map(estimate.covariance.data(), 6, 6);
-}
-
-/// Largest difference of two wrenches in the first one's deviations.
-double apart(const Estimate& a, const VectorXd& wrench) {
-  return ((wrenchOf(a) - wrench).array() / covarianceOf(a).diagonal().array().sqrt()).abs().maxCoeff();
-}
 
 /// But for what the single precision of the streamed matrices does.
 void expectSame(const Estimate& fast, const DenseModel::Result& slow) {
@@ -347,17 +216,6 @@ TEST(Model, FollowsTheFramesNoise) {
   EXPECT_NEAR(covarianceOf(estimate)(2, 2), covarianceOf(expected)(2, 2), 0.1 * covarianceOf(expected)(2, 2));
 }
 
-/// Coordinates of every third marker of the upper layer and of a hole in both.
-std::vector<int> missingOf(const sensor::Sensor& sensor) {
-  std::vector<int> missing;
-  const sensor::Points markers = sensor::markerPositions(sensor);
-  for (int m = 0; m < markers.cols(); ++m) {
-    const bool hole = (markers.col(m).head<2>() - Eigen::Vector2d(4e-3, 3e-3)).norm() < 3e-3;
-    if (hole || (m < markers.cols() / 2 && m % 5 == 0)) missing.insert(missing.end(), {2 * m, 2 * m + 1});
-  }
-  return missing;
-}
-
 TEST(Model, TakesOutMissingMarkers) {
   Bench bench(smallSensor());
   const std::vector<int> missing = missingOf(smallSensor());
@@ -437,7 +295,7 @@ TEST(Model, ReadsABodyByItsNodesAlone) {
   ModelOptions options;
   options.noise_px = kNoise_px;
   const Factors factors = computeFactors(sensor, atoms, options).value();
-  Model model(factors, atoms, options);
+  Model model(sensor, factors, atoms, options);
   Eigen::VectorXf displacement =
       (halfSpaceImage(sensor, Vector3d(0.0, 1.5e-3, 0.0)) * Vector3d(0.1, 0.0, 1.0)).cast<float>();
   std::mt19937_64 generator(4);
@@ -447,131 +305,11 @@ TEST(Model, ReadsABodyByItsNodesAlone) {
   estimate.force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
   model.solve({displacement.data(), static_cast<std::size_t>(displacement.size())}, {}, kNoise_px, estimate);
   ASSERT_EQ(estimate.outcome, Outcome::kFound);
+  EXPECT_EQ(estimate.patchCount, 0);  // its mechanics are known at the nodes alone
   Eigen::Matrix<double, 6, 1> wrench;
   wrench << 0.1, 0.0, 1.0, 1.5e-3, 0.0, -0.15e-3;
   EXPECT_LT(apart(estimate, wrench), 3.0);
   EXPECT_LT(std::sqrt(estimate.covariance[14]), 0.03);
-}
-
-/// What posterior.h says, densely.
-TEST(Posterior, IsExactWithMissingCoordinates) {
-  Bench bench(smallSensor());
-  const std::vector<int> missing = missingOf(smallSensor()), present = bench.presentOf(missing);
-  Chosen chosen{.atoms = {40, 3, 85, 118, 41, 91, 60, 131}, .gamma_N2 = {}, .covariance_N2 = {}};
-  std::mt19937_64 generator(6);
-  std::normal_distribution<double> normal;
-  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
-    const Block root = Block::NullaryExpr([&] { return 0.1 * normal(generator); });
-    chosen.covariance_N2.emplace_back(root * root.transpose() + 1e-3 * Block::Identity());
-    chosen.gamma_N2.push_back(chosen.covariance_N2.back().trace() / 3.0);
-  }
-  LineArray<double> displacement(static_cast<std::size_t>(bench.factors().influence.stride()));
-  const VectorXd picture = bench.picture({{1, 2, kPress}}, 8);
-  double squares = 0.0;
-  for (const int i : present) {
-    displacement.data()[i] = picture[i];
-    squares += picture[i] * picture[i];
-  }
-  Posterior posterior(bench.factors(), bench.atoms(), 10);
-  ASSERT_TRUE(posterior.fit({displacement.data(), missing, squares, kNoise_px}, chosen));
-
-  const Eigen::Index size = 3 * static_cast<Eigen::Index>(chosen.atoms.size());
-  const MatrixXd shape = bench.atoms().shape, every = bench.atomInfluence();
-  MatrixXd H(every.rows(), size), covariance = MatrixXd::Zero(size + kMotions, size + kMotions);
-  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
-    const Eigen::Index at = 3 * static_cast<Eigen::Index>(i);
-    H.middleCols<3>(at) = every.middleCols<3>(3 * chosen.atoms[i]);
-    covariance.block<3, 3>(at, at) = chosen.covariance_N2[i];
-  }
-  covariance.bottomRightCorner(kMotions, kMotions).setIdentity();
-  MatrixXd B(static_cast<Eigen::Index>(present.size()), size + kMotions);
-  B << H(present, Eigen::all), bench.strays()(present, Eigen::all);
-  const double n2 = kNoise_px * kNoise_px;
-  const MatrixXd gain = covariance * B.transpose() *
-                        (B * covariance * B.transpose() + n2 * MatrixXd::Identity(B.rows(), B.rows())).inverse();
-  const VectorXd mean = gain * picture(present);
-  const MatrixXd sigma = covariance - gain * B * covariance, noise = n2 * gain * gain.transpose();
-
-  std::vector<double> noises(chosen.atoms.size());
-  posterior.noise_N2(noises);
-  EXPECT_NEAR(posterior.squaredResidual_px2(), (picture(present) - B * mean).squaredNorm(), 1e-5);
-  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
-    const Eigen::Index at = 3 * static_cast<Eigen::Index>(i);
-    EXPECT_LT((Vector3d::Map(posterior.forces_N().data() + at) - mean.segment<3>(at)).norm(), 1e-5);
-    const double unknown = sigma.block<3, 3>(at, at).trace() / chosen.gamma_N2[i];
-    EXPECT_NEAR(posterior.known()[i], 3.0 - unknown, 1e-5);
-    const double expected = noise.block<3, 3>(at, at).trace();
-    EXPECT_NEAR(noises[i], expected, 1e-4 * expected);
-  }
-  for (int k = 0; k < kMotions; ++k) EXPECT_NEAR(posterior.motion()[k], mean[size + k], 1e-3);
-
-  MatrixXd wrench = MatrixXd::Zero(6, size);
-  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
-    for (Eigen::Index p = 0; p < shape.rows(); ++p) {
-      for (Eigen::Index axis = 0; axis < 3; ++axis) {
-        Eigen::Matrix<double, 6, 1> unit;
-        unit << Vector3d::Unit(axis), Vector3d(bench.atoms().points.col(p)).cross(Vector3d::Unit(axis));
-        wrench.col(3 * static_cast<Eigen::Index>(i) + axis) += shape(p, chosen.atoms[i]) * unit;
-      }
-    }
-  }
-  std::array<double, 36> found{};
-  posterior.wrenchCovariance(found);
-  const MatrixXd expected = wrench * sigma.topLeftCorner(size, size) * wrench.transpose();
-  EXPECT_LT((MatrixXd::Map(found.data(), 6, 6) - expected).norm(), 1e-5 * expected.norm());
-  EXPECT_LT((VectorXd::Map(posterior.wrench().data(), 6) - wrench * mean.head(size)).norm(), 1e-5);
-
-  MatrixXd toPoints = MatrixXd::Zero(3 * shape.rows(), size);
-  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
-    for (Eigen::Index p = 0; p < shape.rows(); ++p) {
-      toPoints.block<3, 3>(3 * p, 3 * static_cast<Eigen::Index>(i)).diagonal().setConstant(shape(p, chosen.atoms[i]));
-    }
-  }
-  const MatrixXd ofPoints = toPoints * sigma.topLeftCorner(size, size) * toPoints.transpose();
-  const int nodes = smallSensor().nodes.count();
-  MatrixXd toNodes = MatrixXd::Zero(3 * nodes, 3 * shape.rows());
-  for (int p = 0; p < shape.rows(); ++p) toNodes.block<3, 3>(3 * bench.atoms().nodeOf(p), 3 * p).setIdentity();
-  VectorXd deviations(3 * nodes);
-  posterior.nodeDeviations_N({deviations.data(), static_cast<std::size_t>(deviations.size())});
-  const VectorXd ofNodes = (toNodes * ofPoints * toNodes.transpose()).diagonal().cwiseSqrt();
-  EXPECT_LT((deviations - ofNodes).cwiseAbs().maxCoeff(), 1e-5 * deviations.maxCoeff());
-  EXPECT_GT((deviations.array() > 0.0).count(), 3 * 8);  // hats cover several points
-  EXPECT_GT((deviations.array() == 0.0).count(), 0);
-
-  for (const int count : {5, kColumns}) {
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> weights =
-        MatrixXd::NullaryExpr(3 * shape.rows(), count, [&] { return normal(generator); });
-    MatrixXd covarianceFound(count, count);
-    posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, count,
-                         {covarianceFound.data(), static_cast<std::size_t>(covarianceFound.size())});
-    const MatrixXd covarianceExpected = weights.transpose() * ofPoints * weights;
-    EXPECT_LT((covarianceFound - covarianceExpected).norm(), 1e-5 * covarianceExpected.norm());
-  }
-}
-
-TEST(Amplitudes, CompleteWhatIsMissing) {
-  Bench bench(smallSensor());
-  const std::vector<int> missing = missingOf(smallSensor()), present = bench.presentOf(missing);
-  const VectorXd picture = bench.picture({{4, 3, kPress}}, 2);
-  Eigen::VectorXf there = picture.cast<float>();
-  for (const int i : missing) there[i] = 0.0F;
-  const double force_N = 0.02;
-  Amplitudes amplitudes(bench.factors());
-  amplitudes.take({there.data(), static_cast<std::size_t>(there.size())}, missing);
-  for (int i = 0; i < 20; ++i) amplitudes.complete(force_N, kNoise_px);
-
-  // The prior mean of the missing displacements given those that are there.
-  const MatrixXd H = bench.atomInfluence();
-  const MatrixXd signal = force_N * force_N * H * H.transpose() + bench.strays() * bench.strays().transpose();
-  const MatrixXd total = signal + kNoise_px * kNoise_px * MatrixXd::Identity(H.rows(), H.rows());
-  VectorXd whole = picture;
-  whole(missing) = signal(missing, present) * total(present, present).llt().solve(picture(present));
-  Amplitudes expected(bench.factors());
-  const Eigen::VectorXf completed = whole.cast<float>();
-  expected.take({completed.data(), static_cast<std::size_t>(completed.size())}, {});
-  const Eigen::Index rank = bench.factors().rank();
-  EXPECT_LT((VectorXd::Map(amplitudes.values().data(), rank) - VectorXd::Map(expected.values().data(), rank)).norm(),
-            0.1 * kNoise_px);
 }
 
 }  // namespace

@@ -1,0 +1,89 @@
+#include "daemon/solve/extra_unknowns.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+
+namespace tractiond::solve {
+
+ExtraUnknowns::ExtraUnknowns(const Factors& factors, const Atoms& atoms, int most)
+    : factors_(factors)
+    , atoms_(atoms)
+    , stride_((most + kColumns) / kColumns * kColumns)
+    , columns_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(factors.influence.stride()))
+    , motion_(static_cast<std::size_t>(kColumns) * static_cast<std::size_t>(factors.influence.stride()))
+    , wrench_(static_cast<std::size_t>(most))
+    , pointForces_(3 * static_cast<std::size_t>(most) * static_cast<std::size_t>(factors.pointCount()))
+    , nodeForces_(3 * static_cast<std::size_t>(most) * static_cast<std::size_t>(atoms.nodeCount()))
+    , gram_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(stride_))
+    , withMotion_(static_cast<std::size_t>(stride_) * kColumns)
+    , withAtoms_(static_cast<std::size_t>(factors.influence.rows()) * static_cast<std::size_t>(stride_))
+    , asked_(static_cast<std::size_t>(factors.atomCount())) {}
+
+void ExtraUnknowns::begin(int count) {
+  assert(count <= static_cast<int>(wrench_.size()));
+  count_ = count;
+  std::fill_n(columns_.data(), static_cast<std::ptrdiff_t>(panels()) * kColumns * factors_.influence.stride(), 0.0);
+  std::fill_n(wrench_.begin(), count, Eigen::Matrix<double, 6, 1>::Zero());
+  std::fill_n(pointForces_.begin(), 3 * static_cast<std::ptrdiff_t>(count) * factors_.pointCount(), 0.0);
+  std::fill(asked_.begin(), asked_.end(), static_cast<unsigned char>(0));
+}
+
+void ExtraUnknowns::setDisplacement(int unknown, const double* displacement_px, double factor) {
+  double* const to = panel(unknown / kColumns) + unknown % kColumns;
+  for (int j = 0; j < factors_.coordinateCount(); ++j) to[kColumns * j] = factor * displacement_px[j];
+}
+
+std::span<double> ExtraUnknowns::pointForces_N(int unknown) {
+  const auto size = 3 * static_cast<std::size_t>(factors_.pointCount());
+  return {pointForces_.data() + static_cast<std::size_t>(unknown) * size, size};
+}
+
+std::span<const double> ExtraUnknowns::pointForces_N(int unknown) const {
+  const auto size = 3 * static_cast<std::size_t>(factors_.pointCount());
+  return {pointForces_.data() + static_cast<std::size_t>(unknown) * size, size};
+}
+
+std::span<const double> ExtraUnknowns::nodeForces_N(int unknown) const {
+  const std::size_t size = nodeForces_.size() / wrench_.size();
+  return {nodeForces_.data() + static_cast<std::size_t>(unknown) * size, size};
+}
+
+void ExtraUnknowns::multiply(const Displacements& picture) {
+  const int coordinates = factors_.coordinateCount();
+  setDisplacement(count_, picture.displacement_px, 1.0);
+  for (int j = 0; j < coordinates; ++j) {
+    for (int m = 0; m < kMotions; ++m) motion_.data()[kColumns * j + m] = factors_.motion.row(m)[j];
+  }
+  const std::size_t nodeSize = nodeForces_.size() / wrench_.size();
+  for (int i = 0; i < count_; ++i) {
+    addAtNodes(atoms_, pointForces_N(i), {nodeForces_.data() + nodeSize * static_cast<std::size_t>(i), nodeSize});
+  }
+  std::array<double, kColumns * kColumns> products;
+  for (int p = 0; p < panels(); ++p) {
+    multiplyColumns(panel(p), motion_.data(), coordinates, withMotion_.data() + kColumns * kColumns * p);
+    for (int q = 0; q <= p; ++q) {
+      multiplyColumns(panel(p), panel(q), coordinates, products.data());
+      for (int i = 0; i < kColumns; ++i) {
+        for (int j = 0; j < kColumns; ++j) {
+          const int a = kColumns * p + i, b = kColumns * q + j;
+          gram_[index(a, b)] = gram_[index(b, a)] = products[static_cast<std::size_t>(kColumns * i + j)];
+        }
+      }
+    }
+  }
+}
+
+const double* ExtraUnknowns::productsWith(int atom) {
+  double* const products = withAtoms_.data() + index(3 * atom, 0);
+  if (asked_[static_cast<std::size_t>(atom)] == 0) {
+    asked_[static_cast<std::size_t>(atom)] = 1;
+    const std::array<int, 3> rows = {3 * atom, 3 * atom + 1, 3 * atom + 2};
+    for (int p = 0; p < panels(); ++p) {
+      multiplyRowsByColumns(factors_.influence, rows, panel(p), products + kColumns * p, stride_);
+    }
+  }
+  return products;
+}
+
+}  // namespace tractiond::solve

@@ -1,0 +1,128 @@
+#include "daemon/solve/mixture.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace tractiond::solve {
+namespace {
+
+/// A posterior with a smaller share is left out: even far from the others it does not show.
+constexpr double kNothing = 1e-9;
+
+}  // namespace
+
+Mixture::Mixture(const Atoms& atoms, int most)
+    : atoms_(atoms)
+    , parts_(static_cast<std::size_t>(most))
+    , mean_(3 * static_cast<std::size_t>(atoms.pointCount()))
+    , away_(mean_.size())
+    , deviation_(3 * static_cast<std::size_t>(atoms.nodeCount()))
+    , nodeAway_(deviation_.size()) {
+  for (Part& part : parts_) part.force_N.resize(mean_.size());
+}
+
+void Mixture::clear() {
+  count_ = 0;
+  std::fill(mean_.begin(), mean_.end(), 0.0);
+}
+
+std::span<double> Mixture::add(Posterior& posterior, double worth, const std::array<double, 6>& wrench) {
+  assert(count_ < static_cast<int>(parts_.size()));
+  Part& part = parts_[static_cast<std::size_t>(count_++)];
+  part.posterior = &posterior;
+  part.worth = worth;
+  part.wrench = wrench;
+  return part.force_N;
+}
+
+template <typename Use>
+void Mixture::eachThatCounts(Use use) {
+  for (Part& part : std::span(parts_).first(static_cast<std::size_t>(count_))) {
+    if (part.share > kNothing) use(part);
+  }
+}
+
+void Mixture::weigh() {
+  const auto parts = std::span(parts_).first(static_cast<std::size_t>(count_));
+  const auto most =
+      std::max_element(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.worth < b.worth; });
+  double sum = 0.0;
+  for (Part& part : parts) sum += part.share = std::exp(part.worth - most->worth);
+  for (Part& part : parts) part.share /= sum;
+  std::fill(mean_.begin(), mean_.end(), 0.0);
+  eachThatCounts([this](const Part& part) {
+    for (std::size_t i = 0; i < mean_.size(); ++i) mean_[i] += part.share * part.force_N[i];
+  });
+}
+
+std::array<double, 6> Mixture::wrench() const {
+  std::array<double, 6> mean{};
+  for (const Part& part : parts()) {
+    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += part.share * part.wrench[i];
+  }
+  return mean;
+}
+
+std::array<double, kMotions> Mixture::motion() const {
+  std::array<double, kMotions> mean{};
+  for (const Part& part : parts()) {
+    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += part.share * part.posterior->motion()[i];
+  }
+  return mean;
+}
+
+double Mixture::squaredResidual_px2() const {
+  double mean = 0.0;
+  for (const Part& part : parts()) mean += part.share * part.posterior->squaredResidual_px2();
+  return mean;
+}
+
+void Mixture::wrenchCovariance(std::array<double, 36>& covariance) {
+  covariance.fill(0.0);
+  const std::array<double, 6> mean = wrench();
+  eachThatCounts([&](Part& part) {
+    std::array<double, 36> within{};
+    part.posterior->wrenchCovariance(within);
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t j = 0; j < 6; ++j) {
+        const double between = (part.wrench[i] - mean[i]) * (part.wrench[j] - mean[j]);
+        covariance[6 * i + j] += part.share * (within[6 * i + j] + between);
+      }
+    }
+  });
+}
+
+void Mixture::nodeDeviations_N(std::span<double> deviations) {
+  std::fill(deviations.begin(), deviations.end(), 0.0);
+  eachThatCounts([&](Part& part) {
+    part.posterior->nodeDeviations_N(deviation_);
+    for (std::size_t i = 0; i < away_.size(); ++i) away_[i] = part.force_N[i] - mean_[i];
+    addAtNodes(atoms_, away_, nodeAway_);
+    for (std::size_t i = 0; i < deviations.size(); ++i) {
+      deviations[i] += part.share * (square(deviation_[i]) + square(nodeAway_[i]));
+    }
+  });
+  for (double& each : deviations) each = std::sqrt(each);
+}
+
+void Mixture::covariance(std::span<const double> weights, int count, std::span<double> covariance) {
+  const auto functionals = static_cast<std::size_t>(count);
+  std::fill_n(covariance.begin(), count * count, 0.0);
+  eachThatCounts([&](Part& part) {
+    std::array<double, static_cast<std::size_t>(kColumns * kColumns)> within{};
+    std::array<double, kColumns> away{};
+    part.posterior->covariance(weights, count, within);
+    for (std::size_t f = 0; f < mean_.size(); ++f) {
+      const double apart = part.force_N[f] - mean_[f];
+      for (std::size_t k = 0; k < functionals; ++k) away[k] += weights[functionals * f + k] * apart;
+    }
+    for (std::size_t i = 0; i < functionals; ++i) {
+      for (std::size_t j = 0; j < functionals; ++j) {
+        covariance[functionals * i + j] += part.share * (within[functionals * i + j] + away[i] * away[j]);
+      }
+    }
+  });
+}
+
+}  // namespace tractiond::solve

@@ -1,0 +1,194 @@
+// Compiled so that the compiler vectorises the square root and the divisions of the half-space's closed form.
+#include "daemon/solve/patch_influence.h"
+
+#include "daemon/base/vector_clones.h"
+#include "sensor/projection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tractiond::solve {
+namespace {
+
+/// The ring's share of the force; with its radius^2, 2 / share times the spread, the moments of a ball's pressure.
+constexpr double kRingShare = 0.7;
+/// The squared radius at which a ball's torsion acts is this multiple of the spread, which is no less than so many
+/// pitches^2.
+constexpr double kArm = 20.0 / 7.0, kLeastArm = 0.05;
+
+/// Markers that are computed at a time.
+constexpr int kTogether = 64;
+
+int paddedMarkers(int count) {
+  return (count + kTogether - 1) / kTogether * kTogether;
+}
+
+/// Adds the displacements of kTogether markers by a force at (x, y) on the surface, times 4 pi G: Boussinesq, Cerruti.
+/// kappa = 1 - 2 nu.
+__attribute__((always_inline)) inline void
+addDisplacements(double kappa, double sourceX, double sourceY, double forceX, double forceY, double forceZ,
+                 const double* __restrict markerX, const double* __restrict markerY, const double* __restrict markerZ,
+                 double* __restrict ux, double* __restrict uy, double* __restrict uz) {
+  for (int i = 0; i < kTogether; ++i) {
+    const double x = markerX[i] - sourceX, y = markerY[i] - sourceY, z = markerZ[i];
+    const double r = std::sqrt(x * x + y * y + z * z);
+    const double both = 1.0 / (r * (r + z)), c = both * (r + z), d = both * r;  // 1 / r and 1 / (r + z) by one division
+    const double far = c * c * c, near = kappa * c * d;
+    const double along = x * forceX + y * forceY;
+    const double lean = z * far;
+    const double sideways = along * (far - near * d) + forceZ * (lean - near);
+    const double straight = c + near * r;
+    ux[i] += straight * forceX + x * sideways;
+    uy[i] += straight * forceY + y * sideways;
+    uz[i] += along * (lean + near) + forceZ * (z * lean + (1.0 + kappa) * c);
+  }
+}
+
+/// Shares of four points side by side in a cubic at `at` between them.
+std::array<double, 4> cubicShares(double at) {
+  const double a = at, b = at - 1.0, c = at - 2.0, d = at - 3.0;
+  return {b * c * d / -6.0, a * c * d / 2.0, a * b * d / -2.0, a * b * c / 6.0};
+}
+
+}  // namespace
+
+bool PatchInfluence::possible(const Atoms& atoms) {
+  return atoms.columns >= kWindow && atoms.rows >= kWindow;
+}
+
+PatchInfluence::PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& factors)
+    : atoms_(atoms)
+    , factors_(factors)
+    , youngsModulus_(sensor.gel.youngsModulus)
+    , poissonRatio_(sensor.gel.poissonRatio)
+    , rest_(3 * atoms.pointCount(), factors.coordinateCount()) {
+  assert(possible(atoms));
+  const sensor::Points markers = sensor::markerPositions(sensor);
+  assert(2 * markers.cols() == factors.coordinateCount());
+  const auto size = static_cast<std::size_t>(paddedMarkers(static_cast<int>(markers.cols())));
+  for (auto& each : marker_) each.assign(size, 1.0);
+  for (auto& each : slope_) each.assign(size, 0.0);
+  const sensor::Projection projection(sensor.camera, sensor.gel.size.z());
+  for (Eigen::Index m = 0; m < markers.cols(); ++m) {
+    const auto at = static_cast<std::size_t>(m);
+    const Eigen::Matrix<double, 2, 3> jacobian = projection.jacobian(markers.col(m));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      marker_[axis][at] = markers(static_cast<Eigen::Index>(axis), m);
+      for (std::size_t row = 0; row < 2; ++row) {
+        slope_[3 * row + axis][at] = jacobian(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(axis));
+      }
+    }
+  }
+  std::vector<double> column(static_cast<std::size_t>(stride()));
+  for (int i = 0; i < rest_.rows(); ++i) {
+    std::fill(column.begin(), column.end(), 0.0);
+    const auto point = atoms.points.col(i / 3);
+    const Source source{point.x(), point.y(), Eigen::Vector3d::Unit(i % 3)};
+    addHalfSpace({&source, 1}, column.data());
+    for (int j = 0; j < rest_.columns(); ++j) {
+      rest_.row(i)[j] = static_cast<float>(factors.influence.row(i)[j] - column[static_cast<std::size_t>(j)]);
+    }
+  }
+}
+
+TRACTION_VECTOR_CLONES
+void PatchInfluence::addHalfSpace(std::span<const Source> sources, double* column) const {
+  const double scale = (1.0 + poissonRatio_) / (2.0 * std::numbers::pi * youngsModulus_);
+  const int count = factors_.coordinateCount() / 2;
+  for (int first = 0; first < count; first += kTogether) {
+    double ux[kTogether] = {}, uy[kTogether] = {}, uz[kTogether] = {};
+    for (const Source& source : sources) {
+      addDisplacements(1.0 - 2.0 * poissonRatio_, source.x_m, source.y_m, source.force_N[0], source.force_N[1],
+                       source.force_N[2], marker_[0].data() + first, marker_[1].data() + first,
+                       marker_[2].data() + first, ux, uy, uz);
+    }
+    double u[kTogether], v[kTogether];
+    const auto slope = [&](std::size_t i) { return slope_[i].data() + first; };
+    for (int i = 0; i < kTogether; ++i) {
+      u[i] = slope(0)[i] * ux[i] + slope(1)[i] * uy[i] + slope(2)[i] * uz[i];
+      v[i] = slope(3)[i] * ux[i] + slope(4)[i] * uy[i] + slope(5)[i] * uz[i];
+    }
+    for (int i = 0; i < std::min(kTogether, count - first); ++i) {
+      column[2 * (first + i)] += scale * u[i];
+      column[2 * (first + i) + 1] += scale * v[i];
+    }
+  }
+}
+
+/// Adds what the block adds to the half-space: the sources' forces spread over points by cubics.
+void PatchInfluence::addRest(const PatchPlace& place, std::span<const Source> sources, double* column) {
+  const double pitch = atoms_.pitch_m;
+  const Eigen::Vector2d origin = atoms_.points.col(0).head<2>();
+  const std::array<int, 2> counts = {atoms_.columns, atoms_.rows};
+  const auto inGrid = [&](double x, double y, int axis) { return ((axis == 0 ? x : y) - origin[axis]) / pitch; };
+  std::array<int, 2> low{};
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto at = static_cast<std::size_t>(axis);
+    low[at] = std::clamp(static_cast<int>(std::floor(inGrid(place.x_m, place.y_m, axis))) - 2, 0, counts[at] - kWindow);
+  }
+  std::array<Eigen::Vector3d, static_cast<std::size_t>(kWindow * kWindow)> window;
+  window.fill(Eigen::Vector3d::Zero());
+  for (const Source& source : sources) {
+    std::array<int, 2> first{};
+    std::array<std::array<double, 4>, 2> share{};
+    for (int axis = 0; axis < 2; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      const double at = inGrid(source.x_m, source.y_m, axis);
+      first[i] = std::clamp(static_cast<int>(std::floor(at)) - 1, low[i], low[i] + kWindow - 4);
+      share[i] = cubicShares(at - first[i]);
+      first[i] -= low[i];
+    }
+    for (std::size_t row = 0; row < 4; ++row) {
+      for (std::size_t c = 0; c < 4; ++c) {
+        const std::size_t at =
+            (static_cast<std::size_t>(first[1]) + row) * kWindow + static_cast<std::size_t>(first[0]) + c;
+        window[at] += share[1][row] * share[0][c] * source.force_N;
+      }
+    }
+  }
+  constexpr std::size_t kMost = 3UL * kWindow * kWindow;
+  std::array<int, kMost> rows{};
+  std::array<float, kMost> coefficients{};
+  std::size_t used = 0;
+  for (int i = 0; i < kWindow * kWindow; ++i) {
+    const int point = (low[1] + i / kWindow) * atoms_.columns + low[0] + i % kWindow;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double coefficient = window[static_cast<std::size_t>(i)][axis];
+      if (coefficient == 0.0) continue;
+      rows[used] = 3 * point + axis;
+      coefficients[used++] = static_cast<float>(coefficient);
+    }
+  }
+  addRows(rest_, {rows.data(), used}, {coefficients.data(), used}, column);
+}
+
+void PatchInfluence::displacement(const PatchPlace& place, const PatchLoad& load, double* column) {
+  std::fill_n(column, stride(), 0.0);
+  const double pitch2 = square(atoms_.pitch_m);
+  const double radius = std::sqrt(2.0 / kRingShare * std::max(place.spread_m2, 0.0));
+  const double arm = std::sqrt(kArm * std::max(place.spread_m2, kLeastArm * pitch2));
+  std::array<Source, kSources> sources;
+  std::size_t used = 0;
+  const Eigen::Vector3d force = load.head<3>();
+  if (!force.isZero(0.0)) sources[used++] = {place.x_m, place.y_m, (1.0 - kRingShare) * force};
+  for (int i = 0; i < kRing; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / kRing, x = std::cos(angle), y = std::sin(angle);
+    if (!force.isZero(0.0)) {
+      sources[used++] = {place.x_m + radius * x, place.y_m + radius * y, kRingShare / kRing * force};
+    }
+    if (load[3] != 0.0) {
+      sources[used++] = {place.x_m + arm * x, place.y_m + arm * y, load[3] / (kRing * arm) * Eigen::Vector3d(-y, x, 0)};
+    }
+  }
+  addHalfSpace({sources.data(), used}, column);
+  addRest(place, {sources.data(), used}, column);
+}
+
+void PatchInfluence::columns(const PatchPlace& place, double* columns) {
+  for (int i = 0; i < kPatchLoads; ++i) {
+    displacement(place, PatchLoad::Unit(i), columns + static_cast<std::ptrdiff_t>(i) * stride());
+  }
+}
+
+}  // namespace tractiond::solve

@@ -1,0 +1,62 @@
+// Displacements that a round contact of any place and size causes (docs/decisions/0020-one-inverse.md).
+//
+// A half-space's displacements are exact, at the centre of the patch and on a ring around it, whose shares give the
+// moments of a ball's pressure up to the fifth; a second ring carries the torsion. What the block adds to the
+// half-space is smooth: it is interpolated by cubics between the points of the atoms' grid.
+#pragma once
+
+#include "daemon/solve/factors.h"
+
+#include <array>
+#include <optional>
+
+namespace tractiond::solve {
+
+/// Where a round patch lies on the surface, and how wide it is.
+struct PatchPlace {
+  double x_m = 0.0, y_m = 0.0;
+  double spread_m2 = 0.0;  ///< variance of the pressure's places along any direction; a ball's radius^2 / 5
+};
+
+/// Force [N] and torsion about the patch's own centre [N m].
+using PatchLoad = Eigen::Vector4d;
+inline constexpr int kPatchLoads = 4, kPatchPlaces = 3;
+
+/// Thread-bound. Allocates only when made.
+class PatchInfluence {
+ public:
+  /// Returns whether the sensor has a half-space and enough points: a block, no body from a file.
+  static bool possible(const Atoms& atoms);
+
+  /// `sensor` is read here alone; the others must outlive it.
+  PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& factors);
+
+  /// Number of elements of a column: 2M, padded.
+  int stride() const { return factors_.influence.stride(); }
+
+  /// Computes the displacements [px/N, px/(N m)] by each component of a load, kPatchLoads columns of stride().
+  void columns(const PatchPlace& place, double* columns);
+
+  /// Computes the displacements by a load [px], one column.
+  void displacement(const PatchPlace& place, const PatchLoad& load, double* column);
+
+ private:
+  struct Source {
+    double x_m, y_m;
+    Eigen::Vector3d force_N;
+  };
+  static constexpr int kRing = 6, kSources = 2 * kRing + 1, kWindow = 6;
+
+  void addHalfSpace(std::span<const Source> sources, double* column) const;
+  void addRest(const PatchPlace& place, std::span<const Source> sources, double* column);
+
+  const Atoms& atoms_;
+  const Factors& factors_;
+  const double youngsModulus_, poissonRatio_;
+  // Of the markers, padded: places, and slopes of the pixel [px/m].
+  std::array<std::vector<double>, 3> marker_;
+  std::array<std::vector<double>, 6> slope_;
+  RowMatrix rest_;  // influence of the points less a half-space's, 3P x 2M
+};
+
+}  // namespace tractiond::solve

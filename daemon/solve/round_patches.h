@@ -1,0 +1,87 @@
+// Fits round patches to a picture (docs/decisions/0020-one-inverse.md): each a place, a spread, a force and a torsion;
+// with the picture's motion m in deviations of its prior,
+//   minimise |d - sum over the patches of U(place) load - P m|^2 / n^2 + |m|^2 + ((spread - s) / deviation of s)^2
+// over the coordinates that are there, U being PatchInfluence.
+#pragma once
+
+#include "daemon/solve/extra_unknowns.h"
+#include "daemon/solve/patch_influence.h"
+#include "daemon/solve/roughness.h"
+
+#include <array>
+
+namespace tractiond::solve {
+
+struct RoundPatch {
+  PatchPlace place;
+  PatchLoad load = PatchLoad::Zero();
+};
+
+/// Thread-bound. Allocates only when made.
+class RoundPatches {
+ public:
+  static constexpr int kMost = 4;
+  /// A patch as broad as this is none [pitches^2].
+  static constexpr double kWidest = 1.5;
+
+  /// `sensor` is read here alone; the others must outlive it. PatchInfluence::possible() must be true.
+  RoundPatches(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& factors);
+
+  /// Finds the patches of a picture, from the maxima of the pressure that its field's `forces_N` (3P) have. False:
+  /// there are none or too many, they are too broad or cannot be told apart. The picture must last as long as what was
+  /// found is asked for.
+  bool find(const Displacements& picture, std::span<const double> forces_N);
+
+  // What was found.
+  std::span<const RoundPatch> patches() const { return {now_.patches.data(), static_cast<std::size_t>(count_)}; }
+  double misfit() const { return now_.misfit; }  ///< the minimum
+  const double* column(int patch, int load) const { return column(now_, kPatchLoads * patch + load); }
+  /// Derivative of the displacements by x, y [px/m] or spread [px/m^2], 0 where missing.
+  const double* slope(int patch, int place) const { return slopeColumn(kPatchPlaces * patch + place); }
+
+  /// Computes the displacements that the patches leave, and the same without the picture's motion. 2M, padded.
+  void leave(double* left_px, double* still_px) const;
+
+ private:
+  static constexpr int kMostLinear = kPatchLoads * kMost + kMotions;
+  static constexpr int kMostUnknowns = kMostLinear + kPatchPlaces * kMost;
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostUnknowns, kMostUnknowns>;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostUnknowns, 1>;
+
+  /// Patches somewhere, with the loads that explain most.
+  struct Fit {
+    std::array<RoundPatch, kMost> patches;
+    std::array<double, kMotions> motion{};
+    double misfit = 0.0;
+    LineArray<double> columns;  ///< by the loads
+    LineArray<double> left;     ///< what remains
+  };
+
+  bool findMaxima(std::span<const double> forces_N);
+  bool descend(const Displacements& picture);
+  bool solveLoads(const Displacements& picture, Fit& fit);
+  void differentiate(const Displacements& picture);
+  bool findStep(double damping, Vector& step);
+  void move(const Vector& step, std::array<RoundPatch, kMost>& to) const;
+  void clear(std::span<const int> missing, double* column) const;
+  int loads() const { return kPatchLoads * count_; }
+  int linear() const { return loads() + kMotions; }
+  const double* column(const Fit& fit, int number) const;
+  double* slopeColumn(int number) { return slopes_.data() + number * std::ptrdiff_t{influence_.stride()}; }
+  const double* slopeColumn(int number) const { return slopes_.data() + number * std::ptrdiff_t{influence_.stride()}; }
+  const double* unknownColumn(int unknown) const;
+
+  const Atoms& atoms_;
+  const Factors& factors_;
+  PatchInfluence influence_;
+  Spread spread_;
+  Eigen::VectorXd force_, height_;  // P: magnitudes, and their averages over a pitch
+  int count_ = 0;
+  Fit now_, next_;
+  LineArray<double> motion_;  // kMotions columns, 0 where missing
+  LineArray<double> slopes_, here_;
+  Matrix linear_, normal_, damped_;
+  Vector linearRight_, right_;
+};
+
+}  // namespace tractiond::solve

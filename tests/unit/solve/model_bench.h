@@ -1,0 +1,172 @@
+// Loads, a sensor with its model of contacts and the dense twin of it.
+#pragma once
+
+#include "daemon/solve/model.h"
+#include "tests/unit/solve/dense_model.h"
+#include "tests/unit/solve/sensors.h"
+
+#include <random>
+
+namespace tractiond::solve {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kNoise_px = 0.0165;
+inline const Vector3d kPress = Vector3d::UnitZ(), kShear = Vector3d::UnitX(), kAcross = Vector3d::UnitY();
+
+/// Takes every mode: the twin leaves none out.
+inline ModelOptions everyMode() {
+  ModelOptions options;
+  options.noise_px = kNoise_px;
+  options.faintest = 0.0;
+  return options;
+}
+
+/// So few atoms that they do not suffice.
+inline ModelOptions fewAtoms() {
+  ModelOptions options = everyMode();
+  options.most = {{{5, 5, 10}, {10, 10, 20}}};
+  return options;
+}
+
+/// [N].
+struct PointForce {
+  double x_mm, y_mm;
+  Vector3d force;
+};
+using Load = std::vector<PointForce>;
+
+/// An even pressure on a square.
+inline Load square(double x_mm, double y_mm, double half_mm, double force_N) {
+  Load load;
+  constexpr int kAlong = 7;
+  for (int i = 0; i < kAlong * kAlong; ++i) {
+    const double u = 2.0 * (i % kAlong) / (kAlong - 1) - 1.0, v = 2.0 * (i / kAlong) / (kAlong - 1) - 1.0;  // NOLINT
+    load.push_back({x_mm + u * half_mm, y_mm + v * half_mm, force_N / (kAlong * kAlong) * kPress});
+  }
+  return load;
+}
+
+/// Marker displacements [px/N] for unit forces at points of the surface, 2M x 3S.
+using Image = MatrixXd(const sensor::Sensor& sensor, const sensor::Points& sources);
+
+/// Those of a half-space and something smooth besides, as a block has it.
+inline MatrixXd blockImage(const sensor::Sensor& sensor, const sensor::Points& sources) {
+  sensor::Points above = sources;
+  above.row(2).array() -= 20e-3;
+  return halfSpaceImage(sensor, sources) - 0.5 * halfSpaceImage(sensor, above);
+}
+
+/// A sensor on a half-space, its model without patches and the twin.
+class Bench {
+ public:
+  explicit Bench(const sensor::Sensor& sensor, const ModelOptions& options = everyMode(), Image* image = halfSpaceImage)
+      : sensor_(sensor)
+      , image_(image)
+      , motion_{sensor::elastic::pictureMotionMatrix(sensor), Eigen::Vector4d(0.02, 0.02, 1e-4, 1e-4).cwiseAbs2()}
+      , atoms_(makeAtoms(sensor))
+      , influence_(image(sensor, DenseModel::pointsOf(sensor.nodes)))
+      , factors_(computeFactors(influence_, atoms_, motion_, scale_N(), options).value())
+      , model_(factors_, atoms_, options)
+      , twin_(sensor.nodes, sensor.layers.front().depth, influence_, strays(), scale_N(), options) {}
+
+  /// Displacements with the picture's motion and noise.
+  VectorXd picture(const Load& load, unsigned seed, double noise_px = kNoise_px) const {
+    VectorXd displacement = VectorXd::Zero(influence_.rows());
+    for (const PointForce& at : load) {
+      displacement += image_(sensor_, Vector3d(1e-3 * at.x_mm, 1e-3 * at.y_mm, 0.0)) * at.force;
+    }
+    std::mt19937_64 generator(seed);
+    std::normal_distribution<double> normal;
+    for (int k = 0; k < kMotions; ++k) displacement += strays().col(k) * normal(generator);
+    for (double& d : displacement) d += noise_px * normal(generator);
+    return displacement.cast<float>().cast<double>();
+  }
+
+  Estimate solve(const VectorXd& displacement, const std::vector<int>& missing = {}, double noise_px = kNoise_px) {
+    return solve(model_, displacement, missing, noise_px);
+  }
+
+  Estimate solve(Model& model, const VectorXd& displacement, const std::vector<int>& missing,
+                 double noise_px = kNoise_px) const {
+    Estimate estimate;
+    estimate.force_N.resize(3 * static_cast<std::size_t>(atoms_.pointCount()));
+    Eigen::VectorXf there = displacement.cast<float>();
+    for (const int coordinate : missing) there[coordinate] = 0.0F;
+    model.solve({there.data(), static_cast<std::size_t>(there.size())}, missing, noise_px, estimate);
+    return estimate;
+  }
+
+  DenseModel::Result twin(const VectorXd& displacement, const std::vector<int>& missing = {}) const {
+    return twin_.solve(displacement, presentOf(missing), kNoise_px);
+  }
+
+  std::vector<int> presentOf(const std::vector<int>& missing) const {
+    std::vector<int> present;
+    for (int i = 0; i < influence_.rows(); ++i) {
+      if (!std::binary_search(missing.begin(), missing.end(), i)) present.push_back(i);
+    }
+    return present;
+  }
+
+  double scale_N() const { return sensor_.gel.youngsModulus * sensor_.nodes.pitch * sensor_.nodes.pitch; }
+  MatrixXd strays() const { return motion_.modes * motion_.variances.cwiseSqrt().asDiagonal(); }
+  /// H of all atoms.
+  MatrixXd atomInfluence() const {
+    const MatrixXd shape = atoms_.shape;
+    MatrixXd H = MatrixXd::Zero(influence_.rows(), 3 * shape.cols());
+    for (Eigen::Index a = 0; a < shape.cols(); ++a) {
+      for (Eigen::Index p = 0; p < shape.rows(); ++p) {
+        H.middleCols<3>(3 * a) += shape(p, a) * influence_.middleCols<3>(3 * p);
+      }
+    }
+    return H;
+  }
+  const sensor::Sensor& sensor() const { return sensor_; }
+  const MatrixXd& influence() const { return influence_; }
+  const Atoms& atoms() const { return atoms_; }
+  const Factors& factors() const { return factors_; }
+  Model& model() { return model_; }
+
+ private:
+  sensor::Sensor sensor_;
+  Image* image_;
+  MotionPrior motion_;
+  Atoms atoms_;
+  MatrixXd influence_;
+  Factors factors_;
+  Model model_;
+  DenseModel twin_;
+};
+
+inline VectorXd forcesOf(const Estimate& estimate) {
+  return VectorXd::Map(estimate.force_N.data(), static_cast<Eigen::Index>(estimate.force_N.size()));
+}
+
+inline VectorXd wrenchOf(const Estimate& estimate) {
+  return VectorXd::Map(estimate.wrench.data(), 6);
+}
+
+inline MatrixXd covarianceOf(const Estimate& estimate) {
+  return MatrixXd::Map(estimate.covariance.data(), 6, 6);
+}
+
+/// Largest difference of two wrenches in the first one's deviations.
+inline double apart(const Estimate& a, const VectorXd& wrench) {
+  return ((wrenchOf(a) - wrench).array() / covarianceOf(a).diagonal().array().sqrt()).abs().maxCoeff();
+}
+
+/// Coordinates of every fifth marker of the upper layer and of a hole in both.
+inline std::vector<int> missingOf(const sensor::Sensor& sensor) {
+  std::vector<int> missing;
+  const sensor::Points markers = sensor::markerPositions(sensor);
+  for (int m = 0; m < markers.cols(); ++m) {
+    const bool hole = (markers.col(m).head<2>() - Eigen::Vector2d(4e-3, 3e-3)).norm() < 3e-3;
+    if (hole || (m < markers.cols() / 2 && m % 5 == 0)) missing.insert(missing.end(), {2 * m, 2 * m + 1});
+  }
+  return missing;
+}
+
+}  // namespace tractiond::solve

@@ -1,0 +1,249 @@
+// Round patches as the mean of the prior against their dense twin (dense_patches.h), and what must hold without one.
+#include "tests/unit/solve/dense_patches.h"
+#include "tests/unit/solve/model_bench.h"
+
+#include <gtest/gtest.h>
+
+namespace tractiond::solve {
+namespace {
+
+using Outcome = Estimate::Outcome;
+
+/// A gel that is no half-space, and its model with patches.
+class PatchBench : public Bench {
+ public:
+  explicit PatchBench(const sensor::Sensor& sensor, const ModelOptions& options = everyMode())
+      : Bench(sensor, options, blockImage)
+      , model_(this->sensor(), factors(), atoms(), options)
+      , twin_(sensor.nodes, sensor.layers.front().depth, influence(), strays(), scale_N(), options,
+              [this](const sensor::Points& sources) { return halfSpaceImage(this->sensor(), sources); }) {}
+
+  Estimate solve(const VectorXd& displacement, const std::vector<int>& missing = {}) {
+    return Bench::solve(model_, displacement, missing);
+  }
+  DensePatches::Mixed twin(const VectorXd& displacement, const std::vector<int>& missing = {}) const {
+    return twin_.solve(displacement, presentOf(missing), kNoise_px);
+  }
+  const DensePatches& dense() const { return twin_; }
+  Model& model() { return model_; }
+
+ private:
+  Model model_;
+  DensePatches twin_;
+};
+
+/// An even pressure on a disc, and a torsion.
+Load disc(double x_mm, double y_mm, double radius_mm, const Vector3d& force_N, double torsion_Nmm = 0.0) {
+  Load load;
+  constexpr int kRings = 6;
+  double count = 0.0, arms = 0.0;
+  for (int ring = 0; ring < kRings; ++ring) {
+    const double r = radius_mm * (ring + 0.5) / kRings;
+    for (int i = 0; i < 6 * (2 * ring + 1); ++i, count += 1.0) {
+      const double angle = 2.0 * 3.14159265358979323846 * i / (6 * (2 * ring + 1));
+      load.push_back({x_mm + r * std::cos(angle), y_mm + r * std::sin(angle), force_N});
+      arms += r * r;
+    }
+  }
+  for (PointForce& at : load) {
+    at.force = at.force / count + torsion_Nmm / arms * Vector3d(y_mm - at.y_mm, at.x_mm - x_mm, 0.0);
+  }
+  return load;
+}
+
+Load both(Load a, const Load& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+void expectSame(const Estimate& fast, const DensePatches::Mixed& slow) {
+  ASSERT_EQ(fast.outcome, Outcome::kFound);
+  ASSERT_EQ(fast.patchCount, static_cast<int>(slow.patches.size()));
+  EXPECT_NEAR(fast.patchShare, slow.share, 1e-3);
+  EXPECT_LT(apart(fast, slow.wrench), 2e-3);
+  EXPECT_LT((covarianceOf(fast) - slow.covariance).norm(), 1e-4 * slow.covariance.norm());
+  EXPECT_LT((forcesOf(fast) - slow.forces).cwiseAbs().maxCoeff(), 2e-5 * slow.forces.cwiseAbs().maxCoeff());
+  for (std::size_t k = 0; k < slow.patches.size(); ++k) {
+    const FoundPatch& found = fast.patches[k];
+    Eigen::Matrix<double, 7, 1> values, expected;
+    values << found.patch.load, found.patch.place.x_m, found.patch.place.y_m, found.patch.place.spread_m2;
+    expected << slow.patches[k].load, slow.patches[k].place;
+    const VectorXd deviation = slow.patchCovariance[k].diagonal().cwiseSqrt();
+    EXPECT_LT(((values - expected).array() / deviation.array()).abs().maxCoeff(), 2e-3);
+    const MatrixXd scale = deviation.cwiseInverse().asDiagonal();
+    EXPECT_LT((scale * (found.covariance - slow.patchCovariance[k]) * scale).cwiseAbs().maxCoeff(), 1e-3);
+  }
+}
+
+TEST(PatchInfluence, IsExact) {
+  PatchBench bench(smallSensor());
+  PatchInfluence influence(bench.sensor(), bench.atoms(), bench.factors());
+  std::vector<double> columns(static_cast<std::size_t>(kPatchLoads * influence.stride()));
+  const Eigen::Index coordinates = bench.influence().rows();
+  for (const Eigen::Vector3d& place : {Vector3d(0, 0, 3e-6), Vector3d(1.3e-3, -2.1e-3, 0),
+                                       Vector3d(-13e-3, 12e-3, 9e-6), Vector3d(9.2e-3, 1e-3, -1e-6)}) {
+    influence.columns({place[0], place[1], place[2]}, columns.data());
+    const MatrixXd found = Eigen::Map<const MatrixXd, 0, Eigen::OuterStride<>>(
+        columns.data(), coordinates, kPatchLoads, Eigen::OuterStride<>(influence.stride()));
+    const MatrixXd expected = bench.dense().columns(place);
+    for (int i = 0; i < kPatchLoads; ++i) {
+      EXPECT_LT((found.col(i) - expected.col(i)).norm(), 1e-6 * expected.col(i).norm());
+    }
+  }
+}
+
+/// The cubics, and the ring that stands for a ball's pressure.
+TEST(PatchInfluence, IsThatOfABall) {
+  PatchBench bench(smallSensor());
+  PatchInfluence influence(bench.sensor(), bench.atoms(), bench.factors());
+  constexpr double kRadius_mm = 3.0, kX_mm = 2.2, kY_mm = -1.1;
+  std::vector<double> column(static_cast<std::size_t>(influence.stride()));
+  influence.displacement({1e-3 * kX_mm, 1e-3 * kY_mm, 1e-6 * kRadius_mm * kRadius_mm / 5.0}, {0.3, 0.0, 1.0, 0.0},
+                         column.data());
+  // Hertz: the force within r is 1 - (1 - r^2 / a^2)^(3/2).
+  VectorXd expected = VectorXd::Zero(bench.influence().rows());
+  constexpr int kRings = 20, kAround = 24;
+  const auto within = [](double share) { return 1.0 - std::pow(1.0 - share * share, 1.5); };
+  for (int ring = 0; ring < kRings; ++ring) {
+    const double part = within((ring + 1.0) / kRings) - within(static_cast<double>(ring) / kRings);
+    for (int i = 0; i < kAround; ++i) {
+      const double angle = 2.0 * 3.14159265358979323846 * i / kAround, r_mm = kRadius_mm * (ring + 0.5) / kRings;
+      const Vector3d at(1e-3 * (kX_mm + r_mm * std::cos(angle)), 1e-3 * (kY_mm + r_mm * std::sin(angle)), 0.0);
+      expected += part / kAround * blockImage(bench.sensor(), at) * Vector3d(0.3, 0.0, 1.0);
+    }
+  }
+  EXPECT_LT((VectorXd::Map(column.data(), expected.size()) - expected).norm(), 1e-3 * expected.norm());
+}
+
+TEST(Patches, AgreeWithTheDenseTwin) {
+  const std::vector<std::pair<const char*, Load>> loads = {
+      {"in the middle", disc(1, 2, 2, kPress)},
+      {"with friction", disc(-2.5, 0.5, 2.5, kPress + 0.4 * kShear)},
+      {"turning", disc(0.7, -1.2, 3, kPress, 1.0)},
+      {"at a side", disc(8.5, 0.5, 2, kPress)},
+      {"in a corner", disc(-8.5, -7, 2, 0.5 * kPress + 0.1 * kAcross)},
+      {"two", both(disc(-6, -4, 2, 0.5 * kPress), disc(6, 4, 1.5, kPress))},
+      {"weak", disc(3, -3, 2, 0.05 * kPress)},
+      {"a bar", both(both(disc(-4, 0, 2, kPress), disc(0, 0, 2, kPress)), disc(4, 0, 2, kPress))},
+      {"broad", square(0, 0, 7, 2)},
+  };
+  PatchBench bench(smallSensor());
+  unsigned seed = 1;
+  int withPatches = 0;
+  for (const auto& [name, load] : loads) {
+    SCOPED_TRACE(name);
+    const VectorXd displacement = bench.picture(load, seed++);
+    const Estimate estimate = bench.solve(displacement);
+    expectSame(estimate, bench.twin(displacement));
+    withPatches += estimate.patchShare > 0.5 ? 1 : 0;
+  }
+  EXPECT_EQ(withPatches, 6);
+}
+
+TEST(Patches, TakeOutMissingMarkers) {
+  PatchBench bench(smallSensor());
+  const std::vector<int> missing = missingOf(smallSensor());
+  unsigned seed = 30;
+  for (const Load& load : {disc(4, 3, 2, kPress), disc(-8, 1, 2.5, kPress + 0.3 * kShear, 0.5),
+                           both(disc(-6, -4, 2, 0.5 * kPress), disc(5, 3, 2, kPress))}) {
+    const VectorXd displacement = bench.picture(load, seed++);
+    const Estimate estimate = bench.solve(displacement, missing);
+    const DensePatches::Mixed twin = bench.twin(displacement, missing);
+    ASSERT_EQ(estimate.patchCount, static_cast<int>(twin.patches.size()));
+    EXPECT_GT(estimate.patchShare, 0.9);
+    EXPECT_NEAR(estimate.patchShare, twin.share, 0.01);
+    EXPECT_LT(apart(estimate, twin.wrench), 0.05);  // the start alone is not exact
+    EXPECT_LT((covarianceOf(estimate) - twin.covariance).norm(), 0.02 * twin.covariance.norm());
+    EXPECT_GT(apart(estimate, wrenchOf(bench.solve(displacement))), 0.2);
+  }
+}
+
+/// Forces and moments of a ball are found within what is stated of them, and the field alone states more.
+TEST(Patches, NarrowWhatIsStated) {
+  PatchBench bench(smallSensor());
+  Bench alone(smallSensor(), everyMode(), blockImage);
+  double squares = 0.0;
+  constexpr int kFrames = 12;
+  for (unsigned seed = 1; seed <= kFrames; ++seed) {
+    const double x_mm = 0.9 * seed - 6.0, y_mm = 4.0 - 0.6 * seed;
+    const VectorXd displacement = bench.picture(disc(x_mm, y_mm, 2, kPress), seed);
+    const Estimate estimate = bench.solve(displacement);
+    ASSERT_GT(estimate.patchShare, 0.9);
+    Eigen::Matrix<double, 6, 1> wrench;
+    wrench << 0, 0, 1, 1e-3 * y_mm, -1e-3 * x_mm, 0;
+    squares += (wrenchOf(estimate) - wrench).dot(covarianceOf(estimate).llt().solve(wrenchOf(estimate) - wrench));
+    EXPECT_LT(covarianceOf(estimate)(2, 2), covarianceOf(alone.solve(displacement))(2, 2));
+    const FoundPatch& patch = estimate.patches[0];
+    EXPECT_NEAR(patch.patch.place.x_m, 1e-3 * x_mm, 4.0 * std::sqrt(patch.covariance(4, 4)));
+    EXPECT_NEAR(patch.patch.place.y_m, 1e-3 * y_mm, 4.0 * std::sqrt(patch.covariance(5, 5)));
+  }
+  EXPECT_LT(squares / kFrames, 12.0);
+  EXPECT_GT(squares / kFrames, 3.0);
+}
+
+TEST(Patches, PointsAddUpToTheForce) {
+  PatchBench bench(smallSensor());
+  const Estimate estimate = bench.solve(bench.picture(disc(6.2, -2.3, 2, kPress + 0.4 * kShear, 1.0), 4));
+  ASSERT_GT(estimate.patchShare, 0.9);
+  Vector3d sum = Vector3d::Zero();
+  for (int p = 0; p < bench.atoms().pointCount(); ++p) sum += forcesOf(estimate).segment<3>(3 * p);
+  EXPECT_LT((sum - wrenchOf(estimate).head<3>()).norm(), 1e-9);
+  Vector3d moment = Vector3d::Zero();
+  for (int p = 0; p < bench.atoms().pointCount(); ++p) {
+    moment += Vector3d(bench.atoms().points.col(p)).cross(forcesOf(estimate).segment<3>(3 * p));
+  }
+  EXPECT_LT((moment - wrenchOf(estimate).tail<3>()).head<2>().norm(), 1e-5);  // to first order in what moves the patch
+
+  // So do their covariances; a moment of the points has that of the patch's place.
+  const Eigen::Index forces = 3 * bench.atoms().pointCount();
+  Eigen::Matrix<double, Eigen::Dynamic, 5, Eigen::RowMajor> weights(forces, 5);
+  for (Eigen::Index i = 0; i < forces; ++i) {
+    const Vector3d unit = Vector3d::Unit(i % 3), at = bench.atoms().points.col(i / 3);
+    weights.row(i) << unit.transpose(), at.cross(unit).head<2>().transpose();
+  }
+  MatrixXd covariance(5, 5);
+  bench.model().covariance({weights.data(), static_cast<std::size_t>(weights.size())}, 5, {covariance.data(), 25});
+  const MatrixXd expected = covarianceOf(estimate);
+  const MatrixXd ofForces = expected.topLeftCorner(3, 3);
+  EXPECT_LT((covariance.topLeftCorner(3, 3) - ofForces).norm(), 1e-9 * ofForces.norm());
+  for (int i = 3; i < 5; ++i) EXPECT_NEAR(covariance(i, i), expected(i, i), 0.02 * expected(i, i));
+
+  std::vector<double> deviations(static_cast<std::size_t>(3 * bench.atoms().nodeCount()));
+  bench.model().nodeDeviations_N(deviations);
+  const auto largest = std::max_element(deviations.begin(), deviations.end()) - deviations.begin();
+  std::vector<double> one(static_cast<std::size_t>(forces), 0.0);
+  for (int p = 0; p < bench.atoms().pointCount(); ++p) {
+    if (bench.atoms().nodeOf(p) == largest / 3) one[static_cast<std::size_t>(3 * p + largest % 3)] = 1.0;
+  }
+  double variance = 0.0;
+  bench.model().covariance(one, 1, {&variance, 1});
+  EXPECT_NEAR(deviations[static_cast<std::size_t>(largest)], std::sqrt(variance), 1e-9 * std::sqrt(variance));
+}
+
+TEST(Patches, KeepNothingFromFrameToFrame) {
+  PatchBench bench(smallSensor());
+  const VectorXd a = bench.picture(disc(1, 2, 2, kPress), 1),
+                 b = bench.picture(both(disc(-6, -4, 2, kPress), disc(6, 4, 2, kPress)), 2);
+  const Estimate first = bench.solve(a);
+  EXPECT_EQ(bench.solve(b, {4, 5, 10, 11}).patchCount, 2);
+  EXPECT_EQ(bench.solve(0.0 * a).patchCount, 0);
+  const Estimate again = bench.solve(a);
+  EXPECT_EQ(forcesOf(again), forcesOf(first));
+  EXPECT_EQ(wrenchOf(again), wrenchOf(first));
+  EXPECT_EQ(again.patchShare, first.patchShare);
+}
+
+TEST(Patches, GrowWithTheStiffness) {
+  sensor::Sensor soft = smallSensor(), stiff = soft;
+  stiff.gel.youngsModulus *= 10.0;
+  PatchBench a(soft), b(stiff);
+  const VectorXd displacement = a.picture(disc(1, 2, 2, kPress + 0.2 * kShear), 5);
+  const Estimate one = a.solve(displacement), ten = b.solve(displacement);
+  ASSERT_EQ(one.patchCount, 1);
+  EXPECT_LT((10.0 * wrenchOf(one) - wrenchOf(ten)).norm(), 1e-4 * wrenchOf(ten).norm());
+  EXPECT_NEAR(one.patchShare, ten.patchShare, 1e-3);
+  EXPECT_NEAR(one.patches[0].patch.place.x_m, ten.patches[0].patch.place.x_m, 1e-7);
+}
+
+}  // namespace
+}  // namespace tractiond::solve

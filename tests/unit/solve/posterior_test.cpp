@@ -1,0 +1,234 @@
+// What the model of contacts solves and completes, against the formulae written densely.
+#include "tests/unit/solve/model_bench.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace tractiond::solve {
+namespace {
+
+/// What posterior.h says, densely.
+TEST(Posterior, IsExactWithMissingCoordinates) {
+  Bench bench(smallSensor());
+  const std::vector<int> missing = missingOf(smallSensor()), present = bench.presentOf(missing);
+  Chosen chosen{.atoms = {40, 3, 85, 118, 41, 91, 60, 131}, .gamma_N2 = {}, .covariance_N2 = {}};
+  std::mt19937_64 generator(6);
+  std::normal_distribution<double> normal;
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
+    const Block root = Block::NullaryExpr([&] { return 0.1 * normal(generator); });
+    chosen.covariance_N2.emplace_back(root * root.transpose() + 1e-3 * Block::Identity());
+    chosen.gamma_N2.push_back(chosen.covariance_N2.back().trace() / 3.0);
+  }
+  LineArray<double> displacement(static_cast<std::size_t>(bench.factors().influence.stride()));
+  const VectorXd picture = bench.picture({{1, 2, kPress}}, 8);
+  double squares = 0.0;
+  for (const int i : present) {
+    displacement.data()[i] = picture[i];
+    squares += picture[i] * picture[i];
+  }
+  Posterior posterior(bench.factors(), bench.atoms(), 10);
+  ASSERT_TRUE(posterior.fit({displacement.data(), missing, squares, kNoise_px}, chosen));
+
+  const Eigen::Index size = 3 * static_cast<Eigen::Index>(chosen.atoms.size());
+  const MatrixXd shape = bench.atoms().shape, every = bench.atomInfluence();
+  MatrixXd H(every.rows(), size), covariance = MatrixXd::Zero(size + kMotions, size + kMotions);
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
+    const Eigen::Index at = 3 * static_cast<Eigen::Index>(i);
+    H.middleCols<3>(at) = every.middleCols<3>(3 * chosen.atoms[i]);
+    covariance.block<3, 3>(at, at) = chosen.covariance_N2[i];
+  }
+  covariance.bottomRightCorner(kMotions, kMotions).setIdentity();
+  MatrixXd B(static_cast<Eigen::Index>(present.size()), size + kMotions);
+  B << H(present, Eigen::all), bench.strays()(present, Eigen::all);
+  const double n2 = kNoise_px * kNoise_px;
+  const MatrixXd gain = covariance * B.transpose() *
+                        (B * covariance * B.transpose() + n2 * MatrixXd::Identity(B.rows(), B.rows())).inverse();
+  const VectorXd mean = gain * picture(present);
+  const MatrixXd sigma = covariance - gain * B * covariance, noise = n2 * gain * gain.transpose();
+
+  std::vector<double> noises(chosen.atoms.size());
+  posterior.noise_N2(noises);
+  EXPECT_NEAR(posterior.squaredResidual_px2(), (picture(present) - B * mean).squaredNorm(), 1e-5);
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
+    const Eigen::Index at = 3 * static_cast<Eigen::Index>(i);
+    EXPECT_LT((Vector3d::Map(posterior.forces_N().data() + at) - mean.segment<3>(at)).norm(), 1e-5);
+    const double unknown = sigma.block<3, 3>(at, at).trace() / chosen.gamma_N2[i];
+    EXPECT_NEAR(posterior.known()[i], 3.0 - unknown, 1e-5);
+    const double expected = noise.block<3, 3>(at, at).trace();
+    EXPECT_NEAR(noises[i], expected, 1e-4 * expected);
+  }
+  for (int k = 0; k < kMotions; ++k) EXPECT_NEAR(posterior.motion()[k], mean[size + k], 1e-3);
+
+  MatrixXd wrench = MatrixXd::Zero(6, size);
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
+    for (Eigen::Index p = 0; p < shape.rows(); ++p) {
+      for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        Eigen::Matrix<double, 6, 1> unit;
+        unit << Vector3d::Unit(axis), Vector3d(bench.atoms().points.col(p)).cross(Vector3d::Unit(axis));
+        wrench.col(3 * static_cast<Eigen::Index>(i) + axis) += shape(p, chosen.atoms[i]) * unit;
+      }
+    }
+  }
+  std::array<double, 36> found{};
+  posterior.wrenchCovariance(found);
+  const MatrixXd expected = wrench * sigma.topLeftCorner(size, size) * wrench.transpose();
+  EXPECT_LT((MatrixXd::Map(found.data(), 6, 6) - expected).norm(), 1e-5 * expected.norm());
+  EXPECT_LT((VectorXd::Map(posterior.wrench().data(), 6) - wrench * mean.head(size)).norm(), 1e-5);
+
+  MatrixXd toPoints = MatrixXd::Zero(3 * shape.rows(), size);
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
+    for (Eigen::Index p = 0; p < shape.rows(); ++p) {
+      toPoints.block<3, 3>(3 * p, 3 * static_cast<Eigen::Index>(i)).diagonal().setConstant(shape(p, chosen.atoms[i]));
+    }
+  }
+  const MatrixXd ofPoints = toPoints * sigma.topLeftCorner(size, size) * toPoints.transpose();
+  const int nodes = smallSensor().nodes.count();
+  MatrixXd toNodes = MatrixXd::Zero(3 * nodes, 3 * shape.rows());
+  for (int p = 0; p < shape.rows(); ++p) toNodes.block<3, 3>(3 * bench.atoms().nodeOf(p), 3 * p).setIdentity();
+  VectorXd deviations(3 * nodes);
+  posterior.nodeDeviations_N({deviations.data(), static_cast<std::size_t>(deviations.size())});
+  const VectorXd ofNodes = (toNodes * ofPoints * toNodes.transpose()).diagonal().cwiseSqrt();
+  EXPECT_LT((deviations - ofNodes).cwiseAbs().maxCoeff(), 1e-5 * deviations.maxCoeff());
+  EXPECT_GT((deviations.array() > 0.0).count(), 3 * 8);  // hats cover several points
+  EXPECT_GT((deviations.array() == 0.0).count(), 0);
+
+  for (const int count : {5, kColumns}) {
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> weights =
+        MatrixXd::NullaryExpr(3 * shape.rows(), count, [&] { return normal(generator); });
+    MatrixXd covarianceFound(count, count);
+    posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, count,
+                         {covarianceFound.data(), static_cast<std::size_t>(covarianceFound.size())});
+    const MatrixXd covarianceExpected = weights.transpose() * ofPoints * weights;
+    EXPECT_LT((covarianceFound - covarianceExpected).norm(), 1e-5 * covarianceExpected.norm());
+  }
+}
+
+/// Columns that have nothing to do with the gel, where coordinates are missing.
+TEST(Posterior, CountsExtraUnknowns) {
+  Bench bench(smallSensor());
+  const std::vector<int> missing = missingOf(smallSensor()), present = bench.presentOf(missing);
+  const Eigen::Index points = 3 * bench.atoms().pointCount(), coordinates = bench.influence().rows();
+  constexpr int kExtra = 11;
+  std::mt19937_64 generator(7);
+  std::normal_distribution<double> normal;
+  Chosen chosen{.atoms = {40, 3, 85, 118, 41}, .gamma_N2 = {}, .covariance_N2 = {}};
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
+    chosen.covariance_N2.emplace_back((0.01 + 0.02 * static_cast<double>(i)) * Block::Identity());
+    chosen.gamma_N2.push_back(chosen.covariance_N2.back()(0, 0));
+  }
+  MatrixXd columns = MatrixXd::NullaryExpr(coordinates, kExtra, [&] { return 0.1 * normal(generator); });
+  for (const int i : missing) columns.row(i).setZero();
+  const MatrixXd toPoints = MatrixXd::NullaryExpr(points, kExtra, [&] { return normal(generator); });
+  const MatrixXd toWrench = MatrixXd::NullaryExpr(6, kExtra, [&] { return normal(generator); });
+
+  VectorXd picture = bench.picture({{1, 2, kPress}}, 8) + 0.7 * columns.col(2) - 1.3 * columns.col(9);
+  for (const int i : missing) picture[i] = 0.0;
+  LineArray<double> displacement(static_cast<std::size_t>(bench.factors().influence.stride()));
+  std::copy_n(picture.data(), coordinates, displacement.data());
+  const Displacements given{displacement.data(), missing, picture.squaredNorm(), kNoise_px};
+  ExtraUnknowns extra(bench.factors(), bench.atoms(), 16);
+  extra.begin(kExtra);
+  for (int i = 0; i < kExtra; ++i) {
+    const VectorXd half = 2.0 * columns.col(i);
+    extra.setDisplacement(i, half.data(), 0.5);
+    Eigen::Map<VectorXd>(extra.pointForces_N(i).data(), points) = toPoints.col(i);
+    extra.wrench(i) = toWrench.col(i);
+  }
+  extra.multiply(given);
+  Posterior posterior(bench.factors(), bench.atoms(), 10, 16);
+  ASSERT_TRUE(posterior.fit(given, chosen, &extra));
+
+  // Everything in covariance form.
+  const Eigen::Index atoms = 3 * static_cast<Eigen::Index>(chosen.atoms.size()), size = atoms + kExtra + kMotions;
+  const MatrixXd every = bench.atomInfluence(), shape = bench.atoms().shape;
+  MatrixXd B(coordinates, size), prior = MatrixXd::Identity(size, size), to = MatrixXd::Zero(points, size);
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
+    const Eigen::Index at = 3 * static_cast<Eigen::Index>(i);
+    B.middleCols<3>(at) = every.middleCols<3>(3 * chosen.atoms[i]);
+    prior.block<3, 3>(at, at) = chosen.covariance_N2[i];
+    for (Eigen::Index p = 0; p < shape.rows(); ++p) {
+      to.block<3, 3>(3 * p, at).diagonal().setConstant(shape(p, chosen.atoms[i]));
+    }
+  }
+  B.middleCols(atoms, kExtra) = columns;
+  B.rightCols<kMotions>() = bench.strays();
+  to.middleCols(atoms, kExtra) = toPoints;
+  const MatrixXd seen = B(present, Eigen::all);
+  const double n2 = kNoise_px * kNoise_px;
+  const MatrixXd total = seen * prior * seen.transpose() + n2 * MatrixXd::Identity(seen.rows(), seen.rows());
+  const Eigen::LLT<MatrixXd> factor(total);
+  const MatrixXd gain = prior * seen.transpose() * factor.solve(MatrixXd::Identity(seen.rows(), seen.rows()));
+  const VectorXd d = picture(present), mean = gain * d;
+  const MatrixXd sigma = prior - gain * seen * prior;
+
+  EXPECT_LT((VectorXd::Map(posterior.extra().data(), kExtra) - mean.segment(atoms, kExtra)).norm(), 1e-4);
+  EXPECT_LT((VectorXd::Map(posterior.forces_N().data(), atoms) - mean.head(atoms)).norm(), 1e-5);
+  EXPECT_NEAR(posterior.squaredResidual_px2(), (d - seen * mean).squaredNorm(), 1e-5);
+  const double logDeterminant = 2.0 * VectorXd(MatrixXd(factor.matrixL()).diagonal()).array().log().sum();
+  const double evidence =
+      -0.5 * (logDeterminant - static_cast<double>(d.size()) * std::log(n2) + d.dot(factor.solve(d)));
+  EXPECT_NEAR(posterior.logEvidence(), evidence, 1e-5 * std::abs(evidence));
+
+  MatrixXd covariance(kExtra, kExtra);
+  posterior.extraCovariance({covariance.data(), static_cast<std::size_t>(covariance.size())});
+  const MatrixXd expected = sigma.block(atoms, atoms, kExtra, kExtra);
+  EXPECT_LT((covariance - expected).norm(), 1e-4 * expected.norm());
+
+  MatrixXd wrenches(6, size);
+  wrenches.setZero();
+  for (Eigen::Index i = 0; i < points; ++i) {
+    const Vector3d unit = Vector3d::Unit(i % 3), at = bench.atoms().points.col(i / 3);
+    wrenches.topRows<3>() += unit * to.row(i);
+    wrenches.bottomRows<3>() += at.cross(unit) * to.row(i);
+  }
+  wrenches.middleCols(atoms, kExtra) = toWrench;
+  std::array<double, 36> found{};
+  posterior.wrenchCovariance(found);
+  const MatrixXd wrenchCovariance = wrenches * sigma * wrenches.transpose();
+  EXPECT_LT((MatrixXd::Map(found.data(), 6, 6) - wrenchCovariance).norm(), 1e-4 * wrenchCovariance.norm());
+  EXPECT_LT((VectorXd::Map(posterior.wrench().data(), 6) - wrenches * mean).norm(), 1e-3);
+
+  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> weights =
+      MatrixXd::NullaryExpr(points, 3, [&] { return normal(generator); });
+  MatrixXd ofFunctionals(3, 3);
+  posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, 3, {ofFunctionals.data(), 9});
+  const MatrixXd ofPoints = to * sigma * to.transpose(), functionals = weights.transpose() * ofPoints * weights;
+  EXPECT_LT((ofFunctionals - functionals).norm(), 1e-4 * functionals.norm());
+  MatrixXd toNodes = MatrixXd::Zero(3 * bench.atoms().nodeCount(), points);
+  for (int p = 0; p < bench.atoms().pointCount(); ++p) {
+    toNodes.block<3, 3>(3 * bench.atoms().nodeOf(p), 3 * p).setIdentity();
+  }
+  VectorXd deviations(toNodes.rows());
+  posterior.nodeDeviations_N({deviations.data(), static_cast<std::size_t>(deviations.size())});
+  const VectorXd ofNodes = (toNodes * ofPoints * toNodes.transpose()).diagonal().cwiseSqrt();
+  EXPECT_LT((deviations - ofNodes).cwiseAbs().maxCoeff(), 1e-4 * ofNodes.maxCoeff());
+}
+
+TEST(Amplitudes, CompleteWhatIsMissing) {
+  Bench bench(smallSensor());
+  const std::vector<int> missing = missingOf(smallSensor()), present = bench.presentOf(missing);
+  const VectorXd picture = bench.picture({{4, 3, kPress}}, 2);
+  Eigen::VectorXf there = picture.cast<float>();
+  for (const int i : missing) there[i] = 0.0F;
+  const double force_N = 0.02;
+  Amplitudes amplitudes(bench.factors());
+  amplitudes.take({there.data(), static_cast<std::size_t>(there.size())}, missing);
+  for (int i = 0; i < 20; ++i) amplitudes.complete(force_N, kNoise_px);
+
+  // The prior mean of the missing displacements given those that are there.
+  const MatrixXd H = bench.atomInfluence();
+  const MatrixXd signal = force_N * force_N * H * H.transpose() + bench.strays() * bench.strays().transpose();
+  const MatrixXd total = signal + kNoise_px * kNoise_px * MatrixXd::Identity(H.rows(), H.rows());
+  VectorXd whole = picture;
+  whole(missing) = signal(missing, present) * total(present, present).llt().solve(picture(present));
+  Amplitudes expected(bench.factors());
+  const Eigen::VectorXf completed = whole.cast<float>();
+  expected.take({completed.data(), static_cast<std::size_t>(completed.size())}, {});
+  const Eigen::Index rank = bench.factors().rank();
+  EXPECT_LT((VectorXd::Map(amplitudes.values().data(), rank) - VectorXd::Map(expected.values().data(), rank)).norm(),
+            0.1 * kNoise_px);
+}
+
+}  // namespace
+}  // namespace tractiond::solve
