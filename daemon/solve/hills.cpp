@@ -42,17 +42,23 @@ int Hills::hillOf(int index) const {
 /// one of functionals_.
 double Hills::strip(const SolvedForces& forces, int from, const Eigen::Vector2d& along, double at,
                     const Eigen::Vector3d& direction, double factor, int column) {
-  const auto places = forces.places();
   const auto force = forces.forces_N();
-  const int row0 = places[from] / grid_.columns, column0 = places[from] % grid_.columns;
+  const int row0 = forces.places()[from] / grid_.columns, column0 = forces.places()[from] % grid_.columns;
+  constexpr int kWindow = 3;  // holds every place that counts, from the one nearest to `at`
+  const int row = row0 + static_cast<int>(std::lround(along.y() * at));
+  const int middle = column0 + static_cast<int>(std::lround(along.x() * at));
   double sum = 0.0;
-  for (int j = 0; j < static_cast<int>(places.size()); ++j) {
-    const Eigen::Vector2d offset(places[j] % grid_.columns - column0, places[j] / grid_.columns - row0);
-    const double weight = 1.0 - std::abs(along.dot(offset) - at);
-    if (weight <= 0.0 || std::abs(along.x() * offset.y() - along.y() * offset.x()) > kHalfWidth) continue;
-    for (int axis = 0; axis < 3; ++axis) {
-      if (factor != 0.0) functionals_.data()[kColumns * (3 * j + axis) + column] += factor * weight * direction[axis];
-      sum += weight * direction[axis] * force[3 * j + axis];
+  for (int r = std::max(0, row - kWindow); r <= std::min(grid_.rows - 1, row + kWindow); ++r) {
+    for (int c = std::max(0, middle - kWindow); c <= std::min(grid_.columns - 1, middle + kWindow); ++c) {
+      const int j = indexAt_[r * grid_.columns + c];
+      if (j < 0) continue;
+      const Eigen::Vector2d offset(c - column0, r - row0);
+      const double weight = 1.0 - std::abs(along.dot(offset) - at);
+      if (weight <= 0.0 || std::abs(along.x() * offset.y() - along.y() * offset.x()) > kHalfWidth) continue;
+      for (int axis = 0; axis < 3; ++axis) {
+        if (factor != 0.0) functionals_.data()[kColumns * (3 * j + axis) + column] += factor * weight * direction[axis];
+        sum += weight * direction[axis] * force[3 * j + axis];
+      }
     }
   }
   return sum;
