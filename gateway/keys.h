@@ -20,6 +20,7 @@ enum class Permission {
   kControl,  ///< may also subscribe to previews and send requests: zero, calibration, camera
 };
 
+/// Returns "read" or "control".
 std::string_view wordOf(Permission permission);
 
 /// A client key that may connect, stored in the file NAME.key.

@@ -18,10 +18,10 @@ class Relay {
  public:
   using Clock = std::int64_t (*)();
 
-  /// Connects to the instrument and opens the network side. \param instrument runtime directory of the instrument
+  /// Connects to the instrument, for which it waits up to 300 ms, and opens the network side. Errors: EX_CONFIG if
+  /// other hosts could connect without a key, EX_OSERR, and those of Front::open() and loadKeyPair().
+  /// \param instrument runtime directory of the instrument
   /// \param monotonicClock returns CLOCK_MONOTONIC [ns]
-  /// Errors: EX_CONFIG if other hosts could connect without a key, EX_OSERR, and those of Front::open() and
-  /// loadKeyPair().
   static tl::expected<std::unique_ptr<Relay>, Error> open(const Config& config, const std::filesystem::path& instrument,
                                                           Clock monotonicClock = monotonicNow);
   ~Relay();

@@ -54,7 +54,8 @@ struct SheetsOptions {
 /// Writes the sheets to print: layer1.svg, layer2.svg ...
 Done writeSheets(const SheetsOptions& options);
 
-/// Reads a gel file; an empty path gives the paper's sensor.
+/// Reads a gel file; an empty path gives the paper's sensor. Errors: EX_NOINPUT, EX_CONFIG; EX_DATAERR for a faulty
+/// influence file.
 tl::expected<sensor::Sensor, Faults> loadGel(const std::string& path);
 
 /// A gel file, and whether it states the picture's size. Missing values are the paper's.
@@ -65,7 +66,8 @@ struct CameraFile {
 /// Reads a gel file as loadGel().
 tl::expected<CameraFile, Faults> loadCamera(const std::string& path);
 
-/// Writes a gel file without a calibration, which no longer applies. \param remark one line on the origin of the values
+/// Writes a gel file without a calibration, which no longer applies. Error: EX_CANTCREAT. \param remark one line on the
+/// origin of the values
 Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark);
 
 /// Returns an error of the input data (EX_DATAERR).

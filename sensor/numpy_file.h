@@ -28,11 +28,11 @@ class NumpyFile {
   NumpyFile(NumpyFile&&) = default;
   NumpyFile& operator=(NumpyFile&&) = default;
 
-  /// Returns an array of float64 or float32, little endian, in C or Fortran order. Fails for any other type, and if a
-  /// value is not finite.
+  /// Returns an array of float64 or float32, little endian, in C or Fortran order. Fails if the array is missing, empty
+  /// or of another type, or if a value is not finite.
   tl::expected<NumpyArray, FileError> numbers(const std::string& name) const;
 
-  /// Returns a string. Fails if a character is not ASCII.
+  /// Returns a string. Fails if it is missing, not a single string, or not ASCII.
   tl::expected<std::string, FileError> text(const std::string& name) const;
 
   /// Returns an error about the array `name`, for checks of the caller.

@@ -48,7 +48,7 @@ class TomlTable {
   void read(std::string_view key, std::span<double> values, const Range& range);
   /// Reads a list of any length, or a single number.
   void read(std::string_view key, std::vector<double>& values, const Range& range);
-  /// Returns the table of a key; nothing if the key is missing or not a table.
+  /// Returns the table of a key; nothing if the key is missing, or is not a table, which is a fault.
   std::optional<TomlTable> table(std::string_view key);
   std::vector<TomlTable> tables(std::string_view key);  ///< of an array of tables; empty if the key is missing
   /// A value of entries().

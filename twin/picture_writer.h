@@ -16,8 +16,9 @@ namespace twin {
 /// Thread-bound, but another thread or a signal handler may set `stop`.
 class PictureWriter {
  public:
-  /// Opens and empties a file, or opens a pipe and waits for its reader. Error: EX_CANTCREAT. \param path "-": standard
-  /// output
+  /// Opens and empties a file, or opens a pipe and waits for its reader. Error: EX_CANTCREAT, also if `stop` ends the
+  /// wait.
+  /// \param path "-": standard output
   /// \param stop when set, ends every wait for a reader; must outlive the writer
   static tl::expected<std::unique_ptr<PictureWriter>, Failure> open(const std::string& path,
                                                                     const std::atomic<bool>& stop);

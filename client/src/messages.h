@@ -12,7 +12,7 @@ namespace traction {
 
 namespace pb = traction::v1;
 
-// All functions below throw Error kMalformed.
+// The functions below throw Error kMalformed for invalid messages. A colour of a later daemon becomes kUnknown.
 /// Throws `what` as an error unless `condition` holds.
 inline void require(bool condition, const char* what) {
   if (!condition) throw Error(ErrorCode::kMalformed, what);

@@ -66,8 +66,8 @@ class TRACTION_EXPORT Subscriber {
   Subscriber& operator=(Subscriber&&) noexcept;
 
   /// Waits for the next message. Returns nothing if none arrives within `timeout`, or if a signal interrupts the wait.
-  /// A new subscriber receives the description first. \throws Error kVersion, kMalformed, kNotAllowed; kBadEndpoint if
-  /// the endpoint is that of Mode::kLatest
+  /// The daemon sends a new subscriber the description at once. \throws Error kVersion, kMalformed, kNotAllowed;
+  /// kBadEndpoint if the endpoint is that of Mode::kLatest
   std::optional<Message> receive(std::chrono::milliseconds timeout);
 
   /// Returns the message that receive() returned or rejected last, as it was sent. It is valid until the next call of
@@ -81,7 +81,7 @@ class TRACTION_EXPORT Subscriber {
   /// Returns whether a publisher is connected, even if it has sent nothing yet.
   bool isConnected() const;
 
-  /// Returns the endpoint that it connects to, for messages.
+  /// Returns the endpoint that it connects to, for messages; the last one if the instance may be at several.
   const std::string& endpoint() const;
 
  private:
