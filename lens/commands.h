@@ -66,8 +66,8 @@ struct CameraFile {
 /// Reads a gel file as loadGel().
 tl::expected<CameraFile, Faults> loadCamera(const std::string& path);
 
-/// Writes a gel file without a calibration, which no longer applies. Error: EX_CANTCREAT. \param remark one line on the
-/// origin of the values
+/// Writes a gel file without a calibration, which no longer applies. Error: EX_CANTCREAT.
+/// \param remark one line on the origin of the values
 Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark);
 
 /// Returns an error of the input data (EX_DATAERR).

@@ -99,7 +99,8 @@ struct Header {
   std::int64_t receivedReal_ns = 0;
 
   // The following times are CLOCK_MONOTONIC of the daemon's host.
-  std::int64_t captured_ns = 0;                      ///< camera's time stamp, mapped to the host's clock; 0: not known
+  /// Camera's time stamp, mapped to the host's clock; without a camera clock, the time of arrival. 0: not known.
+  std::int64_t captured_ns = 0;
   std::int64_t capturedError_ns = 0;                 ///< half width of the uncertainty of that mapping
   CaptureBound capturedBound = CaptureBound::kNone;  ///< which bounds hold
   std::int64_t received_ns = 0;                      ///< when the frame came from the camera driver
