@@ -1,4 +1,4 @@
-// The command line.
+// Command line of traction-gateway.
 #pragma once
 
 #include <tl/expected.hpp>
@@ -14,7 +14,8 @@ struct Arguments {
   bool checkConfig = false, printConfig = false;
 };
 
-/// Or an exit code: 0 when help or the version was asked for and printed, EX_USAGE for an error that was printed.
+/// Parses the command line. On failure returns an exit code: 0 after printing help or the version, EX_USAGE after
+/// printing an error.
 tl::expected<Arguments, int> parseArguments(int argc, char** argv);
 
 }  // namespace tractiond::gateway

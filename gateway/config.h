@@ -1,4 +1,4 @@
-// What can be configured of a gateway.
+// Configuration of a gateway.
 #pragma once
 
 #include "daemon/config_table.h"
@@ -13,9 +13,9 @@
 namespace tractiond::gateway {
 
 struct Limits {
-  int peers = 256;                 ///< connections at a time
-  int peersPerAddress = 32;        ///< of them from one address: whoever has more cannot keep others out
-  int requestsPerSecond = 100;     ///< of all together; the instrument cuts off who sends 1,000
+  int peers = 256;                 ///< connections at the same time
+  int peersPerAddress = 32;        ///< connections from one address, so that a single address cannot keep others out
+  int requestsPerSecond = 100;     ///< of all keys together; the instrument disconnects a client that sends 1,000
   int requestsPerSecondEach = 20;  ///< of one key
 };
 
@@ -24,20 +24,21 @@ struct Config {
   std::vector<std::string> latest = {"tcp://*:9883"};
   std::vector<std::string> control = {"tcp://*:9884"};
   std::vector<std::string> preview = {};
-  bool insecure = false;  ///< nobody is asked for a key
+  bool insecure = false;  ///< true: connections need no key
   std::string keys = kKeyDirectory;
-  int highWaterMark = 8;  ///< messages that wait for one slow peer before it loses some
+  int highWaterMark = 8;  ///< messages queued for one slow peer; further ones are lost
   Limits limits;
   std::string logLevel = "info";
 };
 
-/// Every key of the file, section after section.
+/// Returns every key of the configuration file, section by section, bound to the fields of `config`.
 std::vector<Key> keysOf(Config& config);
 
-/// The text of a configuration file with every key and its meaning.
+/// Returns the text of a configuration file that lists every key with its meaning.
 std::string configText(const Config& config);
 
-/// What is absent keeps its default. EX_CONFIG for what is wrong in it, EX_NOINPUT when it cannot be read.
+/// Read a configuration. Missing keys keep their defaults. Errors: EX_CONFIG for invalid content, EX_NOINPUT if the
+/// file cannot be read.
 tl::expected<Config, Error> parseConfig(std::istream& text, const std::string& name);
 tl::expected<Config, Error> loadConfig(const std::string& path);
 

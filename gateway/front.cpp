@@ -10,19 +10,19 @@
 namespace tractiond::gateway {
 namespace {
 
-/// With CURVE the largest message of a handshake has some 300 bytes.
+/// Largest message that a subscriber may send [bytes]. The largest handshake message of CURVE has about 300.
 constexpr std::int64_t kLargestSubscription = 512;
-constexpr std::int64_t kLargestMessage = 65'536 + 64;  ///< encrypted
+constexpr std::int64_t kLargestMessage = 65'536 + 64;  ///< of a request when encrypted [bytes]
 constexpr int kWaitingPreviews = 2;                    ///< per peer
-constexpr int kWaitingReplies = 16;                    ///< per peer, as at the instrument
-/// Bytes; what a flooding peer has in it still arrives after it is cut off.
+constexpr int kWaitingReplies = 16;                    ///< per peer, equal to the instrument's limit
+/// [bytes] Data of a flooding peer that is already in this buffer still arrives after the peer is disconnected.
 constexpr int kReceiveBuffer = 4096;
 constexpr int kHandshakesPerTurn = 64;
 constexpr int kEventsPerTurn = 1024;
 
 constexpr std::array<std::string_view, kWays> kNames = {"stream", "latest", kControlDomain, kPreviewDomain};
 
-/// All parts of the next message. False: there is none.
+/// Reads all parts of the next message. Returns false if there is none. Never waits.
 bool receive(zmq::socket_t& socket, std::vector<std::string>& parts) {
   parts.clear();
   for (;;) {
@@ -61,7 +61,7 @@ Front::Front(const Options& options, MayEnter mayEnter, Refused refused)
     const std::string monitor = "inproc://peers-" + std::string(kNames[way]);
     zmq_socket_monitor(socket.handle(), monitor.c_str(), ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED);
     monitors_[way] = zmq::socket_t(context_, zmq::socket_type::pair);
-    monitors_[way].set(zmq::sockopt::rcvhwm, 0);  // events that nobody takes would stop ZeroMQ's thread
+    monitors_[way].set(zmq::sockopt::rcvhwm, 0);  // unread events would otherwise stop ZeroMQ's thread
     monitors_[way].set(zmq::sockopt::linger, 0);
     monitors_[way].connect(monitor);
   }
@@ -108,7 +108,7 @@ void Front::serve() {
 void Front::takeEvents(Way way) {
   std::vector<std::string> parts;
   for (int i = 0; i < kEventsPerTurn && receive(monitors_[way], parts); ++i) {
-    // 16 bits of event and 32 of value, then the address.
+    // The event (16 bits) and its value (32 bits); the address follows in the next part.
     std::uint16_t event = 0;
     std::int32_t fd = -1;
     if (parts[0].size() < sizeof event + sizeof fd) continue;

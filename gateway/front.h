@@ -1,4 +1,4 @@
-// The sockets that peers on the network reach, and who is let in.
+// The sockets that peers on the network connect to, and their access control.
 #pragma once
 
 #include "gateway/config.h"
@@ -18,47 +18,51 @@
 
 namespace tractiond::gateway {
 
+/// The sockets: stream, latest, control and preview.
 enum Way : std::size_t { kStream, kLatest, kControl, kPreview, kWays };
 
 using Endpoints = std::array<std::vector<std::string>, kWays>;
 
-/// Thread-bound. Its end ends every connection and gives the ports back.
+/// Owns the sockets of all ways. Thread-bound. The destructor closes every connection and releases the ports.
 class Front {
  public:
   struct Options {
-    Endpoints endpoints;            ///< tcp; of previews there may be none
-    std::optional<KeyPair> server;  ///< empty: nobody is asked for a key
+    Endpoints endpoints;            ///< tcp; the previews may have none
+    std::optional<KeyPair> server;  ///< empty: connections need no key
     int highWaterMark = 8;
     Limits limits;
   };
 
-  /// Told whom was not let in, and why: for people.
+  /// Called for each rejected handshake with the peer and the reason, as text for the log.
   using Refused = std::function<void(const std::string& what)>;
 
+  /// Opens and binds all sockets. Errors: EX_OSERR, and those of publish::bind().
   static tl::expected<std::unique_ptr<Front>, Error> open(const Options& options, MayEnter mayEnter, Refused refused);
   ~Front();
   Front(const Front&) = delete;
   Front& operator=(const Front&) = delete;
 
   zmq::socket_t& operator[](Way way) { return sockets_[way]; }
+  /// Returns the endpoints with the port numbers in use.
   const std::vector<std::string>& bound(Way way) const { return bound_[way]; }
 
-  /// What to poll besides the four.
+  /// Returns what the caller must poll besides the four sockets.
   std::vector<zmq_pollitem_t> others();
-  /// Answers who asks to come in, and counts who came and went. Does not wait.
+  /// Answers pending handshakes and updates peers(). Never waits.
   void serve();
 
   Peers& peers() { return peers_; }
 
  private:
   Front(const Options& options, MayEnter mayEnter, Refused refused);
+  /// Reads the monitor of one socket: accepted and closed connections.
   void takeEvents(Way way);
 
   MayEnter mayEnter_;
   Refused refused_;
   Peers peers_;
   zmq::context_t context_{1};
-  zmq::socket_t handshakes_{context_, zmq::socket_type::rep};  ///< ZAP, RFC 27
+  zmq::socket_t handshakes_{context_, zmq::socket_type::rep};  ///< answers authentication requests (ZAP, RFC 27)
   std::array<zmq::socket_t, kWays> sockets_, monitors_;
   Endpoints bound_;
 };

@@ -1,4 +1,4 @@
-// Who comes in: ZeroMQ's authentication protocol (ZAP, RFC 27), of which ZeroMQ asks about each handshake.
+// Authentication of peers: answers ZeroMQ's authentication protocol (ZAP, RFC 27), which asks once per handshake.
 #pragma once
 
 #include "gateway/keys.h"
@@ -11,19 +11,20 @@
 
 namespace tractiond::gateway {
 
-/// Asks who may come in with a key. Null: nobody.
+/// Returns the allowed key equal to `key`, or null if it is not allowed.
 using MayEnter = std::function<const AllowedKey*(const std::string& key)>;
 
-/// The domains of requests and of pictures, for which a key must be allowed control; every other is for readers.
+/// ZAP domains of the control and preview sockets, which need Permission::kControl; all others need kRead.
 inline constexpr std::string_view kControlDomain = "control", kPreviewDomain = "preview";
 
 struct HandshakeAnswer {
   /// version, request id, status code, status text, user, metadata
   std::array<std::string, 6> parts;
-  std::string refused;  ///< for people: whom, and why; empty: let in
+  std::string refused;  ///< peer and reason, for the log; empty: admitted
 };
 
-/// `request`: version, request id, domain, address, routing id, mechanism, key. Whatever else it is, it is refused.
+/// Answers one request. \param request version, request id, domain, address, routing id, mechanism, key; any other
+/// shape is rejected
 HandshakeAnswer answerHandshake(std::vector<std::string> request, const MayEnter& mayEnter);
 
 }  // namespace tractiond::gateway

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 using sensor::TomlTable;
 
 constexpr std::string_view kEnding = ".key";
-constexpr std::size_t kBytes = 32, kLetters = 40;  ///< of a key, as it is and in Z85
+constexpr std::size_t kBytes = 32, kLetters = 40;  ///< of a key, binary and in Z85
 constexpr std::size_t kMostKeys = 1000;
 
 using Letters = std::array<char, kLetters + 1>;
@@ -83,7 +83,7 @@ Error unusable(const fs::path& path, int error) {
           .remedy = denied ? "keys of a box are root's to change: sudo" : ""};
 }
 
-/// Whole or not at all. Where root writes, the directory is root's: nobody else could put a link in the way.
+/// Writes the whole file or nothing. Root writes only into directories of root, where no other user can place a link.
 tl::expected<void, Error> write(const fs::path& path, const std::string& text, mode_t mode) {
   const fs::path directory = path.parent_path();
   std::error_code error;
@@ -102,11 +102,12 @@ tl::expected<void, Error> write(const fs::path& path, const std::string& text, m
   return {};
 }
 
-/// Root's file may be read by its group: the gateway's.
+/// Returns whether others than the owner can read the file; the group of root's file, which is the gateway's, may.
 bool canOthersRead(const struct stat& of) {
   return (of.st_mode & (of.st_uid == 0 ? 037 : 077)) != 0;
 }
 
+/// Returns whether a later attempt may succeed.
 bool isPassing(int error) {
   return error == EMFILE || error == ENFILE || error == ENOMEM;
 }
@@ -133,7 +134,7 @@ KeyPair newKeyPair() {
   Letters publicKey{}, secretKey{};
   do {
     zmq_curve_keypair(publicKey.data(), secretKey.data());
-  } while (publicKey[0] == '-');  // which a command line takes for an option
+  } while (publicKey[0] == '-');  // a command line would take it for an option
   return {.publicKey = publicKey.data(), .secretKey = secretKey.data(), .serverKey = {}};
 }
 
@@ -249,7 +250,7 @@ bool KeyDirectory::refresh() {
     else
       faults.push_back(std::move(allowed).error());
   }
-  // What could not be read now, perhaps for want of a descriptor, is tried again.
+  // A file that could not be read, perhaps for lack of a descriptor, is read again next time.
   if (std::ranges::any_of(faults, [](const Error& fault) { return fault.exitCode == EX_NOINPUT; })) looked_ = false;
   const bool changed = keys != keys_ || !std::ranges::equal(faults, faults_, {}, &Error::message, &Error::message);
   stamps_ = std::move(now);

@@ -1,5 +1,5 @@
-// Keys as files: who may come in, and the secret ones of a box and of a person. Shared by the gateway, tractionctl and
-// the client library. Keys are CURVE's, 40 letters of Z85.
+// Keys as files: the keys that may connect, and the secret keys of a gateway and of a client. Shared by the gateway,
+// tractionctl and the client library. Keys are CURVE keys, 40 characters of Z85.
 #pragma once
 
 #include "daemon/base/error.h"
@@ -16,15 +16,16 @@ namespace tractiond::gateway {
 inline constexpr const char* kKeyDirectory = "/etc/tractiond/keys";
 
 enum class Permission {
-  kRead,     ///< stream and latest
-  kControl,  ///< and requests: zero, calibration, the camera
+  kRead,     ///< may subscribe to stream and latest
+  kControl,  ///< may also subscribe to previews and send requests: zero, calibration, camera
 };
 
+/// Returns "read" or "control".
 std::string_view wordOf(Permission permission);
 
-/// Of somebody who may come in; the file NAME.key.
+/// A client key that may connect, stored in the file NAME.key.
 struct AllowedKey {
-  std::string name;  ///< traction::isValidName
+  std::string name;  ///< valid by traction::isValidName
   std::string key;
   Permission permission = Permission::kRead;
 
@@ -33,53 +34,59 @@ struct AllowedKey {
 
 struct KeyPair {
   std::string publicKey, secretKey;
-  std::string serverKey;  ///< of the box that it is for; empty: told otherwise
+  std::string serverKey;  ///< of the gateway that it connects to; empty: not known
 };
 
+/// Returns whether `text` is a key: 40 characters of Z85.
 bool isKey(std::string_view text);
 
-/// As text, of its 32 bytes; of any other number of bytes: empty.
+/// Returns the text of a key of 32 bytes; empty for any other number of bytes.
 std::string keyOfBytes(std::string_view bytes);
 
+/// Generates a random key pair. The public key never begins with '-', so that it can be a command-line argument.
 KeyPair newKeyPair();
 
-/// In a directory of keys, the box's own.
+/// Returns the path of the gateway's own secret key in a directory of keys.
 std::filesystem::path serverKeyFile(const std::filesystem::path& directory);
 
-/// EX_NOINPUT: cannot be read; EX_CONFIG: it is none; EX_NOPERM: others can read it.
+/// Reads a key pair. Errors: EX_NOINPUT if it cannot be read, EX_CONFIG if it is not a valid pair, EX_NOPERM if others
+/// can read the file (for root's file: others than its group).
 tl::expected<KeyPair, Error> loadKeyPair(const std::filesystem::path& path);
 
-/// A new file with mode 0600; its directory is made. EX_CANTCREAT where one is there already; EX_NOPERM where root
-/// would write into somebody else's directory.
+/// Writes a new file with mode 0600 and creates its directory. Errors: EX_CANTCREAT if the file exists or cannot be
+/// written, EX_NOPERM without the permission, and if root would write into a directory of another user.
 tl::expected<void, Error> saveKeyPair(const std::filesystem::path& path, const KeyPair& keys);
 
-/// The box's own, likewise. Root's is readable by the directory's group, the gateway's.
+/// Writes the gateway's own key in the same way. As root the mode is 0640, so that the directory's group, the
+/// gateway's, can read it.
 tl::expected<void, Error> saveServerKey(const std::filesystem::path& directory, const KeyPair& keys);
 
-/// Replaces NAME.key.
+/// Writes NAME.key with mode 0644, replacing an existing file. Errors as of saveKeyPair(), but a file may exist.
 tl::expected<void, Error> allow(const std::filesystem::path& directory, const AllowedKey& key);
 
-/// EX_NOINPUT where nobody of that name is allowed.
+/// Deletes NAME.key. Errors: EX_NOINPUT if there is none; EX_NOPERM or EX_CANTCREAT if it cannot be deleted.
 tl::expected<void, Error> revoke(const std::filesystem::path& directory, const std::string& name);
 
-/// A directory's keys, looked at again and again.
+/// The keys of a directory, read again whenever its files change. Not thread-safe.
 class KeyDirectory {
  public:
   explicit KeyDirectory(std::filesystem::path path)
       : path_(std::move(path)) {}
 
-  /// Reads it again if something in it has changed; true: the keys or the faults are others than before. A file that is
-  /// wrong allows nobody. Where descriptors or memory are used up everything stays as it was.
+  /// Reads the directory again if a file has changed. Returns whether the keys or the faults have changed. A faulty
+  /// file allows no key. If file descriptors or memory are exhausted, everything stays as it was.
   bool refresh();
 
-  const std::vector<AllowedKey>& keys() const { return keys_; }  ///< by name
-  const std::vector<Error>& faults() const { return faults_; }   ///< of its files, or of itself; as last read
+  const std::vector<AllowedKey>& keys() const { return keys_; }  ///< sorted by name
+  /// Errors of single files or of the directory, at the last reading.
+  const std::vector<Error>& faults() const { return faults_; }
+  /// Returns the allowed key equal to `key`, or null. Valid until the next refresh().
   const AllowedKey* find(std::string_view key) const;
 
  private:
   struct Stamp {
     std::string name;
-    long inode, size, seconds, nanoseconds;  ///< of its last change, that of its owner or permissions, too
+    long inode, size, seconds, nanoseconds;  ///< of the inode's last change, which includes its owner and mode
     bool operator==(const Stamp&) const = default;
   };
 

@@ -1,4 +1,4 @@
-// traction-gateway: arguments in, exit code out.
+// traction-gateway: parses the arguments, runs, and returns the exit code.
 #include "daemon/base/counter.h"
 #include "daemon/log.h"
 #include "daemon/publish/connection_limit.h"
@@ -33,7 +33,7 @@ int failed(const Error& error) {
   return error.exitCode;
 }
 
-/// Where the instance's sockets are; where there are none yet, the system's.
+/// Returns the runtime directory of the instance's sockets; the system's if there are none yet.
 fs::path runtimeOf(const Arguments& arguments) {
   if (!arguments.runtime.empty()) return fs::absolute(arguments.runtime);
   const auto candidates = traction::runtimeDirectories(arguments.instance);
@@ -44,9 +44,9 @@ fs::path runtimeOf(const Arguments& arguments) {
   return candidates.back();
 }
 
-/// As many peers as are configured must find room beside what the gateway has open itself.
+/// Checks that the limit on file descriptors allows the configured number of peers. Error: EX_OSERR.
 tl::expected<void, Error> checkDescriptors(const Config& config) {
-  constexpr rlim_t kOwn = 72;  // open while it runs
+  constexpr rlim_t kOwn = 72;  // open by the gateway itself
   rlimit limit{};
   getrlimit(RLIMIT_NOFILE, &limit);
   const rlim_t needed = static_cast<rlim_t>(config.limits.peers) + publish::connections::kReserved + kOwn;

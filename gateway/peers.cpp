@@ -9,7 +9,6 @@
 
 namespace tractiond::gateway {
 
-/// Empty: there is no such connection.
 Peers::Connection Peers::otherEnd(int fd) {
   sockaddr_storage address{};
   socklen_t size = sizeof address;
@@ -24,7 +23,7 @@ Peers::Connection Peers::otherEnd(int fd) {
 }
 
 void Peers::came(int fd, const std::vector<std::string>& bound) {
-  forget(fd);  // whose end was not told
+  forget(fd);  // in case the end of its predecessor was not reported
   Connection peer = otherEnd(fd);
   if (peer.address.empty()) return;
   const auto of = each_.find(peer.address);

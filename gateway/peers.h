@@ -1,4 +1,4 @@
-// Who is connected: so many at most, and so many from one address.
+// Limits the number of connections, in total and per address.
 #pragma once
 
 #include <cstdint>
@@ -8,35 +8,37 @@
 
 namespace tractiond::gateway {
 
-/// Thread-bound.
+/// Counts connections. Thread-bound.
 class Peers {
  public:
   Peers(int most, int mostPerAddress)
       : most_(most)
       , mostPerAddress_(mostPerAddress) {}
 
-  /// A connection that ZeroMQ accepted for a socket bound to these endpoints; one too many is ended.
+  /// Registers a connection that ZeroMQ accepted on a socket bound to `bound`. Closes it if it exceeds a limit.
   void came(int fd, const std::vector<std::string>& bound);
-  /// A connection to these; the number may be that of another's by now.
+  /// Removes a closed connection of that socket. Ignores `fd` if it belongs to another socket's connection by now.
   void went(int fd, const std::vector<std::string>& bound);
-  /// Forgets all that are gone without a word.
+  /// Removes connections that ended without an event.
   void look();
 
   int count() const { return static_cast<int>(connections_.size()); }
+  /// Returns the number of connections refused so far.
   std::uint64_t refused() const { return refused_; }
-  const std::string& lastRefused() const { return lastRefused_; }  ///< an address
+  const std::string& lastRefused() const { return lastRefused_; }  ///< address of the last refused connection
 
  private:
   struct Connection {
     std::string address, port;
-    const std::vector<std::string>* bound = nullptr;  ///< to which it is
+    const std::vector<std::string>* bound = nullptr;  ///< endpoints of its socket
   };
   void forget(int fd);
+  /// Returns the address and port of the connected peer; empty if there is no such connection.
   static Connection otherEnd(int fd);
 
   int most_, mostPerAddress_;
   std::map<int, Connection> connections_;  ///< by file descriptor
-  std::map<std::string, int> each_;        ///< of an address
+  std::map<std::string, int> each_;        ///< address -> number of connections
   std::uint64_t refused_ = 0;
   std::string lastRefused_;
 };

@@ -1,4 +1,4 @@
-// How much is asked and said in a second.
+// Limits on the rates of requests and of log lines.
 #pragma once
 
 #include <cstdint>
@@ -8,15 +8,15 @@
 
 namespace tractiond::gateway {
 
-/// Of all together and of each.
+/// Limits requests per second, of all clients together and of each. Not thread-safe.
 class RequestLimit {
  public:
   RequestLimit(int most, int mostEach)
       : most_(most)
       , mostEach_(mostEach) {}
 
-  /// Counts a request. \param now_ns CLOCK_MONOTONIC
-  /// \return 0, or the limit in requests per second that it is beyond
+  /// Counts a request of client `who`, unless it exceeds a limit. \param now_ns CLOCK_MONOTONIC
+  /// \return 0, or the exceeded limit [requests/s]
   int beyond(const std::string& who, std::int64_t now_ns) {
     constexpr std::int64_t kSecond_ns = 1'000'000'000;
     if (now_ns - since_ns_ >= kSecond_ns) {
@@ -38,10 +38,10 @@ class RequestLimit {
   std::map<std::string, int> each_;
 };
 
-/// One line of a kind in a while; how many others there were is said with the next.
+/// Limits log lines of one kind to one per 5 s; the next line states how many were left out.
 class SeldomLine {
  public:
-  /// Empty: not now.
+  /// Returns the line to log, or an empty text if none is due. \param now_ns CLOCK_MONOTONIC
   std::string next(const std::string& line, std::int64_t now_ns) {
     constexpr std::int64_t kPause_ns = 5'000'000'000;
     if (said_ && now_ns - last_ns_ < kPause_ns) return ++unsaid_, "";

@@ -27,19 +27,19 @@ using std::chrono::milliseconds;
 
 constexpr int kMessagesPerTurn = 64;
 constexpr int kSubscriptionsPerTurn = 256;
-/// As of the instrument itself: of one connection in a second, and for all new subscribers together.
+/// The instrument's limits: subscriptions of a connection per second, and time between descriptions to new subscribers.
 constexpr int kSubscriptionsPerPeer = 64;
 constexpr std::int64_t kDescriptions_ns = 100'000'000;
-constexpr std::size_t kMostTopics = 16;              ///< whose description is kept; an instrument has one
-constexpr std::int64_t kKeys_ns = 250'000'000;       ///< between two looks at the keys
+constexpr std::size_t kMostTopics = 16;              ///< topics whose description is kept; an instrument has one
+constexpr std::int64_t kKeys_ns = 250'000'000;       ///< between two checks of the keys
 constexpr std::int64_t kSilence_ns = 3'000'000'000;  ///< three statuses
 constexpr int kWaitingForInstrument = 256;
-constexpr std::uint64_t kWaitingReplies_bytes = 16 << 20, kWaitingRepliesEach_bytes = 4 << 20;  ///< of all, of a key
+constexpr std::uint64_t kWaitingReplies_bytes = 16 << 20, kWaitingRepliesEach_bytes = 4 << 20;  ///< total, per key
 constexpr const char* kUnread = "too many replies wait to be read by this key: read them, or end their connections";
 constexpr std::string_view kDescriptionEnds = "/description/", kPreviewEnds = "/preview/";
-constexpr std::string_view kFieldBegins = "\x09";  ///< Field.timestamp
+constexpr std::string_view kFieldBegins = "\x09";  ///< Protobuf key of Field.timestamp
 
-/// The parts of the next message, the first four of them. 0: there is none.
+/// Reads the next message and keeps its first four parts. Returns the number of its parts; 0: there is none.
 std::size_t receive(zmq::socket_t& socket, std::array<zmq::message_t, 4>& parts) {
   for (std::size_t count = 0;; ++count) {
     zmq::message_t surplus;
@@ -49,11 +49,11 @@ std::size_t receive(zmq::socket_t& socket, std::array<zmq::message_t, 4>& parts)
   }
 }
 
-/// What the instrument returns with its reply: the connection's name, and behind it who asked.
+/// Routing text that the instrument returns with its reply: the routing id, followed by the client's name.
 struct Route {
   std::string peer, who;
   int fd = -1;
-  std::uint32_t generation = 0;  ///< opening of the front that the connection belongs to
+  std::uint32_t generation = 0;  ///< opening of the front to which the connection belongs
 
   std::string text() const {
     const auto length = static_cast<std::uint32_t>(who.size());
@@ -75,7 +75,7 @@ struct Route {
   }
 };
 
-/// Never waits. False: there was nobody, or no room.
+/// Sends one part without waiting. Returns false if there is no peer or no room.
 bool put(zmq::socket_t& socket, zmq::message_t& part, bool more) {
   int sent = -1;
   do {
@@ -107,7 +107,7 @@ std::string listed(const std::vector<AllowedKey>& keys) {
   return text.empty() ? "nobody" : text;
 }
 
-/// Somebody of before may now do less.
+/// Returns whether a key was removed, renamed, or lost a permission.
 bool losesSomething(const std::vector<AllowedKey>& before, const std::vector<AllowedKey>& now) {
   return std::ranges::any_of(before, [&](const AllowedKey& old) {
     const auto same = std::ranges::find(now, old.key, &AllowedKey::key);
@@ -115,12 +115,12 @@ bool losesSomething(const std::vector<AllowedKey>& before, const std::vector<All
   });
 }
 
-/// The box's own key; empty: nobody is to be asked for one.
+/// Reads the gateway's own key; nothing if connections need none. Errors: EX_CONFIG, and those of loadKeyPair().
 tl::expected<std::optional<KeyPair>, Error> serverKey(const Config& config) {
   if (config.insecure) return std::nullopt;
   const std::filesystem::path file = serverKeyFile(config.keys);
   std::error_code unseen;
-  // Where it cannot be seen whether there is one, it is read, which says why not.
+  // If the directory cannot be searched, loadKeyPair() reports the reason.
   if (std::filesystem::symlink_status(file, unseen).type() != std::filesystem::file_type::not_found) {
     return loadKeyPair(file).map([](KeyPair keys) { return std::optional(std::move(keys)); });
   }
@@ -151,7 +151,7 @@ struct Relay::Impl {
     latest.set(zmq::sockopt::subscribe, kFieldBegins);
     stream.connect(endpoints.stream);
     stream.set(zmq::sockopt::subscribe, traction::kTopicRoot);
-    // What is asked while no instrument is there is not to be done when one comes.
+    // A request that is sent while no instrument runs must not be carried out when one starts.
     control.set(zmq::sockopt::immediate, true);
     control.set(zmq::sockopt::sndhwm, kWaitingForInstrument);
     control.set(zmq::sockopt::rcvhwm, 0);
@@ -183,14 +183,14 @@ struct Relay::Impl {
     return {};
   }
 
-  /// A moment, for one that is there: who asks first is not to hear that there is none.
+  /// Waits up to 300 ms for a running instrument, so that the first request finds it.
   void waitForInstrument() {
     constexpr milliseconds kMoment(300);
     zmq_pollitem_t item{control.handle(), 0, ZMQ_POLLOUT, 0};
     zmq_poll(&item, 1, kMoment.count());
   }
 
-  /// At the start, once its sockets are open.
+  /// Logs the allowed keys once the sockets are open.
   void tellWhoMayEnter() {
     if (options.server) {
       keys.refresh();
@@ -216,7 +216,7 @@ struct Relay::Impl {
     toCut = toCut || losesSomething(before, keys.keys());
   }
 
-  /// Ends all connections: who is still allowed comes back by himself.
+  /// Ends all connections; clients that are still allowed reconnect by themselves.
   tl::expected<void, Error> reopen() {
     constexpr int kTries = 100;
     constexpr milliseconds kPause(10);
@@ -239,15 +239,15 @@ struct Relay::Impl {
       if (count == 0) return;
       heard_ns = clock();
       if (std::exchange(silent, false)) spdlog::info("the instrument is heard again");
-      if (count != 3) continue;  // of no tractiond
+      if (count != 3) continue;  // not from a tractiond
       keepDescription();
-      // Pictures are not for those who may only read.
+      // Previews need Permission::kControl.
       const Way way = parts[0].to_string_view().ends_with(kPreviewEnds) ? kPreview : kStream;
       for (std::size_t part = 0; part < 3; ++part) put((*front)[way], parts[part], part < 2);
     }
   }
 
-  /// The instrument makes previews for who names them.
+  /// The instrument makes previews only for subscriptions to a full topic.
   void askForPreviews() {
     if (lookers == 0) {
       for (const std::string& topic : previews) stream.set(zmq::sockopt::unsubscribe, topic);
@@ -260,7 +260,7 @@ struct Relay::Impl {
     }
   }
 
-  /// ZeroMQ tells of the first and of the last one of each subscription.
+  /// Reads subscriptions to previews; ZeroMQ reports the first and the last one of each topic.
   void takeLookers() {
     for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kPreview], parts) != 0; ++i) {
       const std::string_view text = parts[0].to_string_view();
@@ -272,7 +272,7 @@ struct Relay::Impl {
     askForPreviews();
   }
 
-  /// A subscription to a topic of the instrument, or to all that begin like one, takes no room in ZeroMQ's tree.
+  /// Returns whether it is to a topic of the instrument or to a prefix of one: it takes no extra room in ZeroMQ's tree.
   bool isOfInstrument(std::string_view subscription) const {
     if (!subscription.starts_with('\1')) return false;
     subscription.remove_prefix(1);
@@ -299,7 +299,7 @@ struct Relay::Impl {
     for (std::size_t part = 0; part < 3; ++part) kept->second[part].copy(parts[part]);
   }
 
-  /// The stream joins a new subscriber in the middle; what its numbers mean it is told at once.
+  /// Sends the descriptions to new subscribers, which join in the middle of the stream.
   void takeSubscriptions(std::int64_t now) {
     int count = 0;
     for (; count < kSubscriptionsPerTurn && receive((*front)[kStream], parts) != 0; ++count) {
@@ -332,7 +332,7 @@ struct Relay::Impl {
     for (int i = 0; i < kMessagesPerTurn; ++i) {
       const std::size_t count = receive((*front)[kControl], parts);
       if (count == 0) return publish::inflow::releaseEnded(publish::Charge::kRequests);
-      publish::inflow::release(publish::sourceOf(parts[0]), count - 1);  // the first is ZeroMQ's name of the peer
+      publish::inflow::release(publish::sourceOf(parts[0]), count - 1);  // the first part is the routing id
       askers.count(parts[0], front->bound(kControl));
       // [peer][empty][request]
       if (count != 3 || !parts[1].empty()) continue;
@@ -344,7 +344,7 @@ struct Relay::Impl {
     }
   }
 
-  /// \return why not; empty: the request is on its way
+  /// Forwards a request. \return why it was not forwarded; empty: it was
   std::string pass(std::string_view peer, zmq::message_t& request, std::int64_t now) {
     const std::string user = options.server ? property(request, "User-Id") : "",
                       address = property(request, "Peer-Address");
@@ -380,7 +380,7 @@ struct Relay::Impl {
     }
   }
 
-  /// What is due now and then.
+  /// Does the periodic work: checks keys and connections, and logs what changed.
   void look(std::int64_t now) {
     if (now - looked_ns < kKeys_ns) return;
     looked_ns = now;
@@ -414,13 +414,13 @@ struct Relay::Impl {
   KeyDirectory keys;
   Front::Options options;
   std::unique_ptr<Front> front;
-  std::uint32_t generation = 0;  ///< of the front
+  std::uint32_t generation = 0;  ///< number of openings of the front
   bool toCut = false;
   std::vector<zmq_pollitem_t> items;
   std::array<zmq::message_t, 4> parts;
-  std::map<std::string, std::array<zmq::message_t, 3>, std::less<>> descriptions;  ///< by topic, the last one
-  std::size_t lookers = 0;                                                         ///< subscriptions to previews
-  std::set<std::string> previews;                                                  ///< topics that are asked for
+  std::map<std::string, std::array<zmq::message_t, 3>, std::less<>> descriptions;  ///< topic -> last description
+  std::size_t lookers = 0;         ///< number of subscriptions to previews
+  std::set<std::string> previews;  ///< subscribed preview topics
   bool descriptionDue = false;
   std::int64_t described_ns = 0;
   RequestLimit requests;
@@ -434,7 +434,7 @@ struct Relay::Impl {
   bool silent = false;
   std::atomic<int> peers{0};
 
-  zmq::context_t context{1};  ///< its own: what peers send does not reach the instrument's side
+  zmq::context_t context{1};  ///< separate from the front's context: peers cannot affect the instrument's side
   zmq::socket_t stream{context, zmq::socket_type::sub};
   zmq::socket_t latest{context, zmq::socket_type::sub};
   zmq::socket_t control{context, zmq::socket_type::dealer};

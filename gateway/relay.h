@@ -1,4 +1,4 @@
-// Between one instrument and peers on the network: passes on what it publishes, and what they ask of it.
+// Relays between one instrument and peers on the network: published messages outwards, requests inwards.
 #pragma once
 
 #include "daemon/base/clock.h"
@@ -13,23 +13,26 @@
 
 namespace tractiond::gateway {
 
-/// Thread-bound, but for what is noted as such. The instrument may start later, and again.
+/// Thread-bound except where noted. The instrument may start later, and restart.
 class Relay {
  public:
   using Clock = std::int64_t (*)();
 
-  /// \param instrument its runtime directory \param monotonicClock returns CLOCK_MONOTONIC [ns]
-  /// EX_CONFIG where other hosts would be let in without a key, and what the endpoints and the box's key may have.
+  /// Connects to the instrument, for which it waits up to 300 ms, and opens the network side. Errors: EX_CONFIG if
+  /// other hosts could connect without a key, EX_OSERR, and those of Front::open() and loadKeyPair().
+  /// \param instrument runtime directory of the instrument
+  /// \param monotonicClock returns CLOCK_MONOTONIC [ns]
   static tl::expected<std::unique_ptr<Relay>, Error> open(const Config& config, const std::filesystem::path& instrument,
                                                           Clock monotonicClock = monotonicNow);
   ~Relay();
 
-  /// Waits for something to pass on, no longer than this, and passes on what has come. Fails where the endpoints are
-  /// lost.
+  /// Waits at most `timeout` for messages and relays those that have arrived. Fails if the endpoints cannot be opened
+  /// again after a key was revoked.
   tl::expected<void, Error> turn(std::chrono::milliseconds timeout);
 
+  /// Returns the endpoints of one socket, with the port numbers in use.
   const std::vector<std::string>& bound(Way way) const;
-  int peers() const;  ///< any thread
+  int peers() const;  ///< number of connections; callable from any thread
 
  private:
   struct Impl;

@@ -10,9 +10,10 @@ namespace pb = traction::v1;
 
 tl::expected<std::string, std::string> signedRequest(std::string_view bytes, const std::string& asker) {
   constexpr std::size_t kLargestRequest = 65'536;
-  // Else Protobuf writes a line on standard error for each string that is no UTF-8, and waits for who reads it.
+  // Protobuf would otherwise write a line to standard error for each string that is not UTF-8, and block if nobody
+  // reads it.
   [[maybe_unused]] static const auto before = google::protobuf::SetLogHandler(nullptr);
-  // Read and written again: behind bytes that end within a field nothing could be appended safely.
+  // The request is parsed and serialised again: a field cannot be appended safely to bytes that end within a field.
   pb::Request request;
   if (!request.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
     return tl::unexpected<std::string>("this is not a traction.v1.Request");

@@ -1,4 +1,4 @@
-// What a gateway changes in requests and answers itself. The only file of this room that sees *.pb.h.
+// Rewrites requests and writes error replies. The only file of this room that includes *.pb.h.
 #pragma once
 
 #include <tl/expected.hpp>
@@ -8,10 +8,11 @@
 
 namespace tractiond::gateway {
 
-/// The request with who asks, whatever it said of that itself. The error is a sentence for the asker: it is none, or
-/// larger than the instrument takes.
+/// Returns the request with `asker` as its on_behalf_of field, whatever that field held. On failure returns a sentence
+/// for the client: the bytes are not a request, or are more than the instrument accepts.
 tl::expected<std::string, std::string> signedRequest(std::string_view bytes, const std::string& asker);
 
+/// Returns the bytes of a Reply with this error.
 std::string errorReply(const std::string& sentence);
 
 }  // namespace tractiond::gateway

@@ -13,13 +13,14 @@ namespace lens {
 
 namespace {
 
-constexpr std::size_t kFewest = 5;     // pictures
-constexpr double kSmear = 2.5;         // times the others' width of an edge: out of focus, or moved
-constexpr double kNoOneLens_px = 1.0;  // of all pictures: they are of no one lens
-constexpr double kPoor_px = 0.25;      // of all pictures: more than a lens and a board that are good leave
-constexpr double kReach = 0.7;         // of the way to the picture's corner, where the distortion is seen
+constexpr std::size_t kFewest = 5;     // smallest number of pictures
+constexpr double kSmear = 2.5;         // an edge this many times wider than the median's is out of focus or moved
+constexpr double kNoOneLens_px = 1.0;  // a larger residual over all pictures: they are not of one lens
+constexpr double kPoor_px = 0.25;      // a larger residual over all pictures: more than a good lens and board leave
+// Share of the way to the picture's corner up to which corners must be seen to determine the distortion.
+constexpr double kReach = 0.7;
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr double kTilted = 20.0 / kDegrees;  // of a board, for its pictures to determine the focal length
+constexpr double kTilted = 20.0 / kDegrees;  // tilt of a board from which its picture determines the focal length [rad]
 
 /// A picture in which the board was found.
 struct View {
@@ -56,14 +57,14 @@ std::vector<View> look(const CalibrateOptions& options, Faults& faults) {
   return views;
 }
 
-/// The size that most pictures have.
+/// Returns the size that most pictures have.
 std::pair<int, int> usualSize(const std::vector<View>& views) {
   std::map<std::pair<int, int>, int> counts;
   for (const View& view : views) ++counts[{view.width, view.height}];
   return std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; })->first;
 }
 
-/// What is wrong with a picture shows beside the others.
+/// Adds a fault for each picture whose size or sharpness differs from that of the others.
 void compare(const std::vector<View>& views, Faults& faults) {
   if (views.empty()) return;
   const auto [width, height] = usualSize(views);
@@ -85,7 +86,8 @@ void compare(const std::vector<View>& views, Faults& faults) {
   }
 }
 
-/// Share of the way from the principal point to the farthest corner of the picture up to which corners were seen.
+/// Returns the distance of the farthest corner from the principal point, relative to that of the picture's farthest
+/// corner.
 double reach(const std::vector<View>& views, const sensor::Camera& camera) {
   double seen = 0.0, whole = 0.0;
   for (const double u : {0.0, camera.width - 1.0}) {
@@ -204,7 +206,7 @@ Done calibrate(const CalibrateOptions& options) {
   camera.k1 = fit.camera.k1;
   camera.k2 = fit.camera.k2;
   sensor::Uncertainty& uncertainty = file->sensor.uncertainty;
-  // Of the focal length in u and of that in v.
+  // Includes the focal length along u and along v.
   uncertainty.focal =
       std::hypot(fit.focalDeviation_px / fit.camera.focal_px, fit.aspectDeviation.value_or(0.0) / fit.camera.aspect);
   uncertainty.focalDistance = 0.0;

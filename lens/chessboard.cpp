@@ -17,16 +17,17 @@ namespace lens {
 
 namespace {
 
-constexpr double kEdgeLimit = 0.35;  // of a square: wider edges run into each other
+constexpr double kEdgeLimit = 0.35;  // of a square: the images of wider edges overlap
 constexpr double kContrastLimit = 15.0;
-constexpr int kLeastOther = 16;    // corners of a board that is named in place of the right one
-const cv::Size kLeastBoard(3, 3);  // corners: where a search for any board begins
-// Wide: boards are found in no more, and ten times faster than in all pixels; missed at one width, found at another.
+constexpr int kLeastOther = 16;    // smallest number of corners for a board of another size to be reported
+const cv::Size kLeastBoard(3, 3);  // corners: start of a search for a board of any size
+// Widths of the searched copies. OpenCV finds boards in no more pictures at full size, and takes ten times as long; a
+// board missed at one width is often found at another.
 constexpr std::array kSearched_px = {640, 1000, 400};
 
-/// A part of a board, or all of it, searched in a small copy; places of the picture itself. OpenCV's search skips rows,
-/// takes corners of the border for inner ones, and diagonals for sides, once in some hundred pictures: what it gives is
-/// a start. `least`: the size found may be larger.
+/// Searches a reduced copy for a board or a part of it. Returns positions in the picture itself. They are only a start:
+/// in about one of a hundred pictures OpenCV's search skips rows, takes corners on the border for inner ones, or
+/// diagonals for sides. \param least true: the grid found may be larger than `size`
 CornerGrid search(const cv::Mat& grey, int width_px, cv::Size size, bool least) {
   const double scale = std::min(1.0, static_cast<double>(width_px) / grey.cols);
   cv::Mat small, found;
@@ -46,7 +47,7 @@ bool isOfSize(const CornerGrid& grid, cv::Size size) {
   return grid.size == size || grid.size == cv::Size(size.height, size.width);
 }
 
-/// The board as it lies in the picture, whatever its size.
+/// Returns the board of the expected size, or the largest one found.
 CornerGrid boardIn(const cv::Mat& grey, cv::Size expected) {
   CornerGrid largest;
   for (const int width_px : kSearched_px) {
@@ -59,7 +60,8 @@ CornerGrid boardIn(const cv::Mat& grey, cv::Size expected) {
   return largest;
 }
 
-/// Of the expected size, if it has that, turned: x to the right of y, the first corner above the last.
+/// Reorders a grid of the expected size: y 90 degrees clockwise from x, the first corner above or left of the last.
+/// Returns false if it has another size.
 bool arrange(CornerGrid& grid, cv::Size size) {
   if (!isOfSize(grid, size)) return false;
   if (grid.size != size) {
@@ -70,7 +72,7 @@ bool arrange(CornerGrid& grid, cv::Size size) {
     grid = std::move(turned);
   }
   const cv::Point2f along = grid.at(1, 0) - grid.at(0, 0), across = grid.at(0, 1) - grid.at(0, 0);
-  if (along.cross(across) < 0.0) {  // rows from the other side
+  if (along.cross(across) < 0.0) {  // rows run the other way
     CornerGrid mirrored{size, {}};
     for (int y = size.height - 1; y >= 0; --y) {
       for (int x = 0; x < size.width; ++x) mirrored.places.push_back(grid.at(x, y));
@@ -82,11 +84,11 @@ bool arrange(CornerGrid& grid, cv::Size size) {
   return true;
 }
 
-/// What is there in place of the board.
+/// Returns a sentence about what the picture shows instead of the board.
 std::string otherBoard(const CornerGrid& seen, const Board& board) {
   const std::string missing =
       "shows no chessboard of " + std::to_string(board.columns) + "x" + std::to_string(board.rows) + " squares";
-  if (seen.size.area() < kLeastOther) {  // noise has small boards in it
+  if (seen.size.area() < kLeastOther) {  // noise contains small grids
     return missing + ": it must lie in the picture as a whole, sharp, evenly lit, with a white margin around it";
   }
   const auto [less, more] = std::minmax({seen.size.width + 1, seen.size.height + 1});
@@ -136,10 +138,10 @@ tl::expected<Corners, std::string> findCorners(const cv::Mat& grey, const Board&
     return tl::unexpected("is blurred: edges are " + rounded(corners.edgeWidth_px) + " px wide, squares " +
                           rounded(corners.smallestSquare_px) + " px; focus, and keep the board still");
   }
-  // The wider the window, the less noise; half a square holds the two edges that cross and no other.
+  // A wider window has less noise; half a square contains only the two edges that cross.
   const int half = std::max(2, static_cast<int>(0.4 * corners.smallestSquare_px));
   cv::cornerSubPix(grey, places, {half, half}, {-1, -1}, {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 100, 1e-4});
-  constexpr double kRise = 2.563;  // from 10 to 90 % of an edge, in deviations of its blur
+  constexpr double kRise = 2.563;  // distance of the 10 and 90 % levels of an edge, in standard deviations of its blur
   fitSaddles(grey, std::max(3.0, 0.42 * corners.smallestSquare_px), std::max(0.4, corners.edgeWidth_px / kRise), grid);
   corners.place_px.resize(2, board.corners());
   for (int i = 0; i < board.corners(); ++i) {

@@ -1,4 +1,4 @@
-// The corners of a chessboard in a picture.
+// Finds the corners of a chessboard in a picture.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,23 +9,26 @@
 
 namespace lens {
 
-/// A plain chessboard on white. Its inner corners, columns - 1 times rows - 1 of them, are what is seen of it.
+/// A plain chessboard with a white margin. Only its inner corners are used: (columns - 1) x (rows - 1).
 struct Board {
-  int columns = 9, rows = 6;  ///< squares along its sides, at least 4
-  double square = 10e-3;      ///< [m]
+  int columns = 9, rows = 6;  ///< number of squares along its sides, at least 4
+  double square = 10e-3;      ///< side of a square [m]
 
   int corners() const { return (columns - 1) * (rows - 1); }
-  Eigen::Vector2d corner(int index) const;  ///< on the board [m], row after row
+  Eigen::Vector2d corner(int index) const;  ///< on the board [m], row by row
 };
 
-/// What a picture shows of it.
+/// The corners that a picture shows.
 struct Corners {
-  Eigen::Matrix2Xd place_px;  ///< 2 x board.corners()
-  double edgeWidth_px = 0.0;  ///< in which brightness rises from 10 to 90 %, mean over the edges between squares
+  Eigen::Matrix2Xd place_px;  ///< (u, v), 2 x board.corners(), in the order of Board::corner()
+  /// Mean distance in which the brightness of the edges between squares rises from 10 to 90 %.
+  double edgeWidth_px = 0.0;
   double smallestSquare_px = 0.0;
 };
 
-/// \param grey 8 bits. The error says what is seen instead, for people; it does not name the picture. Reentrant.
+/// Finds all inner corners of the board. On failure returns a sentence about what the picture shows instead, without
+/// its name. \param grey 8 bits
+/// Reentrant.
 tl::expected<Corners, std::string> findCorners(const cv::Mat& grey, const Board& board);
 
 }  // namespace lens

@@ -1,4 +1,4 @@
-// What a person asks of traction-lens. Each prints to standard output and writes its file last, whole or not at all.
+// The commands of traction-lens. Each prints to standard output, and writes its file last and atomically.
 #pragma once
 
 #include "daemon/base/error.h"
@@ -12,64 +12,68 @@
 
 namespace lens {
 
-/// Everything that is wrong with what was given, one line each; at least one.
+/// All errors of a command, at least one; each is printed on one line.
 using Faults = std::vector<tractiond::Error>;
 using Done = tl::expected<void, Faults>;
 
 struct CalibrateOptions {
   std::vector<std::string> pictures;  ///< files
   Board board;
-  /// File that the lens is written into; empty: the paper's sensor. Where it leaves the picture's size out, that is the
-  /// pictures'.
+  /// Gel file that the lens is written into; empty: the paper's sensor. If it does not state the picture's size, the
+  /// size of the pictures is used.
   std::string gel;
   std::string output;  ///< file
 };
 
-/// The lens from pictures of a chessboard.
+/// Estimates the lens from pictures of a chessboard and writes a gel file.
 Done calibrate(const CalibrateOptions& options);
 
 struct PictureOptions {
   std::string picture;  ///< file
   std::string gel;      ///< file
-  std::string output;   ///< file: a gel file or a PNG picture
+  std::string output;   ///< a gel file, or a PNG picture for mark()
 };
 
 struct PoseOptions : PictureOptions {
-  double acceptResidual_px = 0.5;  ///< a good pattern leaves hundredths; a pose that leaves more is refused
+  /// A pose with a larger residual is refused; a good pattern has hundredths of a pixel.
+  double acceptResidual_px = 0.5;
 };
 
-/// The camera's pose from one picture of the untouched gel, into a gel file.
+/// Estimates the camera's pose from one picture of the untouched gel and writes a gel file.
 Done pose(const PoseOptions& options);
 
-/// The picture with the markers that were found.
+/// Draws the markers found into the picture, at twice its size, and writes a PNG picture.
 Done mark(const PictureOptions& options);
 
 struct SheetsOptions {
-  std::string gel;        ///< file; empty: the paper's
-  std::string directory;  ///< made if it is not there; empty: this one
+  std::string gel;        ///< gel file; empty: the paper's sensor
+  std::string directory;  ///< created if it does not exist; empty: the current one
   bool mirrored = false;
 };
 
-/// layer1.svg, layer2.svg ...: what is to be printed.
+/// Writes the sheets to print: layer1.svg, layer2.svg ...
 Done writeSheets(const SheetsOptions& options);
 
-/// A gel file, or the paper's sensor for an empty path.
+/// Reads a gel file; an empty path gives the paper's sensor. Errors: EX_NOINPUT, EX_CONFIG; EX_DATAERR for a faulty
+/// influence file.
 tl::expected<sensor::Sensor, Faults> loadGel(const std::string& path);
 
-/// A gel file, and whether it says how large the picture is; what it leaves out is as the paper's.
+/// A gel file, and whether it states the picture's size. Missing values are the paper's.
 struct CameraFile {
   sensor::Sensor sensor;
   bool hasWidth = false, hasHeight = false;
 };
+/// Reads a gel file as loadGel().
 tl::expected<CameraFile, Faults> loadCamera(const std::string& path);
 
-/// `remark`: one line on where the numbers come from. A calibration in force is taken out: its numbers have changed.
+/// Writes a gel file without a calibration, which no longer applies. Error: EX_CANTCREAT.
+/// \param remark one line on the origin of the values
 Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark);
 
-/// A fault of the data.
+/// Returns an error of the input data (EX_DATAERR).
 tractiond::Error fault(const std::string& where, std::string what, std::string remedy = "");
 
-/// One line of a table: name, value, and its deviation where that is not negative.
+/// Prints one line of a table: name, value, and standard deviation unless it is negative.
 void printFigure(const char* name, double value, double deviation, const char* unit);
 
 }  // namespace lens

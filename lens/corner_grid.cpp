@@ -14,17 +14,17 @@ namespace lens {
 
 namespace {
 
-constexpr double kSaddle = 0.75;     // of its neighbour's contrast: a corner on the board's border has a half
-constexpr double kAlike = 0.6;       // least of the first square's four contrasts, of the largest
-constexpr double kLeastSaddle = 10;  // levels
-constexpr float kOff = 0.3F;         // of a square, from where a corner is expected
+constexpr double kSaddle = 0.75;     // of the neighbour's contrast; a corner on the board's border has half
+constexpr double kAlike = 0.6;       // smallest ratio of the first square's four contrasts
+constexpr double kLeastSaddle = 10;  // smallest contrast [levels]
+constexpr float kOff = 0.3F;         // largest distance of a corner from the expected place, in squares
 constexpr double kLeastSquare_px = 5.0;
-constexpr int kMost = 100;  // corners along a side
+constexpr int kMost = 100;  // largest number of corners in each direction from the start
 
 using Index = std::pair<int, int>;
 constexpr std::array<Index, 4> kAround = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
 
-/// Mean over a small square; not finite outside the picture.
+/// Returns the mean over 3 x 3 pixels; not finite outside the picture.
 double levelAt(const cv::Mat& grey, cv::Point2f place) {
   constexpr int kHalf = 1;
   if (!(std::abs(place.x) < 1e6F && std::abs(place.y) < 1e6F)) return std::nan("");
@@ -37,7 +37,8 @@ double levelAt(const cv::Mat& grey, cv::Point2f place) {
   return sum / 9.0;
 }
 
-/// Light - dark of the four squares around a corner, by steps of a third of a square: its sign alternates on a board.
+/// Returns the contrast of the four squares around a corner, read a third of a square away. Its sign alternates on a
+/// board.
 double saddle(const cv::Mat& grey, cv::Point2f corner, cv::Point2f along, cv::Point2f across) {
   const cv::Point2f one = (along + across) / 3.0F, other = (along - across) / 3.0F;
   return 0.5 * (levelAt(grey, corner + one) + levelAt(grey, corner - one) - levelAt(grey, corner + other) -
@@ -49,7 +50,7 @@ class Growth {
   explicit Growth(const cv::Mat& grey)
       : grey_(grey) {}
 
-  /// From one square; false where it is none.
+  /// Starts from one square. Returns false if it is not one.
   bool start(cv::Point2f origin, cv::Point2f right, cv::Point2f down, cv::Point2f far) {
     const std::array<std::pair<Index, cv::Point2f>, 4> square = {
         {{{0, 0}, origin}, {{1, 0}, right}, {{0, 1}, down}, {{1, 1}, far}}};
@@ -81,7 +82,7 @@ class Growth {
         const auto node = next(from, way);
         if (!node) continue;
         nodes_[index] = *node;
-        // Its neighbours may now be expected better than when they were not found.
+        // With this corner, its neighbours may be predicted better than before.
         border.push_back(index);
         for (const Index& other : kAround) {
           const Index beside = {index.first + other.first, index.second + other.second};
@@ -138,7 +139,7 @@ class Growth {
     return one[0];
   }
 
-  /// The side of a square beside a corner, crosswise to the way: of one of the squares that have it as theirs.
+  /// Returns the side of a square at a corner, across the direction `way`, from the neighbours present.
   std::optional<cv::Point2f> crosswise(Index at, Index way) const {
     const Node* here = find(at);
     const Index side = {std::abs(way.second), std::abs(way.first)};
@@ -150,7 +151,7 @@ class Growth {
     return std::nullopt;
   }
 
-  /// The corner that follows on the way.
+  /// Returns the next corner in the direction `way`.
   std::optional<Node> next(Index from, Index way) const {
     const auto back = [&](int steps) {
       return find({from.first - steps * way.first, from.second - steps * way.second});
@@ -166,14 +167,14 @@ class Growth {
     const cv::Point2f expected = here.place + step, place = refine(expected, step, *side);
     if (cv::norm(place - expected) > kOff * square) return std::nullopt;
     const int x = from.first + way.first, y = from.second + way.second;
-    // The way may be backwards, and then changes the sign.
+    // A backward direction changes the sign.
     const double forwards = way.first + way.second, even = (x + y) % 2 == 0 ? 1.0 : -1.0;
     const double contrast = sign_ * even * forwards * saddle(grey_, place, place - here.place, *side);
     if (!(contrast > kSaddle * here.contrast)) return std::nullopt;
     return Node{place, contrast};
   }
 
-  cv::Mat grey_;  // shares the picture
+  cv::Mat grey_;  // shares the picture's memory
   std::map<Index, Node> nodes_;
   double sign_ = 1.0;
 };

@@ -49,7 +49,7 @@ namespace {
 
 using tractiond::calibrate::Geometry;
 
-/// Returns the camera, turned about the gel's middle, which stays where it is in the picture.
+/// Returns the camera rotated about the origin of the gel frame, whose direction from the camera does not change.
 sensor::Camera tilted(sensor::Camera camera, const Eigen::Vector3d& by_rad) {
   const Eigen::Matrix3d straight = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
   const auto matrixOf = [](const Eigen::Vector3d& rotation) -> Eigen::Matrix3d {
@@ -64,7 +64,7 @@ sensor::Camera tilted(sensor::Camera camera, const Eigen::Vector3d& by_rad) {
   return camera;
 }
 
-/// Mean square of all markers' distances [px^2], those that do not count at the limit beyond which they do not.
+/// Returns the mean square distance of all markers [px^2]. Outliers count at the limit from which they are outliers.
 double misfit(const Geometry& fit) {
   constexpr double kOutlier = tractiond::calibrate::GeometryOptions{}.outlier;
   const double squares = fit.markers + kOutlier * kOutlier * fit.outliers;
@@ -76,7 +76,7 @@ bool isBetter(const Geometry& one, const Geometry& other) {
   return other.outcome != Geometry::Outcome::kConverged || misfit(one) < misfit(other);
 }
 
-/// Squared distance from the axis over Z at the picture's corners.
+/// Returns the squared distance of the picture's corners from the axis, divided by Z^2.
 double cornerRadius2(const sensor::Camera& camera) {
   const Eigen::Vector2d half(0.5 * camera.width / camera.focal_px,
                              0.5 * camera.height / (camera.aspect * camera.focal_px));
@@ -116,7 +116,8 @@ Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers, con
 }
 
 std::optional<tractiond::calibrate::AspectSeen> otherAspect(const sensor::Sensor& sensor, const RestMarkers& markers) {
-  // From one that is far off, no pose may be found: those of fields, of films and of pictures that were squeezed.
+  // With an aspect that is far off, solvePose() may find no pose. The factors are typical of interlaced fields, films
+  // and squeezed pictures.
   for (const double share : {1.0, 0.9, 1.1, 0.8, 1.25, 0.5, 2.0}) {
     sensor::Sensor start = sensor;
     start.camera.aspect *= share;

@@ -1,4 +1,4 @@
-// Where the camera is, without knowing where it might be.
+// Estimates the camera's pose without a start value.
 #pragma once
 
 #include "daemon/calibrate/aspect_check.h"
@@ -10,26 +10,27 @@
 
 namespace lens {
 
-/// By solvePnP, with the lens as the sensor has it; its pose does not count. Gel and window are crossed as if they were
-/// air of their thickness over their index, which is right near the axis. Nothing: four markers are needed, and places
-/// that some camera can see. Reentrant.
+/// Solves for the pose by OpenCV's solvePnP, with the sensor's lens. Gel and window are replaced by air of their
+/// thickness divided by their index, which is exact near the axis. Returns nothing if fewer than four markers are
+/// present, or no camera in front of the window fits. The sensor's own pose is not used. Reentrant.
 std::optional<sensor::Camera> solvePose(const sensor::Sensor& sensor, const RestMarkers& markers);
 
 struct FirstPoseOptions {
-  double clear_px = 0.1;  ///< residual: where the file's lens leaves no more, no other start is tried
-  /// Distortion at the picture's corners, relative, that the starts assume besides the file's.
+  double clear_px = 0.1;  ///< no further start is tried once the residual is at most this
+  /// Relative distortions at the picture's corners that the starts assume, in addition to the sensor's.
   std::vector<double> distortions = {-0.06, -0.12, -0.18, -0.25, 0.06};
-  double tilt = 0.2;  ///< by which each start is tilted to four sides as well [rad]
+  double tilt = 0.2;  ///< angle by which each start is also tilted towards four sides [rad]
 };
 
-/// The same, refined with refraction, and with lens and pattern as uncertain as the gel file has them. Few dots in one
-/// plane that do not lie exactly as described have several minima, which distortion, tilt and principal point share
-/// among themselves. So the fit is made from several starts, always the same ones, and that with the least residual is
-/// returned; markers that do not count in it count as far off. All starts take 0.1 to 0.5 s for 70 to 80 dots.
+/// Refines the pose of solvePose() with refraction, and with lens and pattern free within the gel file's uncertainties.
+/// A few dots in one plane that do not lie exactly as described have several minima, because distortion, tilt and
+/// principal point can compensate each other. The fit is therefore made from several fixed starts. Returns the fit with
+/// the smallest residual, in which outliers count at their limit. All starts take 0.1 to 0.5 s for 70 to 80 dots.
+/// Outcome kDiverged: no fit converged.
 tractiond::calibrate::Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers,
                                          const FirstPoseOptions& options = {});
 
-/// Another aspect than the sensor's that explains the places where no pose and lens with the sensor's does.
+/// Returns another aspect than the sensor's if it explains the markers' positions and the sensor's does not.
 std::optional<tractiond::calibrate::AspectSeen> otherAspect(const sensor::Sensor& sensor, const RestMarkers& markers);
 
 }  // namespace lens

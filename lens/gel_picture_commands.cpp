@@ -1,4 +1,4 @@
-// What is done with one picture of a mounted gel: pose, mark.
+// The commands that use one picture of a mounted gel: pose and mark.
 #include "lens/commands.h"
 #include "lens/first_pose.h"
 #include "lens/picture_file.h"
@@ -17,7 +17,7 @@ using tractiond::calibrate::Geometry;
 
 constexpr double kMillimetres = 1e3;
 
-/// A picture, the sensor that it should show, and its markers.
+/// A picture, the sensor that it should show, and the markers found.
 struct Seen {
   cv::Mat picture;
   sensor::Sensor sensor;
@@ -63,7 +63,7 @@ void print(const Geometry& found) {
   }
 }
 
-/// Of what colour a circle is seen best on a marker.
+/// Returns the colour of circles that is most visible on a layer's markers.
 cv::Scalar pen(std::size_t layer) {
   return layer == 0 ? cv::Scalar(255, 255, 0) : cv::Scalar(0, 255, 255);
 }
@@ -115,9 +115,9 @@ Done mark(const PictureOptions& options) {
   if (!seen) return tl::unexpected(seen.error());
   cv::Mat marked = seen->picture;
   if (marked.channels() == 1) cv::cvtColor(marked, marked, cv::COLOR_GRAY2BGR);
-  constexpr int kZoom = 2, kShift = 4;  // circles are placed to a sixteenth of a pixel
+  constexpr int kZoom = 2, kShift = 4;  // circles are placed to 1/16 pixel
   cv::resize(marked, marked, {}, kZoom, kZoom, cv::INTER_NEAREST);
-  const auto placed = [](float px) {  // the centre of a pixel, of those that it was blown up to
+  const auto placed = [](float px) {  // centre of a pixel in the enlarged picture
     return static_cast<int>(std::lround((kZoom * (px + 0.5F) - 0.5F) * (1 << kShift)));
   };
   std::size_t marker = 0;

@@ -12,21 +12,21 @@ namespace lens {
 namespace {
 
 constexpr int kLens = 5;    // focal length, principal point, k1, k2 ...
-constexpr int kAspect = 5;  // ... and, where it is estimated, the aspect
+constexpr int kAspect = 5;  // ... and the aspect, if it is estimated
 constexpr int kMostLens = 6;
 constexpr int kPose = 6;
-constexpr double kAny = 0.0;      // aspect: it is estimated
-constexpr double kGood_px = 1.0;  // left of a corner where the right minimum was found
+constexpr double kAny = 0.0;      // instead of an aspect: it is estimated
+constexpr double kGood_px = 1.0;  // a smaller residual shows that the right minimum was found
 constexpr double kLittle_px = 0.1;
 constexpr double kFrontal = 10.0 * CV_PI / 180.0;
 
-/// What OpenCV wants the camera to be.
+/// The camera in OpenCV's form.
 struct Model {
   cv::Mat matrix = cv::Mat::eye(3, 3, CV_64F);
   cv::Mat distortion = cv::Mat::zeros(5, 1, CV_64F);
   std::vector<cv::Mat> rotations, translations;
   double residual_px = -1.0;
-  bool ownAspect = false;  ///< it was estimated
+  bool ownAspect = false;  ///< true: the aspect was estimated
 
   double focal_px() const { return matrix.at<double>(0, 0); }
   double aspect() const { return matrix.at<double>(1, 1) / matrix.at<double>(0, 0); }
@@ -40,14 +40,14 @@ struct Model {
 std::vector<cv::Point3f> onBoard(const Board& board) {
   std::vector<cv::Point3f> points;
   for (int i = 0; i < board.corners(); ++i) {
-    // In squares: the size of the board is that of the poses alone.
+    // Lengths are in squares: the size of the board affects only the poses.
     const Eigen::Vector2f place = (board.corner(i) / board.square).cast<float>();
     points.emplace_back(place.x(), place.y(), 0.0F);
   }
   return points;
 }
 
-/// From the views' own homographies, or from a guess of the focal length in picture widths.
+/// Fits the camera. \param guess start value of the focal length in picture widths; 0: from the views' homographies
 Model calibrated(const std::vector<Corners>& views, const Board& board, cv::Size size, double aspect, double guess) {
   std::vector<std::vector<cv::Point2f>> seen;
   for (const Corners& view : views) {
@@ -62,7 +62,7 @@ Model calibrated(const std::vector<Corners>& views, const Board& board, cv::Size
   model.ownAspect = aspect == kAny;
   const double startAspect = model.ownAspect ? 1.0 : aspect;
   if (!model.ownAspect) {
-    flags |= cv::CALIB_FIX_ASPECT_RATIO;  // as the matrix has it, also where nothing else of it is used
+    flags |= cv::CALIB_FIX_ASPECT_RATIO;  // uses the ratio in the matrix, even if nothing else of the matrix is used
     model.matrix.at<double>(1, 1) = aspect;
   }
   if (guess > 0.0) {
@@ -74,7 +74,7 @@ Model calibrated(const std::vector<Corners>& views, const Board& board, cv::Size
     model.residual_px =
         cv::calibrateCamera(points, seen, size, model.matrix, model.distortion, model.rotations, model.translations,
                             flags, {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 200, 1e-12});
-  } catch (const cv::Exception&) {  // views from which no start can be made
+  } catch (const cv::Exception&) {  // the views give no start value
     model.residual_px = -1.0;
   }
   return model;
@@ -91,7 +91,7 @@ Model best(const std::vector<Corners>& views, const Board& board, cv::Size size,
   return found;
 }
 
-/// What the views say together of the lens, poses eliminated, and what is left of the corners.
+/// Information of the views about the lens, with the poses eliminated, and the residuals of the corners.
 class Information {
  public:
   using Lens = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostLens, kMostLens>;
@@ -133,12 +133,12 @@ class Information {
     residuals_px.push_back(std::sqrt(squares / static_cast<double>(rows)));
   }
 
-  /// Returns the standard deviations of focal length, principal point, k1, k2 and, where it is estimated, aspect: of
-  /// two estimates the larger for each. Not finite where the views do not determine them.
+  /// Returns the standard deviations of focal length, principal point, k1, k2 and, if it is estimated, aspect: the
+  /// larger of two estimates for each. They are not finite if the views do not determine them.
   Figures deviations() const { return ofNoise().cwiseMax(ofViews()).cwiseSqrt(); }
 
   double squares() const { return squares_; }
-  /// Of a coordinate, by what is left.
+  /// Returns the standard deviation of a coordinate, from the residuals.
   double scatter_px() const { return std::sqrt(squares_ / static_cast<double>(freedom())); }
   double residual_px() const { return std::sqrt(squares_ / static_cast<double>(coordinates_)); }
 
@@ -146,8 +146,8 @@ class Information {
 
  private:
   struct View {
-    Lens ofLens;   ///< what it tells of the lens, its pose eliminated [1 / px^2 by a noise of 1 px]
-    Figures pull;  ///< half the gradient of its squares, its pose eliminated; the sum over the views is 0
+    Lens ofLens;   ///< information about the lens, with the pose eliminated, for a noise of 1 px [1 / px^2]
+    Figures pull;  ///< half the gradient of its squares, with the pose eliminated; the sum over the views is 0
     double squares;
     Eigen::Index coordinates;
   };
@@ -156,8 +156,8 @@ class Information {
     return Eigen::LDLT<Lens>(scale.asDiagonal() * information * scale.asDiagonal());
   }
 
-  /// Variances if the errors of the corners are independent. Every view has noise of its own, by what is left of it:
-  /// the views count alike in the fit, and so the covariance is A^-1 (sum s_v^2 A_v) A^-1, A = sum A_v.
+  /// Returns the variances for independent errors of the corners. Every view has its own noise s_v, from its residuals.
+  /// The fit weights all views equally, so the covariance is A^-1 (sum s_v^2 A_v) A^-1, A = sum A_v.
   Figures ofNoise() const {
     const Figures scale = information_.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::LDLT<Lens> factor = factorOf(information_, scale);
@@ -165,16 +165,16 @@ class Information {
                covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
     Lens noise = Lens::Zero(figures_, figures_);
     for (const View& view : views_) {
-      // Of the lens's unknowns, the view takes what it tells of them.
+      // number of the lens's degrees of freedom that this view determines
       const double taken = (covariance * view.ofLens).trace();
       noise += view.squares / (static_cast<double>(view.coordinates) - kPose - taken) * view.ofLens;
     }
     return (covariance * noise * covariance).diagonal();
   }
 
-  /// Variances if the views alone are independent: by how much each view pulls the lens (jackknife, leaving out one
-  /// view at a time, to first order). The errors of real corners within a view hang together: a board that is not flat,
-  /// light from one side, a lens that is not of this model.
+  /// Returns the variances for independent views: how much the lens changes without each view (jackknife, to first
+  /// order). In real pictures the errors of corners are correlated within a view: by a board that is not flat, by light
+  /// from one side, by a lens of another model.
   Figures ofViews() const {
     const auto count = static_cast<double>(views_.size());
     const Figures scale = information_.diagonal().cwiseSqrt().cwiseInverse();
@@ -203,7 +203,7 @@ double tiltOf(const cv::Mat& rotation) {
   return std::acos(std::min(1.0, std::abs(turn.at<double>(2, 2))));
 }
 
-/// What the views but one leave without it.
+/// Returns the sum of squares of the other views, fitted without this one.
 double squaresWithout(std::size_t left, std::vector<Corners> views, const Board& board, cv::Size size, double aspect,
                       double* scatter_px) {
   views.erase(views.begin() + static_cast<std::ptrdiff_t>(left));
@@ -215,9 +215,9 @@ double squaresWithout(std::size_t left, std::vector<Corners> views, const Board&
   return rest.squares();
 }
 
-/// The view that adds most to the squares, if that is far above what the others leave without it. Its own residual need
-/// not be the largest: one view through another lens bends the fit so that all share its error. Where little is left,
-/// there is none to share, and only the worst is tried.
+/// Returns the view that adds most to the sum of squares, if that is far above the others' residual without it. Its own
+/// residual need not be the largest: one view through another lens bends the fit, and all views share the error. If the
+/// residual is small, only the worst view is tried.
 std::optional<int> oddView(const std::vector<Corners>& views, const Board& board, cv::Size size, double aspect,
                            const Information& all, const LensFitOptions& options) {
   if (views.size() < 4) return std::nullopt;
@@ -242,7 +242,7 @@ std::optional<int> oddView(const std::vector<Corners>& views, const Board& board
 
 namespace {
 
-/// The believed aspect, or none where the views contradict it.
+/// Returns the expected aspect, or kAny if the views contradict it.
 double aspectFor(const std::vector<Corners>& views, const Board& board, cv::Size size, const LensFitOptions& options) {
   const Model model = best(views, board, size, kAny);
   if (!model.isFinite()) return options.aspect;

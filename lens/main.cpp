@@ -1,4 +1,4 @@
-// traction-lens: the camera and its lens before there are newtons.
+// traction-lens: calibrates the camera's lens and pose before the gel is calibrated.
 #include "lens/commands.h"
 #include "manual/describe.h"
 
@@ -25,7 +25,7 @@ constexpr const char* kCalibrateHelp =
     "Take 15 pictures before the gel is mounted, with the lens focused and locked as it will be used: the board as a "
     "whole in each, tilted by 20 to 45 degrees to each side in turn, now here, now there, up to the picture's corners.";
 
-/// "9x6".
+/// Parses "9x6".
 std::optional<std::pair<int, int>> parseSquares(const std::string& text) {
   const char* const end = text.data() + text.size();
   int columns = 0, rows = 0;
@@ -42,7 +42,7 @@ int fail(int exitCode, const std::string& what) {
   return exitCode;
 }
 
-/// One line a fault; the first one's code.
+/// Prints one line per fault and returns the exit code of the first one.
 int report(const Done& done) {
   if (done) return EX_OK;
   for (const tractiond::Error& error : done.error()) fail(error.exitCode, error.message());
@@ -54,7 +54,7 @@ int report(const Done& done) {
 int main(int argc, char** argv) try {
   CLI::App app("Calibrates a camera's lens, and helps to make and to mount a gel.", "traction-lens");
   app.set_version_flag("--version", "traction-lens " TRACTION_VERSION);
-  app.require_subcommand(0, 1);  // asked for below: a wrong word is named first
+  app.require_subcommand(0, 1);  // checked below, so that an unknown word is reported first
   app.footer(kExitCodes);
   manual::describable(app);
 

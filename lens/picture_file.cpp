@@ -18,7 +18,7 @@ namespace {
 using tractiond::Error;
 using namespace std::string_view_literals;
 
-constexpr std::uint32_t kLargestSide = 16384;  // px, as in the gel file
+constexpr std::uint32_t kLargestSide = 16384;  // px, the same limit as in the gel file
 constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n"sv;
 
 std::uint32_t bigEndian(const char* bytes) {
@@ -27,8 +27,8 @@ std::uint32_t bigEndian(const char* bytes) {
   return value;
 }
 
-/// Empty if all of it is there: length, type, data and check sum of each chunk up to the last. Decoders forgive some of
-/// what is missing, and leave grey where a marker was.
+/// Returns the fault of a PNG file, or an empty text if length, type, data and checksum of every chunk up to the last
+/// are right. Decoders tolerate some missing data and leave grey areas.
 std::string faultOfPng(std::string_view text) {
   std::size_t at = kPng.size();
   while (text.size() - at >= 12) {
@@ -69,7 +69,7 @@ tl::expected<cv::Mat, Error> readPicture(const std::string& path) {
     return tl::unexpected(Error{.exitCode = EX_DATAERR, .what = std::move(what), .where = path});
   };
   if (std::string what = fault({bytes->data(), bytes->size()}); !what.empty()) return damaged(std::move(what));
-  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);  // it would say on stderr what is said here
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);  // it would repeat our error on standard error
   cv::Mat picture;
   try {
     picture = cv::imdecode(*bytes, cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);

@@ -1,4 +1,4 @@
-// Pictures in files. What a damaged file does to a library's decoder stops here.
+// Reads and writes picture files. Damaged files cause errors here, and no exceptions of a decoder.
 #pragma once
 
 #include "daemon/base/error.h"
@@ -10,14 +10,15 @@
 
 namespace lens {
 
-/// A PNG, TIFF or JPEG picture: 8 bits, grey or BGR, as the camera made it (no turning by what a JPEG says of itself).
-/// More bits are scaled so that the brightest sample becomes 255. The error names the file. Reentrant.
+/// Reads a PNG, TIFF or JPEG picture as 8 bits, grey or BGR, without applying a JPEG's orientation. Deeper samples are
+/// scaled so that the brightest becomes 255. The error names the file: EX_NOINPUT if it cannot be read, EX_DATAERR if
+/// it is damaged, of another type or larger than 16384 px. Reentrant.
 tl::expected<cv::Mat, tractiond::Error> readPicture(const std::string& path);
 
-/// The same in grey.
+/// Converts a picture to grey. A grey picture is returned unchanged and shares its memory.
 cv::Mat grey(const cv::Mat& picture);
 
-/// PNG; all or nothing.
+/// Writes a PNG file atomically. Error: EX_CANTCREAT.
 tl::expected<void, tractiond::Error> writePicture(const std::string& path, const cv::Mat& picture);
 
 }  // namespace lens

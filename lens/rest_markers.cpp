@@ -10,8 +10,8 @@ namespace lens {
 
 namespace {
 
-constexpr int kZeroFrames = 4;  // of the one picture
-constexpr int kPatience = 100;  // frames: the tracker pauses between its searches of the whole picture
+constexpr int kZeroFrames = 4;  // the same picture, this many times
+constexpr int kPatience = 100;  // frames: the tracker pauses between searches of the whole picture
 
 tl::unexpected<tractiond::Error> refuse(std::string what, std::string remedy) {
   return tl::unexpected(

@@ -1,4 +1,4 @@
-// The markers of an untouched gel in one picture, found and told from each other by the daemon's own tracker.
+// Finds and labels the markers of an untouched gel in one picture, with the daemon's tracker.
 #pragma once
 
 #include "daemon/base/error.h"
@@ -13,15 +13,17 @@
 
 namespace lens {
 
-/// M = number of markers, in the order of sensor::markerPositions.
+/// Markers in the order of sensor::markerPositions. M = their number.
 struct RestMarkers {
-  std::vector<float> place_px;        ///< 2 M, (u, v); where not present, the neighbours' guess
+  std::vector<float> place_px;        ///< 2 M, (u, v); interpolated from neighbours if not present
   std::vector<std::uint8_t> present;  ///< M, 0 or 1
 
+  /// Returns the number of markers that are present.
   int count() const;
 };
 
-/// \param picture 8 bits, grey or BGR. The error says why not and what to do, for people; it does not name the picture.
+/// Finds the markers. The error (EX_DATAERR) states the reason and the remedy, without the picture's name. \param
+/// picture 8 bits, grey or BGR, of the size of the sensor's camera
 tl::expected<RestMarkers, tractiond::Error> findMarkers(const cv::Mat& picture, const sensor::Sensor& sensor);
 
 }  // namespace lens

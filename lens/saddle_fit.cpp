@@ -15,19 +15,19 @@ namespace {
 constexpr int kUnknowns = 7;  // corner u, v; two directions; level; step; blur
 constexpr int kSteps = 15;
 constexpr double kSettled_px = 1e-4;
-constexpr double kFarthest_px = 1.5;  // from the start
+constexpr double kFarthest_px = 1.5;  // from the start value
 
 using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
 
-/// An edge near a corner, as the row of corners has it.
+/// Direction and curvature of an edge near a corner, from the row of corners.
 struct Edge {
-  double angle = 0.0;      ///< of its direction [rad]
+  double angle = 0.0;      ///< direction [rad]
   double curvature = 0.0;  ///< towards the normal (-sin, cos) [1/px]
 };
 
 Edge edgeAt(const CornerGrid& grid, int x, int y, int side) {
   const cv::Point step(1 - side, side);
-  // At an end, what the corner beside it has.
+  // At the end of a row, the values of the corner beside it are used.
   const cv::Point at(side == 0 ? std::clamp(x, 1, grid.size.width - 2) : x,
                      side == 0 ? y : std::clamp(y, 1, grid.size.height - 2));
   const cv::Point2d before = grid.at(at.x - step.x, at.y - step.y), here = grid.at(at.x, at.y),
@@ -36,7 +36,7 @@ Edge edgeAt(const CornerGrid& grid, int x, int y, int side) {
   return {std::atan2(way.y, way.x), normal.dot(after - 2.0 * here + before) / chord.dot(chord)};
 }
 
-/// Squares of what is left, and their derivatives.
+/// Normal equations of the fit, and the sum of squared residuals.
 struct Normal {
   Eigen::Matrix<double, kUnknowns, kUnknowns> matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>::Zero();
   Unknowns right = Unknowns::Zero();
@@ -84,7 +84,7 @@ std::optional<cv::Point2f> fitted(const cv::Mat& grey, cv::Point2d start, double
   if ((window & cv::Rect(0, 0, grey.cols, grey.rows)) != window) return std::nullopt;
   Unknowns x;
   x << start.x, start.y, edges[0].angle, edges[1].angle, 0.0, 0.0, blur_px;
-  // Level and step are linear: from the first equations, the others held.
+  // Level and step are linear: they are solved for first, with the other unknowns held.
   const Normal first = normalEquations(grey, window, start, radius_px, edges, x);
   x.segment<2>(4) = first.matrix.block<2, 2>(4, 4).ldlt().solve(first.right.segment<2>(4));
   for (int i = 0; i < kSteps; ++i) {

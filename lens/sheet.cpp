@@ -9,12 +9,12 @@ namespace lens {
 namespace {
 
 constexpr double kMillimetres = 1e3;
-constexpr double kMargin = 12e-3;  // around gel and markers, for crosses, ruler and words [m]
-constexpr double kCross = 5e-3;    // half of a registration cross [m]
+constexpr double kMargin = 12e-3;  // around gel and markers, for crosses, ruler and text [m]
+constexpr double kCross = 5e-3;    // half the size of a registration cross [m]
 constexpr double kRuler = 50e-3;
 constexpr double kNarrowest = kRuler + 2 * kMargin;
 
-/// Half of what gel and markers need, about the origin.
+/// Returns the half size of the area of gel and markers about the origin [m].
 Eigen::Vector2d halfField(const sensor::Sensor& sensor) {
   Eigen::Vector2d half = sensor.body ? Eigen::Vector2d::Zero().eval() : (0.5 * sensor.gel.size.head<2>()).eval();
   const sensor::Points markers = sensor::markerPositions(sensor);
@@ -60,7 +60,7 @@ Eigen::Vector2d pageSize(const sensor::Sensor& sensor) {
 std::string sheet(const sensor::Sensor& sensor, std::size_t index, const SheetOptions& options) {
   const sensor::MarkerLayer& layer = sensor.layers[index];
   const Eigen::Vector2d page = kMillimetres * pageSize(sensor), half = kMillimetres * halfField(sensor);
-  // SVG's y points down. The lower strip holds ruler and words.
+  // In SVG y points down. The lower strip holds ruler and text.
   const Eigen::Vector2d origin(0.5 * page.x(), 0.5 * (page.y() - kMillimetres * kMargin));
   const double side = options.mirrored ? -1.0 : 1.0;
 

@@ -1,4 +1,4 @@
-// The markers of a gel on paper, at true scale: what is printed and transferred.
+// Draws the markers of a gel at true scale, for printing and transfer.
 #pragma once
 
 #include "sensor/sensor.h"
@@ -9,16 +9,17 @@
 namespace lens {
 
 struct SheetOptions {
-  bool mirrored = false;  ///< for a transfer that turns the print over; else as seen through the window
+  bool mirrored = false;  ///< true: for a transfer that turns the print over; false: as seen through the window
 };
 
-/// One layer of markers as SVG 1.1: a page in millimetres, one circle a marker in the order of markerPositions, a cross
-/// beyond each corner that is the same on all layers' sheets (and those of the half-way points), the outline of the
-/// gel, and a ruler of 50 mm. On paper x points to the right and y up, as in the camera's picture; mirrored, to the
-/// left. The gel frame's origin is the middle of the page. \param layer below layers.size()
+/// Returns one layer of markers as SVG 1.1: a page in millimetres with one circle per marker in the order of
+/// markerPositions, a registration cross beyond each corner at the same place on all sheets of the sensor, the outline
+/// of the gel (of a block only), and a ruler of 50 mm. On paper x points right and y up, as in the camera's picture;
+/// mirrored, x points left. The gel frame's origin is at the centre of the page's width, and 6 mm above the centre of
+/// its height. \param layer below layers.size()
 std::string sheet(const sensor::Sensor& sensor, std::size_t layer, const SheetOptions& options = {});
 
-/// Of the page, all sheets of a sensor alike [m].
+/// Returns the size of the page, the same for all sheets of a sensor [m].
 Eigen::Vector2d pageSize(const sensor::Sensor& sensor);
 
 }  // namespace lens

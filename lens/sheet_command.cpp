@@ -11,7 +11,7 @@ Done writeSheets(const SheetsOptions& options) {
   const auto sensor = loadGel(options.gel);
   if (!sensor) return tl::unexpected(sensor.error());
   const std::filesystem::path folder = options.directory.empty() ? "." : options.directory;
-  std::error_code made;  // what it was shows when the first file cannot be written
+  std::error_code made;  // a failure shows when the first file cannot be written
   std::filesystem::create_directories(folder, made);
   for (std::size_t i = 0; i < sensor->layers.size(); ++i) {
     const std::string path = folder / ("layer" + std::to_string(i + 1) + ".svg");

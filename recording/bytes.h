@@ -1,4 +1,4 @@
-// Numbers and strings as files have them: little endian, a string behind its length in four bytes.
+// Numbers and strings in the layout of the file: little endian; a string follows its length in four bytes.
 #pragma once
 
 #include <concepts>
@@ -9,7 +9,7 @@
 
 namespace recording {
 
-/// Adds to the end of a string, which must outlive it.
+/// Appends to a string, which must outlive this object.
 class Output {
  public:
   explicit Output(std::string& to)
@@ -24,13 +24,15 @@ class Output {
     to_ += bytes;
     return *this;
   }
+  /// Appends the length of `text` in four bytes, and the text.
   Output& text(std::string_view text) { return number(static_cast<std::uint32_t>(text.size())).bytes(text); }
 
  private:
   std::string& to_;
 };
 
-/// Takes from the front of bytes from outside. What is not there reads as 0 or empty, and ok() is false from then on.
+/// Takes values from the front of untrusted bytes. Once too few bytes are left, values read as 0 or empty, and ok() is
+/// false from then on.
 class Input {
  public:
   explicit Input(std::string_view bytes)
@@ -58,6 +60,7 @@ class Input {
     left_.remove_prefix(taken.size());
     return taken;
   }
+  /// Takes a length of four bytes and as many bytes. The result refers to the input, as that of bytes().
   std::string_view text() { return bytes(number<std::uint32_t>()); }
   std::string_view rest() { return bytes(left_.size()); }
 

@@ -14,7 +14,7 @@ void packDeltas(std::string_view bytes, std::size_t delta, std::string& scratch,
     scratch[i] = static_cast<char>(static_cast<unsigned char>(bytes[i]) - before);
   }
   z_stream stream{};
-  // Codes for single bytes alone: noise has no strings that come again, and seeking them takes ten times as long.
+  // Huffman codes of single bytes only: noise has no repeated strings, and searching for them takes ten times as long.
   [[maybe_unused]] int done =
       deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, MAX_WBITS, MAX_MEM_LEVEL, Z_HUFFMAN_ONLY);
   assert(done == Z_OK);
@@ -32,7 +32,7 @@ void packDeltas(std::string_view bytes, std::size_t delta, std::string& scratch,
 bool unpackDeltas(std::string_view packed, std::size_t delta, std::span<std::uint8_t> to) {
   if (delta == 0 || packed.size() > std::numeric_limits<uInt>::max()) return false;
   z_stream stream{};
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));  // it only reads
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));  // zlib only reads it
   stream.avail_in = static_cast<uInt>(packed.size());
   stream.next_out = to.data();
   stream.avail_out = static_cast<uInt>(to.size());

@@ -1,4 +1,4 @@
-// Pictures, smaller: noise is in the differences of neighbours what it is in them, and the rest is nearly nothing.
+// Compresses pictures by the differences of neighbouring pixels, which have little beyond the noise.
 #pragma once
 
 #include <cstddef>
@@ -9,11 +9,12 @@
 
 namespace recording {
 
-/// A zlib stream of the differences, modulo 256, of each byte from that `delta` before it. \param scratch keeps its
-/// memory
+/// Replaces `to` by a zlib stream of the differences, modulo 256, of each byte from the byte `delta` before it (the
+/// first `delta` bytes from 0). \param scratch working memory that is kept between calls
 void packDeltas(std::string_view bytes, std::size_t delta, std::string& scratch, std::string& to);
 
-/// False: damaged, or not of as many bytes as `to` has.
+/// Decompresses into `to`. Returns false if the stream is damaged, holds another number of bytes than `to`, or `delta`
+/// is 0; `to` is then undefined.
 bool unpackDeltas(std::string_view packed, std::size_t delta, std::span<std::uint8_t> to);
 
 }  // namespace recording

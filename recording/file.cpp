@@ -12,7 +12,7 @@
 namespace recording {
 namespace {
 
-/// Written at once. Where the kernel does not interrupt itself, others wait for so long.
+/// Size of one write. On kernels without preemption other tasks wait that long.
 constexpr std::size_t kPiece = std::size_t{256} << 10;
 
 }  // namespace
@@ -26,7 +26,7 @@ tl::expected<NewFile, Error> NewFile::create(const std::filesystem::path& path) 
     }
     return tl::unexpected(Error{EX_CANTCREAT, std::string("cannot be created: ") + std::strerror(errno), path});
   }
-  // The name, too, is to outlive a power cut. Where directories cannot be synced, they need not be.
+  // Makes the file's name durable. File systems that cannot sync directories do not need it.
   const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
   if (const int directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); directory >= 0) {
     static_cast<void>(fsync(directory));
@@ -53,7 +53,7 @@ Error NewFile::failure(int error) const {
 }
 
 tl::expected<void, Error> NewFile::append(std::string_view bytes, std::uint64_t reserve) {
-  // Where the file system does not know how to keep room, it is found out when it is needed.
+  // File systems without fallocate report a lack of room only when writing.
   if (fallocate(fd_, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(size_), static_cast<off_t>(bytes.size() + reserve)) != 0 &&
       (errno == ENOSPC || errno == EDQUOT)) {
     return tl::unexpected(failure(errno));
@@ -63,18 +63,19 @@ tl::expected<void, Error> NewFile::append(std::string_view bytes, std::uint64_t 
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) {
       const int error = written < 0 ? errno : ENOSPC;
-      static_cast<void>(ftruncate(fd_, static_cast<off_t>(size_)));  // else there is a part, as after a power cut
+      static_cast<void>(ftruncate(fd_, static_cast<off_t>(size_)));  // removes the part that was written
       return tl::unexpected(failure(error));
     }
     left.remove_prefix(static_cast<std::size_t>(written));
   }
   size_ += bytes.size();
-  if (reserve == 0) static_cast<void>(ftruncate(fd_, static_cast<off_t>(size_)));  // gives back what was kept
+  if (reserve == 0) static_cast<void>(ftruncate(fd_, static_cast<off_t>(size_)));  // releases the reserved room
   return {};
 }
 
 tl::expected<void, Error> NewFile::sync() {
-  if (fdatasync(fd_) != 0 && errno != EINVAL) return tl::unexpected(failure(errno));  // EINVAL: nothing to sync, a pipe
+  // EINVAL: a pipe has nothing to sync.
+  if (fdatasync(fd_) != 0 && errno != EINVAL) return tl::unexpected(failure(errno));
   return {};
 }
 

@@ -1,4 +1,4 @@
-// Files: one that is only ever added to, and one that is read.
+// Files: one that only grows, and one that is only read.
 #pragma once
 
 #include "daemon/base/error.h"
@@ -15,27 +15,30 @@ namespace recording {
 
 using tractiond::Error;
 
-/// Where a writer puts its bytes.
+/// Destination of a writer's bytes.
 class Sink {
  public:
   virtual ~Sink() = default;
-  /// All of them, behind what is there, or none. \param reserve bytes for which there is to be room behind them
+  /// Appends all bytes, or none if it fails. \param reserve number of bytes for which room is to be kept behind them
   virtual tl::expected<void, Error> append(std::string_view bytes, std::uint64_t reserve) = 0;
-  /// Until what was appended outlives a power cut.
+  /// Waits until everything that was appended survives a power failure.
   virtual tl::expected<void, Error> sync() = 0;
 };
 
-/// A new file. Thread-bound. Errors: EX_IOERR.
+/// A new file. Thread-bound. All functions but create() fail with EX_IOERR.
 class NewFile : public Sink {
  public:
-  /// EX_CANTCREAT, also where there is one of this name: what was recorded is not overwritten.
+  /// Creates the file and makes its name durable. Error: EX_CANTCREAT, also if a file of this name exists: a recording
+  /// is never overwritten.
   static tl::expected<NewFile, Error> create(const std::filesystem::path& path);
   ~NewFile() override;
   NewFile(NewFile&& other) noexcept;
   NewFile& operator=(NewFile&&) = delete;
 
+  /// If `reserve` is 0, gives back the room that was kept.
   tl::expected<void, Error> append(std::string_view bytes, std::uint64_t reserve) override;
   tl::expected<void, Error> sync() override;
+  /// Returns the number of bytes appended.
   std::uint64_t size() const { return size_; }
 
  private:
@@ -47,18 +50,20 @@ class NewFile : public Sink {
   std::uint64_t size_ = 0;
 };
 
-/// As long as it was when it was opened. Thread-bound.
+/// A file of which only the bytes present at opening are read. Thread-bound.
 class OldFile {
  public:
-  /// EX_NOINPUT
+  /// Opens a regular file. Error: EX_NOINPUT.
   static tl::expected<OldFile, Error> open(const std::filesystem::path& path);
   ~OldFile();
   OldFile(OldFile&& other) noexcept;
   OldFile& operator=(OldFile&&) = delete;
 
+  /// Returns the size at opening [bytes].
   std::uint64_t size() const { return size_; }
   const std::filesystem::path& path() const { return path_; }
-  /// Bytes that are all below size(), in place of what `to` holds. EX_IOERR, also if the file has become shorter.
+  /// Replaces `to` by `count` bytes from `offset`; all must lie below size(). Error: EX_IOERR, also if the file has
+  /// become shorter.
   tl::expected<void, Error> read(std::uint64_t offset, std::uint64_t count, std::string& to) const;
 
  private:

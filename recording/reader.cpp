@@ -10,19 +10,19 @@ namespace recording {
 
 namespace {
 
-/// Longer ones are not taken into memory.
+/// Largest record that is read into memory.
 constexpr std::uint64_t kLongest = 1 << 30;
 
-/// What was declared so far; what comes twice stays as it was.
+/// Schemas and channels declared so far. A second declaration of an id is ignored.
 struct Declared {
   std::map<std::uint16_t, Schema> schemas;
   std::map<std::uint16_t, Channel> channels;
 
-  /// False: it is none.
+  /// Parses and adds a schema or a channel. Returns false if it is invalid.
   bool add(Opcode opcode, std::string_view content) {
     if (opcode == Opcode::kSchema) {
       const auto schema = schemaOf(content);
-      if (schema && schema->id != 0) schemas.try_emplace(schema->id, *schema);  // 0 stands for none
+      if (schema && schema->id != 0) schemas.try_emplace(schema->id, *schema);  // 0 means none
       return schema.has_value();
     }
     const auto channel = channelOf(content);
@@ -46,7 +46,7 @@ std::string atByte(std::uint64_t offset) {
   return " at byte " + std::to_string(offset);
 }
 
-/// The messages of a chunk, and what it declares. False: it is damaged.
+/// Collects the messages and declarations of a chunk. Returns false if it is damaged.
 bool takeChunk(const Chunk& chunk, Declared& declared, std::vector<Message>& messages) {
   if (chunk.crc != 0 && crcOf(chunk.records) != chunk.crc) return false;
   Input in(chunk.records);
@@ -65,14 +65,14 @@ bool takeChunk(const Chunk& chunk, Declared& declared, std::vector<Message>& mes
   return true;
 }
 
-/// One reading.
+/// One pass over a recording.
 class Scan {
  public:
   Scan(const OldFile& file, const Reader::Visit& visit)
       : file_(file)
       , visit_(visit) {}
 
-  /// Passes over chunks that end before. What they declare, `summary` repeats.
+  /// Skips chunks that end before `since_ns`. The summary supplies what they declare.
   void beginAt(std::uint64_t since_ns, Summary summary) {
     since_ns_ = since_ns;
     declared_ = {std::move(summary.schemas), std::move(summary.channels)};
@@ -89,6 +89,7 @@ class Scan {
   }
 
  private:
+  /// Reads the record at an offset.
   tl::expected<void, Error> takeRecord(std::uint64_t at) {
     const std::uint64_t left = file_.size() - at;
     if (left < kRecordHead) {
@@ -121,9 +122,9 @@ class Scan {
     return head.opcode == Opcode::kFooter ? takeEnd() : tl::expected<void, Error>();
   }
 
-  /// A chunk that begins so.
+  /// Returns whether the record is a chunk whose last log time is before since_ns_.
   tl::expected<bool, Error> endsBefore(Opcode opcode, std::uint64_t at, std::uint64_t length) {
-    constexpr std::uint64_t kTimes = 2 * sizeof(std::uint64_t);  // least and greatest
+    constexpr std::uint64_t kTimes = 2 * sizeof(std::uint64_t);  // smallest and largest
     if (since_ns_ == 0 || opcode != Opcode::kChunk || length < kTimes) return false;
     if (auto got = file_.read(at, kTimes, bytes_); !got) return tl::unexpected(got.error());
     Input in(bytes_);
@@ -136,7 +137,7 @@ class Scan {
            opcode == Opcode::kMessage || opcode == Opcode::kChunk;
   }
 
-  /// What stands in bytes_.
+  /// Interprets the record in bytes_ and visits its messages.
   void take(Opcode opcode, std::uint64_t at) {
     messages_.clear();
     bool isGood = true;
@@ -146,7 +147,7 @@ class Scan {
       extent_.library = library.value_or("");
     } else if (opcode == Opcode::kChunk) {
       takeChunkAt(at);
-    } else if (opcode == Opcode::kMessage) {  // of other writers
+    } else if (opcode == Opcode::kMessage) {  // outside of a chunk, by other writers
       const auto message = messageOf(bytes_);
       isGood = message && declared_.channels.contains(message->channel);
       if (isGood) messages_.push_back(*message);
@@ -198,7 +199,7 @@ class Scan {
   std::vector<Message> messages_;  ///< of the record in bytes_
 };
 
-/// False: it is damaged.
+/// Adds one record of the summary. Returns false if it is damaged.
 bool addToSummary(Summary& summary, Declared& declared, Opcode opcode, std::string_view content) {
   if (opcode == Opcode::kSchema || opcode == Opcode::kChannel) return declared.add(opcode, content);
   if (opcode == Opcode::kStatistics) {

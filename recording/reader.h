@@ -1,5 +1,4 @@
-// Reads a recording, also one that was cut off or is damaged: its bytes are from outside, and nothing in them is
-// believed.
+// Reads a recording, including one that was cut off or is damaged. Its bytes are untrusted.
 #pragma once
 
 #include "recording/file.h"
@@ -11,19 +10,19 @@
 
 namespace recording {
 
-/// How a reading went.
+/// Result of reading a recording.
 struct Extent {
-  bool closed = false;            ///< it has its end, and nothing behind it
-  std::uint64_t whole_bytes = 0;  ///< up to the last whole record
-  std::uint64_t chunks = 0;       ///< whose messages were read
-  std::uint64_t badChunks = 0;    ///< left out: damaged, or compressed
-  std::string library;            ///< who wrote it, as it says
-  std::string trouble;            ///< what is wrong, for people; empty: nothing
+  bool closed = false;            ///< true: the file has its end, and nothing after it
+  std::uint64_t whole_bytes = 0;  ///< length up to the last whole record
+  std::uint64_t chunks = 0;       ///< chunks whose messages were read
+  std::uint64_t badChunks = 0;    ///< chunks skipped because they are damaged or compressed
+  std::string library;            ///< name that the writing program left
+  std::string trouble;            ///< what is wrong, as text; empty: nothing
 
   bool isWhole() const { return trouble.empty(); }
 };
 
-/// What stands behind the messages of a recording that was closed.
+/// Summary section of a closed recording.
 struct Summary {
   std::map<std::uint16_t, Schema> schemas;
   std::map<std::uint16_t, Channel> channels;
@@ -31,20 +30,24 @@ struct Summary {
   Statistics statistics;
 };
 
+/// A recording opened for reading.
 class Reader {
  public:
-  /// EX_NOINPUT: cannot be read; EX_DATAERR: empty, or no recording; EX_PROTOCOL: of a newer version.
+  /// Opens a recording. Errors: EX_NOINPUT if it cannot be read, EX_DATAERR if it is empty, cut off within its first
+  /// bytes or not a recording, EX_PROTOCOL if it is of a newer version.
   static tl::expected<Reader, Error> open(const std::filesystem::path& path);
 
-  /// \param schema null: the channel has none, or one that is not there
+  /// Called for each message, whose data are valid during the call only. \param schema null: the channel has none, or
+  /// its schema is missing
   using Visit = std::function<void(const Channel& channel, const Schema* schema, const Message& message)>;
 
-  /// From the beginning to the end, to the cut, or to where no record begins: all messages of whole chunks, in the
-  /// order of the file. A damaged chunk is passed over. EX_IOERR.
-  /// \param since_ns chunks that end before this log time are passed over, where the recording has its summary
+  /// Reads from the beginning to the end, to a cut, or to a damaged record outside the chunks, and visits all messages
+  /// of intact chunks in the order of the file. Skips damaged chunks. Error: EX_IOERR.
+  /// \param since_ns skips chunks whose last log time is earlier [ns since 1970], if the recording has a summary
   tl::expected<Extent, Error> read(const Visit& visit, std::uint64_t since_ns = 0) const;
 
-  /// Without reading the messages. Empty: it was not closed, or its summary is damaged. EX_IOERR.
+  /// Reads the summary, without the messages. Returns nothing if the recording was not closed or its summary is
+  /// damaged. Error: EX_IOERR.
   tl::expected<std::optional<Summary>, Error> summary() const;
 
   const OldFile& file() const { return file_; }
@@ -56,7 +59,8 @@ class Reader {
   OldFile file_;
 };
 
-/// Everything that can be read of a recording, as a whole one. How the reading went.
+/// Copies every readable message into a new, whole recording. Returns how the reading went. Errors: those of reading
+/// and of `to`.
 tl::expected<Extent, Error> recover(const Reader& from, Sink& to);
 
 }  // namespace recording

@@ -8,7 +8,7 @@ namespace recording {
 
 namespace {
 
-/// \param fill adds the content to an Output
+/// Appends a record. \param fill writes the content to an Output
 template <typename Fill>
 void putRecord(std::string& to, Opcode opcode, const Fill& fill) {
   std::string content;
@@ -17,7 +17,7 @@ void putRecord(std::string& to, Opcode opcode, const Fill& fill) {
   Output(to).number(static_cast<std::uint8_t>(opcode)).number(std::uint64_t{content.size()}).bytes(content);
 }
 
-/// Of numbers to numbers.
+/// Writes a map of numbers.
 void putCounts(Output& out, const std::map<std::uint16_t, std::uint64_t>& counts) {
   out.number(static_cast<std::uint32_t>(counts.size() * (2 + 8)));
   for (const auto& [key, value] : counts) out.number(key).number(value);
@@ -106,7 +106,7 @@ void putSummaryOffset(std::string& to, Opcode opcode, std::uint64_t start, std::
 }
 
 void putDataEnd(std::string& to) {
-  // No crc of all data: each chunk has its own, and who recovers a recording could not carry it on.
+  // No CRC of all data: each chunk has its own, and recover() could not continue it.
   putRecord(to, Opcode::kDataEnd, [](Output& out) { out.number(std::uint32_t{0}); });
 }
 
@@ -184,8 +184,8 @@ std::optional<ChunkIndex> chunkIndexOf(std::string_view content) {
   index.length = in.number<std::uint64_t>();
   index.indexOffsets = takeCounts(in);
   index.indexLength = in.number<std::uint64_t>();
-  in.text();                   // the compression: the chunk says it, too
-  in.number<std::uint64_t>();  // the size when compressed
+  in.text();                   // repeats the chunk's
+  in.number<std::uint64_t>();  // compressed size
   index.size = in.number<std::uint64_t>();
   return ifWhole(in, std::move(index));
 }
@@ -215,7 +215,7 @@ std::optional<Footer> footerOf(std::string_view content) {
 }
 
 std::uint32_t crcOf(std::string_view bytes, std::uint32_t begin) {
-  if (bytes.empty()) return begin;  // zlib would begin anew
+  if (bytes.empty()) return begin;  // zlib would restart from its initial value
   return static_cast<std::uint32_t>(crc32_z(begin, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 

@@ -1,5 +1,5 @@
-// The records of a recording: MCAP, version 0 (https://mcap.dev/spec), as far as they are written and read here. Each
-// is an opcode, the length of its content in eight bytes, and its content.
+// Records of a recording: MCAP, version 0 (https://mcap.dev/spec), as far as this project reads and writes it. A record
+// is an opcode (1 byte), the length of its content (8 bytes) and its content.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace recording {
 
-/// At both ends of a file; the sixth byte is the version.
+/// First and last bytes of a file; byte kVersionAt is the version.
 inline constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
 inline constexpr std::size_t kVersionAt = 5;
 
@@ -34,9 +34,9 @@ inline constexpr std::size_t kRecordHead = 1 + 8;                     ///< opcod
 inline constexpr std::size_t kFooterBytes = kRecordHead + 8 + 8 + 4;  ///< the whole record
 
 struct Schema {
-  std::uint16_t id = 0;        ///< from 1
+  std::uint16_t id = 0;        ///< from 1; 0 means none
   std::string name, encoding;  ///< "traction.v1.Field", "protobuf"
-  std::string data;            ///< of "protobuf": a FileDescriptorSet
+  std::string data;            ///< for "protobuf": a FileDescriptorSet
 };
 
 struct Channel {
@@ -48,46 +48,46 @@ struct Channel {
 
 struct Message {
   std::uint16_t channel = 0;
-  std::uint32_t sequence = 0;        ///< as its sender counts; 0: it does not
-  std::uint64_t logTime_ns = 0;      ///< when it was recorded [ns since 1970]
-  std::uint64_t publishTime_ns = 0;  ///< when what it tells was so [ns since 1970]
+  std::uint32_t sequence = 0;        ///< counted by the sender; 0: not counted
+  std::uint64_t logTime_ns = 0;      ///< time of recording [ns since 1970]
+  std::uint64_t publishTime_ns = 0;  ///< time that the message describes [ns since 1970]
   std::string_view data;
 };
 
-/// Messages that are written, checked and lost together.
+/// Group of messages that are written and checked together.
 struct Chunk {
-  std::uint64_t begin_ns = 0, end_ns = 0;  ///< least and greatest log time
-  std::uint64_t size = 0;                  ///< of its records, uncompressed
-  std::uint32_t crc = 0;                   ///< of its records, uncompressed; 0: not told
-  std::string_view compression;            ///< empty: none
+  std::uint64_t begin_ns = 0, end_ns = 0;  ///< smallest and largest log time
+  std::uint64_t size = 0;                  ///< of `records`, uncompressed [bytes]
+  std::uint32_t crc = 0;                   ///< CRC-32 of `records`, uncompressed; 0: not given
+  std::string_view compression;            ///< empty: not compressed
   std::string_view records;
 };
 
 struct ChunkIndex {
   std::uint64_t begin_ns = 0, end_ns = 0;
-  std::uint64_t offset = 0, length = 0;                 ///< of the chunk's record in the file
-  std::map<std::uint16_t, std::uint64_t> indexOffsets;  ///< channel -> its message index behind the chunk
-  std::uint64_t indexLength = 0;                        ///< of them all
-  std::uint64_t size = 0;                               ///< of the chunk's records
+  std::uint64_t offset = 0, length = 0;                 ///< of the chunk's record in the file [bytes]
+  std::map<std::uint16_t, std::uint64_t> indexOffsets;  ///< channel -> offset of its message index in the file
+  std::uint64_t indexLength = 0;                        ///< of all message indexes [bytes]
+  std::uint64_t size = 0;                               ///< of the chunk's records, uncompressed [bytes]
 };
 
 struct Statistics {
   std::uint64_t messages = 0;
   std::uint16_t schemas = 0;
   std::uint32_t channels = 0, attachments = 0, metadata = 0, chunks = 0;
-  std::uint64_t begin_ns = 0, end_ns = 0;         ///< least and greatest log time; 0: no messages
-  std::map<std::uint16_t, std::uint64_t> counts;  ///< messages of each channel
+  std::uint64_t begin_ns = 0, end_ns = 0;         ///< smallest and largest log time; 0: no messages
+  std::map<std::uint16_t, std::uint64_t> counts;  ///< channel -> number of messages
 };
 
 struct Footer {
-  std::uint64_t summary = 0, offsets = 0;  ///< where in the file they begin; 0: there are none
-  std::uint32_t crc = 0;                   ///< from there up to this number; 0: not told
+  std::uint64_t summary = 0, offsets = 0;  ///< offsets in the file of the summary and of its offset section; 0: none
+  std::uint32_t crc = 0;  ///< CRC-32 of the bytes from the summary's begin up to this number; 0: not given
 };
 
-/// Log time and place in the chunk's records.
+/// Per message: log time, and offset in the chunk's records.
 using IndexEntries = std::vector<std::pair<std::uint64_t, std::uint64_t>>;
 
-// Whole records, added to the end of a string.
+// These append a whole record to `to`.
 void putHeader(std::string& to, std::string_view library);
 void put(std::string& to, const Schema& schema);
 void put(std::string& to, const Channel& channel);
@@ -98,11 +98,11 @@ void put(std::string& to, const ChunkIndex& index);
 void put(std::string& to, const Statistics& statistics);
 void putSummaryOffset(std::string& to, Opcode opcode, std::uint64_t start, std::uint64_t length);
 void putDataEnd(std::string& to);
-/// \param summary its crc goes on over the footer
+/// \param summary bytes from the summary's begin to the footer, which the CRC covers
 void putFooter(std::string& to, std::uint64_t summaryStart, std::uint64_t offsetStart, std::string_view summary);
 
-// Of contents from outside, without opcode and length; what is behind the last field known here is passed over. Empty:
-// it is none.
+// These parse a content (without opcode and length) from untrusted bytes. They ignore bytes after the last field known
+// here, and return nothing if the content is too short.
 std::optional<std::string> libraryOf(std::string_view header);
 std::optional<Schema> schemaOf(std::string_view content);
 std::optional<Channel> channelOf(std::string_view content);
@@ -112,7 +112,7 @@ std::optional<ChunkIndex> chunkIndexOf(std::string_view content);
 std::optional<Statistics> statisticsOf(std::string_view content);
 std::optional<Footer> footerOf(std::string_view content);
 
-/// CRC-32 as zlib has it. \param begin that of what stands before
+/// Returns the CRC-32 of zlib. \param begin CRC-32 of the bytes before, to continue it
 std::uint32_t crcOf(std::string_view bytes, std::uint32_t begin = 0);
 
 }  // namespace recording

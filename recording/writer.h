@@ -1,4 +1,4 @@
-// Writes a recording: chunk after chunk, each on disk before the next begins, an index of them all at the end.
+// Writes a recording chunk by chunk. Each chunk is on disk before the next begins; an index follows at the end.
 #pragma once
 
 #include "recording/file.h"
@@ -12,60 +12,64 @@
 namespace recording {
 
 struct WriterOptions {
-  std::uint64_t chunkTime_ns = 150'000'000;  ///< from a chunk's first message to its end, by log time
-  std::size_t chunkBytes = 1 << 20;          ///< after which it ends sooner
-  bool syncChunks = true;                    ///< false: close() alone syncs
-  std::string library;                       ///< who writes, for people
+  std::uint64_t chunkTime_ns = 150'000'000;  ///< longest time from a chunk's first message to its end, in log time
+  std::size_t chunkBytes = 1 << 20;          ///< size at which a chunk ends sooner
+  bool syncChunks = true;                    ///< false: only close() syncs
+  std::string library;                       ///< name of the writing program
 };
 
-/// Thread-bound. After an error what the chunk had is forgotten, and close() alone is left: it gives what was written
-/// before its end, for which room was kept, where the sink can.
+/// Writes to a sink. Thread-bound. All errors are those of the sink. After an error the messages of the current chunk
+/// are lost and only close() may be called: it ends the file behind the chunks already written, for which room was
+/// reserved if the sink can.
 class Writer {
  public:
-  /// \param sink empty, and outlives the writer
+  /// \param sink must be empty, and outlive the writer
   Writer(Sink& sink, WriterOptions options);
 
-  /// An id for channels. What is declared here is written before the next chunk.
+  /// Declares a schema and returns its id for channel(). It is written before the next chunk.
   std::uint16_t schema(std::string_view name, std::string_view encoding, std::string_view data);
-  /// An id for messages. \param schema 0: none
+  /// Declares a channel and returns its id for Message::channel. \param schema 0: none
   std::uint16_t channel(std::uint16_t schema, std::string_view topic, std::string_view encoding,
                         std::map<std::string, std::string> metadata = {});
 
-  /// Its chunk is written when it is due: at a later write(), flush() or close().
+  /// Adds a message to the current chunk. If that chunk is due or full, writes it first.
   tl::expected<void, Error> write(const Message& message);
-  /// Log time of the first message that is not written yet.
+  /// Returns the log time of the first message not written yet; nothing if all are written.
   std::optional<std::uint64_t> oldest_ns() const;
+  /// Returns whether the current chunk began at least chunkTime_ns before `now_ns`, in log time.
   bool isDue(std::uint64_t now_ns) const;
-  /// Writes what there is, and syncs it.
+  /// Writes the current chunk and, by default, syncs it.
   tl::expected<void, Error> flush();
-  /// The index and the end, once. An error of the last chunk is no reason not to try.
+  /// Writes the last chunk, the summary and the end. Further calls do nothing. Writes the end even if the last chunk
+  /// fails, and then returns that error.
   tl::expected<void, Error> close();
 
-  /// Of what is written.
+  /// Returns counts of what was written, without the current chunk.
   const Statistics& statistics() const { return statistics_; }
 
  private:
+  /// Appends the current chunk and its message indexes to `bytes`, and fills `index`.
   void addChunk(std::string& bytes, ChunkIndex& index);
-  /// Adds to pending_ what the summary repeats.
+  /// Appends a schema or channel record to pending_ and counts its bytes for the summary.
   template <typename Record>
   void declare(const Record& record);
-  /// What is not written: there may be no room for it at the end, either.
+  /// Drops declarations that were not written: the room reserved for the end does not include them.
   void forgetPending();
-  /// Of all that stands behind the last chunk, at most [bytes].
+  /// Returns the largest size of everything after the last chunk [bytes]. \param ofIndex size of the next chunk's index
   std::uint64_t endBytes(std::uint64_t ofIndex) const;
 
   Sink& sink_;
   WriterOptions options_;
   std::uint64_t written_ = 0;  ///< bytes
-  std::string pending_;        ///< records that stand before the next chunk
-  std::uint64_t summary_ = 0;  ///< bytes of the schemas, channels and chunk indexes at the end
+  std::string pending_;        ///< records to write before the next chunk
+  std::uint64_t summary_ = 0;  ///< size of the schemas, channels and chunk indexes of the summary [bytes]
   struct {
     std::size_t schemas = 0, channels = 0;
     std::uint64_t summary = 0;
-  } kept_;  ///< how many of them, and how many bytes, are of what is written
+  } kept_;  ///< numbers and bytes of the declarations already written
   std::vector<Schema> schemas_;
   std::vector<Channel> channels_;
-  std::string records_;  ///< of the chunk that grows
+  std::string records_;  ///< of the current chunk
   bool closed_ = false;
   std::uint64_t first_ns_ = 0, begin_ns_ = 0, end_ns_ = 0;
   std::map<std::uint16_t, IndexEntries> entries_;

@@ -1,10 +1,11 @@
-// What people and gel files call the colours of markers.
+// Names of marker colours in messages and gel files.
 #pragma once
 
 #include "sensor/gel.h"
 
 namespace sensor {
 
+/// Returns the lower-case English name.
 inline const char* nameOf(Colour colour) {
   switch (colour) {
   case Colour::kBlue:

@@ -16,7 +16,7 @@ namespace {
 constexpr int kVersion = 1;
 constexpr double kMillimetres = 1e3;  // per metre
 
-/// What the influence file says stands only there.
+/// Rejects keys whose values the influence file supplies.
 void refuse(TomlTable& table, std::initializer_list<std::string_view> keys) {
   for (const std::string_view key : keys) {
     if (table.has(key)) table.fail(key, "does not go with gel.influence_file, which says it");
@@ -31,12 +31,12 @@ void readGrid(TomlTable& table, bool body, int& columns, int& rows, double& pitc
   table.read("centre_mm", std::span(centre.data(), 2), {-1000, 1000, kMillimetres});
 }
 
-/// Half the extent of a grid, from its first to its last point.
+/// Returns half the extent of a grid, from its first to its last point [m].
 Eigen::Vector2d halfExtent(int columns, int rows, double pitch) {
   return 0.5 * pitch * Eigen::Vector2d(columns - 1, rows - 1);
 }
 
-/// Why a part does not fit the gel, and the key to blame.
+/// A part that does not fit the gel: the key at fault and the reason.
 struct Misfit {
   const char* key;
   std::string what;
@@ -68,7 +68,8 @@ std::optional<Misfit> misfit(const Camera& camera, const Gel& gel) {
   return Misfit{"position_mm", "is not behind the gel and its window"};
 }
 
-/// Blames the key that was read, or the table that should have replaced the paper's values.
+/// Adds a fault if a part does not fit the gel: at the key that was read, or at the missing table if the paper's values
+/// were used.
 template <typename Part>
 void check(const Part& part, const Gel& gel, TomlTable& root, const char* name, TomlTable* table) {
   const std::optional<Misfit> found = misfit(part, gel);
@@ -202,7 +203,7 @@ std::string list(const Vector& values, double perUnit = 1.0) {
   return text + "]";
 }
 
-/// What cannot stand in a TOML string becomes an underscore.
+/// Returns the text in quotes, with an underscore for each character that a TOML string cannot hold.
 std::string quoted(const std::string& text) {
   std::string safe = text;
   for (char& c : safe) {
@@ -215,7 +216,7 @@ std::string quoted(const std::string& text) {
 
 namespace {
 
-/// `body`: the mechanics and the places of markers and nodes stand elsewhere.
+/// Reads all tables. \param body true: an influence file supplies the mechanics and the positions of markers and nodes
 Sensor readSensor(TomlTable& root, bool body) {
   Sensor sensor;
   if (auto table = root.table("gel")) readMaterial(*table, body, sensor.gel);
@@ -243,7 +244,7 @@ Sensor readSensor(TomlTable& root, bool body) {
   return sensor;
 }
 
-/// `name`: of the gel file; an influence file's counts from its directory, where `influence` does not say where it is.
+/// Reads a gel file and its influence file; the parameters are those of parseGel().
 tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root, const std::string& name,
                                      const std::string& influence = {}) {
   if (!root) return tl::unexpected(root.error());
@@ -297,7 +298,8 @@ std::string gelText(const Sensor& sensor) {
   const Gel& gel = sensor.gel;
   std::string text;
   if (const auto& made = sensor.calibration) {
-    // First, and the hash before all: a file that is cut short anywhere is no file without a calibration.
+    // The calibration comes first, and its hash before everything else: a truncated file must not pass as an
+    // uncalibrated one.
     const auto mark = [&](const std::string& key, const std::string& value) {
       return line("calibration." + key, value);
     };
@@ -326,7 +328,7 @@ std::string gelText(const Sensor& sensor) {
   const Camera& camera = sensor.camera;
   text += "\n[camera]\n" + line("width_px", std::to_string(camera.width)) +
           line("height_px", std::to_string(camera.height)) + line("focal_px", number(camera.focal_px)) +
-          // A file that was calibrated before the key existed keeps its hash.
+          // It is omitted if it is 1, so that files calibrated before the key existed keep their hash.
           (camera.aspect != 1.0 ? line("aspect", number(camera.aspect)) : "") +
           line("principal_px", list(camera.principal_px)) + line("k1", number(camera.k1)) +
           line("k2", number(camera.k2)) + line("position_mm", list(camera.position, kMillimetres)) +
@@ -344,7 +346,7 @@ std::string gelText(const Sensor& sensor) {
           line("position_mm", list(uncertainty.position, kMillimetres)) +
           line("rotation_rad", list(uncertainty.rotation)) +
           line("focal_distance_correlation", number(uncertainty.focalDistance));
-  // Where nobody has measured the lens they are not written: a file that was calibrated before they existed keeps its
+  // Values of a lens that was not measured are omitted, so that files calibrated before these keys existed keep their
   // hash.
   const Uncertainty unmeasured;
   if (uncertainty.principal_px != unmeasured.principal_px) {

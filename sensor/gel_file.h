@@ -1,5 +1,5 @@
-// The gel file: one physical sensor in TOML, with a format version. config/gels/paper.toml shows every key but
-// gel.influence_file, which names the file of a body that is no block: docs/influence-file.md.
+// The gel file: one physical sensor in TOML, with a format version. config/gels/paper.toml shows every key except
+// gel.influence_file, which names an influence file (docs/influence-file.md).
 #pragma once
 
 #include "sensor/sensor.h"
@@ -10,18 +10,21 @@
 
 namespace sensor {
 
-/// Keys that are absent keep the paper's values, except the version. `name` is how errors call the file.
-/// An impossible sensor (Poisson's ratio of a half or more, markers outside the block ...) is an error too. An
-/// influence file that it names is read, too; its name counts from the folder of `name`. \param influence where it is
-/// instead; empty: where it is named
+/// Reads a gel file. Missing keys keep the paper's values, except the version, which is required. Also reads the
+/// influence file that the gel file names. Fails for invalid content, including an impossible sensor (Poisson's ratio
+/// of 0.5 or more, markers outside the block ...). \param name names the file in errors; the path of an influence file
+/// is relative to its folder
+/// \param influence path of the influence file to read instead of the named one; empty: the named one
 tl::expected<Sensor, FileError> parseGel(std::string_view text, const std::string& name,
                                          const std::string& influence = {});
+/// Reads the gel file at `path`, as parseGel().
 tl::expected<Sensor, FileError> loadGel(const std::string& path);
 
-/// The same without a version and without finish(): for a file that holds the tables of a gel among others.
+/// Reads the tables of a gel that are part of a larger file: without a version and an influence file. Faults are kept
+/// in `root` until its finish().
 Sensor readGel(TomlTable& root);
 
-/// The text of a gel file; 15 digits.
+/// Returns the text of a gel file. Numbers have 15 digits.
 std::string gelText(const Sensor& sensor);
 
 }  // namespace sensor

@@ -16,7 +16,7 @@ namespace {
 constexpr const char* kFormat = "traction-influence/1";
 constexpr const char* kFormatFamily = "traction-influence/";
 constexpr const char* kUnits = "SI";
-constexpr double kUnitLength = 1e-3;  // by which a normal's may differ from 1
+constexpr double kUnitLength = 1e-3;  // largest deviation of a normal's length from 1
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
@@ -31,7 +31,7 @@ FileError wrongShape(const NumpyFile& file, const std::string& name, const Numpy
   return file.fault(name, "has the shape " + shapeText(array.shape) + " and not " + shapeText(expected));
 }
 
-/// `count` rows; 0: any number.
+/// Reads an array of points. \param count number of rows; 0: any number
 tl::expected<Points, FileError> points(const NumpyFile& file, const std::string& name, std::size_t count) {
   const auto array = file.numbers(name);
   if (!array) return tl::unexpected(array.error());
@@ -111,9 +111,9 @@ tl::expected<Eigen::MatrixXd, FileError> influence(const NumpyFile& file, std::s
       RowMajor::Map(array->values.data(), static_cast<Eigen::Index>(flat[0]), static_cast<Eigen::Index>(flat[1])));
 }
 
-/// By how much a force moves the marker nearest to it, along the force, in parts of force / (E distance): the median
-/// over the nodes. A third under a half-space's surface, less near what the body is glued to, some more in a thin
-/// shell.
+/// Returns the median over the nodes of E * distance * (displacement per force), for the marker nearest to each node;
+/// the displacement along the force is averaged over the three axes. It is about 1/3 under the surface of a half-space,
+/// less near a bonded face, and larger in a thin shell.
 double compliance(const Body& body) {
   std::vector<double> all;
   for (Eigen::Index n = 0; n < body.nodes.cols(); ++n) {
@@ -130,7 +130,7 @@ double compliance(const Body& body) {
   return *middle;
 }
 
-/// A matrix with the wrong sign or unit.
+/// Fails if the matrix has the wrong sign or unit.
 tl::expected<void, FileError> checkCompliance(const NumpyFile& file, const Body& body) {
   constexpr double kLeast = 1e-3, kMost = 100.0;
   const double found = compliance(body);
@@ -146,7 +146,7 @@ tl::expected<void, FileError> checkCompliance(const NumpyFile& file, const Body&
                                                     "hold metres per newton"));
 }
 
-/// Mean distance of neighbours in the grid.
+/// Returns the mean distance of neighbours in the grid [m].
 double meanPitch(const Points& points, Eigen::Index first, int columns, int rows) {
   double sum = 0.0;
   int count = 0;

@@ -1,4 +1,5 @@
-// The influence file: a body of any shape by its own Green's functions. docs/influence-file.md shows how to write one.
+// The influence file: a body of any shape, given by its own Green's functions. docs/influence-file.md shows how to
+// write one.
 #pragma once
 
 #include "sensor/sensor.h"
@@ -10,12 +11,13 @@
 
 namespace sensor {
 
-/// Fails for what numpy.savez() did not write, where an array is missing, not finite or of another shape than the
-/// others ask for, and where the matrix has the wrong sign or unit for a body of its stiffness.
+/// Reads an influence file. Fails if numpy.savez() did not write it, if an array is missing, not finite or of
+/// inconsistent shape, and if the matrix has the wrong sign or unit for a body of its stiffness.
 tl::expected<Body, FileError> loadBody(const std::string& path);
 
-/// Gives the sensor the body: grids, spacings and depths of layers and nodes become the body's means. Fails where it
-/// has not as many markers and nodes as the sensor's layers and node grid, or markers beyond the gel's thickness.
+/// Gives the sensor a body. Sets the pitch, centre and depth of each layer, and the centre of the nodes, to the body's
+/// means, and the nodes' pitch to the square root of their mean area. Fails, without a change, if the body's number of
+/// markers or nodes differs from the sensor's, or a marker lies beyond the gel's thickness.
 tl::expected<void, FileError> setBody(Sensor& sensor, Body body);
 
 }  // namespace sensor

@@ -1,6 +1,6 @@
-// A zip archive of stored members, found by the directory at its end; each member is a .npy: a magic, a version, the
-// text of a Python dictionary (type, order, shape), and the numbers. Nothing in the file is believed: every place and
-// size is checked against what is there before it is used.
+// An archive is a zip file of stored members, found by the directory at its end. Each member is a .npy file: a magic
+// number, a version, the text of a Python dictionary (type, order, shape), and the numbers. The file is untrusted:
+// every offset and size is checked before it is used.
 #include "sensor/numpy_file.h"
 
 #include <zlib.h>
@@ -27,11 +27,11 @@ using Bytes = std::span<const char>;
 
 constexpr std::uint32_t kLocalMember = 0x04034b50, kDirectoryMember = 0x02014b50, kDirectoryEnd = 0x06054b50;
 constexpr std::size_t kLocalSize = 30, kDirectorySize = 46, kEndSize = 22, kLongestComment = 0xffff;
-constexpr std::uint32_t kElsewhere = 0xffffffff;  // a size or place beyond 4 GiB stands in an extension
+constexpr std::uint32_t kElsewhere = 0xffffffff;  // marks a size or offset beyond 4 GiB, which an extension would hold
 constexpr std::uintmax_t kLargestFile = kElsewhere;
 constexpr const char* kContradiction = "has a shape that its size contradicts";
 
-/// Little endian.
+/// Reads a little-endian number.
 template <typename T>
 T number(Bytes bytes, std::size_t at) {
   T value = 0;
@@ -54,7 +54,7 @@ std::optional<std::size_t> findDirectoryEnd(Bytes bytes) {
   return std::nullopt;
 }
 
-/// What follows "'key':" in a dictionary, up to `end`.
+/// Returns the text between `begin` and `end` after "'key':" in a dictionary.
 std::optional<std::string_view> entry(std::string_view dictionary, std::string_view key, char begin, char end) {
   std::size_t at = dictionary.find(key);
   if (at == std::string_view::npos) return std::nullopt;
@@ -65,7 +65,7 @@ std::optional<std::string_view> entry(std::string_view dictionary, std::string_v
   return dictionary.substr(at, stop - at);
 }
 
-/// "3, 4" or "3," or "".
+/// Parses "3, 4" or "3," or "".
 std::optional<std::vector<std::size_t>> parseShape(std::string_view text) {
   std::vector<std::size_t> shape;
   while (!text.empty()) {
@@ -89,7 +89,7 @@ std::string indices(std::size_t at, const std::vector<std::size_t>& shape) {
   return '[' + text + ']';
 }
 
-/// Of the element that stands at `at` in Fortran order, its place in C order.
+/// Returns the index in C order of the element at index `at` in Fortran order.
 std::size_t fromFortran(std::size_t at, const std::vector<std::size_t>& shape) {
   std::size_t place = 0, stride = 1;
   for (const std::size_t extent : shape) stride *= extent;
@@ -103,12 +103,12 @@ std::size_t fromFortran(std::size_t at, const std::vector<std::size_t>& shape) {
 
 }  // namespace
 
-/// A .npy, taken apart.
+/// A parsed .npy file.
 struct NumpyFile::Member {
   std::string type;  ///< "<f8"
   bool fortran = false;
   std::vector<std::size_t> shape;
-  std::size_t count = 1;  ///< of elements, each of `size` bytes
+  std::size_t count = 1;  ///< number of elements, each of `size` bytes
   std::size_t size = 0;
   Bytes data;
 };

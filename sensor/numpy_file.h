@@ -1,4 +1,4 @@
-// A NumPy .npz archive, as numpy.savez() writes it.
+// Reads a NumPy .npz archive that numpy.savez() wrote.
 #pragma once
 
 #include "sensor/toml_table.h"
@@ -13,27 +13,29 @@
 
 namespace sensor {
 
-/// An array of numbers in C order: the last index runs fastest.
+/// An array in C order: the last index varies fastest.
 struct NumpyArray {
   std::vector<std::size_t> shape;
   std::vector<double> values;
 };
 
-/// The archive in memory; every member's CRC-32 is right. Immutable, any thread may read it.
+/// An archive in memory, with the CRC-32 of every member checked. Immutable; any thread may read it.
 class NumpyFile {
  public:
-  /// Fails where there is nothing to read, and for what is no archive, is cut short, damaged, compressed or encrypted.
+  /// Reads an archive. Fails if the file cannot be read, is not an archive, or is truncated, damaged, compressed or
+  /// encrypted.
   static tl::expected<NumpyFile, FileError> load(const std::string& path);
   NumpyFile(NumpyFile&&) = default;
   NumpyFile& operator=(NumpyFile&&) = default;
 
-  /// float64 or float32, little endian, C or Fortran order, all finite.
+  /// Returns an array of float64 or float32, little endian, in C or Fortran order. Fails if the array is missing, empty
+  /// or of another type, or if a value is not finite.
   tl::expected<NumpyArray, FileError> numbers(const std::string& name) const;
 
-  /// A string of ASCII.
+  /// Returns a string. Fails if it is missing, not a single string, or not ASCII.
   tl::expected<std::string, FileError> text(const std::string& name) const;
 
-  /// What is wrong with an array, for the caller's own checks.
+  /// Returns an error about the array `name`, for checks of the caller.
   FileError fault(const std::string& name, const std::string& what) const;
 
  private:
@@ -44,7 +46,7 @@ class NumpyFile {
 
   std::string path_;
   std::vector<char> bytes_;
-  std::map<std::string, std::span<const char>> members_;  ///< into bytes_, which stays where it is when moved
+  std::map<std::string, std::span<const char>> members_;  ///< views into bytes_, whose memory stays in place when moved
 };
 
 }  // namespace sensor

@@ -15,7 +15,7 @@
 
 namespace sensor {
 
-/// The solved ray: direction in the gel frame = (slope dx, slope dy, -1).
+/// The ray from the camera to a point. Its direction in the gel frame is (slope dx, slope dy, -1).
 struct Projection::Ray {
   Eigen::Vector2d lateral;  ///< (dx, dy) from the camera's line along z to the point [m]
   double slope;             ///< m [1/m]
@@ -44,7 +44,7 @@ Projection::Ray Projection::rayTo(const Eigen::Vector3d& point) const {
 
   double slope = 1.0 / reduced;
   double bySlope = 0.0, byRho2 = 0.0, byZ = 0.0;
-  constexpr int kMostIterations = 20;  // four or five are needed at 45 degrees
+  constexpr int kMostIterations = 20;  // 4 or 5 suffice at 45 degrees
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
     double sum = 0.0, sumCubes = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {

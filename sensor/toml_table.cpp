@@ -25,7 +25,7 @@ std::string text(double value) {
   return buffer.data();
 }
 
-/// toml++ itself gives none for an integer that no double is exactly.
+/// Returns a number as a double. toml++ returns nothing for integers that a double cannot hold exactly.
 double numberIn(const toml::node& node) {
   const auto* const integer = node.as_integer();
   return integer != nullptr ? static_cast<double>(integer->get()) : node.as_floating_point()->get();
@@ -33,8 +33,8 @@ double numberIn(const toml::node& node) {
 
 constexpr int kMostParts = 100;
 
-/// Of a key such as a.b.c with more parts than anybody writes; 0: there is none. The parser follows each part one call
-/// deeper, until its stack is at its end.
+/// Returns the line of a dotted key with more than kMostParts parts; 0 if there is none. The parser recurses once per
+/// part and would overflow its stack.
 int lineOfEndlessKey(std::string_view text) {
   int line = 1, parts = 1;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -46,7 +46,7 @@ int lineOfEndlessKey(std::string_view text) {
   return 0;
 }
 
-/// Levenshtein 1966: the fewest letters to insert, remove or replace.
+/// Returns the Levenshtein distance (1966): the smallest number of letters to insert, remove or replace.
 std::size_t distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -76,7 +76,7 @@ struct TomlTable::Document {
   toml::table root;
   std::string file;
   std::optional<FileError> fault;
-  std::map<const void*, std::vector<std::string>> known;  ///< keys that somebody read, of every table
+  std::map<const void*, std::vector<std::string>> known;  ///< keys that were read, per table
 
   std::string where(const toml::node& node) const {
     const auto line = node.source().begin.line;
@@ -87,7 +87,7 @@ struct TomlTable::Document {
     if (!fault) fault = FileError{where(node), what};
   }
 
-  /// The unread key that stands first in the file.
+  /// Collects an error for each key that was not read, with its line.
   void rejectUnread(const toml::table& table, const std::string& path) {
     const std::vector<std::string>& read = known[&table];
     for (const auto& [tomlKey, node] : table) {
@@ -140,7 +140,7 @@ tl::expected<TomlTable, FileError> TomlTable::load(const std::string& path) {
   const auto unreadable = [&path](const std::string& why) {
     return tl::unexpected(FileError{path, "cannot be read: " + why, true});
   };
-  // Of a pipe or a device nobody knows when it ends, or begins.
+  // A pipe or a device has no known size.
   std::error_code error;
   const auto kind = std::filesystem::status(path, error).type();
   if (kind == std::filesystem::file_type::directory) return unreadable("it is a directory");
@@ -265,7 +265,7 @@ std::vector<std::pair<std::string, TomlTable::Scalar>> TomlTable::entries() {
     }
     found.emplace_back(tomlKey.source().begin, std::pair(key, std::move(value)));
   }
-  // toml++ sorts the keys of a table by name.
+  // toml++ sorts keys by name; this restores the order of the file.
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<std::pair<std::string, Scalar>> result;
   for (auto& entry : found) result.push_back(std::move(entry.second));

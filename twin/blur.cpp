@@ -1,7 +1,6 @@
-// The kernel k(t) of one dimension is the Gaussian averaged over a pixel, k = Phi((t + 1/2) / s) - Phi((t - 1/2) / s),
-// and K its integral. A strip of height dy from x0 to x1 then brightens the pixel at (u, v) by
-// dy k(v - y) (K(x1 - u) - K(x0 - u)): exact along x, a quadrature along y. k and K are tables with linear
-// interpolation.
+// In one dimension, the kernel k(t) is the Gaussian averaged over a pixel, k = Phi((t + 1/2) / s) - Phi((t - 1/2) / s),
+// and K its integral. A strip of height dy from x0 to x1 then adds dy k(v - y) (K(x1 - u) - K(x0 - u)) to the pixel at
+// (u, v): exact along x, a quadrature along y. k and K are tables with linear interpolation.
 #include "twin/blur.h"
 
 #include <algorithm>
@@ -14,14 +13,14 @@ namespace twin {
 namespace {
 
 constexpr double kTail = 4.0;             // standard deviations; 6e-5 of the light lies beyond
-constexpr double kStepsPerPixel = 512.0;  // linear interpolation is then good to 1e-6
+constexpr double kStepsPerPixel = 512.0;  // the error of linear interpolation is 1e-6
 constexpr int kDiscStrips = 64;
 
 double normal(double t) {
   return 0.5 * std::erfc(-t * std::numbers::sqrt2 / 2.0);
 }
 
-/// Integral of normal(t / sigma).
+/// Returns the integral of normal(t / sigma).
 double ramp(double t, double sigma) {
   if (sigma <= 0.0) return std::max(t, 0.0);
   const double z = t / sigma;
@@ -39,7 +38,7 @@ std::vector<Strip> discStrips(double radius) {
 }
 
 std::vector<Strip> ellipseStrips(double a, double b, double angle) {
-  // y = height sin(t): the midpoint rule in t is exact for the area and converges fast for all smooth kernels.
+  // With y = height sin(t), the midpoint rule in t is exact for the area and converges fast for smooth kernels.
   const double height = std::hypot(a * std::sin(angle), b * std::cos(angle));
   const double lean = (a * a - b * b) * std::sin(angle) * std::cos(angle) / (height * height);
   std::vector<Strip> strips;

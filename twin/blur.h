@@ -1,4 +1,4 @@
-// Round markers as pixels see them: blurred by a Gaussian and averaged over each pixel's square.
+// Round markers as pixels record them: blurred by a Gaussian and averaged over each pixel's square.
 #pragma once
 
 #include <span>
@@ -6,34 +6,36 @@
 
 namespace twin {
 
-constexpr int kLargestPatch = 64;  ///< [px]
+constexpr int kLargestPatch = 64;  ///< largest side of the squares that Blur::add() draws [px]
 
-/// A strip of a region: x0 <= x <= x1, dy high, around y. Pixels.
+/// A strip of a region: x0 <= x <= x1, of height dy, centred on y. In pixels.
 struct Strip {
   double y, dy, x0, x1;
 };
 
-/// The disc around (0, 0), as strips whose areas add up to exactly its own.
+/// Returns the disc of `radius` around (0, 0) as strips. Their total area is exactly the disc's.
 std::vector<Strip> discStrips(double radius);
 
-/// The same of an ellipse with these half axes, the first of them at `angle` from the x axis towards the y axis.
+/// Returns an ellipse around (0, 0) in the same way. \param a, b half axes
+/// \param angle of the first half axis, from the x axis towards the y axis [rad]
 std::vector<Strip> ellipseStrips(double a, double b, double angle);
 
-/// Gaussian point spread and pixel square in one separable kernel. Reentrant; immutable after construction.
+/// Applies Gaussian point spread and pixel square as one separable kernel. Immutable after construction and reentrant.
 class Blur {
  public:
-  /// sigma_px may be 0.
+  /// \param sigma_px standard deviation of the Gaussian; 0: no blur
   explicit Blur(double sigma_px);
 
-  /// Beyond this distance a region no longer brightens a pixel's centre [px].
+  /// Returns the distance beyond which a region adds no light to a pixel's centre [px].
   double reach() const { return reach_; }
 
-  /// Adds `gain` times the brightness of the region to `size` x `size` pixels, row after row, the first of which is
-  /// centred on (left, top). Full cover is 1.
+  /// Adds `gain` times the brightness of a region to size x size pixels, row by row; the centre of the first pixel is
+  /// (left, top). A pixel that the region covers fully has brightness 1. size <= kLargestPatch.
   void add(std::span<const Strip> region, double left, double top, int size, double gain,
            std::span<float> pixels) const;
 
  private:
+  /// Interpolates a table at an offset [px].
   double at(const std::vector<double>& table, double offset) const;
 
   double reach_;

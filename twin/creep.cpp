@@ -17,7 +17,7 @@ void Creep::advance(double time_s, const sensor::Points& elastic) {
     sum_.setZero();
     for (std::size_t i = 0; i < terms_.size(); ++i) {
       const double steps = step / terms_[i].time, left = std::exp(-steps);
-      const double mean = -std::expm1(-steps) / steps;  // of the decay over the step
+      const double mean = -std::expm1(-steps) / steps;  // mean of the decay over the step
       follow_[i] = left * follow_[i] + (mean - left) * last_ + (1.0 - mean) * elastic;
       sum_ += terms_[i].share * follow_[i];
     }

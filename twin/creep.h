@@ -1,4 +1,4 @@
-// A gel that gives way a little more while it is loaded, and takes its time to come back.
+// Creep: the gel yields further while it is loaded, and recovers with a delay.
 #pragma once
 
 #include "sensor/gel.h"
@@ -7,24 +7,26 @@
 
 namespace twin {
 
-/// A term of the compliance's Prony series: what a load does at once grows by share (1 - exp(-t / time)).
+/// A term of the compliance's Prony series: the response to a load grows by share (1 - exp(-t / time)).
 struct CreepTerm {
-  double share = 0.0;  ///< of what happens at once
+  double share = 0.0;  ///< relative to the instantaneous response
   double time = 1.0;   ///< [s]
 };
 
-/// Linear viscoelasticity with a constant Poisson's ratio: with the displacement u that the elastic gel would have,
-/// each term adds share h, dh/dt = (u - h) / time. Thread-bound.
+/// Linear viscoelasticity with a constant Poisson's ratio. Each term adds share * h to the elastic displacement u, with
+/// dh/dt = (u - h) / time. Thread-bound.
 class Creep {
  public:
+  /// \param markers number of markers
   Creep(std::vector<CreepTerm> terms, Eigen::Index markers);
 
   bool isNone() const { return terms_.empty(); }
 
-  /// To a moment that is not before the last one; u is linear in between, and was zero ever before the first.
+  /// Advances to a time that is not before the previous one. u is interpolated linearly in between, and was zero before
+  /// the first call. \param elastic displacement u at `time_s`, 3 x markers [m]
   void advance(double time_s, const sensor::Points& elastic);
 
-  /// What is added [m] at the last moment.
+  /// Returns the displacement to add at the last time, 3 x markers [m].
   const sensor::Points& now() const { return sum_; }
 
  private:

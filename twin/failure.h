@@ -1,12 +1,13 @@
-// What ends the twin before its time.
+// The error type of traction-twin.
 #pragma once
 
 #include <string>
 
 namespace twin {
 
+/// An error that ends the program.
 struct Failure {
-  int exitCode;         ///< of sysexits.h
+  int exitCode;         ///< from sysexits.h
   std::string message;  ///< one line: what, where, what to do
 };
 

@@ -1,4 +1,4 @@
-// What the twin's camera sees, frame by frame.
+// Draws the pictures of the twin's camera frame by frame.
 #pragma once
 
 #include "twin/failure.h"
@@ -11,42 +11,43 @@
 
 namespace twin {
 
-/// What is true in one frame.
+/// The true state in one frame.
 struct Truth {
   struct Load {
     const Contact* contact = nullptr;
     ContactState state;
   };
-  double time_s = 0.0;               ///< of the scenario, since the first frame
-  std::optional<std::size_t> image;  ///< for given pictures: which one; then nothing else is known
+  double time_s = 0.0;               ///< scenario time since the first frame
+  std::optional<std::size_t> image;  ///< number of a given picture; nothing else is then known
   Resultant resultant;
-  std::vector<Load> contacts;        ///< those that carry a load
-  std::vector<int> missing;          ///< markers that are not drawn
-  double rise_K = 0.0;               ///< of the temperature
-  bool torn = false;                 ///< part of the picture is not of this moment, or not in its place
-  Eigen::Matrix2Xd displacement_px;  ///< of all markers, drawn or not
+  std::vector<Load> contacts;        ///< contacts that carry a load
+  std::vector<int> missing;          ///< indices of markers that are not drawn
+  double rise_K = 0.0;               ///< temperature above that of the first zero
+  bool torn = false;                 ///< part of the picture is from an earlier time or shifted
+  Eigen::Matrix2Xd displacement_px;  ///< of all markers, drawn or not; 2 x markers, (u, v)
 };
 
-/// Thread-bound.
+/// A source of pictures. Thread-bound.
 class Film {
  public:
   virtual ~Film() = default;
 
-  /// Draws into picture.pixels what happens at picture.time_s, in picture.format; picture.number is the noise's seed.
+  /// Draws the scene at picture.time_s into picture.pixels, in picture.format, and reports the true state.
+  /// picture.number selects the noise.
   virtual void draw(Picture& picture, Truth& truth) = 0;
 };
 
-/// A scenario, with the gel's mechanics.
+/// Draws a scenario with the gel's mechanics.
 class GelFilm : public Film {
  public:
-  /// See GelModel for `cache` and `progress`. `seed` is mixed into the noise.
+  /// For `cache` and `progress` see GelModel. \param seed changes the noise
   GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesystem::path& cache,
           const sensor::elastic::Progress& progress = {});
 
   void draw(Picture& picture, Truth& truth) override;
 
  private:
-  /// The pixels of all markers at a moment of the period.
+  /// Returns the pixels of all markers, 2 x markers, at a time within the period.
   const Eigen::Matrix2Xd& markersAt(double phase_s);
 
   Scenario scenario_;
@@ -57,18 +58,21 @@ class GelFilm : public Film {
   Eigen::Matrix2Xd rest_px_, markers_px_, drawn_px_;
   std::vector<ContactState> states_;
   Creep creep_;
-  double rise_K_ = 0.0;                                      ///< in markers_px_
-  std::vector<std::uint8_t> older_;                          ///< a whole picture of which part is shown
-  std::map<std::pair<Format, double>, Renderer> renderers_;  ///< by format and blur
+  double rise_K_ = 0.0;                                      ///< temperature of markers_px_
+  std::vector<std::uint8_t> older_;                          ///< earlier picture of which a torn picture shows a part
+  std::map<std::pair<Format, double>, Renderer> renderers_;  ///< per format and blur
 };
 
-/// Raw pictures from a file, one after another, again and again: pictures of the scenario's size and format.
+/// Serves raw pictures from a file in a loop. They have the scenario's size and format.
 class RawFilm : public Film {
  public:
+  /// Reads the whole file. Errors: EX_NOINPUT, EX_DATAERR if its size is not a multiple of `pictureSize` [bytes],
+  /// EX_IOERR.
   static tl::expected<std::unique_ptr<RawFilm>, Failure> open(const std::filesystem::path& file,
                                                               std::size_t pictureSize);
 
-  /// A client that chooses another format gets the same bytes, cut or filled up with zeros.
+  /// Copies the picture's bytes; for another format they are truncated or keep what was there behind them. The noise
+  /// and the scenario's contacts do not apply.
   void draw(Picture& picture, Truth& truth) override;
 
  private:

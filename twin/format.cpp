@@ -99,7 +99,7 @@ void pack(Format format, std::span<const std::uint16_t> samples, std::span<std::
     }
     return;
   }
-  // Both others are a stream of bits, each byte filled from its lowest.
+  // Both other packings are bit streams that fill each byte from its lowest bit.
   std::uint32_t waiting = 0;
   int bits = 0;
   std::uint8_t* to = bytes.data();

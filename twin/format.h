@@ -1,4 +1,4 @@
-// The layouts in which the twin's camera sends its pictures, named as in the GenICam pixel format naming convention.
+// Pixel formats of the twin's camera, named by the GenICam pixel format naming convention.
 #pragma once
 
 #include <array>
@@ -37,41 +37,42 @@ enum class Format {
 };
 inline constexpr std::size_t kFormatCount = 24;
 
-/// Red, green and blue; a grey picture has the second alone.
+/// Colour channels. A grey picture has only the second.
 enum Channel : std::size_t { kRed, kGreen, kBlue };
 
 struct FormatTraits {
   enum class Order { kGrey, kMosaic, kRgb, kBgr };
   enum class Packing {
-    kWhole,   ///< little-endian in whole bytes
-    kStream,  ///< the convention's "p"
-    kTriple,  ///< GigE Vision's "Packed"
+    kWhole,   ///< little-endian, whole bytes per sample
+    kStream,  ///< a bit stream, the convention's suffix "p"
+    kTriple,  ///< two samples in three bytes, GigE Vision's suffix "Packed"
   };
 
   const char* name;
-  std::uint32_t code;  ///< of GenICam
+  std::uint32_t code;  ///< GenICam code
   Order order;
-  std::array<Channel, 4> cell;  ///< of a mosaic's two by two pixels
-  int bits;                     ///< of a sample
-  int bitsPerSample;            ///< in memory
+  std::array<Channel, 4> cell;  ///< channels of a mosaic's 2 x 2 pixels
+  int bits;                     ///< bits of a sample
+  int bitsPerSample;            ///< bits per sample in memory
   Packing packing;
 };
 
+/// Returns the traits of a format.
 const FormatTraits& traitsOf(Format format);
 
-/// "RGB8, BGR8, ..."
+/// Returns all names: "RGB8, BGR8, ..."
 std::string formatNames();
-/// Null: there is none of this name, or code.
+/// Return the format with this name or code, or null.
 const Format* formatByName(const std::string& name);
 const Format* formatByCode(std::uint32_t code);
 
 bool isBayer(Format format);
 std::size_t samplesPerPixel(Format format);
 
-/// Of a whole picture [bytes].
+/// Returns the size of a picture [bytes].
 std::size_t pictureSize(Format format, int width, int height);
 
-/// Samples of more than 8 bits into the format's bytes, as many as the samples fill.
+/// Packs samples of more than 8 bits into the format's bytes. `bytes` must hold them all.
 void pack(Format format, std::span<const std::uint16_t> samples, std::span<std::uint8_t> bytes);
 
 }  // namespace twin

@@ -12,11 +12,11 @@ namespace twin {
 
 namespace {
 
-constexpr double kCacheVersion = 1.0;  // of the correction's cache
-constexpr double kNodeSpacing = 5e-3;  // [m] one more interpolation node for each of these
+constexpr double kCacheVersion = 1.0;  // version of the cached correction
+constexpr double kNodeSpacing = 5e-3;  // [m] adds one interpolation node
 constexpr int kFewestNodes = 5;
 
-/// Chebyshev points of the interval.
+/// Returns Chebyshev points of the interval.
 Eigen::VectorXd interpolationNodes(double from, double to) {
   const int count = kFewestNodes + static_cast<int>((to - from) / kNodeSpacing);
   Eigen::VectorXd nodes(count);
@@ -26,7 +26,7 @@ Eigen::VectorXd interpolationNodes(double from, double to) {
   return nodes;
 }
 
-/// Where the patch's points can be at any time: from and to along one axis.
+/// Returns the range of the patch's points along one axis, over all times [m].
 std::pair<double, double> visited(const Contact& contact, int axis) {
   double from = contact.states.front().position[axis], to = from;
   for (const ContactState& state : contact.states) {

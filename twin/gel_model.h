@@ -1,4 +1,4 @@
-// How the markers of the real block move under the contacts of a scenario.
+// Computes the motion of the block's markers under the contacts of a scenario.
 #pragma once
 
 #include "sensor/elastic/block.h"
@@ -12,33 +12,35 @@
 
 namespace twin {
 
-/// u = half-space field of each continuous patch + correction of the block. The correction varies slowly with the place
-/// of the load, so it is computed at Chebyshev points of the region that a contact visits and interpolated from there.
+/// u = half-space field of each continuous patch + correction of the block. The correction varies slowly with the
+/// position of the load, so it is computed at Chebyshev points of the region that a contact visits, and interpolated.
 /// Thread-bound.
 class GelModel {
  public:
-  /// Takes seconds, or reads what it computed before from `cache` (empty: no cache). Starts the BLAS's threads.
+  /// Computes the correction, which takes seconds and uses the BLAS's threads, or reads it from a directory. \param
+  /// cache directory in which corrections are kept; empty: none
   GelModel(const sensor::Sensor& sensor, const std::vector<Contact>& contacts, const std::filesystem::path& cache = {},
            const sensor::elastic::Progress& progress = {});
 
-  /// Displacements of all markers, 3 x count [m], with contact i in states[i]. Valid until the next call.
+  /// Returns the displacements of all markers, 3 x markers [m], with contact i in states[i]. Valid until the next call.
   const sensor::Points& displacement(std::span<const ContactState> states);
 
  private:
   struct Patch {
     PatchField field;
-    // Of a unit load, around the patch's centre.
+    // Unit load, relative to the patch's centre.
     Eigen::Matrix2Xd points;
     Eigen::VectorXd pressed;   ///< share of the force at each point
-    Eigen::Matrix2Xd turning;  ///< forces of a unit torque
+    Eigen::Matrix2Xd turning;  ///< tangential forces under a unit torque
     Eigen::VectorXd nodesX, nodesY;
-    Eigen::Index firstColumn;  ///< in correction_; then node after node, x fastest, three directions each
+    Eigen::Index firstColumn;  ///< in correction_; the columns are node by node, x fastest, three directions each
   };
 
+  /// Adds the half-space field to displacement_ and the interpolated nodal loads to loads_.
   void add(const Patch& patch, const ContactState& state);
 
   sensor::Points markers_;
-  std::vector<std::size_t> depthIndex_;  ///< of each marker
+  std::vector<std::size_t> depthIndex_;  ///< per marker: index of its depth
   std::vector<Patch> patches_;
   Eigen::MatrixXd correction_;  ///< 3 markers x 3 nodes of all patches [m/N]
   std::vector<ContactState> states_;

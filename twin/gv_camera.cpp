@@ -1,6 +1,6 @@
-// The only file that knows Aravis. What Aravis 0.8.26 does before it calls fill(): it counts the frame id up (16 bit,
-// 65535 is followed by 1) and stamps the buffer with the wall clock; both go out as they are in the buffer. It paces by
-// the wall clock: a frame is due at every whole multiple of the frame period.
+// The only file that uses Aravis. Before Aravis 0.8.26 calls fill(), it increments the frame id (16 bit, 65535 is
+// followed by 1) and stamps the buffer with the wall clock; both are sent as they are in the buffer. It paces by the
+// wall clock: a frame is due at every whole multiple of the frame period.
 #include "twin/gv_camera.h"
 
 #include <arpa/inet.h>
@@ -28,7 +28,7 @@ constexpr int kControlPort = 3956;
 constexpr const char* kVendor = "Traction";
 constexpr const char* kModel = "Twin";
 
-// Bootstrap registers of the GigE Vision specification: address and size of a text.
+// Bootstrap registers of the GigE Vision specification: address and size of a string.
 struct TextRegister {
   guint32 address, size;
 };
@@ -52,7 +52,7 @@ bool hasInterface(const in_addr& address) {
   return found;
 }
 
-/// Aravis says only that it did not start; this says why.
+/// Returns the reason why the camera cannot start, which Aravis does not report.
 std::optional<Failure> whyNot(const std::string& address) {
   sockaddr_in wanted{};
   wanted.sin_family = AF_INET;
@@ -60,7 +60,7 @@ std::optional<Failure> whyNot(const std::string& address) {
   if (inet_pton(AF_INET, address.c_str(), &wanted.sin_addr) != 1) {
     return Failure{EX_USAGE, "'" + address + "' is not an IPv4 address"};
   }
-  // All of 127.0.0.0/8 can be bound, but Aravis wants an interface with exactly this address.
+  // Every address of 127.0.0.0/8 can be bound, but Aravis requires an interface with exactly this address.
   if (!hasInterface(wanted.sin_addr)) {
     return Failure{EX_UNAVAILABLE, "no interface that is up has the address " + address + "; 'ip address add " +
                                        address + "/8 dev lo' gives it to the loopback"};
@@ -90,7 +90,7 @@ class GvCamera::Impl {
       , period_us_(static_cast<std::uint32_t>(std::lround(1e6 / options.rate_hz))) {
     std::replace(serial_.begin(), serial_.end(), '.', '-');
     id_ = std::string(kVendor) + "-" + serial_;
-    const std::lock_guard lock(mutex_);  // Aravis's thread runs at once, though it does not call us before the end
+    const std::lock_guard lock(mutex_);  // Aravis's thread starts at once, but first calls fill() after this function
     camera_ = ARV_GV_FAKE_CAMERA(g_object_new(ARV_TYPE_GV_FAKE_CAMERA, "interface-name", options.address.c_str(),
                                               "serial-number", serial_.c_str(), "gvsp-lost-ratio", options.lostRatio,
                                               nullptr));
@@ -122,7 +122,7 @@ class GvCamera::Impl {
   Impl& operator=(const Impl&) = delete;
 
   void close() {
-    if (camera_ != nullptr) g_object_unref(camera_);  // joins Aravis's thread, which uses it until then
+    if (camera_ != nullptr) g_object_unref(camera_);  // joins Aravis's thread, which uses the camera until then
     camera_ = nullptr;
   }
 
@@ -143,7 +143,7 @@ class GvCamera::Impl {
     {
       const std::lock_guard lock(mutex_);
       picture.stamp.reset();
-      // One that was drawn before the client chose another format is of no use any more.
+      // A picture drawn before the client chose another format cannot be sent.
       (picture.format == format_ ? queued_ : returned_).push_back(&picture);
     }
     changed_.notify_all();
@@ -162,9 +162,9 @@ class GvCamera::Impl {
     static_cast<Impl*>(self)->fill(buffer, format);
   }
 
-  // In Aravis's thread.
+  // Runs on Aravis's thread.
   void fill(ArvBuffer* buffer, ArvPixelFormat pixelFormat) {
-    // Aravis gives the memory, but at this moment a size of zero.
+    // Aravis supplies the memory, but reports its size as zero at this point.
     std::size_t unknown = 0;
     auto* to = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &unknown)));
     const Format* format = formatByCode(pixelFormat);
@@ -180,7 +180,7 @@ class GvCamera::Impl {
     sent({arv_buffer_get_frame_id(buffer), static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer)), now_ns()});
   }
 
-  /// The picture that is due, which stays in the queue; null when the camera closes.
+  /// Returns the next picture, which stays in the queue; null when the camera closes.
   const Picture* waitFor(Format format) {
     std::unique_lock lock(mutex_);
     guint32 period_us = 0;
@@ -207,9 +207,9 @@ class GvCamera::Impl {
     changed_.notify_all();
   }
 
-  /// The region of interest that the client has chosen, in whole bytes.
+  /// Copies the region of interest that the client has chosen, in whole bytes.
   void copyRegion(const Picture& picture, int x, int y, int width, int height, std::uint8_t* to) const {
-    if (x == 0 && y == 0 && width == width_ && height == height_) {  // whose rows may begin within bytes
+    if (x == 0 && y == 0 && width == width_ && height == height_) {  // rows may begin within bytes
       std::memcpy(to, picture.pixels.data(), picture.pixels.size());
       return;
     }

@@ -1,4 +1,4 @@
-// A GigE Vision camera on a local address that sends the pictures it is given.
+// A GigE Vision camera on a local address that sends given pictures.
 #pragma once
 
 #include "twin/failure.h"
@@ -15,50 +15,54 @@
 
 namespace twin {
 
-/// When and under which id a picture went out.
+/// Time and id with which a picture was sent.
 struct Stamp {
-  std::uint64_t cameraFrameId;  ///< as on the wire: 16 bit, never 0
-  std::int64_t device_ns;       ///< as on the wire: this host's CLOCK_REALTIME in whole microseconds
-  std::int64_t monotonic_ns;    ///< CLOCK_MONOTONIC just before the first packet
+  std::uint64_t cameraFrameId;  ///< as sent: 16 bit, never 0
+  std::int64_t device_ns;       ///< as sent: CLOCK_REALTIME of this host, in whole microseconds
+  std::int64_t monotonic_ns;    ///< CLOCK_MONOTONIC just before the first packet was sent
 };
 
+/// A picture to send.
 struct Picture {
   Format format = Format::kRgb8;
   std::vector<std::uint8_t> pixels;  ///< rows without padding
-  std::uint64_t number = 0;          ///< the caller's
-  double time_s = 0.0;               ///< the caller's
-  std::optional<Stamp> stamp;        ///< set when it was sent
+  std::uint64_t number = 0;          ///< for the caller's use
+  double time_s = 0.0;               ///< for the caller's use
+  std::optional<Stamp> stamp;        ///< set when the picture was sent
 };
 
 struct GvCameraOptions {
-  std::string address = "127.0.0.1";  ///< a local IPv4 address; the port is always 3956
+  std::string address = "127.0.0.1";  ///< a local IPv4 address; the port is 3956
   int width = 640, height = 480;      ///< [px]
-  Format format = Format::kRgb8;      ///< a client may choose another one
-  double rate_hz = 60.0;              ///< a client may choose another one
+  Format format = Format::kRgb8;      ///< until a client chooses another one
+  double rate_hz = 60.0;              ///< until a client chooses another one
   double lostRatio = 0.0;             ///< share of the stream's packets that are not sent
 };
 
-/// Aravis's fake camera asks for a picture when one is due, in its own thread, under a lock and while it answers no
-/// other packet: pictures are drawn ahead and only copied there. Without a client nothing is sent and no picture is
-/// used up. Thread-safe.
+/// Serves pictures through Aravis's fake camera, which asks for a picture when one is due: on a thread of its own,
+/// while it answers no other packet. Pictures are therefore drawn ahead and only copied there. Without a client no
+/// picture is used. Thread-safe.
 class GvCamera {
  public:
+  /// Starts the camera. Errors: EX_USAGE for an invalid address, EX_UNAVAILABLE if the address is not this host's or in
+  /// use, EX_OSERR.
   static tl::expected<std::unique_ptr<GvCamera>, Failure> open(const GvCameraOptions& options);
   ~GvCamera();
 
-  /// The next picture to send; it stays the caller's and must not be touched until it comes back.
+  /// Queues the next picture to send. The caller keeps ownership and must not touch it until takeBack() returns it.
   void queue(Picture& picture);
 
-  /// A queued picture that was sent; or one without a stamp, which was not, because the client has chosen another
-  /// format. Null after the time.
+  /// Waits for a queued picture that is finished: sent, or without a stamp if it was discarded because the client chose
+  /// another format. Returns null after the timeout.
   Picture* takeBack(std::chrono::milliseconds timeout);
 
-  /// Sends no more. Meanwhile one more picture may be due, and must be queued. What was sent can still be taken back.
+  /// Ends sending, and blocks until Aravis's thread has ended. That thread may wait for one more picture, which another
+  /// thread must queue. Sent pictures can still be taken back.
   void close();
 
-  Format format() const;          ///< that the client expects
-  double framePeriod_s() const;   ///< that the client expects
-  const std::string& id() const;  ///< vendor, dash, serial: how a client finds this camera
+  Format format() const;          ///< format that the client expects
+  double framePeriod_s() const;   ///< frame period that the client expects
+  const std::string& id() const;  ///< vendor-serial, by which a client finds this camera
 
  private:
   class Impl;

@@ -1,5 +1,5 @@
-// traction-twin: draws a scenario's frames ahead, serves them through the camera or writes them, and tells what was
-// true in each.
+// traction-twin: draws a scenario's frames ahead, serves them through the camera or writes them to a file, and writes
+// the true state of each.
 #include "twin/film.h"
 #include "twin/options.h"
 #include "twin/picture_writer.h"
@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 std::atomic<bool> isStopping = false;
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-/// A picture on its way, and what is true in it.
+/// A picture and its true state.
 struct Shot {
   Picture picture;
   Truth truth;
@@ -34,15 +34,15 @@ tl::expected<std::unique_ptr<Film>, Failure> openFilm(const Options& options, co
   return RawFilm::open(options.served, pictureSize(scenario.format, camera.width, camera.height));
 }
 
-/// Waits for the middle of the pause between two frames. A camera has a processor of its own: a daemon at work on the
-/// picture just sent shall not have to share its cores with the drawing of another.
+/// Waits until the middle of the pause between two frames. A real camera has its own processor, so the drawing of the
+/// next picture should not compete with a daemon that processes the one just sent.
 void waitForPause(const Stamp& sent, double period_s) {
   const std::chrono::duration<double> half(std::min(period_s / 2, 0.05));
   std::this_thread::sleep_until(Clock::time_point(std::chrono::nanoseconds(sent.monotonic_ns)) +
                                 std::chrono::duration_cast<Clock::duration>(half));
 }
 
-/// Serves pictures at the camera's pace, to whoever controls it.
+/// Serves pictures at the camera's pace to the client that controls the camera.
 tl::expected<void, Failure> serve(const Options& options, const Scenario& scenario, Film& film, TruthWriter& truth) {
   const sensor::Camera& size = scenario.sensor.camera;
   auto camera =
@@ -60,7 +60,7 @@ tl::expected<void, Failure> serve(const Options& options, const Scenario& scenar
     film.draw(picture, shot.truth);
     (*camera)->queue(picture);
   };
-  std::array<Shot, 3> shots;  // one is being sent, one is ready, one is being drawn
+  std::array<Shot, 3> shots;  // one is sent, one is ready, one is drawn
   for (Shot& shot : shots) shoot(shot);
 
   std::printf("ready %s %dx%d %s %g Hz %s\n", options.address.c_str(), size.width, size.height,
@@ -98,8 +98,8 @@ tl::expected<void, Failure> serve(const Options& options, const Scenario& scenar
   return {};
 }
 
-/// Writes pictures as fast as they are read. Their ids count from 1, as the daemon counts them; they have no other
-/// times than the scenario's.
+/// Writes pictures as fast as they are read. Their ids count from 1, as the daemon counts them. They have only scenario
+/// times.
 tl::expected<void, Failure> writePictures(const Options& options, const Scenario& scenario, Film& film,
                                           TruthWriter& truth) {
   auto writer = PictureWriter::open(options.images, isStopping);
@@ -146,7 +146,7 @@ int main(int argc, char** argv) {
   action.sa_handler = [](int) { isStopping = true; };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
-  std::signal(SIGPIPE, SIG_IGN);  // a reader of pictures that has gone is an error like others
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is reported as an error by write()
 
   const auto options = parseCommandLine(argc, argv);
   if (!options && options.error().exitCode == EX_OK) {

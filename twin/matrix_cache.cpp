@@ -12,7 +12,7 @@ namespace twin {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x316e697774636172;  // with a format version in it
+constexpr std::uint64_t kMagic = 0x316e697774636172;  // contains the version of the format
 
 template <typename Number>
 std::span<const std::byte> bytes(std::span<const Number> numbers) {

@@ -1,4 +1,4 @@
-// A matrix that is costly to compute, kept in a file under everything it depends on.
+// Stores a matrix that is costly to compute in a file, together with everything that it depends on.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,11 +9,12 @@
 
 namespace twin {
 
-/// `key` holds all numbers the matrix depends on; they are written beside it and compared. Nothing if the file is
-/// missing, truncated, corrupt or of another key.
+/// Reads the matrix of `key` from the directory. Returns nothing if its file is missing, truncated, corrupt or of
+/// another key. \param key all numbers that the matrix depends on
 std::optional<Eigen::MatrixXd> loadMatrix(const std::filesystem::path& directory, const std::vector<double>& key);
 
-/// Creates the directory; replaces the file at once or not at all. False if it cannot.
+/// Writes the matrix and its key; replaces an existing file atomically. Creates the directory. Returns false on
+/// failure.
 bool saveMatrix(const std::filesystem::path& directory, const std::vector<double>& key, const Eigen::MatrixXd& matrix);
 
 }  // namespace twin

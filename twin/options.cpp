@@ -23,7 +23,7 @@ constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
   74  a file cannot be read to its end, or written
   78  the scenario is wrong)";
 
-/// Beside the program, in the build as after the installation.
+/// Returns share/tractiond/scenarios beside the program's bin directory, in the build as in an installation.
 std::filesystem::path scenarioDirectory() {
   std::error_code error;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
@@ -84,7 +84,7 @@ tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* arg
       ->excludes(lostRatio);
   try {
     app.parse(argc, argv);
-    // Asked for here, so that a wrong word is named first.
+    // Checked here, so that an unknown word is reported first.
     if (options.scenario.empty()) throw CLI::RequiredError("a scenario, such as " + shippedNames() + ",");
   } catch (const CLI::ParseError& error) {
     std::ostringstream out;

@@ -12,8 +12,8 @@ namespace {
 
 using sensor::elastic::PatchQuadrature;
 
-// Four-point Lagrange interpolation: the field varies over the depth of the markers, some millimetres, which makes the
-// error (step / depth)^4 / 40.
+// Step of the four-point Lagrange interpolation. The field varies over the depth of the markers, some millimetres, so
+// the error is (step / depth)^4 / 40.
 constexpr double kStep = 0.4e-3;  // [m]
 
 UnitResponse sum(const sensor::Gel& gel, const PatchQuadrature& pressed, const PatchQuadrature& turned,
@@ -42,7 +42,7 @@ PatchField::PatchField(const sensor::Gel& gel, Contact::Shape shape, double radi
   const int last = static_cast<int>(std::ceil(farthest / kStep)) + 2;
   for (const double depth : depths) {
     std::vector<UnitResponse>& table = tables_.emplace_back();
-    // From one step on the other side, so that the first interval has both its neighbours.
+    // Starts one step on the other side, so that the first interval has a neighbour on both sides.
     for (int i = -1; i <= last; ++i) table.push_back(sum(gel, pressed, turned, {i * kStep, 0.0, depth}));
   }
 }

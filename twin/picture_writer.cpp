@@ -1,6 +1,6 @@
-// Strategy. A pipe that poll() calls writable takes PIPE_BUF bytes without a wait (POSIX), so a picture is written in
-// pieces of that size, and between two of them a stop is obeyed. Standard output is not made non-blocking, as that
-// would hold for every process that shares it.
+// Strategy. A pipe that poll() reports writable accepts PIPE_BUF bytes without blocking (POSIX). A picture is therefore
+// written in pieces of that size, and `stop` is checked between them. Standard output is not made non-blocking, because
+// that would affect every process that shares it.
 #include "twin/picture_writer.h"
 
 #include <fcntl.h>
@@ -23,7 +23,7 @@ constexpr int kLookForStop_ms = 50;
 tl::expected<std::unique_ptr<PictureWriter>, Failure> PictureWriter::open(const std::string& path,
                                                                           const std::atomic<bool>& stop) {
   if (path == "-") return std::unique_ptr<PictureWriter>(new PictureWriter(path, STDOUT_FILENO, stop));
-  // A pipe without a reader refuses to be opened (ENXIO) rather than wait where a stop is not seen.
+  // Opening a pipe without a reader fails (ENXIO) rather than blocks, so that `stop` can be checked.
   int descriptor = -1;
   do {
     descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK, 0666);

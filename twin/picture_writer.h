@@ -1,5 +1,4 @@
-// Raw pictures into a file or a pipe, one behind the other without anything between them: what `tractiond --images`
-// reads.
+// Writes raw pictures into a file or a pipe, one after another without separators: the input of `tractiond --images`.
 #pragma once
 
 #include "twin/failure.h"
@@ -14,19 +13,21 @@
 
 namespace twin {
 
-/// Thread-bound; only `stop` may be set by others, or by a signal.
+/// Thread-bound, but another thread or a signal handler may set `stop`.
 class PictureWriter {
  public:
-  /// Opens a file, which is emptied, or a pipe, for whose reader it waits; "-" is standard output. Fails with
-  /// EX_CANTCREAT. Setting `stop` ends every wait for a reader; it must outlive the writer.
+  /// Opens and empties a file, or opens a pipe and waits for its reader. Error: EX_CANTCREAT, also if `stop` ends the
+  /// wait.
+  /// \param path "-": standard output
+  /// \param stop when set, ends every wait for a reader; must outlive the writer
   static tl::expected<std::unique_ptr<PictureWriter>, Failure> open(const std::string& path,
                                                                     const std::atomic<bool>& stop);
   ~PictureWriter();
   PictureWriter(const PictureWriter&) = delete;
   PictureWriter& operator=(const PictureWriter&) = delete;
 
-  /// Writes all of a picture, or what has been read of it when `stop` is set. Fails with EX_IOERR, also where the
-  /// reader has gone; SIGPIPE must be ignored.
+  /// Writes a whole picture; less of it if `stop` is set. Error: EX_IOERR, also if the reader has closed the pipe.
+  /// SIGPIPE must be ignored.
   tl::expected<void, Failure> write(std::span<const std::uint8_t> pixels);
 
  private:

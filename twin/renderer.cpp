@@ -1,8 +1,8 @@
-// The picture is summed up in 1/64 levels as 16-bit integers, in the layout in which it will be sent. A marker is added
-// as a stamp: its blurred disc was drawn once for every 1/16 pixel of its centre, and the four stamps around the true
-// centre are blended linearly. The blend of stamps of equal mass has the blended centroid, so the centre is exact; the
-// shape is wider by less than 0.01 pixel. Where a nearer marker hides part of a marker, the blurred lens of their
-// overlap is taken away again. Noise is a table of normal deviates, read from another offset in every row.
+// The picture is summed in 1/64 levels as 16-bit integers, in the layout in which it is sent. A marker is added as a
+// stamp: its blurred disc is drawn once for every 1/16 pixel of its centre, and the four stamps around the true centre
+// are blended linearly. The blend of stamps of equal mass has the blended centroid, so the centre is exact; the shape
+// is wider by less than 0.01 pixel. Where a nearer marker hides part of a marker, the blurred lens of their overlap is
+// subtracted. Noise is a table of normal deviates that is read from a random offset in every row.
 #include "twin/renderer.h"
 
 #include <Eigen/LU>
@@ -17,14 +17,15 @@ namespace twin {
 
 namespace {
 
-constexpr int kPhases = 16;        // of a pixel
-constexpr int kBrightest = 24000;  // units; the rest of 16 bits is for noise
+constexpr int kPhases = 16;        // per pixel
+constexpr int kBrightest = 24000;  // units; the rest of the 16 bits is for noise
 constexpr int kLoudest = 8000;     // units
 constexpr std::size_t kNoiseCount = 1U << 16U;
-constexpr float kDeviation = 4096.0F;  // of the noise table where it is scaled per sample
+constexpr float kDeviation = 4096.0F;  // standard deviation of the noise table if it is scaled per sample
 constexpr int kLensStrips = 24;
-constexpr int kLanes = 4;                              // stamps are this many pixels wide or a multiple of it
-constexpr double kLeastShare = 0.3, kMostShare = 1.7;  // of a marker's diameter or contrast, of its layer's
+constexpr int kLanes = 4;  // the width of a stamp is a multiple of this [px]
+// Limits of a marker's diameter or contrast, relative to its layer's.
+constexpr double kLeastShare = 0.3, kMostShare = 1.7;
 
 Channel channelOf(sensor::Colour colour) {
   return colour == sensor::Colour::kBlue ? kBlue : colour == sensor::Colour::kRed ? kRed : kGreen;
@@ -239,7 +240,7 @@ void Renderer::drawMarker(const Layer& layer, const Eigen::Vector2d& centre) {
   for (int row = 0; row < size; ++row) add(layer, left, top, row, blended + row * size);
 }
 
-/// Draws lots: how each marker differs from its layer's.
+/// Draws the random deviations of each marker from its layer.
 void Renderer::drawVariety(const Variety& variety) {
   ownShapes_ = variety.any();
   elongation_ = variety.elongation;
@@ -269,7 +270,7 @@ void Renderer::drawOwnShape(const Layer& layer, int marker, const Eigen::Vector2
   for (int row = 0; row < layer.patch; ++row) add(layer, left, top, row, patch_.data() + row * layer.patch);
 }
 
-/// Adds a row of a patch to the picture, in the colours of its layer.
+/// Adds one row of a patch to the picture in the colours of its layer.
 void Renderer::add(const Layer& layer, int left, int top, int row, const float* brightness) {
   const int v = top + row;
   if (v < 0 || v >= height_) return;
@@ -344,7 +345,7 @@ void Renderer::hideBehindNearer(const Eigen::Matrix2Xd& markers_px) {
 void Renderer::hide(const Layer& layer, int marker, const Eigen::Vector2d& centre_px, double nearerRadius,
                     const Eigen::Vector2d& nearer_px) {
   const double radius_px = radiusOf(layer, marker);
-  // Where the discs are round.
+  // In coordinates in which the discs are round.
   const Eigen::Vector2d centre = centre_px.cwiseQuotient(stretch_), nearer = nearer_px.cwiseQuotient(stretch_);
   const double bottom = std::max(centre.y() - radius_px, nearer.y() - nearerRadius);
   const double height = std::min(centre.y() + radius_px, nearer.y() + nearerRadius) - bottom;
@@ -367,8 +368,8 @@ void Renderer::hide(const Layer& layer, int marker, const Eigen::Vector2d& centr
   for (int row = 0; row < size; ++row) add(layer, left, top, row, patch_.data() + row * size);
 }
 
-/// 2^kDown units make a step of the format, or 2^kUp steps a unit. Light of 255 levels is its brightest step, as of 8
-/// bits.
+/// Adds noise and converts units to steps of the format: 2^kDown units per step, or 2^kUp steps per unit. 255 levels
+/// are the brightest step of an 8-bit picture.
 template <int kDown, int kUp, typename Sample>
 void Renderer::addNoise(std::uint32_t seed, std::span<Sample> picture) {
   constexpr int kMost = kUp > 0 ? 65535 : (256 << (6 - kDown)) - 1;
@@ -380,7 +381,7 @@ void Renderer::addNoise(std::uint32_t seed, std::span<Sample> picture) {
     const std::int16_t* noise = noise_.data() + random % kNoiseCount;
     const std::int16_t* light = light_.data() + static_cast<std::size_t>(v) * columns;
     Sample* line = picture.data() + static_cast<std::size_t>(v) * columns;
-    // Rounding whole units is fair only on average.
+    // Rounding of half steps alternates at random, so that it is unbiased on average.
     const int half = kDown > 0 ? (1 << kDown) / 2 - static_cast<int>(random >> 63U) : 0;
     if (perLevel > 0.0F) {
       for (std::size_t i = 0; i < columns; ++i) {

@@ -1,11 +1,12 @@
-// Draws the picture of the markers: what an ideal camera with these optics would send.
+// Draws the picture of the markers that an ideal camera with given optics would send.
 //
 // level(u, v, channel) = brightness clear(u, v) {light(u, v) [background + sum over the markers of contrast
-// weight(channel) cover(u, v)] + highlights(u, v)} + noise, rounded to the format's steps and cut to 0 ... 255. cover
-// is the share of the visible part of the marker's disc in the pixel, after the blur; weight is 1 in the marker's own
-// channel and crossTalk in the others, 1 in all for grey markers and in grey pictures, and negative for dark markers. A
-// marker of a deeper layer, which is nearer to the camera, hides what is behind it. clear is 1 without dust. Where
-// markers differ from each other, each is drawn by itself; what hides another is a disc all the same.
+// weight(channel) cover(u, v)] + highlights(u, v)} + noise, rounded to the format's steps and limited to 0 ... 255.
+//
+// cover is the share of the pixel that the visible part of the marker's disc covers, after the blur. weight is 1 in the
+// marker's own channel and crossTalk in the others; it is 1 in all channels for grey markers and in grey pictures, and
+// negative for dark markers. A marker of a deeper layer, which is nearer to the camera, hides those behind it. clear is
+// 1 without dust. With Variety, each marker is drawn with its own shape, but hides others as a disc.
 #pragma once
 
 #include "sensor/sensor.h"
@@ -20,33 +21,36 @@
 
 namespace twin {
 
-/// Thread-bound: one thread calls render().
+/// Draws pictures of one format and one set of optics. Thread-bound.
 class Renderer {
  public:
   Renderer(const sensor::Sensor& sensor, const Optics& optics, Format format);
 
   std::size_t pictureSize() const { return twin::pictureSize(format_, width_, height_); }  ///< bytes
 
-  /// Markers in the order of sensor::markerPositions, 2 x count [px]; one that is not finite is not drawn. The same
-  /// seed gives the same noise. `picture` has pictureSize() bytes, rows without padding. `brightness`: of the LED now,
-  /// relative to the optics'. Allocates nothing.
+  /// Draws a picture. Allocates nothing, except that markers with their own shapes allocate. \param markers_px (u, v)
+  /// in the order of sensor::markerPositions, 2 x markers; a marker that is not finite is not drawn
+  /// \param seed of the noise
+  /// \param picture pictureSize() bytes, rows without padding
+  /// \param brightness of the LED, relative to that of the optics
   void render(const Eigen::Matrix2Xd& markers_px, std::uint32_t seed, std::span<std::uint8_t> picture,
               double brightness = 1.0);
 
-  /// The last picture before the noise, in 1 / kUnits of 1/255 of the range.
-  static constexpr int kUnits = 64;
+  static constexpr int kUnits = 64;  ///< per level
+  /// Returns the last picture before the noise, sample by sample [1 / kUnits level].
   std::span<const std::int16_t> light() const { return light_; }
 
  private:
   struct Layer {
     int firstMarker, count;
     double depth, radius_px;
-    std::array<float, 3> weight;  ///< of the channels red, green, blue
-    int patch;                    ///< width and height of a stamp [px]
-    std::vector<float> stamps;    ///< the marker at each phase of its centre between two pixels
+    std::array<float, 3> weight;  ///< per channel red, green, blue
+    int patch;                    ///< side of a stamp [px]
+    std::vector<float> stamps;    ///< the blurred marker for each phase of its centre between two pixels
   };
 
   Layer makeLayer(const sensor::MarkerLayer& layer, int firstMarker, double radius_px, const Optics& optics) const;
+  /// Converts between discs of equal focal lengths and those of the camera's aspect.
   Strip stretched(const Strip& strip) const;
   std::vector<Strip> stretched(std::vector<Strip> region) const;
   void drawVariety(const Variety& variety);
@@ -65,29 +69,30 @@ class Renderer {
 
   struct Shade {
     std::size_t sample;
-    float clear;  ///< share of the light that passes
+    float clear;  ///< share of the light that passes the dust
   };
 
   Format format_;
   int width_, height_;
-  std::size_t columns_;  ///< samples in a row
+  std::size_t columns_;  ///< samples per row
   Blur blur_;
-  double gain_;  ///< units of light_ in a marker
+  double gain_;  ///< brightness of a full marker in units of light_
   double shotNoise_, readNoise_;
   std::vector<Layer> layers_;
-  bool ownShapes_ = false;                      ///< markers differ from each other
-  double elongation_ = 0.0;                     ///< in the corners
-  Eigen::Vector2d stretch_ = {1.0, 1.0};        ///< of what is round before u and v differ in scale; keeps areas
-  std::vector<double> diameters_, contrasts_;   ///< of the markers, relative to their layer's
+  bool ownShapes_ = false;   ///< markers differ from each other
+  double elongation_ = 0.0;  ///< in the picture's corners
+  /// Factors of discs along u and v due to the camera's aspect; their product is 1.
+  Eigen::Vector2d stretch_ = {1.0, 1.0};
+  std::vector<double> diameters_, contrasts_;   ///< of each marker, relative to its layer's
   std::vector<float> lightAcross_, lightDown_;  ///< light(u, v) = lightAcross_[u] + lightDown_[v]
   std::vector<std::int16_t> background_;        ///< picture without markers and noise
-  std::vector<std::int16_t> light_;             ///< the picture in the making
+  std::vector<std::int16_t> light_;             ///< picture being drawn
   std::vector<std::int16_t> noise_;
   std::vector<float> patch_;
   std::vector<Shade> shades_;        ///< of all dust
   std::vector<std::uint16_t> deep_;  ///< samples of more than 8 bits
 
-  // Markers by square cells of the picture, to find those that overlap.
+  // Markers sorted into square cells of the picture, to find overlaps.
   double cell_px_;
   int cellColumns_, cellRows_;
   std::vector<int> firstInCell_, nextInCell_;

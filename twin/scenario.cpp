@@ -60,7 +60,7 @@ void readOptics(TomlTable& table, Optics& optics) {
   }
 }
 
-/// When within the period something is so; always by default.
+/// Reads the time within the period during which an event holds; always by default.
 template <typename Event>
 void readWhile(TomlTable& table, Event& event) {
   event.from_s = 0.0;
@@ -87,7 +87,7 @@ Tear readTear(TomlTable& table, const sensor::Camera& camera) {
   return tear;
 }
 
-/// A quantity at each key time; a single value holds for all.
+/// Reads a quantity at each key time. A single value holds for all times.
 std::vector<double> readTrack(TomlTable& table, const char* key, std::size_t count, const sensor::Range& range) {
   std::vector<double> values(1, 0.0);
   table.read(key, values, range);
@@ -104,7 +104,7 @@ std::vector<double> readTimes(TomlTable& table) {
   table.read("time_s", times, {0, 1e6});
   if (times.empty()) {
     table.fail("time_s", "must have a time");
-    times = {0.0};  // what is read with it goes on
+    times = {0.0};  // reading of the other values continues
   } else if (std::adjacent_find(times.begin(), times.end(), std::greater_equal<>()) != times.end()) {
     table.fail("time_s", "must be ascending");
   }

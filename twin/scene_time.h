@@ -1,4 +1,4 @@
-// When the twin's pictures are.
+// Times of the twin's pictures.
 #pragma once
 
 #include <algorithm>
@@ -6,19 +6,18 @@
 
 namespace twin {
 
-/// The scenario's time. It runs with the clock while pictures are sent: where they go out late, as on a machine that is
-/// too slow to draw them all, what happens in the gel has gone on by the next ones. While nobody wants any it stands
-/// still. Thread-bound.
+/// Scenario time. It follows the clock while pictures are sent: if they are late, as on a machine that is too slow to
+/// draw them all, it skips ahead. It stands still while no client receives pictures. Thread-bound.
 class SceneTime {
  public:
-  /// Of the next picture [s].
+  /// Returns the time of the next picture [s].
   double next(double period_s) {
     const double now_s = next_s_;
     next_s_ += period_s;
     return now_s;
   }
 
-  /// At that time [s] of a steady clock.
+  /// Reports that a picture was sent at `time_s` of a steady clock [s].
   void wasSent(double time_s, double period_s) {
     const double gap_s = sent_s_ ? time_s - *sent_s_ : period_s;
     sent_s_ = time_s;
@@ -30,7 +29,7 @@ class SceneTime {
   }
 
  private:
-  static constexpr double kNobodyThere_s = 1.1;  // the longest period of a camera is 1 s
+  static constexpr double kNobodyThere_s = 1.1;  // a camera's longest period is 1 s
   double next_s_ = 0.0, behind_s_ = 0.0;
   std::optional<double> sent_s_;
 };

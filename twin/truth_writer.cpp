@@ -100,7 +100,7 @@ void TruthWriter::write(const Truth& truth, const Stamp& stamp) {
       socket_->socket.send(zmq::buffer(std::string_view(kTopic)), zmq::send_flags::sndmore);
       socket_->socket.send(zmq::buffer(record), zmq::send_flags::dontwait);
     } catch (const zmq::error_t&) {
-      // Interrupted by a signal: the twin is about to end, and a lost record is only that.
+      // Interrupted by a signal: the twin is about to end, and the record is lost.
     }
   }
 }

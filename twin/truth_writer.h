@@ -1,9 +1,10 @@
-// Tells what is true: JSON lines to a file and to a ZeroMQ topic.
+// Writes the true state of each frame as JSON lines to a file and to a ZeroMQ topic.
 //
 // Keys of a record: camera_frame_id, device_ns, monotonic_ns (CLOCK_MONOTONIC of this host), scenario_s; force_N and
-// moment_Nm about the origin, of all contacts on the gel, gel frame; contacts: shape, position_m, radius_m, force_N,
-// torque_Nm (about z); missing: indices of markers that are not drawn; displacement_px: (u, v) of every marker, if
-// asked for; image: number of the given picture, in place of all that is known of a scenario.
+// moment_Nm of all contacts on the gel, about the origin of the gel frame; contacts: shape, position_m, radius_m,
+// force_N, torque_Nm (about z); missing: indices of markers that are not drawn; rise_K if not 0; torn if true;
+// displacement_px: (u, v) of every marker, if requested. For a given picture only image, its number, follows
+// scenario_s.
 #pragma once
 
 #include "twin/film.h"
@@ -14,17 +15,19 @@
 namespace twin {
 
 struct TruthOptions {
-  std::filesystem::path file;  ///< empty: none
-  std::string endpoint;        ///< of the PUB socket, which binds; topic "truth/"; empty: none
-  bool markers = false;        ///< displacement_px
+  std::filesystem::path file;  ///< empty: no file
+  std::string endpoint;        ///< of a PUB socket, which binds; the topic is "truth/"; empty: no socket
+  bool markers = false;        ///< true: writes displacement_px
 };
 
 /// Thread-bound.
 class TruthWriter {
  public:
+  /// Opens file and socket. Errors: EX_CANTCREAT for the file, EX_UNAVAILABLE or EX_USAGE for the endpoint.
   static tl::expected<std::unique_ptr<TruthWriter>, Failure> open(const TruthOptions& options);
   ~TruthWriter();
 
+  /// Writes one record. A record that cannot be sent or written is lost.
   void write(const Truth& truth, const Stamp& stamp);
 
  private:
@@ -36,7 +39,7 @@ class TruthWriter {
   std::unique_ptr<Socket> socket_;
 };
 
-/// One record, one line without its end.
+/// Returns one record, without a line end.
 std::string toJson(const Truth& truth, const Stamp& stamp, bool withMarkers);
 
 }  // namespace twin

@@ -1,4 +1,4 @@
-// How instruments do, as tractionctl top shows it: all numbers of one, or the main ones of several below each other.
+// Draws the state of instruments for tractionctl top: all figures of one, or the main figures of several.
 #pragma once
 
 #include "client/cli/canvas.h"
@@ -11,20 +11,21 @@
 namespace traction::cli {
 
 struct Watched {
-  std::string name;      ///< as it was asked for
-  std::string endpoint;  ///< empty: its name says it all
+  std::string name;      ///< as requested
+  std::string endpoint;  ///< empty: the name identifies it
   Scene scene;
   std::string failure;             ///< why nothing more can be received; empty: it can
-  std::optional<int> subscribers;  ///< on this machine, at the endpoint; none: not known
+  std::optional<int> subscribers;  ///< connections to its endpoint on this machine; empty: not known
 };
 
-/// A page of the given size. Numbers that are not of now stand in brackets, and why is said.
+/// Draws a page of width x height characters. Figures that are out of date are in brackets, with the reason. \param
+/// now_ns CLOCK_MONOTONIC
 Canvas drawBoard(const std::vector<Watched>& all, int width, int height, std::int64_t now_ns);
 
-/// One instrument in one line: for a log.
+/// Returns one instrument's main figures as one line, for a log.
 std::string boardLine(const Watched& one, std::int64_t now_ns);
 
-/// All numbers of one instrument, a line each.
+/// Returns all figures of one instrument, one per line.
 std::string boardText(const Watched& one, std::int64_t now_ns);
 
 }  // namespace traction::cli

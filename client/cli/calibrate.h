@@ -1,4 +1,4 @@
-// Leads a person, or a script, through the calibration of a sensor.
+// Guides an operator, or a script, through the calibration of a sensor.
 #pragma once
 
 #include "traction/control.h"
@@ -10,20 +10,22 @@
 namespace traction::cli {
 
 struct CalibrateOptions {
-  std::vector<std::string> steps;  ///< of geometry, noise, weights, finish; empty: all of them
-  std::vector<double> weights_N;   ///< to be put on in this order
-  double seconds = 0.0;            ///< to look for noise, to wait for each weight; 0: as the daemon thinks right
-  std::string name;                ///< of the gel, for the file
-  bool keepZero = false;           ///< geometry from the zero in force; else a new one is taken
-  bool anyway = false;             ///< also if something seems to touch
-  bool yes = false;                ///< do not wait for Enter
+  std::vector<std::string> steps;  ///< of geometry, noise, weights, finish; empty: all
+  std::vector<double> weights_N;   ///< in the order in which they are put on [N]
+  double seconds = 0.0;   ///< duration of the noise step, longest wait for each weight; 0: the daemon's default
+  std::string name;       ///< name of the gel, for the file
+  bool keepZero = false;  ///< true: geometry uses the zero in force; false: takes a new one
+  bool anyway = false;    ///< true: proceeds even if something seems to touch the gel
+  bool yes = false;       ///< true: does not wait for Enter
   bool json = false;
 };
 
-/// "100gf,200gf,5N" -> newtons; gf (or g, of a mass), kgf, mN and N. Nothing where that is no list of weights.
+/// Parses a list of weights and returns newtons: "100gf,200gf,5N". Units: gf (or g, as a mass), kgf, mN and N. Returns
+/// nothing if it is not such a list.
 std::optional<std::vector<double>> parseWeights(const std::string& text);
 
-/// Waits for Enter before each step only where standard input is a terminal. \throws Error
+/// Runs the steps and prints their reports. Waits for Enter before each step if standard input is a terminal. \throws
+/// Error
 void calibrate(const ControlOptions& control, const CalibrateOptions& options);
 
 }  // namespace traction::cli

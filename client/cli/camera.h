@@ -1,4 +1,4 @@
-// The camera's features as a person asks for them, and as a table.
+// Reads and changes the camera's features from the command line.
 #pragma once
 
 #include "traction/control.h"
@@ -9,24 +9,25 @@
 
 namespace traction::cli {
 
-/// One after another; what they tell is printed together, also of those before one that fails: a table, or one line of
-/// JSON. \throws Error, OutputError
+/// Carries out the steps in order and prints their reports together, as a table or one line of JSON; if a step fails,
+/// first those of the steps before it. \throws Error, OutputError
 void camera(const ControlOptions& control, const std::vector<CameraStep>& steps, bool json);
 
-/// What the configuration set or somebody has written, and how warm the camera is. \throws Error, OutputError
+/// Prints the features that the configuration sets or that were written, and the camera's temperature. \throws Error,
+/// OutputError
 void cameraSummary(const ControlOptions& control, bool json);
 
-/// One software trigger. \throws Error
+/// Sends one software trigger. \throws Error
 void trigger(const ControlOptions& control);
 
-/// "ExposureTime=4000" -> a step that writes; nothing where that is none.
+/// Parses "ExposureTime=4000" into a step that writes. Returns nothing if it is not of this form.
 std::optional<CameraStep> parseWrite(const std::string& text);
 
-/// How words that are no writes were meant: "Gain 3" -> "Gain=3".
+/// Joins words into the writes that were probably meant: "Gain 3" -> "Gain=3".
 std::string asWrites(const std::vector<std::string>& words);
 
-/// A block of lines a feature or, of more than one, a line each in columns; what is not as the configuration says or as
-/// it was is marked.
+/// Returns a table: a block of lines for a single feature, one line per feature for several. Marks values that differ
+/// from the configuration or from before the session's first write.
 std::string table(const CameraReport& report);
 
 }  // namespace traction::cli

@@ -1,4 +1,4 @@
-// A page of characters in colour, composed in memory and written to the terminal in one go.
+// A page of coloured characters that is composed in memory and written to the terminal at once.
 #pragma once
 
 #include <array>
@@ -16,20 +16,21 @@ struct Colour24 {
   bool operator==(const Colour24& other) const = default;
 };
 
+/// Returns whether dark text is legible on the colour.
 bool isLight(Colour24 colour);
 
-/// share = 0: from, 1: to.
+/// Mixes two colours: share 0 gives `from`, 1 gives `to`; it is limited to [0, 1].
 Colour24 mix(Colour24 from, Colour24 to, double share);
 
 enum class Depth {
-  kNone,  ///< bold and reversed alone
+  kNone,  ///< no colours, only bold and reverse video
   k256,
   kTrueColour,
 };
 
 enum class Glyphs {
   kUnicode,
-  kAscii,  ///< for a terminal that shows no others: each is put by one that resembles it
+  kAscii,  ///< replaces each other character by a similar ASCII character
 };
 
 struct Style {
@@ -39,7 +40,7 @@ struct Style {
   bool operator==(const Style& other) const = default;
 };
 
-/// Everything outside is cut off. Every character is one column wide.
+/// A grid of characters, each one column wide. Whatever lies outside is clipped.
 class Canvas {
  public:
   Canvas(int width, int height);
@@ -49,17 +50,19 @@ class Canvas {
 
   enum class Paper {
     kOfStyle,
-    kKept,  ///< what is there shows through; the ink is darkened where that is light
+    kKept,  ///< keeps the background; the text is darkened where the background is light
   };
 
-  /// UTF-8; returns the column behind it.
+  /// Writes UTF-8 text and returns the column after it.
   int text(int column, int row, std::string_view utf8, const Style& style = {}, Paper paper = Paper::kOfStyle);
+  /// Fills a rectangle with spaces.
   void fill(int column, int row, int width, int height, const Style& style);
+  /// Draws the border of a rectangle.
   void frame(int column, int row, int width, int height, const Style& style);
 
-  /// The page as it is sent to a terminal, from the top left corner.
+  /// Returns the page as a terminal needs it, from the top left corner.
   std::string render(Depth depth, Glyphs glyphs = Glyphs::kUnicode) const;
-  /// Its characters alone, a line a row.
+  /// Returns only the characters, one line per row.
   std::string plain(Glyphs glyphs = Glyphs::kUnicode) const;
 
  private:
@@ -74,14 +77,14 @@ class Canvas {
   std::vector<Cell> cells_;
 };
 
-/// Dots at 2 x 4 per character, in Braille.
+/// Dots at 2 x 4 per character, drawn as Braille characters.
 class Dots {
  public:
   Dots(int columns, int rows);
 
   int width() const { return 2 * columns_; }
   int height() const { return 4 * rows_; }
-  void set(int x, int y);  ///< y down
+  void set(int x, int y);  ///< y points down
   void line(double x0, double y0, double x1, double y1);
   void paint(Canvas& canvas, int column, int row, const Style& style,
              Canvas::Paper paper = Canvas::Paper::kOfStyle) const;

@@ -1,4 +1,4 @@
-// When a message's frame was captured, by the clock of the calendar.
+// Capture time of a message's frame in calendar time.
 #pragma once
 
 #include "client/cli/notes.h"
@@ -9,8 +9,8 @@
 
 namespace traction::cli {
 
-/// Returns when the camera captured the frame of a field, markers or preview [ns since 1970], by the clock of the
-/// daemon's host. Returns `otherwise` of messages that are not about a frame, and of frames whose time is unknown.
+/// Returns when the camera captured the frame of a field, markers or preview message [ns since 1970], by the clock of
+/// the daemon's host. Returns `otherwise` for other messages, and for frames whose time is not known.
 inline std::uint64_t captureTime_ns(const Message& message, std::uint64_t otherwise) {
   const bool isAboutFrame = std::holds_alternative<Field>(message) || std::holds_alternative<Markers>(message) ||
                             std::holds_alternative<Preview>(message);

@@ -1,4 +1,4 @@
-// What tractionctl does. All throw traction::Error and, where they print without an end, OutputError.
+// Commands of tractionctl. All throw traction::Error; those that print without an end also throw OutputError.
 #pragma once
 
 #include "traction/control.h"
@@ -11,27 +11,29 @@ namespace traction::cli {
 
 constexpr double kForever = std::numeric_limits<double>::infinity();
 
-/// The live view; one line a second where standard output is no terminal.
+/// Runs the live view; if standard output is not a terminal, prints one line per second. \param seconds until it ends
 void watch(const SubscriberOptions& options, double seconds);
 
-/// Messages as JSON lines: `count` (negative: until a signal comes) of the chosen topics. What was lost is said on
-/// standard error, when it is noticed and at the end.
+/// Prints `count` messages of the chosen topics as JSON lines (negative: until a signal). Reports lost messages on
+/// standard error, when they are noticed and at the end.
 void echo(const SubscriberOptions& options, unsigned topics, long count);
 
-/// The daemon is there, and no field can come: its camera is not there, or there is no gel.
+/// The daemon runs but cannot publish fields: it has no camera or no gel file.
 class NoField : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Prints the status. \throws NoField after it was printed
+/// Prints the status. \throws NoField after printing it
 void status(const ControlOptions& options, bool json);
-/// The next picture as a PNG file; `marked`: with what was found in it.
+/// Writes the next picture as a PNG file. \param marked true: draws the markers and spots found
 void snapshot(const ControlOptions& options, const std::string& path, bool marked);
+/// Prints the description as JSON.
 void describe(const ControlOptions& options);
 struct ZeroCommand {
   bool anyway = false, undo = false, json = false;
 };
+/// Takes or restores a zero and prints the result.
 void zero(const ControlOptions& options, const ZeroCommand& command);
 
 }  // namespace traction::cli

@@ -1,4 +1,4 @@
-// A file that is there whole or not at all.
+// Writes a file atomically.
 #pragma once
 
 #include "client/cli/recordings.h"
@@ -15,10 +15,10 @@
 
 namespace traction::cli {
 
-/// A file beside the wanted one, which takes its place when it is whole.
+/// A temporary file beside the target, which replaces the target on finish() and is otherwise deleted.
 class Draft {
  public:
-  /// \throws RecordingError
+  /// Creates the temporary file. \throws RecordingError
   explicit Draft(std::string path)
       : path_(std::move(path)) {
     std::FILE* const file = std::fopen(part().c_str(), "w");
@@ -32,7 +32,9 @@ class Draft {
   Draft(const Draft&) = delete;
   Draft& operator=(const Draft&) = delete;
 
+  /// Returns the path of the temporary file.
   std::string part() const { return path_ + ".part"; }
+  /// Replaces the target. \throws RecordingError
   void finish() {
     std::error_code error;
     std::filesystem::rename(part(), path_, error);

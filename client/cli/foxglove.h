@@ -12,12 +12,12 @@
 
 namespace traction::cli::foxglove {
 
-/// A FileDescriptorSet with all schemas.
+/// Returns a FileDescriptorSet with all schemas.
 std::string_view descriptors();
 
-/// Kinds of drawings; or-ed.
+/// Kinds of drawings, combined by bitwise or.
 enum Drawings : unsigned {
-  kScene = 1,    ///< foxglove.SceneUpdate: forces, contacts; of a description the gel
+  kScene = 1,    ///< foxglove.SceneUpdate: forces and contacts; for a description, the gel
   kGrid = 2,     ///< foxglove.Grid
   kPicture = 4,  ///< foxglove.RawImage
   kLog = 8,      ///< foxglove.Log
@@ -33,18 +33,18 @@ struct Drawn {
 /// Draws the messages of one sensor. Thread-bound.
 class Drawing {
  public:
-  /// Lengths of arrows.
+  /// Lengths of arrows per force.
   static constexpr double kNode_m_per_N = 0.02, kContact_m_per_N = 0.01;
-  /// Below this many standard deviations of a node's force its arrow grows fainter with the force.
+  /// Arrows of nodes below this many standard deviations fade with the force.
   static constexpr double kSure = 2.0;
 
-  /// The frame of reference has the sensor's name; it is the gel frame.
+  /// \param sensor name of the sensor, and of the drawings' frame of reference, which is the gel frame
   explicit Drawing(std::string sensor)
       : sensor_(std::move(sensor)) {}
 
-  /// Draws a message. Needs every message of the sensor, also where `wanted` leaves its drawings out: forces are drawn
-  /// where the last description says, and the log tells changes since kLog was first wanted.
-  /// \param time_ns since 1970, for the drawings' timestamps
+  /// Returns the drawings of a message. It must be called with every message of the sensor, even if `wanted` omits its
+  /// drawings: forces are drawn with the last description, and the log reports changes since kLog was first wanted.
+  /// \param time_ns timestamp of the drawings [ns since 1970]
   std::vector<Drawn> draw(const Message& message, std::uint64_t time_ns, unsigned wanted = kAllDrawings);
 
  private:
@@ -56,7 +56,7 @@ class Drawing {
 
   std::string sensor_;
   std::optional<Description> description_;
-  // What the log has told last.
+  // Last state that the log reported.
   std::uint32_t flags_ = 0;
   bool valid_ = true;
   CameraState camera_ = CameraState::kUnknown;

@@ -1,4 +1,4 @@
-// Which instances of tractiond this machine has.
+// Finds the instances of tractiond on this machine.
 #pragma once
 
 #include <set>
@@ -6,8 +6,8 @@
 
 namespace traction::cli {
 
-/// Those with a runtime directory of which a daemon has made sockets, and those with a configuration, which are down
-/// without one; else the default one, which may be on TCP. Never empty.
+/// Returns the instances with a control socket in a runtime directory and those with a configuration file. If there are
+/// none, returns the default instance, which may use TCP. Never empty.
 std::set<std::string> instancesHere();
 
 }  // namespace traction::cli

@@ -1,4 +1,4 @@
-// JSON, written as it goes (RFC 8259).
+// Writes JSON incrementally (RFC 8259).
 #pragma once
 
 #include <array>
@@ -13,7 +13,8 @@
 
 namespace traction::cli {
 
-/// Writes values one after another; knows where a comma belongs.
+/// Appends values one after another and inserts commas. It does not check the structure. Not-finite numbers become
+/// null.
 class Json {
  public:
   Json& key(std::string_view name) {
@@ -88,6 +89,7 @@ class Json {
     return close(']');
   }
 
+  /// Returns the text. The writer must not be used afterwards.
   std::string take() { return std::move(text_); }
 
  private:

@@ -1,4 +1,4 @@
-// tractionctl keys: who may come in through a gateway.
+// tractionctl keys: manages the keys for gateways.
 #pragma once
 
 #include "traction/keys.h"
@@ -9,7 +9,7 @@
 
 namespace traction::cli {
 
-/// It cannot be done; with an exit code of sysexits.h.
+/// A failed key operation, with an exit code of sysexits.h.
 class KeyError : public std::runtime_error {
  public:
   KeyError(int exitCode, const std::string& what)
@@ -21,19 +21,23 @@ class KeyError : public std::runtime_error {
   int exitCode_;
 };
 
-/// $XDG_CONFIG_HOME/traction/key, or below ~/.config.
+/// Returns $XDG_CONFIG_HOME/traction/key, or the same below ~/.config.
 std::filesystem::path usualKeyFile();
 
-// All of them \throw KeyError.
-/// A pair into a new file; prints how its public half is allowed on the box.
+// All functions below \throw KeyError.
+/// Writes a new key pair into a new file, and prints how to allow its public key on the gateway's machine.
 void newKey(const std::string& name, const std::filesystem::path& file);
-/// On the box: somebody may read, or control. The box's own pair is made where it has none.
+/// Allows a key to read, or also to control. Creates the gateway's own key pair if there is none. Prints the command
+/// that a client connects with.
 void allowKey(const std::filesystem::path& directory, const std::string& name, const std::string& key, bool control);
+/// Revokes the key of a name.
 void revokeKey(const std::filesystem::path& directory, const std::string& name);
-/// The box's public key, and who may do what.
+/// Prints the gateway's public key, and the allowed keys with their permissions.
 void listKeys(const std::filesystem::path& directory, bool json);
 
-/// For a gateway. \param serverKey empty: the file's own \param file empty: the usual one, if it is there
+/// Returns the keys for a gateway; empty keys if neither argument is given and there is no usual file. \param serverKey
+/// empty: that of the file
+/// \param file empty: usualKeyFile()
 Keys keysFor(const std::string& serverKey, const std::filesystem::path& file);
 
 }  // namespace traction::cli

@@ -1,4 +1,4 @@
-// How the daemons of this machine do, as Prometheus reads it.
+// Reports the state of this machine's daemons to Prometheus.
 #pragma once
 
 #include "traction/control.h"
@@ -9,17 +9,18 @@
 
 namespace traction::cli {
 
-/// One instance, asked: none where it did not answer.
+/// One instance; `status` is empty if it did not answer.
 struct Measured {
   std::string instance;
   std::optional<Status> status;
 };
 
-/// Prometheus's text format 0.0.4.
+/// Returns Prometheus's text format 0.0.4.
 std::string metricsText(const std::vector<Measured>& all);
 
-/// Prints the metrics of this instance, or of all on this machine where `one` is false. `http`: as the answer to the
-/// request on standard input, for a socket of systemd. Whoever does not answer is down, which is no error.
+/// Prints the metrics of one instance, or of all on this machine if `one` is false. An instance that does not answer is
+/// reported as down, which is not an error. \param http true: answers the HTTP request on standard input, for a socket
+/// unit of systemd
 /// \throws OutputError
 void metrics(const ControlOptions& options, bool one, bool http);
 

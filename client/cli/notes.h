@@ -1,4 +1,4 @@
-// What is told on standard error beside messages that are taken down.
+// Notes on standard error about a stream that is being recorded or printed.
 #pragma once
 
 #include "traction/subscriber.h"
@@ -12,16 +12,17 @@ namespace traction::cli {
 
 const Header& headerOf(const Message& message);
 
-/// Of one subscriber: whether anybody publishes, who comes and goes, and what is lost.
+/// Reports connection, restarts, silence and losses of one subscriber. Not thread-safe.
 class Notes {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// \param onSilence what may be the cause where a publisher says nothing \param onLoss what may be that of losses
+  /// \param onSilence likely cause if a publisher sends nothing \param onLoss likely cause of losses
   Notes(const Subscriber& subscriber, std::string onSilence, std::string onLoss);
 
-  /// In every turn. \throws Error kNoAnswer: for some seconds there was nobody
+  /// Must be called in every turn of the receiving loop. \throws Error kNoAnswer if no publisher was found for 3 s
   void look(bool isConnected, Clock::time_point now);
+  /// Must be called with every message received.
   void hear(const Message& message, Clock::time_point now);
 
  private:
@@ -30,10 +31,10 @@ class Notes {
   const Subscriber& subscriber_;
   std::string onSilence_, onLoss_;
   bool isConnected_ = false, wasConnected_ = false, heard_ = false;
-  bool toldNoGel_ = false;  ///< of this start of the daemon
+  bool toldNoGel_ = false;  ///< since the last restart of the daemon
   std::optional<Id> boot_;
   std::uint64_t sequence_ = 0;
-  std::uint64_t told_ = 0;  ///< of the losses
+  std::uint64_t told_ = 0;  ///< losses reported so far
   Clock::time_point start_ = Clock::now(), toldAt_;
 };
 

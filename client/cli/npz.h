@@ -1,4 +1,4 @@
-// Writes what numpy.load() reads: a .npz of arrays whose sizes are known before.
+// Writes .npz archives for numpy.load(), of arrays whose sizes are known in advance.
 #pragma once
 
 #include <cstdint>
@@ -9,45 +9,45 @@
 
 namespace traction::cli {
 
-/// The file cannot be written: what() says why.
+/// The file cannot be written; what() is the reason.
 class NpzError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Each array is filled row after row, all of them side by side, so that nothing but a row of each need be in memory.
-/// Thread-bound.
+/// Writes several arrays side by side, row by row, so that only a small part of each is in memory. Thread-bound.
 class NpzWriter {
  public:
   struct Array {
     std::string name;
-    std::string type;               ///< NumPy's: "<f8"
-    std::uint64_t rows = 0;         ///< the first dimension
-    std::vector<std::size_t> row;   ///< the others
-    std::size_t element_bytes = 8;  ///< of one element
+    std::string type;               ///< NumPy type: "<f8"
+    std::uint64_t rows = 0;         ///< first dimension
+    std::vector<std::size_t> row;   ///< other dimensions
+    std::size_t element_bytes = 8;  ///< size of one element
 
     std::size_t rowBytes() const;
   };
 
-  /// Replaces the file. \throws NpzError
+  /// Creates or replaces the file. \throws NpzError
   NpzWriter(const std::string& path, const std::vector<Array>& arrays);
   ~NpzWriter();
   NpzWriter(const NpzWriter&) = delete;
   NpzWriter& operator=(const NpzWriter&) = delete;
 
-  /// The next row of an array, little endian; by its place among them. \throws NpzError
+  /// Adds the next row of an array, little endian. \param array index in the constructor's list
+  /// \throws NpzError
   void add(std::size_t array, std::string_view row);
-  /// After all rows of all arrays. \throws NpzError
+  /// Completes the file. All rows of all arrays must have been added. \throws NpzError
   void finish();
 
  private:
   struct Member {
     std::string name;
-    std::uint64_t start = 0;  ///< of its header in the file
-    std::uint64_t next = 0;   ///< where the next bytes go
-    std::uint64_t size = 0;   ///< of header and rows of the .npy
+    std::uint64_t start = 0;  ///< offset of its header in the file
+    std::uint64_t next = 0;   ///< offset of the next bytes
+    std::uint64_t size = 0;   ///< size of the .npy header and rows
     std::uint32_t crc = 0;
-    std::string waiting;  ///< not written yet
+    std::string waiting;  ///< bytes not written yet
   };
   static std::string localHeader(const Member& member);
   void put(Member& member, std::string_view bytes);

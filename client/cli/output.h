@@ -1,4 +1,4 @@
-// Standard output, for those who must know that what they print arrives.
+// Checked standard output.
 #pragma once
 
 #include <stdexcept>
@@ -6,23 +6,24 @@
 
 namespace traction::cli {
 
-/// Standard output cannot be written: what() says why.
+/// Standard output cannot be written; what() is the reason.
 class OutputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// A closed pipe and a file that may not grow are errors like others, not the end of the process. Once, at the start.
+/// Makes a closed pipe and a file-size limit errors instead of signals that end the process. Must be called once at the
+/// start.
 void rememberOutputErrors();
 
-/// Writes a line at once, and waits for a slow reader. False: rememberSignals() has seen one meanwhile, and the line is
-/// incomplete. \throws OutputError
+/// Writes a line at once, and waits for a slow reader. Returns false if rememberSignals() has recorded a signal; the
+/// line is then incomplete. \throws OutputError
 bool printLine(std::string_view text);
 
-/// \throws OutputError if nobody reads any more, which is noticed here also when there is nothing to print.
+/// Checks that standard output still has a reader, also when there is nothing to print. \throws OutputError
 void expectReader();
 
-/// Of what stdio has been given. \throws OutputError
+/// Flushes stdio's standard output. \throws OutputError
 void flushOutput();
 
 }  // namespace traction::cli

@@ -1,4 +1,4 @@
-// What the pages of the live views have in common.
+// Colours and formatting shared by the live views.
 #pragma once
 
 #include "client/cli/canvas.h"
@@ -31,7 +31,7 @@ inline constexpr Style kAccent{{110, 190, 255}, kPaper, false};
   return text.data();
 }
 
-/// Of a number that is not of now, also where there is no colour.
+/// Puts an outdated number in brackets, which works without colours.
 inline std::string inBrackets(const std::string& number, bool isOld) {
   return isOld ? "(" + number + ")" : number;
 }

@@ -1,4 +1,4 @@
-// The command line as words: what they may be, and what is wrong with them.
+// Validates the command line and words its errors.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,19 +8,21 @@
 
 namespace traction::cli {
 
-/// Of an option: a count. \param what such as "a number of messages, as in 100"
+/// Returns a check for a whole number of 0 or more. \param what completes the error, such as "a number of messages, as
+/// in 100"
 CLI::Validator integer(const std::string& what);
 
-/// Of an option: at least `least`. \param what such as "a time of 0 s or more, as in 2.5"
+/// Returns a check for a finite number of at least `least`. \param what completes the error, such as "a time of 0 s or
+/// more, as in 2.5"
 CLI::Validator number(double least, const std::string& what);
 
-/// Of its commands: "list, get, set".
+/// Returns the names of all subcommands: "list, get, set".
 std::string namesOf(const CLI::App& app);
 
-/// What is wrong, in words of ours where the parser's are hard to read.
+/// Returns an error message, with clearer wording than the parser's where needed.
 std::string sentence(const CLI::ParseError& error, const CLI::App& app, const std::vector<std::string>& words);
 
-/// Those of the command line. A key may begin with a dash, and is no option for that: it goes to the end, behind "--".
+/// Returns the arguments. Keys may begin with a dash without being an option, so they are moved to the end, after "--".
 std::vector<std::string> wordsOf(int argc, char** argv);
 
 }  // namespace traction::cli

@@ -1,4 +1,4 @@
-// What a live view knows: one thread receives, so that drawing does not make messages look late.
+// Collects the data of a live view. One thread only receives, so that drawing does not make messages appear late.
 #pragma once
 
 #include "client/cli/scene.h"
@@ -11,11 +11,11 @@
 
 namespace traction::cli {
 
-using Clock = std::chrono::steady_clock;  ///< CLOCK_MONOTONIC, as are the messages' times
+using Clock = std::chrono::steady_clock;  ///< CLOCK_MONOTONIC, as the messages' times
 
 std::int64_t nanoseconds(Clock::time_point time);
 
-/// Receives in a thread of its own for as long as it lives.
+/// Receives on a thread of its own during its lifetime.
 class Receiver {
  public:
   /// \throws Error
@@ -24,7 +24,7 @@ class Receiver {
   Receiver(const Receiver&) = delete;
   Receiver& operator=(const Receiver&) = delete;
 
-  /// What is known now. Thread-safe. \throws what receiving has thrown
+  /// Returns the current scene. Thread-safe. Rethrows what receiving has thrown.
   Scene scene();
 
   const std::string& endpoint() const { return subscriber_.endpoint(); }
@@ -33,7 +33,7 @@ class Receiver {
   void run();
 
   Subscriber subscriber_;
-  std::mutex mutex_;  ///< guards the two below
+  std::mutex mutex_;  ///< guards scene_ and failure_
   Scene scene_;
   std::exception_ptr failure_;
   std::atomic<bool> stop_{false};

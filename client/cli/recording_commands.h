@@ -1,4 +1,4 @@
-// Of the command line: tractionctl record, replay, info, recover, export.
+// Command-line options of tractionctl record, replay, info, recover, export.
 #pragma once
 
 #include "traction/subscriber.h"
@@ -14,7 +14,7 @@ class RecordingCommands {
  public:
   explicit RecordingCommands(CLI::App& app);
 
-  /// The one that was given, if it is one of them. \throws RecordingError, Error, OutputError
+  /// Runs the command that was given, if it is one of these. \throws RecordingError, Error, OutputError
   void run(const SubscriberOptions& subscription) const;
 
  private:

@@ -1,4 +1,4 @@
-// tractionctl record, replay, info, recover, export: recordings as files. docs/recordings.md has their format.
+// tractionctl record, replay, info, recover, export: commands on recordings. docs/recordings.md describes the format.
 #pragma once
 
 #include "traction/subscriber.h"
@@ -8,7 +8,7 @@
 
 namespace traction::cli {
 
-/// It cannot be done, or was not done to the end; with an exit code of sysexits.h.
+/// A failed or incomplete operation, with an exit code of sysexits.h.
 class RecordingError : public std::runtime_error {
  public:
   RecordingError(int exitCode, const std::string& what)
@@ -20,28 +20,32 @@ class RecordingError : public std::runtime_error {
   int exitCode_;
 };
 
-// All of them \throw RecordingError.
+// All functions below \throw RecordingError.
 
-/// Every message of the topics that are asked for, into a new file, until a signal comes or the time is over. \throws
-/// Error \param truth endpoint at which a traction-twin tells what is true; empty: none
+/// Records every message of the chosen topics into a new file until a signal or until the time is over. \param truth
+/// endpoint of a traction-twin's true states; empty: none
+/// \param seconds duration
+/// \throws Error
 void record(const SubscriberOptions& options, const std::string& file, const std::string& truth, double seconds);
 
-/// Sends the stream again at an endpoint of its own, from when somebody subscribes there, at `speed` times its own
-/// pace. \throws Error; RecordingError also after it was sent: where the recording is cut off or damaged
+/// Sends the recorded stream at an endpoint of its own, at `speed` times its own rate, once a client subscribes.
+/// \throws Error; RecordingError also after sending, if the recording is cut off or damaged
 void replay(const std::string& file, const std::string& endpoint, double speed);
 
-/// What is in it. \throws OutputError; RecordingError also after it was printed: where it is cut off or damaged
+/// Prints a summary of the recording. \throws OutputError; RecordingError also after printing, if it is cut off or
+/// damaged
 void info(const std::string& file, bool json);
 
-/// A new recording of all that can be read.
+/// Writes a new recording of all readable messages.
 void recover(const std::string& from, const std::string& to);
 
-/// Its fields, as CSV or NumPy's arrays, or all as illustrate() does: by the ending of `to`, which is replaced.
-/// \param sensor empty: there is one
-/// \throws RecordingError also after it was written: where the recording is cut off or damaged
+/// Exports the fields as CSV or NumPy arrays, or all as illustrate() does, by the file extension of `to`; replaces
+/// `to`. \param sensor empty: the only one
+/// \throws RecordingError also after writing, if the recording is cut off or damaged
 void exportFields(const std::string& from, const std::string& to, const std::string& sensor);
 
-/// A recording of all that is there, and of what Foxglove draws of it. \param sensor of whom is drawn; empty: of all
+/// Writes a recording of all messages and of their drawings for Foxglove. \param sensor whose drawings are added;
+/// empty: all
 void illustrate(const std::string& from, const std::string& to, const std::string& sensor);
 
 }  // namespace traction::cli

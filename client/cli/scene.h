@@ -1,4 +1,4 @@
-// What is known of an instance at one moment, gathered from its messages.
+// State of an instance at one time, collected from its messages.
 #pragma once
 
 #include "traction/subscriber.h"
@@ -9,50 +9,51 @@
 
 namespace traction::cli {
 
-/// Thread-compatible; time comes in from outside: CLOCK_MONOTONIC, as in the messages' arrival.
+/// Not thread-safe. Times are CLOCK_MONOTONIC and passed in, as the messages' arrival times.
 class Scene {
  public:
-  /// Of another start of the daemon than what was known: nothing of that is kept.
+  /// Adds a message. A new start of the daemon discards field, description and status of the one before.
   void add(Message message);
-  /// Whether somebody publishes, perhaps without having anything to say yet.
+  /// Reports whether a publisher is connected, even if it has sent nothing yet.
   void setConnected(bool isConnected, std::int64_t now_ns);
 
-  /// Why there is no field of now; its text stays the same for as long as the reason does.
+  /// Why there is no current field. `what` stays the same as long as the reason does.
   struct Trouble {
-    std::string what;      ///< "the camera is lost"; empty: there is a field, and it is of now
-    double since_s = 0.0;  ///< it has lasted; of a field that has been there, its age
+    std::string what;      ///< "the camera is lost"; empty: there is a current field
+    double since_s = 0.0;  ///< duration; if there has been a field, its age
   };
   Trouble trouble(std::int64_t now_ns) const;
-  /// trouble() in words: "the camera is lost, no field for 12.3 s".
+  /// Returns trouble() as a sentence: "the camera is lost, no field for 12.3 s".
   std::string sentence(const Trouble& trouble) const;
 
   std::optional<Field> field;
   std::optional<Description> description;
   std::optional<Status> status;
-  std::optional<Status> statusBefore;  ///< the one before, of the same start of the daemon
-  std::uint64_t fields = 0;            ///< received
-  std::uint64_t lost = 0;              ///< on the way, as the subscriber says
+  std::optional<Status> statusBefore;  ///< the status before, of the same start of the daemon
+  std::uint64_t fields = 0;            ///< number received
+  std::uint64_t lost = 0;              ///< lost on the way, by Subscriber::lost()
   std::int64_t lastArrival_ns = 0;
-  std::int64_t restarted_ns = 0;  ///< when a new start of the daemon was noticed; 0: never
+  std::int64_t restarted_ns = 0;  ///< when a restart of the daemon was noticed; 0: never
   bool connected() const { return connected_; }
 
-  /// The status is not of now: the next one is late, or fields that came when it was sent do no more.
+  /// Returns whether the status is out of date: the next one is late, or fields that arrived when it was sent have
+  /// stopped.
   bool isStatusOld(std::int64_t now_ns) const;
 
-  /// Or-ed Flag, of the fields of the last two seconds.
+  /// Returns the flags of the fields of the last two seconds, combined by bitwise or.
   std::uint32_t recentFlags(std::int64_t now_ns) const;
 
-  /// Of the fields of the last two seconds [1/s].
+  /// Returns the rate of the fields of the last two seconds [1/s].
   double rate_hz(std::int64_t now_ns) const;
 
   struct Latency {
     double p50_ms, p99_ms;
   };
-  /// Frame popped from the camera driver -> received here, of the fields of the last two seconds. Empty: there are
-  /// none, or the clocks are different ones.
+  /// Returns the latency of the fields of the last two seconds, from their arrival from the camera driver until
+  /// received here. Returns nothing if there are none, or if the daemon's clock is another one.
   std::optional<Latency> latency(std::int64_t now_ns) const;
 
-  /// Of the resultant [N], one every quarter second, newest last.
+  /// Returns magnitudes of the resultant [N], one per quarter second, newest last.
   const std::deque<double>& history() const { return history_; }
 
  private:
@@ -64,21 +65,22 @@ class Scene {
   std::string reason(std::int64_t now_ns) const;
 
   bool connected_ = false, wasConnected_ = false;
-  bool heard_ = false;  ///< something, since the connection before was lost
+  bool heard_ = false;  ///< a message came since the last loss of the connection
   std::int64_t connectionChanged_ns_ = 0;
   Id boot_{};
-  std::int64_t fieldArrival_ns_ = 0, statusArrival_ns_ = 0;  ///< of this boot; 0: none
+  std::int64_t fieldArrival_ns_ = 0, statusArrival_ns_ = 0;  ///< of this start of the daemon; 0: none
   std::deque<Arrival> arrivals_;
   std::deque<double> history_;
   std::int64_t sampled_ns_ = 0;
 };
 
+/// Returns the Euclidean norm.
 double length(const Vector3& vector);
 
-/// Or-ed Flag, most important first.
+/// Returns words for the flags, most important first. \param flags or-ed Flag
 std::vector<std::string> words(std::uint32_t flags);
 
-/// "2.3 s", "12 s", "5 min".
+/// Returns a duration as text: "2.3 s", "12 s", "5 min".
 std::string duration(double seconds);
 
 }  // namespace traction::cli

@@ -1,4 +1,4 @@
-// ZeroMQ beside the library: what a recording is filled from besides the stream, and what it is replayed on.
+// ZeroMQ sockets beside the library's: a source of a recording besides the stream, and the output of a replay.
 #pragma once
 
 #include "traction/subscriber.h"
@@ -9,14 +9,14 @@
 
 namespace traction::cli {
 
-/// Hears what traction-twin says was true (--truth-endpoint). Thread-bound.
+/// Receives the true states from traction-twin (--truth-endpoint). Thread-bound.
 class TruthListener {
  public:
-  /// \throws Error kBadEndpoint
+  /// Connects. \throws Error kBadEndpoint
   explicit TruthListener(const std::string& endpoint);
   ~TruthListener();
 
-  /// A line of JSON that waits; empty: none.
+  /// Returns the next waiting line of JSON; nothing if there is none. Never waits.
   std::optional<std::string> next();
 
  private:
@@ -24,21 +24,21 @@ class TruthListener {
   std::unique_ptr<Impl> impl_;
 };
 
-/// A stream as tractiond has it, of messages that were kept. Thread-bound.
+/// Publishes recorded messages as tractiond publishes its stream. Thread-bound.
 class Repeater {
  public:
-  /// \throws Error kBadEndpoint, also where it is in use
+  /// Binds the endpoint. \throws Error kBadEndpoint, also if it is in use
   explicit Repeater(const std::string& endpoint);
-  /// Waits a second for slow readers.
+  /// Waits up to a second for slow readers.
   ~Repeater();
 
-  /// Where it is met.
+  /// Returns the endpoint, with the port in use.
   std::string endpoint() const;
-  /// Takes subscriptions for so long; who is new is sent the last description of each sensor.
+  /// Waits up to `time` for subscriptions. Sends each new subscriber the last description of each sensor.
   void listen(std::chrono::milliseconds time);
-  /// Somebody has subscribed.
+  /// Returns whether a client has ever subscribed.
   bool isHeard() const;
-  /// \param time_s when it was sent first [s since 1970]. Who is too slow loses it.
+  /// Sends a message. A client that is too slow loses it. \param time_s when it was sent first [s since 1970]
   void send(const Raw& raw, double time_s);
 
  private:

@@ -1,4 +1,4 @@
-// A recording of a stream that grows.
+// Writes a stream into a recording.
 #pragma once
 
 #include "recording/writer.h"
@@ -9,30 +9,33 @@
 
 namespace traction::cli {
 
-/// Thread-bound. All but the last three \throw RecordingError; then what was written is closed, and nothing else is
-/// left to do.
+/// Writes one recording. Thread-bound. All functions but the last three \throw RecordingError; the recording is then
+/// closed with what was written, and no further call is allowed.
 class Tape {
  public:
-  /// A new file.
+  /// Creates a new file.
   explicit Tape(const std::string& path);
 
+  /// Adds a message.
   void add(const Message& message, const Raw& raw);
-  /// A line of traction-twin's, JSON.
+  /// Adds a line of JSON from traction-twin.
   void addTruth(const std::string& line);
-  /// In every turn: by so much a chunk may be late.
+  /// Writes a chunk that is due. Must be called in every turn of the receiving loop.
   void look();
+  /// Writes the rest and the end.
   void close();
 
-  /// A recording of nothing is no recording.
+  /// Deletes the file if nothing was recorded.
   void drop() const;
   bool isEmpty() const { return writer_.statistics().messages == 0 && !writer_.oldest_ns(); }
-  /// What is on the disk, for people.
+  /// Returns a summary of what is on the disk, as text.
   std::string account() const;
-  /// From a message's arrival to the moment at which it outlives a power cut, the longest [s].
+  /// Returns the longest time from a message's arrival until it was on the disk [s].
   double longestWait_s() const { return 1e-9 * static_cast<double>(longest_ns_); }
 
  private:
-  /// By CLOCK_MONOTONIC from the beginning on: never back, whatever happens to the time of day.
+  /// Returns calendar time that advances with CLOCK_MONOTONIC from the start on, so that it never goes back [ns since
+  /// 1970].
   std::uint64_t logNow() const;
   template <typename Declare>
   std::uint16_t channelOf(const std::string& topic, const Declare& declare);

@@ -1,4 +1,4 @@
-// The terminal while a live view owns it.
+// The terminal while a live view uses it.
 #pragma once
 
 #include "client/cli/canvas.h"
@@ -9,13 +9,13 @@
 
 namespace traction::cli {
 
-/// Standard output is a terminal on which a page can be drawn.
+/// Returns whether standard output is a terminal on which a page can be drawn.
 bool isTerminal();
 
-/// Why there is no live view on a terminal, for people; empty: there is one, or no terminal.
+/// Returns why a terminal has no live view; empty if it has one, or if standard output is not a terminal.
 std::string viewHint();
 
-/// Takes the whole screen until it is destroyed; then everything is as before.
+/// Takes the whole screen, and restores it on destruction. One object at a time.
 class Terminal {
  public:
   Terminal();
@@ -26,13 +26,14 @@ class Terminal {
   struct Size {
     int width, height;
   };
+  /// Returns the size in characters; 80 x 24 if it is not known.
   Size size() const;
-  /// False: the terminal is gone.
+  /// Writes the page. Returns false if the terminal is gone.
   bool show(const Canvas& canvas) const;
-  /// By the locale.
+  /// Returns the characters that the locale supports.
   Glyphs glyphs() const { return glyphs_; }
 
-  /// Sleeps; returns early with the key that was pressed. 0: none, or a signal came.
+  /// Waits for a key and returns it; returns 0 after the timeout and on a signal.
   char waitForKey(std::chrono::milliseconds timeout) const;
 
  private:
@@ -42,7 +43,7 @@ class Terminal {
   Glyphs glyphs_;
 };
 
-/// From now on SIGINT, SIGTERM and SIGHUP are only remembered.
+/// Makes SIGINT, SIGTERM and SIGHUP set stopRequested() instead of ending the process.
 void rememberSignals();
 bool stopRequested();
 

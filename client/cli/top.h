@@ -1,4 +1,4 @@
-// tractionctl top: how instruments do, live.
+// tractionctl top: shows the state of instruments live.
 #pragma once
 
 #include "traction/subscriber.h"
@@ -12,17 +12,19 @@
 namespace traction::cli {
 
 struct TopCommand {
-  std::vector<std::string> endpoints;  ///< or names of instances of this machine; empty: see top()
+  std::vector<std::string> endpoints;  ///< endpoints or names of local instances; empty: see top()
   double seconds = std::numeric_limits<double>::infinity();
-  bool once = false;  ///< print all numbers when they are there, and end
+  bool once = false;  ///< prints all figures once they have arrived, and ends
 };
 
-/// On a terminal a page until q or a signal; else a line an instrument a second. \param options of each subscription
-/// \param one of `options` alone; else all instances of this machine, where no endpoints are named
-/// \throws Error kNoAnswer: nobody is at any of the endpoints; OutputError
+/// On a terminal, draws a page until q or a signal; otherwise prints one line per instrument and second. \param options
+/// for each subscription
+/// \param one true: only the instance of `options`; false: all instances of this machine if no endpoints are given
+/// \throws Error kNoAnswer if there is no publisher at any endpoint; OutputError
 void top(const SubscriberOptions& options, const TopCommand& command, bool one);
 
-/// Connections to a local endpoint by the kernel's tables of sockets. None: it is not of this machine, or not known.
+/// Returns the number of connections to a local endpoint, from the kernel's socket tables. Returns nothing if the
+/// endpoint is not local or the number is not known.
 std::optional<int> subscribersOf(const std::string& endpoint, const std::filesystem::path& tables = "/proc/net");
 
 }  // namespace traction::cli

@@ -17,9 +17,10 @@ namespace traction {
 
 namespace {
 
-constexpr double kLongestZero_s = 1e6;  // whoever says more is not believed
+constexpr double kLongestZero_s = 1e6;  // limit on the time that a daemon reports
 
-/// A socket file that is not there would be waited for.
+/// Throws kNoAnswer if the socket file of an ipc endpoint does not exist or may not be written: ZeroMQ would wait for
+/// it.
 void expectSocket(const std::string& endpoint) {
   const std::string_view ipc = "ipc://";
   if (endpoint.rfind(ipc, 0) != 0 || endpoint.rfind("ipc://@", 0) == 0) return;
@@ -35,7 +36,7 @@ void expectSocket(const std::string& endpoint) {
   }
 }
 
-/// Its next event, where there is one.
+/// Returns the monitor's next event; (0, 0) if there is none.
 std::pair<std::uint16_t, std::uint32_t> nextEvent(zmq::socket_t& monitor) {
   zmq::message_t event, address;
   zmq_msg_recv(event.handle(), monitor.handle(), ZMQ_DONTWAIT);
@@ -43,7 +44,7 @@ std::pair<std::uint16_t, std::uint32_t> nextEvent(zmq::socket_t& monitor) {
   return eventOf(event);
 }
 
-/// Waits until somebody is at the other end. \throws Error where nobody is, or somebody else
+/// Waits until the handshake with a peer succeeds, for at most options.timeout. \throws Error kNoAnswer, kNotAllowed
 void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
   const auto end = std::chrono::steady_clock::now() + options.timeout;
   bool isSomebody = false;
@@ -55,7 +56,7 @@ void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
     const auto [what, value] = nextEvent(monitor);
     if (what == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) return;
     if (const auto refused = handshake.take(what, value)) throw *refused;
-    isSomebody = isSomebody || what == ZMQ_EVENT_DISCONNECTED;  // without a handshake
+    isSomebody = isSomebody || what == ZMQ_EVENT_DISCONNECTED;  // disconnected before the handshake
   }
   throw Error(ErrorCode::kNoAnswer,
               isSomebody
@@ -64,7 +65,7 @@ void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
                   : "nobody is at " + options.endpoint + "; is tractiond running?");
 }
 
-/// The answer of who is there. \throws Error where it does not come in time, or who was asked has gone
+/// Waits for the reply. \throws Error kNoAnswer if it does not arrive in time or the peer disconnects first
 std::string awaitReply(zmq::socket_t& socket, zmq::socket_t& monitor, const std::string& endpoint,
                        std::chrono::milliseconds timeout) {
   const auto end = std::chrono::steady_clock::now() + timeout;
@@ -85,9 +86,9 @@ std::string awaitReply(zmq::socket_t& socket, zmq::socket_t& monitor, const std:
                                         " s; a tractiond that computes the inverse of a new gel answers later");
 }
 
-constexpr std::int64_t kLargestReply_bytes = 128 << 20;  // a picture of 40 million pixels, 24 bits each
+constexpr std::int64_t kLargestReply_bytes = 128 << 20;  // a picture of 40 million pixels of 24 bits
 
-/// \param timeout for the answer of who is there
+/// Connects, sends a request and returns the reply's bytes. \param timeout for the reply, once connected
 std::string ask(const ControlOptions& options, const std::string& request, std::chrono::milliseconds timeout) {
   constexpr const char* kMonitor = "inproc://monitor";
   expectSocket(options.endpoint);
@@ -147,13 +148,13 @@ std::string Control::pass(Question question) const {
   return {};
 }
 
-/// A daemon may average over thousands of frames, and its disk may be slow: it says how long a zero takes at most.
+/// Returns how long a zero takes at most: a daemon may average over thousands of frames, and its disk may be slow.
 std::chrono::milliseconds Control::zeroTakes() const {
   constexpr std::chrono::duration<double> kOnTheWay(2.0);
   try {
     const std::chrono::duration<double> within(std::clamp(status().zeroWithin_s, 0.0, kLongestZero_s));
     return std::chrono::duration_cast<std::chrono::milliseconds>(within + kOnTheWay);
-  } catch (const Error&) {  // of the zero itself the caller shall hear
+  } catch (const Error&) {  // the zero request itself reports the error
     return {};
   }
 }

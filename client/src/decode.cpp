@@ -34,7 +34,7 @@ std::vector<std::uint8_t> maskOf(const std::string& bytes) {
   return {bytes.begin(), bytes.end()};
 }
 
-/// Of a number, or of all in a range of ranges.
+/// Returns whether a number, or each number in nested ranges, is finite.
 template <typename Numbers>
 bool isFinite(const Numbers& numbers) {
   if constexpr (std::is_floating_point_v<Numbers>) {
@@ -44,13 +44,13 @@ bool isFinite(const Numbers& numbers) {
   }
 }
 
-/// Machines are steered by them.
+/// Throws kMalformed unless all numbers are finite, because machines are controlled by them.
 template <typename... Numbers>
 void requireFinite(const Numbers&... numbers) {
   require((isFinite(numbers) && ...), "a number is not finite");
 }
 
-/// x y z x y z ... -> vectors of kSize.
+/// Splits x y z x y z ... into vectors of kSize.
 template <std::size_t kSize>
 std::vector<std::array<float, kSize>> vectorsOf(const google::protobuf::RepeatedField<float>& numbers) {
   require(numbers.size() % kSize == 0, "a vector is incomplete");
@@ -126,7 +126,7 @@ Camera cameraOf(const pb::Camera& from) {
   camera.width_px = from.width_px();
   camera.height_px = from.height_px();
   camera.focal_px = from.focal_px();
-  if (from.aspect() != 0.0) camera.aspect = from.aspect();  // older daemons know square pixels alone
+  if (from.aspect() != 0.0) camera.aspect = from.aspect();  // older daemons support square pixels only
   camera.principal_px = vectorOf(from.principal_px());
   camera.k1 = from.k1();
   camera.k2 = from.k2();
@@ -147,7 +147,7 @@ Quantiles quantilesOf(const pb::Quantiles& from) {
           {{all.bound_s().begin(), all.bound_s().end()}, {all.count().begin(), all.count().end()}, all.sum_s()}};
 }
 
-/// Zero where the daemon does not tell.
+/// Returns zero if the daemon does not report the matrix.
 Matrix3 matrixOf(const google::protobuf::RepeatedField<double>& from) {
   Matrix3 matrix{};
   require(from.empty() || from.size() == static_cast<int>(matrix.size()), "a covariance is not 3 x 3");
@@ -168,7 +168,7 @@ Contact contactOf(const pb::Contact& from) {
           from.area_deviation_m2()};
 }
 
-/// kNone for one of a later daemon.
+/// Returns kNone for a method of a later daemon.
 Method methodOf(pb::Method from) {
   switch (from) {
   case pb::METHOD_NO_CONTACT:
@@ -402,7 +402,7 @@ Preview decodePreview(std::string_view bytes) {
   preview.channels = from.format() == pb::PREVIEW_FORMAT_MONO8 ? 1 : 3;
   require(from.format() == pb::PREVIEW_FORMAT_MONO8 || from.format() == pb::PREVIEW_FORMAT_RGB8,
           "the preview's format is unknown");
-  // One after another: the product of all may be beyond 64 bits.
+  // Compares one factor after another: the product of all three may exceed 64 bits.
   const std::size_t row = std::size_t{preview.width} * preview.channels;
   require(row == 0 || preview.height == 0
               ? from.pixels().empty()

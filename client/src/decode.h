@@ -1,4 +1,4 @@
-// Bytes that are published, proto/traction/v1 -> messages.
+// Decodes published messages of proto/traction/v1.
 #pragma once
 
 #include "traction/subscriber.h"
@@ -7,7 +7,7 @@
 
 namespace traction {
 
-// All throw Error kMalformed.
+// Decode the Protobuf bytes of one message. They check shapes and that numbers are finite, and throw Error kMalformed.
 Field decodeField(std::string_view bytes);
 Markers decodeMarkers(std::string_view bytes);
 Description decodeDescription(std::string_view bytes);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint32_t kVersion = 1;
 
-/// kUnknown for one of a later daemon.
+/// Returns kUnknown for a kind of a later daemon.
 CameraFeature::Kind kindOf(pb::CameraFeatureKind from) {
   using Kind = CameraFeature::Kind;
   switch (from) {
@@ -67,12 +67,12 @@ CameraFeature featureOf(const pb::CameraFeature& from) {
   return feature;
 }
 
-/// kAbsent for one of a later daemon.
+/// Returns kAbsent for a state of a later daemon.
 Snapshot::MarkerState markerStateOf(char byte) {
   return static_cast<Snapshot::MarkerState>(std::min<unsigned char>(static_cast<unsigned char>(byte), 3));
 }
 
-/// A reply that answers `expected`.
+/// Parses a reply and checks that it answers `expected`. \throws Error kMalformed, kVersion, kRefused
 pb::Reply replyOf(std::string_view bytes, pb::Reply::ReplyCase expected) {
   auto reply = parse<pb::Reply>(bytes);
   if (reply.version() != kVersion) {

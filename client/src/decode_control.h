@@ -1,4 +1,4 @@
-// Requests -> bytes of proto/traction/v1/control.proto, and bytes of replies -> what they hold.
+// Encodes requests to the control endpoint and decodes its replies (proto/traction/v1/control.proto).
 #pragma once
 
 #include "traction/control.h"
@@ -9,6 +9,7 @@
 namespace traction {
 
 enum class Request { kStatus, kDescription, kSnapshot };
+// These encode a request as Protobuf bytes.
 std::string encodeRequest(Request request);
 
 struct ZeroRequest {
@@ -19,7 +20,8 @@ std::string encodeZero(const ZeroRequest& zero);
 std::string encodeCalibration(const CalibrationStep& step);
 std::string encodeCameraStep(const CameraStep& step);
 
-// What the reply to a request holds. They throw Error kMalformed, kVersion, kRefused.
+// Decode the Protobuf bytes of a reply to the request of the same name. They throw Error kMalformed, kVersion, and
+// kRefused with the daemon's reason.
 Status decodeStatusReply(std::string_view bytes);
 Description decodeDescriptionReply(std::string_view bytes);
 Snapshot decodeSnapshotReply(std::string_view bytes);

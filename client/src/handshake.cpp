@@ -17,7 +17,7 @@ void useKeys(zmq::socket_t& socket, const Keys& keys) {
   for (const auto& [what, key] :
        {std::pair("server key", &keys.serverKey), {"public key", &keys.publicKey}, {"secret key", &keys.secretKey}}) {
     if (tractiond::gateway::isKey(*key)) continue;
-    // The secret one is not for everybody's eyes.
+    // The message does not show the secret key.
     throw Error(ErrorCode::kBadKeys, std::string("the ") + what + (key == &keys.secretKey ? "" : " '" + *key + "'") +
                                          " is not a key: 40 letters of Z85; in a shell they stand in single quotes");
   }
@@ -27,10 +27,11 @@ void useKeys(zmq::socket_t& socket, const Keys& keys) {
 }
 
 std::optional<Error> Handshake::take(std::uint16_t event, std::uint32_t value) {
-  const int mostFailures = hasKeys_ ? 5 : 25;  // some 0.5 s; 5 s, for a tractiond may come to where another listens
+  // About 0.5 s; or 5 s, because a tractiond may still replace another listener.
+  const int mostFailures = hasKeys_ ? 5 : 25;
   const bool mismatch =
       event == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL && value == ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH;
-  // Not seen each time: the other side notices it, too, and who is the first to end the connection tells nothing.
+  // Mismatches are not seen at each attempt: the other side notices them too, and may close the connection first.
   if (mismatch) ++mismatches_;
   switch (event) {
   case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
@@ -48,7 +49,7 @@ std::optional<Error> Handshake::take(std::uint16_t event, std::uint32_t value) {
                                              ? "who is at " + endpoint_ + " knows no keys; is it a gateway?"
                                              : "the gateway at " + endpoint_ + " asks for a key, and none is given");
   case ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL:
-    // Also when a gateway is restarted or has too many connections: who was let in before, waits.
+    // Also happens when a gateway restarts or has too many connections, so a client that was admitted before waits.
     if (succeeded_ || ++failures_ < mostFailures) return std::nullopt;
     failures_ = 0;
     return Error(ErrorCode::kNotAllowed,

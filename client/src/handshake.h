@@ -1,4 +1,4 @@
-// Coming in with a key, and being told why not.
+// Sets keys on a socket and interprets the outcome of its handshakes.
 #pragma once
 
 #include "traction/error.h"
@@ -12,24 +12,24 @@
 
 namespace traction {
 
-/// What of a socket's monitor take() wants to see.
+/// Monitor events that Handshake::take() needs.
 inline constexpr int kHandshakeEvents = ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
                                         ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
 
-/// Has a socket use them. Before it connects. \throws Error kBadKeys
+/// Sets the keys on a socket that is not connected yet. Does nothing without a server key. \throws Error kBadKeys
 void useKeys(zmq::socket_t& socket, const Keys& keys);
 
-/// What becomes of a connection, by the events of its monitor.
+/// Tells from a socket's monitor events why a connection fails. Not thread-safe.
 class Handshake {
  public:
-  /// \param strangers so many without anybody else in between, who speak of other security than this side, are no
-  /// chance
+  /// \param strangers number of security-mechanism mismatches without a successful handshake in between after which the
+  /// peer is reported as misconfigured
   Handshake(std::string endpoint, bool hasKeys, int strangers)
       : endpoint_(std::move(endpoint))
       , hasKeys_(hasKeys)
       , strangers_(strangers) {}
 
-  /// \return why there is no connection, if that is certain
+  /// Takes the next monitor event. \return why no connection is possible, once that is certain
   std::optional<Error> take(std::uint16_t event, std::uint32_t value);
 
  private:
@@ -37,10 +37,11 @@ class Handshake {
   bool hasKeys_;
   int strangers_;
   bool succeeded_ = false;
-  int failures_ = 0, mismatches_ = 0;  ///< without a word; of security
+  /// Failed handshakes without a stated reason, and security-mechanism mismatches.
+  int failures_ = 0, mismatches_ = 0;
 };
 
-/// Event and value of a monitor's message.
+/// Returns the event and the value of a monitor message; both are 0 if the message is too short.
 std::pair<std::uint16_t, std::uint32_t> eventOf(const zmq::message_t& message);
 
 }  // namespace traction

@@ -12,7 +12,7 @@ std::vector<Endpoints> locate(const std::string& instance) {
   for (const auto& directory : runtimeDirectories(instance)) {
     std::error_code ignored;
     const auto stream = directory / "stream";
-    // A service's sockets are for its group only.
+    // Only the service's group may open the sockets of a service.
     const bool open = std::filesystem::is_socket(stream, ignored) && access(stream.c_str(), W_OK) == 0;
     if (open) return {ipcEndpoints(directory)};
     possible.push_back(ipcEndpoints(directory));

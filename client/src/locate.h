@@ -1,4 +1,4 @@
-// Which endpoints an instance is met at from here.
+// Finds the endpoints of an instance.
 #pragma once
 
 #include "proto/traction/v1/endpoints.h"
@@ -6,11 +6,14 @@
 
 namespace traction {
 
-/// Of the runtime directory in which the instance's sockets are. Where there is none: for the default instance TCP (control: the service's),
-/// else the directories in which it may start. Never empty. Throws Error kBadEndpoint for an impossible name.
+/// Returns the endpoints at which an instance may be reached; never empty. If its sockets exist in a runtime directory
+/// and may be opened, these are the only ones. Otherwise, for the default instance: TCP for publishing, and the last
+/// runtime directory's socket for control; for others: the sockets of all directories in which it may start. \throws
+/// Error kBadEndpoint if `instance` is not a valid name
 std::vector<Endpoints> locate(const std::string& instance);
 
-/// For an endpoint that ZeroMQ refuses; how one is written, in case it is that.
+/// Returns a kBadEndpoint error for an endpoint that ZeroMQ refuses for the reason `why`. The message shows how
+/// endpoints are written.
 Error badEndpoint(const std::string& endpoint, const std::string& why);
 
 }  // namespace traction

@@ -1,4 +1,4 @@
-// What published messages and replies have in common. Only who includes this sees Protobuf.
+// Decoding that published messages and replies share. Only files that include this header see Protobuf.
 #pragma once
 
 #include "traction/control.h"
@@ -12,11 +12,13 @@ namespace traction {
 
 namespace pb = traction::v1;
 
-// All throw Error kMalformed.
+// The functions below throw Error kMalformed for invalid messages. A colour of a later daemon becomes kUnknown.
+/// Throws `what` as an error unless `condition` holds.
 inline void require(bool condition, const char* what) {
   if (!condition) throw Error(ErrorCode::kMalformed, what);
 }
 
+/// Parses one Protobuf message.
 template <typename Parsed>
 Parsed parse(std::string_view bytes) {
   Parsed message;

@@ -1,4 +1,4 @@
-// Text from elsewhere, for people's terminals. Internal to this folder's library and the command line.
+// Makes text from outside safe to print on a terminal. Used by this library and the command line.
 #pragma once
 
 #include <algorithm>
@@ -8,13 +8,13 @@
 
 namespace traction {
 
-/// Bytes of the UTF-8 character that starts with `lead`.
+/// Returns the length in bytes of the UTF-8 character that starts with `lead`.
 inline std::size_t utf8Length(char lead) {
   const auto byte = static_cast<unsigned char>(lead);
   return byte < 0x80 ? 1 : byte < 0xe0 ? 2 : byte < 0xf0 ? 3 : 4;
 }
 
-/// Without what a terminal would obey: a question mark in place of each control character and of what is no UTF-8.
+/// Returns the text with a question mark in place of each control character and each byte that is not valid UTF-8.
 inline std::string printable(std::string_view utf8) {
   std::string text;
   while (!utf8.empty()) {

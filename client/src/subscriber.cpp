@@ -20,20 +20,20 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-/// Before an endpoint is tried again that ZeroMQ has given up.
+/// Time until an endpoint that ZeroMQ has given up is tried again.
 constexpr auto kRetry = 200ms;
 constexpr std::int64_t kRetry_ns = std::chrono::nanoseconds(kRetry).count();
 
-/// Begins every topic, of whatever version.
+/// Beginning of every topic, of all protocol versions.
 constexpr std::string_view kTopics = "traction/";
 
-/// The key of Field.timestamp, its first field, which is never 0.
+/// Protobuf key of Field.timestamp, which is the first field of a message and never 0.
 constexpr std::string_view kFieldBegins = "\x09";
 
-/// Who speak of keys where none are given, or the other way round, before they are taken for the one who is meant.
+/// Number of security-mechanism mismatches after which the peer is reported as misconfigured.
 constexpr int kStrangers = 3;
 
-constexpr std::size_t kLongestTopic = 64;  // that is worth a quotation
+constexpr std::size_t kLongestTopic = 64;  // quoted in messages
 
 constexpr const char* kMonitor = "inproc://monitor";
 
@@ -67,7 +67,7 @@ Message decode(unsigned topic, std::string_view bytes) {
   }
 }
 
-/// Of traction/v1/<sensor>/<kind>/; 0: of a later daemon.
+/// Returns the topic bit of traction/v1/<sensor>/<kind>/; 0 for a kind that this version does not know.
 unsigned kindOf(std::string_view topic) {
   const std::size_t slash = topic.find('/', kTopicRoot.size());
   if (slash == std::string_view::npos || topic.back() != '/' || topic.size() < slash + 2) return 0;
@@ -99,8 +99,9 @@ struct Subscriber::Impl {
     endpoint = endpoints.back();
     socket.set(zmq::sockopt::linger, 0);
     socket.set(zmq::sockopt::rcvhwm, options.queue);
-    // A daemon's host that disappears without a word is noticed, and connected to again. Not by ZeroMQ's heartbeats:
-    // one that falls due after the connection's end makes 4.3.4 abort the process where the queue is full.
+    // Keep-alive detects a daemon's host that disappears silently, and the socket reconnects. ZeroMQ's own heartbeats
+    // are not used: in 4.3.4 a heartbeat that falls due after the connection's end aborts the process if the queue is
+    // full.
     socket.set(zmq::sockopt::tcp_keepalive, 1);
     socket.set(zmq::sockopt::tcp_keepalive_idle, 10);
     socket.set(zmq::sockopt::tcp_keepalive_intvl, 5);
@@ -110,7 +111,7 @@ struct Subscriber::Impl {
     handshake.emplace(endpoint, !options.keys.serverKey.empty(), kStrangers);
     zmq_socket_monitor(socket.handle(), kMonitor,
                        kHandshakeEvents | ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_CONNECT_RETRIED);
-    monitor.set(zmq::sockopt::rcvhwm, 0);  // events that nobody takes would stop ZeroMQ's thread
+    monitor.set(zmq::sockopt::rcvhwm, 0);  // unread events would otherwise stop ZeroMQ's thread
     monitor.connect(kMonitor);
     for (const std::string& each : endpoints) {
       try {
@@ -119,9 +120,9 @@ struct Subscriber::Impl {
         throw badEndpoint(each, error.what());
       }
     }
-    // The stream to everything: a daemon of another version, or the wrong one of an instance's endpoints, is noticed
-    // instead of waited for. Latest to what a field begins with: ZeroMQ aborts the process if a message in parts, as
-    // a stream's are, reaches a socket that conflates.
+    // The stream subscribes to everything, so that a daemon of another version or a wrong endpoint is detected instead
+    // of waited for. Latest subscribes to the first byte of a field: ZeroMQ aborts the process if a multipart message,
+    // as on the stream, reaches a conflating socket.
     socket.set(zmq::sockopt::subscribe, latest ? kFieldBegins : std::string_view());
   }
 
@@ -129,6 +130,7 @@ struct Subscriber::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
+  /// Reads all pending monitor events: updates `connections`, `givenUp` and `refusal`.
   void takeEvents() {
     zmq::message_t event;
     zmq::message_t address;
@@ -140,20 +142,21 @@ struct Subscriber::Impl {
       case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
         connections.insert(address.to_string());
         break;
-      case ZMQ_EVENT_DISCONNECTED:  // also after a handshake that failed: there was no connection
+      case ZMQ_EVENT_DISCONNECTED:  // also after a failed handshake, without a connection
         connections.erase(address.to_string());
         givenUp[address.to_string()] = options.monotonicClock() + kRetry_ns;
         break;
-      case ZMQ_EVENT_CONNECT_RETRIED:  // ZeroMQ tries it again by itself
+      case ZMQ_EVENT_CONNECT_RETRIED:  // ZeroMQ retries by itself
         givenUp.erase(address.to_string());
         break;
-      default:  // a handshake that failed; its end comes behind it
+      default:  // a failed handshake; kDisconnected follows
         break;
       }
     }
   }
 
-  /// ZeroMQ never connects again to a peer that did not speak its protocol; a daemon may take its place.
+  /// Connects again to endpoints given up: ZeroMQ never reconnects to a peer that did not speak its protocol, although
+  /// a daemon may take that peer's place.
   void retry() {
     for (auto one = givenUp.begin(); one != givenUp.end();) {
       if (one->second > options.monotonicClock()) {
@@ -169,7 +172,8 @@ struct Subscriber::Impl {
     }
   }
 
-  /// The parts of the next message: [topic][payload][time], or [payload]. False: none.
+  /// Waits for the next message and reads its parts: [topic][payload][time], or [payload] in kLatest. Returns false if
+  /// there is none. \throws Error kNotAllowed
   bool next(std::chrono::milliseconds timeout) {
     const Clock::time_point end = Clock::now() + timeout;
     for (;;) {
@@ -202,9 +206,10 @@ struct Subscriber::Impl {
     return parts[0].to_string_view().substr(0, beginning.size()) == beginning;
   }
 
-  /// The daemon makes previews for who names them, and their topic has the name of the sensor in it.
+  /// Subscribes to the previews of the topic's sensor: the daemon makes previews only for a subscription to their full
+  /// topic, which contains the sensor's name.
   void askForPreviews(std::string_view topic) {
-    constexpr std::size_t kMostSensors = 64;  // whoever publishes endless names fills no memory
+    constexpr std::size_t kMostSensors = 64;  // limits memory if a publisher sends endless names
     const std::size_t slash = topic.find('/', kTopicRoot.size());
     if (slash == std::string_view::npos || sensors.size() == kMostSensors) return;
     const std::string_view sensor = topic.substr(kTopicRoot.size(), slash - kTopicRoot.size());
@@ -212,6 +217,7 @@ struct Subscriber::Impl {
       socket.set(zmq::sockopt::subscribe, topicOf(sensor, "preview"));
   }
 
+  /// Adds the gap in the topic's sequence to `lost`. A new boot id starts a new sequence.
   void countLosses(const std::string& topic, const Header& header) {
     auto& [boot, sequence] = seen[topic];
     if (boot == header.boot && sequence != 0 && header.sequence > sequence + 1) lost += header.sequence - sequence - 1;
@@ -219,6 +225,7 @@ struct Subscriber::Impl {
     sequence = header.sequence;
   }
 
+  /// Decodes the message in `parts`. Returns nothing if it is of an unwanted or unknown topic.
   std::optional<Message> take(std::int64_t now_ns) {
     Message message;
     std::string topic;
@@ -248,20 +255,20 @@ struct Subscriber::Impl {
   }
 
   SubscriberOptions options;
-  std::vector<std::string> endpoints;  ///< that are connected to
-  std::string endpoint;                ///< the one to name
+  std::vector<std::string> endpoints;  ///< connected to
+  std::string endpoint;                ///< named in messages
   std::uint64_t lost = 0;
-  std::set<std::string> sensors;                             ///< whose previews were asked for
-  std::map<std::string, std::pair<Id, std::uint64_t>> seen;  ///< topic -> last boot and sequence
+  std::set<std::string> sensors;                             ///< sensors whose previews are subscribed to
+  std::map<std::string, std::pair<Id, std::uint64_t>> seen;  ///< topic -> boot id and sequence of its last message
   std::array<zmq::message_t, 3> parts;
   std::size_t count = 0;
   zmq::context_t context{1};
   zmq::socket_t socket{context, zmq::socket_type::sub};
   zmq::socket_t monitor{context, zmq::socket_type::pair};
   std::optional<Handshake> handshake;
-  std::optional<Error> refusal;                 ///< not told yet
-  std::set<std::string> connections;            ///< endpoints that somebody is at
-  std::map<std::string, std::int64_t> givenUp;  ///< endpoints, and when to try them again [ns]
+  std::optional<Error> refusal;                 ///< not thrown yet
+  std::set<std::string> connections;            ///< endpoints with a publisher
+  std::map<std::string, std::int64_t> givenUp;  ///< endpoint -> when to connect again [ns]
 };
 
 Subscriber::Subscriber(const SubscriberOptions& options)

@@ -1,16 +1,15 @@
-// Strategy. The block has two mirror planes, x = 0 and y = 0. Every field is the sum of four parts that are each even
-// or odd across them (parity classes), and each part is known when it is known on a quarter of the block, where it
-// obeys simple conditions on the mirror planes. So for each class:
+// Strategy. The block has two mirror planes, x = 0 and y = 0. Every field is the sum of four parts, each even or odd
+// across each plane (parity classes). Each part is determined by its values on a quarter of the block, where it obeys
+// simple conditions on the mirror planes. For each class:
 //
-//   1. The quarter is cut into a few box-shaped elements of high degree. Their interiors, the same in every class, are
-//      condensed once per shape (spectral_element).
-//   2. The right-hand sides are not the loads but the targets: x = K^-1 R^T for the rows R that read the displacement
-//   at
-//      the targets off the unknowns (frontal_solver). As K is symmetric, x^T f is then the displacement at the targets
-//      under any nodal load f: the operator `transfer` from boundary data (nodal loads on the sides, displacements on
-//      the base) to the targets.
-//   3. A source's boundary data is the half-space field on the sides and the base, taken at the four mirror images of
-//      each point with the signs of the class and averaged. Sources that are mirror images of each other share it.
+//   1. The quarter is divided into a few box-shaped elements of high degree. Their interiors, the same in every class,
+//      are condensed once per shape (spectral_element).
+//   2. The right-hand sides are the targets, not the loads: x = K^-1 R^T, where the rows R read the displacement at the
+//      targets off the unknowns (frontal_solver). As K is symmetric, x^T f is the displacement at the targets under any
+//      nodal load f. This is the operator `transfer` from boundary data (nodal loads on the sides, displacements on the
+//      base) to the targets.
+//   3. A source's boundary data is the half-space field on the sides and the base, evaluated at the four mirror images
+//      of each point and averaged with the signs of the class. Mirror images of a source share this data.
 #include "sensor/elastic/block.h"
 
 #include "sensor/elastic/box_mesh.h"
@@ -31,11 +30,11 @@ namespace {
 
 using Eigen::Index, Eigen::Matrix3d, Eigen::MatrixXd, Eigen::Vector3d;
 
-// A class and a mirror image are two bits each: bit 0 for the plane x = 0, bit 1 for y = 0. A set bit says odd;
+// A class and a mirror image have two bits each: bit 0 for the plane x = 0, bit 1 for y = 0. A set bit means odd, or
 // mirrored.
 constexpr unsigned kClasses = 4;
 
-// Sign with which an image enters a class.
+// Returns the sign of an image in a class.
 double character(unsigned parity, unsigned image) {
   return std::popcount(parity & image) % 2 == 0 ? 1.0 : -1.0;
 }
@@ -44,17 +43,17 @@ Vector3d mirror(unsigned image) {
   return {image & 1U ? -1.0 : 1.0, image & 2U ? -1.0 : 1.0, 1.0};
 }
 
-// An even field is its own mirror image, which turns the component across the plane round: that one vanishes there,
-// and the two others of an odd field.
+// Returns whether a component is zero on the plane across `axis`: of an even field the component across the plane, of
+// an odd field the two others.
 bool vanishes(unsigned parity, int axis, int component) {
   return (parity >> axis & 1U) == (component == axis ? 0U : 1U);
 }
 
-// Points moved into the quarter x, y >= 0.
+// Points mirrored into the quarter x, y >= 0.
 struct Folded {
   Points distinct;
-  std::vector<Index> index;     // of each point among the distinct ones
-  std::vector<unsigned> image;  // that leads back to it
+  std::vector<Index> index;     // index of each point in `distinct`
+  std::vector<unsigned> image;  // mirror image that maps `distinct` back to the point
 };
 
 Folded fold(const Points& points) {
@@ -80,27 +79,27 @@ Folded fold(const Points& points) {
 
 struct Element {
   std::size_t shape = 0;
-  std::vector<int> unknowns;  // 3 x node + component, in the order of the shell's
-  MatrixXd interpolation;     // unknowns x columns of its targets
+  std::vector<int> unknowns;  // 3 x node + component, in the order of the shell's unknowns
+  MatrixXd interpolation;     // unknowns x columns of the targets in this element
   Index firstColumn = 0;
 };
 
-// A point of the boundary where the half-space field is wanted.
+// A boundary point at which the half-space field is evaluated.
 struct Sample {
   Vector3d point;
-  int normal;  // 0, 1: traction on the side that faces along x, y; 2: displacement on the base
+  int normal;  // 0, 1: traction on the side facing along x, y; 2: displacement on the base
 };
 
-// A side face of an element: what its samples contribute to the nodal loads.
+// A side face of an element, and how its samples contribute to the nodal loads.
 struct Face {
   Index firstSample;
   std::vector<int> boundaryNodes;  // -1 on the base
   MatrixXd weights;                // nodes x samples [m^2]
 };
 
-// Where the boundary data lives: the nodes of the base first, a sample at each, then those of the sides.
+// The boundary's nodes: first those of the base, with a sample at each, then those of the sides.
 struct Boundary {
-  std::vector<int> ofNode;  // number on the boundary of each of the mesh's nodes, -1 off it
+  std::vector<int> ofNode;  // per mesh node: its number on the boundary, or -1
   Index baseCount = 0;
   Index count = 0;
   std::vector<Sample> samples;
@@ -109,13 +108,13 @@ struct Boundary {
 
 using PerClass = std::array<MatrixXd, kClasses>;
 
-// The correction has the length scale of the thickness, and weak singularities where the base meets the sides. So there
-// is one small element at each side; those inside are not much longer than the thickness; and a block that is thick for
-// its width, where the singularities tell, has a small one above the base, too.
+// Chooses the element boundaries. The correction varies over lengths of about the thickness and is weakly singular
+// where the base meets the sides: one small element lies at each side, the elements inside are not much longer than the
+// thickness, and a block that is thick relative to its width also has a small element above the base.
 std::array<std::vector<double>, 3> chooseBreaks(const Vector3d& size, double clearance) {
   constexpr double kGradedBelow = 8e-3;  // [m]
-  constexpr double kEdge = 0.8;          // where the small elements begin
-  constexpr double kLongest = 1.35;      // element, in thicknesses
+  constexpr double kEdge = 0.8;          // begin of the small elements
+  constexpr double kLongest = 1.35;      // longest element, in thicknesses
   if (clearance < kGradedBelow) return {{{0.0, 0.5, 0.84, 1.0}, {0.0, 0.5, 0.84, 1.0}, {0.0, 0.2, 0.55, 1.0}}};
   std::array<std::vector<double>, 3> breaks;
   bool isThick = false;
@@ -192,14 +191,14 @@ Boundary makeBoundary(const BoxMesh& mesh) {
   return boundary;
 }
 
-// The elements in the order of the tree, with the targets that lie in them. `column` receives the column of each
-// component of each target.
+// The elements in the order of the tree, with the targets inside them.
 struct Elements {
-  std::vector<MatrixXd> stiffnesses;  // lower triangle, one for each shape
+  std::vector<MatrixXd> stiffnesses;  // lower triangles, one per shape
   std::map<Lattice, Element> at;
   Index columns = 0;
 };
 
+// `columns` receives the column of each component of each target.
 Elements makeElements(const BoxMesh& mesh, const CellRange& whole, const Gel& gel, const Points& targets,
                       std::vector<std::array<Index, 3>>& columns) {
   std::map<Lattice, std::vector<Index>> targetsIn;
@@ -239,7 +238,7 @@ Elements makeElements(const BoxMesh& mesh, const CellRange& whole, const Gel& ge
   return elements;
 }
 
-// Rows and columns of a symmetric matrix of which the lower triangle is given.
+// Returns rows and columns of a symmetric matrix given by its lower triangle.
 MatrixXd part(const MatrixXd& lower, const std::vector<int>& rows, const std::vector<int>& columns) {
   MatrixXd result(static_cast<Index>(rows.size()), static_cast<Index>(columns.size()));
   for (std::size_t j = 0; j < columns.size(); ++j)
@@ -249,7 +248,7 @@ MatrixXd part(const MatrixXd& lower, const std::vector<int>& rows, const std::ve
   return result;
 }
 
-// One class of the quarter block.
+// Solves one class on the quarter block.
 class ClassSolver {
  public:
   ClassSolver(unsigned parity, const BoxMesh& mesh, const CellRange& whole, const Elements& elements,
@@ -261,7 +260,7 @@ class ClassSolver {
       , boundary_(boundary)
       , solver_(3 * mesh.nodeCount()) {}
 
-  // 3 boundary nodes x columns.
+  // Returns the transfer operator, 3 boundary nodes x columns.
   MatrixXd transfer() {
     assemble(whole_);
     const MatrixXd x = solver_.solve(elements_.columns);
@@ -288,7 +287,8 @@ class ClassSolver {
   }
 
  private:
-  // Rows of an element's shell: unknown, prescribed on the base. Those that the class forbids are in neither.
+  // Rows of an element's shell: free unknowns, and those prescribed on the base. Unknowns that vanish in the class are
+  // in neither.
   struct Split {
     std::vector<int> free, base;
   };
@@ -336,13 +336,13 @@ class ClassSolver {
 struct BlockCorrection::Data {
   double youngsModulus, poissonRatio;
   Folded targets;
-  std::vector<std::array<Index, 3>> columns;  // of `transfer`, for each component at each distinct target
+  std::vector<std::array<Index, 3>> columns;  // columns of `transfer` for each component at each distinct target
   Boundary boundary;
-  PerClass transfer;  // 3 boundary nodes x 3 distinct targets; w at the targets is transfer^T boundary data
+  PerClass transfer;  // 3 boundary nodes x 3 distinct targets; w at the targets is transfer^T * boundary data
 
   Data(const Gel& gel, const Points& points, const BlockOptions& options, const Progress& progress);
 
-  // w at the distinct targets, columns the unit forces at each source; or one column: `forces` together.
+  // Returns w at the distinct targets: a column per unit force at each source, or one column if `forces` are given.
   PerClass respond(const Points& sources, const Eigen::Matrix3Xd* forces) const;
 
  private:
@@ -364,11 +364,11 @@ BlockCorrection::Data::Data(const Gel& gel, const Points& points, const BlockOpt
   if (progress) progress(1.0);
 }
 
-// Minus the half-space field of the sources: displacements of the base's nodes, then loads on the sides' nodes.
+// Returns minus the half-space field of the sources: displacements of the base's nodes, then loads on the sides' nodes.
 PerClass BlockCorrection::Data::boundaryData(const Points& sources, const Eigen::Matrix3Xd* forces) const {
   const Index width = forces != nullptr ? 1 : 3 * sources.cols();
   const auto count = static_cast<Index>(boundary.samples.size());
-  PerClass sampled;  // sample x (component x width + column)
+  PerClass sampled;  // samples x (component * width + column)
   sampled.fill(MatrixXd::Zero(count, 3 * width));
   for (Index s = 0; s < sources.cols(); ++s)
     for (Index i = 0; i < count; ++i) {

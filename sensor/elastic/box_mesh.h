@@ -1,4 +1,4 @@
-// A box of tensor-product elements: which nodes it has, and a tree of halves over its cells.
+// A box divided into tensor-product elements: the numbering of its nodes, and a tree of halves over its cells.
 #pragma once
 
 #include "sensor/elastic/spectral_element.h"
@@ -8,23 +8,26 @@
 
 namespace sensor::elastic {
 
-/// Cells along each axis between `planes`. Nodes are found by their place in the lattice of all nodes; only those on
-/// the surface of some element have a number.
+/// Divides a box at `planes` along each axis. A node is identified by its position in the lattice of all nodes. Only
+/// nodes on the surface of an element have a number.
 class BoxMesh {
  public:
+  /// \param degree of the elements' polynomials
+  /// \param planes element boundaries along each axis, ascending [m]
   BoxMesh(int degree, std::array<std::vector<double>, 3> planes);
 
   int degree() const { return degree_; }
   int cells(int axis) const { return static_cast<int>(planes_[axis].size()) - 1; }
-  int last(int axis) const { return cells(axis) * degree_; }  ///< place of the last node
+  int last(int axis) const { return cells(axis) * degree_; }  ///< lattice position of the last node
   int nodeCount() const { return static_cast<int>(lattice_.size()); }
-  int number(const Lattice& place) const { return numbers_[index(place)]; }  ///< -1 inside an element
+  int number(const Lattice& place) const { return numbers_[index(place)]; }  ///< -1 for a node inside an element
   const Lattice& place(int number) const { return lattice_[number]; }
 
+  // These return lengths in metres.
   Eigen::Vector3d position(const Lattice& place) const;  ///< [m]
-  Eigen::Vector3d corner(const Lattice& cell) const;     ///< the one nearest to the origin [m]
-  Eigen::Vector3d size(const Lattice& cell) const;       ///< [m]
-  Lattice cellAt(const Eigen::Vector3d& point) const;    ///< the nearest cell
+  Eigen::Vector3d corner(const Lattice& cell) const;     ///< corner nearest to the origin
+  Eigen::Vector3d size(const Lattice& cell) const;       ///< edge lengths
+  Lattice cellAt(const Eigen::Vector3d& point) const;    ///< cell that contains the point, or the nearest one
 
  private:
   std::size_t index(const Lattice& place) const;
@@ -36,14 +39,14 @@ class BoxMesh {
   std::vector<Lattice> lattice_;
 };
 
-/// Cells first..last along each axis, last included.
+/// Cells first..last along each axis, both included.
 struct CellRange {
   Lattice first, last;
 
   bool isCell() const { return first == last; }
-  std::pair<CellRange, CellRange> halves() const;              ///< across the longest axis
+  std::pair<CellRange, CellRange> halves() const;              ///< split across the longest axis
   std::vector<Lattice> cells() const;                          ///< in the order of the tree of halves
-  bool owns(const BoxMesh& mesh, const Lattice& place) const;  ///< no cell outside has this node
+  bool owns(const BoxMesh& mesh, const Lattice& place) const;  ///< true: no cell outside this range has the node
 };
 
 }  // namespace sensor::elastic

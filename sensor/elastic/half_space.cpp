@@ -24,7 +24,7 @@ Eigen::Matrix3d halfSpaceDisplacement(const Eigen::Vector3d& offset, double youn
   const double inverse = 1.0 / r;
   const double inverseSquare = inverse * inverse;
   const double scale = (1.0 + poissonRatio) / (2.0 * std::numbers::pi * youngsModulus) * inverse;  // 1 / (4 pi G r)
-  const double lean = kappa / s;  // times x: the part of u_z under a tangential force
+  const double lean = kappa / s;  // times x: part of u_z under a tangential force
   const double shear = kappa / (s * s);
   Eigen::Matrix3d u;
   u(0, 0) = 1.0 + x * x * inverseSquare + kappa * r / s - x * x * shear;
@@ -49,7 +49,7 @@ std::array<Eigen::Matrix3d, 3> halfSpaceStress(const Eigen::Vector3d& offset, do
   // Derivatives of g = 1 / s: g_i = -x_i first, g_ik = x_i x_k second - delta_ik first.
   const double first = 1.0 / (r * s * s);
   const double second = (3.0 * r + z) * inverseCube / (s * s * s);
-  // And of log(s): delta_ik logFirst - x_i x_k logSecond.
+  // Derivatives of log(s): delta_ik logFirst - x_i x_k logSecond.
   const double logFirst = 1.0 / (r * s);
   const double logSecond = (2.0 * r + z) * inverseCube / (s * s);
 

@@ -4,7 +4,7 @@
 
 #include <cassert>
 
-// LAPACK from the same library as the BLAS; liblapack of the distribution may be the slow reference.
+// LAPACK of OpenBLAS; the distribution's liblapack may be the slow reference implementation.
 extern "C" {
 void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
 void dsyevd_(const char* job, const char* uplo, const int* n, double* a, const int* lda, double* eigenvalues,
@@ -20,7 +20,7 @@ CBLAS_TRANSPOSE cblas(Op op) {
 int size(Eigen::Index n) {
   return static_cast<int>(n);
 }
-// The BLAS wants strides of at least one, also of empty matrices.
+// The BLAS requires strides of at least one, even for empty matrices.
 int stride(Eigen::Index n) {
   return static_cast<int>(std::max<Eigen::Index>(n, 1));
 }

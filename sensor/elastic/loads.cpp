@@ -1,7 +1,7 @@
-// Rings of equal angles. The mean over a circle of a field that is smooth below the surface is a smooth function of
-// r^2, so Gauss points in r^2 serve the constant density. Hertz's is proportional to s = sqrt(1 - r^2 / a^2) and r dr
-// to s ds, which leaves s^2 times an even function of s: the positive points of a Gauss rule on [-1, 1] that includes
-// zero, where the weight vanishes. Both converge exponentially.
+// Points lie on rings at equal angles. The mean over a circle of a field that is smooth below the surface is a smooth
+// function of r^2, so Gauss points in r^2 suit the constant density. Hertz's density is proportional to s = sqrt(1 -
+// r^2 / a^2) and r dr to s ds, so the integrand is s^2 times an even function of s. The positive points of a Gauss rule
+// on [-1, 1] with an odd number of points suit it; its point zero has no weight. Both converge exponentially.
 #include "sensor/elastic/loads.h"
 
 #include "sensor/elastic/quadrature.h"
@@ -15,7 +15,7 @@ namespace {
 
 enum class Density { kHertz, kConstant };
 
-// Points of a unit density, weights that add up to one.
+// Points of a unit density; the weights add up to one.
 struct Weighted {
   Points points;
   Eigen::VectorXd weights;
@@ -61,7 +61,7 @@ PatchQuadrature disc(const Eigen::Vector2d& centre, double radius, const Eigen::
 PatchQuadrature twist(const Eigen::Vector2d& centre, double radius, double torque, int rings) {
   Weighted patch = polar(centre, radius, rings, Density::kHertz);
   Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Zero(3, patch.points.cols());
-  double turning = 0.0;  // of the forces before scaling [m^2]
+  double turning = 0.0;  // torque of the forces before scaling, per unit [m^2]
   for (int i = 0; i < forces.cols(); ++i) {
     const Eigen::Vector2d arm = patch.points.col(i).head<2>() - centre;
     forces.col(i).head<2>() = patch.weights[i] * Eigen::Vector2d(-arm.y(), arm.x());

@@ -8,14 +8,14 @@
 namespace sensor::elastic {
 namespace {
 
-// Legendre polynomials of degree n - 1 and n at x, by their recurrence.
+// Returns the Legendre polynomials of degree n - 1 and n at x, by recurrence.
 std::pair<double, double> legendre(int n, double x) {
   double before = 1.0, value = x;
   for (int k = 2; k <= n; ++k) before = std::exchange(value, ((2 * k - 1) * x * value - (k - 1) * before) / k);
   return {before, value};
 }
 
-constexpr int kNewtonSteps = 50;  // quadratic from the Chebyshev guess; a handful suffice
+constexpr int kNewtonSteps = 50;  // a few suffice: convergence from the Chebyshev guess is quadratic
 
 }  // namespace
 
@@ -44,7 +44,7 @@ Rule gaussLobatto(int count) {
   Rule rule{Eigen::VectorXd(count), Eigen::VectorXd(count)};
   for (int i = 0; i < count; ++i) {
     double x = -std::cos(std::numbers::pi * i / n);
-    // The inner points are the zeros of P'_n, sought through (1 - x^2) P'_n / n = P_{n-1} - x P_n.
+    // The inner points are the zeros of P'_n, found with (1 - x^2) P'_n / n = P_{n-1} - x P_n.
     for (int step = 0; step < kNewtonSteps && i > 0 && i < n; ++step) {
       const auto [before, value] = legendre(n, x);
       const double change = (x * value - before) / ((n + 1) * value);

@@ -1,5 +1,5 @@
-// In a box all integrals over products of derivatives of tensor-product polynomials are products of three integrals
-// along the axes, so an element's matrix is filled from a few small tables without any quadrature in space.
+// In a box, the integral of a product of derivatives of tensor-product polynomials is a product of three integrals
+// along the axes. The element's matrix is therefore filled from a few small tables, without quadrature in space.
 #include "sensor/elastic/spectral_element.h"
 
 #include "sensor/elastic/linear_algebra.h"
@@ -25,7 +25,7 @@ std::vector<Lattice> nodes(int degree, bool interior) {
   return result;
 }
 
-// [a][b]: integrals of the a-th derivative of row's polynomial times the b-th of column's along one edge.
+// [a][b]: integrals along one edge of the a-th derivative of the row's polynomial times the b-th of the column's.
 using Integrals = std::array<std::array<Eigen::MatrixXd, 2>, 2>;
 
 Integrals integrals(int degree, double length, int points) {
@@ -40,7 +40,7 @@ Integrals integrals(int degree, double length, int points) {
   return result;
 }
 
-// [a][b]: integral over the element of d_a of one node's polynomial times d_b of the other's.
+// [a][b]: integral over the element of d_a of the row node's polynomial times d_b of the column node's.
 using Gradients = std::array<std::array<double, 3>, 3>;
 
 Gradients gradients(const std::array<Integrals, 3>& along, const Lattice& row, const Lattice& column) {

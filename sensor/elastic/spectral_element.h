@@ -1,4 +1,4 @@
-// A box-shaped hexahedron of tensor-product polynomials through Gauss-Lobatto points, its interior condensed.
+// A box-shaped element with tensor-product polynomials through Gauss-Lobatto points, whose interior is condensed.
 #pragma once
 
 #include "sensor/gel.h"
@@ -8,27 +8,29 @@
 
 namespace sensor::elastic {
 
-/// Position of a node in its element: 0..degree along each axis.
+/// Position of a node in its element, 0..degree along each axis; also of a node or cell in a mesh.
 using Lattice = std::array<int, 3>;
 
-/// The (degree + 1)^3 - (degree - 1)^3 nodes on the element's surface.
+/// Returns the (degree + 1)^3 - (degree - 1)^3 nodes on the element's surface, called its shell.
 std::vector<Lattice> shellNodes(int degree);
 
-/// What is left of an element when its interior unknowns, which carry no load, are expressed by those of its shell.
-/// Unknown 3 n + c is component c at shell node n.
+/// An element after elimination of its interior unknowns, which carry no load. Unknown 3 n + c is component c at shell
+/// node n.
 struct CondensedElement {
   int degree = 0;
   Eigen::MatrixXd stiffness;  ///< lower triangle [N/m]
   Eigen::MatrixXd factor;     ///< lower Cholesky factor of the interior's stiffness
-  Eigen::MatrixXd coupling;   ///< factor^-1 times the stiffness between interior (rows) and shell
+  Eigen::MatrixXd coupling;   ///< factor^-1 times the stiffness between interior (rows) and shell (columns)
 
-  /// Displacement at points given in [0, 1]^3 of the element: column c * points + t belongs to component c at point t,
-  /// rows are the shell's unknowns.
+  /// Returns the matrix that gives the displacement at points: rows are the shell's unknowns, column c * points + t is
+  /// component c at point t. \param unit points in the element's coordinates [0, 1]^3
   Eigen::MatrixXd interpolation(const Points& unit) const;
 };
 
-/// The div-div term is integrated with (degree - 1)^3 Gauss points, which leaves room for motions of constant volume
-/// (no locking as Poisson's ratio approaches 1/2), the rest exactly. size: edges [m]; moduli in Pa.
+/// Returns the condensed element. The term in the divergence is integrated with (degree - 1)^3 Gauss points, which
+/// prevents locking as Poisson's ratio approaches 1/2; all other terms are integrated exactly. \param degree >= 2
+/// \param size edge lengths [m]
+/// \param youngsModulus [Pa]
 CondensedElement condensedElement(int degree, const Eigen::Vector3d& size, double youngsModulus, double poissonRatio);
 
 }  // namespace sensor::elastic

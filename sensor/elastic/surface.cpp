@@ -7,14 +7,14 @@ namespace sensor::elastic {
 
 namespace {
 
-/// x ln(y + r), r = |(x, y)|; where y is negative without the difference of two that are nearly equal.
+/// Returns x ln(y + r), r = |(x, y)|, without cancellation for negative y.
 double lineTerm(double x, double y) {
   if (x == 0.0) return 0.0;
   const double r = std::hypot(x, y);
   return x * std::log(y >= 0.0 ? y + r : x * x / (r - y));
 }
 
-/// Second antiderivatives, over x and y, of what the fields on the surface are made of.
+/// Second antiderivatives, over x and y, of the terms of the surface fields.
 struct Potentials {
   double xx;  ///< of x^2 / r^3; with yy, of 1 / r
   double yy;  ///< of y^2 / r^3
@@ -23,7 +23,7 @@ struct Potentials {
   double y;   ///< of y / r^2
 };
 
-/// Of a / r^2.
+/// Returns the second antiderivative of a / r^2.
 double slopeTerm(double a, double b) {
   const double r = std::hypot(a, b);
   return (b == 0.0 ? 0.0 : b * std::log(r)) + (a == 0.0 ? 0.0 : a * std::atan(b / a));
@@ -51,7 +51,7 @@ Eigen::Matrix3d halfSpaceSquare(const Eigen::Vector2d& offset, double side, doub
   }
   const double shear = youngsModulus / (2.0 * (1.0 + poissonRatio));
   const double nu = poissonRatio, stretch = 2.0 * (1.0 - nu), slide = 2.0 * nu, tilt = 1.0 - 2.0 * nu;
-  Eigen::Matrix3d u;                                             // a column a force
+  Eigen::Matrix3d u;                                             // one column per force
   u << stretch * (xx + yy) + slide * xx, slide * xy, -tilt * x,  //
       slide * xy, stretch * (xx + yy) + slide * yy, -tilt * y,   //
       tilt * x, tilt * y, stretch * (xx + yy);

@@ -1,4 +1,4 @@
-// The camera's features (GenICam's), looked at and changed while it runs.
+// Reads and changes the camera's GenICam features while the camera streams.
 #pragma once
 
 #include <optional>
@@ -7,46 +7,51 @@
 
 namespace traction {
 
-/// A look at the camera's features or a change of them. A change lasts until the camera is opened again: what is to
-/// stay belongs into the daemon's configuration.
+/// Request for the camera: looks at features or changes one. A change lasts until the camera is opened again; a
+/// permanent setting belongs in the daemon's configuration.
 struct CameraStep {
   enum class Kind {
-    kList,          ///< the features that match
-    kRead,          ///< one feature
-    kWrite,         ///< one feature; tells how it reads then
-    kExecute,       ///< a command, until the camera says that it is done; tells what it changed
-    kBalanceWhite,  ///< once, of what is seen now; tells the gains
-    kTrigger,       ///< one software trigger
+    kList,          ///< reports the features that match
+    kRead,          ///< reports one feature
+    kWrite,         ///< writes one feature and reports its value after the write
+    kExecute,       ///< executes one command, waits until the camera reports it done, and reports the features that it
+                    ///< changed
+    kBalanceWhite,  ///< balances white once on the current picture and reports the gains
+    kTrigger,       ///< sends one software trigger
   };
   Kind kind = Kind::kList;
-  std::string name;                     ///< read, write, execute: "ExposureTime", "BalanceRatio[Red]"
-  std::string value;                    ///< write; a number with a point, true or false, an entry's name
-  std::string matching;                 ///< list: part of a name, in capitals or not; empty: all
-  std::vector<std::string> categories;  ///< list: in or below one of them; none: all
+  std::string name;      ///< for kRead, kWrite, kExecute: "ExposureTime", "BalanceRatio[Red]"
+  std::string value;     ///< for kWrite: a number with a decimal point, true or false, or the name of an entry
+  std::string matching;  ///< for kList: part of a feature's name, case-insensitive; empty: all
+  std::vector<std::string> categories;  ///< for kList: features in or below one of these; empty: all
 };
 
+/// One feature as the camera reports it.
 struct CameraFeature {
   enum class Kind { kUnknown, kInteger, kFloat, kBoolean, kEnumeration, kString, kCommand, kRegister };
   enum class Access { kNone, kRead, kWrite, kReadWrite };
 
-  std::string name;   ///< as the camera calls it
-  std::string value;  ///< as in CameraStep; empty: none, or it cannot be read
-  std::string unit;   ///< as the camera says: "us"
+  std::string name;   ///< name that the camera gives it
+  std::string value;  ///< written as in CameraStep; empty: there is none, or it cannot be read
+  std::string unit;   ///< unit that the camera gives it: "us"
   Kind kind = Kind::kUnknown;
-  Access access = Access::kNone;                      ///< now: what is locked while pictures stream cannot be written
-  std::optional<double> minimum, maximum, increment;  ///< of a number, in the unit; empty: the camera does not tell
-  std::vector<std::string> entries;                   ///< of an enumeration, those available now
-  std::string description;                            ///< the camera's own words
-  std::string configured;                             ///< by the daemon's configuration; empty: it leaves it open
-  std::string first;                  ///< before the first write of this session; empty: it was not written
+  /// Access at this moment: a feature that is locked during streaming is not writable then.
+  Access access = Access::kNone;
+  /// Limits of a number, in `unit`; empty: the camera does not report them.
+  std::optional<double> minimum, maximum, increment;
+  std::vector<std::string> entries;   ///< of an enumeration: the entries that are available now
+  std::string description;            ///< text of the camera
+  std::string configured;             ///< value that the daemon's configuration sets; empty: it sets none
+  std::string first;                  ///< value before the first write of this session; empty: not written
   std::string category;               ///< "AcquisitionControl"
-  std::vector<std::string> selected;  ///< of which choice the value is: "BalanceRatioSelector=Red"
+  std::vector<std::string> selected;  ///< selector settings under which the value holds: "BalanceRatioSelector=Red"
 };
 
+/// Answer to a CameraStep.
 struct CameraReport {
   std::vector<CameraFeature> features;
-  std::vector<std::string> remarks;  ///< for people
-  std::string camera;                ///< which it is: "Vendor-Serial"
+  std::vector<std::string> remarks;  ///< for a person to read
+  std::string camera;                ///< the camera that answered: "Vendor-Serial"
 };
 
 }  // namespace traction

@@ -1,4 +1,4 @@
-// Asks things of a running tractiond.
+// Sends requests to a running tractiond.
 #pragma once
 
 #include "traction/camera.h"
@@ -16,58 +16,62 @@
 namespace traction {
 
 struct ControlOptions {
-  std::string instance = "default";  ///< of tractiond, on this machine
-  std::string endpoint;              ///< ZeroMQ's, "tcp://HOST:9884"; empty: found by the instance
-  Keys keys = {};                    ///< for a gateway
-  // For answers. Who goes before the answer is told at once.
+  std::string instance = "default";  ///< name of a tractiond on this machine
+  std::string endpoint;              ///< ZeroMQ endpoint, "tcp://HOST:9884"; empty: found from `instance`
+  Keys keys = {};                    ///< needed for a traction-gateway only
+  // Time to connect, for every request, and then to wait for status() and description(). All other times are for the
+  // answer alone. If the daemon goes away during a request, the request fails at once.
   std::chrono::milliseconds timeout{3000};
-  std::chrono::milliseconds zeroTimeout{15'000};  ///< at least; longer where the daemon's status says so
-  std::chrono::milliseconds workTimeout{60'000};  ///< of the camera
-  /// Of a calibration step, in addition to its `seconds`. It covers the daemon's own time to look, where `seconds` is 0,
-  /// and the computation, which takes minutes on a small machine.
+  /// For zero(), undoZero() and snapshot(). For the zeros it is the minimum: Status::zeroWithin_s + 2 s applies where
+  /// that is longer.
+  std::chrono::milliseconds zeroTimeout{15'000};
+  std::chrono::milliseconds workTimeout{60'000};  ///< for camera()
+  /// For calibrate(), in addition to CalibrationStep::seconds. It covers the daemon's default duration where `seconds`
+  /// is 0, and the computation, which takes minutes on a small machine.
   std::chrono::milliseconds calibrationTimeout{600'000};
 };
 
 struct ZeroOptions {
-  bool anyway = false;  ///< also if something seems to touch the gel
+  bool anyway = false;  ///< true: takes the zero even if something seems to touch the gel
 };
 
-/// What came of zero() or undoZero().
+/// Outcome of zero() or undoZero().
 struct ZeroResult {
   Zero zero;                          ///< the zero taken or restored
   std::uint32_t markersPresent = 0;   ///< found in the picture
-  std::uint32_t markersExpected = 0;  ///< of the gel
-  double noise_levels = 0.0;          ///< standard deviation of a pixel between the rest frames [levels of the format]
-  std::string remark;                 ///< why it may be wrong; empty: no reason is known
+  std::uint32_t markersExpected = 0;  ///< number of markers of the gel
+  double noise_levels = 0.0;  ///< standard deviation of a pixel over the rest frames [levels of the pixel format]
+  std::string remark;         ///< why the zero may be wrong; empty: no reason is known
 };
 
-/// One step of a calibration: docs/calibration.md.
+/// One step of a calibration; docs/calibration.md describes the procedure.
 struct CalibrationStep {
   enum class Kind {
-    kGeometry,   ///< pose and distortion from the zero in force
-    kNoise,      ///< of markers and picture while nothing touches
-    kWeight,     ///< waits until a known weight has been put on and has come to rest
-    kStiffness,  ///< Young's modulus from the weights read so far; refused if they contradict each other
+    kGeometry,   ///< estimates camera pose and distortion from the zero in force
+    kNoise,      ///< measures the noise of markers and picture while nothing touches the gel
+    kWeight,     ///< waits until a known weight lies on the gel at rest, and reads it
+    kStiffness,  ///< estimates Young's modulus from the weights read so far; refused if they contradict each other
     kFinish,     ///< writes the gel file
   };
   Kind kind = Kind::kGeometry;
-  double seconds = 0.0;   ///< noise: to look; weight: to wait for it; 0: as long as the daemon thinks right
-  double weight_N = 0.0;  ///< weight
-  bool first = false;     ///< weight: forget those before
-  bool anyway = false;    ///< geometry, noise: also if something seems to touch
-  std::string name;       ///< finish: the file's name begins with it
+  /// [s] For kNoise: duration of the measurement. For kWeight: longest wait for the weight. 0: the daemon's default.
+  double seconds = 0.0;
+  double weight_N = 0.0;  ///< for kWeight [N]
+  bool first = false;     ///< for kWeight: true discards the weights read before
+  bool anyway = false;    ///< for kGeometry, kNoise: true proceeds even if something seems to touch the gel
+  std::string name;       ///< for kFinish: beginning of the gel file's name
 };
 
-/// A picture of the camera, and what was found in it.
+/// A picture of the camera and the markers found in it. Positions are pixels of the camera's full picture.
 struct Snapshot {
   enum class MarkerState : std::uint8_t {
-    kSought,  ///< markers are not known yet: the place is where the gel file has it
+    kSought,  ///< markers are not labelled yet; the position is the expected one of the gel file
     kFound,
-    kLost,    ///< present in the zero, not found: the place is where its neighbours have it
+    kLost,    ///< present in the zero, not found now; the position is interpolated from its neighbours
     kAbsent,  ///< not seen when the zero was taken
   };
   struct Marker {
-    std::array<float, 2> place_px{};  ///< right, down; of the camera's picture
+    std::array<float, 2> place_px{};  ///< (u, v)
     Colour colour = Colour::kUnknown;
     MarkerState state = MarkerState::kSought;
   };
@@ -75,60 +79,61 @@ struct Snapshot {
     std::array<float, 2> place_px{};
     Colour colour = Colour::kUnknown;
   };
-  std::uint32_t width = 0, height = 0;  ///< px
-  std::uint32_t channels = 0;           ///< bytes a pixel; 3: red, green, blue; 1: grey
-  std::uint32_t reduced = 1;            ///< pixels of the camera to one of this picture, in each direction
-  std::vector<std::uint8_t> levels;     ///< row after row
-  std::string pixelFormat;              ///< that the camera sent
+  std::uint32_t width = 0, height = 0;  ///< of this picture [px]
+  std::uint32_t channels = 0;           ///< bytes per pixel; 3: red, green, blue; 1: grey
+  std::uint32_t reduced = 1;            ///< camera pixels per pixel of this picture, in each direction
+  std::vector<std::uint8_t> levels;     ///< height x width x channels, row by row
+  std::string pixelFormat;              ///< pixel format that the camera sent
   std::uint64_t frameNumber = 0;
-  std::int64_t receivedReal_ns = 0;  ///< since 1970
+  std::int64_t receivedReal_ns = 0;  ///< CLOCK_REALTIME of the daemon's host [ns since 1970]
   std::vector<Marker> markers;
-  std::vector<Spot>
-      spots;  ///< whatever looks about like a marker, when the markers were last sought in a whole picture
+  std::vector<Spot> spots;  ///< marker candidates of the last marker search over a whole picture
 };
 
+/// Answer to a CalibrationStep.
 struct CalibrationReport {
   struct Figure {
-    std::string name;  ///< with its unit: "focal_px"
+    std::string name;  ///< ends with its unit: "focal_px"
     double value = 0.0;
-    double deviation = 0.0;  ///< standard; 0: none is known
+    double deviation = 0.0;  ///< standard deviation, in the unit of `value`; 0: not known
   };
   std::vector<Figure> figures;
-  std::vector<std::string> remarks;  ///< for people
-  std::string path;                  ///< of the gel file that was written, on the daemon's host
+  std::vector<std::string> remarks;  ///< for a person to read
+  std::string path;                  ///< gel file that was written, on the daemon's host; empty: none
 };
 
-/// What can be passed on without being read.
+/// Requests that pass() sends.
 enum class Question { kStatus, kDescription, kZero, kUndoZero };
 
-/// Thread-safe: every request has a connection of its own.
+/// Client of a daemon's control endpoint. Thread-safe: each request opens a connection of its own. Every request blocks
+/// until its answer, and throws Error kBadEndpoint, kNoAnswer, kVersion, kMalformed, kRefused, kBadKeys or kNotAllowed.
 class TRACTION_EXPORT Control {
  public:
-  /// \throws Error kBadEndpoint
+  /// Finds the endpoint. Does not connect. \throws Error kBadEndpoint if the instance's name is invalid
   explicit Control(const ControlOptions& options = {});
 
-  // All of them \throw Error kNoAnswer, kVersion, kMalformed, kRefused, kBadKeys, kNotAllowed.
-  Status status() const;            ///< the last one published
-  Description description() const;  ///< the last one published
-  /// Takes what the camera sees now as the unloaded gel, and waits for it.
+  Status status() const;            ///< Returns the status that the daemon published last.
+  Description description() const;  ///< Returns the description that the daemon published last.
+  /// Takes the current picture as the unloaded gel: the rest pose becomes the zero in force.
   ZeroResult zero(const ZeroOptions& options = {}) const;
-  /// Restores the previous zero; the one in force becomes the previous one.
+  /// Restores the previous zero. The zero in force becomes the previous one, so that a second call undoes the first.
   ZeroResult undoZero() const;
-  /// The next picture.
+  /// Returns the next picture of the camera.
   Snapshot snapshot() const;
-  /// Carries a step out and waits for it.
+  /// Carries out one step of a calibration.
   CalibrationReport calibrate(const CalibrationStep& step) const;
-  /// Has a step carried out by the camera and waits for it.
+  /// Carries out one request to the camera.
   CameraReport camera(const CameraStep& step) const;
 
-  /// For others: asks and waits as the functions above do; the answer as it came, Protobuf's bytes of a Reply. \throws
-  /// Error kNoAnswer, kBadKeys, kNotAllowed
+  /// Sends a request and returns its answer undecoded: the Protobuf bytes of a traction.v1.Reply, which may hold an
+  /// error. For gateways and exporters. \throws Error kBadEndpoint, kNoAnswer, kBadKeys, kNotAllowed
   std::string pass(Question question) const;
 
-  /// Where it asks; for messages to people.
+  /// Returns the endpoint that requests go to, for messages.
   const std::string& endpoint() const { return options_.endpoint; }
 
  private:
+  /// Asks the daemon how long a zero takes, and adds 2 s. Returns 0 if it does not answer.
   std::chrono::milliseconds zeroTakes() const;
 
   ControlOptions options_;

@@ -1,4 +1,4 @@
-// What the other messages mean: the sensor, its geometry, and what the numbers rest on. Frames as in messages.h.
+// Describes the sensor: its geometry, its calibration and the solver. Frames are those of messages.h.
 #pragma once
 
 #include "traction/messages.h"
@@ -7,98 +7,104 @@
 
 namespace traction {
 
-/// A linear elastic block, bonded at z = size_m[2], its sides and its touched surface free.
+/// A linear elastic block. It is bonded at z = size_m[2]; its sides and the touched surface are free.
 struct Gel {
   double youngsModulus_Pa = 0.0;
   double poissonRatio = 0.0;
-  Vector3 size_m{};  ///< width, height, thickness [m]; centred on the origin in x and y
+  Vector3 size_m{};  ///< width, height, thickness [m]; the block is centred on the origin in x and y
 };
 
-/// Of the light in which markers stand out; grey: in all.
+/// Colour of the light in which markers stand out; kGrey: they stand out in all light.
 enum class Colour { kUnknown, kBlue, kRed, kGreen, kGrey };
 
-/// Index of a marker or node in its grid: row * columns + column, column along +x, row along +y (up in the picture).
+/// A rectangular grid of markers or nodes. Index: row * columns + column, with columns along +x and rows along +y (up
+/// in the picture).
 struct Grid {
   std::uint32_t columns = 0;
   std::uint32_t rows = 0;
-  double pitch_m = 0.0;  ///< from one to the next [m]
-  Vector2 centre_m{};    ///< of the grid, gel frame [m]
+  double pitch_m = 0.0;  ///< distance of neighbours
+  Vector2 centre_m{};    ///< centre of the grid, gel frame
 
+  /// Returns the position of a grid point, gel frame [m].
   Vector2 position_m(std::uint32_t column, std::uint32_t row) const {
     return {centre_m[0] + pitch_m * (column - (columns - 1) / 2.0), centre_m[1] + pitch_m * (row - (rows - 1) / 2.0)};
   }
 };
 
-/// Round markers in the plane z = depth_m.
+/// A grid of round markers in the plane z = depth_m.
 struct MarkerLayer {
   Colour colour = Colour::kUnknown;
   Grid grid;
   double depth_m = 0.0;
-  double diameter_m = 0.0;  ///< of a marker
-  bool darker = false;      ///< than what surrounds the markers, in their light
+  double diameter_m = 0.0;
+  bool darker = false;  ///< true: markers are darker than their surroundings in the light of `colour`
 };
 
+/// The camera, its projection and the refraction between gel and camera.
 struct Camera {
-  std::string vendor, model, serial;  ///< as the camera says; empty: not seen yet
-  std::string pixelFormat;            ///< GenICam's name: "RGB8"
+  std::string vendor, model, serial;  ///< as the camera reports them; empty: no camera opened yet
+  std::string pixelFormat;            ///< GenICam name: "RGB8"
   std::uint32_t width_px = 0;
   std::uint32_t height_px = 0;
-  double focal_px = 0.0;   ///< along u; along v: aspect * focal_px
-  double aspect = 1.0;     ///< focal length along v over that along u
-  Vector2 principal_px{};  ///< where the optical axis meets the picture, (u, v)
-  double k1 = 0.0;         ///< radial distortion r_d = r (1 + k1 r^2 + k2 r^4), r normalised by the focal length
+  double focal_px = 0.0;   ///< focal length along u; along v it is aspect * focal_px
+  double aspect = 1.0;     ///< focal length along v / focal length along u
+  Vector2 principal_px{};  ///< principal point (u, v)
+  double k1 = 0.0;         ///< radial distortion r_d = r (1 + k1 r^2 + k2 r^4), r in focal lengths
   double k2 = 0.0;
-  Vector3 position_m{};    ///< of the projection centre, gel frame
-  Vector3 rotation_rad{};  ///< rotation vector from the nominal pose (straight along -z), camera frame
-  double gelIndex = 1.0;   ///< refractive index of the gel; 1: not taken into account
+  Vector3 position_m{};    ///< projection centre, gel frame
+  Vector3 rotation_rad{};  ///< rotation vector from the nominal pose (looking along -z), camera frame
+  double gelIndex = 1.0;   ///< refractive index of the gel; 1: refraction is ignored
   double windowIndex = 1.0;
   double windowThickness_m = 0.0;
 };
 
+/// How forces are computed from displacements.
 struct Solver {
   std::string mechanics;       ///< "block", "half-space" or "influence file"
-  std::string regularisation;  ///< name of the rule
-  double strength = 0.0;       ///< of the largest singular value of the influence matrix; for Method::kWholeFace
+  std::string regularisation;  ///< name of the rule: "tikhonov"
+  /// Regularisation of Method::kWholeFace, relative to the largest singular value of the influence matrix.
+  double strength = 0.0;
   bool contactAware = false;
-  double noise_px = 0.0;      ///< of a marker's centre, that the search for contacts reckons with
-  double forceScale_N = 0.0;  ///< the least force of a node that the contact step takes as usual
-  // Force on one node that is found in half of the frames: along the surface and into it [N].
+  double noise_px = 0.0;      ///< standard deviation of a marker's centre that the contact search assumes
+  double forceScale_N = 0.0;  ///< lower bound of the nodal force that the contact step expects
+  // Force on a single node that is detected in half of the frames: along the surface, and into it.
   double detectionLimitTangential_N = 0.0;
   double detectionLimitNormal_N = 0.0;
 };
 
-/// What the forces rest on.
+/// Identifies what the forces are computed from: gel, markers, nodes, camera geometry and solver.
 struct Calibration {
   Id id{};
-  std::int64_t time_ns = 0;  ///< CLOCK_REALTIME when it was made
+  std::int64_t time_ns = 0;  ///< CLOCK_REALTIME when it was made [ns since 1970]
 };
 
-/// What the displacements are counted from. Markers in the order of Markers.
+/// The zero: the rest pose that displacements are measured from. Markers are in the order of Markers.
 struct Zero {
   Id id{};
-  std::int64_t time_ns = 0;                           ///< CLOCK_REALTIME of its last frame
-  bool requested = false;                             ///< true: a person asked for it; false: taken at the first start
-  std::vector<std::array<float, 2>> restPosition_px;  ///< (u, v) in the picture
-  std::vector<std::uint8_t> markerPresent;            ///< 1: seen in the rest frames
-  std::string requestedBy;                            ///< who asked, for people
+  std::int64_t time_ns = 0;  ///< CLOCK_REALTIME of its last frame [ns since 1970]
+  bool requested = false;    ///< true: an operator asked for it; false: taken at the first start
+  std::vector<std::array<float, 2>> restPosition_px;  ///< (u, v) of each marker
+  std::vector<std::uint8_t> markerPresent;            ///< per marker; 1: seen in the rest frames
+  std::string requestedBy;                            ///< operator that asked for it: an address or a local process
 };
 
-/// A body of any shape with its own Green's functions. `layers` and `nodes` of the description then say who is whose
-/// neighbour, and their pitches, centres and depths are means. Gel frame.
+/// A body of any shape with its own Green's functions. Description::layers and nodes then give the neighbourhood of
+/// markers and nodes only; their pitches, centres and depths are means. Gel frame.
 struct Body {
   std::vector<std::array<float, 3>> nodePositions_m;
-  std::vector<std::array<float, 3>> nodeNormals;  ///< of length 1, into the body
+  std::vector<std::array<float, 3>> nodeNormals;  ///< unit vectors into the body
   std::vector<float> nodeAreas_m2;
-  std::vector<std::array<float, 3>> markerPositions_m;  ///< at rest
+  std::vector<std::array<float, 3>> markerPositions_m;  ///< rest positions, layer after layer
 };
 
+/// What a daemon publishes about itself at the start, after each change, and to each new subscriber.
 struct Description {
   Header header;
-  std::string softwareVersion;  ///< of the daemon
-  bool sameHost = false;        ///< the daemon's CLOCK_MONOTONIC is this process's
+  std::string softwareVersion;  ///< version of the daemon
+  bool sameHost = false;        ///< true: the daemon's CLOCK_MONOTONIC is also this process's
   std::vector<std::string> topics;
-  /// Tells whether the daemon has a gel file. Without one it measures nothing and publishes no field: what follows is
-  /// empty or 0, but for the camera's name, format and size.
+  /// Returns whether the daemon has a gel file. Without one it publishes no field, and everything below is empty or 0
+  /// except the camera's name, pixel format and size.
   bool hasGel() const { return !layers.empty(); }
   Gel gel;
   std::vector<MarkerLayer> layers;
@@ -106,8 +112,8 @@ struct Description {
   Camera camera;
   Solver solver;
   Calibration calibration;
-  std::optional<Zero> zero;  ///< empty: no rest pose yet
-  std::optional<Body> body;  ///< empty: the gel is a block, its touched surface flat
+  std::optional<Zero> zero;  ///< empty: there is no zero yet
+  std::optional<Body> body;  ///< empty: the gel is a block with a flat touched surface
 };
 
 }  // namespace traction

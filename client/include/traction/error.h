@@ -1,4 +1,4 @@
-// What the library throws.
+// The exception of this library.
 #pragma once
 
 #include "traction/export.h"
@@ -8,13 +8,13 @@
 namespace traction {
 
 enum class ErrorCode {
-  kBadEndpoint,  ///< no such endpoint or instance name
-  kNoAnswer,     ///< nobody answered in time
-  kVersion,      ///< the daemon speaks another version of the protocol
-  kMalformed,    ///< what arrived is no message of the protocol
-  kRefused,      ///< the daemon could not do it; what() is its sentence
-  kBadKeys,      ///< what was given as keys is none, or their file cannot be read
-  kNotAllowed,   ///< a gateway does not let this side in, or not to this
+  kBadEndpoint,  ///< invalid endpoint or instance name, or an endpoint of another kind
+  kNoAnswer,     ///< no daemon at the endpoint, or no answer in time
+  kVersion,      ///< the daemon uses another version of the protocol
+  kMalformed,    ///< what arrived is not a valid message of the protocol
+  kRefused,      ///< the daemon refused the request; what() is its reason
+  kBadKeys,      ///< not a key, or the key file cannot be read
+  kNotAllowed,   ///< the gateway refuses this key, or this key may not do this
 };
 
 class TRACTION_EXPORT Error : public std::runtime_error {

@@ -1,4 +1,4 @@
-// Keys, for a tractiond that is met through a traction-gateway.
+// Keys for a tractiond behind a traction-gateway.
 #pragma once
 
 #include "traction/export.h"
@@ -7,13 +7,15 @@
 
 namespace traction {
 
-/// CURVE's, as 40 letters of Z85. Without a server key nobody is asked, and nothing is encrypted.
+/// CURVE keys, each as 40 characters of Z85. Without a server key the connection is neither authenticated nor
+/// encrypted.
 struct Keys {
-  std::string serverKey;             ///< of the gateway's box, public
-  std::string publicKey, secretKey;  ///< of this side
+  std::string serverKey;             ///< public key of the gateway
+  std::string publicKey, secretKey;  ///< key pair of this client
 };
 
-/// From a file of `tractionctl keys new`; the server's key where the file has it. \throws Error kBadKeys
+/// Reads a key pair from a file that `tractionctl keys new` wrote, and the server key if the file has one. \throws
+/// Error kBadKeys
 TRACTION_EXPORT Keys loadKeys(const std::string& path);
 
 }  // namespace traction

@@ -1,8 +1,10 @@
-// What tractiond publishes of each frame.
+// The messages that tractiond publishes for each frame.
 //
-// Gel frame: the origin lies on the touched surface at the centre of the marker field; x points to the right and y up
-// in the camera's picture, z into the gel, towards the camera. A force is the force of the object on the gel: pressing
-// is +z. Pixels: u to the right, v down. SI units. No number is ever NaN: what is not valid is marked so and is 0.
+// Gel frame: right-handed, origin on the touched surface at the centre of the marker field; x points right and y up in
+// the camera's picture, z into the gel, towards the camera. A force is the force of the object on the gel: pressing is
+// +z.
+// Pixels: (0, 0) is the centre of the top left pixel, u points right, v down.
+// SI units. No number is NaN or infinite: an invalid value is marked as invalid and is 0.
 #pragma once
 
 #include <array>
@@ -13,135 +15,144 @@
 
 namespace traction {
 
-using Id = std::array<std::uint8_t, 16>;  ///< a hash or random; all zero: none
+using Id = std::array<std::uint8_t, 16>;  ///< a hash or a random number; all zero: none
 using Vector2 = std::array<double, 2>;    ///< x, y
 using Vector3 = std::array<double, 3>;    ///< x, y, z
 
-/// Bits of Header::flags: reasons to be careful.
+/// Bits of Header::flags. Each is a reason for caution.
 enum Flag : std::uint32_t {
-  kZeroUnverified = 1,   ///< nobody has confirmed, and no unloaded picture has shown, that the zero is a zero
-  kFewMarkers = 2,       ///< too few markers are seen: the field is not valid
-  kDiscontinuity = 4,    ///< frames were lost or the clocks jumped before this frame
-  kReacquiring = 8,      ///< markers were labelled anew in this frame
-  kTorn = 16,            ///< the picture does not hang together: rows of another moment, or moved aside
-  kUnexplained = 32,     ///< the picture shows displacements that no forces on the surface can make
-  kOutOfRange = 64,      ///< the forces are beyond the range for which the uncertainty is known
-  kGelMismatch = 128,    ///< the rest picture contradicts the gel file: the field is not valid
-  kDoubtedOrigin = 256,  ///< packets came twice, early, or beside the camera's own: the picture may be somebody else's
+  kZeroUnverified = 1,  ///< neither an operator nor an unloaded picture has confirmed the zero
+  kFewMarkers = 2,      ///< too few markers are found; the field is not valid
+  kDiscontinuity = 4,   ///< frames were lost, or a clock jumped, before this frame
+  kReacquiring = 8,     ///< markers were labelled anew in this frame
+  kTorn = 16,           ///< the picture is inconsistent: some rows are shifted or belong to another frame
+  kUnexplained = 32,    ///< the picture shows displacements that no forces on the surface can cause
+  kOutOfRange = 64,     ///< the forces exceed the range in which the uncertainty is known
+  kGelMismatch = 128,   ///< the rest picture contradicts the gel file; the field is not valid
+  /// Packets arrived twice, early, or in addition to the camera's own: the picture may come from another sender.
+  kDoubtedOrigin = 256,
 };
 
-/// 3 x 3, row after row: x, y, z by x, y, z.
+/// A 3 x 3 matrix, row by row, indices in the order x, y, z.
 using Matrix3 = std::array<double, 9>;
 
-/// The whole is the sum of the two.
+/// A covariance in two parts. The total is their sum.
 struct Covariance {
-  Matrix3 noise{};       ///< what differs from frame to frame
-  Matrix3 systematic{};  ///< what does not: the sensor's numbers, and what may lie beyond its nodes
+  Matrix3 noise{};       ///< part that differs from frame to frame
+  Matrix3 systematic{};  ///< part that does not: uncertainty of the gel file, and force beyond the outermost nodes
 };
 
 /// How the forces of a field were found.
 enum class Method : std::uint8_t {
-  kNone,       ///< not valid, or not told
-  kNoContact,  ///< nothing above the detection limit (Description::solver): all forces are 0
-  kContact,    ///< for the nodes alone that carry something
-  kWholeFace,  ///< for all nodes, because the contact is large or does not explain the picture
-  kBlend,      ///< a mean of the two, on the way from one to the other
+  kNone,       ///< not valid, or not reported
+  kNoContact,  ///< nothing exceeds the detection limit (see Solver); all forces are 0
+  kContact,    ///< only nodes in contact carry force
+  kWholeFace,  ///< all nodes carry force: the contact is large, or contacts do not explain the picture
+  kBlend,      ///< weighted mean of kContact and kWholeFace, during the change from one to the other
 };
 
-/// Where something touches. Deviations are standard deviations, of the noise alone.
+/// A region in which something touches the gel. Deviations are standard deviations that noise alone causes.
 struct Contact {
-  Vector2 position_m{};  ///< of its normal forces (of all its forces where it does not press), gel frame
+  Vector2 position_m{};  ///< centre of its normal forces (of all its forces if it does not press), gel frame
   Vector2 positionDeviation_m{};
   Vector3 force_N{};  ///< gel frame
   Vector3 forceDeviation_N{};
-  double area_m2 = 0.0;  ///< of an even pressure that would be as concentrated
+  double area_m2 = 0.0;  ///< area of a uniform pressure of the same concentration
   double areaDeviation_m2 = 0.0;
 };
 
-/// Of the whole picture since the zero, by vibration or heat; scale and roll about the principal point.
+/// Motion of the whole picture since the zero, caused by vibration or heat. Scale and roll are about the principal
+/// point.
 struct PictureMotion {
-  Vector2 shift_px{};     ///< u, v
-  double scale = 0.0;     ///< relative
+  Vector2 shift_px{};     ///< along (u, v)
+  double scale = 0.0;     ///< relative change of size
   double roll_rad = 0.0;  ///< from u towards v
 };
 
-/// What is known of when a frame was captured.
+/// States which of the bounds on a frame's capture time hold.
 enum class CaptureBound : std::uint8_t {
-  kNone,    ///< nothing
-  kBoth,    ///< not earlier than captured_ns - capturedError_ns, nor later than captured_ns + capturedError_ns
-  kLatest,  ///< only the latter; it was earlier by the shortest delay from camera to host, which nobody has measured
+  kNone,  ///< none
+  kBoth,  ///< captured_ns - capturedError_ns is a lower bound and captured_ns + capturedError_ns an upper bound
+  /// Only the upper bound holds. The true time is earlier by the shortest delay from camera to host, which is not
+  /// known.
+  kLatest,
 };
 
-/// Stands at the head of every message. Of a Field or Markers: their frame; of a Description or Status: the last one.
+/// Metadata of every message. For Field, Markers and Preview it describes their own frame; for Description and Status
+/// the frame published last.
 struct Header {
-  std::uint64_t sequence = 0;  ///< of this topic since the start of the daemon, from 1; a gap: lost on the way
-  std::string sensor;          ///< name from the daemon's config
-  Id boot{};                   ///< of this start of the daemon: sequence and frameNumber start again with it
-  Id calibration{};            ///< of what the forces rest on; Description::calibration
-  Id zero{};                   ///< of the rest pose that displacements are counted from
-  std::uint32_t flags = 0;     ///< or-ed Flag
+  /// Number of the message on its topic, from 1 at the daemon's start; a gap counts lost messages.
+  std::uint64_t sequence = 0;
+  std::string sensor;       ///< name in the daemon's configuration
+  Id boot{};                ///< new at each start of the daemon; sequence and frameNumber restart with it
+  Id calibration{};         ///< identifies what the forces are computed from; equals Description::calibration.id
+  Id zero{};                ///< identifies the zero that displacements are measured from
+  std::uint32_t flags = 0;  ///< bitwise or of Flag
 
-  std::uint64_t cameraFrameId = 0;          ///< as the camera counts; 16 bit on GigE Vision 1.x
-  std::uint64_t frameNumber = 0;            ///< counted up; jumps where frames of the camera were lost
-  std::int64_t deviceTime_ns = 0;           ///< the camera's own clock
-  double exposure_s = 0.0;                  ///< as sent with the frame, else as set; 0: the camera does not tell
-  std::optional<double> gain;               ///< as sent with the frame, in the camera's own unit
-  std::optional<std::uint64_t> lineStatus;  ///< as sent with the frame: levels of the camera's lines, line 0 lowest
-  std::int64_t receivedReal_ns = 0;  ///< CLOCK_REALTIME of the daemon's host when the frame came from the camera driver
+  std::uint64_t cameraFrameId = 0;          ///< the camera's own count; 16 bit on GigE Vision 1.x
+  std::uint64_t frameNumber = 0;            ///< increases; jumps where frames of the camera were lost
+  std::int64_t deviceTime_ns = 0;           ///< the camera's clock, whose epoch the camera defines
+  double exposure_s = 0.0;                  ///< as sent with the frame, else as configured; 0: not reported
+  std::optional<double> gain;               ///< as sent with the frame, in the camera's unit
+  std::optional<std::uint64_t> lineStatus;  ///< as sent with the frame: levels of the camera's lines, line 0 in bit 0
+  /// When the frame came from the camera driver: CLOCK_REALTIME of the daemon's host [ns since 1970].
+  std::int64_t receivedReal_ns = 0;
 
-  // CLOCK_MONOTONIC of the daemon's host.
-  std::int64_t captured_ns = 0;       ///< when the camera stamped it, by the running mapping of its clock; 0: not known
-  std::int64_t capturedError_ns = 0;  ///< half width of that mapping
-  CaptureBound capturedBound = CaptureBound::kNone;  ///< which sides of it hold
+  // The following times are CLOCK_MONOTONIC of the daemon's host.
+  /// Camera's time stamp, mapped to the host's clock; without a camera clock, the time of arrival. 0: not known.
+  std::int64_t captured_ns = 0;
+  std::int64_t capturedError_ns = 0;                 ///< half width of the uncertainty of that mapping
+  CaptureBound capturedBound = CaptureBound::kNone;  ///< which bounds hold
   std::int64_t received_ns = 0;                      ///< when the frame came from the camera driver
-  std::int64_t tracked_ns = 0;                       ///< when its markers were found
-  std::int64_t solved_ns = 0;                        ///< when its forces were known
-  std::int64_t sent_ns = 0;                          ///< when this message was handed to be sent
+  std::int64_t tracked_ns = 0;                       ///< when its markers were located
+  std::int64_t solved_ns = 0;                        ///< when its forces were computed
+  std::int64_t sent_ns = 0;                          ///< when this message was handed to ZeroMQ
 
-  /// CLOCK_MONOTONIC of this host when receive() took the message; 0 in answers of Control. Less received_ns it is the
-  /// latency where Description::sameHost holds.
+  /// When receive() took the message: CLOCK_MONOTONIC of this host; 0 in answers of Control. Where
+  /// Description::sameHost is true, arrived_ns - received_ns is the latency.
   std::int64_t arrived_ns = 0;
 };
 
 /// The forces of one frame.
 struct Field {
   Header header;
-  bool valid = false;                         ///< false: too few markers or a numeric failure; all below is 0
-  std::vector<std::array<float, 3>> force_N;  ///< on each node of Description::nodes, gel frame [N]
-  std::vector<std::uint8_t> nodeValid;        ///< one a node; 0: not valid, its force is 0
-  Vector3 resultant_N{};                      ///< sum of the forces, gel frame [N]
-  Vector3 moment_Nm{};                        ///< about the origin of the gel frame [N m]
-  Vector2 centreOfPressure_m{};               ///< of the normal forces, on the touched surface [m]
-  bool centreOfPressureValid = false;         ///< false: the normal force is too small for a centre
+  bool valid = false;  ///< false: too few markers, a contradicted gel file, or a numeric failure; all below is 0
+  std::vector<std::array<float, 3>> force_N;  ///< per node of Description::nodes, gel frame
+  std::vector<std::uint8_t> nodeValid;        ///< per node; 0: not valid, its force is 0
+  Vector3 resultant_N{};                      ///< sum of the forces, gel frame
+  Vector3 moment_Nm{};                        ///< about the origin of the gel frame
+  Vector2 centreOfPressure_m{};               ///< of the normal forces, on the touched surface
+  bool centreOfPressureValid = false;         ///< false: the normal force is too small
   Covariance resultantCovariance_N2;
   Covariance momentCovariance_N2m2;
-  Covariance resultantMomentCovariance_N2m;           ///< row: component of the resultant
-  std::vector<std::array<float, 3>> nodeDeviation_N;  ///< standard deviation of each force, of the noise alone [N]
-  std::vector<Contact> contacts;                      ///< strongest first; none where the method is kWholeFace
+  Covariance resultantMomentCovariance_N2m;           ///< row: component of the resultant; column: of the moment
+  std::vector<std::array<float, 3>> nodeDeviation_N;  ///< standard deviation of each force that noise alone causes
+  std::vector<Contact> contacts;                      ///< strongest first; empty for Method::kWholeFace
   Method method = Method::kNone;
-  double regularisation_px_per_N = 0.0;  ///< lambda of the penalty that was used [px/N]
+  double regularisation_px_per_N = 0.0;  ///< lambda of the penalty used in this frame
   PictureMotion pictureMotion;
-  double residual_px = 0.0;        ///< what the forces leave unexplained, root mean square [px]
-  std::uint32_t validMarkers = 0;  ///< markers that the forces were solved from
+  /// Root mean square of what the forces do not explain, over the valid markers' coordinates.
+  double residual_px = 0.0;
+  std::uint32_t validMarkers = 0;  ///< number of markers that the forces were computed from
 };
 
-/// Where the markers of one frame are. In the order of Description::layers, layer after layer.
+/// The markers of one frame, in the order of Description::layers, layer after layer.
 struct Markers {
   Header header;
-  std::vector<std::array<float, 2>> displacement_px;  ///< from the rest position in the picture, (u, v) [px]
-  std::vector<float> variance_px2;                    ///< of each of the two coordinates [px^2]
-  std::vector<std::uint8_t> valid;                    ///< one a marker; 0: not seen, its numbers are 0
-  std::uint32_t validMarkers = 0;                     ///< how many are valid
+  std::vector<std::array<float, 2>> displacement_px;  ///< (u, v) from the rest position in the picture
+  std::vector<float> variance_px2;                    ///< variance of each of the two coordinates
+  std::vector<std::uint8_t> valid;                    ///< per marker; 0: not found, its numbers are 0
+  std::uint32_t validMarkers = 0;                     ///< number of markers that are valid
 };
 
-/// The newest picture of the camera, reduced, for eyes.
+/// A picture of the camera, reduced in size for display.
 struct Preview {
   Header header;  ///< of the picture's frame; tracked_ns and solved_ns are 0
   std::uint32_t width = 0, height = 0;
-  std::uint32_t channels = 3;        ///< bytes a pixel; 3: red, green, blue; 1: grey
-  std::vector<std::uint8_t> pixels;  ///< row after row, without gaps
-  /// The pixel (u, v) of this picture lies in the camera's at origin_px + scale * (u, v).
-  double scale = 1.0;  ///< pixels of the camera to one of this picture, in each direction
+  std::uint32_t channels = 3;        ///< bytes per pixel; 3: red, green, blue; 1: grey
+  std::vector<std::uint8_t> pixels;  ///< height x width x channels, row by row, without padding
+  /// Pixel (u, v) of this picture lies at origin_px + scale * (u, v) in the camera's picture.
+  double scale = 1.0;  ///< camera pixels per pixel of this picture, in each direction
   Vector2 origin_px{};
 };
 

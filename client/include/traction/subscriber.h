@@ -1,4 +1,4 @@
-// Receives what an instance of tractiond publishes.
+// Receives the messages that an instance of tractiond publishes.
 #pragma once
 
 #include "traction/description.h"
@@ -16,67 +16,72 @@ namespace traction {
 
 using Message = std::variant<Field, Markers, Description, Status, Preview>;
 
-/// Which of them; or-ed.
+/// The topics to receive, combined by bitwise or.
 enum Topics : unsigned {
   kField = 1,
   kMarkers = 2,
   kDescription = 4,
   kStatus = 8,
-  kAllTopics = 15,  ///< but previews: the daemon makes them while somebody wants them
+  kAllTopics = 15,  ///< all but previews, which the daemon makes only while a client subscribes to them
   kPreview = 16,
 };
 
 enum class Mode {
   kStream,  ///< every message, in order
-  kLatest,  ///< the newest field only: what was not read in time is replaced. For controllers.
+  /// The newest field only: an unread field is replaced by the next one. For controllers.
+  kLatest,
 };
 
 struct SubscriberOptions {
-  std::string instance = "default";  ///< of tractiond, on this machine
-  std::string endpoint;              ///< ZeroMQ's, "tcp://HOST:9872"; empty: found by the instance
-  Keys keys = {};                    ///< for a gateway
+  std::string instance = "default";  ///< name of a tractiond on this machine
+  std::string endpoint;              ///< ZeroMQ endpoint, "tcp://HOST:9872"; empty: found from `instance`
+  Keys keys = {};                    ///< needed for a traction-gateway only
   Mode mode = Mode::kStream;
-  unsigned topics = kAllTopics;  ///< of kStream
-  int queue = 1000;              ///< messages that wait here for a slow reader before some are lost
+  unsigned topics = kAllTopics;  ///< for kStream; kLatest receives fields only
+  int queue = 1000;              ///< messages stored for a slow reader; further ones are lost
 
-  /// Returns CLOCK_MONOTONIC [ns], for Header::arrived_ns and for when to try an endpoint again that was given up;
-  /// null: this host's. For tests. The timeout of receive() is in real time.
+  /// Returns CLOCK_MONOTONIC [ns]; null: this host's clock. For tests: it sets Header::arrived_ns and the time of
+  /// reconnections. The timeout of receive() is in real time in any case.
   std::int64_t (*monotonicClock)() = nullptr;
 };
 
-/// What was sent, to be kept or passed on.
+/// A message as it was sent, to be stored or forwarded.
 struct Raw {
-  std::string_view topic;  ///< "traction/v1/<sensor>/field/"; empty of Mode::kLatest
-  std::string_view bytes;  ///< Protobuf
+  std::string_view topic;  ///< "traction/v1/<sensor>/field/"; empty in Mode::kLatest
+  std::string_view bytes;  ///< Protobuf message
 };
 
-/// What it means. Empty: of a topic that this version does not know. \throws Error kVersion, kMalformed
+/// Decodes a message of Mode::kStream. Returns nothing for a topic that this version does not know. Header::arrived_ns
+/// is 0. Reentrant. \throws Error kVersion if the topic is not one of this protocol version, kMalformed
 TRACTION_EXPORT std::optional<Message> decode(const Raw& raw);
 
-/// Not thread-safe: one thread at a time. The daemon may start later, and again: receive() goes on.
+/// Subscriber of one instance. Not thread-safe: only one thread may use it at a time. It connects, and connects again,
+/// whenever the daemon runs.
 class TRACTION_EXPORT Subscriber {
  public:
-  /// Does not wait for the daemon. \throws Error kBadEndpoint, kBadKeys
+  /// Starts to connect and returns at once, whether or not the daemon runs. \throws Error kBadEndpoint, kBadKeys
   explicit Subscriber(const SubscriberOptions& options = {});
   ~Subscriber();
   Subscriber(Subscriber&&) noexcept;
   Subscriber& operator=(Subscriber&&) noexcept;
 
-  /// The next message; empty: none came within the time, or a signal handler ran. A new subscriber is sent the
-  /// description at once. \throws Error kVersion, kMalformed, kNotAllowed
+  /// Waits for the next message. Returns nothing if none arrives within `timeout`, or if a signal interrupts the wait.
+  /// The daemon sends a new subscriber the description at once. \throws Error kVersion, kMalformed, kNotAllowed;
+  /// kBadEndpoint if the endpoint is that of Mode::kLatest
   std::optional<Message> receive(std::chrono::milliseconds timeout);
 
-  /// The message that receive() has returned, or thrown at, last, as it was sent; gone at the next call.
+  /// Returns the message that receive() returned or rejected last, as it was sent. It is valid until the next call of
+  /// receive().
   Raw raw() const;
 
-  /// Messages that were sent since this subscriber joined and did not arrive, by gaps in their sequence. A restart of
-  /// the daemon is no loss; neither is what Mode::kLatest passes over.
+  /// Returns the number of messages that were lost on the way since the first one received, by gaps in Header::sequence
+  /// of each received topic. Restarts of the daemon do not count; in Mode::kLatest it is always 0.
   std::uint64_t lost() const;
 
-  /// Somebody publishes at the endpoint, whether or not there is anything to say yet.
+  /// Returns whether a publisher is connected, even if it has sent nothing yet.
   bool isConnected() const;
 
-  /// Where it connects to; for messages to people.
+  /// Returns the endpoint that it connects to, for messages; the last one if the instance may be at several.
   const std::string& endpoint() const;
 
  private:
