@@ -35,8 +35,9 @@ struct Script {
   std::atomic<bool> answers{true};
   std::atomic<int> doubts{0};  // how often it was asked whether it is there
   std::int64_t (*clock)() = monotonicNow;
-  std::atomic<int> asked{0};       // to open it
-  std::atomic<bool> hangs{false};  // while it is opened
+  std::atomic<int> asked{0};                                // to open it
+  std::atomic<bool> hangs{false};                           // while it is opened
+  std::atomic<bool> readsSlowly{false}, isWelcomed{false};  // the welcome of a later session waits for a disk
   std::uint64_t id = 0;
 };
 
@@ -125,6 +126,8 @@ class OddCamera : public testing::Test {
           said_.push_back(line);
         },
         [this](const CameraInfo& info) -> tl::expected<void, Error> {
+          if (info.session > 1) script_.isWelcomed = true;
+          while (info.session > 1 && script_.readsSlowly) std::this_thread::sleep_for(milliseconds(1));
           const std::lock_guard lock(script_.mutex);
           welcomed_.push_back(info.session);
           return {};
@@ -303,6 +306,31 @@ TEST_F(OddCamera, SaysThatWhatIsToOpenItHangs) {
   ASSERT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);
   camera_->recycle(frame);
   EXPECT_FALSE(camera_->isForsaken());
+}
+
+TEST_F(OddCamera, LetsNoThreadWaitForAWelcomeThatReadsAFile) {
+  open();
+  script_.readsSlowly = true;
+  tell({Popped::kGone});
+  Frame frame;
+  ASSERT_TRUE(test::eventually([&] {
+    camera_->next(frame, milliseconds(1));
+    return script_.isWelcomed.load();
+  }));
+  std::atomic<bool> hasReturned{false};
+  std::thread user([&] {
+    camera_->next(frame, milliseconds(1));
+    camera_->info();
+    camera_->ask({.name = "Gain"});
+    camera_->takeAnswer();
+    hasReturned = true;
+  });
+  EXPECT_TRUE(test::eventually([&] {
+    std::this_thread::sleep_for(milliseconds(1));
+    return hasReturned.load();
+  }));
+  script_.readsSlowly = false;
+  user.join();
 }
 
 TEST_F(OddCamera, AwaitsACameraForAsLongAsItTakes) {

@@ -1,0 +1,393 @@
+#include "daemon/capture/keeper.h"
+
+#include "daemon/base/aside.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tractiond::capture {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+/// Shortest time between two tries to open a camera.
+constexpr nanoseconds kTurn{1'000'000'000};
+/// How often the link of a streaming camera is looked at: an alarm waits for it.
+constexpr nanoseconds kLook{500'000'000};
+/// By so much a thread may wake late.
+constexpr nanoseconds kLate{1'000'000'000};
+/// The next turn is due.
+constexpr std::int64_t kAtOnce = 0;
+
+/// Closing a dead camera takes seconds; the next try to open it does not wait for that.
+void leaveBehind(std::unique_ptr<Driver> driver) {
+  constexpr milliseconds kPatience{200};
+  aside([last = std::shared_ptr<Driver>(std::move(driver))]() mutable { last.reset(); }).wait_for(kPatience);
+}
+
+}  // namespace
+
+Keeper::Keeper(OpenDriver open, const CameraRules& rules, Say say, Welcome welcome)
+    : rules_(rules)
+    , clock_(rules.clock)
+    , open_(std::move(open))
+    , say_(std::move(say))
+    , welcome_(std::move(welcome)) {}
+
+// ---------------------------------------------------------------- the keeper's thread
+
+void Keeper::run() {
+  for (std::int64_t next_ns = turn(); next_ns != kNever; next_ns = turn()) {
+    const nanoseconds left(next_ns - clock_());
+    if (next_ns != kAtOnce && left.count() > 0) wake_.wait(std::chrono::ceil<milliseconds>(left));
+  }
+}
+
+std::int64_t Keeper::turn() {
+  const bool isStopping = stop_.stop_requested();
+  switch (phase_) {
+  case Phase::kSearching:
+    return isStopping ? finish() : search();
+  case Phase::kOpened:
+    return isStopping ? finish() : heedOpening();
+  case Phase::kPausing:
+    return isStopping ? finish() : pause();
+  case Phase::kStreaming:
+    return accompany();
+  case Phase::kEnded:
+    break;
+  }
+  return kNever;
+}
+
+void Keeper::begin(nanoseconds longest) {
+  due_ns_ = clock_() + (longest + kLate).count();
+}
+
+std::int64_t Keeper::search() {
+  if (attempt_ == 0 && before_ == nullptr) show(CameraState::kWaiting, "");
+  nextTry_ns_ = clock_() + kTurn.count();
+  begin(rules_.slowest);
+  renew();
+  Opening opening{.before = before_.get(), .attempt = attempt_, .stop = stop_.get_token()};
+  opening.say = [this](Weight weight, const std::string& line) { tell(weight, line); };
+  opening.found = [this] { show(CameraState::kConnecting, ""); };
+  phase_ = Phase::kOpened;
+  opened_ = open_(opening);
+  return kAtOnce;
+}
+
+std::int64_t Keeper::heedOpening() {
+  auto opened = *std::exchange(opened_, std::nullopt);
+  if (!opened) return heedProblem(opened.error());
+  auto seen = std::make_shared<CameraInfo>((*opened)->info());
+  if (const auto problem = examine(*seen)) {
+    (*opened)->undo();
+    opened->reset();
+    return heedProblem(*problem);
+  }
+  driver_ = *std::move(opened);
+  former_ = {};
+  tellOf(*seen);
+  return offer(std::move(seen));
+}
+
+/// Names what forbids the use of an opened camera.
+std::optional<Error> Keeper::examine(CameraInfo& seen) {
+  seen.session = before_ == nullptr ? 1 : before_->session + 1;
+  if (before_ != nullptr && seen.shape != before_->shape)
+    return Error{.exitCode = EX_CONFIG, .what = "camera " + seen.name.id + " came back with another picture"};
+  const std::lock_guard lock(hooksMutex_);
+  if (!welcome_) return std::nullopt;
+  const auto welcomed = welcome_(seen);
+  return welcomed ? std::nullopt : std::optional(welcomed.error());
+}
+
+std::int64_t Keeper::offer(std::shared_ptr<const CameraInfo> seen) {
+  if (before_ && !renewed_) tell(Weight::kWarning, "camera " + before_->name.id + " is back");
+  {
+    const std::lock_guard lock(mutex_);
+    info_ = before_ = std::move(seen);
+    if (!stop_.stop_requested()) {  // else nobody would take it, or give it back
+      doubted_.store(-1, std::memory_order_relaxed);
+      session_.store(before_->session, std::memory_order_relaxed);
+      lent_.store(true, std::memory_order_relaxed);
+      offered_.store(driver_.get(), std::memory_order_release);  // partner: the acquire in borrow()
+    }
+    tried_ = true;
+    changed_.notify_all();
+  }
+  handed_.signal();
+  linkBefore_ = newest_.link;
+  look_ns_ = 0;
+  phase_ = Phase::kStreaming;
+  show(CameraState::kStreaming, "");
+  return kAtOnce;
+}
+
+std::int64_t Keeper::heedProblem(const Error& problem) {
+  if (former_ && problem.exitCode != EX_UNAVAILABLE && problem.exitCode != EX_TEMPFAIL) {
+    tell(Weight::kWarning,
+         "the camera does not take what is new in the configuration, and is opened as before: " + problem.message());
+    open_ = std::exchange(former_, {});
+    refusedLast_ = true;
+    ++attempt_;
+    phase_ = Phase::kSearching;
+    return kAtOnce;
+  }
+  const std::string line = problem.message();
+  const bool isFirst = before_ == nullptr;
+  if (isFirst && (problem.exitCode != EX_UNAVAILABLE || !rules_.wait)) {
+    show(CameraState::kUnknown, line);
+    const std::lock_guard lock(mutex_);
+    error_ = problem;
+    phase_ = Phase::kPausing;
+    stop_.request_stop();
+    return kAtOnce;
+  }
+  show(isFirst ? CameraState::kWaiting : CameraState::kLost, line);
+  if (line != std::exchange(told_, line))
+    tell(isFirst ? Weight::kInfo : Weight::kWarning, (isFirst ? "waiting for a camera: " : "") + line);
+  const std::lock_guard lock(mutex_);
+  tried_ = true;
+  changed_.notify_all();
+  refuseQuestion("the camera is not there: " + line);
+  begin(kTurn);
+  phase_ = Phase::kPausing;
+  return nextTry_ns_;
+}
+
+std::int64_t Keeper::pause() {
+  if (!isRenewing() && clock_() < nextTry_ns_) return nextTry_ns_;
+  ++attempt_;
+  return search();
+}
+
+void Keeper::renew() {
+  const std::lock_guard lock(mutex_);
+  if (!renewing_.exchange(false)) return;
+  if (!former_) former_ = std::move(open_);
+  open_ = std::exchange(openNext_, {});
+}
+
+/// While the camera streams: answers questions, looks at the link.
+std::int64_t Keeper::accompany() {
+  begin(rules_.slowest);
+  heedAnswers();
+  if (!lent_.load(std::memory_order_acquire)) return lose();    // partner: the release in giveBack() and stop()
+  if (stop_.stop_requested()) return clock_() + kLook.count();  // the capture thread gives it back in its own time
+  doubtedThen_ns_ = doubted_.load(std::memory_order_relaxed);
+  if (doubtedThen_ns_ != -1) {
+    doubtSaid_ = driver_->doubt();
+    return kAtOnce;
+  }
+  std::optional<CameraStep> step;
+  {
+    const std::lock_guard lock(mutex_);
+    step = question_;
+  }
+  if (step) {
+    served_ = driver_->serve(*step);
+    return kAtOnce;
+  }
+  if (clock_() >= look_ns_) {
+    linkRead_ = driver_->link();
+    return kAtOnce;
+  }
+  begin(kLook);
+  return look_ns_;
+}
+
+/// Heeds what the driver answered last.
+void Keeper::heedAnswers() {
+  if (doubtSaid_) {
+    doubtWhy_ = *std::exchange(doubtSaid_, std::nullopt);
+    doubted_.store(-1, std::memory_order_relaxed);  // with what was asked in the meantime
+    if (!doubtWhy_.empty()) unanswered_.store(doubtedThen_ns_, std::memory_order_relaxed);
+  }
+  if (served_) {
+    const std::lock_guard lock(mutex_);
+    answer_ = std::exchange(served_, std::nullopt);
+    question_.reset();
+  }
+  if (linkRead_) {
+    newest_.link = *std::exchange(linkRead_, std::nullopt);
+    newest_.link.packetsResent += linkBefore_.packetsResent;
+    newest_.link.packetsMissing += linkBefore_.packetsMissing;
+    newest_.link.packetsRefused += linkBefore_.packetsRefused;
+    vitals_.put(newest_);  // while the other side takes one, the next look brings it
+    warnOfForgery();
+    look_ns_ = clock_() + kLook.count();
+  }
+}
+
+/// The capture thread has given the driver back.
+std::int64_t Keeper::lose() {
+  if (stop_.stop_requested()) return finish();
+  const auto why = [this]() -> std::string {
+    switch (loss_.load(std::memory_order_relaxed)) {
+    case Loss::kReopened:
+      return "";
+    case Loss::kOtherPictures:
+      return "its pictures are no longer those agreed upon";
+    case Loss::kNotControlled:
+      return "it is no longer under our control";
+    case Loss::kNoAnswer:
+      return doubtWhy_;
+    case Loss::kSilent:
+      break;
+    }
+    return "it fell silent";
+  }();
+  {
+    const std::lock_guard lock(mutex_);
+    refuseQuestion("the camera is lost: " + why);
+  }
+  renewed_ = isRenewing();
+  if (renewed_) {
+    show(CameraState::kConnecting, "");
+  } else {
+    show(CameraState::kLost, why);
+    tell(Weight::kWarning, "camera " + driver_->info().name.id + " is lost: " + why);
+  }
+  leaveBehind(std::move(driver_));
+  attempt_ = 0;
+  told_.clear();
+  phase_ = Phase::kSearching;
+  return kAtOnce;
+}
+
+std::int64_t Keeper::finish() {
+  due_ns_ = kNever;
+  phase_ = Phase::kEnded;
+  opened_.reset();
+  driver_.reset();
+  {
+    const std::lock_guard lock(mutex_);
+    tried_ = true;
+    done_.store(true, std::memory_order_release);  // partner: the acquire in end()
+    changed_.notify_all();
+  }
+  handed_.signal();
+  return kNever;
+}
+
+/// With the mutex held.
+void Keeper::refuseQuestion(const std::string& why) {
+  if (!question_) return;
+  answer_ = tl::unexpected(why);
+  question_.reset();
+}
+
+/// Warns once, and again after a minute without doubt.
+void Keeper::warnOfForgery() {
+  constexpr std::int64_t kCalm_ns = 60'000'000'000;
+  const std::int64_t last_ns = forged_ns_.load(std::memory_order_relaxed);
+  if (last_ns == 0 || last_ns == toldOf_ns_) return;
+  const std::int64_t before_ns = std::exchange(toldOf_ns_, last_ns);
+  if (before_ns != 0 && last_ns - before_ns < kCalm_ns) return;
+  tell(
+      Weight::kWarning,
+      "more packets or pictures come in the camera's name than it sends: another host sends as the camera, the network "
+      "duplicates packets, or packets come so late that they were requested again");
+}
+
+void Keeper::show(CameraState now, const std::string& why) {
+  state_.store(now, std::memory_order_relaxed);
+  newest_.state = now;
+  if (!why.empty() || now == CameraState::kStreaming) newest_.why = Line(why);
+  vitals_.put(newest_);  // while the other side takes one, the next look brings it
+}
+
+void Keeper::tell(Weight weight, const std::string& line) {
+  const std::lock_guard lock(hooksMutex_);
+  if (say_) say_(weight, line);
+}
+
+void Keeper::tellOf(const CameraInfo& opened) {
+  tell(Weight::kInfo, opened.summary());
+  for (const std::string& setting : opened.settings) tell(Weight::kInfo, "camera: " + setting);
+  for (const std::string& warning : opened.warnings) tell(Weight::kWarning, warning);
+}
+
+// ---------------------------------------------------------------- the capture thread
+
+Driver* Keeper::borrow(milliseconds timeout) {
+  // acquire: partner of the release in offer(). With the driver comes its session.
+  if (Driver* driver = offered_.exchange(nullptr, std::memory_order_acquire)) return driver;
+  if (!done_.load(std::memory_order_relaxed)) handed_.wait(timeout);
+  return offered_.exchange(nullptr, std::memory_order_acquire);
+}
+
+void Keeper::giveBack(Loss why) {
+  loss_.store(why, std::memory_order_relaxed);
+  lent_.store(false, std::memory_order_release);  // partner: the acquire in accompany()
+  wake_.signal();
+}
+
+void Keeper::doubt(std::int64_t arrival_ns) {
+  doubted_.store(arrival_ns, std::memory_order_relaxed);
+  wake_.signal();
+}
+
+const Error* Keeper::end() const {
+  // acquire: partner of the release in finish()
+  return done_.load(std::memory_order_acquire) && error_ ? &*error_ : nullptr;
+}
+
+// ---------------------------------------------------------------- any thread
+
+std::shared_ptr<const CameraInfo> Keeper::info() const {
+  const std::lock_guard lock(mutex_);
+  return info_;
+}
+
+void Keeper::reopen(OpenDriver driver) {
+  const std::lock_guard lock(mutex_);
+  openNext_ = std::move(driver);
+  refusedLast_ = false;
+  renewing_ = true;
+  wake_.signal();
+}
+
+void Keeper::ask(const CameraStep& step) {
+  const std::lock_guard lock(mutex_);
+  if (!lent_) {
+    answer_ = tl::unexpected<std::string>("there is no camera now");
+    return;
+  }
+  question_ = step;
+  wake_.signal();
+}
+
+std::optional<tl::expected<CameraReport, std::string>> Keeper::takeAnswer() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(answer_, std::nullopt);
+}
+
+tl::expected<void, Error> Keeper::awaitFirstTry() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return tried_; });
+  if (error_) return tl::unexpected(*error_);
+  return {};
+}
+
+void Keeper::stop() {
+  stop_.request_stop();
+  {
+    const std::lock_guard lock(hooksMutex_);
+    say_ = {};
+    welcome_ = {};
+  }
+  const std::lock_guard lock(mutex_);
+  lent_.store(false, std::memory_order_release);
+  wake_.signal();
+}
+
+bool Keeper::awaitEnd(milliseconds patience) {
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, patience, [this] { return done_.load(); });
+}
+
+}  // namespace tractiond::capture
