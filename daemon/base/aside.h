@@ -1,4 +1,4 @@
-// Work that nobody waits for to the end.
+// Background work that may outlive its caller.
 #pragma once
 
 #include <functional>
@@ -6,8 +6,8 @@
 
 namespace tractiond {
 
-/// Does the work on a thread of its own, which outlives the caller if need be; in the simulated world
-/// (tests/simulation) at once. The future becomes ready when it is done.
+/// Does the work on a detached thread; in the simulated world (tests/simulation) before it returns. The future becomes
+/// ready when the work is done; its destructor does not wait.
 std::future<void> aside(std::function<void()> work);
 
 }  // namespace tractiond

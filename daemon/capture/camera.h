@@ -1,8 +1,8 @@
-// The other half of a source of pictures: is this buffer new and whole, when was it taken, and what if the camera goes
-// away. The same for every driver.
+// A camera as a source of frames, for any driver: rejects buffers that are not new and whole, tells when a picture was
+// taken, and survives the loss of the camera.
 //
-// One thread of ours, "camera-keeper", opens the driver, the first time and every later time, looks after it while it
-// streams, and closes it; next() only pops, judges and hands on.
+// The thread "camera-keeper" (keeper.h) opens the driver, watches it while it streams, and closes it; next() only pops,
+// judges and hands on.
 #pragma once
 
 #include "daemon/capture/frame_source.h"
@@ -19,48 +19,51 @@
 
 namespace tractiond::capture {
 
-/// As a FrameSource bound to the capture thread; the functions marked so are thread-safe.
+/// Thread-bound to the capture thread, except for the functions that state something else.
 class Camera : public FrameSource {
  public:
-  /// Returns when the first try has ended: with the camera, or without one that may be waited for, or its error. The
-  /// ledger outlives the camera; `say` and `welcome` are not called after it has been destroyed.
+  /// Opens a camera and returns when the first try has ended: with the camera, or while it is still awaited
+  /// (CameraRules::wait). Fails with the error of the first try. The ledger must outlive the camera; `say` and
+  /// `welcome` are not called after it has been destroyed.
   static tl::expected<std::unique_ptr<Camera>, Error> open(OpenDriver driver, const CameraRules& rules, Ledger& ledger,
                                                            Say say = {}, Welcome welcome = {});
-  /// The same without a thread, for those who call keeperTurn() themselves.
+  /// Creates a camera without the keeper's thread, for a caller that calls keeperTurn() itself.
   static std::unique_ptr<Camera> withoutThread(OpenDriver driver, const CameraRules& rules, Ledger& ledger,
                                                Say say = {}, Welcome welcome = {});
-  /// As Keeper::turn().
+  /// Takes a turn of the keeper: see Keeper::turn().
   std::int64_t keeperTurn() { return keeper_->turn(); }
-  /// Takes half a second at most, whatever the camera does. Every frame must have been recycled.
+  /// Takes at most half a second, whatever the camera does. Every frame must have been recycled.
   ~Camera() override;
 
-  /// kEnd when the source has ended, or the awaited camera cannot be used: see error().
+  /// Waits at most `timeout` for a frame. Returns kEnd when the source has ended or the awaited camera cannot be used:
+  /// see error().
   Next next(Frame& frame, std::chrono::milliseconds timeout) override;
   void recycle(Frame& frame) override;
 
-  /// After kEnd. EX_OK: the pictures were all there were.
+  /// Returns the reason for kEnd; exit code EX_OK if the source delivered all its pictures.
   const Error& error() const { return error_; }
 
-  /// The newest session's, with its number from 1 on; nullptr: none yet. Thread-safe.
+  /// Returns the description of the newest session, whose number counts from 1; nullptr if there was none. Thread-safe.
   std::shared_ptr<const CameraInfo> info() const { return keeper_->info(); }
 
   CameraState state() const { return keeper_->state(); }  ///< Thread-safe.
 
-  /// No camera streams, and the thread that is to find one hangs. Thread-safe, waits for nobody.
+  /// Returns whether no camera streams and the keeper hangs. Thread-safe, does not wait.
   bool isForsaken() const { return keeper_->isForsaken(); }
 
-  /// The newest, if it has changed since it was taken last. For one thread; waits for nobody.
+  /// Takes the newest vitals. Returns false if they have not changed since the last call. For one thread; does not
+  /// wait.
   bool takeVitals(CameraVitals& vitals) { return keeper_->takeVitals(vitals); }
 
-  /// From now on the camera is opened so: one that streams is given back, and opened anew at once. Where the camera
-  /// refuses, that is told, and it is opened as before. Any thread.
+  /// Sets how the camera is opened from now on. A streaming camera is closed and opened again at once. If the camera
+  /// refuses the new settings, the keeper logs it and opens the camera as before. Thread-safe.
   void reopen(OpenDriver driver) { keeper_->reopen(std::move(driver)); }
 
-  /// It was opened as before, for it refused what reopen() asked last. Any thread.
+  /// Returns whether the camera refused the settings of the last reopen(). Thread-safe.
   bool refusedLast() const { return keeper_->refusedLast(); }
 
-  /// Asks the camera; the answer can be taken some time later, also where the camera is gone. One question at a time.
-  /// Both for one thread.
+  /// Sends a request to the camera; takeAnswer() returns the answer once it is there, also if the camera is lost
+  /// meanwhile. One request at a time. Both functions are for one thread.
   void ask(const CameraStep& step) { keeper_->ask(step); }
   std::optional<tl::expected<CameraReport, std::string>> takeAnswer() { return keeper_->takeAnswer(); }
 
@@ -78,11 +81,11 @@ class Camera : public FrameSource {
   Intake intake_;
   std::shared_ptr<Keeper> keeper_;  ///< shared with its thread
   std::thread keeperThread_;
-  Driver* driver_ = nullptr;  ///< the keeper's, borrowed; none while it is at work
+  Driver* driver_ = nullptr;  ///< borrowed from the keeper; none while the keeper opens or closes the camera
   unsigned session_ = 0;
   Driver::Discard discard_ = nullptr;
   std::int64_t lastArrival_ns_ = 0, lastWhole_ns_ = 0, lastDoubt_ns_ = 0;
-  std::int64_t longest_ns_ = 0;  ///< between two arrivals lately
+  std::int64_t longest_ns_ = 0;  ///< longest recent time between two arrivals
   bool ended_ = false;
   Error error_;
 };

@@ -23,20 +23,21 @@
 namespace tractiond::capture {
 
 struct CameraRules {
-  bool wait = true;              ///< for a camera that is not there yet; false: that is an error
-  int silenceTimeout_ms = 2000;  ///< without a usable frame for longer the camera is lost; 0: only if it says so
-  int buffers = 10;              ///< of the driver: the gate remembers more pictures than that
-  std::chrono::milliseconds slowest{30'000};  ///< try to open a camera, or question to it: what takes longer hangs
-  std::int64_t (*clock)() = monotonicNow;     ///< of arrivals [ns]; waits are in real time
+  bool wait = true;              ///< whether to wait for a camera that is not there yet; false: that is an error
+  int silenceTimeout_ms = 2000;  ///< the camera is lost after this time without a usable frame; 0: only if it says so
+  int buffers = 10;              ///< that the driver has; the frame gate remembers more pictures
+  std::chrono::milliseconds slowest{30'000};  ///< time after which a call of the driver counts as hanging
+  std::int64_t (*clock)() = monotonicNow;     ///< returns the time of arrivals [ns]; waits are in real time
 };
 
-/// Called by the keeper for each session, before its first frame. An error of the first session ends the source; one of
-/// a later session is told, and the camera tried again.
+/// Called by the keeper for each session, before its first frame. An error in the first session ends the source; after
+/// one in a later session, the keeper logs it and tries the camera again.
 using Welcome = std::function<tl::expected<void, Error>(const CameraInfo&)>;
 
 /// Why a driver is given back.
 enum class Loss { kReopened, kOtherPictures, kNotControlled, kNoAnswer, kSilent };
 
+/// The groups of functions below say which thread may call them.
 class Keeper {
  public:
   static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
@@ -45,31 +46,32 @@ class Keeper {
 
   // --- the keeper's thread
 
-  /// Takes turns until stop() is called and the driver has been given back.
+  /// Takes turns until stop() has been called and the driver has been given back.
   void run();
-  /// Takes one turn, which calls the driver once at most; what the driver answers is heeded by the next turn.
-  /// \return when that is due [ns], or earlier if something is asked for; kNever: the keeper has ended
+  /// Takes one turn. It calls the driver at most once; the next turn handles the answer.
+  /// \return when the next turn is due [ns] unless an event asks for an earlier one; kNever: the keeper has ended
   std::int64_t turn();
 
-  // --- the capture thread; all lock nothing and, but for borrow(), wait for nothing
+  // --- the capture thread; none of these locks, and only borrow() waits
 
-  /// Waits at most `timeout` for a driver. \return nullptr: there is none
+  /// Waits at most `timeout` for a driver. Returns nullptr if there is none.
   Driver* borrow(std::chrono::milliseconds timeout);
   /// Returns the session of the driver that was borrowed last.
   unsigned session() const { return session_.load(std::memory_order_relaxed); }
+  /// Returns the driver to the keeper, which then opens the camera again. The caller must not use it any more.
   void giveBack(Loss why);
-  /// Lets the camera be asked whether it is there, as nothing came after this arrival [ns].
+  /// Requests a liveness check of the camera, as nothing has arrived since `arrival_ns`.
   void doubt(std::int64_t arrival_ns);
-  /// Returns whether it did not answer, asked so.
+  /// Returns whether the camera has failed the liveness check that doubt(arrival_ns) requested.
   bool isUnanswered(std::int64_t arrival_ns) const { return unanswered_.load(std::memory_order_relaxed) == arrival_ns; }
-  /// The camera is to be opened anew.
+  /// Returns whether reopen() has been called and not been carried out.
   bool isRenewing() const { return renewing_.load(std::memory_order_relaxed); }
-  /// A picture came that another host may have sent.
+  /// Notes that a picture arrived which another host may have sent.
   void noteForgery(std::int64_t at_ns) { forged_ns_.store(at_ns, std::memory_order_relaxed); }
-  /// Returns why there will be no driver any more; nullptr: there may be one.
+  /// Returns the error after which there is no further driver; nullptr if there is none.
   const Error* end() const;
 
-  // --- any thread; none waits for the driver, or for a welcome
+  // --- any thread; as in Camera. None of these waits for the driver or for a Welcome.
 
   std::shared_ptr<const CameraInfo> info() const;
   CameraState state() const { return state_.load(std::memory_order_relaxed); }
@@ -80,11 +82,11 @@ class Keeper {
   void ask(const CameraStep& step);
   std::optional<tl::expected<CameraReport, std::string>> takeAnswer();
 
-  /// Waits until the first try to open the camera has ended. Fails with what ended the keeper.
+  /// Waits until the first try to open the camera has ended. Fails with the error that ended the keeper.
   tl::expected<void, Error> awaitFirstTry();
-  /// Lets the keeper end. Neither `say` nor `welcome` is called after that.
+  /// Requests the end of the keeper. Neither `say` nor `welcome` is called after it returns.
   void stop();
-  /// \return whether run() has returned, or is about to, in time
+  /// Waits at most `patience` for the end of run(). Returns whether it has ended, or is about to.
   bool awaitEnd(std::chrono::milliseconds patience);
 
  private:
@@ -111,47 +113,47 @@ class Keeper {
   const CameraRules rules_;
   std::int64_t (*const clock_)();
   std::stop_source stop_;
-  Event wake_;    ///< the keeper has something to do
-  Event handed_;  ///< the capture thread has a driver to take, or will never have one
+  Event wake_;    ///< wakes the keeper
+  Event handed_;  ///< wakes borrow(): a driver is offered, or the keeper has ended
 
   // The keeper's own.
   OpenDriver open_;
-  OpenDriver former_;  ///< what `open_` was, until the camera has been opened by it; else empty
+  OpenDriver former_;  ///< replaced by reopen(), until the camera has been opened with the new one; else empty
   Phase phase_ = Phase::kSearching;
   std::shared_ptr<const CameraInfo> before_;  ///< the session before
-  bool renewed_ = false;                      ///< it was given back to be opened anew
+  bool renewed_ = false;                      ///< the camera was given back because of reopen()
   int attempt_ = 0;
   std::int64_t nextTry_ns_ = 0, look_ns_ = 0;
   std::string told_;
   std::optional<tl::expected<std::unique_ptr<Driver>, Error>> opened_;  ///< not heeded yet
   std::unique_ptr<Driver> driver_;
   std::optional<std::string> doubtSaid_;                           ///< not heeded yet
-  std::int64_t doubtedThen_ns_ = -1;                               ///< it was asked after this arrival
+  std::int64_t doubtedThen_ns_ = -1;                               ///< arrival of the last liveness check
   std::optional<tl::expected<CameraReport, std::string>> served_;  ///< not heeded yet
   std::optional<CameraLink> linkRead_;                             ///< not heeded yet
   std::string doubtWhy_;
   CameraVitals newest_;
   CameraLink linkBefore_;       ///< of the sessions before
-  std::int64_t toldOf_ns_ = 0;  ///< of `forged_ns_`
+  std::int64_t toldOf_ns_ = 0;  ///< `forged_ns_` at the last look
 
   // Between the threads.
   std::atomic<Driver*> offered_{nullptr};
   std::atomic<unsigned> session_{0};
-  std::atomic<bool> lent_{false};  ///< the capture thread has the driver, or may take it
+  std::atomic<bool> lent_{false};  ///< the driver is offered to the capture thread, or borrowed by it
   std::atomic<Loss> loss_{Loss::kReopened};
-  std::atomic<std::int64_t> doubted_{-1};     ///< nothing came after this arrival [ns]: does the camera answer?
-  std::atomic<std::int64_t> unanswered_{-1};  ///< nothing came after this arrival [ns], and it is to be given up
-  std::atomic<std::int64_t> forged_ns_{0};    ///< when the last picture came that may be forged; 0: none did
-  std::atomic<std::int64_t> due_ns_{0};       ///< by then the keeper's next step begins, or it hangs
+  std::atomic<std::int64_t> doubted_{-1};     ///< arrival [ns] of the requested liveness check; -1: none
+  std::atomic<std::int64_t> unanswered_{-1};  ///< arrival [ns] of the last liveness check that failed; -1: none
+  std::atomic<std::int64_t> forged_ns_{0};    ///< arrival of the last picture that may be forged; 0: none
+  std::atomic<std::int64_t> due_ns_{0};       ///< the keeper hangs if its next turn has not begun by then
   std::atomic<CameraState> state_{CameraState::kUnknown};
   std::atomic<bool> refusedLast_{false};
-  std::atomic<bool> renewing_{false};  ///< there is an `openNext_`
+  std::atomic<bool> renewing_{false};  ///< `openNext_` is set
   std::atomic<bool> done_{false};      ///< `error_` does not change any more
   Mailbox<CameraVitals> vitals_;
 
-  std::mutex hooksMutex_;  ///< held while one of them is called; not by the capture thread, nor by those who ask
-  Say say_;                ///< empty once the camera is gone
-  Welcome welcome_;        ///< likewise
+  std::mutex hooksMutex_;  ///< held while one of the next two is called; taken by the keeper and stop() alone
+  Say say_;                ///< empty after stop()
+  Welcome welcome_;        ///< empty after stop()
 
   mutable std::mutex mutex_;  ///< never held while anything is waited for
   std::condition_variable changed_;

@@ -19,24 +19,6 @@ constexpr double kCentre_deviations = 5.0;
 
 }  // namespace
 
-std::array<double, 6> wrenchOf(const TractionField& field) {
-  std::array<double, 6> wrench{};
-  std::copy_n(field.resultant_N.begin(), 3, wrench.begin());
-  std::copy_n(field.moment_Nm.begin(), 3, wrench.begin() + 3);
-  return wrench;
-}
-
-std::array<double, 6> wrenchRow(const std::array<double, 3>& at, int axis) {
-  switch (axis) {
-  case 0:
-    return {1.0, 0.0, 0.0, 0.0, at[2], -at[1]};
-  case 1:
-    return {0.0, 1.0, 0.0, -at[2], 0.0, at[0]};
-  default:
-    return {0.0, 0.0, 1.0, at[1], -at[0], 0.0};
-  }
-}
-
 FieldRules::FieldRules(const sensor::Sensor& sensor, const SolveOptions& options)
     : minPressForCentre_N_(options.minPressForCentre_N) {
   const sensor::Points nodes = sensor::nodePositions(sensor);

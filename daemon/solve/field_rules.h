@@ -11,12 +11,6 @@
 
 namespace tractiond::solve {
 
-/// Returns what the force component `axis` at a point adds to each element of the wrench about the origin.
-std::array<double, 6> wrenchRow(const std::array<double, 3>& at, int axis);
-
-/// Returns force and moment of a field.
-std::array<double, 6> wrenchOf(const TractionField& field);
-
 /// Immutable once made.
 class FieldRules {
  public:

@@ -1,6 +1,7 @@
 #include "daemon/solve/model_solver.h"
 
 #include "daemon/solve/systematic.h"
+#include "daemon/solve/wrench.h"
 
 #include <algorithm>
 #include <cassert>

@@ -1,5 +1,7 @@
 #include "daemon/solve/posterior.h"
 
+#include "daemon/solve/wrench.h"
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>
@@ -19,14 +21,6 @@ using Wrench = Eigen::Matrix<double, 6, 3>;
 constexpr std::size_t kTogether = 64;
 
 constexpr std::array<int, kMotions> kEveryMotion = {0, 1, 2, 3};
-
-/// Force and moment about the origin of unit forces at a point.
-Wrench wrenchAt(const Vector3d& at) {
-  Wrench wrench;
-  wrench.topRows<3>().setIdentity();
-  wrench.bottomRows<3>() << 0.0, -at.z(), at.y(), at.z(), 0.0, -at.x(), -at.y(), at.x(), 0.0;
-  return wrench;
-}
 
 std::size_t packed(int size) {
   return static_cast<std::size_t>(size) * (static_cast<std::size_t>(size) + 1) / 2;
@@ -66,7 +60,7 @@ Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most, int m
   wrench_.setZero();
   for (int a = 0; a < atoms.count(); ++a) {
     for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
-      wrench_.middleCols<3>(3 * static_cast<Index>(a)) += it.value() * wrenchAt(atoms.points.col(it.row()));
+      wrench_.middleCols<3>(3 * static_cast<Index>(a)) += it.value() * unitWrenches(atoms.points.col(it.row()));
     }
   }
 }

@@ -10,6 +10,7 @@
 #include "daemon/solve/solver.h"
 
 #include "daemon/solve/systematic.h"
+#include "daemon/solve/wrench.h"
 
 #include <algorithm>
 #include <cassert>

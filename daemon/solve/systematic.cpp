@@ -1,5 +1,6 @@
 #include "daemon/solve/systematic.h"
 
+#include "daemon/solve/wrench.h"
 #include "sensor/elastic/influence.h"
 
 #include <Eigen/Dense>
@@ -26,13 +27,6 @@ sensor::Camera strayed(const sensor::Sensor& sensor, int number) {
     camera.focal_px *= 1.0 + by.focal * std::sqrt(1.0 - by.focalDistance * by.focalDistance);
   if (number == 2) camera.focal_px *= 1.0 + by.focal * by.focalDistance;  // what strays with the distance
   return camera;
-}
-
-/// 6 x 3: the wrench of unit forces at a point.
-Eigen::Matrix<double, 6, 3> unitWrenches(const Eigen::Vector3d& at) {
-  Eigen::Matrix<double, 6, 3> wrenches;
-  wrenches << Eigen::Matrix3d::Identity(), 0.0, -at.z(), at.y(), at.z(), 0.0, -at.x(), -at.y(), at.x(), 0.0;
-  return wrenches;
 }
 
 /// Nine nodes across the face, and forces there that make up any wrench.

@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <deque>
+#include <future>
 #include <mutex>
 #include <thread>
 
@@ -127,7 +128,7 @@ class OddCamera : public testing::Test {
         },
         [this](const CameraInfo& info) -> tl::expected<void, Error> {
           if (info.session > 1) script_.isWelcomed = true;
-          while (info.session > 1 && script_.readsSlowly) std::this_thread::sleep_for(milliseconds(1));
+          if (info.session > 1) script_.readsSlowly.wait(true);
           const std::lock_guard lock(script_.mutex);
           welcomed_.push_back(info.session);
           return {};
@@ -313,24 +314,19 @@ TEST_F(OddCamera, LetsNoThreadWaitForAWelcomeThatReadsAFile) {
   script_.readsSlowly = true;
   tell({Popped::kGone});
   Frame frame;
-  ASSERT_TRUE(test::eventually([&] {
+  EXPECT_TRUE(test::eventually([&] {
     camera_->next(frame, milliseconds(1));
     return script_.isWelcomed.load();
   }));
-  std::atomic<bool> hasReturned{false};
-  std::thread user([&] {
+  const std::future<void> user = std::async(std::launch::async, [&] {
     camera_->next(frame, milliseconds(1));
     camera_->info();
     camera_->ask({.name = "Gain"});
     camera_->takeAnswer();
-    hasReturned = true;
   });
-  EXPECT_TRUE(test::eventually([&] {
-    std::this_thread::sleep_for(milliseconds(1));
-    return hasReturned.load();
-  }));
+  EXPECT_EQ(user.wait_for(test::kHung), std::future_status::ready);
   script_.readsSlowly = false;
-  user.join();
+  script_.readsSlowly.notify_all();
 }
 
 TEST_F(OddCamera, AwaitsACameraForAsLongAsItTakes) {

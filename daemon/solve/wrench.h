@@ -1,0 +1,40 @@
+// Force and moment about the origin of the gel frame, in this order [N, N m].
+#pragma once
+
+#include "daemon/records/traction_field.h"
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+
+namespace tractiond::solve {
+
+/// Returns the wrenches of unit forces at a point along the three axes, 6 x 3.
+inline Eigen::Matrix<double, 6, 3> unitWrenches(const Eigen::Vector3d& at) {
+  Eigen::Matrix<double, 6, 3> wrenches;
+  wrenches << Eigen::Matrix3d::Identity(), 0.0, -at.z(), at.y(), at.z(), 0.0, -at.x(), -at.y(), at.x(), 0.0;
+  return wrenches;
+}
+
+/// Returns what the force component `axis` at a point adds to each element of the wrench: a column of unitWrenches().
+inline std::array<double, 6> wrenchRow(const std::array<double, 3>& at, int axis) {
+  switch (axis) {
+  case 0:
+    return {1.0, 0.0, 0.0, 0.0, at[2], -at[1]};
+  case 1:
+    return {0.0, 1.0, 0.0, -at[2], 0.0, at[0]};
+  default:
+    return {0.0, 0.0, 1.0, at[1], -at[0], 0.0};
+  }
+}
+
+/// Returns force and moment of a field.
+inline std::array<double, 6> wrenchOf(const TractionField& field) {
+  std::array<double, 6> wrench{};
+  std::copy_n(field.resultant_N.begin(), 3, wrench.begin());
+  std::copy_n(field.moment_Nm.begin(), 3, wrench.begin() + 3);
+  return wrench;
+}
+
+}  // namespace tractiond::solve
