@@ -1,4 +1,4 @@
-#include "daemon/base/aside.h"
+#include "base/aside.h"
 
 #include <thread>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "daemon/base/event.h"
+#include "base/event.h"
 
 #include <poll.h>
 #include <sys/eventfd.h>

@@ -4,9 +4,9 @@
 // one back itself: newest wins, every eviction is counted in one place, and no slot is ever lost.
 #pragma once
 
-#include "daemon/base/counter.h"
-#include "daemon/base/event.h"
-#include "daemon/base/ring.h"
+#include "base/counter.h"
+#include "base/event.h"
+#include "base/ring.h"
 
 #include <array>
 #include <atomic>

@@ -1,7 +1,7 @@
 // Small files that are read whole and replaced whole.
 #pragma once
 
-#include "daemon/base/files.h"
+#include "base/files.h"
 
 #include <fcntl.h>
 #include <tl/expected.hpp>

@@ -95,7 +95,7 @@ set(traction_common_headers
     <vector> <Eigen/Dense> <tl/expected.hpp>)
 traction_headers(traction_library_headers LIBRARY ${traction_common_headers})
 
-# A static library of one room. Includes are written from the top of the tree: "daemon/base/ring.h".
+# A static library of one room. Includes are written from the top of the tree: "base/ring.h".
 function(traction_library name)
   add_library(${name} STATIC ${ARGN})
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})

@@ -45,6 +45,25 @@ bool isLive(const Key& key) {
          (key.section == "camera" && std::ranges::find(kOfTheCamera, key.name) != kOfTheCamera.end());
 }
 
+Entries entriesOf(std::vector<capture::Feature>& features) {
+  Entries entries;
+  entries.get = [&features] {
+    std::vector<Entries::Entry> result;
+    for (const capture::Feature& feature : features) result.emplace_back(feature.name, feature.value);
+    return result;
+  };
+  entries.add = [&features](Entries::Entry entry) {
+    features.push_back({std::move(entry.first), std::move(entry.second)});
+  };
+  entries.example = "# Each as one { Name = value }, set in the order of the list and read back; a command is { Name = "
+                    "true } and is\n"
+                    "# waited for. The same name may come again, as for selectors:\n"
+                    "# features = [ { UserSetSelector = \"Default\" }, { UserSetLoad = true },\n"
+                    "#              { BalanceRatioSelector = \"Red\" }, { BalanceRatio = 1.4 },\n"
+                    "#              { BalanceRatioSelector = \"Blue\" }, { BalanceRatio = 1.8 } ]\n";
+  return entries;
+}
+
 }  // namespace
 
 std::vector<Key> keysOf(Config& config) {
@@ -75,7 +94,7 @@ std::vector<Key> keysOf(Config& config) {
       {"camera", "wait", "", "A camera that is not there yet is waited for; false: that is an error.",
           &camera.wait},
       {"camera", "features", "", "First of all: any features by their GenICam names, see below.",
-          &camera.features},
+          entriesOf(camera.features)},
       {"camera", "pixel_format", "", "By the name of the Pixel Format Naming Convention, such as Mono12p, BayerRG8 or "
           "RGB8; empty: as the camera stands.",
           &camera.pixelFormat, {}, [&camera] { return pixelFormatFault(camera.pixelFormat); }},

@@ -1,8 +1,8 @@
 // What can be configured: one struct, and one table that says of every key its default, unit, range and meaning.
 #pragma once
 
+#include "base/service/config_table.h"
 #include "daemon/capture/camera_options.h"
-#include "daemon/config_table.h"
 #include "daemon/previewer.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/realtime.h"

@@ -6,8 +6,6 @@
 namespace tractiond {
 namespace {
 
-using sensor::TomlTable;
-
 tl::expected<Config, Error> read(TomlTable& root) {
   Config config;
   return readTable(root, keysOf(config)).map([&] { return config; });

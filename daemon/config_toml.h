@@ -1,7 +1,7 @@
 // Reads a configuration file.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "daemon/config.h"
 
 #include <tl/expected.hpp>

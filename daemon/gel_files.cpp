@@ -13,7 +13,7 @@ namespace tractiond {
 namespace {
 
 /// Of a gel file, or of the influence file that it names.
-Error asError(const sensor::FileError& error, const std::string& gelFile) {
+Error asError(const FileError& error, const std::string& gelFile) {
   Error result{.exitCode = EX_CONFIG, .what = error.what, .where = error.where};
   if (error.isData) {
     result.exitCode = EX_DATAERR;

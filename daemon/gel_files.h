@@ -1,7 +1,7 @@
 // The gel file of a configuration: read, described, and kept in recordings.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "daemon/publish/description.h"
 #include "daemon/publish/wire_recording.h"
 #include "daemon/solve/options.h"

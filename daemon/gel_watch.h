@@ -2,8 +2,8 @@
 // no first zero.
 #pragma once
 
-#include "daemon/base/clock.h"
-#include "daemon/base/mailbox.h"
+#include "base/clock.h"
+#include "base/mailbox.h"
 #include "daemon/publish/status.h"
 #include "daemon/records/gel_report.h"
 #include "daemon/snapshots.h"

@@ -1,7 +1,7 @@
 // One of several daemons on a machine: where it keeps its things, and that nobody else has them.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "daemon/config.h"
 
 #include <tl/expected.hpp>

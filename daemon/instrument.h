@@ -1,19 +1,19 @@
 // Everything one instance runs, made in order from a configuration.
 #pragma once
 
+#include "base/network/connection_limit.h"
+#include "base/network/inflow_limit.h"
+#include "base/service/service.h"
 #include "daemon/capture/camera.h"
 #include "daemon/config.h"
 #include "daemon/instance.h"
 #include "daemon/pipeline.h"
 #include "daemon/previewer.h"
 #include "daemon/processing.h"
-#include "daemon/publish/connection_limit.h"
 #include "daemon/publish/control.h"
 #include "daemon/publish/frozen_peers.h"
 #include "daemon/publish/greeting.h"
-#include "daemon/publish/inflow_limit.h"
 #include "daemon/publish/publisher.h"
-#include "daemon/service.h"
 #include "sensor/sensor.h"
 
 #include <filesystem>
@@ -80,8 +80,8 @@ class Instrument {
 
   // The control thread's own.
   std::optional<publish::FrozenPeers> frozenPeers_;
-  publish::inflow::Report inflow_;
-  publish::connections::Report connections_;
+  network::inflow::Report inflow_;
+  network::connections::Report connections_;
   std::string lockedWhy_;          // that was warned of
   unsigned describedSession_ = 0;  // of the camera
   bool cameraAsked_ = false;

@@ -1,4 +1,6 @@
 // Arguments in, exit code out.
+#include "base/service/log.h"
+#include "base/service/service.h"
 #include "daemon/arguments.h"
 #include "daemon/capture/camera_list.h"
 #include "daemon/capture/camera_plan.h"
@@ -8,9 +10,7 @@
 #include "daemon/config_toml.h"
 #include "daemon/gel_files.h"
 #include "daemon/instrument.h"
-#include "daemon/log.h"
 #include "daemon/replay.h"
-#include "daemon/service.h"
 
 #include <spdlog/spdlog.h>
 

@@ -1,6 +1,6 @@
 #include "daemon/pipeline.h"
 
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 
 #include <pthread.h>
 #include <sys/resource.h>

@@ -7,7 +7,7 @@
 // instead.
 #pragma once
 
-#include "daemon/base/link.h"
+#include "base/link.h"
 #include "daemon/capture/frame_source.h"
 #include "daemon/records/ledger.h"
 #include "daemon/records/traction_field.h"

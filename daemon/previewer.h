@@ -1,8 +1,8 @@
 // The newest picture for whoever subscribes to it: copied on the tracking thread, reduced on one of its own.
 #pragma once
 
-#include "daemon/base/event.h"
-#include "daemon/base/loan.h"
+#include "base/event.h"
+#include "base/loan.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/records/frame_copy.h"
 #include "daemon/records/marker_field.h"

@@ -1,10 +1,10 @@
 // Zeros, calibration steps and the watch over the drift of the zero.
 #pragma once
 
-#include "daemon/base/clock.h"
-#include "daemon/base/counter.h"
-#include "daemon/base/error.h"
-#include "daemon/base/mailbox.h"
+#include "base/clock.h"
+#include "base/counter.h"
+#include "base/error.h"
+#include "base/mailbox.h"
 #include "daemon/calibrate/drift_watch.h"
 #include "daemon/calibrate/step_runner.h"
 #include "daemon/records/gel_report.h"

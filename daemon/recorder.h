@@ -1,9 +1,9 @@
 // Records what is tracked and what comes of it, so that the same fields can be computed again: docs/recordings.md.
 #pragma once
 
-#include "daemon/base/clock.h"
-#include "daemon/base/error.h"
-#include "daemon/base/link.h"
+#include "base/clock.h"
+#include "base/error.h"
+#include "base/link.h"
 #include "daemon/publish/wire.h"
 #include "daemon/publish/wire_recording.h"
 #include "daemon/records/traction_field.h"

@@ -1,7 +1,7 @@
 // A recording's pictures through the same stages once more.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "daemon/config.h"
 #include "daemon/instance.h"
 

@@ -1,8 +1,8 @@
 // Copies of single frames for the control thread: for whoever asks for a snapshot, and for the daemon's own looks.
 #pragma once
 
-#include "daemon/base/clock.h"
-#include "daemon/base/loan.h"
+#include "base/clock.h"
+#include "base/loan.h"
 #include "daemon/records/snapshot.h"
 
 #include <tl/expected.hpp>

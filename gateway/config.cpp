@@ -1,6 +1,6 @@
 #include "gateway/config.h"
 
-#include "sensor/toml_table.h"
+#include "base/toml_table.h"
 
 #include <iterator>
 
@@ -14,7 +14,7 @@ std::string endpointFault(const std::vector<std::string>& endpoints) {
   return "";
 }
 
-tl::expected<Config, Error> read(tl::expected<sensor::TomlTable, sensor::FileError> file) {
+tl::expected<Config, Error> read(tl::expected<TomlTable, FileError> file) {
   if (!file) return tl::unexpected(asError(file.error()));
   Config config;
   return readTable(*file, keysOf(config)).map([&] { return config; });
@@ -74,11 +74,11 @@ std::string configText(const Config& config) {
 }
 
 tl::expected<Config, Error> parseConfig(std::istream& text, const std::string& name) {
-  return read(sensor::TomlTable::parse(std::string{std::istreambuf_iterator<char>(text), {}}, name));
+  return read(TomlTable::parse(std::string{std::istreambuf_iterator<char>(text), {}}, name));
 }
 
 tl::expected<Config, Error> loadConfig(const std::string& path) {
-  return read(sensor::TomlTable::load(path));
+  return read(TomlTable::load(path));
 }
 
 }  // namespace tractiond::gateway

@@ -1,8 +1,8 @@
 // Configuration of a gateway.
 #pragma once
 
-#include "daemon/config_table.h"
-#include "gateway/keys.h"
+#include "base/network/keys.h"
+#include "base/service/config_table.h"
 
 #include <tl/expected.hpp>
 
@@ -25,7 +25,7 @@ struct Config {
   std::vector<std::string> control = {"tcp://*:9884"};
   std::vector<std::string> preview = {};
   bool insecure = false;  ///< true: connections need no key
-  std::string keys = kKeyDirectory;
+  std::string keys = network::kKeyDirectory;
   int highWaterMark = 8;  ///< messages queued for one slow peer; further ones are lost
   Limits limits;
   std::string logLevel = "info";

@@ -1,6 +1,6 @@
 #include "gateway/front.h"
 
-#include "daemon/publish/socket.h"
+#include "base/network/socket.h"
 
 #include <algorithm>
 #include <cstring>
@@ -48,9 +48,9 @@ Front::Front(const Options& options, MayEnter mayEnter, Refused refused)
   for (std::size_t way = 0; way < kWays; ++way) {
     zmq::socket_t& socket = sockets_[way] = zmq::socket_t(context_, kTypes[way]);
     if (way == kControl) {
-      publish::guard(socket, kWaitingReplies, kLargestMessage);
+      network::guard(socket, kWaitingReplies, kLargestMessage);
     } else {
-      publish::guard(socket, way == kPreview ? kWaitingPreviews : options.highWaterMark, kLargestSubscription);
+      network::guard(socket, way == kPreview ? kWaitingPreviews : options.highWaterMark, kLargestSubscription);
       socket.set(zmq::sockopt::rcvbuf, kReceiveBuffer);
     }
     if (options.server) {
@@ -70,14 +70,14 @@ Front::Front(const Options& options, MayEnter mayEnter, Refused refused)
 }
 
 Front::~Front() {
-  for (const auto& endpoints : bound_) publish::release(endpoints);
+  for (const auto& endpoints : bound_) network::release(endpoints);
 }
 
 tl::expected<std::unique_ptr<Front>, Error> Front::open(const Options& options, MayEnter mayEnter,
                                                         Refused refused) try {
   std::unique_ptr<Front> front(new Front(options, std::move(mayEnter), std::move(refused)));
   for (std::size_t way = 0; way < kWays; ++way) {
-    auto bound = publish::bind(front->sockets_[way], options.endpoints[way]);
+    auto bound = network::bind(front->sockets_[way], options.endpoints[way]);
     if (!bound) return tl::unexpected(bound.error());
     front->bound_[way] = *std::move(bound);
   }

@@ -1,9 +1,9 @@
 // The sockets that peers on the network connect to, and their access control.
 #pragma once
 
+#include "base/network/keys.h"
 #include "gateway/config.h"
 #include "gateway/handshake.h"
-#include "gateway/keys.h"
 #include "gateway/peers.h"
 
 #include <tl/expected.hpp>
@@ -28,7 +28,7 @@ class Front {
  public:
   struct Options {
     Endpoints endpoints;            ///< tcp; the previews may have none
-    std::optional<KeyPair> server;  ///< empty: connections need no key
+    std::optional<network::KeyPair> server;  ///< empty: connections need no key
     int highWaterMark = 8;
     Limits limits;
   };
@@ -36,7 +36,7 @@ class Front {
   /// Called for each rejected handshake with the peer and the reason, as text for the log.
   using Refused = std::function<void(const std::string& what)>;
 
-  /// Opens and binds all sockets. Errors: EX_OSERR, and those of publish::bind().
+  /// Opens and binds all sockets. Errors: EX_OSERR, and those of network::bind().
   static tl::expected<std::unique_ptr<Front>, Error> open(const Options& options, MayEnter mayEnter, Refused refused);
   ~Front();
   Front(const Front&) = delete;

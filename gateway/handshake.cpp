@@ -3,16 +3,17 @@
 namespace tractiond::gateway {
 namespace {
 
-Permission neededFor(std::string_view domain) {
-  return domain == kControlDomain || domain == kPreviewDomain ? Permission::kControl : Permission::kRead;
+network::Permission neededFor(std::string_view domain) {
+  return domain == kControlDomain || domain == kPreviewDomain ? network::Permission::kControl
+                                                              : network::Permission::kRead;
 }
 
 }  // namespace
 
 HandshakeAnswer answerHandshake(std::vector<std::string> request, const MayEnter& mayEnter) {
   constexpr std::size_t kParts = 7;
-  const std::string key = request.size() == kParts ? keyOfBytes(request[6]) : "";
-  const AllowedKey* const allowed = key.empty() || request[5] != "CURVE" ? nullptr : mayEnter(key);
+  const std::string key = request.size() == kParts ? network::keyOfBytes(request[6]) : "";
+  const network::AllowedKey* const allowed = key.empty() || request[5] != "CURVE" ? nullptr : mayEnter(key);
   request.resize(kParts);
   std::string why;
   if (allowed == nullptr) {

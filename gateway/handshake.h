@@ -1,7 +1,7 @@
 // Authentication of peers: answers ZeroMQ's authentication protocol (ZAP, RFC 27), which asks once per handshake.
 #pragma once
 
-#include "gateway/keys.h"
+#include "base/network/keys.h"
 
 #include <array>
 #include <functional>
@@ -12,9 +12,9 @@
 namespace tractiond::gateway {
 
 /// Returns the allowed key equal to `key`, or null if it is not allowed.
-using MayEnter = std::function<const AllowedKey*(const std::string& key)>;
+using MayEnter = std::function<const network::AllowedKey*(const std::string& key)>;
 
-/// ZAP domains of the control and preview sockets, which need Permission::kControl; all others need kRead.
+/// ZAP domains of the control and preview sockets, which need network::Permission::kControl; all others need kRead.
 inline constexpr std::string_view kControlDomain = "control", kPreviewDomain = "preview";
 
 struct HandshakeAnswer {

@@ -1,8 +1,8 @@
 // traction-gateway: parses the arguments, runs, and returns the exit code.
-#include "daemon/base/counter.h"
-#include "daemon/log.h"
-#include "daemon/publish/connection_limit.h"
-#include "daemon/service.h"
+#include "base/counter.h"
+#include "base/network/connection_limit.h"
+#include "base/service/log.h"
+#include "base/service/service.h"
 #include "gateway/arguments.h"
 #include "gateway/config.h"
 #include "gateway/relay.h"
@@ -49,7 +49,7 @@ tl::expected<void, Error> checkDescriptors(const Config& config) {
   constexpr rlim_t kOwn = 72;  // open by the gateway itself
   rlimit limit{};
   getrlimit(RLIMIT_NOFILE, &limit);
-  const rlim_t needed = static_cast<rlim_t>(config.limits.peers) + publish::connections::kReserved + kOwn;
+  const rlim_t needed = static_cast<rlim_t>(config.limits.peers) + network::connections::kReserved + kOwn;
   if (limit.rlim_cur >= needed) return {};
   return tl::unexpected(Error{.exitCode = EX_OSERR,
                               .what = "limits.peers = " + std::to_string(config.limits.peers) + " takes " +

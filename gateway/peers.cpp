@@ -1,6 +1,6 @@
 #include "gateway/peers.h"
 
-#include "daemon/publish/socket.h"
+#include "base/network/socket.h"
 
 #include <netdb.h>
 #include <sys/socket.h>
@@ -30,7 +30,7 @@ void Peers::came(int fd, const std::vector<std::string>& bound) {
   if (count() >= most_ || (of != each_.end() && of->second >= mostPerAddress_)) {
     ++refused_;
     lastRefused_ = peer.address;
-    publish::cutOff(fd, bound);
+    network::cutOff(fd, bound);
     return;
   }
   ++each_[peer.address];

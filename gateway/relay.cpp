@@ -1,9 +1,9 @@
 #include "gateway/relay.h"
 
-#include "daemon/publish/connection_limit.h"
-#include "daemon/publish/inflow_limit.h"
-#include "daemon/publish/reply_budget.h"
-#include "daemon/publish/socket.h"
+#include "base/network/connection_limit.h"
+#include "base/network/inflow_limit.h"
+#include "base/network/reply_budget.h"
+#include "base/network/socket.h"
 #include "gateway/rates.h"
 #include "gateway/request.h"
 #include "proto/traction/v1/endpoints.h"
@@ -99,30 +99,30 @@ bool isLocal(const Config& config) {
                              [](const auto* list) { return std::ranges::all_of(*list, isOnThisHost); });
 }
 
-std::string listed(const std::vector<AllowedKey>& keys) {
+std::string listed(const std::vector<network::AllowedKey>& keys) {
   std::string text;
-  for (const AllowedKey& key : keys) {
-    text += (text.empty() ? "" : ", ") + key.name + " (" + std::string(wordOf(key.permission)) + ")";
+  for (const network::AllowedKey& key : keys) {
+    text += (text.empty() ? "" : ", ") + key.name + " (" + std::string(network::wordOf(key.permission)) + ")";
   }
   return text.empty() ? "nobody" : text;
 }
 
 /// Returns whether a key was removed, renamed, or lost a permission.
-bool losesSomething(const std::vector<AllowedKey>& before, const std::vector<AllowedKey>& now) {
-  return std::ranges::any_of(before, [&](const AllowedKey& old) {
-    const auto same = std::ranges::find(now, old.key, &AllowedKey::key);
+bool losesSomething(const std::vector<network::AllowedKey>& before, const std::vector<network::AllowedKey>& now) {
+  return std::ranges::any_of(before, [&](const network::AllowedKey& old) {
+    const auto same = std::ranges::find(now, old.key, &network::AllowedKey::key);
     return same == now.end() || same->name != old.name || same->permission < old.permission;
   });
 }
 
 /// Reads the gateway's own key; nothing if connections need none. Errors: EX_CONFIG, and those of loadKeyPair().
-tl::expected<std::optional<KeyPair>, Error> serverKey(const Config& config) {
+tl::expected<std::optional<network::KeyPair>, Error> serverKey(const Config& config) {
   if (config.insecure) return std::nullopt;
-  const std::filesystem::path file = serverKeyFile(config.keys);
+  const std::filesystem::path file = network::serverKeyFile(config.keys);
   std::error_code unseen;
   // If the directory cannot be searched, loadKeyPair() reports the reason.
   if (std::filesystem::symlink_status(file, unseen).type() != std::filesystem::file_type::not_found) {
-    return loadKeyPair(file).map([](KeyPair keys) { return std::optional(std::move(keys)); });
+    return network::loadKeyPair(file).map([](network::KeyPair keys) { return std::optional(std::move(keys)); });
   }
   if (!isLocal(config)) {
     return tl::unexpected(Error{.exitCode = EX_CONFIG,
@@ -210,7 +210,7 @@ struct Relay::Impl {
 
   void lookAtKeys() {
     if (!options.server) return;
-    const std::vector<AllowedKey> before = keys.keys();
+    const std::vector<network::AllowedKey> before = keys.keys();
     if (!keys.refresh()) return;
     tellKeys();
     toCut = toCut || losesSomething(before, keys.keys());
@@ -241,7 +241,7 @@ struct Relay::Impl {
       if (std::exchange(silent, false)) spdlog::info("the instrument is heard again");
       if (count != 3) continue;  // not from a tractiond
       keepDescription();
-      // Previews need Permission::kControl.
+      // Previews need network::Permission::kControl.
       const Way way = parts[0].to_string_view().ends_with(kPreviewEnds) ? kPreview : kStream;
       for (std::size_t part = 0; part < 3; ++part) put((*front)[way], parts[part], part < 2);
     }
@@ -264,7 +264,7 @@ struct Relay::Impl {
   void takeLookers() {
     for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kPreview], parts) != 0; ++i) {
       const std::string_view text = parts[0].to_string_view();
-      if (text.starts_with('\0') || isOfInstrument(text)) publish::inflow::release(publish::sourceOf(parts[0]), 1);
+      if (text.starts_with('\0') || isOfInstrument(text)) network::inflow::release(network::sourceOf(parts[0]), 1);
       subscribers.count(parts[0], front->bound(kPreview));
       if (text.starts_with('\1')) ++lookers;
       if (text.starts_with('\0') && lookers > 0) --lookers;
@@ -304,14 +304,14 @@ struct Relay::Impl {
     int count = 0;
     for (; count < kSubscriptionsPerTurn && receive((*front)[kStream], parts) != 0; ++count) {
       const std::string_view text = parts[0].to_string_view();
-      if (text.starts_with('\0') || isOfInstrument(text)) publish::inflow::release(publish::sourceOf(parts[0]), 1);
+      if (text.starts_with('\0') || isOfInstrument(text)) network::inflow::release(network::sourceOf(parts[0]), 1);
       subscribers.count(parts[0], front->bound(kStream));
       if (!text.starts_with('\1')) continue;
       for (const auto& [topic, kept] : descriptions) {
         descriptionDue = descriptionDue || std::string_view(topic).starts_with(text.substr(1));
       }
     }
-    if (count < kSubscriptionsPerTurn) publish::inflow::releaseEnded(publish::Charge::kSubscriptions);
+    if (count < kSubscriptionsPerTurn) network::inflow::releaseEnded(network::Charge::kSubscriptions);
     if (!descriptionDue || now - described_ns < kDescriptions_ns) return;
     descriptionDue = false;
     described_ns = now;
@@ -331,8 +331,8 @@ struct Relay::Impl {
   void passRequests(std::int64_t now) {
     for (int i = 0; i < kMessagesPerTurn; ++i) {
       const std::size_t count = receive((*front)[kControl], parts);
-      if (count == 0) return publish::inflow::releaseEnded(publish::Charge::kRequests);
-      publish::inflow::release(publish::sourceOf(parts[0]), count - 1);  // the first part is the routing id
+      if (count == 0) return network::inflow::releaseEnded(network::Charge::kRequests);
+      network::inflow::release(network::sourceOf(parts[0]), count - 1);  // the first part is the routing id
       askers.count(parts[0], front->bound(kControl));
       // [peer][empty][request]
       if (count != 3 || !parts[1].empty()) continue;
@@ -356,7 +356,7 @@ struct Relay::Impl {
     const auto stated = signedRequest(
         request.to_string_view(), (user.empty() ? "somebody without a key" : "\"" + user + "\"") + " at " + address);
     if (!stated) return stated.error();
-    const Route route{std::string(peer), who, publish::sourceOf(request), generation};
+    const Route route{std::string(peer), who, network::sourceOf(request), generation};
     if (put(control, route.text(), true) && put(control, "", true) && put(control, *stated, false)) return "";
     return "no instrument is there; is tractiond running?";
   }
@@ -375,7 +375,7 @@ struct Relay::Impl {
         continue;
       }
       zmq::message_t reply =
-          publish::messageOf(parts[2].to_string(), replies.add(route->who, route->fd, parts[2].size()));
+          network::messageOf(parts[2].to_string(), replies.add(route->who, route->fd, parts[2].size()));
       put((*front)[kControl], reply, false);
     }
   }
@@ -411,7 +411,7 @@ struct Relay::Impl {
   Config config;
   Clock clock;
   std::filesystem::path directory;
-  KeyDirectory keys;
+  network::KeyDirectory keys;
   Front::Options options;
   std::unique_ptr<Front> front;
   std::uint32_t generation = 0;  ///< number of openings of the front
@@ -424,11 +424,11 @@ struct Relay::Impl {
   bool descriptionDue = false;
   std::int64_t described_ns = 0;
   RequestLimit requests;
-  publish::ReplyBudget replies{kWaitingReplies_bytes, kWaitingRepliesEach_bytes};
-  publish::PeerLimit subscribers{kSubscriptionsPerPeer}, askers{1000};
+  network::ReplyBudget replies{kWaitingReplies_bytes, kWaitingRepliesEach_bytes};
+  network::PeerLimit subscribers{kSubscriptionsPerPeer}, askers{1000};
   SeldomLine refusals, crowds;
-  publish::inflow::Report inflow;
-  publish::connections::Report connections;
+  network::inflow::Report inflow;
+  network::connections::Report connections;
   std::uint64_t refusedBefore = 0;
   std::int64_t heard_ns, looked_ns = 0, counted_ns = 0;
   bool silent = false;

@@ -1,7 +1,7 @@
 // Relays between one instrument and peers on the network: published messages outwards, requests inwards.
 #pragma once
 
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "gateway/front.h"
 
 #include <chrono>

@@ -1,7 +1,7 @@
 // The commands of traction-lens. Each prints to standard output, and writes its file last and atomically.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "lens/chessboard.h"
 #include "sensor/sensor.h"
 

@@ -1,7 +1,7 @@
-#include "daemon/base/whole_file.h"
+#include "base/toml_table.h"
+#include "base/whole_file.h"
 #include "lens/commands.h"
 #include "sensor/gel_file.h"
-#include "sensor/toml_table.h"
 
 #include <cstdio>
 
@@ -17,7 +17,7 @@ tl::expected<sensor::Sensor, Faults> loadGel(const std::string& path) {
   if (path.empty()) return sensor::Sensor{};
   auto sensor = sensor::loadGel(path);
   if (sensor) return *std::move(sensor);
-  const sensor::FileError& error = sensor.error();
+  const tractiond::FileError& error = sensor.error();
   const int code = error.unreadable ? EX_NOINPUT : error.isData ? EX_DATAERR : EX_CONFIG;
   return tl::unexpected(Faults{{.exitCode = code, .what = error.what, .where = error.where}});
 }
@@ -27,7 +27,7 @@ tl::expected<CameraFile, Faults> loadCamera(const std::string& path) {
   if (!sensor) return tl::unexpected(sensor.error());
   CameraFile file{*std::move(sensor)};
   if (path.empty()) return file;
-  if (auto root = sensor::TomlTable::load(path)) {
+  if (auto root = tractiond::TomlTable::load(path)) {
     if (const auto camera = root->table("camera")) {
       file.hasWidth = camera->has("width_px");
       file.hasHeight = camera->has("height_px");

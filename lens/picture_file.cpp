@@ -1,6 +1,6 @@
 #include "lens/picture_file.h"
 
-#include "daemon/base/whole_file.h"
+#include "base/whole_file.h"
 
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>

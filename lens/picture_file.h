@@ -1,7 +1,7 @@
 // Reads and writes picture files. Damaged files cause errors here, and no exceptions of a decoder.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 
 #include <opencv2/core.hpp>
 #include <tl/expected.hpp>

@@ -1,7 +1,7 @@
 // Finds and labels the markers of an untouched gel in one picture, with the daemon's tracker.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "sensor/sensor.h"
 
 #include <opencv2/core.hpp>

@@ -1,4 +1,4 @@
-#include "daemon/base/whole_file.h"
+#include "base/whole_file.h"
 #include "lens/commands.h"
 #include "lens/sheet.h"
 

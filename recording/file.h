@@ -1,7 +1,7 @@
 // Files: one that only grows, and one that is only read.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 
 #include <tl/expected.hpp>
 

@@ -2,13 +2,16 @@
 // gel.influence_file, which names an influence file (docs/influence-file.md).
 #pragma once
 
+#include "base/toml_table.h"
 #include "sensor/sensor.h"
-#include "sensor/toml_table.h"
 
 #include <string>
 #include <string_view>
 
 namespace sensor {
+
+using tractiond::FileError;
+using tractiond::TomlTable;
 
 /// Reads a gel file. Missing keys keep the paper's values, except the version, which is required. Also reads the
 /// influence file that the gel file names. Fails for invalid content, including an impossible sensor (Poisson's ratio

@@ -2,14 +2,16 @@
 // write one.
 #pragma once
 
+#include "base/toml_table.h"
 #include "sensor/sensor.h"
-#include "sensor/toml_table.h"
 
 #include <tl/expected.hpp>
 
 #include <string>
 
 namespace sensor {
+
+using tractiond::FileError;
 
 /// Reads an influence file. Fails if numpy.savez() did not write it, if an array is missing, not finite or of
 /// inconsistent shape, and if the matrix has the wrong sign or unit for a body of its stiffness.

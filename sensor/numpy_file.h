@@ -1,7 +1,7 @@
 // Reads a NumPy .npz archive that numpy.savez() wrote.
 #pragma once
 
-#include "sensor/toml_table.h"
+#include "base/toml_table.h"
 
 #include <tl/expected.hpp>
 
@@ -12,6 +12,8 @@
 #include <vector>
 
 namespace sensor {
+
+using tractiond::FileError;
 
 /// An array in C order: the last index varies fastest.
 struct NumpyArray {

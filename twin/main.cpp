@@ -125,7 +125,7 @@ tl::expected<void, Failure> run(const Options& options) {
   if (!path) return tl::unexpected(path.error());
   auto scenario = loadScenario(path->string());
   if (!scenario) {
-    const sensor::FileError& error = scenario.error();
+    const tractiond::FileError& error = scenario.error();
     return tl::unexpected(Failure{error.unreadable ? EX_NOINPUT : EX_CONFIG, error.where + ": " + error.what});
   }
   scenario->format = options.format.value_or(scenario->format);

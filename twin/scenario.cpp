@@ -11,8 +11,8 @@ namespace twin {
 
 namespace {
 
-using sensor::FileError;
-using sensor::TomlTable;
+using tractiond::FileError;
+using tractiond::TomlTable;
 
 constexpr int kVersion = 1;
 constexpr double kMillimetres = 1e3;  // per metre
@@ -88,7 +88,7 @@ Tear readTear(TomlTable& table, const sensor::Camera& camera) {
 }
 
 /// Reads a quantity at each key time. A single value holds for all times.
-std::vector<double> readTrack(TomlTable& table, const char* key, std::size_t count, const sensor::Range& range) {
+std::vector<double> readTrack(TomlTable& table, const char* key, std::size_t count, const tractiond::Range& range) {
   std::vector<double> values(1, 0.0);
   table.read(key, values, range);
   if (values.size() == 1) values.resize(count, values.front());

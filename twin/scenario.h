@@ -1,8 +1,8 @@
 // A scenario: the twin's gel and camera, and the contacts over time.
 #pragma once
 
+#include "base/toml_table.h"
 #include "sensor/sensor.h"
-#include "sensor/toml_table.h"
 #include "twin/creep.h"
 #include "twin/format.h"
 #include "twin/optics.h"
@@ -95,7 +95,7 @@ struct Resultant {
 };
 
 // These read a scenario, in TOML. \param name names the file in errors
-tl::expected<Scenario, sensor::FileError> parseScenario(std::string_view text, const std::string& name);
-tl::expected<Scenario, sensor::FileError> loadScenario(const std::string& path);
+tl::expected<Scenario, tractiond::FileError> parseScenario(std::string_view text, const std::string& name);
+tl::expected<Scenario, tractiond::FileError> loadScenario(const std::string& path);
 
 }  // namespace twin

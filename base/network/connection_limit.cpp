@@ -1,6 +1,6 @@
-#include "daemon/publish/connection_limit.h"
+#include "base/network/connection_limit.h"
 
-#include "daemon/publish/ends.h"
+#include "base/network/ends.h"
 
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -14,7 +14,7 @@
 #include <map>
 #include <utility>
 
-namespace tractiond::publish::connections {
+namespace tractiond::network::connections {
 namespace {
 
 constexpr std::int64_t kBetweenLines_ns = 60'000'000'000;
@@ -102,4 +102,4 @@ std::string Report::look(std::int64_t now_ns) {
          largestPeer(mostLookedAt_);
 }
 
-}  // namespace tractiond::publish::connections
+}  // namespace tractiond::network::connections

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string>
 
-namespace tractiond::publish::connections {
+namespace tractiond::network::connections {
 
 /// Number of file descriptors that connections leave to the program itself.
 inline constexpr std::size_t kReserved = 128;
@@ -39,4 +39,4 @@ class Report {
   std::int64_t told_ns_ = 0;
 };
 
-}  // namespace tractiond::publish::connections
+}  // namespace tractiond::network::connections

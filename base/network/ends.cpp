@@ -1,4 +1,4 @@
-#include "daemon/publish/ends.h"
+#include "base/network/ends.h"
 
 #include <netdb.h>
 #include <netinet/in.h>
@@ -8,7 +8,7 @@
 #include <array>
 #include <cstddef>
 
-namespace tractiond::publish {
+namespace tractiond::network {
 
 std::string localEnd(int fd) {
   sockaddr_storage address{};
@@ -44,4 +44,4 @@ std::string peerOf(int fd) {
   return failed == 0 ? host.data() : "a peer";
 }
 
-}  // namespace tractiond::publish
+}  // namespace tractiond::network

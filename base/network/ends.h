@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace tractiond::publish {
+namespace tractiond::network {
 
 /// Returns "ipc://PATH" or ":PORT" of a connection; empty: it is none, or of another kind.
 std::string localEnd(int fd);
@@ -14,4 +14,4 @@ std::string localEndOf(const std::string& endpoint);
 /// Returns whose a connection is, for people: "uid 1000, pid 4711", or an address. Empty: it is none, or has ended.
 std::string peerOf(int fd);
 
-}  // namespace tractiond::publish
+}  // namespace tractiond::network

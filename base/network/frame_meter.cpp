@@ -1,8 +1,8 @@
-#include "daemon/publish/frame_meter.h"
+#include "base/network/frame_meter.h"
 
 #include <algorithm>
 
-namespace tractiond::publish {
+namespace tractiond::network {
 namespace {
 
 constexpr std::uint8_t kMore = 1, kLong = 2, kCommand = 4;
@@ -68,4 +68,4 @@ void FrameMeter::count(Reading& reading, Charge charge, bool& pinned) const {
   pinned = pinned || body > kWithinMessage;
 }
 
-}  // namespace tractiond::publish
+}  // namespace tractiond::network

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-namespace tractiond::publish {
+namespace tractiond::network {
 
 /// What frames are charged for: it decides how much ZeroMQ keeps of them.
 enum class Charge {
@@ -38,4 +38,4 @@ class FrameMeter {
   bool undecided_ = false;             ///< a command; the length of its name, which comes next, says which
 };
 
-}  // namespace tractiond::publish
+}  // namespace tractiond::network

@@ -1,7 +1,7 @@
-#include "daemon/publish/inflow_limit.h"
+#include "base/network/inflow_limit.h"
 
-#include "daemon/publish/connection_limit.h"
-#include "daemon/publish/ends.h"
+#include "base/network/connection_limit.h"
+#include "base/network/ends.h"
 
 #include <malloc.h>
 #include <sys/socket.h>
@@ -18,7 +18,7 @@
 #include <span>
 #include <utility>
 
-namespace tractiond::publish::inflow {
+namespace tractiond::network::inflow {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000, kBetweenLines_ns = 60 * kSecond_ns;
@@ -227,4 +227,4 @@ std::string Report::look(std::int64_t now_ns) {
   return std::to_string(news) + " connections were closed; the last was " + account.last;
 }
 
-}  // namespace tractiond::publish::inflow
+}  // namespace tractiond::network::inflow

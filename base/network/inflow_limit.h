@@ -4,13 +4,13 @@
 // (docs/decisions/0030-unfinished-messages.md).
 #pragma once
 
-#include "daemon/publish/frame_meter.h"
+#include "base/network/frame_meter.h"
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
-namespace tractiond::publish::inflow {
+namespace tractiond::network::inflow {
 
 inline constexpr std::uint64_t kMost_bytes = 1 << 20;          ///< of one connection
 inline constexpr std::uint64_t kMostTogether_bytes = 8 << 20;  ///< of all; beyond it the one that holds most is ended
@@ -46,4 +46,4 @@ class Report {
   int trims_ = 0;  ///< still to come: ZeroMQ takes its time to free
 };
 
-}  // namespace tractiond::publish::inflow
+}  // namespace tractiond::network::inflow

@@ -1,8 +1,8 @@
-#include "gateway/keys.h"
+#include "base/network/keys.h"
 
-#include "daemon/base/whole_file.h"
+#include "base/toml_table.h"
+#include "base/whole_file.h"
 #include "proto/traction/v1/endpoints.h"
-#include "sensor/toml_table.h"
 
 #include <dirent.h>
 #include <sys/stat.h>
@@ -15,11 +15,10 @@
 #include <optional>
 #include <utility>
 
-namespace tractiond::gateway {
+namespace tractiond::network {
 namespace {
 
 namespace fs = std::filesystem;
-using sensor::TomlTable;
 
 constexpr std::string_view kEnding = ".key";
 constexpr std::size_t kBytes = 32, kLetters = 40;  ///< of a key, binary and in Z85
@@ -27,7 +26,7 @@ constexpr std::size_t kMostKeys = 1000;
 
 using Letters = std::array<char, kLetters + 1>;
 
-Error asError(const sensor::FileError& error) {
+Error asError(const FileError& error) {
   return {.exitCode = error.unreadable ? EX_NOINPUT : EX_CONFIG, .what = error.what, .where = error.where};
 }
 
@@ -264,4 +263,4 @@ const AllowedKey* KeyDirectory::find(std::string_view key) const {
   return found == keys_.end() ? nullptr : &*found;
 }
 
-}  // namespace tractiond::gateway
+}  // namespace tractiond::network

@@ -2,7 +2,7 @@
 // tractionctl and the client library. Keys are CURVE keys, 40 characters of Z85.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 
 #include <tl/expected.hpp>
 
@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace tractiond::gateway {
+namespace tractiond::network {
 
 inline constexpr const char* kKeyDirectory = "/etc/tractiond/keys";
 
@@ -97,4 +97,4 @@ class KeyDirectory {
   std::vector<Error> faults_;
 };
 
-}  // namespace tractiond::gateway
+}  // namespace tractiond::network

@@ -1,11 +1,11 @@
-#include "daemon/publish/reply_budget.h"
+#include "base/network/reply_budget.h"
 
 #include <linux/sockios.h>
 #include <sys/ioctl.h>
 
 #include <iterator>
 
-namespace tractiond::publish {
+namespace tractiond::network {
 
 bool ReplyBudget::isUnread(int fd) {
   int waiting = 0;
@@ -55,4 +55,4 @@ std::shared_ptr<ReplyBudget::Reply> ReplyBudget::add(const std::string& who, int
   return reply;
 }
 
-}  // namespace tractiond::publish
+}  // namespace tractiond::network

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace tractiond::publish {
+namespace tractiond::network {
 
 /// Of each who asks (a key, a user, an address) and of all together. Thread-bound.
 class ReplyBudget {
@@ -55,4 +55,4 @@ class ReplyBudget {
   std::uint64_t all_bytes_ = 0;           ///< of all shares
 };
 
-}  // namespace tractiond::publish
+}  // namespace tractiond::network

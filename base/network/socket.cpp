@@ -1,7 +1,7 @@
-#include "daemon/publish/socket.h"
+#include "base/network/socket.h"
 
-#include "daemon/publish/ends.h"
-#include "daemon/publish/inflow_limit.h"
+#include "base/network/ends.h"
+#include "base/network/inflow_limit.h"
 
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -15,7 +15,7 @@
 #include <optional>
 #include <utility>
 
-namespace tractiond::publish {
+namespace tractiond::network {
 
 namespace {
 
@@ -189,4 +189,4 @@ void PeerLimit::count(zmq::message_t& message, const std::vector<std::string>& b
   cutOff(fd, bound);
 }
 
-}  // namespace tractiond::publish
+}  // namespace tractiond::network

@@ -1,9 +1,9 @@
 // ZeroMQ sockets that listen to anybody. ZeroMQ is seen by this room's socket, publisher and control files only.
 #pragma once
 
-#include "daemon/base/error.h"
-#include "daemon/publish/connection_limit.h"
-#include "daemon/publish/reply_budget.h"
+#include "base/error.h"
+#include "base/network/connection_limit.h"
+#include "base/network/reply_budget.h"
 
 #include <tl/expected.hpp>
 #include <zmq.hpp>
@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace tractiond::publish {
+namespace tractiond::network {
 
 /// Sets what protects a socket from its peers; before binding.
 /// \param largestMessage bytes of one part from a peer; a peer that sends more is cut off.
@@ -59,4 +59,4 @@ class PeerLimit {
   std::array<std::uint16_t, connections::kMostDescriptors> counts_{};  ///< by file descriptor
 };
 
-}  // namespace tractiond::publish
+}  // namespace tractiond::network

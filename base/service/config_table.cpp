@@ -1,4 +1,4 @@
-#include "daemon/config_table.h"
+#include "base/service/config_table.h"
 
 #include <algorithm>
 #include <array>
@@ -11,8 +11,6 @@
 namespace tractiond {
 namespace {
 
-using sensor::TomlTable;
-
 /// The shortest decimal that reads back as the same number; whole ones without an exponent.
 std::string number(double value) {
   if (value == std::trunc(value) && std::abs(value) < 1e15) return std::to_string(static_cast<std::int64_t>(value));
@@ -23,26 +21,6 @@ std::string number(double value) {
   }
   return text.data();
 }
-
-/// A value as it is written in TOML; empty: not set.
-struct Written {
-  const sensor::Range& range;
-
-  std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
-  std::string operator()(const int* value) const { return number(*value * range.perUnit); }
-  std::string operator()(const double* value) const { return number(*value * range.perUnit); }
-  std::string operator()(const std::optional<double>* value) const {
-    return *value ? number(**value * range.perUnit) : "";
-  }
-  std::string operator()(const std::string* value) const { return quoted(*value); }
-  std::string operator()(const std::vector<std::string>* value) const {
-    std::string list;
-    for (const std::string& one : *value) list += (list.empty() ? "" : ", ") + quoted(one);
-    return "[" + list + "]";
-  }
-  std::string operator()(const Choice& value) const { return quoted(value.get()); }
-  std::string operator()(const std::vector<capture::Feature>* value) const;
-};
 
 struct ScalarText {
   std::string operator()(bool value) const { return value ? "true" : "false"; }
@@ -59,6 +37,35 @@ bool isBareKey(const std::string& name) {
     return std::isalnum(letter) || letter == '_' || letter == '-';
   });
 }
+
+std::string entriesText(const std::vector<Entries::Entry>& entries) {
+  std::string text;
+  for (const auto& [name, value] : entries) {
+    text += (text.empty() ? "\n" : ",\n") + ("  { " + (isBareKey(name) ? name : quoted(name)));
+    text += " = " + std::visit(ScalarText{}, value) + " }";
+  }
+  return text.empty() ? "[]" : "[" + text + "\n]";
+}
+
+/// A value as it is written in TOML; empty: not set.
+struct Written {
+  const Range& range;
+
+  std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
+  std::string operator()(const int* value) const { return number(*value * range.perUnit); }
+  std::string operator()(const double* value) const { return number(*value * range.perUnit); }
+  std::string operator()(const std::optional<double>* value) const {
+    return *value ? number(**value * range.perUnit) : "";
+  }
+  std::string operator()(const std::string* value) const { return quoted(*value); }
+  std::string operator()(const std::vector<std::string>* value) const {
+    std::string list;
+    for (const std::string& one : *value) list += (list.empty() ? "" : ", ") + quoted(one);
+    return "[" + list + "]";
+  }
+  std::string operator()(const Choice& value) const { return quoted(value.get()); }
+  std::string operator()(const Entries& entries) const { return entriesText(entries.get()); }
+};
 
 std::string written(const Key& key) {
   return std::visit(Written{key.range}, key.value);
@@ -77,26 +84,6 @@ std::string limits(const Key& key, const std::string& standard) {
   return text + (key.live ? "; reload" : "");
 }
 
-std::string featuresText(const std::vector<capture::Feature>& features) {
-  std::string text;
-  for (const capture::Feature& feature : features) {
-    text += (text.empty() ? "\n" : ",\n") + ("  { " + (isBareKey(feature.name) ? feature.name : quoted(feature.name)));
-    text += " = " + std::visit(ScalarText{}, feature.value) + " }";
-  }
-  return text.empty() ? "[]" : "[" + text + "\n]";
-}
-
-std::string Written::operator()(const std::vector<capture::Feature>* value) const {
-  return featuresText(*value);
-}
-
-constexpr const char* kFeaturesHelp =
-    "# Each as one { Name = value }, set in the order of the list and read back; a command is { Name = true } and is\n"
-    "# waited for. The same name may come again, as for selectors:\n"
-    "# features = [ { UserSetSelector = \"Default\" }, { UserSetLoad = true },\n"
-    "#              { BalanceRatioSelector = \"Red\" }, { BalanceRatio = 1.4 },\n"
-    "#              { BalanceRatioSelector = \"Blue\" }, { BalanceRatio = 1.8 } ]\n";
-
 /// Reads the value of one key, each type in its way.
 struct Reader {
   TomlTable& table;
@@ -111,9 +98,9 @@ struct Reader {
     if (!table.has(key.name)) return;
     table.read(key.name, value->emplace(), key.range);
   }
-  void operator()(std::vector<capture::Feature>* value) const {
+  void operator()(const Entries& entries) const {
     for (TomlTable& group : table.tables(key.name)) {
-      for (auto& [name, scalar] : group.entries()) value->push_back({std::move(name), std::move(scalar)});
+      for (Entries::Entry& entry : group.entries()) entries.add(std::move(entry));
     }
   }
   void operator()(const Choice& choice) const {
@@ -164,7 +151,7 @@ std::string tableText(const std::string& introduction, const std::vector<Key>& k
     if (first) text += "\n[" + std::string(key.section) + "]\n";
     const std::string value = written(key);
     text += (first ? "# " : "\n# ") + std::string(key.help) + "\n";
-    if (std::holds_alternative<std::vector<capture::Feature>*>(key.value)) text += kFeaturesHelp;
+    if (const auto* entries = std::get_if<Entries>(&key.value)) text += entries->example;
     text += (value.empty() ? "#" : "") + std::string(key.name) + " = " + (value.empty() ? "0" : value);
     text += "  # " + limits(key, written(standards[i])) + "\n";
   }
@@ -181,7 +168,7 @@ std::vector<Change> changesBetween(const std::vector<Key>& before, const std::ve
   return changes;
 }
 
-Error asError(const sensor::FileError& error) {
+Error asError(const FileError& error) {
   return {.exitCode = error.unreadable ? EX_NOINPUT : EX_CONFIG,
           .what = error.what,
           .where = error.where,

@@ -1,10 +1,9 @@
-// What can be configured, as a table: of every key its default, unit, range and meaning. Reading, checking and printing
-// go by it.
+// Lists what can be configured as a table: default, unit, range and meaning of every key. Reading, checking and
+// printing use the table.
 #pragma once
 
-#include "daemon/base/error.h"
-#include "daemon/capture/camera_options.h"
-#include "sensor/toml_table.h"
+#include "base/error.h"
+#include "base/toml_table.h"
 
 #include <tl/expected.hpp>
 
@@ -25,15 +24,22 @@ struct Choice {
   std::function<void(const std::string&)> set;
 };
 
+/// A list of keys that are not known here, each with a value of its own.
+struct Entries {
+  using Entry = std::pair<std::string, TomlTable::Scalar>;
+  std::function<std::vector<Entry>()> get;
+  std::function<void(Entry)> add;
+  std::string_view example;  ///< lines of comment, above the key in the text of a configuration file
+};
+
 /// One key of the configuration file. Values point into a configuration.
 struct Key {
   std::string_view section, name;
   std::string_view unit;  ///< as in the file; empty: none
   std::string_view help;  ///< one line
-  std::variant<bool*, int*, double*, std::optional<double>*, std::string*, std::vector<std::string>*,
-               std::vector<capture::Feature>*, Choice>
+  std::variant<bool*, int*, double*, std::optional<double>*, std::string*, std::vector<std::string>*, Entries, Choice>
       value;
-  sensor::Range range{0, 0};                               ///< of numbers, as in the file
+  Range range{0, 0};                                       ///< of numbers, as in the file
   std::function<std::string()> fault = [] { return ""; };  ///< what is wrong with the value, if anything
   bool live = false;                                       ///< changes while the program runs
 };
@@ -79,9 +85,9 @@ struct Change {
 std::vector<Change> changesBetween(const std::vector<Key>& before, const std::vector<Key>& after);
 
 /// What is wrong with a file of words.
-Error asError(const sensor::FileError& error);
+Error asError(const FileError& error);
 
 /// Reads every key of the table from a file; what is absent keeps its value. EX_CONFIG for what is wrong in it.
-tl::expected<void, Error> readTable(sensor::TomlTable& root, const std::vector<Key>& keys);
+tl::expected<void, Error> readTable(TomlTable& root, const std::vector<Key>& keys);
 
 }  // namespace tractiond

@@ -1,4 +1,4 @@
-#include "daemon/line_writer.h"
+#include "base/service/line_writer.h"
 
 #include <poll.h>
 #include <pthread.h>

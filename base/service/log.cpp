@@ -1,6 +1,6 @@
-#include "daemon/log.h"
+#include "base/service/log.h"
 
-#include "daemon/service.h"
+#include "base/service/service.h"
 
 #include <spdlog/details/null_mutex.h>
 #include <spdlog/sinks/base_sink.h>

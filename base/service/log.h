@@ -1,7 +1,7 @@
 // A program's log: spdlog's lines on standard error, as the journal or a person wants them.
 #pragma once
 
-#include "daemon/line_writer.h"
+#include "base/service/line_writer.h"
 
 #include <spdlog/common.h>
 

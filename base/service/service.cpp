@@ -1,7 +1,7 @@
-#include "daemon/service.h"
+#include "base/service/service.h"
 
-#include "daemon/base/clock.h"
-#include "daemon/base/event.h"
+#include "base/clock.h"
+#include "base/event.h"
 
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -179,10 +179,6 @@ bool logsToJournal() {
   struct stat own {};
   return stream != nullptr && fstat(STDERR_FILENO, &own) == 0 &&
          std::to_string(own.st_dev) + ":" + std::to_string(own.st_ino) == stream;
-}
-
-std::vector<const Counter*> loopsOf(const Turns& turns) {
-  return {&turns.capture, &turns.track, &turns.solve, &turns.publish, &turns.control};
 }
 
 StageWatch::StageWatch(std::vector<const Counter*> loops)

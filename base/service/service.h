@@ -1,9 +1,9 @@
 // A program as a service: signals, and what systemd wants to know.
 #pragma once
 
-#include "daemon/base/clock.h"
-#include "daemon/base/error.h"
-#include "daemon/records/turns.h"
+#include "base/clock.h"
+#include "base/counter.h"
+#include "base/error.h"
 
 #include <tl/expected.hpp>
 
@@ -45,9 +45,6 @@ tl::expected<void, Error> checkAddressSpace();
 /// Standard error goes to systemd's journal, which reads a line's priority from its start (sd-daemon(3)) and knows by
 /// itself who writes.
 bool logsToJournal();
-
-/// Of all five stages.
-std::vector<const Counter*> loopsOf(const Turns& turns);
 
 /// Has every loop made a turn since it was asked last?
 class StageWatch {

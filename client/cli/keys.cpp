@@ -1,7 +1,7 @@
 #include "client/cli/keys.h"
 
+#include "base/network/keys.h"
 #include "client/cli/output.h"
-#include "gateway/keys.h"
 #include "proto/traction/v1/endpoints.h"
 
 #include <sysexits.h>
@@ -17,7 +17,7 @@ namespace traction::cli {
 namespace {
 
 namespace fs = std::filesystem;
-namespace files = tractiond::gateway;
+namespace files = tractiond::network;
 
 template <typename Result>
 Result orThrow(tl::expected<Result, tractiond::Error> result) {

@@ -1,5 +1,6 @@
 // tractionctl: what a person wants of a running tractiond.
 
+#include "base/network/keys.h"
 #include "client/cli/calibrate.h"
 #include "client/cli/camera.h"
 #include "client/cli/commands.h"
@@ -12,7 +13,6 @@
 #include "client/cli/top.h"
 #include "client/doctor/checks.h"
 #include "client/src/printable.h"
-#include "gateway/keys.h"
 #include "manual/describe.h"
 #include "proto/traction/v1/endpoints.h"
 
@@ -212,7 +212,7 @@ class KeysCommand {
   CLI::App* revoke_ = keys_.add_subcommand("revoke", "On the box: lets somebody in no more, and ends his connections");
   CLI::App* list_ = keys_.add_subcommand("list", "On the box: its own key, and who may do what");
   std::string name_, key_;
-  std::filesystem::path directory_ = tractiond::gateway::kKeyDirectory;
+  std::filesystem::path directory_ = tractiond::network::kKeyDirectory;
   bool control_ = false, json_ = false;
 };
 

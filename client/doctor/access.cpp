@@ -1,8 +1,8 @@
 // Who may do what: users, groups, keys.
 
+#include "base/network/keys.h"
 #include "client/cli/keys.h"
 #include "client/doctor/checks.h"
-#include "gateway/keys.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -52,7 +52,7 @@ void checkGroup(const Patient& patient, List& findings) {
 }
 
 void checkKeys(const Patient& patient, List& findings) {
-  const std::string folder = tractiond::gateway::kKeyDirectory;
+  const std::string folder = tractiond::network::kKeyDirectory;
   const Box::Look look = patient.box.look(folder);
   constexpr unsigned kOthersWrite = 022, kOthers = 007, kGroupReads = 040;
   if (look.error == ENOENT) {

@@ -1,6 +1,6 @@
+#include "base/toml_table.h"
 #include "client/doctor/checks.h"
 #include "proto/traction/v1/endpoints.h"
-#include "sensor/toml_table.h"
 
 #include <algorithm>
 #include <array>
@@ -62,12 +62,12 @@ std::set<std::string> namesOf(const Patient& patient) {
 
 /// What the daemon makes of its configuration, with all defaults.
 std::optional<Settings> settingsOf(const std::string& text, const std::string& instance) {
-  auto root = sensor::TomlTable::parse(text, "tractiond --print-config");
+  auto root = tractiond::TomlTable::parse(text, "tractiond --print-config");
   if (!root) return std::nullopt;
   auto camera = root->table("camera"), publish = root->table("publish"), realtime = root->table("realtime");
   if (!camera || !publish) return std::nullopt;
   Settings settings;
-  const sensor::Range any{.least = 0.0, .most = 1e12};
+  const tractiond::Range any{.least = 0.0, .most = 1e12};
   camera->read("id", settings.cameraId);
   camera->read("packet_socket", settings.packetSocket);
   camera->read("receive_buffer_bytes", settings.receiveBuffer_bytes, any);

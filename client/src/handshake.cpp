@@ -1,13 +1,13 @@
 #include "client/src/handshake.h"
 
-#include "gateway/keys.h"
+#include "base/network/keys.h"
 
 #include <cstring>
 
 namespace traction {
 
 Keys loadKeys(const std::string& path) {
-  auto keys = tractiond::gateway::loadKeyPair(path);
+  auto keys = tractiond::network::loadKeyPair(path);
   if (!keys) throw Error(ErrorCode::kBadKeys, keys.error().message());
   return {keys->serverKey, keys->publicKey, keys->secretKey};
 }
@@ -16,7 +16,7 @@ void useKeys(zmq::socket_t& socket, const Keys& keys) {
   if (keys.serverKey.empty()) return;
   for (const auto& [what, key] :
        {std::pair("server key", &keys.serverKey), {"public key", &keys.publicKey}, {"secret key", &keys.secretKey}}) {
-    if (tractiond::gateway::isKey(*key)) continue;
+    if (tractiond::network::isKey(*key)) continue;
     // The message does not show the secret key.
     throw Error(ErrorCode::kBadKeys, std::string("the ") + what + (key == &keys.secretKey ? "" : " '" + *key + "'") +
                                          " is not a key: 40 letters of Z85; in a shell they stand in single quotes");

@@ -1,8 +1,8 @@
 #include "daemon/calibrate/calibration.h"
 
-#include "daemon/base/clock.h"
-#include "daemon/base/hash.h"
-#include "daemon/base/whole_file.h"
+#include "base/clock.h"
+#include "base/hash.h"
+#include "base/whole_file.h"
 #include "daemon/calibrate/zero_check.h"
 #include "sensor/gel_file.h"
 

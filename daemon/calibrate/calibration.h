@@ -1,7 +1,7 @@
 // A calibration while it runs: what has been measured so far, and what is being measured.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "daemon/calibrate/contact_fit.h"
 #include "daemon/calibrate/geometry_fit.h"
 #include "daemon/calibrate/rest_noise.h"

@@ -1,8 +1,8 @@
 // What the files that know Aravis share. Internal to this folder.
 #pragma once
 
-#include "daemon/base/error.h"
-#include "daemon/base/mailbox.h"
+#include "base/error.h"
+#include "base/mailbox.h"
 #include "daemon/capture/camera_info.h"
 #include "daemon/capture/camera_options.h"
 #include "daemon/capture/clock_asker.h"

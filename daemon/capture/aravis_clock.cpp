@@ -1,7 +1,7 @@
 // Strategy. The registers of the standards (GigE Vision 1.2, 27.22; GenCP 1.2, 4.2) instead of the description's
 // features: one question latches, and one reads, so that as little as possible lies between the two looks at the host's
 // clock; and Aravis lets threads share registers, not features. The features only say that there is a latch.
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "daemon/capture/aravis.h"
 
 #include <pthread.h>

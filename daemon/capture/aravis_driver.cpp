@@ -1,7 +1,7 @@
 // Strategy. Found, controlled, set, read back, streaming, its packet size proved by a whole frame: then it is open.
 #include "daemon/capture/aravis_driver.h"
 
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "daemon/capture/aravis.h"
 #include "daemon/capture/chunk_description.h"
 #include "daemon/capture/gvcp_search.h"

@@ -1,6 +1,6 @@
 // Strategy. A value is checked against the camera's own description before it is written, so that a refusal can say
 // what would be allowed, and is read back afterwards. "No answer" is told apart from "no".
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "daemon/capture/aravis.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // Strategy. Aravis lists and opens; what it is vague about is asked again: which of the listed it is, and whether we
 // control it.
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "daemon/capture/aravis.h"
 #include "daemon/capture/camera_list.h"
 #include "daemon/capture/description_check.h"

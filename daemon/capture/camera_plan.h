@@ -1,7 +1,7 @@
 // What would be done with a camera, by its description alone: the file is opened in a device without a camera.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "daemon/capture/camera_options.h"
 
 #include <tl/expected.hpp>

@@ -1,7 +1,7 @@
 // The camera's clock on the host's: when, on CLOCK_MONOTONIC, was the picture taken?
 #pragma once
 
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "daemon/capture/clock_fit.h"
 #include "daemon/capture/frame_gate.h"
 

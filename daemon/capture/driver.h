@@ -2,7 +2,7 @@
 // others. The other half, camera.h, is the same for all of them.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "daemon/capture/camera_info.h"
 #include "daemon/capture/clock_fit.h"
 #include "daemon/capture/frame_gate.h"

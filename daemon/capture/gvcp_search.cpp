@@ -1,6 +1,6 @@
 #include "daemon/capture/gvcp_search.h"
 
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>

@@ -1,6 +1,6 @@
 #include "daemon/capture/intake.h"
 
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 
 #include <xxhash.h>
 

@@ -1,6 +1,6 @@
 #include "daemon/capture/keeper.h"
 
-#include "daemon/base/aside.h"
+#include "base/aside.h"
 
 #include <algorithm>
 #include <utility>

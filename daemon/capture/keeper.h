@@ -4,9 +4,9 @@
 // atomics and events alone: the capture thread never waits for the keeper, whatever that waits for.
 #pragma once
 
-#include "daemon/base/clock.h"
-#include "daemon/base/event.h"
-#include "daemon/base/mailbox.h"
+#include "base/clock.h"
+#include "base/event.h"
+#include "base/mailbox.h"
 #include "daemon/capture/driver.h"
 
 #include <tl/expected.hpp>

@@ -1,7 +1,7 @@
 // Pictures in memory as a camera: for benchmarks, replay and tests.
 #pragma once
 
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "daemon/capture/driver.h"
 
 #include <cstddef>

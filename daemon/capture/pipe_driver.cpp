@@ -2,7 +2,7 @@
 // within the time allowed. While all buffers are out, nothing is read, and the writer waits.
 #include "daemon/capture/pipe_driver.h"
 
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 
 #include <fcntl.h>
 #include <poll.h>

@@ -1,8 +1,8 @@
 #include "daemon/publish/control.h"
 
-#include "daemon/base/clock.h"
-#include "daemon/publish/inflow_limit.h"
-#include "daemon/publish/socket.h"
+#include "base/clock.h"
+#include "base/network/inflow_limit.h"
+#include "base/network/socket.h"
 #include "daemon/publish/wire_control.h"
 
 #include <array>
@@ -32,7 +32,7 @@ struct ControlServer::Impl {
     int fd = -1;         ///< of its connection
   };
 
-  ~Impl() { release(endpoints); }
+  ~Impl() { network::release(endpoints); }
 
   /// A request of any number of parts; the first four are kept. False: there is none.
   bool receive() {
@@ -41,12 +41,12 @@ struct ControlServer::Impl {
       zmq::message_t surplus;
       zmq::message_t& message = parts < request.size() ? request[parts] : surplus;
       if (zmq_msg_recv(message.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) {
-        inflow::releaseEnded(Charge::kRequests);
+        network::inflow::releaseEnded(network::Charge::kRequests);
         return false;
       }
       ++parts;
       if (message.more()) continue;
-      inflow::release(sourceOf(request[0]), parts - 1);  // the first is ZeroMQ's name of the peer
+      network::inflow::release(network::sourceOf(request[0]), parts - 1);  // the first is ZeroMQ's name of the peer
       return true;
     }
   }
@@ -59,7 +59,7 @@ struct ControlServer::Impl {
     const Route& first = routes[0];
     zmq::message_t message;
     if (replies.allows(first.who, bytes.size())) {
-      message = messageOf(bytes, replies.add(first.who, first.fd, bytes.size()));
+      message = network::messageOf(bytes, replies.add(first.who, first.fd, bytes.size()));
     } else {
       const std::string refusal = encodeErrorReply(kUnread);
       message.rebuild(refusal.data(), refusal.size());
@@ -88,9 +88,9 @@ struct ControlServer::Impl {
     const std::size_t last = passedOn ? 3 : 2;
     if (parts != last + 1 || !request[last - 1].empty()) return;
     zmq::message_t& message = request[last];
-    const std::string name = peerName(message);
+    const std::string name = network::peerName(message);
     const Route peer{request[0].to_string(), passedOn ? request[1].to_string() : "", name.substr(0, name.find(',')),
-                     sourceOf(message)};
+                     network::sourceOf(message)};
     if (!replies.allows(peer.who, 1)) return reply(peer, encodeErrorReply(kUnread));
     auto asked = decodeRequest(message.to_string_view());
     if (!asked) return reply(peer, encodeErrorReply(asked.error()));
@@ -152,8 +152,8 @@ struct ControlServer::Impl {
   std::optional<Route> calibrator;       ///< waits for the step that runs
   std::deque<CameraAsker> cameraAskers;  ///< the first is asked for, if any is
   bool cameraAsked = false;
-  PeerLimit peers{kRequestsPerSecond};
-  ReplyBudget replies{kWaiting_bytes, kWaitingEach_bytes};
+  network::PeerLimit peers{kRequestsPerSecond};
+  network::ReplyBudget replies{kWaiting_bytes, kWaitingEach_bytes};
   std::int64_t counted_ns = 0;
   zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
   zmq::socket_t socket{context, zmq::socket_type::router};
@@ -169,8 +169,8 @@ tl::expected<std::unique_ptr<ControlServer>, Error> ControlServer::open(const st
                                                                         ControlHandlers handlers) try {
   auto impl = std::make_unique<Impl>();
   impl->handlers = std::move(handlers);
-  guard(impl->socket, kWaitingReplies, kLargestRequest);
-  auto bound = bind(impl->socket, endpoints);
+  network::guard(impl->socket, kWaitingReplies, kLargestRequest);
+  auto bound = network::bind(impl->socket, endpoints);
   if (!bound) return tl::unexpected(bound.error());
   impl->endpoints = *std::move(bound);
   return std::unique_ptr<ControlServer>(new ControlServer(std::move(impl)));

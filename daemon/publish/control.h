@@ -1,7 +1,7 @@
 // Answers requests: status, description, zero, calibration, the camera's features, a picture.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "daemon/records/calibration.h"
 #include "daemon/records/camera_features.h"
 #include "daemon/records/marker_field.h"

@@ -1,6 +1,6 @@
 #include "daemon/publish/frozen_peers.h"
 
-#include "daemon/publish/socket.h"
+#include "base/network/socket.h"
 
 #include <linux/sockios.h>
 #include <malloc.h>
@@ -47,7 +47,7 @@ bool FrozenPeers::lookAt(int fd, std::int64_t now_ns) {
     connections_[fd] = {status.st_ino, waiting_bytes, now_ns};
     return false;
   }
-  if (now_ns - known->second.since_ns < kPatience_ns || !cutOff(fd, bound_)) return false;
+  if (now_ns - known->second.since_ns < kPatience_ns || !network::cutOff(fd, bound_)) return false;
   connections_.erase(known);
   return true;
 }

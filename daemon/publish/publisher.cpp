@@ -2,10 +2,10 @@
 
 #include "daemon/publish/publisher.h"
 
-#include "daemon/base/loan.h"
+#include "base/loan.h"
+#include "base/network/inflow_limit.h"
+#include "base/network/socket.h"
 #include "daemon/publish/durations.h"
-#include "daemon/publish/inflow_limit.h"
-#include "daemon/publish/socket.h"
 #include "daemon/publish/wire.h"
 #include "proto/traction/v1/endpoints.h"
 
@@ -78,10 +78,10 @@ struct Publisher::Impl {
       , started_ns(given.monotonicClock())
       , previewMessage(described.identity) {
     for (std::size_t i = 0; i < kTopicCount; ++i) topics[i] = traction::topicOf(identity.sensor, kKinds[i]);
-    guard(stream, options.highWaterMark, kLargestSubscription);
+    network::guard(stream, options.highWaterMark, kLargestSubscription);
     stream.set(zmq::sockopt::xpub_verboser, true);  // each subscription and cancellation is seen, and no longer charged
     stream.set(zmq::sockopt::rcvbuf, kReceiveBuffer);
-    guard(latest, options.highWaterMark, kLargestSubscription);
+    network::guard(latest, options.highWaterMark, kLargestSubscription);
     latest.set(zmq::sockopt::conflate, true);
     lastStatus_ns = started_ns;
     lastStatus.reserve(4096);  // its numbers grow
@@ -89,8 +89,8 @@ struct Publisher::Impl {
 
   ~Impl() {
     delete offered.load();
-    release(streamEndpoints);
-    release(latestEndpoints);
+    network::release(streamEndpoints);
+    network::release(latestEndpoints);
   }
 
   /// XPUB and PUB never wait: a full pipe loses the message.
@@ -170,11 +170,11 @@ struct Publisher::Impl {
     for (int i = 0; i < kSubscriptionsPerTurn; ++i) {
       zmq::message_t message;
       if (zmq_msg_recv(message.handle(), stream.handle(), ZMQ_DONTWAIT) < 0) {
-        inflow::releaseEnded(Charge::kSubscriptions);
+        network::inflow::releaseEnded(network::Charge::kSubscriptions);
         return;
       }
       const std::string_view text = message.to_string_view();
-      if (text.starts_with('\0') || isOfOurs(text)) inflow::release(sourceOf(message), 1);
+      if (text.starts_with('\0') || isOfOurs(text)) network::inflow::release(network::sourceOf(message), 1);
       heedPreviews(text);
       if (!text.starts_with('\1')) continue;
       if (std::string_view(topics[kDescription]).starts_with(text.substr(1))) descriptionDue = true;
@@ -233,7 +233,7 @@ struct Publisher::Impl {
   bool descriptionDue = false;
   std::int64_t lastDescription_ns = 0;
 
-  PeerLimit subscribers{kSubscriptionsPerPeer};  ///< between two statuses
+  network::PeerLimit subscribers{kSubscriptionsPerPeer};  ///< between two statuses
 
   const std::int64_t started_ns;
   std::int64_t lastStatus_ns = 0;
@@ -272,7 +272,7 @@ tl::expected<std::unique_ptr<Publisher>, Error> Publisher::open(const PublishOpt
   auto impl = std::make_unique<Impl>(options, description, ledger, std::move(vitals));
   for (auto [socket, endpoints, bound] : {std::tuple(&impl->stream, &options.stream, &impl->streamEndpoints),
                                           std::tuple(&impl->latest, &options.latest, &impl->latestEndpoints)}) {
-    auto result = bind(*socket, *endpoints);
+    auto result = network::bind(*socket, *endpoints);
     if (!result) return tl::unexpected(result.error());
     *bound = *std::move(result);
   }

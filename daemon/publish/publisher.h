@@ -1,8 +1,8 @@
 // Sends fields, markers, description, status and previews to whoever subscribes.
 #pragma once
 
-#include "daemon/base/clock.h"
-#include "daemon/base/error.h"
+#include "base/clock.h"
+#include "base/error.h"
 #include "daemon/publish/description.h"
 #include "daemon/publish/status.h"
 #include "daemon/records/ledger.h"

@@ -1,7 +1,7 @@
 // The once-a-second account of how the daemon does.
 #pragma once
 
-#include "daemon/base/fixed_text.h"
+#include "base/fixed_text.h"
 #include "daemon/records/camera.h"
 #include "daemon/records/gel_report.h"
 #include "daemon/records/rest_drift.h"

@@ -1,7 +1,7 @@
 // What a recording has besides the topics of the stream, as bytes: with it the same fields can be computed again.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "daemon/publish/description.h"
 #include "daemon/records/frame_copy.h"
 #include "daemon/records/tracker_inputs.h"

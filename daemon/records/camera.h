@@ -1,7 +1,7 @@
 // How a camera does, for the status.
 #pragma once
 
-#include "daemon/base/fixed_text.h"
+#include "base/fixed_text.h"
 
 #include <cstdint>
 

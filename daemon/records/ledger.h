@@ -1,7 +1,7 @@
 // The account of every frame: received = published + each named loss + in flight.
 #pragma once
 
-#include "daemon/base/counter.h"
+#include "base/counter.h"
 
 namespace tractiond {
 

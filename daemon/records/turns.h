@@ -1,14 +1,21 @@
-// How far the stages are: what the watchdog and the status look at.
+// How far the stages are: what the liveness check and the status read.
 #pragma once
 
-#include "daemon/base/counter.h"
+#include "base/counter.h"
+
+#include <vector>
 
 namespace tractiond {
 
-/// Turns of each stage's loop since the start, counted by its thread, also when there is nothing to do. A stage that
-/// stands still hangs.
+/// Turns of each stage's loop since the start, counted by its thread, also when there is nothing to do. A stage whose
+/// counter stands still hangs.
 struct Turns {
   Counter capture, track, solve, publish, control;
 };
+
+/// Returns the counters of all five stages.
+inline std::vector<const Counter*> loopsOf(const Turns& turns) {
+  return {&turns.capture, &turns.track, &turns.solve, &turns.publish, &turns.control};
+}
 
 }  // namespace tractiond

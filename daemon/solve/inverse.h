@@ -8,7 +8,7 @@
 //                            |d - H f - P m|^2 + n^2 m' Q^-1 m + lambda^2 |f|^2 over f and m
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "daemon/records/marker_field.h"
 #include "daemon/solve/kernels.h"
 #include "daemon/solve/motion_weight.h"

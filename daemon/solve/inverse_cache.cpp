@@ -1,7 +1,7 @@
 #include "daemon/solve/inverse_cache.h"
 
-#include "daemon/base/clock.h"
-#include "daemon/base/hash.h"
+#include "base/clock.h"
+#include "base/hash.h"
 #include "daemon/solve/inverse_file.h"
 #include "daemon/solve/systematic.h"
 #include "sensor/elastic/influence.h"

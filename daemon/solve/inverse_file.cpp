@@ -3,8 +3,8 @@
 // is used.
 #include "daemon/solve/inverse_file.h"
 
-#include "daemon/base/hash.h"
-#include "daemon/base/whole_file.h"
+#include "base/hash.h"
+#include "base/whole_file.h"
 
 #include <algorithm>
 #include <array>

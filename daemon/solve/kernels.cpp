@@ -3,7 +3,7 @@
 // streaming the matrix itself.
 #include "daemon/solve/kernels.h"
 
-#include "daemon/base/vector_clones.h"
+#include "base/vector_clones.h"
 
 #include <sys/mman.h>
 

@@ -4,7 +4,7 @@
 // motion and the change of the places together. A step that leaves more than before is taken back and damped.
 #include "daemon/solve/patch_fit.h"
 
-#include "daemon/base/vector_clones.h"
+#include "base/vector_clones.h"
 
 #include <Eigen/Cholesky>
 

@@ -1,7 +1,7 @@
 // Compiled so that the compiler vectorises the square root and the divisions of the half-space's closed form.
 #include "daemon/solve/patch_influence.h"
 
-#include "daemon/base/vector_clones.h"
+#include "base/vector_clones.h"
 #include "sensor/projection.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 // lanes, so that each version of the function fills its own machine's vectors.
 #include "daemon/track/centre.h"
 
-#include "daemon/base/vector_clones.h"
+#include "base/vector_clones.h"
 #include "daemon/track/direct_fit.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // The rest picture as the sensor's description has it: what the tracker starts from.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "daemon/records/pixel_format.h"
 #include "daemon/track/lattice.h"
 #include "sensor/sensor.h"

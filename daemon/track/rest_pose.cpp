@@ -1,6 +1,6 @@
 #include "daemon/track/rest_pose.h"
 
-#include "daemon/base/hash.h"
+#include "base/hash.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 // Header, arrays, checksum of all before it; in the machine's byte order, since the state stays on its machine.
 #include "daemon/track/rest_pose_file.h"
 
-#include "daemon/base/files.h"
-#include "daemon/base/hash.h"
-#include "daemon/base/whole_file.h"
+#include "base/files.h"
+#include "base/hash.h"
+#include "base/whole_file.h"
 #include "daemon/track/rest_pose.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // The rest pose in the state directory: what lets a restart keep the load.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "daemon/records/frame.h"
 #include "daemon/records/marker_field.h"
 #include "sensor/sensor.h"

@@ -1,7 +1,7 @@
 // From pictures to marker displacements.
 #pragma once
 
-#include "daemon/base/mailbox.h"
+#include "base/mailbox.h"
 #include "daemon/records/marker_field.h"
 #include "daemon/records/marker_sight.h"
 #include "daemon/records/snapshot.h"

@@ -1,6 +1,6 @@
 #include "daemon/track/unpack.h"
 
-#include "daemon/base/vector_clones.h"
+#include "base/vector_clones.h"
 
 #include <cassert>
 

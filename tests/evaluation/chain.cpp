@@ -7,7 +7,7 @@
 // scatter.f64 (markers x 3, m: where the gel's own markers sit beside the gel file's places), highlight.f64 (frames x
 // 4: a highlight's centre u, v [px], radius [px] and strength [levels]) and options. Writes each figure of a frame to
 // JOB/NAME.f64 (frames x columns), and "columns" with a line for each.
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "daemon/config_toml.h"
 #include "daemon/solve/make_solver.h"
 #include "tests/evaluation/eye.h"

@@ -1,7 +1,7 @@
 // What the evaluation's programs share: the camera, which shows markers wherever they are, and a tracker at rest.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "daemon/track/tracker.h"
 #include "sensor/gel_file.h"
 #include "twin/renderer.h"

@@ -5,7 +5,7 @@
 // share.f64 (of the patches), and solve_ms.f64
 #include "daemon/solve/model.h"
 
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "sensor/gel_file.h"
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include "gateway/keys.h"
+#include "base/network/keys.h"
 #include "tests/fuzz/target.h"
 
 namespace fuzz {
@@ -12,7 +12,7 @@ std::vector<std::string> seeds() {
 
 bool feed(std::string_view bytes) {
   const MemoryFile file(bytes);
-  return tractiond::gateway::loadKeyPair(file.path()).has_value();
+  return tractiond::network::loadKeyPair(file.path()).has_value();
 }
 
 }  // namespace fuzz

@@ -7,8 +7,8 @@
 
 namespace fuzz {
 
-using tractiond::gateway::AllowedKey;
-using tractiond::gateway::Permission;
+using tractiond::network::AllowedKey;
+using tractiond::network::Permission;
 
 namespace {
 
@@ -21,8 +21,8 @@ std::string bytesOfKey(char first) {
 
 const std::array<AllowedKey, 2>& allowed() {
   static const std::array<AllowedKey, 2> keys = {
-      {{"ada", tractiond::gateway::keyOfBytes(bytesOfKey(1)), Permission::kControl},
-       {"reader", tractiond::gateway::keyOfBytes(bytesOfKey(64)), Permission::kRead}}};
+      {{"ada", tractiond::network::keyOfBytes(bytesOfKey(1)), Permission::kControl},
+       {"reader", tractiond::network::keyOfBytes(bytesOfKey(64)), Permission::kRead}}};
   return keys;
 }
 
@@ -69,7 +69,7 @@ bool feed(std::string_view bytes) {
   require(answer.parts[4] == (letIn && asked != nullptr ? asked->name : ""), "it names another user");
   if (!letIn) return false;
   require(request.size() == 7 && request[5] == "CURVE", "it is no handshake with a key");
-  require(asked != nullptr && tractiond::gateway::keyOfBytes(request[6]) == asked->key, "the key is nobody's");
+  require(asked != nullptr && tractiond::network::keyOfBytes(request[6]) == asked->key, "the key is nobody's");
   require(request[2] != "control" || asked->permission == Permission::kControl, "a reader may control");
   return true;
 }

@@ -1,4 +1,4 @@
-#include "daemon/base/hash.h"
+#include "base/hash.h"
 #include "daemon/track/rest_pose.h"
 #include "daemon/track/rest_pose_file.h"
 #include "tests/fuzz/target.h"

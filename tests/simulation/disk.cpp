@@ -1,6 +1,6 @@
 #include "tests/simulation/disk.h"
 
-#include "daemon/base/files.h"
+#include "base/files.h"
 
 #include <fcntl.h>
 

@@ -40,7 +40,7 @@ class Disk {
   /// Returns the content of a file if the power was lost now and all was lost that can be.
   std::optional<std::string> synchronised(const std::string& path) const;
 
-  // The calls, see daemon/base/files.h.
+  // The calls, see base/files.h.
   int open(const std::string& path, int flags);
   long read(int file, void* bytes, std::size_t count);
   long write(int file, const void* bytes, std::size_t count);

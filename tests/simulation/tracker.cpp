@@ -1,6 +1,6 @@
 #include "tests/simulation/tracker.h"
 
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 
 #include <algorithm>
 #include <utility>

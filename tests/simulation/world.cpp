@@ -1,7 +1,7 @@
 #include "tests/simulation/world.h"
 
-#include "daemon/base/clock.h"
-#include "daemon/base/event.h"
+#include "base/clock.h"
+#include "base/event.h"
 
 #include <utility>
 

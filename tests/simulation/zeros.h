@@ -1,7 +1,7 @@
 // The thread that writes zeros to the disk, and the laws of zeros: what is in force, on the disk, and restored.
 #pragma once
 
-#include "daemon/base/error.h"
+#include "base/error.h"
 #include "daemon/track/zero_store.h"
 #include "tests/simulation/disk.h"
 #include "tests/simulation/gel.h"

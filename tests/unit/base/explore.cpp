@@ -1,4 +1,4 @@
-#include "explore.h"
+#include "tests/unit/base/explore.h"
 
 #include <ucontext.h>
 

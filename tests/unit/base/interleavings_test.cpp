@@ -2,11 +2,11 @@
 // by weakening it: then some interleaving must break a law. Prints how many executions there were. The ring's orders
 // are weakened in the ring's own trials.
 
-#include "daemon/base/link.h"
-#include "daemon/base/loan.h"
-#include "daemon/base/mailbox.h"
-#include "explore.h"
+#include "base/link.h"
+#include "base/loan.h"
+#include "base/mailbox.h"
 #include "tests/support/places.h"
+#include "tests/unit/base/explore.h"
 
 #include <gtest/gtest.h>
 
@@ -339,7 +339,7 @@ class LinkUnderway : public explore::Trial {
 
 // How many operations of a header have an order that is stronger than relaxed.
 std::ptrdiff_t ordersIn(const std::string& header) {
-  std::ifstream file(test::source("daemon/base/" + header));
+  std::ifstream file(test::source("base/" + header));
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   static const std::regex order("std::memory_order_(acquire|release|acq_rel|seq_cst)");
   return std::distance(std::sregex_iterator(text.begin(), text.end(), order), std::sregex_iterator());

@@ -1,4 +1,4 @@
-#include "daemon/base/link.h"
+#include "base/link.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/base/mailbox.h"
+#include "base/mailbox.h"
 
 #include <gtest/gtest.h>
 

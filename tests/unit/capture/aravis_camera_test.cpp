@@ -1,5 +1,5 @@
 // The camera driver against Aravis's own GigE Vision camera, over a loopback of their own.
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
 #include "daemon/capture/camera_list.h"

@@ -1,6 +1,6 @@
 #include "tests/unit/capture/gv_transmitter.h"
 
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 
 #include <arpa/inet.h>
 #include <arv.h>

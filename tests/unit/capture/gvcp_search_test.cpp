@@ -1,4 +1,4 @@
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "daemon/capture/gvcp_search.h"
 #include "tests/support/deadline.h"
 #include "tests/support/seed.h"

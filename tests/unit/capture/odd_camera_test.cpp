@@ -1,5 +1,5 @@
 // A camera with a driver of our choice: what the half that is the same for all of them makes of it.
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "daemon/capture/camera.h"
 #include "tests/support/deadline.h"
 

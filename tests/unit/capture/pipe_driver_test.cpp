@@ -1,4 +1,4 @@
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "daemon/capture/camera.h"
 #include "daemon/capture/pipe_driver.h"
 #include "tests/support/seed.h"

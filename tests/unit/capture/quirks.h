@@ -1,7 +1,7 @@
 // A camera of the test's on the wire, and what tractiond makes of it.
 #pragma once
 
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
 #include "tests/support/places.h"

@@ -1,6 +1,6 @@
 // Cameras as they are, on the wire: clocks that are none, chunk data, short counters, settings that undo each other.
 // Prints how many of the whole frames that were sent came through, and how often one came that should not have.
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
 #include "tests/support/steady.h"

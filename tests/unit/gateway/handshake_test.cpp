@@ -9,9 +9,9 @@ using Request = std::vector<std::string>;
 
 const std::string kReader(32, 'r'), kController(32, 'c'), kStranger(32, 's');
 
-const AllowedKey* allowed(const std::string& key) {
-  static const AllowedKey reader{"rita", keyOfBytes(kReader), Permission::kRead};
-  static const AllowedKey controller{"carl", keyOfBytes(kController), Permission::kControl};
+const network::AllowedKey* allowed(const std::string& key) {
+  static const network::AllowedKey reader{"rita", network::keyOfBytes(kReader), network::Permission::kRead};
+  static const network::AllowedKey controller{"carl", network::keyOfBytes(kController), network::Permission::kControl};
   if (key == reader.key) return &reader;
   return key == controller.key ? &controller : nullptr;
 }
@@ -47,16 +47,16 @@ TEST(Handshake, WhoMayReadHasNeitherPicturesNorRequests) {
 
 TEST(Handshake, AKeyThatIsNotAllowedDoesNothing) {
   for (const std::string domain : {"stream", "latest", "preview", "control"}) {
-    expectRefused(request(domain, kStranger), "the key '" + keyOfBytes(kStranger) + "' is not allowed");
+    expectRefused(request(domain, kStranger), "the key '" + network::keyOfBytes(kStranger) + "' is not allowed");
   }
 }
 
 TEST(Handshake, WhatIsNoHandshakeWithAKeyIsRefused) {
   Request other = request("stream", kController);
   other[5] = "PLAIN";
-  expectRefused(other, "the key '" + keyOfBytes(kController) + "' is not allowed");
+  expectRefused(other, "the key '" + network::keyOfBytes(kController) + "' is not allowed");
   expectRefused(request("stream", kController.substr(1)), "the key '' is not allowed");
-  expectRefused(request("stream", keyOfBytes(kController)), "the key '' is not allowed");
+  expectRefused(request("stream", network::keyOfBytes(kController)), "the key '' is not allowed");
   Request longer = request("stream", kController);
   longer.push_back("");
   expectRefused(longer, "the key '' is not allowed");

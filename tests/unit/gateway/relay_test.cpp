@@ -3,7 +3,7 @@
 #include "gateway/relay.h"
 #include "proto/traction/v1/endpoints.h"
 #include "tests/support/deadline.h"
-#include "tests/unit/publish/raw_peer.h"
+#include "tests/unit/base/network/raw_peer.h"
 #include "traction/v1/control.pb.h"
 
 #include <gtest/gtest.h>
@@ -187,8 +187,8 @@ TEST_F(RelayTest, ReplyThatNobodyReadsKeepsFurtherOnesAwayUntilItsConnectionEnds
   request.set_version(1);
   request.mutable_status();
   {
-    publish::RawPeer deaf(relay_->bound(kControl).at(0), "DEALER");
-    deaf.send(publish::RawPeer::part("") + publish::RawPeer::message(request.SerializeAsString()));
+    network::RawPeer deaf(relay_->bound(kControl).at(0), "DEALER");
+    deaf.send(network::RawPeer::part("") + network::RawPeer::message(request.SerializeAsString()));
     std::vector<std::string> asked;
     turnUntil([&] { return !(asked = take(control_)).empty(); });
     ASSERT_EQ(asked.size(), 4U);  // [gateway][route][empty][request]

@@ -1,4 +1,4 @@
-#include "daemon/base/clock.h"
+#include "base/clock.h"
 #include "daemon/pipeline.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 #include "daemon/publish/control.h"
-#include "tests/unit/publish/raw_peer.h"
+#include "tests/unit/base/network/raw_peer.h"
 #include "tests/unit/publish/support.h"
 #include "traction/v1/control.pb.h"
 
@@ -313,20 +313,20 @@ TEST_F(ControlTest, HostileEnvelopesDoNotStopTheServer) {
 // With a high-water mark on what comes in, this aborts the process within ZeroMQ 4.3.4.
 TEST_F(ControlTest, PingBehindAFloodAndAResetDoNoHarm) {
   for (int i = 0; i < 20; ++i) {
-    RawPeer peer(server_->endpoints().at(0), "DEALER");
+    network::RawPeer peer(server_->endpoints().at(0), "DEALER");
     std::string flood;
-    for (int k = 0; k < 100; ++k) flood += RawPeer::message("x");
-    peer.send(flood + RawPeer::command(std::string("\4PING\0\0", 7)) + RawPeer::message("x"));
-    const RawPeer sent(server_->endpoints().at(0), "DEALER");  // its handshake comes after what was sent
+    for (int k = 0; k < 100; ++k) flood += network::RawPeer::message("x");
+    peer.send(flood + network::RawPeer::command(std::string("\4PING\0\0", 7)) + network::RawPeer::message("x"));
+    const network::RawPeer sent(server_->endpoints().at(0), "DEALER");  // its handshake comes after what was sent
     peer.reset();
-    const RawPeer gone(server_->endpoints().at(0), "DEALER");
+    const network::RawPeer gone(server_->endpoints().at(0), "DEALER");
     EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
   }
 }
 
 TEST_F(ControlTest, FloodOfRequestsCutsThePeerOff) {
-  RawPeer peer(server_->endpoints().at(0), "DEALER");
-  for (int i = 0; i < 3000; ++i) peer.send(RawPeer::message("x"));
+  network::RawPeer peer(server_->endpoints().at(0), "DEALER");
+  for (int i = 0; i < 3000; ++i) peer.send(network::RawPeer::message("x"));
   serveUntil([&] { return peer.isCutOff(0); });
   EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
 }
@@ -341,8 +341,8 @@ TEST_F(ControlTest, ReplyThatNobodyReadsKeepsFurtherOnesAwayUntilItsConnectionEn
   large.frame.format = PixelFormat::kRgb8;
   large.spotLayer.resize(64 << 20);  // more than a kernel takes
   {
-    RawPeer deaf(server_->endpoints().at(0), "DEALER");
-    deaf.send(RawPeer::part("") + RawPeer::message(request([](pb::Request& r) { r.mutable_snapshot(); })));
+    network::RawPeer deaf(server_->endpoints().at(0), "DEALER");
+    deaf.send(network::RawPeer::part("") + network::RawPeer::message(request([](pb::Request& r) { r.mutable_snapshot(); })));
     serveUntil([&] { return snapshots_ == 1; });
     server_->answerSnapshot(&large, {});
     EXPECT_EQ(ask(statusRequest()).error(),

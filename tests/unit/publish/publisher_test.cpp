@@ -1,7 +1,7 @@
-#include "daemon/publish/inflow_limit.h"
+#include "base/network/inflow_limit.h"
 #include "daemon/publish/publisher.h"
 #include "proto/traction/v1/endpoints.h"
-#include "tests/unit/publish/raw_peer.h"
+#include "tests/unit/base/network/raw_peer.h"
 #include "tests/unit/publish/support.h"
 #include "traction/v1/description.pb.h"
 #include "traction/v1/field.pb.h"
@@ -291,7 +291,7 @@ TEST_F(PublisherTest, PreviewsAreWantedAsLongAsASubscriptionNamesThem) {
 /// Each subscription and each cancellation is charged when it is read, and must not stay on the account.
 TEST_F(PublisherTest, SubscriptionsThatComeAndGoEndNoConnection) {
   open();
-  const std::uint64_t ended = inflow::ended();
+  const std::uint64_t ended = network::inflow::ended();
   const auto subscriber = join(kRoot + "field/"), other = join(kRoot + "preview/");
   for (int round = 0; round < 40; ++round) {
     TestClock::advance(2s);  // no more than a peer may subscribe within a second
@@ -305,7 +305,7 @@ TEST_F(PublisherTest, SubscriptionsThatComeAndGoEndNoConnection) {
     }
     subscriber->socket().set(zmq::sockopt::unsubscribe, kRoot + "description/");
   }
-  EXPECT_EQ(inflow::ended(), ended);
+  EXPECT_EQ(network::inflow::ended(), ended);
   EXPECT_TRUE(publisher_->previewWanted()) << "by the other subscriber";
 }
 
@@ -454,13 +454,13 @@ TEST_F(PublisherTest, PingBehindAFloodAndAResetDoNoHarm) {
   open();
   const auto other = join(kRoot + "field/");
   for (int i = 0; i < 20; ++i) {
-    RawPeer peer(stream_, "SUB");
+    network::RawPeer peer(stream_, "SUB");
     std::string flood;
-    for (int k = 0; k < 100; ++k) flood += RawPeer::message("\1a");
-    peer.send(flood + RawPeer::command(std::string("\4PING\0\0", 7)) + RawPeer::message("\1a"));
-    const RawPeer sent(stream_, "SUB");  // its handshake comes after what was sent
+    for (int k = 0; k < 100; ++k) flood += network::RawPeer::message("\1a");
+    peer.send(flood + network::RawPeer::command(std::string("\4PING\0\0", 7)) + network::RawPeer::message("\1a"));
+    const network::RawPeer sent(stream_, "SUB");  // its handshake comes after what was sent
     peer.reset();
-    const RawPeer gone(stream_, "SUB");
+    const network::RawPeer gone(stream_, "SUB");
     publisher_->publish(field_);
     EXPECT_EQ(other->receive().topic, kRoot + "field/");
   }

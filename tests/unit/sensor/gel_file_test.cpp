@@ -11,9 +11,9 @@
 
 namespace {
 
-using sensor::FileError;
 using sensor::parseGel;
 using sensor::Sensor;
+using tractiond::FileError;
 
 void expectSame(const Sensor& a, const Sensor& b) {
   EXPECT_DOUBLE_EQ(a.gel.youngsModulus, b.gel.youngsModulus);

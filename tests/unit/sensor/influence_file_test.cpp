@@ -16,7 +16,7 @@ namespace {
 
 using npz::Member;
 using sensor::Body;
-using sensor::FileError;
+using tractiond::FileError;
 
 constexpr int kMarkers = 4, kNodes = 6;  // 2 x 2 and 3 x 2
 

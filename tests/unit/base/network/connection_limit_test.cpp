@@ -1,7 +1,7 @@
 // More connections than there are file descriptors: libzmq aborts where accept() fails for want of one.
 
-#include "daemon/publish/connection_limit.h"
-#include "daemon/publish/socket.h"
+#include "base/network/connection_limit.h"
+#include "base/network/socket.h"
 #include "tests/support/deadline.h"
 
 #include <fcntl.h>
@@ -28,7 +28,7 @@
 #include <utility>
 #include <vector>
 
-namespace tractiond::publish::connection_limit_test {
+namespace tractiond::network::connection_limit_test {
 namespace {
 
 /// A process of its own, as whoever connects takes descriptors, too. It must be made before the limit is set.
@@ -264,4 +264,4 @@ TEST(Accept, ErrorOfAConnectionThatIsGoneLetsTheListenerTryAgain) {
 }
 
 }  // namespace
-}  // namespace tractiond::publish::connection_limit_test
+}  // namespace tractiond::network::connection_limit_test

@@ -1,9 +1,9 @@
-#include "daemon/publish/frame_meter.h"
-#include "tests/unit/publish/raw_peer.h"
+#include "base/network/frame_meter.h"
+#include "tests/unit/base/network/raw_peer.h"
 
 #include <gtest/gtest.h>
 
-namespace tractiond::publish::frame_meter_test {
+namespace tractiond::network::frame_meter_test {
 namespace {
 
 const std::string kGreeting = RawPeer::greeting();
@@ -96,4 +96,4 @@ TEST(FrameMeter, OlderProtocolsAreTold) {
 }
 
 }  // namespace
-}  // namespace tractiond::publish::frame_meter_test
+}  // namespace tractiond::network::frame_meter_test

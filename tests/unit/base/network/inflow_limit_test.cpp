@@ -1,15 +1,15 @@
 // Peers that fill ZeroMQ's queues, and an honest one beside them. Memory itself is measured by tools/faults.
 
-#include "daemon/publish/inflow_limit.h"
-#include "daemon/publish/socket.h"
-#include "tests/unit/publish/raw_peer.h"
+#include "base/network/inflow_limit.h"
+#include "base/network/socket.h"
+#include "tests/unit/base/network/raw_peer.h"
 
 #include <gtest/gtest.h>
 
 #include <deque>
 #include <filesystem>
 
-namespace tractiond::publish::inflow_limit_test {
+namespace tractiond::network::inflow_limit_test {
 namespace {
 
 constexpr std::size_t kMuch = 256 << 20;  ///< bytes; ended long before
@@ -182,4 +182,4 @@ TEST(InflowLimitDeathTest, ReadingByOtherCallsIsToldOnce) {
 }
 
 }  // namespace
-}  // namespace tractiond::publish::inflow_limit_test
+}  // namespace tractiond::network::inflow_limit_test

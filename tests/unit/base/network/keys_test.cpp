@@ -1,4 +1,4 @@
-#include "gateway/keys.h"
+#include "base/network/keys.h"
 #include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace tractiond::gateway::keys_test {
+namespace tractiond::network::keys_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -233,4 +233,4 @@ TEST_F(KeysTest, SecretKeyOfOthersIsRefused) {
 }
 
 }  // namespace
-}  // namespace tractiond::gateway::keys_test
+}  // namespace tractiond::network::keys_test

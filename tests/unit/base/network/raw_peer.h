@@ -15,7 +15,7 @@
 #include <array>
 #include <string>
 
-namespace tractiond::publish {
+namespace tractiond::network {
 
 class RawPeer {
  public:
@@ -116,4 +116,4 @@ class RawPeer {
   int fd_ = -1;
 };
 
-}  // namespace tractiond::publish
+}  // namespace tractiond::network

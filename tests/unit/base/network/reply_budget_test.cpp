@@ -1,10 +1,10 @@
-#include "daemon/publish/reply_budget.h"
+#include "base/network/reply_budget.h"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-namespace tractiond::publish::reply_budget_test {
+namespace tractiond::network::reply_budget_test {
 namespace {
 
 class Budget : public testing::Test {
@@ -78,4 +78,4 @@ TEST_F(Budget, AConnectionIsLookedAtOnceInATurn) {
 }
 
 }  // namespace
-}  // namespace tractiond::publish::reply_budget_test
+}  // namespace tractiond::network::reply_budget_test

@@ -1,4 +1,4 @@
-#include "daemon/publish/socket.h"
+#include "base/network/socket.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-namespace tractiond::publish::socket_test {
+namespace tractiond::network::socket_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -120,4 +120,4 @@ TEST_F(SocketTest, IsClosedWhilePeersLeaveThatGotAPartOfAMessage) {
 }
 
 }  // namespace
-}  // namespace tractiond::publish::socket_test
+}  // namespace tractiond::network::socket_test

@@ -1,4 +1,5 @@
-#include "daemon/service.h"
+#include "base/service/service.h"
+#include "daemon/records/turns.h"
 #include "tests/support/deadline.h"
 
 #include <gtest/gtest.h>

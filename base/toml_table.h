@@ -13,7 +13,7 @@
 #include <variant>
 #include <vector>
 
-namespace sensor {
+namespace tractiond {
 
 /// An error in a file.
 struct FileError {
@@ -75,4 +75,4 @@ class TomlTable {
   std::string path_;
 };
 
-}  // namespace sensor
+}  // namespace tractiond

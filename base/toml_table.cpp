@@ -1,4 +1,4 @@
-#include "sensor/toml_table.h"
+#include "base/toml_table.h"
 
 #include <toml++/toml.h>
 
@@ -15,7 +15,7 @@
 #include <numeric>
 #include <utility>
 
-namespace sensor {
+namespace tractiond {
 
 namespace {
 
@@ -320,4 +320,4 @@ tl::expected<void, FileError> TomlTable::finish() {
   return {};
 }
 
-}  // namespace sensor
+}  // namespace tractiond
