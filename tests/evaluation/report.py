@@ -19,7 +19,7 @@ def commit():
     """The last one that changed what is measured, and whether there are changes since."""
 
     def git(*words):
-        command = ["git", "-C", SOURCE, *words, "--", "daemon", "sensor", "twin"]
+        command = ["git", "-C", SOURCE, *words, "--", "base", "daemon", "sensor", "twin"]
         return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
 
     return (git("log", "-1", "--format=%h") or "unknown") + (", changed" if git("status", "--porcelain") else "")

@@ -30,7 +30,7 @@ def fixed(text):
 
 
 def sources():
-    return sorted(path for room in ("daemon", "gateway") for path in (SOURCE / room).rglob("*.cpp"))
+    return sorted(path for room in ("base", "daemon", "gateway") for path in (SOURCE / room).rglob("*.cpp"))
 
 
 def messages():

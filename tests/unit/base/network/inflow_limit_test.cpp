@@ -1,5 +1,6 @@
 // Peers that fill ZeroMQ's queues, and an honest one beside them. Memory itself is measured by tools/faults.
 
+#include "base/clock.h"
 #include "base/network/inflow_limit.h"
 #include "base/network/socket.h"
 #include "tests/unit/base/network/raw_peer.h"
@@ -50,6 +51,9 @@ class InflowLimit : public testing::TestWithParam<const char*> {
     }
   }
 
+  /// Returns what was told of ended connections, for a test that fails.
+  static std::string told() { return inflow::Report().look(monotonicNow()); }
+
   /// A honest peer is heard.
   void expectHeard() {
     RawPeer honest(bound_.at(0), "DEALER");
@@ -62,7 +66,7 @@ class InflowLimit : public testing::TestWithParam<const char*> {
         if (message.to_string_view() == "hello") return true;
       }
       return false;
-    }));
+    })) << told();
   }
 
   static std::string folder() {
@@ -141,7 +145,7 @@ TEST_P(InflowLimit, ManyPeersTogetherMayHoldNoMore) {
   EXPECT_TRUE(test::eventually([&] { return inflow::ended() - before_ >= peers.size() / 2 - 1; }));
   take();
   honest.send(RawPeer::message("hello"));
-  EXPECT_TRUE(test::eventually([&] { return take() == 1; })) << "who holds less than others stays";
+  EXPECT_TRUE(test::eventually([&] { return take() == 1; })) << "who holds less than others stays; " << told();
 }
 
 TEST_P(InflowLimit, OlderProtocolIsNotLetIn) {
