@@ -110,6 +110,14 @@ Connection& find(int fd) {
   return one;
 }
 
+/// Forgets all connections and what they were charged: their sockets are being closed.
+void clear() {
+  std::fill_n(records.begin(), account.highest + 1, Connection{});
+  account.charged_bytes = 0;
+  account.highest = 0;
+  for (auto& left : left_bytes) left = 0;
+}
+
 bool isWatched(int fd) {
   const std::lock_guard lock(mutex);
   return account.endpoints.contains(localEnd(fd));
@@ -181,6 +189,7 @@ void unwatch(const std::vector<std::string>& endpoints) {
     if (one != account.endpoints.end()) account.endpoints.erase(one);
   }
   watchedEndpoints = account.endpoints.size();
+  if (account.endpoints.empty()) clear();
 }
 
 void release(int fd, std::size_t parts) {

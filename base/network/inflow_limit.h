@@ -19,6 +19,7 @@ inline constexpr std::uint64_t kMostTogether_bytes = 8 << 20;  ///< of all; beyo
 
 /// Watches the connections that are accepted at this endpoint (tcp://ADDRESS:PORT, ipc://PATH), from now on.
 void watch(const std::string& endpoint, Charge charge);
+/// Ends that. When no endpoint is left, forgets what the connections of all were charged.
 void unwatch(const std::vector<std::string>& endpoints);
 
 /// Releases what a connection was charged for a message of so many parts: it was taken out of ZeroMQ's queues, and
