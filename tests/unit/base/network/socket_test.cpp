@@ -19,11 +19,16 @@ class SocketTest : public testing::Test {
     std::string pattern = fs::temp_directory_path() / "traction-XXXXXX";
     folder_ = mkdtemp(pattern.data());
   }
-  ~SocketTest() override { fs::remove_all(folder_); }
+  ~SocketTest() override {
+    release(bound_);
+    fs::remove_all(folder_);
+  }
 
   tl::expected<std::vector<std::string>, Error> tryBind(zmq::socket_t& socket, const std::string& endpoint) {
     guard(socket, 4, 64);
-    return bind(socket, {endpoint});
+    auto bound = bind(socket, {endpoint});
+    if (bound) bound_.insert(bound_.end(), bound->begin(), bound->end());
+    return bound;
   }
 
   Error refused(const std::string& endpoint) {
@@ -36,6 +41,7 @@ class SocketTest : public testing::Test {
   }
 
   fs::path folder_;
+  std::vector<std::string> bound_;
   zmq::context_t context_;
   zmq::socket_t socket_{context_, zmq::socket_type::pub};
 };
