@@ -10,9 +10,8 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-/// Prior deviations of what the fit found: of a load as a multiple of the force (and of a pitch, the torsion), of a
-/// place [pitches], of a spread [pitches^2].
-constexpr double kFreeLoad = 3.0, kFreePlace = 1.0, kFreeSpread = 0.25;
+/// Prior deviation of the spread that the fit found [pitches^2].
+constexpr double kFreeSpread = 0.25;
 /// Variance of the Gaussian that stands for a patch among the points: its spread, but no less than kLeastSpread, and
 /// kBlur more [pitches^2].
 constexpr double kLeastSpread = 0.02, kBlur = 0.08;
@@ -90,9 +89,9 @@ int AroundPatches::extra(int k, int i) const {
 /// Prior deviation of that unknown.
 double AroundPatches::unit(int k, int i) const {
   const double pitch = atoms_.pitch_m;
-  const double force = kFreeLoad * patches_[static_cast<std::size_t>(k)].load.head<3>().norm();
+  const double force = RoundPatches::kFreeLoad * patches_[static_cast<std::size_t>(k)].load.head<3>().norm();
   if (i < kPatchLoads) return i < 3 ? force : pitch * force;
-  return i < kPatchLoads + 2 ? kFreePlace * pitch : kFreeSpread * square(pitch);
+  return i < kPatchLoads + 2 ? RoundPatches::kFreePlace * pitch : kFreeSpread * square(pitch);
 }
 
 /// Shares of the points in the force of a patch, their sum being 1. `centred`: with the patch's place as their

@@ -20,12 +20,13 @@ constexpr double kCentre_deviations = 5.0;
 }  // namespace
 
 FieldRules::FieldRules(const sensor::Sensor& sensor, const SolveOptions& options)
-    : minPressForCentre_N_(options.minPressForCentre_N) {
+    : minPressForCentre_N_(options.minPressForCentre_N)
+    , largestPressure_Pa_(kLinearRange * sensor.gel.youngsModulus) {
   const sensor::Points nodes = sensor::nodePositions(sensor);
   const Eigen::VectorXd areas = sensor::nodeAreas(sensor);
   for (Eigen::Index n = 0; n < nodes.cols(); ++n) {
     nodes_.push_back({nodes(0, n), nodes(1, n), nodes(2, n)});
-    largestForce_N_.push_back(kLinearRange * sensor.gel.youngsModulus * areas[n]);
+    largestForce_N_.push_back(largestPressure_Pa_ * areas[n]);
   }
 }
 

@@ -30,10 +30,13 @@ class FieldRules {
   /// Returns whether a force of the node is larger than the range in which the uncertainty is known.
   bool outOfRange(std::size_t node, double squaredForce_N2) const;
 
+  /// The same for a mean pressure on an area as large as a node's.
+  bool outOfRange(double pressure_Pa) const { return pressure_Pa > largestPressure_Pa_; }
+
   static bool finite(const TractionField& field);
 
  private:
-  const double minPressForCentre_N_;
+  const double minPressForCentre_N_, largestPressure_Pa_;
   std::vector<std::array<double, 3>> nodes_;
   std::vector<double> largestForce_N_;  // of each
 };

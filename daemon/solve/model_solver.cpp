@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 namespace tractiond::solve {
@@ -22,6 +23,14 @@ PlaceGrid gridOf(const Atoms& atoms, const sensor::Sensor& sensor) {
     grid.areas[p] = areas[atoms.nodeOf(p)];
   }
   return grid;
+}
+
+/// Returns the mean pressure [Pa] on an area as large as a node's in the middle of a patch, which presses as a ball
+/// does: for a patch smaller than that, all of its force on this area.
+double pressureInside(const RoundPatch& patch, double area_m2) {
+  const double inner2_m2 = area_m2 / std::numbers::pi, radius2_m2 = 5.0 * patch.place.spread_m2;
+  const double share = inner2_m2 < radius2_m2 ? 1.0 - std::pow(1.0 - inner2_m2 / radius2_m2, 1.5) : 1.0;
+  return share * patch.load.head<3>().norm() / area_m2;
 }
 
 }  // namespace
@@ -62,7 +71,7 @@ ModelSolver::ModelSolver(const Factors& factors, const Atoms& atoms, const senso
     , rules_(sensor, options)
     , motion_(sensor.pictureMotion.shift_px, sensor.pictureMotion.shift_px, sensor.pictureMotion.scale,
               sensor.pictureMotion.roll)
-    , model_(factors, atoms, modelOptions(options))
+    , model_(sensor, factors, atoms, modelOptions(options))
     , found_(model_, atoms.pointCount())
     , hills_(gridOf(atoms, sensor), atoms.pointCount(), 3 * atoms.pointCount())
     , used_(factors.coordinateCount() / 2, options)
@@ -118,7 +127,15 @@ void ModelSolver::publishForces(TractionField& field) {
     const Eigen::Vector3d force = Eigen::Vector3d::Map(estimate_.force_N.data() + 3 * static_cast<std::ptrdiff_t>(p));
     const int node = atoms_.nodeOf(p);
     Eigen::Vector3d::Map(nodeForce_.data() + 3 * static_cast<std::ptrdiff_t>(node)) += force;
-    if (rules_.outOfRange(static_cast<std::size_t>(node), force.squaredNorm())) field.flags |= kOutOfRange;
+  }
+  for (std::size_t n = 0; n < rules_.nodes().size(); ++n) {
+    const double force2 = Eigen::Vector3d::Map(nodeForce_.data() + 3 * n).squaredNorm();
+    if (rules_.outOfRange(n, force2)) field.flags |= kOutOfRange;
+  }
+  // A patch is narrower than the points that its force is spread over.
+  for (int k = 0; estimate_.patchShare > 0.5 && k < estimate_.patchCount; ++k) {
+    const RoundPatch& patch = estimate_.patches[static_cast<std::size_t>(k)].patch;
+    if (rules_.outOfRange(pressureInside(patch, square(atoms_.pitch_m)))) field.flags |= kOutOfRange;
   }
   model_.nodeDeviations_N(nodeDeviation_);
   for (std::size_t i = 0; i < nodeForce_.size(); ++i) {

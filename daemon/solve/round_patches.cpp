@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 namespace tractiond::solve {
 namespace {
@@ -43,7 +44,7 @@ RoundPatches::RoundPatches(const sensor::Sensor& sensor, const Atoms& atoms, con
     , motion_(static_cast<std::size_t>(kMotions * influence_.stride()))
     , slopes_(static_cast<std::size_t>(kPatchPlaces * kMost * influence_.stride()))
     , here_(static_cast<std::size_t>(influence_.stride())) {
-  for (Fit* fit : {&now_, &next_}) {
+  for (Fit* fit : {&now_, &next_, &kept_}) {
     fit->columns = LineArray<double>(static_cast<std::size_t>(kPatchLoads * kMost * influence_.stride()));
     fit->left = LineArray<double>(static_cast<std::size_t>(influence_.stride()));
   }
@@ -65,7 +66,14 @@ void RoundPatches::clear(std::span<const int> missing, double* column) const {
 }
 
 bool RoundPatches::find(const Displacements& picture, std::span<const double> forces_N) {
-  return findMaxima(forces_N) && descend(picture);
+  if (!findMaxima(forces_N)) return false;
+  takeMotion(picture);
+  if (!descend(picture)) return false;
+  dropUnlikely(picture);
+  const auto found = patches();
+  return std::all_of(found.begin(), found.end(), [this](const RoundPatch& patch) {
+    return patch.place.spread_m2 < kWidest * square(atoms_.pitch_m);
+  });
 }
 
 /// Begins with a patch at every maximum of the pressure, but for a single one at the centre of all forces. False: there
@@ -101,13 +109,16 @@ bool RoundPatches::findMaxima(std::span<const double> forces_N) {
   return true;
 }
 
-/// Gauss-Newton steps, damped where one gains nothing; loads and motion are linear.
-bool RoundPatches::descend(const Displacements& picture) {
+void RoundPatches::takeMotion(const Displacements& picture) {
   for (int m = 0; m < kMotions; ++m) {
     double* const to = motion_.data() + m * std::ptrdiff_t{influence_.stride()};
     std::copy_n(factors_.motion.row(m), factors_.coordinateCount(), to);
     clear(picture.missing, to);
   }
+}
+
+/// Gauss-Newton steps, damped where one gains nothing; loads and motion are linear.
+bool RoundPatches::descend(const Displacements& picture) {
   if (!solveLoads(picture, now_)) return false;
   differentiate(picture);
   double damping = 0.0;
@@ -127,10 +138,62 @@ bool RoundPatches::descend(const Displacements& picture) {
     damping = damping > kDamping ? damping / kDampingFactor : 0.0;
     if (gain < kLastGain) break;
   }
-  const auto found = patches();
-  return std::all_of(found.begin(), found.end(), [this](const RoundPatch& patch) {
-    return patch.place.spread_m2 < kWidest * square(atoms_.pitch_m);
-  });
+  return true;
+}
+
+/// Fits again without the least evident patch, as long as that is more likely: the field has maxima of its own where
+/// the picture tells little, beyond the nodes for example.
+void RoundPatches::dropUnlikely(const Displacements& picture) {
+  while (count_ > 1) {
+    const double with = logEvidence();
+    const int least = leastEvident();
+    std::swap(now_, kept_);
+    now_.patches = kept_.patches;
+    std::copy(kept_.patches.begin() + least + 1, kept_.patches.begin() + count_, now_.patches.begin() + least);
+    --count_;
+    if (descend(picture) && logEvidence() > with) continue;
+    std::swap(now_, kept_);
+    ++count_;
+    differentiate(picture);
+    return;
+  }
+}
+
+/// Returns the patch whose load is the fewest of its deviations.
+int RoundPatches::leastEvident() const {
+  const Matrix covariance =
+      normal_.selfadjointView<Eigen::Lower>().llt().solve(Matrix::Identity(normal_.rows(), normal_.cols()));
+  int least = 0;
+  double fewest = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < count_; ++k) {
+    const PatchLoad& load = now_.patches[static_cast<std::size_t>(k)].load;
+    const Eigen::Matrix<double, kPatchLoads, kPatchLoads> own =
+        covariance.block<kPatchLoads, kPatchLoads>(kPatchLoads * k, kPatchLoads * k);
+    const double squares = load.dot(own.llt().solve(load));
+    if (squares < fewest) {
+      fewest = squares;
+      least = k;
+    }
+  }
+  return least;
+}
+
+/// Returns the log evidence of the fit, of a patch anywhere on the nodes, but for what is the same of any number of
+/// patches: by Laplace's approximation.
+double RoundPatches::logEvidence() const {
+  Vector prior = Vector::Ones(normal_.rows());  // deviations
+  Vector own = Vector::Ones(normal_.rows());    // what normal_ lacks of their inverse squares
+  own.segment<kMotions>(loads()).setZero();
+  for (int k = 0; k < count_; ++k) {
+    const double force = kFreeLoad * now_.patches[static_cast<std::size_t>(k)].load.head<3>().norm();
+    prior.segment<kPatchLoads>(kPatchLoads * k) << force, force, force, atoms_.pitch_m * force;
+    prior.segment<kPatchPlaces>(linear() + kPatchPlaces * k) << kFreePlace, kFreePlace, kSpreadDeviation;
+    own[linear() + kPatchPlaces * k + 2] = 0.0;
+  }
+  Matrix ratio = prior.asDiagonal() * normal_ * prior.asDiagonal();
+  ratio.diagonal() += own;
+  const double logRoot = Eigen::LLT<Matrix>(ratio).matrixLLT().diagonal().array().log().sum();
+  return -0.5 * now_.misfit - logRoot - count_ * std::log(atoms_.nodeCount());
 }
 
 /// Finds the loads and the motion that explain most with the patches where they are. False: they cannot be told apart.

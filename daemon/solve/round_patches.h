@@ -23,13 +23,16 @@ class RoundPatches {
   static constexpr int kMost = 4;
   /// A patch as broad as this is none [pitches^2].
   static constexpr double kWidest = 1.5;
+  /// Prior deviations of what is found: of a load as a multiple of the force (and of a pitch, the torsion), of a place
+  /// [pitches].
+  static constexpr double kFreeLoad = 3.0, kFreePlace = 1.0;
 
   /// `sensor` is read here alone; the others must outlive it. PatchInfluence::possible() must be true.
   RoundPatches(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& factors);
 
-  /// Finds the patches of a picture, from the maxima of the pressure that its field's `forces_N` (3P) have. False:
-  /// there are none or too many, they are too broad or cannot be told apart. The picture must last as long as what was
-  /// found is asked for.
+  /// Finds the patches of a picture, from the maxima of the pressure that its field's `forces_N` (3P) have, but for
+  /// those without which the rest is more likely. False: there are none or too many, they are too broad or cannot be
+  /// told apart. The picture must last as long as what was found is asked for.
   bool find(const Displacements& picture, std::span<const double> forces_N);
 
   // What was found.
@@ -58,7 +61,11 @@ class RoundPatches {
   };
 
   bool findMaxima(std::span<const double> forces_N);
+  void takeMotion(const Displacements& picture);
   bool descend(const Displacements& picture);
+  void dropUnlikely(const Displacements& picture);
+  int leastEvident() const;
+  double logEvidence() const;
   bool solveLoads(const Displacements& picture, Fit& fit);
   void differentiate(const Displacements& picture);
   bool findStep(double damping, Vector& step);
@@ -77,7 +84,7 @@ class RoundPatches {
   Spread spread_;
   Eigen::VectorXd force_, height_;  // P: magnitudes, and their averages over a pitch
   int count_ = 0;
-  Fit now_, next_;
+  Fit now_, next_, kept_;
   LineArray<double> motion_;  // kMotions columns, 0 where missing
   LineArray<double> slopes_, here_;
   Matrix linear_, normal_, damped_;

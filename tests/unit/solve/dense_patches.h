@@ -78,7 +78,9 @@ class DensePatches : public DenseModel {
     Frame frame{displacement(present), motion_(present, Eigen::all), present, noise_px * noise_px};
     std::vector<Patch> patches = peaks(alone.forces);
     if (patches.empty() || patches.size() > 4) return mixed;
-    const double misfit = fit(frame, patches);
+    const Fitted fitted = likely(frame, patches);
+    const double misfit = fitted.misfit;
+    patches = fitted.patches;
     for (const Patch& patch : patches) {
       if (patch.place[2] >= 1.5 * pitch_ * pitch_) return mixed;
     }
@@ -224,58 +226,114 @@ class DensePatches : public DenseModel {
     return scale.cwiseProduct((B * scale.asDiagonal()).householderQr().solve(right));
   }
 
-  double fit(const Frame& frame, std::vector<Patch>& patches) const {
-    const auto count = static_cast<Eigen::Index>(patches.size());
+  struct Fitted {
+    std::vector<Patch> patches;
     Vector motion;
-    double misfit = linear(frame, patches, motion), damping = 0.0;
+    double misfit;
+  };
+
+  /// Rows: the picture, the priors of motion and spreads. Unknowns: loads, motion, places [pitches, pitches^2].
+  Matrix equations(const Frame& frame, const Fitted& now, Vector& right) const {
+    const auto count = static_cast<Eigen::Index>(now.patches.size());
+    const Matrix columns = columnsOf(frame, now.patches), slopes = slopesOf(frame, now.patches);
+    const Eigen::Index rows = frame.d.size(), places = 4 * count + 4;
+    const double n = std::sqrt(frame.n2);
+    Matrix B = Matrix::Zero(rows + 4 + count, places + 3 * count);
+    right = Vector::Zero(B.rows());
+    B.topLeftCorner(rows, places) << columns / n, frame.motion / n;
+    Vector left = frame.d - frame.motion * now.motion;
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const Patch& patch = now.patches[static_cast<std::size_t>(k)];
+      left -= columns.middleCols<4>(4 * k) * patch.load;
+      for (Eigen::Index i = 0; i < 3; ++i)
+        B.col(places + 3 * k + i).head(rows) = units()[i] / n * slopes.col(3 * k + i);
+      B(rows + 4 + k, places + 3 * k + 2) = 1 / 0.6;
+      right[rows + 4 + k] = (0.3 - patch.place[2] / (pitch_ * pitch_)) / 0.6;
+    }
+    right.head(rows) = left / n;
+    B.block<4, 4>(rows, 4 * count).setIdentity();
+    right.segment<4>(rows) = -now.motion;
+    return B;
+  }
+
+  Fitted fit(const Frame& frame, const std::vector<Patch>& start) const {
+    Fitted now{start, {}, 0.0};
+    const auto count = static_cast<Eigen::Index>(start.size());
+    now.misfit = linear(frame, now.patches, now.motion);
+    double damping = 0.0;
     for (int time = 0; time < 16; ++time) {
-      const Matrix columns = columnsOf(frame, patches), slopes = slopesOf(frame, patches);
-      const Eigen::Index rows = frame.d.size(), places = 4 * count + 4, size = places + 3 * count;
-      const double n = std::sqrt(frame.n2);
-      // Rows: the picture, the priors of motion and spreads, the damping.
-      Matrix B = Matrix::Zero(rows + 4 + count + 3 * count, size);
-      Vector right = Vector::Zero(B.rows());
-      B.topLeftCorner(rows, places) << columns / n, frame.motion / n;
-      Vector left = frame.d - frame.motion * motion;
-      for (Eigen::Index k = 0; k < count; ++k) {
-        const Patch& patch = patches[static_cast<std::size_t>(k)];
-        left -= columns.middleCols<4>(4 * k) * patch.load;
-        for (Eigen::Index i = 0; i < 3; ++i)
-          B.col(places + 3 * k + i).head(rows) = units()[i] / n * slopes.col(3 * k + i);
-        B(rows + 4 + k, places + 3 * k + 2) = 1 / 0.6;
-        right[rows + 4 + k] = (0.3 - patch.place[2] / (pitch_ * pitch_)) / 0.6;
-      }
-      right.head(rows) = left / n;
-      B.block<4, 4>(rows, 4 * count).setIdentity();
-      right.segment<4>(rows) = -motion;
+      Vector right;
+      Matrix B = equations(frame, now, right);
+      const Eigen::Index rows = B.rows(), places = 4 * count + 4;
+      B.conservativeResizeLike(Matrix::Zero(rows + 3 * count, B.cols()));
+      right.conservativeResizeLike(Vector::Zero(B.rows()));
       for (Eigen::Index i = 0; i < 3 * count; ++i) {
-        B(rows + 4 + count + i, places + i) = std::sqrt(damping) * B.col(places + i).norm();
+        B(rows + i, places + i) = std::sqrt(damping) * B.col(places + i).norm();
       }
       const Vector step = scaledSolve(B, right).tail(3 * count);
-      std::vector<Patch> moved = patches;
+      Fitted next = now;
       for (Eigen::Index k = 0; k < count; ++k) {
-        Eigen::Vector3d& place = moved[static_cast<std::size_t>(k)].place;
+        Eigen::Vector3d& place = next.patches[static_cast<std::size_t>(k)].place;
         for (Eigen::Index i = 0; i < 3; ++i) {
           const double most = i < 2 ? 0.7 : 0.3, low = i < 2 ? points_.row(i).minCoeff() : -0.15 * pitch_ * pitch_;
           const double high = i < 2 ? points_.row(i).maxCoeff() : 1.5 * pitch_ * pitch_;
           place[i] = std::clamp(place[i] + units()[i] * std::clamp(step[3 * k + i], -most, most), low, high);
         }
       }
-      Vector movedMotion;
-      const double now = linear(frame, moved, movedMotion);
-      if (now > misfit) {
+      next.misfit = linear(frame, next.patches, next.motion);
+      if (next.misfit > now.misfit) {
         damping = std::max(10 * damping, 0.1);
         if (damping > 1e4) break;
         continue;
       }
-      const double gain = misfit - now;
-      patches = moved;
-      motion = movedMotion;
-      misfit = now;
+      const double gain = now.misfit - next.misfit;
+      now = next;
       damping = damping > 0.1 ? damping / 10 : 0.0;
       if (gain < 0.02) break;
     }
-    return misfit;
+    return now;
+  }
+
+  /// The log evidence by Laplace's approximation. `least`: the patch whose load is the fewest of its deviations.
+  double logEvidence(const Frame& frame, const Fitted& now, std::size_t& least) const {
+    Vector right;
+    Matrix B = equations(frame, now, right);
+    const auto count = static_cast<Eigen::Index>(now.patches.size());
+    const Vector scale = B.colwise().norm().transpose().cwiseInverse();
+    const Matrix scaled = B * scale.asDiagonal();
+    const Matrix covariance = scale.asDiagonal() * (scaled.transpose() * scaled).inverse() * scale.asDiagonal();
+    Vector prior = Vector::Ones(B.cols()), own = Vector::Ones(B.cols());
+    double fewest = 1e300;
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const Eigen::Vector4d& load = now.patches[static_cast<std::size_t>(k)].load;
+      prior.segment<4>(4 * k) = 3 * load.head<3>().norm() * Eigen::Vector4d(1, 1, 1, pitch_);
+      prior[4 * count + 4 + 3 * k + 2] = 0.6;
+      own[4 * count + 4 + 3 * k + 2] = 0;  // is among the equations
+      const double squares = load.dot(covariance.block<4, 4>(4 * k, 4 * k).inverse() * load);
+      if (squares >= fewest) continue;
+      fewest = squares;
+      least = static_cast<std::size_t>(k);
+    }
+    own.segment<4>(4 * count).setZero();
+    B = B * prior.asDiagonal();
+    Matrix ratio = B.transpose() * B;
+    ratio.diagonal() += own;
+    const double volume = ratio.selfadjointView<Eigen::Lower>().eigenvalues().array().log().sum();
+    return -(now.misfit + volume) / 2 - static_cast<double>(count) * std::log(nodes_.columns * nodes_.rows);
+  }
+
+  Fitted likely(const Frame& frame, const std::vector<Patch>& start) const {
+    Fitted now = fit(frame, start);
+    while (now.patches.size() > 1) {
+      std::size_t least = 0, other = 0;
+      const double with = logEvidence(frame, now, least);
+      std::vector<Patch> fewer = now.patches;
+      fewer.erase(fewer.begin() + static_cast<std::ptrdiff_t>(least));
+      const Fitted without = fit(frame, fewer);
+      if (logEvidence(frame, without, other) <= with) break;
+      now = without;
+    }
+    return now;
   }
 
   /// Shares of the points in a patch.

@@ -140,6 +140,31 @@ TEST(Patches, AgreeWithTheDenseTwin) {
   EXPECT_EQ(withPatches, 6);
 }
 
+/// A field may have maxima where nothing touches.
+TEST(Patches, AreAsManyAsThePictureTells) {
+  PatchBench bench(smallSensor());
+  RoundPatches patches(bench.sensor(), bench.atoms(), bench.factors());
+  const auto countOf = [&](const Load& load, std::initializer_list<Vector3d> maxima) {
+    const VectorXd displacement = bench.picture(load, 7);
+    LineArray<double> picture(static_cast<std::size_t>(bench.factors().influence.stride()));
+    std::copy(displacement.begin(), displacement.end(), picture.data());
+    std::vector<double> forces(static_cast<std::size_t>(3 * bench.atoms().pointCount()));
+    for (const Vector3d& each : maxima) {
+      const auto away = (bench.atoms().points.colwise() - 1e-3 * Vector3d(each.x(), each.y(), 0.0)).colwise().norm();
+      Eigen::Index nearest = 0;
+      away.minCoeff(&nearest);
+      forces[static_cast<std::size_t>(3 * nearest + 2)] = each.z();
+    }
+    const bool found = patches.find({picture.data(), {}, displacement.squaredNorm(), kNoise_px}, forces);
+    return found ? static_cast<int>(patches.patches().size()) : 0;
+  };
+  const Load corner = disc(-8.5, -7, 2, 0.5 * kShear),
+             pair = both(disc(-6, -4, 2, kPress), disc(6, 4, 2, 0.02 * kPress));
+  EXPECT_EQ(countOf(corner, {{-8.5, -7, 0.5}, {-12, -12, 0.1}}), 1);
+  EXPECT_EQ(countOf(corner, {{-8.5, -7, 0.5}, {-12, -12, 0.1}, {6, 6, 0.1}, {-6, 9, 0.1}}), 1);
+  EXPECT_EQ(countOf(pair, {{-6, -4, 1.0}, {6, 4, 0.2}, {9, -9, 0.15}}), 2);
+}
+
 TEST(Patches, TakeOutMissingMarkers) {
   PatchBench bench(smallSensor());
   const std::vector<int> missing = missingOf(smallSensor());
