@@ -1,14 +1,17 @@
 #include "client/cli/board.h"
 #include "client/cli/top.h"
+#include "tests/support/places.h"
 #include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
 #include <regex>
+#include <sstream>
 
 namespace traction::cli::board_test {
 namespace {
@@ -266,6 +269,57 @@ TEST(Top, SubscribersAreTheConnectionsToAnEndpoint) {
   EXPECT_FALSE(subscribersOf("tcp://box:9872", folder));
   EXPECT_FALSE(subscribersOf("tcp://127.0.0.1:9872", folder / "nowhere"));
   std::filesystem::remove_all(folder);
+}
+
+/// The expected page is in tests/golden/status. TRACTION_RECORD=1 writes it anew.
+TEST(Board, EveryFieldOfTheStatusIsDrawnAsRecorded) {
+  Instrument one;
+  Status& status = one.status;
+  status.received_hz = 60.5;
+  status.published_hz = 59.25;
+  status.track = {1.25e-3, 2.25e-3, 3.25e-3, {}};
+  status.solve = {4.25e-3, 5.25e-3, 6.25e-3, {}};
+  status.send = {7.25e-3, 8.25e-3, 9.25e-3, {}};
+  status.total = {10.25e-3, 11.25e-3, 12.25e-3, {}};
+  status.cameraLink = CameraLink{31, 32, 33, "Slave", 1e-6, 41.5};
+  status.markers.layers = {{Colour::kBlue, 576, 575, 574, 24, 24}, {Colour::kRed, 570, 569, 568, 24, 24}};
+  status.markers.remark = "a remark";
+  status.restDrift = RestDrift{0.125, -0.25, 1e-4, 2e-4, 0.03, 75.0};
+  status.memory_bytes = 64 << 20;
+  status.invalidWhy = "a reason";
+  status.scheduling = {20, "2-3", true, {{"tr-track", 20, "2-3"}, {"ZMQbg/IO/0", 0, "0-3"}}, 512 << 20};
+  std::uint64_t Ledger::*const counts[] = {&Ledger::received,
+                                           &Ledger::published,
+                                           &Ledger::inFlight,
+                                           &Ledger::incomplete,
+                                           &Ledger::wrongSize,
+                                           &Ledger::wrongFormat,
+                                           &Ledger::stale,
+                                           &Ledger::implausible,
+                                           &Ledger::evictedBeforeTrack,
+                                           &Ledger::noRestPose,
+                                           &Ledger::noGel,
+                                           &Ledger::evictedBeforeSolve,
+                                           &Ledger::evictedBeforePublish,
+                                           &Ledger::discardedAtStop,
+                                           &Ledger::missing,
+                                           &Ledger::reconnects,
+                                           &Ledger::doubted,
+                                           &Ledger::invalid};
+  for (std::size_t i = 0; i < std::size(counts); ++i) status.ledger.*counts[i] = 100 * (i + 1);
+  one.sendStatus();
+  one.now += 2 * kSecond_ns;
+  for (std::size_t i = 0; i < std::size(counts); ++i) status.ledger.*counts[i] += i;
+  one.sendStatus();
+  one.field();
+  std::vector<Watched> many(5, one.watched);
+  const std::string pages = boardText(one.watched, one.now) + "\n" + boardLine(one.watched, one.now) + "\n\n" +
+                            one.page(120, 24) + "\n" + drawBoard(many, 100, 27, one.now).plain();
+  const std::string path = tractiond::test::source("tests/golden/status/board.txt");
+  if (std::getenv("TRACTION_RECORD") != nullptr) std::ofstream(path) << pages;
+  std::stringstream recorded;
+  recorded << std::ifstream(path).rdbuf();
+  EXPECT_EQ(pages, recorded.str());
 }
 
 TEST(Board, WithoutColoursThereAreNone) {
