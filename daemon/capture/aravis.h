@@ -13,6 +13,7 @@
 #include <arv.h>
 #include <tl/expected.hpp>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -138,11 +139,15 @@ std::vector<const PixelFormatTraits*> readableFormats(ArvCamera* camera);
 /// The best: as few bytes as colours need, then as few bits.
 void bestFirst(std::vector<const PixelFormatTraits*>& formats);
 
+// ---- aravis_read.cpp
+
 /// The picture as it will be sent; enters it, rate and exposure in the info. EX_CONFIG: a format that cannot be read.
 tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info);
 
-/// What the camera says of its clock's master; empty: it has none.
-CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard);
+/// Reads packet counters, PTP and temperature; registers that the camera does not have stay empty. Of a camera that is
+/// gone each register takes seconds: reads no further one once it is known to be lost.
+CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard,
+                    const std::function<bool()>& isLost);
 
 // ---- aravis_clock.cpp
 

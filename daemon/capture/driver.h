@@ -37,8 +37,9 @@ enum class Popped {
   kEnd,      ///< there will be no more, by nature
 };
 
-/// An opened camera. pop(), giveBack() and takeClock() belong to the capture thread, all else to the camera-keeper. One
-/// that is lost is destroyed by a thread of its own, for that may take seconds.
+/// An opened camera. pop(), giveBack() and takeClock() are called by the capture thread; link(), serve() and the
+/// destructor by the thread "camera-calls", as they may take seconds where the camera is gone; all else by the
+/// camera-keeper, also while one of those calls lasts.
 class Driver {
  public:
   virtual ~Driver() = default;  ///< closes; may block for seconds where the camera is dead
@@ -63,7 +64,8 @@ class Driver {
   /// of a second at most.
   virtual std::string doubt() { return ""; }
 
-  /// The camera has fallen silent: it is not asked to stop when this is destroyed. Any thread.
+  /// The camera has fallen silent: it is not asked to stop when this is destroyed, and link() reads no further
+  /// register. Any thread.
   virtual void markSilent() {}
 
   /// Puts back what opening it has set, but for what commands have done; it is not used after that. May block.

@@ -1,7 +1,5 @@
 #include "daemon/capture/keeper.h"
 
-#include "base/aside.h"
-
 #include <algorithm>
 #include <utility>
 
@@ -17,14 +15,10 @@ constexpr nanoseconds kTurn{1'000'000'000};
 constexpr nanoseconds kLook{500'000'000};
 /// By so much a thread may wake late.
 constexpr nanoseconds kLate{1'000'000'000};
+/// Closing a dead camera takes seconds; the next try to open it does not wait for that.
+constexpr milliseconds kPatience{200};
 /// The next turn is due.
 constexpr std::int64_t kAtOnce = 0;
-
-/// Closing a dead camera takes seconds; the next try to open it does not wait for that.
-void leaveBehind(std::unique_ptr<Driver> driver) {
-  constexpr milliseconds kPatience{200};
-  aside([last = std::shared_ptr<Driver>(std::move(driver))]() mutable { last.reset(); }).wait_for(kPatience);
-}
 
 }  // namespace
 
@@ -40,7 +34,7 @@ Keeper::Keeper(OpenDriver open, const CameraRules& rules, Say say, Welcome welco
 void Keeper::run() {
   for (std::int64_t next_ns = turn(); next_ns != kNever; next_ns = turn()) {
     const nanoseconds left(next_ns - clock_());
-    if (next_ns != kAtOnce && left.count() > 0) wake_.wait(std::chrono::ceil<milliseconds>(left));
+    if (next_ns != kAtOnce && left.count() > 0) wake_->wait(std::chrono::ceil<milliseconds>(left));
   }
 }
 
@@ -88,6 +82,7 @@ std::int64_t Keeper::heedOpening() {
     return heedProblem(*problem);
   }
   driver_ = *std::move(opened);
+  calls_ = std::make_unique<BackgroundThread>("camera-calls", wake_);
   former_ = {};
   tellOf(*seen);
   return offer(std::move(seen));
@@ -182,21 +177,27 @@ std::int64_t Keeper::accompany() {
     doubtSaid_ = driver_->doubt();
     return kAtOnce;
   }
+  if (answers_) {  // one call at a time
+    begin(kLook);
+    return clock_() + kLook.count();
+  }
   std::optional<CameraStep> step;
   {
     const std::lock_guard lock(mutex_);
     step = question_;
   }
-  if (step) {
-    served_ = driver_->serve(*step);
-    return kAtOnce;
-  }
-  if (clock_() >= look_ns_) {
-    linkRead_ = driver_->link();
-    return kAtOnce;
-  }
+  if (step) return callAside([step](Driver& driver, Answers& to) { to.report = driver.serve(*step); });
+  if (clock_() >= look_ns_) return callAside([](Driver& driver, Answers& to) { to.link = driver.link(); });
   begin(kLook);
   return look_ns_;
+}
+
+/// Calls the driver on another thread: where the camera is gone, a call takes seconds, and that is to be noticed.
+std::int64_t Keeper::callAside(std::function<void(Driver&, Answers&)> what) {
+  answers_ = std::make_shared<Answers>();
+  calls_->run([driver = driver_, to = answers_, what = std::move(what)] { what(*driver, *to); });
+  begin(kLook);
+  return clock_() + kLook.count();
 }
 
 /// Heeds what the driver answered last.
@@ -206,13 +207,15 @@ void Keeper::heedAnswers() {
     doubted_.store(-1, std::memory_order_relaxed);  // with what was asked in the meantime
     if (!doubtWhy_.empty()) unanswered_.store(doubtedThen_ns_, std::memory_order_relaxed);
   }
-  if (served_) {
+  if (!answers_ || !calls_->awaitIdle(milliseconds(0))) return;
+  const auto answers = std::exchange(answers_, nullptr);
+  if (answers->report) {
     const std::lock_guard lock(mutex_);
-    answer_ = std::exchange(served_, std::nullopt);
+    answer_ = answers->report;
     question_.reset();
   }
-  if (linkRead_) {
-    newest_.link = *std::exchange(linkRead_, std::nullopt);
+  if (answers->link) {
+    newest_.link = *answers->link;
     newest_.link.packetsResent += linkBefore_.packetsResent;
     newest_.link.packetsMissing += linkBefore_.packetsMissing;
     newest_.link.packetsRefused += linkBefore_.packetsRefused;
@@ -251,18 +254,27 @@ std::int64_t Keeper::lose() {
     show(CameraState::kLost, why);
     tell(Weight::kWarning, "camera " + driver_->info().name.id + " is lost: " + why);
   }
-  leaveBehind(std::move(driver_));
+  close(kPatience);
   attempt_ = 0;
   told_.clear();
   phase_ = Phase::kSearching;
   return kAtOnce;
 }
 
+/// Closes the camera, after the call that may be under way. Leaves it to that thread after `patience`.
+void Keeper::close(milliseconds patience) {
+  if (!driver_) return;
+  answers_.reset();
+  calls_->run([driver = std::move(driver_)]() mutable { driver.reset(); });
+  calls_->awaitIdle(patience);
+  calls_.reset();
+}
+
 std::int64_t Keeper::finish() {
   due_ns_ = kNever;
   phase_ = Phase::kEnded;
   opened_.reset();
-  driver_.reset();
+  close(rules_.slowest);
   {
     const std::lock_guard lock(mutex_);
     tried_ = true;
@@ -323,12 +335,12 @@ Driver* Keeper::borrow(milliseconds timeout) {
 void Keeper::giveBack(Loss why) {
   loss_.store(why, std::memory_order_relaxed);
   lent_.store(false, std::memory_order_release);  // partner: the acquire in accompany()
-  wake_.signal();
+  wake_->signal();
 }
 
 void Keeper::doubt(std::int64_t arrival_ns) {
   doubted_.store(arrival_ns, std::memory_order_relaxed);
-  wake_.signal();
+  wake_->signal();
 }
 
 const Error* Keeper::end() const {
@@ -348,7 +360,7 @@ void Keeper::reopen(OpenDriver driver) {
   openNext_ = std::move(driver);
   refusedLast_ = false;
   renewing_ = true;
-  wake_.signal();
+  wake_->signal();
 }
 
 void Keeper::ask(const CameraStep& step) {
@@ -358,7 +370,7 @@ void Keeper::ask(const CameraStep& step) {
     return;
   }
   question_ = step;
-  wake_.signal();
+  wake_->signal();
 }
 
 std::optional<tl::expected<CameraReport, std::string>> Keeper::takeAnswer() {
@@ -382,7 +394,7 @@ void Keeper::stop() {
   }
   const std::lock_guard lock(mutex_);
   lent_.store(false, std::memory_order_release);
-  wake_.signal();
+  wake_->signal();
 }
 
 bool Keeper::awaitEnd(milliseconds patience) {

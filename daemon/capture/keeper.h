@@ -4,6 +4,7 @@
 // atomics and events alone: the capture thread never waits for the keeper, whatever that waits for.
 #pragma once
 
+#include "base/background_thread.h"
 #include "base/clock.h"
 #include "base/event.h"
 #include "base/mailbox.h"
@@ -48,7 +49,7 @@ class Keeper {
 
   /// Takes turns until stop() has been called and the driver has been given back.
   void run();
-  /// Takes one turn. It calls the driver at most once; the next turn handles the answer.
+  /// Takes one turn. It calls the driver at most once; a later turn handles the answer.
   /// \return when the next turn is due [ns] unless an event asks for an earlier one; kNever: the keeper has ended
   std::int64_t turn();
 
@@ -92,6 +93,12 @@ class Keeper {
  private:
   enum class Phase { kSearching, kOpened, kPausing, kStreaming, kEnded };
 
+  /// What a call of link() or serve() returned.
+  struct Answers {
+    std::optional<CameraLink> link;
+    std::optional<tl::expected<CameraReport, std::string>> report;
+  };
+
   std::int64_t search();
   std::int64_t heedOpening();
   std::int64_t heedProblem(const Error& problem);
@@ -99,8 +106,10 @@ class Keeper {
   std::int64_t offer(std::shared_ptr<const CameraInfo> seen);
   std::int64_t pause();
   std::int64_t accompany();
+  std::int64_t callAside(std::function<void(Driver&, Answers&)> what);
   void heedAnswers();
   std::int64_t lose();
+  void close(std::chrono::milliseconds patience);
   std::int64_t finish();
   void begin(std::chrono::nanoseconds longest);
   void renew();
@@ -113,7 +122,7 @@ class Keeper {
   const CameraRules rules_;
   std::int64_t (*const clock_)();
   std::stop_source stop_;
-  Event wake_;    ///< wakes the keeper
+  const std::shared_ptr<Event> wake_ = std::make_shared<Event>();  ///< wakes the keeper
   Event handed_;  ///< wakes borrow(): a driver is offered, or the keeper has ended
 
   // The keeper's own.
@@ -126,11 +135,11 @@ class Keeper {
   std::int64_t nextTry_ns_ = 0, look_ns_ = 0;
   std::string told_;
   std::optional<tl::expected<std::unique_ptr<Driver>, Error>> opened_;  ///< not heeded yet
-  std::unique_ptr<Driver> driver_;
-  std::optional<std::string> doubtSaid_;                           ///< not heeded yet
-  std::int64_t doubtedThen_ns_ = -1;                               ///< arrival of the last liveness check
-  std::optional<tl::expected<CameraReport, std::string>> served_;  ///< not heeded yet
-  std::optional<CameraLink> linkRead_;                             ///< not heeded yet
+  std::shared_ptr<Driver> driver_;                                      ///< shared with the calls
+  std::unique_ptr<BackgroundThread> calls_;  ///< of the driver; what hangs is left behind with it
+  std::shared_ptr<Answers> answers_;         ///< not heeded yet, perhaps not there yet; nullptr: no call
+  std::optional<std::string> doubtSaid_;     ///< not heeded yet
+  std::int64_t doubtedThen_ns_ = -1;         ///< arrival of the last liveness check
   std::string doubtWhy_;
   CameraVitals newest_;
   CameraLink linkBefore_;       ///< of the sessions before

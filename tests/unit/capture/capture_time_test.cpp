@@ -32,6 +32,21 @@ std::string withLatch() {
   return path;
 }
 
+/// The same camera, and its temperature is in a register.
+std::string withThermometer() {
+  std::ifstream in(test::source("tests/unit/capture/descriptions/quirky.xml"));
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  const std::string constant = "<Value>41.5</Value>";
+  text.replace(text.find(constant), constant.size(), "<pValue>TemperatureReg</pValue>");
+  text.insert(text.find("<Port Name=\"Device\"/>"), R"(
+    <IntReg Name="TemperatureReg"><Address>0x1f8</Address><Length>4</Length><AccessMode>RO</AccessMode><pPort>Device</pPort>
+      <Cachable>NoCache</Cachable><Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
+  )");
+  const std::string path = testing::TempDir() + "thermometer-" + std::to_string(getpid()) + ".xml";
+  std::ofstream(path) << text;
+  return path;
+}
+
 /// Of a frame: when it was really taken, and what is said of that.
 struct Dated {
   std::int64_t truth_ns = 0, captured_ns = 0, error_ns = 0, received_ns = 0;
@@ -189,6 +204,31 @@ TEST_F(Latching, ACameraThatHangsWhileItIsAskedHoldsUpNothing) {
     std::this_thread::sleep_for(milliseconds(8));
   }
   EXPECT_LT(longest_ns, 300'000'000);
+  const std::int64_t silent_ns = monotonicNow();
+  while (camera_->state() == CameraState::kStreaming && monotonicNow() - silent_ns < 5'000'000'000)
+    next(frame, milliseconds(20));
+  std::printf("noticed after %.0f ms\n", static_cast<double>(monotonicNow() - silent_ns) * 1e-6);
+  EXPECT_LT(monotonicNow() - silent_ns, 1'000'000'000);
+}
+
+class WithThermometer : public Quirks {
+ protected:
+  WithThermometer()
+      : Quirks(withThermometer()) {}
+};
+
+/// Aravis repeats the question for three seconds.
+TEST_F(WithThermometer, ACameraThatIsGoneWhileItsTemperatureIsReadIsNoticedInTime) {
+  options_.silenceTimeout_ms = 400;
+  ASSERT_NO_FATAL_FAILURE(openStreaming());
+  sender_.hangsAt = 0x1f8;
+  Frame frame;
+  for (int i = 0; i < 70; ++i) {  // longer than between two looks at the link
+    sender_.send(taken(noClock, 1));
+    ASSERT_EQ(next(frame, milliseconds(1000)), Next::kFrame);
+    camera_->recycle(frame);
+    std::this_thread::sleep_for(milliseconds(10));
+  }
   const std::int64_t silent_ns = monotonicNow();
   while (camera_->state() == CameraState::kStreaming && monotonicNow() - silent_ns < 5'000'000'000)
     next(frame, milliseconds(20));

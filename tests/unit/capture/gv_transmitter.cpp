@@ -137,9 +137,15 @@ void GvTransmitter::serve() {
       arv_fake_camera_read_memory(camera_, 0, 0xf8, answer.data());
       break;
     }
-    case 0x80:
-      put(answer, read(take(&in[8], 4)), 4);
+    case 0x80: {
+      const std::uint32_t address = take(&in[8], 4);
+      if (address == hangsAt) {
+        hanging_ = true;
+        continue;
+      }
+      put(answer, read(address), 4);
       break;
+    }
     case 0x82: {
       const std::uint32_t address = take(&in[8], 4), value = take(&in[12], 4);
       if (address == hangsAt) {

@@ -1,16 +1,9 @@
 // A camera with a driver of our choice: what the half that is the same for all of them makes of it.
-#include "base/clock.h"
-#include "daemon/capture/camera.h"
-#include "tests/support/deadline.h"
+#include "tests/unit/capture/odd_camera.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <atomic>
-#include <deque>
 #include <future>
-#include <mutex>
-#include <thread>
 
 namespace tractiond::capture::odd_camera_test {
 namespace {
@@ -18,152 +11,6 @@ namespace {
 using std::chrono::milliseconds;
 using testing::Contains;
 using testing::HasSubstr;
-
-/// The camera's time, which passes only when a test says so [ns].
-std::atomic<std::int64_t> virtual_ns{1'000'000'000};
-std::int64_t virtualNow() {
-  return virtual_ns;
-}
-
-/// What the test tells the driver to do next, shared with it.
-struct Script {
-  std::mutex mutex;
-  std::deque<Popped> pops;
-  CameraInfo info;
-  std::atomic<int> sessions{0};  // counted by the camera's thread
-  int alive = 0, discarded = 0, given = 0;
-  std::optional<Error> refusal;
-  std::atomic<bool> answers{true};
-  std::atomic<int> doubts{0};  // how often it was asked whether it is there
-  std::int64_t (*clock)() = monotonicNow;
-  std::atomic<int> asked{0};                                // to open it
-  std::atomic<bool> hangs{false};                           // while it is opened
-  std::atomic<bool> readsSlowly{false}, isWelcomed{false};  // the welcome of a later session waits for a disk
-  std::uint64_t id = 0;
-};
-
-class ScriptedDriver : public Driver {
- public:
-  explicit ScriptedDriver(Script& script)
-      : script_(script)
-      , info_(script.info) {
-    ++script_.alive;
-  }
-  ~ScriptedDriver() override {
-    const std::lock_guard lock(script_.mutex);
-    --script_.alive;
-  }
-  const CameraInfo& info() const override { return info_; }
-  Popped pop(Buffer& buffer, milliseconds timeout) override {
-    std::unique_lock lock(script_.mutex);
-    if (script_.pops.empty()) {
-      lock.unlock();
-      std::this_thread::sleep_for(std::min(timeout, milliseconds(5)));
-      return Popped::kNothing;
-    }
-    const Popped popped = script_.pops.front();
-    script_.pops.pop_front();
-    if (popped != Popped::kBuffer) return popped;
-    buffer.arrival = {
-        .complete = true, .shape = info_.shape, .id = ++script_.id, .device_ns = 0, .host_ns = script_.clock()};
-    picture_[0] = static_cast<std::uint8_t>(script_.id);
-    buffer.data = picture_.data();
-    buffer.handle = &script_;
-    return Popped::kBuffer;
-  }
-  std::string doubt() override {
-    const bool answers = script_.answers;
-    ++script_.doubts;
-    return answers ? "" : "it does not answer";
-  }
-  void giveBack(void*) override { ++script_.given; }
-  Discard discard() const override {
-    return [](void* script) { ++static_cast<Script*>(script)->discarded; };
-  }
-  tl::expected<CameraReport, std::string> serve(const CameraStep& step) override {
-    return CameraReport{.remarks = {step.name}};
-  }
-
- private:
-  Script& script_;
-  CameraInfo info_;
-  std::array<std::uint8_t, 600> picture_{};
-};
-
-class OddCamera : public testing::Test {
- protected:
-  OddCamera() {
-    script_.info.name.id = "Odd";
-    script_.info.shape = {20, 30, 600, 1};
-  }
-  ~OddCamera() override {
-    camera_.reset();
-    expectNoneAlive();
-  }
-  void expectNoneAlive() {
-    EXPECT_TRUE(test::eventually([this] {  // it is closed elsewhere
-      std::this_thread::sleep_for(milliseconds(1));
-      return alive() == 0;
-    }));
-  }
-  int alive() {
-    const std::lock_guard lock(script_.mutex);
-    return script_.alive;
-  }
-  void open(CameraRules rules = {.silenceTimeout_ms = 0}) {
-    script_.clock = rules.clock;
-    auto camera = Camera::open(
-        [this](const Opening&) -> tl::expected<std::unique_ptr<Driver>, Error> {
-          ++script_.asked;
-          while (script_.hangs) std::this_thread::sleep_for(milliseconds(1));
-          const std::lock_guard lock(script_.mutex);
-          ++script_.sessions;
-          if (script_.refusal) return tl::unexpected(*script_.refusal);
-          return std::make_unique<ScriptedDriver>(script_);
-        },
-        rules, ledger_,
-        [this](Weight, const std::string& line) {
-          const std::lock_guard lock(script_.mutex);
-          said_.push_back(line);
-        },
-        [this](const CameraInfo& info) -> tl::expected<void, Error> {
-          if (info.session > 1) script_.isWelcomed = true;
-          if (info.session > 1) script_.readsSlowly.wait(true);
-          const std::lock_guard lock(script_.mutex);
-          welcomed_.push_back(info.session);
-          return {};
-        });
-    ASSERT_TRUE(camera) << camera.error().message();
-    camera_ = *std::move(camera);
-  }
-  void tell(std::initializer_list<Popped> pops) {
-    const std::lock_guard lock(script_.mutex);
-    script_.pops.insert(script_.pops.end(), pops);
-  }
-  Next nextOtherThan(Next dull, Frame& frame) {
-    Next next = dull;
-    EXPECT_TRUE(test::eventually([&] {
-      next = camera_->next(frame, milliseconds(20));
-      return next != dull;
-    }));
-    return next;
-  }
-
-  std::vector<std::string> said() {
-    const std::lock_guard lock(script_.mutex);
-    return said_;
-  }
-  std::vector<unsigned> welcomed() {
-    const std::lock_guard lock(script_.mutex);
-    return welcomed_;
-  }
-
-  Script script_;
-  Ledger ledger_;
-  std::vector<std::string> said_;
-  std::vector<unsigned> welcomed_;
-  std::unique_ptr<Camera> camera_;
-};
 
 TEST_F(OddCamera, OpensAgainInTheSameWayAndWelcomesEachSession) {
   open();
@@ -288,6 +135,37 @@ TEST_F(OddCamera, IsLostAtOnceWhereItDoesNotAnswerAndKeptWhileItDoes) {
   stream();
   doubt();
   EXPECT_EQ(ledger_.reconnects.get(), 1U) << "the doubt was another session's";
+}
+
+TEST_F(OddCamera, IsLostInTimeWhileACallOfItsDriverHangs) {
+  for (const bool isAsked : {false, true}) {
+    script_.isCalled = false;
+    open({.silenceTimeout_ms = 30, .clock = virtualNow});
+    Frame frame;
+    tell({Popped::kBuffer});
+    ASSERT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);
+    camera_->recycle(frame);
+    script_.callsHang = true;
+    if (isAsked) camera_->ask({.name = "Gain"});
+    EXPECT_TRUE(test::eventually([&] {
+      if (!isAsked) virtual_ns += 1'000'000;  // until the link is looked at
+      std::this_thread::sleep_for(milliseconds(1));
+      return script_.isCalled.load();
+    }));
+    const int before = script_.sessions;
+    EXPECT_TRUE(test::eventually([&] {
+      camera_->next(frame, milliseconds(1));
+      virtual_ns += 10'000'000;
+      return script_.sessions > before;
+    })) << "it is not opened again";
+    EXPECT_THAT(said(), Contains(HasSubstr("fell silent")));
+    EXPECT_EQ(camera_->takeAnswer().has_value(), isAsked) << "who asked is told that it is lost";
+    script_.callsHang = false;
+    script_.callsHang.notify_all();
+    EXPECT_TRUE(test::eventually([&] { return alive() == 1; }));
+    camera_.reset();
+    expectNoneAlive();
+  }
 }
 
 TEST_F(OddCamera, SaysThatWhatIsToOpenItHangs) {
