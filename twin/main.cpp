@@ -2,122 +2,25 @@
 // the true state of each.
 #include "twin/film.h"
 #include "twin/options.h"
-#include "twin/picture_writer.h"
-#include "twin/scene_time.h"
-#include "twin/truth_writer.h"
+#include "twin/output.h"
 
 #include <sysexits.h>
 
-#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
-#include <thread>
 
 namespace {
 
 using namespace twin;
-using Clock = std::chrono::steady_clock;
 
 std::atomic<bool> isStopping = false;
 static_assert(std::atomic<bool>::is_always_lock_free);
-
-/// A picture and its true state.
-struct Shot {
-  Picture picture;
-  Truth truth;
-};
 
 tl::expected<std::unique_ptr<Film>, Failure> openFilm(const Options& options, const Scenario& scenario) {
   if (options.served.empty()) return std::make_unique<GelFilm>(scenario, options.seed, options.cache);
   const sensor::Camera& camera = scenario.sensor.camera;
   return RawFilm::open(options.served, pictureSize(scenario.format, camera.width, camera.height));
-}
-
-/// Waits until the middle of the pause between two frames. A real camera has its own processor, so the drawing of the
-/// next picture should not compete with a daemon that processes the one just sent.
-void waitForPause(const Stamp& sent, double period_s) {
-  const std::chrono::duration<double> half(std::min(period_s / 2, 0.05));
-  std::this_thread::sleep_until(Clock::time_point(std::chrono::nanoseconds(sent.monotonic_ns)) +
-                                std::chrono::duration_cast<Clock::duration>(half));
-}
-
-/// Serves pictures at the camera's pace to the client that controls the camera.
-tl::expected<void, Failure> serve(const Options& options, const Scenario& scenario, Film& film, TruthWriter& truth) {
-  const sensor::Camera& size = scenario.sensor.camera;
-  auto camera =
-      GvCamera::open({options.address, size.width, size.height, scenario.format, scenario.rate_hz, options.lostRatio});
-  if (!camera) return tl::unexpected(camera.error());
-
-  std::uint64_t next = 0;
-  SceneTime time;
-  const auto shoot = [&](Shot& shot) {
-    Picture& picture = shot.picture;
-    picture.format = (*camera)->format();
-    picture.pixels.resize(pictureSize(picture.format, size.width, size.height));
-    picture.number = next++;
-    picture.time_s = time.next((*camera)->framePeriod_s());
-    film.draw(picture, shot.truth);
-    (*camera)->queue(picture);
-  };
-  std::array<Shot, 3> shots;  // one is sent, one is ready, one is drawn
-  for (Shot& shot : shots) shoot(shot);
-
-  std::printf("ready %s %dx%d %s %g Hz %s\n", options.address.c_str(), size.width, size.height,
-              traitsOf(scenario.format).name, scenario.rate_hz, (*camera)->id().c_str());
-  std::fflush(stdout);
-  const auto end =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.seconds));
-  const auto takeBack = [&](std::chrono::milliseconds timeout) -> Shot* {
-    const Picture* picture = (*camera)->takeBack(timeout);
-    if (!picture) return nullptr;
-    Shot& shot = *std::find_if(shots.begin(), shots.end(), [&](const Shot& s) { return &s.picture == picture; });
-    if (picture->stamp) {
-      truth.write(shot.truth, *picture->stamp);
-      time.wasSent(1e-9 * static_cast<double>(picture->stamp->monotonic_ns), (*camera)->framePeriod_s());
-    }
-    return &shot;
-  };
-  constexpr std::chrono::milliseconds kTurn(50), kAtOnce(0);
-  while (!isStopping && (options.seconds == 0.0 || Clock::now() < end)) {
-    Shot* const shot = takeBack(kTurn);
-    if (!shot) continue;
-    if (shot->picture.stamp) waitForPause(*shot->picture.stamp, (*camera)->framePeriod_s());
-    shoot(*shot);
-  }
-  std::atomic<bool> isClosed = false;
-  std::jthread closing([&] {
-    (*camera)->close();
-    isClosed = true;
-  });
-  while (!isClosed) {
-    if (Shot* const shot = takeBack(kTurn)) shoot(*shot);
-  }
-  while (takeBack(kAtOnce)) {
-  }
-  return {};
-}
-
-/// Writes pictures as fast as they are read. Their ids count from 1, as the daemon counts them. They have only scenario
-/// times.
-tl::expected<void, Failure> writePictures(const Options& options, const Scenario& scenario, Film& film,
-                                          TruthWriter& truth) {
-  auto writer = PictureWriter::open(options.images, isStopping);
-  if (isStopping) return {};
-  if (!writer) return tl::unexpected(writer.error());
-  const sensor::Camera& size = scenario.sensor.camera;
-  Shot shot;
-  Picture& picture = shot.picture;
-  picture.format = scenario.format;
-  picture.pixels.resize(pictureSize(picture.format, size.width, size.height));
-  for (; !isStopping; ++picture.number) {
-    picture.time_s = static_cast<double>(picture.number) / scenario.rate_hz;
-    if (options.seconds != 0.0 && picture.time_s >= options.seconds) break;
-    film.draw(picture, shot.truth);
-    truth.write(shot.truth, {.cameraFrameId = picture.number + 1, .device_ns = 0, .monotonic_ns = 0});
-    if (auto written = (*writer)->write(picture.pixels); !written) return written;
-  }
-  return {};
 }
 
 tl::expected<void, Failure> run(const Options& options) {
@@ -135,8 +38,8 @@ tl::expected<void, Failure> run(const Options& options) {
   if (!truth) return tl::unexpected(truth.error());
   auto film = openFilm(options, *scenario);
   if (!film) return tl::unexpected(film.error());
-  return options.images.empty() ? serve(options, *scenario, **film, **truth)
-                                : writePictures(options, *scenario, **film, **truth);
+  return options.images.empty() ? serve(options, *scenario, **film, **truth, isStopping)
+                                : writePictures(options, *scenario, **film, **truth, isStopping);
 }
 
 }  // namespace

@@ -1,0 +1,92 @@
+#include "daemon/serve.h"
+
+#include "base/service/log.h"
+#include "base/service/service.h"
+#include "daemon/capture/last_will.h"
+#include "daemon/config_toml.h"
+#include "daemon/instrument.h"
+#include "daemon/replay.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <vector>
+
+namespace tractiond {
+namespace {
+
+std::string line(const Error& error) {
+  return logLine("tractiond", spdlog::level::err, error.message());
+}
+
+/// Takes over all that is new in the configuration, or nothing.
+void reload(Instrument& instrument, const Arguments& arguments) {
+  const auto places = located(arguments.places);
+  auto config = places ? configured(arguments, *places) : tl::unexpected(places.error());
+  const auto news = config ? instrument.reload(completed(*std::move(config), *places))
+                           : tl::expected<std::vector<std::string>, Error>(tl::unexpected(config.error()));
+  if (!news)
+    spdlog::error("the configuration stays as it was: {}", news.error().message());
+  else if (news->empty())
+    spdlog::info("nothing in the configuration has changed");
+  else
+    for (const std::string& one : *news) spdlog::info("new in the configuration: {}", one);
+}
+
+}  // namespace
+
+int failed(const Error& error) {
+  std::cerr << line(error) << "\n";
+  return error.exitCode;
+}
+
+tl::expected<Config, Error> configured(const Arguments& arguments, const Places& places) {
+  auto config = places.config.empty() ? tl::expected<Config, Error>() : loadConfig(places.config);
+  if (config) {
+    config->camera.images = arguments.images;
+    config->camera.inspector = "/proc/self/exe";
+    config->record = arguments.record;
+  }
+  return config;
+}
+
+int replayRecording(const Arguments& arguments, const Config& config, const Places& places) {
+  const auto log = startLog("tractiond", config.logLevel);
+  const auto done = replay(config, places, arguments.replay);
+  if (!done) log->write(line(done.error()));
+  log->drain();
+  return done ? EX_OK : done.error().exitCode;
+}
+
+int serve(const Arguments& arguments, const Config& config, const Places& places) {
+  // Before there are threads. Pictures from a file have no camera.
+  if (arguments.images.empty()) capture::startExecutor();  // the instrument warns of what fails
+  catchSignals();
+  if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
+  const auto log = startLog("tractiond", config.logLevel);
+  const auto failed = [&](const Error& error) {
+    log->write(line(error));
+    return error.exitCode;
+  };
+  std::optional<StopWhileStarting> starting([&] {
+    std::error_code ignored;
+    for (const auto& file : socketFiles(completed(config, places))) std::filesystem::remove(file, ignored);
+    log->write(logLine("tractiond", spdlog::level::info, "stopped before it ran"));
+    log->drain();
+    std::_Exit(EX_OK);
+  });
+  auto instrument = Instrument::make(config, places, [log] { return log->lost(); });
+  starting.reset();
+  if (!instrument) return failed(instrument.error());
+  (*instrument)->start();
+  ServiceHooks hooks = (*instrument)->hooks();
+  hooks.reload = [&] { reload(**instrument, arguments); };
+  run(hooks);
+  const auto stopped = (*instrument)->stop();
+  return stopped ? EX_OK : failed(stopped.error());
+}
+
+}  // namespace tractiond

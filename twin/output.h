@@ -1,0 +1,25 @@
+// Where the pictures of a film go, each with its true state: through the camera, or into a file.
+#pragma once
+
+#include "twin/failure.h"
+#include "twin/film.h"
+#include "twin/options.h"
+#include "twin/truth_writer.h"
+
+#include <tl/expected.hpp>
+
+#include <atomic>
+
+namespace twin {
+
+/// Serves pictures at the camera's pace to the client that controls the camera, until `isStopping` or the end of
+/// `options.seconds`.
+tl::expected<void, Failure> serve(const Options& options, const Scenario& scenario, Film& film, TruthWriter& truth,
+                                  const std::atomic<bool>& isStopping);
+
+/// Writes pictures as fast as they are read. Their ids count from 1, as the daemon counts them. They have only scenario
+/// times.
+tl::expected<void, Failure> writePictures(const Options& options, const Scenario& scenario, Film& film,
+                                          TruthWriter& truth, const std::atomic<bool>& isStopping);
+
+}  // namespace twin
