@@ -1,0 +1,111 @@
+#include "lens/arguments.h"
+
+#include "manual/describe.h"
+
+#include <CLI/CLI.hpp>
+
+#include <charconv>
+#include <iostream>
+#include <optional>
+
+namespace lens {
+namespace {
+
+constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
+   0  done
+  64  the command line is wrong
+  65  a picture does not serve: damaged, blurred, of another board or camera, or all too alike
+  66  a file cannot be read
+  73  a file cannot be created
+  78  the gel file is wrong)";
+
+constexpr const char* kCalibrateHelp =
+    "Finds focal length, principal point and distortion in pictures of a chessboard, and writes them into a gel file. "
+    "Take 15 pictures before the gel is mounted, with the lens focused and locked as it will be used: the board as a "
+    "whole in each, tilted by 20 to 45 degrees to each side in turn, now here, now there, up to the picture's corners.";
+
+/// Parses "9x6".
+std::optional<std::pair<int, int>> parseSquares(const std::string& text) {
+  const char* const end = text.data() + text.size();
+  int columns = 0, rows = 0;
+  const auto [sign, badColumns] = std::from_chars(text.data(), end, columns);
+  if (badColumns != std::errc() || sign == end || *sign != 'x') return std::nullopt;
+  const auto [last, badRows] = std::from_chars(sign + 1, end, rows);
+  if (badRows != std::errc() || last != end) return std::nullopt;
+  if (columns < 4 || rows < 4 || columns > 100 || rows > 100) return std::nullopt;
+  return std::pair(columns, rows);
+}
+
+tl::unexpected<int> failed(const std::string& what) {
+  std::cerr << "traction-lens: " << what << '\n';
+  return tl::unexpected<int>(EX_USAGE);
+}
+
+}  // namespace
+
+tl::expected<Command, int> parseArguments(int argc, char** argv) {
+  CLI::App app("Calibrates a camera's lens, and helps to make and to mount a gel.", "traction-lens");
+  app.set_version_flag("--version", "traction-lens " TRACTION_VERSION);
+  app.require_subcommand(0, 1);  // checked below, so that an unknown word is reported first
+  app.footer(kExitCodes);
+  manual::describable(app);
+
+  CalibrateOptions calibration;
+  std::string squares;
+  double square_mm = 0.0;
+  auto* calibrate = app.add_subcommand("calibrate", kCalibrateHelp);
+  calibrate->add_option("PICTURES", calibration.pictures, "PNG, TIFF or JPEG")->type_name("FILE")->required();
+  calibrate->add_option("--squares", squares, "of the board along its sides, black and white, as in 9x6")
+      ->type_name("COLUMNSxROWS")
+      ->required();
+  calibrate->add_option("--square-mm", square_mm, "side of a square")
+      ->type_name("MM")
+      ->required()
+      ->check(CLI::Range(0.1, 1000.0));
+  calibrate->add_option("--gel", calibration.gel, "gel file to write the lens into; without: the paper's sensor")
+      ->type_name("FILE");
+  calibrate->add_option("--output", calibration.output, "gel file to be written")->type_name("FILE")->required();
+
+  PoseOptions posing;
+  PictureOptions marking;
+  auto* pose = app.add_subcommand(
+      "pose", "Finds where the camera is, from one picture of the untouched gel, however far off the gel file has it");
+  pose->add_option("PICTURE", posing.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
+  pose->add_option("--gel", posing.gel, "gel file with the lens and the layers")->type_name("FILE")->required();
+  pose->add_option("--output", posing.output, "gel file to be written")->type_name("FILE")->required();
+  pose->add_option("--accept-residual", posing.acceptResidual_px,
+                   "writes the pose where up to so many pixels are left of the markers' places (rms), with a warning "
+                   "above 0.5; without: 0.5")
+      ->type_name("PX")
+      ->check(CLI::Range(0.01, 100.0));
+  auto* mark = app.add_subcommand("mark", "Draws the markers that are found in a picture of the untouched gel");
+  mark->add_option("PICTURE", marking.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
+  mark->add_option("--gel", marking.gel, "gel file")->type_name("FILE")->required();
+  mark->add_option("--output", marking.output, "PNG to be written")->type_name("FILE")->required();
+  SheetsOptions sheets;
+  auto* sheet = app.add_subcommand("sheet", "Writes each layer of markers as SVG, to be printed at true scale");
+  sheet->add_option("--gel", sheets.gel, "gel file; without: the paper's sensor")->type_name("FILE");
+  sheet->add_option("--output-dir", sheets.directory, "for layer1.svg, layer2.svg; without: this one")
+      ->type_name("DIR");
+  sheet->add_flag("--mirrored", sheets.mirrored, "for a transfer that turns the print over");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& done) {
+    return tl::unexpected(app.exit(done));
+  } catch (const CLI::ParseError& error) {
+    return failed(std::string(error.what()) + "; see traction-lens --help");
+  }
+  if (calibrate->parsed()) {
+    const auto size = parseSquares(squares);
+    if (!size) return failed("--squares is to be two numbers of 4 or more, such as 9x6; see traction-lens --help");
+    calibration.board = {size->first, size->second, 1e-3 * square_mm};
+    return [calibration] { return lens::calibrate(calibration); };
+  }
+  if (pose->parsed()) return [posing] { return lens::pose(posing); };
+  if (mark->parsed()) return [marking] { return lens::mark(marking); };
+  if (sheet->parsed()) return [sheets] { return writeSheets(sheets); };
+  return failed("a command is needed; see traction-lens --help");
+}
+
+}  // namespace lens
