@@ -4,6 +4,7 @@
 #include "base/network/inflow_limit.h"
 #include "base/network/reply_budget.h"
 #include "base/network/socket.h"
+#include "gateway/messages.h"
 #include "gateway/rates.h"
 #include "gateway/request.h"
 #include "proto/traction/v1/endpoints.h"
@@ -13,7 +14,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cstring>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -38,61 +38,6 @@ constexpr std::uint64_t kWaitingReplies_bytes = 16 << 20, kWaitingRepliesEach_by
 constexpr const char* kUnread = "too many replies wait to be read by this key: read them, or end their connections";
 constexpr std::string_view kDescriptionEnds = "/description/", kPreviewEnds = "/preview/";
 constexpr std::string_view kFieldBegins = "\x09";  ///< Protobuf key of Field.timestamp
-
-/// Reads the next message and keeps its first four parts. Returns the number of its parts; 0: there is none.
-std::size_t receive(zmq::socket_t& socket, std::array<zmq::message_t, 4>& parts) {
-  for (std::size_t count = 0;; ++count) {
-    zmq::message_t surplus;
-    zmq::message_t& part = count < parts.size() ? parts[count] : surplus;
-    if (zmq_msg_recv(part.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) return 0;
-    if (!part.more()) return count + 1;
-  }
-}
-
-/// Routing text that the instrument returns with its reply: the routing id, followed by the client's name.
-struct Route {
-  std::string peer, who;
-  int fd = -1;
-  std::uint32_t generation = 0;  ///< opening of the front to which the connection belongs
-
-  std::string text() const {
-    const auto length = static_cast<std::uint32_t>(who.size());
-    std::string text = peer + who;
-    for (const std::uint32_t number : {length, static_cast<std::uint32_t>(fd), generation})
-      text.append(reinterpret_cast<const char*>(&number), sizeof number);
-    return text;
-  }
-
-  static std::optional<Route> of(std::string_view text) {
-    std::array<std::uint32_t, 3> numbers{};
-    if (text.size() < sizeof numbers) return std::nullopt;
-    std::memcpy(numbers.data(), text.end() - sizeof numbers, sizeof numbers);
-    text.remove_suffix(sizeof numbers);
-    if (text.size() < numbers[0]) return std::nullopt;
-    const std::size_t end = text.size() - numbers[0];
-    return Route{std::string(text.substr(0, end)), std::string(text.substr(end)), static_cast<int>(numbers[1]),
-                 numbers[2]};
-  }
-};
-
-/// Sends one part without waiting. Returns false if there is no peer or no room.
-bool put(zmq::socket_t& socket, zmq::message_t& part, bool more) {
-  int sent = -1;
-  do {
-    sent = zmq_msg_send(part.handle(), socket.handle(), ZMQ_DONTWAIT | (more ? ZMQ_SNDMORE : 0));
-  } while (sent < 0 && zmq_errno() == EINTR);
-  return sent >= 0;
-}
-
-bool put(zmq::socket_t& socket, std::string_view text, bool more) {
-  zmq::message_t part(text.data(), text.size());
-  return put(socket, part, more);
-}
-
-std::string property(zmq::message_t& message, const char* name) {
-  const char* const text = zmq_msg_gets(message.handle(), name);
-  return text == nullptr ? "" : text;
-}
 
 bool isLocal(const Config& config) {
   return std::ranges::all_of(std::array{&config.stream, &config.latest, &config.control, &config.preview},

@@ -1,26 +1,20 @@
 #include "client/viewer/server.h"
 
 #include "client/cli/recordings.h"
-#include "client/viewer/forwarder.h"
 #include "client/viewer/foxglove_server.h"
 #include "client/viewer/http_listener.h"
+#include "client/viewer/hub.h"
 #include "client/viewer/page.h"
-#include "client/viewer/playing.h"
-#include "client/viewer/recording.h"
-#include "client/viewer/session.h"
 
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/asio/thread_pool.hpp>
 #include <boost/beast/http.hpp>
 
 #include <algorithm>
 #include <atomic>
 #include <charconv>
 #include <csignal>
-#include <list>
-#include <map>
 
 namespace traction::view {
 
@@ -59,37 +53,6 @@ std::string unescaped(std::string_view path) {
   }
   return text;
 }
-
-/// One sensor and its sessions. Receives while there are sessions. Bound to the server's thread.
-struct Hub {
-  void deliver(unsigned kind, const Frame& frame) {
-    // Kept for new sessions, as the daemon sends these rarely.
-    for (const unsigned kept : {unsigned{kDescription}, unsigned{kStatus}, unsigned{kPlaces}, unsigned{kRecorder}}) {
-      if (kind == kept) last[kind] = frame;
-    }
-    for (const auto& session : sessions) session->offer(kind, frame);
-  }
-
-  SourceOptions options;
-  std::optional<Control> control;
-  std::list<std::shared_ptr<Session>> sessions;
-  std::map<unsigned, Frame> last;
-  unsigned wanted = 0;       ///< kinds that sessions have asked for
-  Clock::time_point looked;  ///< when it had a session last
-  std::atomic<int> backlog{0};
-  int questions = 0;
-  std::unique_ptr<Forwarder> forwarder;
-  std::unique_ptr<Source> source;  // behind the forwarder, which its thread uses
-  std::shared_ptr<Recording> recording;
-  asio::thread_pool asker{1};
-};
-
-/// A session that plays a recording. Bound to the server's thread.
-struct Show {
-  std::shared_ptr<Session> session;
-  std::atomic<int> backlog{0};
-  std::unique_ptr<Playing> playing;
-};
 
 class Server {
  public:

@@ -22,33 +22,17 @@ namespace tractiond::track {
 
 namespace {
 
-// A marker's amplitude relative to rest. The lower bound of a step is laxer than that of belief: steps from afar.
-constexpr float kCatch = 0.25F, kDim = 0.5F, kBright = 1.6F;
-constexpr float kWander = 0.45F;      // of the spacing, from where a marker was expected
-constexpr float kSearchReach = 0.4F;  // of the spacing
-constexpr float kSearchReach_px = 8.0F;
+// Amplitudes relative to rest. A step from afar may lead to a place that is dimmer than what is believed (kDim).
+constexpr float kCatch = 0.25F, kBright = 1.6F;
+constexpr float kWander = 0.45F;          // of the spacing, from where a marker was expected
 constexpr float kSlopeDeviations = 3.5F;  // of the seen slope of the surroundings from the known one
 constexpr int kSearches = 64;             // wide ones per frame
-constexpr int kPatience = 8;              // frames of wide search for a marker; then only every sixteenth
-constexpr int kSweeps = 40;
-constexpr float kBlurredRim_px = 1.2F;     // beyond a disc's radius
-constexpr float kOverlapMotion_px = 2.0F;  // by which two colours may approach each other from frame to frame
 constexpr double kLabelled = 0.3;          // of a layer, for an acquisition to count
 constexpr double kFollowed = 0.25;         // of the present markers, for the next frame to be followed
 constexpr double kAcquireBelow = 0.6;      // of the present markers
 constexpr int kAcquirePause = 4;           // frames between two tries that help little
 constexpr int kAgreeingFrames = 10;
 constexpr double kAgreement = 3.0;  // deviations
-
-int validNeighbours(const Lattice& lattice, int column, int row, const std::vector<std::uint8_t>& valid) {
-  int count = 0;
-  for (int y = std::max(row - 1, 0); y <= std::min(row + 1, lattice.rows - 1); ++y) {
-    for (int x = std::max(column - 1, 0); x <= std::min(column + 1, lattice.columns - 1); ++x) {
-      count += valid[lattice.at(x, y)];
-    }
-  }
-  return count - valid[lattice.at(column, row)];
-}
 
 RestPose emptyPose(int markers) {
   RestPose pose;
@@ -313,149 +297,6 @@ bool Tracker::fitAt(const Layer& layer, int marker, Vector place) {
   fitCentres(layer.plane, layer.markers, layer.crossTalk, {&guess, 1}, {&centre, 1});
   heedSlope(layer, marker, centre);
   return accept(marker, centre, place);
-}
-
-void Tracker::recover() {
-  for (const Layer& layer : layers_) {
-    const Lattice& lattice = layer.lattice;
-    lost_.clear();
-    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
-      if (valid_[i] || !wanted(i)) continue;
-      lost_.push_back(i);
-      attempts_[i] = 0;
-    }
-    // First those of which several neighbours tell; each marker again only when more of them do.
-    int enough = 3;
-    for (int sweep = 0; sweep < kSweeps && enough > 0 && !lost_.empty(); ++sweep) {
-      bool progress = false;
-      for (const int marker : lost_) {
-        if (valid_[marker]) continue;
-        const int column = (marker - lattice.first) % lattice.columns, row = (marker - lattice.first) / lattice.columns;
-        const int neighbours = validNeighbours(lattice, column, row, valid_);
-        if (neighbours < enough || neighbours <= attempts_[marker]) continue;
-        attempts_[marker] = static_cast<std::uint8_t>(neighbours);
-        progress = recoverOne(layer, marker, column, row) || progress;
-      }
-      if (!progress) --enough;
-    }
-  }
-}
-
-bool Tracker::recoverOne(const Layer& layer, int marker, int column, int row) {
-  Vector place = place_[marker];
-  const auto step = expectation(layer.lattice, column, row, increment_, stepped_);
-  const auto whole = expectation(layer.lattice, column, row, displacement_, valid_);
-  if (wasValid_[marker] && step) {
-    place = previous_[marker] + step->value;
-    if (fitAt(layer, marker, place)) return true;
-  }
-  if (whole) {
-    place = rest_[marker] + whole->value;
-    if (fitAt(layer, marker, place)) return true;
-  }
-  const bool patient = lostFor_[marker] < kPatience || (frames_ + static_cast<unsigned>(marker)) % 16 == 0;
-  if (searches_ == 0 || !patient) return false;
-  --searches_;
-  return searchAround(layer, marker, place);
-}
-
-bool Tracker::searchAround(const Layer& layer, int marker, Vector place) {
-  constexpr int kMostSteps = 4;
-  constexpr int kMost = (2 * kMostSteps + 1) * (2 * kMostSteps + 1);
-  const float reach = std::min(kSearchReach * spacing_px_, kSearchReach_px);
-  const auto radius_px = static_cast<float>(layer.radius_px);
-  const int steps = std::min(kMostSteps, static_cast<int>(std::ceil(reach / (1.3F * radius_px))));
-  std::array<Guess, kMost> guesses;
-  std::array<Centre, kMost> centres;
-  std::size_t count = 0;
-  const float step = reach / static_cast<float>(steps);
-  for (int y = -steps; y <= steps; ++y) {
-    for (int x = -steps; x <= steps; ++x) {
-      guesses[count++] = guessAt(marker, place + step * Vector{static_cast<float>(x), static_cast<float>(y)});
-    }
-  }
-  fitCentres(layer.plane, layer.markers, layer.crossTalk, std::span(guesses).first(count),
-             std::span(centres).first(count));
-  // The nearest, if no other is nearly as near.
-  std::sort(centres.begin(), centres.begin() + static_cast<std::ptrdiff_t>(count),
-            [&](const Centre& a, const Centre& b) {
-              return (Vector{a.u, a.v} - place).squared() < (Vector{b.u, b.v} - place).squared();
-            });
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!accept(marker, centres[i], place)) continue;
-    const Vector found = place_[marker];
-    const float distance = std::sqrt((found - place).squared());
-    for (std::size_t k = i + 1; k < count; ++k) {
-      const Vector other{centres[k].u, centres[k].v};
-      if (!centres[k].found || centres[k].amplitude < kDim * restAmplitude_[marker]) continue;
-      if ((other - found).squared() < radius_px * radius_px) continue;
-      if (std::sqrt((other - place).squared()) < distance + 0.25F * spacing_px_) {
-        valid_[marker] = stepped_[marker] = 0;
-        return false;
-      }
-    }
-    return fitAt(layer, marker, found);  // now with its own slope
-  }
-  return false;
-}
-
-void Tracker::markOverlaps() {
-  if (layers_.size() < 2) return;
-  const Layer& front = layers_[layers_[0].nearer ? 0 : 1];
-  const Layer& back = layers_[layers_[0].nearer ? 1 : 0];
-  grid_.clear();
-  for (int i = front.lattice.first; i < front.lattice.first + front.lattice.count(); ++i) {
-    mixed_[i] = 0;
-    if (present_[i]) grid_.add(i, place_[i].u, place_[i].v);
-  }
-  const auto reachOf = [](const Layer& layer) { return static_cast<float>(layer.radius_px) + kBlurredRim_px; };
-  const auto windowOf = [](const Layer& layer) {
-    int half = 0;
-    for (const MarkerTemplate& marker : layer.markers) half = std::max(half, marker.half());
-    return static_cast<float>(half) * layer.plane.scale;
-  };
-  const float backWindow = windowOf(back), frontWindow = windowOf(front);
-  const float backReach = reachOf(back) + kOverlapMotion_px, frontReach = reachOf(front) + kOverlapMotion_px;
-  const float hides = static_cast<float>(front.radius_px + back.radius_px) + kBlurredRim_px;
-  const float farthest = std::max(backWindow + frontReach, frontWindow + backReach);
-  const auto meets = [](float window, float reach, float du, float dv) {
-    const float u = std::max(std::abs(du) - window, 0.0F), v = std::max(std::abs(dv) - window, 0.0F);
-    return u * u + v * v < reach * reach;
-  };
-  for (int i = back.lattice.first; i < back.lattice.first + back.lattice.count(); ++i) {
-    mixed_[i] = 0;
-    grid_.near(place_[i].u, place_[i].v, farthest, [&](int other) {
-      const Vector apart = place_[other] - place_[i];
-      if (meets(backWindow, frontReach, apart.u, apart.v)) mixed_[i] = 1;
-      if (meets(frontWindow, backReach, apart.u, apart.v)) mixed_[other] = 1;
-      if (apart.squared() < hides * hides) valid_[i] = stepped_[i] = 0;
-    });
-  }
-}
-
-void Tracker::guessLost() {
-  for (const Layer& layer : layers_) {
-    const Lattice& lattice = layer.lattice;
-    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
-      if (stepped_[i] && valid_[i]) {
-        velocity_[i] = increment_[i];
-        lostFor_[i] = 0;
-        continue;
-      }
-      if (!wanted(i)) continue;
-      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
-      stepped_[i] = 0;
-      const auto step = expectation(lattice, column, row, increment_, stepped_);
-      velocity_[i] = step ? step->value : Vector{};
-      if (valid_[i]) {
-        lostFor_[i] = 0;
-        continue;
-      }
-      ++lostFor_[i];
-      const auto whole = expectation(lattice, column, row, displacement_, valid_);
-      if (whole) place_[i] = rest_[i] + whole->value;
-    }
-  }
 }
 
 const MarkerTemplate& Tracker::roughOf(Layer& layer) {

@@ -101,6 +101,9 @@ class Tracker {
   void show(Snapshot& snapshot) const;
 
  private:
+  /// Least amplitude of a marker that is believed, relative to rest.
+  static constexpr float kDim = 0.5F;
+
   struct Layer {
     std::size_t index;  ///< of its planes
     Lattice lattice;

@@ -16,11 +16,11 @@
 #include "sensor/elastic/frontal_solver.h"
 #include "sensor/elastic/half_space.h"
 #include "sensor/elastic/linear_algebra.h"
+#include "sensor/elastic/parity.h"
 #include "sensor/elastic/quadrature.h"
 #include "sensor/elastic/spectral_element.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <cmath>
 #include <map>
@@ -29,53 +29,6 @@ namespace sensor::elastic {
 namespace {
 
 using Eigen::Index, Eigen::Matrix3d, Eigen::MatrixXd, Eigen::Vector3d;
-
-// A class and a mirror image have two bits each: bit 0 for the plane x = 0, bit 1 for y = 0. A set bit means odd, or
-// mirrored.
-constexpr unsigned kClasses = 4;
-
-// Returns the sign of an image in a class.
-double character(unsigned parity, unsigned image) {
-  return std::popcount(parity & image) % 2 == 0 ? 1.0 : -1.0;
-}
-
-Vector3d mirror(unsigned image) {
-  return {image & 1U ? -1.0 : 1.0, image & 2U ? -1.0 : 1.0, 1.0};
-}
-
-// Returns whether a component is zero on the plane across `axis`: of an even field the component across the plane, of
-// an odd field the two others.
-bool vanishes(unsigned parity, int axis, int component) {
-  return (parity >> axis & 1U) == (component == axis ? 0U : 1U);
-}
-
-// Points mirrored into the quarter x, y >= 0.
-struct Folded {
-  Points distinct;
-  std::vector<Index> index;     // index of each point in `distinct`
-  std::vector<unsigned> image;  // mirror image that maps `distinct` back to the point
-};
-
-Folded fold(const Points& points) {
-  constexpr double kSame = 1e-12;  // [m]
-  std::map<std::array<long long, 3>, Index> known;
-  std::vector<Vector3d> distinct;
-  Folded folded;
-  for (Index i = 0; i < points.cols(); ++i) {
-    const Vector3d p = points.col(i);
-    const unsigned image = (p.x() < 0.0 ? 1U : 0U) | (p.y() < 0.0 ? 2U : 0U);
-    const Vector3d moved = mirror(image).cwiseProduct(p);
-    const std::array key = {std::llround(moved.x() / kSame), std::llround(moved.y() / kSame),
-                            std::llround(moved.z() / kSame)};
-    const auto [entry, isNew] = known.try_emplace(key, static_cast<Index>(distinct.size()));
-    if (isNew) distinct.push_back(moved);
-    folded.index.push_back(entry->second);
-    folded.image.push_back(image);
-  }
-  folded.distinct.resize(3, static_cast<Index>(distinct.size()));
-  for (std::size_t i = 0; i < distinct.size(); ++i) folded.distinct.col(static_cast<Index>(i)) = distinct[i];
-  return folded;
-}
 
 struct Element {
   std::size_t shape = 0;

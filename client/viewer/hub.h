@@ -1,0 +1,52 @@
+// What the server keeps of each sensor and of each recording that is played.
+#pragma once
+
+#include "client/viewer/forwarder.h"
+#include "client/viewer/playing.h"
+#include "client/viewer/recording.h"
+#include "client/viewer/session.h"
+#include "client/viewer/source.h"
+
+#include <boost/asio/thread_pool.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <list>
+#include <map>
+#include <memory>
+#include <optional>
+
+namespace traction::view {
+
+/// One sensor and its sessions. Receives while there are sessions. Bound to the server's thread.
+struct Hub {
+  void deliver(unsigned kind, const Frame& frame) {
+    // Kept for new sessions, as the daemon sends these rarely.
+    for (const unsigned kept : {unsigned{kDescription}, unsigned{kStatus}, unsigned{kPlaces}, unsigned{kRecorder}}) {
+      if (kind == kept) last[kind] = frame;
+    }
+    for (const auto& session : sessions) session->offer(kind, frame);
+  }
+
+  SourceOptions options;
+  std::optional<Control> control;
+  std::list<std::shared_ptr<Session>> sessions;
+  std::map<unsigned, Frame> last;
+  unsigned wanted = 0;                           ///< kinds that sessions have asked for
+  std::chrono::steady_clock::time_point looked;  ///< when it had a session last
+  std::atomic<int> backlog{0};
+  int questions = 0;
+  std::unique_ptr<Forwarder> forwarder;
+  std::unique_ptr<Source> source;  // behind the forwarder, which its thread uses
+  std::shared_ptr<Recording> recording;
+  boost::asio::thread_pool asker{1};
+};
+
+/// A session that plays a recording. Bound to the server's thread.
+struct Show {
+  std::shared_ptr<Session> session;
+  std::atomic<int> backlog{0};
+  std::unique_ptr<Playing> playing;
+};
+
+}  // namespace traction::view

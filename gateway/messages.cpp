@@ -1,0 +1,54 @@
+#include "gateway/messages.h"
+
+#include <cerrno>
+#include <cstring>
+
+namespace tractiond::gateway {
+
+std::size_t receive(zmq::socket_t& socket, std::array<zmq::message_t, 4>& parts) {
+  for (std::size_t count = 0;; ++count) {
+    zmq::message_t surplus;
+    zmq::message_t& part = count < parts.size() ? parts[count] : surplus;
+    if (zmq_msg_recv(part.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) return 0;
+    if (!part.more()) return count + 1;
+  }
+}
+
+bool put(zmq::socket_t& socket, zmq::message_t& part, bool more) {
+  int sent = -1;
+  do {
+    sent = zmq_msg_send(part.handle(), socket.handle(), ZMQ_DONTWAIT | (more ? ZMQ_SNDMORE : 0));
+  } while (sent < 0 && zmq_errno() == EINTR);
+  return sent >= 0;
+}
+
+bool put(zmq::socket_t& socket, std::string_view text, bool more) {
+  zmq::message_t part(text.data(), text.size());
+  return put(socket, part, more);
+}
+
+std::string property(zmq::message_t& message, const char* name) {
+  const char* const text = zmq_msg_gets(message.handle(), name);
+  return text == nullptr ? "" : text;
+}
+
+std::string Route::text() const {
+  const auto length = static_cast<std::uint32_t>(who.size());
+  std::string text = peer + who;
+  for (const std::uint32_t number : {length, static_cast<std::uint32_t>(fd), generation})
+    text.append(reinterpret_cast<const char*>(&number), sizeof number);
+  return text;
+}
+
+std::optional<Route> Route::of(std::string_view text) {
+  std::array<std::uint32_t, 3> numbers{};
+  if (text.size() < sizeof numbers) return std::nullopt;
+  std::memcpy(numbers.data(), text.end() - sizeof numbers, sizeof numbers);
+  text.remove_suffix(sizeof numbers);
+  if (text.size() < numbers[0]) return std::nullopt;
+  const std::size_t end = text.size() - numbers[0];
+  return Route{std::string(text.substr(0, end)), std::string(text.substr(end)), static_cast<int>(numbers[1]),
+               numbers[2]};
+}
+
+}  // namespace tractiond::gateway
