@@ -94,8 +94,6 @@ double AroundPatches::unit(int k, int i) const {
   return i < kPatchLoads + 2 ? RoundPatches::kFreePlace * pitch : kFreeSpread * square(pitch);
 }
 
-/// Shares of the points in the force of a patch, their sum being 1. `centred`: with the patch's place as their
-/// centroid.
 void AroundPatches::spread(const PatchPlace& place, bool centred, std::span<double> share) {
   const double pitch2 = square(atoms_.pitch_m);
   const double variance = std::max(place.spread_m2 / pitch2, kLeastSpread) + kBlur;

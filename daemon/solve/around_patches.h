@@ -10,6 +10,7 @@ namespace tractiond::solve {
 /// A round contact within what was found; its roughness and what lies around it are not in its load.
 struct FoundPatch {
   RoundPatch patch;
+  int contact = 0;  ///< the first patch of the same contact; told if patches are likelier than the field alone
   /// Of force, torsion, x, y, spread [N, N m, m, m, m^2], if there are patches at all.
   Eigen::Matrix<double, kPatchLoads + kPatchPlaces, kPatchLoads + kPatchPlaces> covariance =
       decltype(covariance)::Zero();
@@ -43,6 +44,10 @@ class AroundPatches {
   /// The mean of a patch over all roughnesses.
   FoundPatch found(int patch);
 
+  /// Computes the shares of the points (P) in the force of a patch, their sum being 1. `centred`: with the patch's
+  /// place as their centroid.
+  void spread(const PatchPlace& place, bool centred, std::span<double> share);
+
  private:
   using PatchVector = Eigen::Matrix<double, kPerPatch, 1>;
   struct Solution {
@@ -51,7 +56,6 @@ class AroundPatches {
   };
 
   void setExtra(const Displacements& left, const RoundPatches& patches);
-  void spread(const PatchPlace& place, bool centred, std::span<double> share);
   bool findEvident(const Displacements& left, const AtomMoments& start);
   bool roughen(const Displacements& left);
   void keep(const AtomMoments& start);

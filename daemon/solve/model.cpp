@@ -81,6 +81,7 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
   addField();
   if (patched_ && findPatches(picture)) addPatches();
   mixture_.weigh();
+  if (mixture_.count() > 1 && 1.0 - mixture_.share(0) > 0.5) patched_->patches.join(picture);
   publish(estimate);
 }
 
@@ -190,8 +191,9 @@ void Model::addField() {
 bool Model::findPatches(const Displacements& picture) {
   auto& [patches, around, left, still, rounded] = *patched_;
   addUp(atoms_, moments_.mean_N, pointForce_);
-  if (!patches.find(picture, pointForce_)) return false;
-  if (!(patches.misfit() - posterior_.squaredResidual_px2() / square(picture.noise_px) < kHopeless)) return false;
+  const double residual = posterior_.squaredResidual_px2() / square(picture.noise_px);
+  if (!patches.find(picture, pointForce_, residual + degrees_)) return false;
+  if (!(patches.misfit() - residual < kHopeless)) return false;
   patches.leave(left.data(), still.data());
   std::copy_n(still.data(), rounded.size(), rounded.begin());
   look(picture, rounded, rest_);
@@ -240,12 +242,18 @@ void Model::publish(Estimate& estimate) {
   estimate.patchCount = patched_->around.patchCount();
   estimate.patchShare = 1.0 - mixture_.share(0);
   for (int k = 0; k < estimate.patchCount; ++k) {
-    estimate.patches[static_cast<std::size_t>(k)] = patched_->around.found(k);
+    FoundPatch& found = estimate.patches[static_cast<std::size_t>(k)];
+    found = patched_->around.found(k);
+    if (estimate.patchShare > 0.5) found.contact = patched_->patches.contactOf(k);
   }
 }
 
 void Model::nodeDeviations_N(std::span<double> deviations) noexcept {
   mixture_.nodeDeviations_N(deviations);
+}
+
+void Model::shares(const RoundPatch& patch, std::span<double> shares) noexcept {
+  patched_->around.spread(patch.place, true, shares);
 }
 
 void Model::covariance(std::span<const double> weights, int count, std::span<double> covariance) noexcept {

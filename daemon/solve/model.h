@@ -2,7 +2,7 @@
 // each f_a ~ N(0, gamma_a Omega_a), whose priors follow the picture in a fixed number of rounds (Tipping 2001; MacKay;
 // Fang et al. 2015). From nothing but the frame; nothing is kept from one frame to the next.
 //
-// Not used by the daemon yet: it is to replace the contact step, its maps and its fallbacks.
+// Not the daemon's unless SolveOptions::solving says so.
 #pragma once
 
 #include "daemon/solve/amplitudes.h"
@@ -58,6 +58,9 @@ class Model {
   /// Standard deviations of the forces of all nodes (3N), of noise and prior: sums of the points that are published
   /// there (Atoms::nodeOf).
   void nodeDeviations_N(std::span<double> deviations) noexcept;
+
+  /// Computes the shares of the points (P) in the force of a patch of the estimate; its place is their centroid.
+  void shares(const RoundPatch& patch, std::span<double> shares) noexcept;
 
   /// Covariance of `count` functionals of the points' forces, row after row. `weights`: 3P x count, row after row; at
   /// most kColumns functionals.

@@ -12,19 +12,6 @@
 namespace tractiond::solve {
 namespace {
 
-PlaceGrid gridOf(const Atoms& atoms, const sensor::Sensor& sensor) {
-  const bool isBody = atoms.columns == 0;
-  PlaceGrid grid{isBody ? sensor.nodes.columns : atoms.columns, isBody ? sensor.nodes.rows : atoms.rows, atoms.points,
-                 sensor::Points(3, atoms.pointCount()), Eigen::VectorXd(atoms.pointCount())};
-  const sensor::Points normals = sensor::nodeNormals(sensor);
-  const Eigen::VectorXd areas = sensor::nodeAreas(sensor);
-  for (int p = 0; p < atoms.pointCount(); ++p) {
-    grid.normals.col(p) = normals.col(atoms.nodeOf(p));
-    grid.areas[p] = areas[atoms.nodeOf(p)];
-  }
-  return grid;
-}
-
 /// Returns the mean pressure [Pa] on an area as large as a node's in the middle of a patch, which presses as a ball
 /// does: for a patch smaller than that, all of its force on this area.
 double pressureInside(const RoundPatch& patch, double area_m2) {
@@ -34,33 +21,6 @@ double pressureInside(const RoundPatch& patch, double area_m2) {
 }
 
 }  // namespace
-
-ModelSolver::Found::Found(Model& model, int points)
-    : model_(model)
-    , forces_(3 * static_cast<std::size_t>(points))
-    , weights_(kColumns * forces_.size()) {
-  places_.reserve(static_cast<std::size_t>(points));
-}
-
-void ModelSolver::Found::take(const Estimate& estimate) {
-  places_.clear();
-  for (int p = 0; p < static_cast<int>(estimate.force_N.size() / 3); ++p) {
-    const auto force = std::span(estimate.force_N).subspan(3 * static_cast<std::size_t>(p), 3);
-    if (force[0] == 0.0 && force[1] == 0.0 && force[2] == 0.0) continue;
-    std::copy(force.begin(), force.end(), forces_.begin() + 3 * std::ssize(places_));
-    places_.push_back(p);
-  }
-}
-
-void ModelSolver::Found::covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const {
-  constexpr std::size_t kNumbers = 3 * kColumns;  // of a place
-  std::fill(weights_.begin(), weights_.end(), 0.0);
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    std::copy_n(functionals + kNumbers * i, kNumbers,
-                weights_.data() + kNumbers * static_cast<std::size_t>(places_[i]));
-  }
-  model_.covariance(weights_, kColumns, result);
-}
 
 ModelSolver::ModelSolver(const Factors& factors, const Atoms& atoms, const sensor::Sensor& sensor,
                          const SolveOptions& options)
@@ -72,8 +32,7 @@ ModelSolver::ModelSolver(const Factors& factors, const Atoms& atoms, const senso
     , motion_(sensor.pictureMotion.shift_px, sensor.pictureMotion.shift_px, sensor.pictureMotion.scale,
               sensor.pictureMotion.roll)
     , model_(sensor, factors, atoms, modelOptions(options))
-    , found_(model_, atoms.pointCount())
-    , hills_(gridOf(atoms, sensor), atoms.pointCount(), 3 * atoms.pointCount())
+    , contacts_(model_, atoms, sensor)
     , used_(factors.coordinateCount() / 2, options)
     , picture_(static_cast<std::size_t>(factors.coordinateCount()))
     , nodeForce_(3 * rules_.nodes().size())
@@ -111,8 +70,8 @@ void ModelSolver::publish(TractionField& field) {
     field.method = Method::kContact;
     publishForces(field);
     addSystematic(field);
-    found_.take(estimate_);
-    field.contactCount = hills_.list(found_, field.contacts);
+    const double least_N = std::min(detectionLimit_N_[0], detectionLimit_N_[1]);
+    field.contactCount = contacts_.list(estimate_, least_N, field.contacts);
   } else {  // what lies below the limit is not seen
     field.method = Method::kNoContact;
     for (const int axis : {0, 1, 2}) field.noise[7 * axis] = square(0.5 * detectionLimit_N_[axis / 2]);

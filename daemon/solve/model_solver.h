@@ -5,8 +5,7 @@
 
 #include "daemon/solve/field_rules.h"
 #include "daemon/solve/field_solver.h"
-#include "daemon/solve/hills.h"
-#include "daemon/solve/model.h"
+#include "daemon/solve/model_contacts.h"
 
 namespace tractiond::solve {
 
@@ -25,22 +24,6 @@ class ModelSolver : public FieldSolver {
   std::array<double, 2> detectionLimit_N() const override { return detectionLimit_N_; }
 
  private:
-  /// The forces of the points that have any.
-  class Found final : public SolvedForces {
-   public:
-    Found(Model& model, int points);
-    void take(const Estimate& estimate);
-    std::span<const int> places() const override { return places_; }
-    std::span<const double> forces_N() const override { return {forces_.data(), 3 * places_.size()}; }
-    void covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const override;
-
-   private:
-    Model& model_;
-    std::vector<int> places_;
-    std::vector<double> forces_;
-    mutable std::vector<double> weights_;  ///< 3P x kColumns
-  };
-
   void publish(TractionField& field);
   void publishForces(TractionField& field);
   void addSystematic(TractionField& field) const;
@@ -53,8 +36,7 @@ class ModelSolver : public FieldSolver {
   const FieldRules rules_;
   const Eigen::Vector4d motion_;  ///< standard deviations of its prior
   Model model_;
-  Found found_;
-  Hills hills_;
+  ModelContacts contacts_;
   std::array<double, 2> detectionLimit_N_{};
   // Of one frame.
   UsedMarkers used_;

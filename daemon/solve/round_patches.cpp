@@ -1,35 +1,35 @@
 #include "daemon/solve/round_patches.h"
 
-#include <Eigen/Cholesky>
-
 #include <algorithm>
-#include <cassert>
 #include <cmath>
-#include <limits>
 
 namespace tractiond::solve {
 namespace {
 
 using Eigen::Index;
+using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Prior of a spread, and the least it may become [pitches^2]. A ball's contact of radius a has a^2 / 5.
-constexpr double kSpread = 0.3, kSpreadDeviation = 0.6, kNarrowest = -0.15;
-/// A maximum of less pressure than this share of the highest one's is no patch.
-constexpr double kFaintest = 0.1;
-/// The most steps of a fit, and the farthest that one leads [pitches, pitches^2].
-constexpr int kSteps = 16;
-constexpr double kFarthest = 0.7, kFarthestSpread = 0.3;
-/// Squared deviations below which a gain ends the steps.
-constexpr double kLastGain = 0.02;
-/// The damping after a step that gained nothing is the former one times kDampingFactor, but at least kDamping.
-constexpr double kDamping = 0.1, kMostDamping = 1e4, kDampingFactor = 10.0;
-/// Differences of place and spread that derivatives are computed from [pitches, pitches^2].
-constexpr double kSmall = 0.02;
+/// The fit begins with the maxima of at least this share of the highest one's pressure.
+constexpr double kStrong = 0.1;
+/// Fainter ones that are tried in vain, at most; and how far from the edge of a patch, an even disc, they must be
+/// [pitches].
+constexpr int kTries = 2;
+constexpr double kBeside = 1.5;
+/// Distance around a patch within which the field tells whether it is long, and the difference of the variances of the
+/// field's places along and across from which on it may be two [pitches, pitches^2].
+constexpr double kAround = 3.5, kLong = 0.25;
+/// Patches farther from each other than this are two contacts [pitches].
+constexpr double kNear = 5.5;
+/// A straight contact in place of two patches may leave so many squared deviations more, and, as its shape is not that
+/// of a bar, this share of all displacements.
+constexpr double kBarMisfit = 16.0, kMisfitOfShape = 0.005;
+/// A bar as long as this has the same variance as two points at a distance of 1.
+constexpr double kBarLength = 1.73;
 
-/// Element of a place [m, m^2].
-double& element(PatchPlace& place, int i) {
-  return i == 0 ? place.x_m : i == 1 ? place.y_m : place.spread_m2;
+/// Returns the radius of an even disc with the spread of a patch.
+double radius(const PatchPlace& place) {
+  return 2.0 * std::sqrt(std::max(place.spread_m2, 0.0));
 }
 
 }  // namespace
@@ -43,102 +43,67 @@ RoundPatches::RoundPatches(const sensor::Sensor& sensor, const Atoms& atoms, con
     , height_(atoms.pointCount())
     , motion_(static_cast<std::size_t>(kMotions * influence_.stride()))
     , slopes_(static_cast<std::size_t>(kPatchPlaces * kMost * influence_.stride()))
-    , here_(static_cast<std::size_t>(influence_.stride())) {
-  for (Fit* fit : {&now_, &next_, &kept_}) {
+    , here_(static_cast<std::size_t>(influence_.stride()))
+    , spot_(static_cast<std::size_t>(kPatchLoads * influence_.stride())) {
+  maxima_.reserve(static_cast<std::size_t>(atoms.pointCount()));
+  for (Fit* fit : {&now_, &next_, &kept_, &pair_}) {
     fit->columns = LineArray<double>(static_cast<std::size_t>(kPatchLoads * kMost * influence_.stride()));
     fit->left = LineArray<double>(static_cast<std::size_t>(influence_.stride()));
   }
 }
 
-const double* RoundPatches::column(const Fit& fit, int number) const {
-  return fit.columns.data() + number * std::ptrdiff_t{influence_.stride()};
-}
-
-/// Column of an unknown: loads, then motion, then places.
-const double* RoundPatches::unknownColumn(int unknown) const {
-  if (unknown < loads()) return column(now_, unknown);
-  if (unknown < linear()) return motion_.data() + (unknown - loads()) * std::ptrdiff_t{influence_.stride()};
-  return slopeColumn(unknown - linear());
-}
-
-void RoundPatches::clear(std::span<const int> missing, double* column) const {
-  for (const int coordinate : missing) column[coordinate] = 0.0;
-}
-
-bool RoundPatches::find(const Displacements& picture, std::span<const double> forces_N) {
+bool RoundPatches::find(const Displacements& picture, std::span<const double> forces_N, double enough) {
   if (!findMaxima(forces_N)) return false;
   takeMotion(picture);
   if (!descend(picture)) return false;
   dropUnlikely(picture);
+  apart_.fill(false);
+  if (areNarrow()) addLikely(picture, enough);
+  split(picture, enough);  // two that are one maximum make a broad patch
+  return areNarrow();
+}
+
+bool RoundPatches::areNarrow() const {
   const auto found = patches();
   return std::all_of(found.begin(), found.end(), [this](const RoundPatch& patch) {
     return patch.place.spread_m2 < kWidest * square(atoms_.pitch_m);
   });
 }
 
-/// Begins with a patch at every maximum of the pressure, but for a single one at the centre of all forces. False: there
-/// are none, or too many.
+/// Begins with a patch at every strong maximum of the pressure, but for a single one at the centre of all forces.
+/// False: there are none, or too many.
 bool RoundPatches::findMaxima(std::span<const double> forces_N) {
   for (Index p = 0; p < force_.size(); ++p) force_[p] = Vector3d::Map(forces_N.data() + 3 * p).norm();
   spread_.average(force_, height_);
   const double highest = height_.maxCoeff();
   count_ = 0;
+  maxima_.clear();
   if (!(highest > 0.0)) return false;
   const auto isMaximum = [&](int column, int row) {
     const double here = height_[row * atoms_.columns + column];
-    if (here < kFaintest * highest) return false;
     for (int r = std::max(row - 1, 0); r <= std::min(row + 1, atoms_.rows - 1); ++r) {
       for (int c = std::max(column - 1, 0); c <= std::min(column + 1, atoms_.columns - 1); ++c) {
         if (height_[r * atoms_.columns + c] > here) return false;
       }
     }
-    return true;
+    return here > 0.0;
   };
   for (int point = 0; point < atoms_.pointCount(); ++point) {
-    if (!isMaximum(point % atoms_.columns, point / atoms_.columns)) continue;
+    if (isMaximum(point % atoms_.columns, point / atoms_.columns)) maxima_.push_back(point);
+  }
+  std::sort(maxima_.begin(), maxima_.end(),
+            [this](int a, int b) { return height_[a] != height_[b] ? height_[a] > height_[b] : a < b; });
+  for (const int point : maxima_) {
+    if (height_[point] < kStrong * highest) break;
     if (count_ == kMost) return false;
-    now_.patches[static_cast<std::size_t>(count_++)].place = {atoms_.points(0, point), atoms_.points(1, point), 0.0};
+    now_.patches[static_cast<std::size_t>(count_++)].place = startAt(atoms_.points.col(point));
   }
-  if (count_ == 1) {
-    const Vector3d centre = atoms_.points * force_ / force_.sum();
-    now_.patches[0].place = {centre.x(), centre.y(), 0.0};
-  }
-  for (int k = 0; k < count_; ++k) {
-    now_.patches[static_cast<std::size_t>(k)].place.spread_m2 = kSpread * square(atoms_.pitch_m);
-  }
+  if (count_ == 1) now_.patches[0].place = startAt(atoms_.points * force_ / force_.sum());
   return true;
 }
 
-void RoundPatches::takeMotion(const Displacements& picture) {
-  for (int m = 0; m < kMotions; ++m) {
-    double* const to = motion_.data() + m * std::ptrdiff_t{influence_.stride()};
-    std::copy_n(factors_.motion.row(m), factors_.coordinateCount(), to);
-    clear(picture.missing, to);
-  }
-}
-
-/// Gauss-Newton steps, damped where one gains nothing; loads and motion are linear.
-bool RoundPatches::descend(const Displacements& picture) {
-  if (!solveLoads(picture, now_)) return false;
-  differentiate(picture);
-  double damping = 0.0;
-  Vector step;
-  for (int time = 0; time < kSteps; ++time) {
-    if (!findStep(damping, step)) return false;
-    move(step, next_.patches);
-    const bool solved = solveLoads(picture, next_);
-    if (!solved || !(next_.misfit <= now_.misfit)) {
-      damping = std::max(kDampingFactor * damping, kDamping);
-      if (damping > kMostDamping) break;
-      continue;
-    }
-    const double gain = now_.misfit - next_.misfit;
-    std::swap(now_, next_);
-    differentiate(picture);
-    damping = damping > kDamping ? damping / kDampingFactor : 0.0;
-    if (gain < kLastGain) break;
-  }
-  return true;
+PatchPlace RoundPatches::startAt(const Vector3d& place) const {
+  return {place.x(), place.y(), kSpread * square(atoms_.pitch_m)};
 }
 
 /// Fits again without the least evident patch, as long as that is more likely: the field has maxima of its own where
@@ -159,165 +124,116 @@ void RoundPatches::dropUnlikely(const Displacements& picture) {
   }
 }
 
-/// Returns the patch whose load is the fewest of its deviations.
-int RoundPatches::leastEvident() const {
-  const Matrix covariance =
-      normal_.selfadjointView<Eigen::Lower>().llt().solve(Matrix::Identity(normal_.rows(), normal_.cols()));
-  int least = 0;
-  double fewest = std::numeric_limits<double>::infinity();
-  for (int k = 0; k < count_; ++k) {
-    const PatchLoad& load = now_.patches[static_cast<std::size_t>(k)].load;
-    const Eigen::Matrix<double, kPatchLoads, kPatchLoads> own =
-        covariance.block<kPatchLoads, kPatchLoads>(kPatchLoads * k, kPatchLoads * k);
-    const double squares = load.dot(own.llt().solve(load));
-    if (squares < fewest) {
-      fewest = squares;
-      least = k;
+/// Fits again with a patch at a fainter maximum, the highest ones first, and keeps it if that is more likely.
+void RoundPatches::addLikely(const Displacements& picture, double enough) {
+  int inVain = 0;
+  for (const int point : maxima_) {
+    if (inVain == kTries || count_ == kMost || now_.misfit <= enough) return;
+    const auto found = patches();
+    const bool isNear = std::any_of(found.begin(), found.end(), [&](const RoundPatch& patch) {
+      const Vector2d away = atoms_.points.col(point).head<2>() - Vector2d(patch.place.x_m, patch.place.y_m);
+      return away.norm() < radius(patch.place) + kBeside * atoms_.pitch_m;
+    });
+    if (isNear) continue;
+    const double without = logEvidence();
+    std::swap(now_, kept_);
+    now_.patches = kept_.patches;
+    now_.patches[static_cast<std::size_t>(count_++)].place = startAt(atoms_.points.col(point));
+    if (descend(picture) && logEvidence() > without && areNarrow()) continue;
+    std::swap(now_, kept_);
+    --count_;
+    differentiate(picture);
+    ++inVain;
+  }
+}
+
+/// Fits two patches in place of one where the field is long, and keeps them if they are more likely and two contacts.
+void RoundPatches::split(const Displacements& picture, double enough) {
+  for (int k = 0; k < count_ && count_ < kMost && now_.misfit > enough; ++k) {
+    const Vector2d half = halfLength(k);
+    if (half.isZero(0.0)) continue;
+    const double whole = logEvidence();
+    std::swap(now_, kept_);
+    now_.patches = kept_.patches;
+    const int other = count_++;
+    for (const auto& [end, side] : {std::pair{k, -1.0}, {other, 1.0}}) {
+      const PatchPlace& from = kept_.patches[static_cast<std::size_t>(k)].place;
+      now_.patches[static_cast<std::size_t>(end)].place =
+          startAt({from.x_m + side * half.x(), from.y_m + side * half.y(), 0.0});
     }
+    if (descend(picture) && logEvidence() > whole && areNarrow() && areApart(picture, k, other)) continue;
+    std::swap(now_, kept_);
+    --count_;
+    differentiate(picture);
   }
-  return least;
 }
 
-/// Returns the log evidence of the fit, of a patch anywhere on the nodes, but for what is the same of any number of
-/// patches: by Laplace's approximation.
-double RoundPatches::logEvidence() const {
-  Vector prior = Vector::Ones(normal_.rows());  // deviations
-  Vector own = Vector::Ones(normal_.rows());    // what normal_ lacks of their inverse squares
-  own.segment<kMotions>(loads()).setZero();
-  for (int k = 0; k < count_; ++k) {
-    const double force = kFreeLoad * now_.patches[static_cast<std::size_t>(k)].load.head<3>().norm();
-    prior.segment<kPatchLoads>(kPatchLoads * k) << force, force, force, atoms_.pitch_m * force;
-    prior.segment<kPatchPlaces>(linear() + kPatchPlaces * k) << kFreePlace, kFreePlace, kSpreadDeviation;
-    own[linear() + kPatchPlaces * k + 2] = 0.0;
-  }
-  Matrix ratio = prior.asDiagonal() * normal_ * prior.asDiagonal();
-  ratio.diagonal() += own;
-  const double logRoot = Eigen::LLT<Matrix>(ratio).matrixLLT().diagonal().array().log().sum();
-  return -0.5 * now_.misfit - logRoot - count_ * std::log(atoms_.nodeCount());
-}
-
-/// Finds the loads and the motion that explain most with the patches where they are. False: they cannot be told apart.
-bool RoundPatches::solveLoads(const Displacements& picture, Fit& fit) {
-  const double n2 = square(picture.noise_px);
-  const int size = linear(), coordinates = factors_.coordinateCount(), stride = influence_.stride();
-  for (int k = 0; k < count_; ++k) {
-    double* const columns = fit.columns.data() + std::ptrdiff_t{kPatchLoads} * k * stride;
-    influence_.columns(fit.patches[static_cast<std::size_t>(k)].place, columns);
-    for (int i = 0; i < kPatchLoads; ++i) clear(picture.missing, columns + std::ptrdiff_t{i} * stride);
-  }
-  const auto columnOf = [&](int i) {
-    return i < loads() ? column(fit, i) : motion_.data() + (i - loads()) * std::ptrdiff_t{stride};
+/// Returns half of the way between two points that make the field around a patch as long as it is; 0: it is not long.
+Vector2d RoundPatches::halfLength(int patch) const {
+  const PatchPlace& place = patches()[static_cast<std::size_t>(patch)].place;
+  const auto near = [&](Index p) {
+    const Vector2d away = atoms_.points.col(p).head<2>() - Vector2d(place.x_m, place.y_m);
+    return away.norm() < kAround * atoms_.pitch_m;
   };
-  linear_.resize(size, size);
-  linearRight_.resize(size);
-  for (int i = 0; i < size; ++i) {
-    for (int j = 0; j <= i; ++j) linear_(i, j) = dotProduct(columnOf(i), columnOf(j), coordinates) / n2;
-    linearRight_[i] = dotProduct(columnOf(i), picture.displacement_px, coordinates) / n2;
-    if (i >= loads()) linear_(i, i) += 1.0;
+  double sum = 0.0;
+  Vector2d centre = Vector2d::Zero(), difference = Vector2d::Zero();  // of the variances, at twice the angle
+  for (Index p = 0; p < force_.size(); ++p) {
+    if (!near(p)) continue;
+    sum += force_[p];
+    centre += force_[p] * atoms_.points.col(p).head<2>();
   }
-  const Eigen::LLT<Matrix> factor(linear_);
-  if (factor.info() != Eigen::Success) return false;
-  const Vector solution = factor.solve(linearRight_);
-
-  double* const left = fit.left.data();
-  std::copy_n(picture.displacement_px, coordinates, left);
-  for (int i = 0; i < size; ++i) {
-    const double* const from = columnOf(i);
-    for (int j = 0; j < coordinates; ++j) left[j] -= solution[i] * from[j];
+  if (sum == 0.0) return Vector2d::Zero();
+  centre /= sum;
+  for (Index p = 0; p < force_.size(); ++p) {
+    if (!near(p)) continue;
+    const Vector2d away = atoms_.points.col(p).head<2>() - centre;
+    difference += force_[p] / sum * Vector2d(square(away.x()) - square(away.y()), 2.0 * away.x() * away.y());
   }
-  fit.misfit = dotProduct(left, left, coordinates) / n2;
-  for (int k = 0; k < count_; ++k) {
-    RoundPatch& patch = fit.patches[static_cast<std::size_t>(k)];
-    patch.load = solution.segment<kPatchLoads>(kPatchLoads * k);
-    fit.misfit += square((patch.place.spread_m2 / square(atoms_.pitch_m) - kSpread) / kSpreadDeviation);
-  }
-  for (int m = 0; m < kMotions; ++m) {
-    fit.motion[static_cast<std::size_t>(m)] = solution[loads() + m];
-    fit.misfit += square(solution[loads() + m]);
-  }
-  return std::isfinite(fit.misfit);
+  const double longer = difference.norm();
+  if (longer < kLong * square(atoms_.pitch_m)) return Vector2d::Zero();
+  const double angle = 0.5 * std::atan2(difference.y(), difference.x());
+  return std::sqrt(longer) * Vector2d(std::cos(angle), std::sin(angle));
 }
 
-/// Computes the derivatives of the displacements by places and spreads, where the patches are now.
-void RoundPatches::differentiate(const Displacements& picture) {
-  const int coordinates = factors_.coordinateCount();
-  for (int k = 0; k < count_; ++k) {
-    const RoundPatch& patch = now_.patches[static_cast<std::size_t>(k)];
-    std::fill_n(here_.data(), coordinates, 0.0);
-    for (int i = 0; i < kPatchLoads; ++i) {
-      const double* const from = column(now_, kPatchLoads * k + i);
-      for (int j = 0; j < coordinates; ++j) here_.data()[j] += patch.load[i] * from[j];
-    }
-    for (int i = 0; i < kPatchPlaces; ++i) {
-      const double small = kSmall * (i < 2 ? atoms_.pitch_m : square(atoms_.pitch_m));
-      PatchPlace moved = patch.place;
-      element(moved, i) += small;
-      double* const slope = slopeColumn(kPatchPlaces * k + i);
-      influence_.displacement(moved, patch.load, slope);
-      for (int j = 0; j < coordinates; ++j) slope[j] = (slope[j] - here_.data()[j]) / small;
-      clear(picture.missing, slope);
-    }
-  }
-  // The normal equations of everything; places in pitches, spreads in pitches^2.
-  const double n2 = square(picture.noise_px);
-  const int size = linear() + kPatchPlaces * count_;
-  const auto unit = [this](int unknown) {
-    if (unknown < linear()) return 1.0;
-    return (unknown - linear()) % kPatchPlaces < 2 ? atoms_.pitch_m : square(atoms_.pitch_m);
+/// Returns whether two patches are two contacts: they do not overlap, nor are they one straight contact.
+bool RoundPatches::areApart(const Displacements& picture, int a, int b) {
+  const PatchPlace &p = patches()[static_cast<std::size_t>(a)].place, &q = patches()[static_cast<std::size_t>(b)].place;
+  const double distance = std::hypot(p.x_m - q.x_m, p.y_m - q.y_m);
+  if (distance < radius(p) + radius(q)) return false;
+  if (distance > kNear * atoms_.pitch_m) return true;
+  bool& known = apart_[static_cast<std::size_t>(kMost * a + b)];
+  return known = known || !isBar(picture, a, b);
+}
+
+/// Returns whether a straight contact explains the picture as well as two patches.
+bool RoundPatches::isBar(const Displacements& picture, int a, int b) {
+  std::swap(now_, pair_);
+  now_.patches = pair_.patches;
+  PatchPlace &p = now_.patches[static_cast<std::size_t>(a)].place, &q = now_.patches[static_cast<std::size_t>(b)].place;
+  const auto stretch = [](double& from, double& to) {
+    const double middle = 0.5 * (from + to), half = 0.5 * kBarLength * (to - from);
+    from = middle - half;
+    to = middle + half;
   };
-  normal_.resize(size, size);
-  right_.resize(size);
-  for (int i = 0; i < size; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      normal_(i, j) = unit(i) * unit(j) / n2 * dotProduct(unknownColumn(i), unknownColumn(j), coordinates);
+  stretch(p.x_m, q.x_m);
+  stretch(p.y_m, q.y_m);
+  const double most = pair_.misfit + kBarMisfit + square(kMisfitOfShape / picture.noise_px) * picture.squares_px2;
+  bar_ = {a, b};
+  const bool fits = descend(picture, most) && now_.misfit < most;
+  bar_ = {-1, -1};
+  std::swap(now_, pair_);
+  differentiate(picture);
+  return fits;
+}
+
+void RoundPatches::join(const Displacements& picture) {
+  for (int k = 0; k < count_; ++k) contact_[static_cast<std::size_t>(k)] = k;
+  for (int b = 1; b < count_; ++b) {
+    for (int a = 0; a < b; ++a) {
+      const int one = contactOf(a), other = contactOf(b);
+      if (one == other || areApart(picture, a, b)) continue;
+      std::replace(contact_.begin(), contact_.begin() + count_, std::max(one, other), std::min(one, other));
     }
-    right_[i] = unit(i) / n2 * dotProduct(unknownColumn(i), now_.left.data(), coordinates);
-  }
-  for (int m = 0; m < kMotions; ++m) {
-    normal_(loads() + m, loads() + m) += 1.0;
-    right_[loads() + m] -= now_.motion[static_cast<std::size_t>(m)];
-  }
-  for (int k = 0; k < count_; ++k) {
-    const int i = linear() + kPatchPlaces * k + 2;
-    const double spread = now_.patches[static_cast<std::size_t>(k)].place.spread_m2 / square(atoms_.pitch_m);
-    normal_(i, i) += 1.0 / square(kSpreadDeviation);
-    right_[i] -= (spread - kSpread) / square(kSpreadDeviation);
-  }
-}
-
-/// Computes a step of the places [pitches, pitches^2]. False: the equations cannot be solved.
-bool RoundPatches::findStep(double damping, Vector& step) {
-  damped_ = normal_;
-  damped_.diagonal().tail(kPatchPlaces * count_) *= 1.0 + damping;
-  const Eigen::LLT<Matrix> factor(damped_);
-  if (factor.info() != Eigen::Success) return false;
-  step = factor.solve(right_);
-  return step.allFinite();
-}
-
-/// Moves the patches by a step, so far as it is trusted, within the points.
-void RoundPatches::move(const Vector& step, std::array<RoundPatch, kMost>& to) const {
-  const double pitch = atoms_.pitch_m;
-  const auto first = atoms_.points.leftCols<1>(), last = atoms_.points.rightCols<1>();
-  for (int k = 0; k < count_; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    const double* const change = step.data() + linear() + std::ptrdiff_t{kPatchPlaces} * k;
-    const PatchPlace& from = now_.patches[i].place;
-    const auto limited = [&](int axis, double most) { return std::clamp(change[axis], -most, most); };
-    to[i].place.x_m = std::clamp(from.x_m + pitch * limited(0, kFarthest), first(0), last(0));
-    to[i].place.y_m = std::clamp(from.y_m + pitch * limited(1, kFarthest), first(1), last(1));
-    to[i].place.spread_m2 = std::clamp(from.spread_m2 + square(pitch) * limited(2, kFarthestSpread),
-                                       kNarrowest * square(pitch), kWidest * square(pitch));
-  }
-}
-
-void RoundPatches::leave(double* left_px, double* still_px) const {
-  std::copy_n(now_.left.data(), influence_.stride(), still_px);
-  std::copy_n(now_.left.data(), influence_.stride(), left_px);
-  for (int m = 0; m < kMotions; ++m) {
-    const double* const from = motion_.data() + m * std::ptrdiff_t{influence_.stride()};
-    for (int j = 0; j < factors_.coordinateCount(); ++j)
-      left_px[j] += now_.motion[static_cast<std::size_t>(m)] * from[j];
   }
 }
 

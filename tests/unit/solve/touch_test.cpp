@@ -104,6 +104,110 @@ TEST_P(TouchTest, AnOffCentrePressIsOneContactInItsPlace) {
   }
 }
 
+TEST_P(TouchTest, TwoContactsAreToldApart) {
+  std::uniform_real_distribution<double> place(-24e-3, 24e-3), turn(0.0, 2.0 * M_PI);
+  int told = 0, all = 0, inside = 0, stated = 0;
+  const std::array<std::array<Vector3d, 2>, 3> cases = {{{Vector3d(0.0, 0.0, 100.0), Vector3d(0.0, 0.0, 100.0)},
+                                                         {Vector3d(0.0, 0.0, 120.0), Vector3d(0.0, 0.0, 60.0)},
+                                                         {Vector3d(30.0, 0.0, 90.0), Vector3d(0.0, -40.0, 90.0)}}};
+  for (int trial = 0; trial < 36; ++trial) {
+    const Vector2d centre(place(random_), place(random_));
+    const double near = GetParam() == Solving::kModel ? 7e-3 : 8e-3;
+    const double angle = turn(random_), distance = trial % 2 == 0 ? near : 11e-3;
+    const Vector2d half = 0.5 * distance * Vector2d(std::cos(angle), std::sin(angle));
+    const std::array<Press, 2> presses = {press(centre - half, 1.5e-3), press(centre + half, 2.0e-3)};
+    const auto& forces = cases[static_cast<std::size_t>(trial) % cases.size()];
+    VectorXd image = VectorXd::Zero(influence().rows());
+    for (std::size_t i = 0; i < 2; ++i) image += presses[i].image * forces[i] * kGramForce;
+    for (int frame = 0; frame < 5; ++frame, ++all) {
+      if (solve(image + noise()).contactCount != 2) continue;
+      if (GetParam() == Solving::kModel) {
+        Vector3d sum = Vector3d::Zero();
+        for (int i = 0; i < 2; ++i) sum += Vector3d::Map(field_.contacts[static_cast<std::size_t>(i)].force_N.data());
+        EXPECT_LT((sum - resultant()).norm(), 1e-9);
+      }
+      bool there = true;
+      for (std::size_t i = 0; i < 2; ++i) {
+        const auto off = [&](const Contact& c) { return (Vector2d::Map(c.position_m.data()) - presses[i].at).norm(); };
+        const bool first = off(field_.contacts[0]) < off(field_.contacts[1]);
+        const Contact& contact = field_.contacts[first ? 0 : 1];
+        const Vector3d force = forces[i] * kGramForce;
+        there &= off(contact) < 1e-3;
+        for (int axis = 0; axis < 3; ++axis) {
+          const double error = contact.force_N[axis] - force[axis];
+          there &= std::abs(error) < 0.1 * force.norm();
+          inside += std::abs(error) < 1.96 * contact.forceDeviation_N[axis] ? 1 : 0;
+          ++stated;
+        }
+        for (int axis = 0; axis < 2; ++axis) {
+          const double error = contact.position_m[axis] - presses[i].at[axis];
+          inside += std::abs(error) < 1.96 * contact.positionDeviation_m[axis] ? 1 : 0;
+          ++stated;
+        }
+      }
+      told += there ? 1 : 0;
+    }
+  }
+  EXPECT_GE(told, 0.95 * all);
+  EXPECT_GE(inside, 0.9 * stated);
+  std::printf("told apart: %.0f %%; inside the stated 95 %% interval: %.1f %%\n", 100.0 * told / all,
+              100.0 * inside / stated);
+}
+
+TEST_P(TouchTest, OneContactIsNotTwoWhateverItsShape) {
+  std::uniform_real_distribution<double> place(-20e-3, 20e-3), turn(0.0, 2.0 * M_PI);
+  int split = 0, all = 0;
+  for (const auto& [length, width] :
+       {std::pair{3e-3, 3e-3}, {10e-3, 2e-3}, {14e-3, 2e-3}, {18e-3, 5e-3}, {16e-3, 10e-3}}) {
+    for (const double tapering : {0.0, 0.9}) {
+      const Vector2d centre(place(random_), place(random_));
+      const double angle = turn(random_);
+      constexpr int kAlong = 14, kAcross = 7;
+      sensor::Points points(3, kAlong * kAcross);
+      VectorXd shares(points.cols());
+      for (int i = 0; i < points.cols(); ++i) {
+        const Vector2d at((i % kAlong + 0.5) / kAlong - 0.5, (i / kAlong + 0.5) / kAcross - 0.5);
+        points.col(i) << centre + Eigen::Rotation2Dd(angle) * Vector2d(length * at.x(), width * at.y()), 0.0;
+        shares[i] = 1.0 + 2.0 * tapering * at.x();
+      }
+      shares /= shares.sum();
+      const MatrixXd images = halfSpaceImage(paper(), points);
+      VectorXd image = VectorXd::Zero(images.rows());
+      for (int i = 0; i < points.cols(); ++i) image += shares[i] * images.col(3 * i + 2);
+      for (const double gramForce : {50.0, 100.0, 200.0, 400.0}) {
+        for (int frame = 0; frame < 4; ++frame, ++all) {
+          split += solve(image * gramForce * kGramForce + noise()).contactCount > 1 ? 1 : 0;
+        }
+      }
+    }
+  }
+  EXPECT_LE(split, 0.01 * all);
+}
+
+TEST_P(TouchTest, AWeakContactBesideAStrongOneIsAContact) {
+  const Press strong = press({-4e-3, 2e-3}, 2.5e-3);
+  int found = 0, all = 0;
+  for (const double distance : {14e-3, 18e-3, 22e-3}) {
+    for (const double angle : {0.2, 1.7, 3.5}) {
+      const Vector2d at = strong.at + distance * Vector2d(std::cos(angle), std::sin(angle));
+      const VectorXd weak = press(at, 2e-3).image.col(2) * (10.0 * kGramForce);
+      for (const double gramForce : {50.0, 200.0, 400.0}) {
+        // The contact step takes what is less than 8 % of a strong one for a part of it.
+        if (GetParam() == Solving::kContactStep && gramForce > 100.0) continue;
+        for (int frame = 0; frame < 2; ++frame, ++all) {
+          solve(strong.image.col(2) * (gramForce * kGramForce) + weak + noise());
+          if (field_.contactCount != 2) continue;
+          const Contact& contact = field_.contacts[1];
+          EXPECT_NEAR(contact.force_N[2], 10.0 * kGramForce, 5.0 * contact.forceDeviation_N[2]);
+          found += (Vector2d::Map(contact.position_m.data()) - at).norm() < 2e-3 ? 1 : 0;
+        }
+      }
+    }
+  }
+  std::printf("found beside a strong one: %d of %d\n", found, all);
+  EXPECT_GE(found, 0.9 * all);
+}
+
 TEST_P(TouchTest, FiveGramForceIsFound) {
   const Press patch = press({-11.2e-3, 6.7e-3}, 1.5e-3);
   const VectorXd image = patch.image.col(2) * 5.0 * kGramForce;

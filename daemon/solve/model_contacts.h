@@ -1,0 +1,62 @@
+// Lists the contacts of an estimate of the statistical model (docs/decisions/0020-one-inverse.md).
+//
+// Where patches are likelier than the field alone, each is a contact, or those that are parts of one are. What is found
+// besides belongs to the contact that it lies at; if it is away from all, its hills are contacts of their own. Else the
+// contacts are the hills of the points' forces. All contacts, those that are too uncertain to be listed among them, add
+// up to the resultant.
+#pragma once
+
+#include "daemon/solve/hills.h"
+#include "daemon/solve/model.h"
+
+namespace tractiond::solve {
+
+/// Thread-bound. Allocates only when made.
+class ModelContacts {
+ public:
+  /// `sensor` is read here alone; the others must outlive it.
+  ModelContacts(Model& model, const Atoms& atoms, const sensor::Sensor& sensor);
+
+  /// Lists the contacts of what the model solved last, strongest first. `least_N`: less than that is not a contact of
+  /// its own beside patches. Returns their number.
+  int list(const Estimate& estimate, double least_N, std::array<Contact, kMaxContacts>& contacts);
+
+ private:
+  static constexpr int kMost = RoundPatches::kMost;
+
+  /// Forces of some points.
+  class Found final : public SolvedForces {
+   public:
+    Found(Model& model, int points);
+    /// Takes the points that have a force and `has` (P) marks.
+    void take(const Estimate& estimate, std::span<const unsigned char> has);
+    std::span<const int> places() const override { return places_; }
+    std::span<const double> forces_N() const override { return {forces_.data(), 3 * places_.size()}; }
+    void covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const override;
+
+   private:
+    Model& model_;
+    std::vector<int> places_;
+    std::vector<double> forces_;
+    mutable std::vector<double> weights_;  ///< 3P x kColumns
+  };
+
+  int listPatches(const Estimate& estimate, double least_N, std::array<Contact, kMaxContacts>& contacts);
+  void share(const Estimate& estimate);
+  int listBeside(const Estimate& estimate, double least_N, std::array<Contact, kMaxContacts>& contacts);
+  Eigen::Vector3d gather(const Estimate& estimate, int contact);
+  Contact describe(const Estimate& estimate, int contact);
+  static void setArea(const Estimate& estimate, int contact, Contact& result);
+
+  Model& model_;
+  const Atoms& atoms_;
+  Found found_;
+  Hills hills_;
+  // Of one frame.
+  std::vector<unsigned char> has_;                // P: points whose forces make contacts of their own
+  std::array<std::vector<double>, kMost> share_;  // P: of the points in the force of each patch
+  std::vector<int> nearest_;                      // P: patch
+  std::vector<double> part_, weights_, forces_;   // P, 3P x kColumns, 3P: of one contact
+};
+
+}  // namespace tractiond::solve

@@ -1,0 +1,303 @@
+// The fit of round patches to a picture.
+#include "daemon/solve/round_patches.h"
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tractiond::solve {
+namespace {
+
+/// The least that a spread may become [pitches^2].
+constexpr double kNarrowest = -0.15;
+/// The most steps of a fit, and the farthest that one leads [pitches, pitches^2].
+constexpr int kSteps = 16;
+constexpr double kFarthest = 0.7, kFarthestSpread = 0.3;
+/// Squared deviations below which a gain ends the steps.
+constexpr double kLastGain = 0.02;
+/// Where so many times the expected gain is not enough, none will be.
+constexpr double kHope = 3.0;
+/// The damping after a step that gained nothing is the former one times kDampingFactor, but at least kDamping.
+constexpr double kDamping = 0.1, kMostDamping = 1e4, kDampingFactor = 10.0;
+/// Differences of place and spread that derivatives are computed from [pitches, pitches^2].
+constexpr double kSmall = 0.02;
+
+/// Along a bar, Gauss's four points in (0, 1) and their weights.
+constexpr std::array kBarPlace = {0.0694318442, 0.3300094782, 0.6699905218, 0.9305681558};
+constexpr std::array kBarWeight = {0.1739274226, 0.3260725774, 0.3260725774, 0.1739274226};
+
+/// Element of a place [m, m^2].
+double& element(PatchPlace& place, int i) {
+  return i == 0 ? place.x_m : i == 1 ? place.y_m : place.spread_m2;
+}
+
+PatchPlace between(const PatchPlace& from, const PatchPlace& to, double at) {
+  return {from.x_m + at * (to.x_m - from.x_m), from.y_m + at * (to.y_m - from.y_m),
+          from.spread_m2 + at * (to.spread_m2 - from.spread_m2)};
+}
+
+}  // namespace
+
+const double* RoundPatches::column(const Fit& fit, int number) const {
+  return fit.columns.data() + number * std::ptrdiff_t{influence_.stride()};
+}
+
+/// Column of an unknown: loads, then motion, then places.
+const double* RoundPatches::unknownColumn(int unknown) const {
+  if (unknown < loads()) return column(now_, unknown);
+  if (unknown < linear()) return motion_.data() + (unknown - loads()) * std::ptrdiff_t{influence_.stride()};
+  return slopeColumn(unknown - linear());
+}
+
+void RoundPatches::clear(std::span<const int> missing, double* column) const {
+  for (const int coordinate : missing) column[coordinate] = 0.0;
+}
+
+void RoundPatches::takeMotion(const Displacements& picture) {
+  for (int m = 0; m < kMotions; ++m) {
+    double* const to = motion_.data() + m * std::ptrdiff_t{influence_.stride()};
+    std::copy_n(factors_.motion.row(m), factors_.coordinateCount(), to);
+    clear(picture.missing, to);
+  }
+}
+
+/// Gauss-Newton steps, damped where one gains nothing; loads and motion are linear. Ends as soon as the misfit is less
+/// than `enough`. False: it could not be solved, or will not be less than `enough`, if that is not 0.
+bool RoundPatches::descend(const Displacements& picture, double enough) {
+  if (!solveLoads(picture, now_)) return false;
+  differentiate(picture);
+  double damping = 0.0;
+  Vector step;
+  for (int time = 0; time < kSteps && now_.misfit >= enough; ++time) {
+    if (!findStep(damping, step)) return false;
+    if (enough > 0.0 && damping == 0.0 && now_.misfit - kHope * right_.dot(step) > enough) return false;
+    move(step, next_.patches);
+    const bool solved = solveLoads(picture, next_);
+    if (!solved || !(next_.misfit <= now_.misfit)) {
+      damping = std::max(kDampingFactor * damping, kDamping);
+      if (damping > kMostDamping) break;
+      continue;
+    }
+    const double gain = now_.misfit - next_.misfit;
+    std::swap(now_, next_);
+    differentiate(picture);
+    damping = damping > kDamping ? damping / kDampingFactor : 0.0;
+    if (gain < kLastGain) break;
+  }
+  return true;
+}
+
+/// Returns the patch whose load is the fewest of its deviations.
+int RoundPatches::leastEvident() const {
+  const Matrix covariance =
+      normal_.selfadjointView<Eigen::Lower>().llt().solve(Matrix::Identity(normal_.rows(), normal_.cols()));
+  int least = 0;
+  double fewest = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < count_; ++k) {
+    const PatchLoad& load = now_.patches[static_cast<std::size_t>(k)].load;
+    const Eigen::Matrix<double, kPatchLoads, kPatchLoads> own =
+        covariance.block<kPatchLoads, kPatchLoads>(kPatchLoads * k, kPatchLoads * k);
+    const double squares = load.dot(own.llt().solve(load));
+    if (squares < fewest) {
+      fewest = squares;
+      least = k;
+    }
+  }
+  return least;
+}
+
+/// Returns the log evidence of the fit, of a patch anywhere on the nodes, but for what is the same of any number of
+/// patches: by Laplace's approximation.
+double RoundPatches::logEvidence() const {
+  Vector prior = Vector::Ones(normal_.rows());  // deviations
+  Vector own = Vector::Ones(normal_.rows());    // what normal_ lacks of their inverse squares
+  own.segment<kMotions>(loads()).setZero();
+  for (int k = 0; k < count_; ++k) {
+    const double force = kFreeLoad * now_.patches[static_cast<std::size_t>(k)].load.head<3>().norm();
+    prior.segment<kPatchLoads>(kPatchLoads * k) << force, force, force, atoms_.pitch_m * force;
+    prior.segment<kPatchPlaces>(linear() + kPatchPlaces * k) << kFreePlace, kFreePlace, kSpreadDeviation;
+    own[linear() + kPatchPlaces * k + 2] = 0.0;
+  }
+  Matrix ratio = prior.asDiagonal() * normal_ * prior.asDiagonal();
+  ratio.diagonal() += own;
+  const double logRoot = Eigen::LLT<Matrix>(ratio).matrixLLT().diagonal().array().log().sum();
+  return -0.5 * now_.misfit - logRoot - count_ * std::log(atoms_.nodeCount());
+}
+
+/// Computes what the patches do to the markers that are there.
+void RoundPatches::layColumns(const Displacements& picture, Fit& fit) {
+  const std::ptrdiff_t stride = influence_.stride();
+  for (int k = 0; k < count_; ++k) {
+    if (isEnd(k)) continue;
+    influence_.columns(fit.patches[static_cast<std::size_t>(k)].place, fit.columns.data() + kPatchLoads * stride * k);
+  }
+  if (bar_[0] >= 0) layBar(fit);
+  for (int i = 0; i < loads(); ++i) clear(picture.missing, fit.columns.data() + stride * i);
+}
+
+void RoundPatches::layBar(Fit& fit) {
+  const auto [from, to] = bar_;
+  const std::ptrdiff_t size = kPatchLoads * std::ptrdiff_t{influence_.stride()};
+  double *const first = fit.columns.data() + from * size, *const last = fit.columns.data() + to * size;
+  std::fill_n(first, size, 0.0);
+  std::fill_n(last, size, 0.0);
+  for (std::size_t i = 0; i < kBarPlace.size(); ++i) {
+    influence_.columns(between(fit.patches[static_cast<std::size_t>(from)].place,
+                               fit.patches[static_cast<std::size_t>(to)].place, kBarPlace[i]),
+                       spot_.data());
+    const double share = 2.0 * kBarWeight[i] * (1.0 - kBarPlace[i]), other = 2.0 * kBarWeight[i] * kBarPlace[i];
+    for (std::ptrdiff_t j = 0; j < size; ++j) {
+      first[j] += share * spot_.data()[j];
+      last[j] += other * spot_.data()[j];
+    }
+  }
+}
+
+/// Computes the displacements by a patch, or by the straight contact that it is an end of.
+void RoundPatches::displace(const std::array<RoundPatch, kMost>& patches, int patch, double* column) {
+  if (!isEnd(patch)) {
+    const RoundPatch& round = patches[static_cast<std::size_t>(patch)];
+    influence_.displacement(round.place, round.load, column);
+    return;
+  }
+  const RoundPatch &from = patches[static_cast<std::size_t>(bar_[0])], &to = patches[static_cast<std::size_t>(bar_[1])];
+  std::fill_n(column, influence_.stride(), 0.0);
+  for (std::size_t i = 0; i < kBarPlace.size(); ++i) {
+    const double share = 2.0 * kBarWeight[i] * (1.0 - kBarPlace[i]), other = 2.0 * kBarWeight[i] * kBarPlace[i];
+    influence_.displacement(between(from.place, to.place, kBarPlace[i]), share * from.load + other * to.load,
+                            spot_.data());
+    for (int j = 0; j < influence_.stride(); ++j) column[j] += spot_.data()[j];
+  }
+}
+
+/// Adds the displacements by the loads of a patch.
+void RoundPatches::addUp(int patch, double* column) const {
+  for (int i = 0; i < kPatchLoads; ++i) {
+    const double load = now_.patches[static_cast<std::size_t>(patch)].load[i];
+    const double* const from = this->column(now_, kPatchLoads * patch + i);
+    for (int j = 0; j < factors_.coordinateCount(); ++j) column[j] += load * from[j];
+  }
+}
+
+/// Finds the loads and the motion that explain most with the patches where they are. False: they cannot be told apart.
+bool RoundPatches::solveLoads(const Displacements& picture, Fit& fit) {
+  const double n2 = square(picture.noise_px);
+  const int size = linear(), coordinates = factors_.coordinateCount(), stride = influence_.stride();
+  layColumns(picture, fit);
+  const auto columnOf = [&](int i) {
+    return i < loads() ? column(fit, i) : motion_.data() + (i - loads()) * std::ptrdiff_t{stride};
+  };
+  linear_.resize(size, size);
+  linearRight_.resize(size);
+  for (int i = 0; i < size; ++i) {
+    for (int j = 0; j <= i; ++j) linear_(i, j) = dotProduct(columnOf(i), columnOf(j), coordinates) / n2;
+    linearRight_[i] = dotProduct(columnOf(i), picture.displacement_px, coordinates) / n2;
+    if (i >= loads()) linear_(i, i) += 1.0;
+  }
+  const Eigen::LLT<Matrix> factor(linear_);
+  if (factor.info() != Eigen::Success) return false;
+  const Vector solution = factor.solve(linearRight_);
+
+  double* const left = fit.left.data();
+  std::copy_n(picture.displacement_px, coordinates, left);
+  for (int i = 0; i < size; ++i) {
+    const double* const from = columnOf(i);
+    for (int j = 0; j < coordinates; ++j) left[j] -= solution[i] * from[j];
+  }
+  fit.misfit = dotProduct(left, left, coordinates) / n2;
+  for (int k = 0; k < count_; ++k) {
+    RoundPatch& patch = fit.patches[static_cast<std::size_t>(k)];
+    patch.load = solution.segment<kPatchLoads>(kPatchLoads * k);
+    fit.misfit += square((patch.place.spread_m2 / square(atoms_.pitch_m) - kSpread) / kSpreadDeviation);
+  }
+  for (int m = 0; m < kMotions; ++m) {
+    fit.motion[static_cast<std::size_t>(m)] = solution[loads() + m];
+    fit.misfit += square(solution[loads() + m]);
+  }
+  return std::isfinite(fit.misfit);
+}
+
+/// Computes the derivatives of the displacements by places and spreads, where the patches are now.
+void RoundPatches::differentiate(const Displacements& picture) {
+  const int coordinates = factors_.coordinateCount();
+  for (int k = 0; k < count_; ++k) {
+    std::fill_n(here_.data(), coordinates, 0.0);
+    for (int end = 0; end < count_; ++end) {
+      if (end == k || (isEnd(k) && isEnd(end))) addUp(end, here_.data());
+    }
+    for (int i = 0; i < kPatchPlaces; ++i) {
+      const double small = kSmall * (i < 2 ? atoms_.pitch_m : square(atoms_.pitch_m));
+      std::array<RoundPatch, kMost> moved = now_.patches;
+      element(moved[static_cast<std::size_t>(k)].place, i) += small;
+      double* const slope = slopeColumn(kPatchPlaces * k + i);
+      displace(moved, k, slope);
+      for (int j = 0; j < coordinates; ++j) slope[j] = (slope[j] - here_.data()[j]) / small;
+      clear(picture.missing, slope);
+    }
+  }
+  // The normal equations of everything; places in pitches, spreads in pitches^2.
+  const double n2 = square(picture.noise_px);
+  const int size = linear() + kPatchPlaces * count_;
+  const auto unit = [this](int unknown) {
+    if (unknown < linear()) return 1.0;
+    return (unknown - linear()) % kPatchPlaces < 2 ? atoms_.pitch_m : square(atoms_.pitch_m);
+  };
+  normal_.resize(size, size);
+  right_.resize(size);
+  for (int i = 0; i < size; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      normal_(i, j) = unit(i) * unit(j) / n2 * dotProduct(unknownColumn(i), unknownColumn(j), coordinates);
+    }
+    right_[i] = unit(i) / n2 * dotProduct(unknownColumn(i), now_.left.data(), coordinates);
+  }
+  for (int m = 0; m < kMotions; ++m) {
+    normal_(loads() + m, loads() + m) += 1.0;
+    right_[loads() + m] -= now_.motion[static_cast<std::size_t>(m)];
+  }
+  for (int k = 0; k < count_; ++k) {
+    const int i = linear() + kPatchPlaces * k + 2;
+    const double spread = now_.patches[static_cast<std::size_t>(k)].place.spread_m2 / square(atoms_.pitch_m);
+    normal_(i, i) += 1.0 / square(kSpreadDeviation);
+    right_[i] -= (spread - kSpread) / square(kSpreadDeviation);
+  }
+}
+
+/// Computes a step of the places [pitches, pitches^2]. False: the equations cannot be solved.
+bool RoundPatches::findStep(double damping, Vector& step) {
+  damped_ = normal_;
+  damped_.diagonal().tail(kPatchPlaces * count_) *= 1.0 + damping;
+  const Eigen::LLT<Matrix> factor(damped_);
+  if (factor.info() != Eigen::Success) return false;
+  step = factor.solve(right_);
+  return step.allFinite();
+}
+
+/// Moves the patches by a step, so far as it is trusted, within the points.
+void RoundPatches::move(const Vector& step, std::array<RoundPatch, kMost>& to) const {
+  const double pitch = atoms_.pitch_m;
+  const auto first = atoms_.points.leftCols<1>(), last = atoms_.points.rightCols<1>();
+  for (int k = 0; k < count_; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const double* const change = step.data() + linear() + std::ptrdiff_t{kPatchPlaces} * k;
+    const PatchPlace& from = now_.patches[i].place;
+    const auto limited = [&](int axis, double most) { return std::clamp(change[axis], -most, most); };
+    to[i].place.x_m = std::clamp(from.x_m + pitch * limited(0, kFarthest), first(0), last(0));
+    to[i].place.y_m = std::clamp(from.y_m + pitch * limited(1, kFarthest), first(1), last(1));
+    to[i].place.spread_m2 = std::clamp(from.spread_m2 + square(pitch) * limited(2, kFarthestSpread),
+                                       kNarrowest * square(pitch), kWidest * square(pitch));
+  }
+}
+
+void RoundPatches::leave(double* left_px, double* still_px) const {
+  std::copy_n(now_.left.data(), influence_.stride(), still_px);
+  std::copy_n(now_.left.data(), influence_.stride(), left_px);
+  for (int m = 0; m < kMotions; ++m) {
+    const double* const from = motion_.data() + m * std::ptrdiff_t{influence_.stride()};
+    for (int j = 0; j < factors_.coordinateCount(); ++j)
+      left_px[j] += now_.motion[static_cast<std::size_t>(m)] * from[j];
+  }
+}
+
+}  // namespace tractiond::solve
