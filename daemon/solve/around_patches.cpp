@@ -1,5 +1,7 @@
 #include "daemon/solve/around_patches.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -106,12 +108,13 @@ void AroundPatches::spread(const PatchPlace& place, bool centred, std::span<doub
   }
 }
 
-bool AroundPatches::solve(const Displacements& left, const AtomMoments& start, const RoundPatches& patches) {
+bool AroundPatches::solve(const Displacements& left, AtomProducts& products, const AtomMoments& start,
+                          const RoundPatches& patches) {
   patches_ = patches.patches();
   occam_ = std::log(static_cast<double>(kRoughness.size())) +
            static_cast<double>(patches_.size()) * std::log(atoms_.nodeCount());
   setExtra(left, patches);
-  return findEvident(left, start) && roughen(left);
+  return findEvident(left, products, start) && roughen(left, products);
 }
 
 /// Frees loads and places of the patches, linearly about the fit.
@@ -157,7 +160,7 @@ void AroundPatches::setExtra(const Displacements& left, const RoundPatches& patc
 }
 
 /// Does the rounds; smooth_ becomes the gamma of what they find. False: the equations could not be solved.
-bool AroundPatches::findEvident(const Displacements& left, const AtomMoments& start) {
+bool AroundPatches::findEvident(const Displacements& left, AtomProducts& products, const AtomMoments& start) {
   std::fill(smooth_.begin(), smooth_.end(), 0.0);
   const AtomMoments* seen = &start;
   Chosen& chosen = solutions_[0].chosen;
@@ -167,7 +170,7 @@ bool AroundPatches::findEvident(const Displacements& left, const AtomMoments& st
     selection_.choose(prior_.gamma_N2(), rounds[i], true, left.noise_px, chosen);
     if (chosen.atoms.empty() || i + 1 == rounds.size()) break;
     prior_.direct(chosen, false);
-    if (!solutions_[0].posterior.fit(left, chosen, &extra_)) return false;
+    if (!solutions_[0].posterior.fit(left, products, chosen, &extra_)) return false;
     keep(start);
     seen = &moments_;
   }
@@ -188,7 +191,7 @@ void AroundPatches::keep(const AtomMoments& start) {
 }
 
 /// Adds the roughness of the patches, in each of its sizes, and solves.
-bool AroundPatches::roughen(const Displacements& left) {
+bool AroundPatches::roughen(const Displacements& left, AtomProducts& products) {
   std::vector<double>& forces = moments_.mean_N;  // of the points, as the patches have them
   std::fill(forces.begin(), forces.end(), 0.0);
   Block along = Block::Zero();
@@ -216,7 +219,7 @@ bool AroundPatches::roughen(const Displacements& left) {
       chosen.covariance_N2[c] += own * omega;
       chosen.gamma_N2[c] += own;
     }
-    if (!posterior.fit(left, chosen, &extra_)) return false;
+    if (!posterior.fit(left, products, chosen, &extra_)) return false;
   }
   return true;
 }

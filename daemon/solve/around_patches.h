@@ -28,9 +28,9 @@ class AroundPatches {
   AroundPatches(const Factors& factors, const Atoms& atoms, const ModelOptions& options, Prior& prior,
                 Selection& selection, Roughness& roughness);
 
-  /// `left`: the displacements without the patches', motion included; `start`: what the modes tell of them without the
-  /// motion. Both must last. False: equations could not be solved.
-  bool solve(const Displacements& left, const AtomMoments& start, const RoundPatches& patches);
+  /// `left`: the displacements without the patches', motion included; `products`: with the same coordinates missing;
+  /// `start`: what the modes tell of `left` without the motion. All must last. False: equations could not be solved.
+  bool solve(const Displacements& left, AtomProducts& products, const AtomMoments& start, const RoundPatches& patches);
 
   // What solve() found with roughness `i`.
   Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
@@ -56,8 +56,8 @@ class AroundPatches {
   };
 
   void setExtra(const Displacements& left, const RoundPatches& patches);
-  bool findEvident(const Displacements& left, const AtomMoments& start);
-  bool roughen(const Displacements& left);
+  bool findEvident(const Displacements& left, AtomProducts& products, const AtomMoments& start);
+  bool roughen(const Displacements& left, AtomProducts& products);
   void keep(const AtomMoments& start);
   PatchVector change(int i, int patch);
   double unit(int k, int i) const;

@@ -31,6 +31,7 @@ Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOption
     , known_(atoms.count(), kRatios)
     , noise_(atoms.count(), kRatios)
     , everyPoint_(static_cast<std::size_t>(factors.right.rows()))
+    , power_(static_cast<std::size_t>(factors.rank()))
     , filtered_(static_cast<std::size_t>(factors.right.stride()))
     , pointMean_(everyPoint_.size())
     , coefficients_(everyPoint_.size()) {
@@ -61,16 +62,15 @@ Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOption
   }
 }
 
-int Evidence::likeliest(std::span<const double> amplitudes, double noise_px) const {
+int Evidence::likeliest(std::span<const double> amplitudes, double noise_px) {
   assert(amplitudes.size() == factors_.singularValues.size());
   const int rank = factors_.rank();
+  for (int k = 0; k < rank; ++k) power_[k] = square(amplitudes[k]);
   int best = 0;
   double least = 0.0;  // -2 times the evidence, but for r ln n^2
   for (int i = 0; i < kRatios; ++i) {
     const double* const share = unexplained_.data() + static_cast<std::ptrdiff_t>(i) * rank;
-    double squares = 0.0;
-    for (int k = 0; k < rank; ++k) squares += square(amplitudes[k]) * share[k];
-    const double unlikely = logarithms_[i] + squares / square(noise_px);
+    const double unlikely = logarithms_[i] + dotProduct(power_.data(), share, rank) / square(noise_px);
     if (i == 0 || unlikely < least) {
       best = i;
       least = unlikely;
@@ -79,7 +79,7 @@ int Evidence::likeliest(std::span<const double> amplitudes, double noise_px) con
   return best;
 }
 
-double Evidence::typicalForce_N(std::span<const double> amplitudes, double noise_px) const {
+double Evidence::typicalForce_N(std::span<const double> amplitudes, double noise_px) {
   return ratios_[likeliest(amplitudes, noise_px)] * noise_px;
 }
 

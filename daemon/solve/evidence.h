@@ -38,7 +38,7 @@ class Evidence {
   Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
 
   /// Returns tau, the typical force of this picture [N]. `amplitudes`: r [px].
-  double typicalForce_N(std::span<const double> amplitudes, double noise_px) const;
+  double typicalForce_N(std::span<const double> amplitudes, double noise_px);
 
   /// Fills `moments` from the amplitudes with that typical force.
   void start(std::span<const double> amplitudes, double noise_px, AtomMoments& moments);
@@ -47,7 +47,7 @@ class Evidence {
   void subtract(std::span<const double> forces_N, std::span<double> amplitudes);
 
  private:
-  int likeliest(std::span<const double> amplitudes, double noise_px) const;
+  int likeliest(std::span<const double> amplitudes, double noise_px);
 
   const Factors& factors_;
   const Atoms& atoms_;
@@ -59,6 +59,7 @@ class Evidence {
   Eigen::MatrixXd known_, noise_;  // A x ratios
   // Of one picture.
   std::vector<int> everyPoint_;      // 0 .. 3P-1
+  std::vector<double> power_;        // r: squared amplitudes [px^2]
   LineArray<double> filtered_;       // of each mode [N], padded
   std::vector<double> pointMean_;    // 3P [N]
   std::vector<float> coefficients_;  // 3P

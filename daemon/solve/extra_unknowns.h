@@ -4,20 +4,9 @@
 // Products with an atom are computed when they are first asked for: all posteriors of a frame share them.
 #pragma once
 
-#include "daemon/solve/factors.h"
-
-#include <span>
-#include <vector>
+#include "daemon/solve/atom_products.h"
 
 namespace tractiond::solve {
-
-/// The displacements of one frame. Borrowed.
-struct Displacements {
-  const double* displacement_px = nullptr;  ///< 2M, padded; 0 where missing
-  std::span<const int> missing;             ///< coordinates without a displacement
-  double squares_px2 = 0.0;                 ///< sum of the squared displacements
-  double noise_px = 0.0;                    ///< n
-};
 
 /// Thread-bound. Allocates only when made.
 class ExtraUnknowns {

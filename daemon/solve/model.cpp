@@ -19,6 +19,9 @@ constexpr double kOptimism = 1.0;
 /// Squared deviations that patches leave more than the field, beyond which they are not looked at.
 constexpr double kHopeless = 2000.0;
 
+/// The products that are kept of a frame's atoms are those of so many rounds with the most atoms.
+constexpr int kKept = 3;
+
 int mostOf(const ModelOptions& options) {
   int most = 0;
   for (const auto& rounds : options.most) most = std::max(most, *std::max_element(rounds.begin(), rounds.end()));
@@ -36,6 +39,7 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
     , prior_(atoms, options)
     , selection_(factors, options)
     , roughness_(atoms, options)
+    , products_(factors, std::min(kKept * mostOf(options), atoms.count()))
     , posterior_(factors, atoms, mostOf(options))
     , mixture_(atoms, 1 + static_cast<int>(AroundPatches::kRoughness.size()))
     , displacement_(static_cast<std::size_t>(factors.influence.stride()))
@@ -68,6 +72,7 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
                               dotProduct(displacement_.data(), displacement_.data(), coordinates), noise_px};
   clear(estimate);
   mixture_.clear();
+  products_.begin(picture);
   const Found found =
       std::isfinite(picture.squares_px2) ? findField(picture, displacement_px, estimate.rounds) : Found::kFailed;
   if (found == Found::kFailed) {
@@ -127,7 +132,7 @@ Model::Found Model::round(const Displacements& picture, int most, bool last) {
     if (!roughen(picture, most)) return Found::kFailed;
   } else {
     prior_.direct(chosen_, false);
-    if (!posterior_.fit(picture, chosen_)) return Found::kFailed;
+    if (!posterior_.fit(picture, products_, chosen_)) return Found::kFailed;
   }
   // Atoms without a force stay what the picture would tell of them: else the others' prior has no end.
   keepMean();
@@ -148,7 +153,7 @@ bool Model::roughen(const Displacements& picture, int most) {
     }
     selection_.choose(roughness_.add(moments_.mean_N, smooth_), most, false, picture.noise_px, chosen_);
     prior_.direct(chosen_, true);
-    if (!posterior_.fit(picture, chosen_)) return false;
+    if (!posterior_.fit(picture, products_, chosen_)) return false;
   }
   return true;
 }
@@ -198,7 +203,7 @@ bool Model::findPatches(const Displacements& picture) {
   std::copy_n(still.data(), rounded.size(), rounded.begin());
   look(picture, rounded, rest_);
   const double squares = dotProduct(left.data(), left.data(), static_cast<int>(rounded.size()));
-  return around.solve({left.data(), picture.missing, squares, picture.noise_px}, rest_, patches);
+  return around.solve({left.data(), picture.missing, squares, picture.noise_px}, products_, rest_, patches);
 }
 
 void Model::addPatches() {
@@ -219,7 +224,7 @@ void Model::publishNothing(const Displacements& picture, Estimate& estimate) {
   chosen_.atoms.clear();
   chosen_.gamma_N2.clear();
   chosen_.covariance_N2.clear();
-  if (!posterior_.fit(picture, chosen_)) {
+  if (!posterior_.fit(picture, products_, chosen_)) {
     estimate.outcome = Estimate::Outcome::kFailed;
     return;
   }

@@ -98,6 +98,7 @@ class Model {
   Prior prior_;
   Selection selection_;
   Roughness roughness_;
+  AtomProducts products_;
   Posterior posterior_;
   std::optional<Patched> patched_;
   Mixture mixture_;  // of the field alone, then of the field around patches, of each roughness

@@ -15,15 +15,16 @@ namespace {
 
 using Eigen::Index;
 using Eigen::Vector3d;
-using Wrench = Eigen::Matrix<double, 6, 3>;
-
-/// Missing coordinates that are taken out at a time.
-constexpr std::size_t kTogether = 64;
 
 constexpr std::array<int, kMotions> kEveryMotion = {0, 1, 2, 3};
 
 std::size_t packed(int size) {
   return static_cast<std::size_t>(size) * (static_cast<std::size_t>(size) + 1) / 2;
+}
+
+/// In place of a call of memmove.
+void copyThree(const double* from, double* to) {
+  for (int i = 0; i < 3; ++i) to[i] = from[i];
 }
 
 }  // namespace
@@ -33,19 +34,17 @@ Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most, int m
     , atoms_(atoms)
     , wrench_(6, 3 * atoms.count())
     , stride_((3 * most + mostExtra + kMotions + kColumns - 1) / kColumns * kColumns)
-    , roots_(static_cast<std::size_t>(most))
-    , rows_(3 * static_cast<std::size_t>(most))
+    , tightness_(static_cast<std::size_t>(most))
+    , index_(tightness_.size())
     , matrix_(packed(stride_))
     , right_(static_cast<std::size_t>(stride_))
     , x_(right_.size())
-    , missingRows_(right_.size() * kTogether)
     , scratch_(kColumns * right_.size())
     , panels_(right_.size() * right_.size())
     , inverse_(right_.size() * right_.size())
-    , forces_(3 * static_cast<std::size_t>(most))
     , known_(static_cast<std::size_t>(most))
     , indexOf_(static_cast<std::size_t>(atoms.count()), -1)
-    , covering_(static_cast<std::size_t>(3 * most + mostExtra))
+    , covering_(static_cast<std::size_t>(most + mostExtra))
     , share_(covering_.size()) {
   std::vector<Eigen::Triplet<double>> shares;
   int nodes = 0;
@@ -65,46 +64,45 @@ Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most, int m
   }
 }
 
-bool Posterior::fit(const Displacements& picture, const Chosen& chosen, ExtraUnknowns* extra) {
+bool Posterior::fit(const Displacements& picture, AtomProducts& products, const Chosen& chosen, ExtraUnknowns* extra) {
   chosen_ = &chosen;
   extra_ = extra;
   diagonalInverted_ = false;
   assert(unknowns() <= stride_ && picture.noise_px > 0.0);
   noise_px_ = picture.noise_px;
-  const int atoms = static_cast<int>(chosen.atoms.size()), size = unknowns();
-  for (int i = 0; i < atoms; ++i) {
-    const Eigen::LLT<Block> root(chosen.covariance_N2[i]);
-    if (root.info() != Eigen::Success) return false;
-    roots_[i] = root.matrixL();
-    for (int axis = 0; axis < 3; ++axis) rows_[3 * i + axis] = 3 * chosen.atoms[i] + axis;
-  }
-  multiplyDisplacement(picture);
-  for (int i = 0; i < atoms; ++i) {
-    auto product = Vector3d::Map(right_.data() + 3 * i);
-    product = (roots_[i].transpose() * product).eval();
-  }
-  for (int i = firstExtra(); i < firstMotion(); ++i) right_[i] = extra->withDisplacement(i - firstExtra());
-  multiplyRows(factors_.motion, kEveryMotion, picture.displacement_px, right_.data() + firstMotion());
-  assemble();
+  const int size = unknowns();
+  if (!invertPriors()) return false;
+  products.add(chosen.atoms);
+  multiplyDisplacement(picture, products);
+  assemble(products);
   assembleExtra();
-  for (std::size_t first = 0; first < picture.missing.size(); first += kTogether) {
-    takeOut(picture.missing.subspan(first, std::min(kTogether, picture.missing.size() - first)));
-  }
-
   if (!factoriseLower({matrix_.data(), packed(size)}, size, scratch_.data())) return false;
   std::copy_n(right_.begin(), size, x_.begin());
   solveLower({matrix_.data(), packed(size)}, size, x_.data());
   solveLowerTransposed({matrix_.data(), packed(size)}, size, x_.data());
-  // |d - B x|^2, B'B x being B'd - n^2 x.
-  squaredResidual_ = picture.squares_px2 - dotProduct(x_.data(), right_.data(), size) -
-                     square(noise_px_) * dotProduct(x_.data(), x_.data(), size);
-  double logDeterminant = 0.0;  // of A^-1, the factor's diagonal being stored as the reciprocal
-  for (int i = 0; i < size; ++i) logDeterminant += 2.0 * std::log(row(i)[i]);
-  logEvidence_ = 0.5 * (logDeterminant + size * std::log(square(noise_px_)) - squaredResidual_ / square(noise_px_) -
-                        dotProduct(x_.data(), x_.data(), size));
+  double strain = dotProduct(x_.data() + firstExtra(), x_.data() + firstExtra(), size - firstExtra());  // x' C^-1 x
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
+    const auto force = Vector3d::Map(x_.data() + 3 * i);
+    strain += force.dot(tightness_[i] * force);
+  }
+  // |d - B x|^2, B'B x being B'd - n^2 C^-1 x.
+  squaredResidual_ = picture.squares_px2 - dotProduct(x_.data(), right_.data(), size) - square(noise_px_) * strain;
+  double logDeterminant = logPrior_;  // of C A, the factor's diagonal being stored as the reciprocal
+  for (int i = 0; i < size; ++i) logDeterminant -= 2.0 * std::log(row(i)[i]);
+  logEvidence_ =
+      -0.5 * (logDeterminant - size * std::log(square(noise_px_)) + squaredResidual_ / square(noise_px_) + strain);
   std::copy_n(x_.begin() + firstMotion(), kMotions, motion_.begin());
-  for (int i = 0; i < atoms; ++i) {
-    Vector3d::Map(forces_.data() + 3 * i) = roots_[i] * Vector3d::Map(x_.data() + 3 * i);
+  return true;
+}
+
+/// Computes C^-1 and log det C. False: a covariance is not positive.
+bool Posterior::invertPriors() {
+  logPrior_ = 0.0;
+  for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
+    const Eigen::LLT<Block> root(chosen_->covariance_N2[i]);
+    if (root.info() != Eigen::Success) return false;
+    tightness_[i] = root.solve(Block::Identity());
+    logPrior_ += 2.0 * std::log(root.matrixLLT().diagonal().prod());
   }
   return true;
 }
@@ -129,87 +127,59 @@ void Posterior::invertColumns(int panel) {
 std::span<const double> Posterior::known() {
   invertDiagonal();
   for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
-    const Block inverse = inverseOf(static_cast<int>(i));
-    known_[i] = 3.0 - square(noise_px_) * (roots_[i] * inverse * roots_[i].transpose()).trace() / chosen_->gamma_N2[i];
+    known_[i] = 3.0 - square(noise_px_) * traceOf(static_cast<int>(i)) / chosen_->gamma_N2[i];
   }
   return {known_.data(), chosen_->atoms.size()};
 }
 
-/// Fills B'd of the atoms, with S = 1.
-void Posterior::multiplyDisplacement(const Displacements& picture) {
-  if (extra_ == nullptr) {
-    multiplyRows(factors_.influence, {rows_.data(), 3 * chosen_->atoms.size()}, picture.displacement_px, right_.data());
-    return;
+/// Fills B'd.
+void Posterior::multiplyDisplacement(const Displacements& picture, const AtomProducts& products) {
+  double* to = right_.data();
+  for (const int atom : chosen_->atoms) {
+    const double* const withExtra = extra_ == nullptr ? nullptr : extra_->productsWith(atom) + extra_->count();
+    for (int axis = 0; axis < 3; ++axis) {
+      *to++ =
+          extra_ == nullptr ? products.withPicture(products.indexOf(atom) + axis) : withExtra[axis * extra_->stride()];
+    }
   }
-  for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
-    const double* const products = extra_->productsWith(chosen_->atoms[i]) + extra_->count();
-    for (std::size_t axis = 0; axis < 3; ++axis) right_[3 * i + axis] = products[axis * extra_->stride()];
-  }
+  for (int i = 0; i < static_cast<int>(extraCount()); ++i) *to++ = extra_->withDisplacement(i);
+  multiplyRows(factors_.motion, kEveryMotion, picture.displacement_px, to);
 }
 
-void Posterior::assemble() {
-  const auto& atoms = chosen_->atoms;
-  const int count = static_cast<int>(atoms.size());
+void Posterior::assemble(const AtomProducts& products) {
+  const double n2 = square(noise_px_);
+  const int count = static_cast<int>(chosen_->atoms.size());
+  for (int i = 0; i < count; ++i) index_[i] = products.indexOf(chosen_->atoms[i]);
   for (int i = 0; i < count; ++i) {
-    const Block left = roots_[i].transpose();
-    for (int j = 0; j <= i; ++j) {
-      const int a = atoms[i], b = atoms[j];
-      const Block product = a >= b ? Block(left * factors_.gramOf(a, b) * roots_[j])
-                                   : Block(left * factors_.gramOf(b, a).transpose() * roots_[j]);
-      for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < (i == j ? r + 1 : 3); ++c) row(3 * i + r)[3 * j + c] = product(r, c);
-      }
+    for (int r = 0; r < 3; ++r) {
+      const double* const from = products.row(index_[i] + r);
+      double* const to = row(3 * i + r);
+      for (int j = 0; j < i; ++j) copyThree(from + index_[j], to + 3 * j);
+      for (int c = 0; c <= r; ++c) to[3 * i + c] = from[index_[i] + c] + n2 * tightness_[i](r, c);
     }
   }
   for (int m = 0; m < kMotions; ++m) {
+    const double* const from = products.row(m);
     double* const to = row(firstMotion() + m);
-    for (int j = 0; j < count; ++j) {
-      Eigen::RowVector3d::Map(to + 3 * j) =
-          factors_.motionCoupling.block<1, 3>(m, 3 * static_cast<Index>(atoms[j])) * roots_[j];
-    }
-    for (int other = 0; other <= m; ++other) to[firstMotion() + other] = factors_.motionGram(m, other);
+    for (int j = 0; j < count; ++j) copyThree(from + index_[j], to + 3 * j);
+    std::copy_n(from, m + 1, to + firstMotion());
+    to[firstMotion() + m] += n2;
   }
-  for (int i = 0; i < firstExtra(); ++i) row(i)[i] += square(noise_px_);
-  for (int i = firstMotion(); i < unknowns(); ++i) row(i)[i] += square(noise_px_);
 }
 
 /// Fills the rows and columns of the extra unknowns.
 void Posterior::assembleExtra() {
-  using Products = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>, 0, Eigen::OuterStride<>>;
   const int first = firstExtra(), count = static_cast<int>(extraCount());
   for (std::size_t j = 0; j < chosen_->atoms.size() && count > 0; ++j) {
-    const Products products(extra_->productsWith(chosen_->atoms[j]), 3, count, Eigen::OuterStride<>(extra_->stride()));
+    const double* const products = extra_->productsWith(chosen_->atoms[j]);
     for (int i = 0; i < count; ++i) {
-      Vector3d::Map(row(first + i) + 3 * j) = roots_[j].transpose() * products.col(i);
+      for (std::size_t axis = 0; axis < 3; ++axis) row(first + i)[3 * j + axis] = products[axis * extra_->stride() + i];
     }
   }
   for (int i = 0; i < count; ++i) {
     for (int j = 0; j <= i; ++j) row(first + i)[first + j] = extra_->product(i, j);
     row(first + i)[first + i] += square(noise_px_);
     for (int m = 0; m < kMotions; ++m) row(firstMotion() + m)[first + i] = extra_->withMotion(i, m);
-  }
-}
-
-/// Takes the products of some missing coordinates off B'B. The extra unknowns do nothing there.
-void Posterior::takeOut(std::span<const int> missing) {
-  const int atoms = static_cast<int>(chosen_->atoms.size()), count = static_cast<int>(missing.size());
-  const auto missingRow = [&](int unknown) {
-    return missingRows_.data() + static_cast<std::ptrdiff_t>(unknown) * count;
-  };
-  for (int i = 0; i < atoms; ++i) {
-    const float* of[3];
-    for (int axis = 0; axis < 3; ++axis) of[axis] = factors_.influence.row(rows_[3 * i + axis]);
-    for (int k = 0; k < count; ++k) {
-      const Vector3d moved = roots_[i].transpose() * Vector3d(of[0][missing[k]], of[1][missing[k]], of[2][missing[k]]);
-      for (int axis = 0; axis < 3; ++axis) missingRow(3 * i + axis)[k] = moved[axis];
-    }
-  }
-  for (int i = firstExtra(); i < firstMotion(); ++i) std::fill_n(missingRow(i), count, 0.0);
-  for (int m = 0; m < kMotions; ++m) {
-    for (int k = 0; k < count; ++k) missingRow(firstMotion() + m)[k] = factors_.motion.row(m)[missing[k]];
-  }
-  for (int i = 0; i < unknowns(); ++i) {
-    for (int j = 0; j <= i; ++j) row(i)[j] -= dotProduct(missingRow(i), missingRow(j), count);
   }
 }
 
@@ -227,12 +197,11 @@ void Posterior::invert(int panel, int other) {
   }
 }
 
-Block Posterior::inverseOf(int atom) const {
-  Block block;
-  for (int r = 0; r < 3; ++r) {
-    block.row(r) = Eigen::RowVector3d::Map(inverse_.data() + (3 * atom + r) * std::ptrdiff_t{stride_} + 3 * atom);
-  }
-  return block;
+/// Trace of an atom's block of A^-1.
+double Posterior::traceOf(int atom) const {
+  double sum = 0.0;
+  for (int i = 3 * atom; i < 3 * atom + 3; ++i) sum += inverse_[static_cast<std::size_t>(i) * stride_ + i];
+  return sum;
 }
 
 /// Computes all blocks of A^-1.
@@ -247,14 +216,16 @@ void Posterior::noise_N2(std::span<double> noise) {
   const int size = unknowns();
   invertAll();
   for (int i = 0; i < static_cast<int>(chosen_->atoms.size()); ++i) {
-    const double* const rows = inverse_.data() + 3 * i * std::ptrdiff_t{stride_};
-    Block squared;
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c <= r; ++c)
-        squared(r, c) = squared(c, r) = dotProduct(rows + r * stride_, rows + c * stride_, size);
+    double sum = 0.0;  // trace of A^-1 C^-1 A^-1
+    for (int r = 3 * i; r < 3 * i + 3; ++r) {
+      const double* const of = inverse_.data() + r * std::ptrdiff_t{stride_};
+      for (std::size_t j = 0; j < chosen_->atoms.size(); ++j) {
+        const auto block = Vector3d::Map(of + 3 * j);
+        sum += block.dot(tightness_[j] * block);
+      }
+      sum += dotProduct(of + firstExtra(), of + firstExtra(), size - firstExtra());
     }
-    noise[i] =
-        square(noise_px_) * (roots_[i] * (inverseOf(i) - square(noise_px_) * squared) * roots_[i].transpose()).trace();
+    noise[i] = square(noise_px_) * (traceOf(i) - square(noise_px_) * sum);
   }
 }
 
@@ -263,7 +234,7 @@ double Posterior::keep(std::span<const double> noise, AtomMoments& moments) {
   const auto known = this->known();
   for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
     const auto atom = static_cast<std::size_t>(chosen_->atoms[i]);
-    std::copy_n(forces_.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
+    std::copy_n(x_.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
                 moments.mean_N.begin() + static_cast<std::ptrdiff_t>(3 * atom));
     moments.known[atom] = known[i];
     moments.noise_N2[atom] = noise[i];
@@ -283,10 +254,8 @@ void Posterior::nodeDeviations_N(std::span<double> deviations) {
       for (decltype(atomsOfNodes_)::InnerIterator it(atomsOfNodes_, node); it; ++it) {
         const int i = indexOf_[it.col()];
         if (i < 0) continue;
-        for (int c = 0; c <= axis; ++c, ++count) {  // the roots are lower triangles
-          covering_[count] = 3 * i + c;
-          share_[count] = it.value() * roots_[i](axis, c);
-        }
+        covering_[count] = 3 * i + axis;
+        share_[count++] = it.value();
       }
       for (int i = firstExtra(); i < firstMotion(); ++i) {
         const double force = std::as_const(*extra_).nodeForces_N(i - firstExtra())[3 * node + axis];
@@ -312,14 +281,13 @@ void Posterior::covariance(std::span<const double> weights, int count, std::span
   double* const columns = scratch_.data();
   std::fill_n(columns, kColumns * unknowns(), 0.0);
   for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
-    Eigen::Matrix<double, 3, kColumns, Eigen::RowMajor> sum = decltype(sum)::Zero();
+    Eigen::Map<Eigen::Matrix<double, 3, kColumns, Eigen::RowMajor>> sum(columns + 3 * kColumns * i);
     for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, chosen_->atoms[i]); it; ++it) {
       const double* const of = weights.data() + 3 * count * it.row();
       for (int axis = 0; axis < 3; ++axis) {
         for (int k = 0; k < count; ++k) sum(axis, k) += it.value() * of[axis * count + k];
       }
     }
-    decltype(sum)::Map(columns + 3 * kColumns * i) = roots_[i].transpose() * sum;
   }
   for (int i = firstExtra(); i < firstMotion(); ++i) {
     const auto forces = std::as_const(*extra_).pointForces_N(i - firstExtra());
@@ -347,9 +315,9 @@ void Posterior::wrenchCovariance(std::array<double, 36>& covariance) {
   double* const columns = scratch_.data();
   std::fill_n(columns, kColumns * unknowns(), 0.0);
   for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
-    const Wrench wrench = wrench_.middleCols<3>(3 * static_cast<Index>(chosen_->atoms[i])) * roots_[i];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      std::copy_n(wrench.col(static_cast<Index>(axis)).data(), 6, columns + kColumns * (3 * i + axis));
+      const Index component = 3 * static_cast<Index>(chosen_->atoms[i]) + static_cast<Index>(axis);
+      std::copy_n(wrench_.col(component).data(), 6, columns + kColumns * (3 * i + axis));
     }
   }
   for (int i = firstExtra(); i < firstMotion(); ++i) {
@@ -362,7 +330,7 @@ void Posterior::wrenchCovariance(std::array<double, 36>& covariance) {
 std::array<double, 6> Posterior::wrench() const {
   Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
   for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
-    sum += wrench_.middleCols<3>(3 * static_cast<Index>(chosen_->atoms[i])) * Vector3d::Map(forces_.data() + 3 * i);
+    sum += wrench_.middleCols<3>(3 * static_cast<Index>(chosen_->atoms[i])) * Vector3d::Map(x_.data() + 3 * i);
   }
   for (std::size_t i = 0; i < extraCount(); ++i) {
     sum += extra()[i] * std::as_const(*extra_).wrench(static_cast<int>(i));

@@ -1,11 +1,11 @@
 // Computes the posterior of the chosen atoms from a picture and their prior.
 //
-//   gamma Omega = S S',  B = [H S, E, P Q^1/2],  A = B'B + n^2     over the coordinates that are there
-//   x = A^-1 B'd         the atoms' forces being f = S x, then extra unknowns, the motion's own 4 last
-//   Sigma = n^2 S A^-1 S'                       covariance of f
+//   B = [H, E, P Q^1/2],  A = B'B + n^2 C^-1    over the coordinates that are there; C: gamma Omega, elsewhere 1
+//   x = A^-1 B'd         the atoms' forces f, then extra unknowns, the motion's own 4 last
+//   Sigma = n^2 A^-1                            covariance of x
 //   known_a = 3 - tr Sigma_aa / gamma_a         degrees of freedom
-//   noise_a = n^2 tr [S (A^-1 - n^2 A^-2) S']_aa    variance of f by the picture's noise
-//   log evidence = -1/2 (|d - B x|^2 / n^2 + |x|^2 + log det(A / n^2))    but for what is the same with any prior
+//   noise_a = n^2 tr [A^-1 - n^2 A^-1 C^-1 A^-1]_aa    variance of f by the picture's noise
+//   log evidence = -1/2 (|d - B x|^2 / n^2 + x' C^-1 x + log det(A C / n^2))    but for what is the same with any prior
 #pragma once
 
 #include "daemon/solve/extra_unknowns.h"
@@ -23,12 +23,13 @@ class Posterior {
   /// Both must outlive it. `most`: atoms that fit() takes; `mostExtra`: extra unknowns.
   Posterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra = 0);
 
-  /// `chosen` and `extra`, whose products with this picture must have been computed, must live until the next fit().
-  /// False: the equations could not be solved.
-  bool fit(const Displacements& picture, const Chosen& chosen, ExtraUnknowns* extra = nullptr);
+  /// `products` are those of a picture with the same missing coordinates, and without `extra` of this one. `chosen` and
+  /// `extra`, whose products with this picture must have been computed, must live until the next fit(). False: the
+  /// equations could not be solved.
+  bool fit(const Displacements& picture, AtomProducts& products, const Chosen& chosen, ExtraUnknowns* extra = nullptr);
 
   // What fit() found, of the chosen atoms in their order.
-  std::span<const double> forces_N() const { return {forces_.data(), 3 * chosen_->atoms.size()}; }
+  std::span<const double> forces_N() const { return {x_.data(), 3 * chosen_->atoms.size()}; }
   std::span<const double> known();
   std::span<const double> extra() const { return {x_.data() + 3 * chosen_->atoms.size(), extraCount()}; }
   double logEvidence() const { return logEvidence_; }
@@ -64,16 +65,16 @@ class Posterior {
   int firstMotion() const { return firstExtra() + static_cast<int>(extraCount()); }
   int unknowns() const { return firstMotion() + kMotions; }
   double* row(int unknown) { return matrix_.data() + static_cast<std::ptrdiff_t>(unknown) * (unknown + 1) / 2; }
-  void multiplyDisplacement(const Displacements& picture);
-  void assemble();
+  bool invertPriors();
+  void multiplyDisplacement(const Displacements& picture, const AtomProducts& products);
+  void assemble(const AtomProducts& products);
   void assembleExtra();
   void invertDiagonal();
   void invertColumns(int panel);
-  void takeOut(std::span<const int> missing);
   void invert(int panel, int other);
   void invertAll();
   void multiplyInverse(int count, double* covariance);
-  Block inverseOf(int atom) const;
+  double traceOf(int atom) const;
 
   const Factors& factors_;
   const Atoms& atoms_;
@@ -85,14 +86,14 @@ class Posterior {
   ExtraUnknowns* extra_ = nullptr;
   double noise_px_ = 0.0, squaredResidual_ = 0.0, logEvidence_ = 0.0;
   bool diagonalInverted_ = false;       // what lies beside the diagonal of A^-1 was computed
-  std::vector<Block> roots_;            // S of each atom
-  std::vector<int> rows_;               // of the influence matrix
+  std::vector<Block> tightness_;        // C^-1 of each atom
+  std::vector<int> index_;              // of each atom in the products
+  double logPrior_ = 0.0;               // log det C
   std::vector<double> matrix_;          // A, then its factor, packed
   std::vector<double> right_, x_;       // B'd, x
-  std::vector<double> missingRows_;     // B' of some missing coordinates
   LineArray<double> scratch_, panels_;  // panels of kColumns columns of the factor's inverse
   std::vector<double> inverse_;         // A^-1, as far as it was computed
-  std::vector<double> forces_, known_;
+  std::vector<double> known_;
   std::vector<int> indexOf_;   // A: of each atom among the chosen, or -1
   std::vector<int> covering_;  // unknowns of the atoms that cover a node
   std::vector<double> share_;  // of each of these in a force of the node

@@ -27,11 +27,12 @@ void Selection::choose(std::span<const double> gamma_N2, int most, bool entering
   std::partial_sort(order_.begin(), sorted, order_.end(),
                     [this](int a, int b) { return value_[a] > value_[b] || (value_[a] == value_[b] && a < b); });
   const double next = entering && count < order_.size() ? value_[order_[count]] : 0.0;
+  std::sort(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(count));  // as the matrices are stored
   chosen.atoms.clear();
   chosen.gamma_N2.clear();
   for (std::size_t i = 0; i < count; ++i) {
     const double left = value_[order_[i]] - next;
-    if (left <= floor_ * square(noise_px)) break;
+    if (left <= floor_ * square(noise_px)) continue;
     chosen.atoms.push_back(order_[i]);
     chosen.gamma_N2.push_back(left / size_[order_[i]]);
   }

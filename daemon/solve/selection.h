@@ -8,7 +8,7 @@
 
 namespace tractiond::solve {
 
-/// The atoms of a round, f_a ~ N(0, gamma_a Omega_a), the strongest first.
+/// The atoms of a round, f_a ~ N(0, gamma_a Omega_a), rising.
 struct Chosen {
   std::vector<int> atoms;
   std::vector<double> gamma_N2;      ///< variance of a component

@@ -28,7 +28,10 @@ TEST(Posterior, IsExactWithMissingCoordinates) {
     squares += picture[i] * picture[i];
   }
   Posterior posterior(bench.factors(), bench.atoms(), 10);
-  ASSERT_TRUE(posterior.fit({displacement.data(), missing, squares, kNoise_px}, chosen));
+  const Displacements given{displacement.data(), missing, squares, kNoise_px};
+  AtomProducts products(bench.factors(), 10);
+  products.begin(given);
+  ASSERT_TRUE(posterior.fit(given, products, chosen));
 
   const Eigen::Index size = 3 * static_cast<Eigen::Index>(chosen.atoms.size());
   const MatrixXd shape = bench.atoms().shape, every = bench.atomInfluence();
@@ -137,7 +140,9 @@ TEST(Posterior, CountsExtraUnknowns) {
   }
   extra.multiply(given);
   Posterior posterior(bench.factors(), bench.atoms(), 10, 16);
-  ASSERT_TRUE(posterior.fit(given, chosen, &extra));
+  AtomProducts products(bench.factors(), 10);
+  products.begin(given);
+  ASSERT_TRUE(posterior.fit(given, products, chosen, &extra));
 
   // Everything in covariance form.
   const Eigen::Index atoms = 3 * static_cast<Eigen::Index>(chosen.atoms.size()), size = atoms + kExtra + kMotions;

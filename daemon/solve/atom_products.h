@@ -1,0 +1,60 @@
+// Products of atoms with each other, with the motion and with a picture, over the coordinates that are there: B'B and
+// B'd of the normal equations with B = [P Q^1/2, H].
+//
+// Those of an atom are computed when it is first asked for; all posteriors of a frame share them.
+#pragma once
+
+#include "daemon/solve/factors.h"
+
+#include <span>
+#include <vector>
+
+namespace tractiond::solve {
+
+/// The displacements of one frame. Borrowed.
+struct Displacements {
+  const double* displacement_px = nullptr;  ///< 2M, padded; 0 where missing
+  std::span<const int> missing;             ///< coordinates without a displacement
+  double squares_px2 = 0.0;                 ///< sum of the squared displacements
+  double noise_px = 0.0;                    ///< n
+};
+
+/// Thread-bound. Allocates only when made.
+class AtomProducts {
+ public:
+  /// Keeps the products of `most` atoms. `factors` must outlive it.
+  AtomProducts(const Factors& factors, int most);
+
+  /// Starts anew with a picture, which must last.
+  void begin(const Displacements& picture);
+
+  /// Computes what is not there yet of the products among these atoms, at most as many as are kept. Those of others are
+  /// forgotten if there is no room.
+  void add(std::span<const int> atoms);
+
+  /// Index of the first component of an atom that was added. The motion's are 0 .. kMotions - 1.
+  int indexOf(int atom) const { return index_[static_cast<std::size_t>(atom)]; }
+  /// Products of a component with all others.
+  const double* row(int index) const { return products_.data() + static_cast<std::ptrdiff_t>(index) * stride_; }
+  double withPicture(int index) const { return withPicture_[static_cast<std::size_t>(index)]; }
+
+ private:
+  void forget();
+  void addAtom(int atom);
+  void takeOut(int first);
+  /// Panel of kColumns components at the missing coordinates.
+  double* panel(int number) {
+    return missing_.data() + static_cast<std::ptrdiff_t>(number) * kColumns * factors_.coordinateCount();
+  }
+
+  const Factors& factors_;
+  const int stride_;
+  const Displacements* picture_ = nullptr;
+  int size_ = 0;                    // components
+  std::vector<int> atoms_, index_;  // whose products are there; A: -1 if they are not
+  LineArray<double> products_;      // stride x stride
+  LineArray<double> missing_;       // panels
+  std::vector<double> withPicture_;
+};
+
+}  // namespace tractiond::solve
