@@ -43,6 +43,16 @@ inline tl::expected<std::vector<char>, std::error_code> readWholeFile(const std:
   return bytes;
 }
 
+/// Synchronises the names of the files in a directory, so that they survive a loss of power.
+inline std::error_code synchroniseNames(const std::filesystem::path& directory) {
+  const int file = files::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file < 0) return std::error_code(errno, std::generic_category());
+  const int synchronised = files::fsync(file);
+  const std::error_code error(synchronised == 0 || errno == EINVAL ? 0 : errno, std::generic_category());
+  files::close(file);
+  return error;
+}
+
 /// Replaces a file, all or nothing, also through a loss of power: writes beside it, synchronises, renames that over it
 /// and synchronises the directory. If only the last fails, the file is replaced until power is lost, and may be beyond.
 inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::span<const char> bytes,
@@ -65,13 +75,7 @@ inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::
   if (files::fsync(file) != 0) return failed(file);
   if (files::close(file) != 0) return failed(-1);
   if (files::rename(unfinished.c_str(), path.c_str()) != 0) return failed(-1);
-  const std::filesystem::path parent = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
-  const int directory = files::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (directory < 0) return std::error_code(errno, std::generic_category());
-  const int synchronised = files::fsync(directory);
-  const std::error_code error(synchronised == 0 || errno == EINVAL ? 0 : errno, std::generic_category());
-  files::close(directory);
-  return error;
+  return synchroniseNames(path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));
 }
 
 }  // namespace tractiond

@@ -1,5 +1,6 @@
 #include "daemon/measurement.h"
 
+#include "base/whole_file.h"
 #include "daemon/gel_files.h"
 #include "daemon/solve/make_solver.h"
 #include "daemon/track/nominal.h"
@@ -101,6 +102,9 @@ tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) 
   if (!pose) return tl::unexpected(pose.error());
   restored_ = *std::move(pose);
   if (restored_) tracker_->restore(*restored_);
+  // A daemon that was killed while it wrote the zero may not have synchronised its name.
+  if (const auto error = restored_ ? synchroniseNames(around_.stateDirectory) : std::error_code())
+    spdlog::warn("warning: the stored zero may be lost with the power: {}", error.message());
   earlier_ = earlierZero(info);
   if (recorder_) beginRecording(info);
   return {};

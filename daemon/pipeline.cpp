@@ -134,7 +134,8 @@ void Pipeline::settle() {
 }
 
 void Pipeline::loop(Stage stage) {
-  for (Counter& turns = turnsOf(stage); turn(stage, options_.turn);) turns.add();
+  while (turn(stage, options_.turn)) {
+  }
 }
 
 Counter& Pipeline::turnsOf(Stage stage) {
@@ -154,6 +155,12 @@ Counter& Pipeline::turnsOf(Stage stage) {
 }
 
 bool Pipeline::turn(Stage stage, std::chrono::milliseconds timeout) {
+  const bool goesOn = work(stage, timeout);
+  if (goesOn) turnsOf(stage).add();
+  return goesOn;
+}
+
+bool Pipeline::work(Stage stage, std::chrono::milliseconds timeout) {
   switch (stage) {
   case Stage::kCapture:
     return captureTurn(timeout);

@@ -63,9 +63,9 @@ class Pipeline {
   /// Waits until the source ends by itself, then as stop().
   void finish();
 
-  /// Takes one turn of a stage, for those who have no threads: what a stage's thread does between two looks at its
-  /// watchdog counter. Sleeps at most as long as told where there is nothing to do. \return false: the stage has ended,
-  /// and must not be called again. Not to be mixed with start(); when all stages have ended, call settle().
+  /// Takes one turn of a stage and counts it for the watchdog, as the stage's thread does; for callers without threads.
+  /// Sleeps at most `timeout` if there is nothing to do. Returns false if the stage has ended: it must not be called
+  /// again. Not to be mixed with start(); when all stages have ended, call settle().
   bool turn(Stage stage, std::chrono::milliseconds timeout);
   /// Lets capture and control end with their next turns; the other stages follow.
   void requestStop() { stopping_.store(true, std::memory_order_relaxed); }
@@ -81,6 +81,7 @@ class Pipeline {
  private:
   void loop(Stage stage);
   Counter& turnsOf(Stage stage);
+  bool work(Stage stage, std::chrono::milliseconds timeout);
   bool captureTurn(std::chrono::milliseconds timeout);
   bool trackTurn(std::chrono::milliseconds timeout);
   bool solveTurn(std::chrono::milliseconds timeout);

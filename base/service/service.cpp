@@ -3,6 +3,7 @@
 #include "base/clock.h"
 #include "base/event.h"
 
+#include <poll.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -30,8 +31,6 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Between two looks at the pipeline when there is no watchdog.
-constexpr milliseconds kLook{1000};
 /// Between two looks whether a reload is done.
 constexpr milliseconds kReloadLook{20};
 /// How often the status line changes: each time systemd tells whoever listens to it.
@@ -198,9 +197,8 @@ bool StageWatch::allAdvanced() {
 void run(const ServiceHooks& hooks) {
   std::uint64_t deadline_us = 0;
   const bool watched = sd_watchdog_enabled(0, &deadline_us) > 0;
-  // Asked four times within the watchdog's patience: a stage may take half of it for one turn.
-  const milliseconds look = watched ? std::min(kLook, milliseconds(deadline_us / 4000)) : kLook;
-  StageWatch watch(hooks.loops);
+  const milliseconds look = LivenessCheck::period(std::chrono::microseconds(watched ? deadline_us : 0));
+  LivenessCheck liveness(hooks);
   Reload reload(hooks.reload);
   std::int64_t told_ns = hooks.monotonicClock();
   const auto ready = [&] { return notify("READY=1\nSTATUS=" + hooks.statusLine()); };
@@ -213,8 +211,7 @@ void run(const ServiceHooks& hooks) {
       notify("STATUS=" + hooks.statusLine());
     }
     if (!isReadyTold) isReadyTold = ready();
-    const bool others = !hooks.others || hooks.others();
-    if (watch.allAdvanced() && others) notify("WATCHDOG=1");
+    if (liveness.isAlive()) notify("WATCHDOG=1");
   }
   notify("STOPPING=1");
 }

@@ -7,6 +7,7 @@
 
 #include <tl/expected.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -64,6 +65,33 @@ struct ServiceHooks {
   std::function<void()> reload = {};                ///< the configuration
   std::function<bool()> others = {};                ///< do the other threads work? Must not wait
   std::int64_t (*monotonicClock)() = monotonicNow;  ///< for when the status is told again [ns]
+};
+
+/// Decides whether the watchdog is fed. Thread-bound.
+class LivenessCheck {
+ public:
+  /// The hooks outlive it.
+  explicit LivenessCheck(const ServiceHooks& hooks)
+      : hooks_(hooks)
+      , watch_(hooks.loops) {}
+
+  /// Returns whether every loop has advanced since this was true last, and the others work. Waits for nothing.
+  bool isAlive() {
+    const bool others = !hooks_.others || hooks_.others();
+    return watch_.allAdvanced() && others;
+  }
+
+  /// Returns the time between two checks. Four fit into the watchdog's patience, as a stage may take half of it for one
+  /// turn. 0: there is no watchdog.
+  static std::chrono::milliseconds period(std::chrono::microseconds watchdog) {
+    constexpr std::chrono::milliseconds kLongest{1000};
+    const auto quarter = std::chrono::duration_cast<std::chrono::milliseconds>(watchdog / 4);
+    return watchdog.count() == 0 ? kLongest : std::min(kLongest, quarter);
+  }
+
+ private:
+  const ServiceHooks& hooks_;
+  StageWatch watch_;
 };
 
 /// Tells systemd that the service is ready, feeds its watchdog while every loop advances and the others work, reloads

@@ -39,6 +39,10 @@ void Camera::heed(const Happening& one) {
     forgedAhead_ns_ = chance_.between(-1000, 1000) * kSecond;
     becomeUnclear();
     break;
+  case Event::kGone:
+    goneSince_ns_ = now();
+    id_ = 0;
+    break;
   case Event::kIdsRestart:
     id_ = 0;
     break;
@@ -71,6 +75,7 @@ OnItsWay Camera::picture() {
 void Camera::takePicture() {
   nextPicture_ns_ += kPeriod_ns;
   id_ = id_ == kIds ? 1 : id_ + 1;
+  if (ongoing_.lasts(Event::kGone)) id_ = 0;
   OnItsWay one = picture();
   if (ongoing_.lasts(Event::kTouch)) one.picture.force_N = 1e-3 * static_cast<double>(ongoing_.amountOf(Event::kTouch));
   one.picture.isFew = ongoing_.lasts(Event::kFewMarkers);
@@ -79,7 +84,7 @@ void Camera::takePicture() {
   one.arrival.complete = !ongoing_.hits(Event::kBroken, chance_);
   one.arrival.id = id_;
   one.arrival.device_ns = now() + clockAhead_ns_;
-  if (ongoing_.lasts(Event::kSilence) || ongoing_.hits(Event::kLoss, chance_)) return;
+  if (ongoing_.lasts(Event::kSilence) || ongoing_.lasts(Event::kGone) || ongoing_.hits(Event::kLoss, chance_)) return;
   send(one);
   if (ongoing_.hits(Event::kAgain, chance_) && one.arrival.complete) {
     one.at_ns += chance_.between(1, 400) * kMs;
@@ -117,6 +122,12 @@ OnItsWay Camera::take() {
     heard_ns_ = now();
   }
   return one;
+}
+
+std::int64_t Camera::answersAfter_ns() const {
+  constexpr std::int64_t kUsual_ns = 1 * kMs;
+  if (ongoing_.lasts(Event::kGone)) return kNever;
+  return ongoing_.lasts(Event::kSlowAnswers) ? ongoing_.amountOf(Event::kSlowAnswers) * kMs : kUsual_ns;
 }
 
 void Camera::becomeUnclear() {

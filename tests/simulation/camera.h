@@ -52,6 +52,16 @@ class Camera {
   /// Whether the gate can know which of two hosts is the camera: it has heard that lately, and for long enough.
   bool canContradict() const;
 
+  /// Returns how long it takes to answer a question; kNever: it does not.
+  std::int64_t answersAfter_ns() const;
+  /// Returns when it stopped answering and sending; kNever: it has not.
+  std::int64_t goneSince_ns() const { return ongoing_.lasts(Event::kGone) ? goneSince_ns_ : kNever; }
+  bool isHeld() const { return ongoing_.lasts(Event::kHeld); }
+  /// Returns how long a library hangs that opens it now.
+  std::int64_t hangsFor_ns() const {
+    return ongoing_.lasts(Event::kHangs) ? ongoing_.until_ns(Event::kHangs) - now() : 0;
+  }
+
   const capture::PictureShape& shape() const { return shape_; }
 
  private:
@@ -73,6 +83,7 @@ class Camera {
   std::deque<OnItsWay> queue_;
   std::int64_t heard_ns_ = 0;  ///< when the camera's last own picture came
   std::int64_t unclearUntil_ns_ = 0;
+  std::int64_t goneSince_ns_ = 0;
 };
 
 }  // namespace tractiond::simulation

@@ -11,20 +11,15 @@ Life::Life(const Around& around)
     , solver_(around.gel.inverse, around.gel.sensor, solving())
     , tracker_(around.gel)
     , truths_(kNumbers)
-    , intake_(ledger_)
+    , camera_(around.camera, ledger_, around.journal, around.starvation)
     , pipeline_(stages(), {.markers = around.gel.sensor.markerCount(), .nodes = around.gel.sensor.nodes.count()},
                 ledger_, turns_)
+    , watchdog_(turns_, camera_, around.journal, around.starvation)
     , procedures_(around.gel.sensor, {.zeroFrames = kZeroFrames, .directory = kState}, links()) {
-  driver_.is.name.vendor = "Simulated";
-  driver_.is.name.serial = "1";
-  driver_.is.shape = around_.camera.shape();
-  driver_.is.frameRate_Hz = 60.0;
-  driver_.is.session = 1;
-  intake_.begin(driver_.is, kBuffers);
   around_.fields.begin();
   const auto [zero, before] = around_.zeros.restore();
   if (zero) tracker_.restore(*zero);
-  procedures_.welcome(kCamera, driver_.is.frameRate_Hz, zero, before);
+  procedures_.welcome(kCamera, 60.0, zero, before);
 }
 
 /// The search for contacts takes most of the time.
@@ -79,24 +74,14 @@ ProcedureLinks Life::links() {
           .answerCalibration = [this](const auto& result) { around_.askers.heedStepAnswer(result); }};
 }
 
-capture::Popped Life::Driver::pop(capture::Buffer& /*buffer*/, std::chrono::milliseconds /*timeout*/) {
-  return capture::Popped::kNothing;  // next() gives buffers
-}
-
-capture::Next Life::next(Frame& frame, std::chrono::milliseconds /*timeout*/) {
-  if (around_.camera.arrives_ns() > now()) return capture::Next::kTimeout;
-  worked_ = true;
-  const OnItsWay come = around_.camera.take();
-  Picture& room = pictures_[nextPicture_++ % kPictures] = come.picture;
-  capture::Buffer buffer;
-  buffer.arrival = come.arrival;
-  buffer.arrival.host_ns = buffer.arrival.raw_ns = now();
-  buffer.data = room.bytes.data();
-  buffer.handle = &room;
-  buffer.awaited = !around_.camera.hasMore();
-  if (intake_.judge(buffer, driver_, frame).verdict != capture::Verdict::kNew) return capture::Next::kRejected;
-  truths_[frame.info.frameNumber % kNumbers] = {room.number, room.isForged};
-  return capture::Next::kFrame;
+capture::Next Life::next(Frame& frame, std::chrono::milliseconds timeout) {
+  const capture::Next next = camera_.next(frame, timeout);
+  worked_ = next == capture::Next::kFrame || next == capture::Next::kRejected;
+  if (next == capture::Next::kFrame) {
+    const auto& picture = *static_cast<const Picture*>(frame.token);
+    truths_[frame.info.frameNumber % kNumbers] = {picture.number, picture.isForged};
+  }
+  return next;
 }
 
 bool Life::track(const Frame& frame, MarkerField& markers) {
@@ -109,7 +94,8 @@ bool Life::track(const Frame& frame, MarkerField& markers) {
 
 bool Life::turn(Stage stage) {
   worked_ = false;
-  pipeline_.turn(stage, 0ms);
+  pipeline_.turn(stage, stage == Stage::kCapture ? 100ms : 0ms);
+  watchdog_.heedTurn(static_cast<std::size_t>(stage));
   return worked_;
 }
 

@@ -1,15 +1,16 @@
-// One life of the daemon, from its start to its end: the real frame gate, pipeline, solver and procedures.
+// One life of the daemon, from its start to its end: the real camera with its keeper and frame gate, pipeline, solver
+// and procedures.
 #pragma once
 
-#include "daemon/capture/intake.h"
 #include "daemon/pipeline.h"
 #include "daemon/procedures.h"
 #include "daemon/solve/solver.h"
 #include "tests/simulation/askers.h"
+#include "tests/simulation/capture_side.h"
 #include "tests/simulation/fields.h"
 #include "tests/simulation/tracker.h"
+#include "tests/simulation/watchdog.h"
 
-#include <array>
 #include <vector>
 
 namespace tractiond::simulation {
@@ -23,6 +24,7 @@ struct Around {
   Fields& fields;
   Journal& journal;
   Chance& chance;
+  const Starvation& starvation;
   bool searchesForContacts = false;
 };
 
@@ -40,22 +42,15 @@ class Life : public capture::FrameSource {
 
   Procedures& procedures() { return procedures_; }
   double zeroWithin_s();
+  Watchdog& watchdog() { return watchdog_; }
   std::uint64_t received() const { return ledger_.received.get(); }
 
+  CaptureSide& camera() { return camera_; }
+
   capture::Next next(Frame& frame, std::chrono::milliseconds timeout) override;
-  void recycle(Frame& frame) override { frame.token = nullptr; }
+  void recycle(Frame& frame) override { camera_.recycle(frame); }
 
  private:
-  struct Driver : capture::Driver {
-    capture::CameraInfo is;
-    const capture::CameraInfo& info() const override { return is; }
-    capture::Popped pop(capture::Buffer& buffer, std::chrono::milliseconds timeout) override;
-    void giveBack(void* /*handle*/) override {}
-    Discard discard() const override {
-      return [](void*) {};
-    }
-  };
-
   solve::SolveOptions solving() const;
   Stages stages();
   ProcedureLinks links();
@@ -64,19 +59,17 @@ class Life : public capture::FrameSource {
   Around around_;
   Ledger ledger_;
   Turns turns_;
-  Driver driver_;
   solve::Solver solver_;
   Tracker tracker_;
-  static constexpr std::size_t kPictures = 256, kNumbers = 4096;  // more than are in flight
-  std::array<Picture, kPictures> pictures_;
-  std::size_t nextPicture_ = 0;
-  std::vector<Truth> truths_;  ///< by numbers of frames
-  capture::Intake intake_;
+  static constexpr std::size_t kNumbers = 4096;  // more than are in flight
+  std::vector<Truth> truths_;                    ///< by numbers of frames
+  CaptureSide camera_;
   Counter frames_;
   Mailbox<MarkerField> newest_;
   Mailbox<Watched> watched_;
   Watched lastWatched_;
   Pipeline pipeline_;
+  Watchdog watchdog_;
   Procedures procedures_;
   bool worked_ = false;  ///< the stage that takes its turn has something to do
 };

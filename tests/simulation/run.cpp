@@ -7,7 +7,8 @@
 namespace tractiond::simulation {
 namespace {
 
-constexpr std::uint64_t kMostInFlight = 22;  // the links' slots, and one with each stage
+constexpr std::uint64_t kMostInFlight = 22;       // the links' slots, and one with each stage
+constexpr std::int64_t kIdleTurn_ns = 100 * kMs;  // a stage sleeps no longer
 
 }  // namespace
 
@@ -62,6 +63,16 @@ void Run::happen(const Happening& one) {
       askers_.askZero(life_->procedures(), life_->zeroWithin_s(), one.event == Event::kUndo,
                       one.event == Event::kZeroAnyway);
     break;
+  case Event::kReopen:
+    if (!life_) break;
+    life_->camera().reopen(one.amount != 0);
+    keep();
+    break;
+  case Event::kQuestion:
+    if (!life_) break;
+    life_->camera().ask();
+    keep();
+    break;
   case Event::kNoise:
     if (life_) askers_.askStep(life_->procedures(), one.amount);
     break;
@@ -80,10 +91,15 @@ void Run::disturb(const Happening& one) {
   case Event::kLate:
   case Event::kFewMarkers:
   case Event::kSecondCounter:
+  case Event::kGone:
+  case Event::kSlowAnswers:
+  case Event::kHeld:
+  case Event::kHangs:
     return fields_.disturb(ongoing_.until_ns(one.event));
   case Event::kIdsRestart:
   case Event::kIdsJump:
   case Event::kClockStep:
+  case Event::kReopen:
     return fields_.disturb(now());
   default:
     return;
@@ -103,12 +119,12 @@ void Run::start() {
   if (startAt_ns_ > now()) return;
   startAt_ns_ = kNever;
   // The search for contacts takes most of the time: every eighth story has it.
-  life_ =
-      std::make_unique<Life>(Around{gel_, camera_, zeros_, askers_, fields_, journal_, chance_, story_.seed % 8 == 0});
+  life_ = std::make_unique<Life>(
+      Around{gel_, camera_, zeros_, askers_, fields_, journal_, chance_, starvation_, story_.seed % 8 == 0});
   busyUntil_ns_.fill(now());
+  turned_ns_.fill(now());
   ready_.fill(false);
-  controlAt_ns_ = now();
-  camera_.connect();
+  controlAt_ns_ = keeperAt_ns_ = now();
   journal_.say("the daemon runs");
 }
 
@@ -121,7 +137,6 @@ void Run::die(bool powerIsCut) {
   life_.reset();
   zeros_.die();
   askers_.die();
-  camera_.disconnect();
   if (powerIsCut) {
     disk_.losePower(now(), chance_);
   } else {
@@ -131,19 +146,32 @@ void Run::die(bool powerIsCut) {
   fields_.disturb(startAt_ns_);
 }
 
+void Run::keep() {
+  constexpr std::int64_t kUsual_ns = 1 * kSecond;
+  do keeperAt_ns_ = life_->camera().keeperTurn();
+  while (keeperAt_ns_ <= now());
+  // A call that has begun takes its time, also when the fault has ended.
+  const std::int64_t busyUntil_ns = life_->camera().keeperIsBusyUntil_ns();
+  if (busyUntil_ns > now() + kUsual_ns) fields_.disturb(busyUntil_ns);
+}
+
 /// The stages that are ready take turns until none is.
 void Run::work() {
+  if (keeperAt_ns_ <= now()) keep();
   for (;;) {
     std::array<std::size_t, kStages.size()> able{};
     std::size_t count = 0;
-    ready_[0] = camera_.arrives_ns() <= now();
+    ready_[0] = life_->camera().wakes_ns() <= now();
     for (std::size_t i = 0; i < kStages.size(); ++i) {
+      ready_[i] = ready_[i] || turned_ns_[i] + kIdleTurn_ns <= now();
       if (ready_[i] && busyUntil_ns_[i] <= now()) able[count++] = i;
     }
     if (count == 0) break;
     const std::size_t i = able[count == 1 ? 0 : chance_.below(count)];
+    turned_ns_[i] = now();
     if (!life_->turn(kStages[i])) {
       ready_[i] = false;
+      if (i == 0) keep();  // it may have been given something
       continue;
     }
     constexpr std::array<std::int64_t, kStages.size()> kLongest_us = {100, 6000, 4000, 300};
@@ -151,6 +179,10 @@ void Run::work() {
     if (i + 1 < kStages.size()) ready_[i + 1] = true;
   }
   if (controlAt_ns_ <= now()) control();
+  life_->watchdog().turn();
+  if (!life_->watchdog().bites()) return;
+  journal_.say("the watchdog ends the daemon");
+  die(false);
 }
 
 void Run::control() {
@@ -163,6 +195,7 @@ void Run::control() {
   controlAt_ns_ = now() + (life_->procedures().hurried() ? 3 : chance_.between(20, 100)) * kMs;
   askers_.check();
   fields_.checkFlow();
+  life_->camera().check();
   life_->checkBalance(kMostInFlight);
 }
 
@@ -170,10 +203,10 @@ std::int64_t Run::nextMoment(std::size_t nextHappening) const {
   std::int64_t next = std::min({camera_.next_ns(), zeros_.next_ns(), end_ns()});
   if (nextHappening < story_.happenings.size()) next = std::min(next, at_ns(story_.happenings[nextHappening]));
   if (!life_) return std::min(next, startAt_ns_);
-  next = std::min({next, controlAt_ns_, std::max(camera_.arrives_ns(), busyUntil_ns_[0])});
-  for (std::size_t i = 1; i < kStages.size(); ++i) {
-    if (ready_[i]) next = std::min(next, busyUntil_ns_[i]);
-  }
+  next = std::min({next, controlAt_ns_, keeperAt_ns_, life_->watchdog().next_ns(),
+                   std::max(life_->camera().wakes_ns(), busyUntil_ns_[0])});
+  for (std::size_t i = 1; i < kStages.size(); ++i)
+    next = std::min(next, ready_[i] ? busyUntil_ns_[i] : std::max(busyUntil_ns_[i], turned_ns_[i] + kIdleTurn_ns));
   return next;
 }
 

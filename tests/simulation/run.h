@@ -38,6 +38,7 @@ class Run {
   void start();
   void die(bool powerIsCut);
   void work();
+  void keep();
   void control();
   void stop();
 
@@ -54,8 +55,9 @@ class Run {
   Fields fields_;
 
   std::unique_ptr<Life> life_;
-  std::int64_t startAt_ns_ = 0, controlAt_ns_ = 0;
+  std::int64_t startAt_ns_ = 0, controlAt_ns_ = 0, keeperAt_ns_ = 0;
   std::array<std::int64_t, kStages.size() + 1> busyUntil_ns_{};
+  std::array<std::int64_t, kStages.size()> turned_ns_{};
   std::array<bool, kStages.size()> ready_{};
 };
 

@@ -21,6 +21,10 @@ enum class Event {
   kIdsJump,        ///< the counter jumps by so many
   kSecondCounter,  ///< another host sends as the camera, each so many ms a picture of a far-off counter, for a while
   kClockStep,      ///< the camera's clock steps by so many ms
+  kGone,           ///< it has no power; then its counter begins anew
+  kSlowAnswers,    ///< it answers after so many ms
+  kHeld,           ///< another client holds its control when it is opened
+  kHangs,          ///< a library hangs that opens it
   // The host's.
   kTimeSet,  ///< the time of day is set by so many seconds
   kStarved,  ///< a stage (0 .. 4) gets no processor for a while
@@ -34,6 +38,8 @@ enum class Event {
   kZero,
   kZeroAnyway,
   kUndo,
+  kReopen,      ///< the camera is opened anew, as after a reload; 1: with settings that it refuses
+  kQuestion,    ///< a feature of the camera is read
   kNoise,       ///< a calibration step over so many ms
   kTouch,       ///< something presses with so many mN for a while
   kFewMarkers,  ///< the markers are hidden for a while

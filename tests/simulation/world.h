@@ -40,6 +40,13 @@ inline std::int64_t now() {
   return clocks().monotonic_ns;
 }
 
+/// How long the calls take [ns] that were made since it was set to 0. They take effect at once; the caller is busy.
+std::int64_t& spent_ns();
+/// Returns when a background thread becomes idle next; kNever if all are.
+std::int64_t nextIdle_ns();
+/// Forgets the background threads of an earlier run.
+void forgetBackground();
+
 inline constexpr std::int64_t kMs = 1'000'000, kSecond = 1'000'000'000;
 inline constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 

@@ -1,5 +1,7 @@
 #include "tests/simulation/zeros.h"
 
+#include "base/whole_file.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -75,6 +77,7 @@ void Zeros::describe(const RestPose& pose) {
 
 Zeros::Left Zeros::restore() {
   const auto zero = load();
+  hasFailed_ = static_cast<bool>(synchroniseNames(kState));
   journal_.law(zero.has_value(), "a zero survives the loss of power", zero ? "" : zero.error().message());
   if (hasLived_) check(*zero);
   hasLived_ = true;
@@ -91,11 +94,11 @@ void Zeros::check(const std::optional<RestPose>& restored) {
       restored ? restored->id == inForce_ || std::ranges::find(unsure_, restored->id) != unsure_.end() : !wasKept_;
   journal_.law(fits, "after a loss of power the state is that of before or after",
                fmt::format("zero {} is restored, {} was in force", is, inForce_ ? nameOf(*inForce_) : "none"));
+  if (!hasFailed_) unsure_.clear();
+  if (hasFailed_ && inForce_) unsure_.push_back(*inForce_);
   // Another one than that in force: which it is the one before of is not followed here.
   if (!restored || !inForce_ || restored->id != *inForce_) previous_.reset();
   inForce_.reset();
-  unsure_.clear();
-  hasFailed_ = false;
   isSettled_ = true;
 }
 

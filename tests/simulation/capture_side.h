@@ -1,0 +1,55 @@
+// capture::Camera of a life, above the simulated driver, and its laws.
+#pragma once
+
+#include "daemon/capture/camera.h"
+#include "tests/simulation/driver.h"
+#include "tests/simulation/journal.h"
+#include "tests/simulation/ongoing.h"
+
+#include <algorithm>
+#include <memory>
+
+namespace tractiond::simulation {
+
+class CaptureSide {
+ public:
+  /// All outlive it.
+  CaptureSide(Camera& camera, Ledger& ledger, Journal& journal, const Starvation& starvation);
+
+  capture::Next next(Frame& frame, std::chrono::milliseconds timeout);
+  void recycle(Frame& frame) { camera_->recycle(frame); }
+  /// Returns when the capture stage wakes.
+  std::int64_t wakes_ns() const {
+    return connection_.isPopped ? std::min(looks_ns_, connection_.camera.arrives_ns()) : looks_ns_;
+  }
+
+  /// Takes a turn of the camera's keeper, unless a call of the driver keeps it busy. Returns when it is due again.
+  std::int64_t keeperTurn();
+  std::int64_t keeperIsBusyUntil_ns() const { return keeperIsBusyUntil_ns_; }
+  bool isForsaken() const { return camera_->isForsaken(); }
+  /// Returns whether the keeper hangs although no camera streams, by the world's own account.
+  bool isHanging() const;
+
+  /// Has the camera opened anew, as after a reload. \param isRefused it does not take the settings
+  void reopen(bool isRefused);
+  /// Reads a feature, as a person asks for it.
+  void ask();
+
+  /// Takes an answer. Laws: the camera's state is true, its loss is noticed in time, and a question is answered in
+  /// time.
+  void check();
+
+ private:
+  void checkState() const;
+  void checkNoticed() const;
+
+  Journal& journal_;
+  const Starvation& starvation_;
+  Connection connection_;
+  std::unique_ptr<capture::Camera> camera_;
+  std::int64_t looks_ns_, came_ns_;
+  std::int64_t keeperBegan_ns_ = 0, keeperIsBusyUntil_ns_ = 0;
+  std::int64_t asked_ns_ = kNever;  ///< kNever: nothing is asked
+};
+
+}  // namespace tractiond::simulation

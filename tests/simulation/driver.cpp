@@ -1,0 +1,93 @@
+#include "tests/simulation/driver.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tractiond::simulation {
+namespace {
+
+constexpr std::int64_t kRepeats_ns = 3 * kSecond;  // Aravis does, each question
+
+/// Spends the time until the camera answers. Returns false if it does not within `patience_ns`.
+bool ask(const Camera& camera, std::int64_t patience_ns) {
+  spent_ns() += std::min(camera.answersAfter_ns(), patience_ns);
+  return camera.answersAfter_ns() <= patience_ns;
+}
+
+class SimulatedDriver : public capture::Driver {
+ public:
+  explicit SimulatedDriver(Connection& connection)
+      : connection_(connection) {
+    info_.name.id = kCamera;
+    info_.name.vendor = "Simulated";
+    info_.name.serial = "1";
+    info_.shape = connection.camera.shape();
+    info_.frameRate_Hz = 60.0;
+    ++connection.open;
+    ++connection.opened;
+    connection.camera.connect();
+  }
+  ~SimulatedDriver() override {
+    --connection_.open;
+    connection_.camera.disconnect();
+  }
+  const capture::CameraInfo& info() const override { return info_; }
+  capture::Popped pop(capture::Buffer& buffer, std::chrono::milliseconds timeout) override {
+    Camera& camera = connection_.camera;
+    connection_.isPopped = true;
+    connection_.popWaits = timeout;
+    if (camera.arrives_ns() > now()) return capture::Popped::kNothing;
+    const OnItsWay come = camera.take();
+    Picture& room = connection_.pictures[connection_.nextPicture++ % Connection::kPictures] = come.picture;
+    buffer.arrival = come.arrival;
+    buffer.arrival.host_ns = buffer.arrival.raw_ns = now();
+    buffer.data = room.bytes.data();
+    buffer.handle = &room;
+    buffer.awaited = !camera.hasMore();
+    return capture::Popped::kBuffer;
+  }
+  void giveBack(void* /*handle*/) override {}
+  Discard discard() const override {
+    return [](void*) {};
+  }
+  std::string doubt() override {
+    constexpr std::int64_t kPatience_ns = 130 * kMs;
+    return ask(connection_.camera, kPatience_ns) ? "" : "it does not answer";
+  }
+  CameraLink link() override {
+    ask(connection_.camera, kRepeats_ns);
+    return {};
+  }
+  tl::expected<CameraReport, std::string> serve(const CameraStep& /*step*/) override {
+    if (ask(connection_.camera, kRepeats_ns)) return CameraReport{};
+    return tl::unexpected<std::string>("the camera does not answer");
+  }
+
+ private:
+  Connection& connection_;
+  capture::CameraInfo info_;
+};
+
+tl::unexpected<Error> refused(int code, std::string what) {
+  return tl::unexpected(Error{.exitCode = code, .what = std::move(what)});
+}
+
+}  // namespace
+
+capture::OpenDriver fromSimulation(Connection& connection, bool isRefused) {
+  using Opened = tl::expected<std::unique_ptr<capture::Driver>, Error>;
+  return [&connection, isRefused](const capture::Opening& opening) -> Opened {
+    constexpr std::int64_t kSearch_ns = kSecond;
+    constexpr int kSettings = 8;
+    const Camera& camera = connection.camera;
+    if (!ask(camera, kSearch_ns)) return refused(EX_UNAVAILABLE, "camera Simulated-1 does not answer");
+    if (camera.isHeld()) return refused(EX_UNAVAILABLE, "camera Simulated-1 is held by another client");
+    opening.found();
+    spent_ns() += camera.hangsFor_ns();
+    for (int i = 0; i < kSettings; ++i) ask(camera, kRepeats_ns);
+    if (isRefused) return refused(EX_CONFIG, "the camera refuses ExposureTime");
+    return std::make_unique<SimulatedDriver>(connection);
+  };
+}
+
+}  // namespace tractiond::simulation

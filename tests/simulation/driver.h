@@ -1,0 +1,25 @@
+// The driver of the simulated camera. Its calls take effect at once, and add to spent_ns() how long they take.
+#pragma once
+
+#include "daemon/capture/driver.h"
+#include "tests/simulation/camera.h"
+
+#include <array>
+
+namespace tractiond::simulation {
+
+/// What a life knows of the drivers that its keeper opens. Outlives them.
+struct Connection {
+  Camera& camera;
+  int open = 0, opened = 0;
+  bool isPopped = false;                         ///< the capture stage has the driver
+  std::chrono::milliseconds popWaits{100};       ///< as long as the last pop() would have waited
+  static constexpr std::size_t kPictures = 256;  ///< more than are in flight
+  std::array<Picture, kPictures> pictures{};
+  std::size_t nextPicture = 0;
+};
+
+/// \param isRefused the camera does not take the settings
+capture::OpenDriver fromSimulation(Connection& connection, bool isRefused = false);
+
+}  // namespace tractiond::simulation
