@@ -1,7 +1,8 @@
 #include "client/cli/board.h"
 
-#include "client/cli/json.h"
 #include "client/cli/page.h"
+#include "client/cli/reflection.h"
+#include "client/cli/status_text.h"
 #include "client/src/printable.h"
 
 #include <algorithm>
@@ -17,6 +18,9 @@ constexpr int kLedger = 40;  ///< columns
 
 using Count = unsigned long long;
 
+/// Getter of one stage.
+using Stage = const v1::Quantiles& (v1::Latencies::*)() const;
+
 enum class Tone { kPlain, kOld, kBad };
 
 struct Row {
@@ -28,8 +32,11 @@ struct Row {
 struct Account {
   std::string name;
   std::uint64_t total = 0;
-  std::optional<double> rate_hz;  ///< none: there is but one status
-  bool isLoss = false;
+  std::optional<double> rate_hz;  ///< empty: there is no status before, or it is no counter
+  v1::Top::Loss loss = v1::Top::LOSS_NONE;
+  bool isCounter = false;
+
+  bool isLoss() const { return loss != v1::Top::LOSS_NONE; }
 };
 
 const Style& styleOf(Tone tone) {
@@ -37,31 +44,18 @@ const Style& styleOf(Tone tone) {
 }
 
 std::vector<Account> accountsOf(const Scene& scene) {
-  const auto list = [](const Ledger& ledger) {
-    std::vector<Account> all = {{"received", ledger.received, {}, false},
-                                {"published", ledger.published, {}, false},
-                                {"in flight", ledger.inFlight, {}, false}};
-    for (const auto& [cause, frames] : lossesOf(ledger)) {
-      std::string name = cause;
-      std::replace(name.begin(), name.end(), '_', ' ');
-      // Those are no losses: they are used for the zero, or there is nothing to measure.
-      all.push_back({name, frames, {}, name != "no rest pose" && name != "no gel"});
-    }
-    all.push_back({"never arrived", ledger.missing, {}, true});
-    all.push_back({"of doubted origin", ledger.doubted, {}, true});
-    all.push_back({"reconnects", ledger.reconnects, {}, true});
-    return all;
-  };
   if (!scene.status) return {};
-  std::vector<Account> now = list(scene.status->ledger);
-  if (!scene.statusBefore) return now;
-  const double seconds = scene.status->uptime_s - scene.statusBefore->uptime_s;
-  const std::vector<Account> before = list(scene.statusBefore->ledger);
-  for (std::size_t i = 0; i < now.size() && seconds > 0.0; ++i) {
-    const double more = static_cast<double>(now[i].total) - static_cast<double>(before[i].total);
-    if (now[i].name != "in flight") now[i].rate_hz = more / seconds;
+  std::vector<Account> all;
+  for (TopNumber& one : topNumbers(*scene.status->message, "frames"))
+    all.push_back({std::move(one.word), one.number, {}, one.loss, one.isCounter});
+  if (!scene.statusBefore) return all;
+  const double seconds = (*scene.status)->uptime_s() - (*scene.statusBefore)->uptime_s();
+  const std::vector<TopNumber> before = topNumbers(*scene.statusBefore->message, "frames");
+  for (std::size_t i = 0; i < all.size() && seconds > 0.0; ++i) {
+    const double more = static_cast<double>(all[i].total) - static_cast<double>(before[i].number);
+    if (all[i].isCounter) all[i].rate_hz = more / seconds;
   }
-  return now;
+  return all;
 }
 
 /// What is wrong, most important first; empty: nothing.
@@ -74,15 +68,15 @@ std::string complaint(const Watched& one, std::int64_t now_ns) {
   if (!trouble.what.empty()) add(scene.sentence(trouble));
   if (trouble.what.empty()) {
     if (!scene.field->valid) {
-      const bool isKnown = scene.status && !scene.status->invalidWhy.empty();
-      add("no valid forces" + (isKnown ? ": " + scene.status->invalidWhy : ""));
+      const bool isKnown = scene.status && !(*scene.status)->invalid_why().empty();
+      add("no valid forces" + (isKnown ? ": " + (*scene.status)->invalid_why() : ""));
     }
     for (const std::string& flag : words(scene.recentFlags(now_ns))) add(flag);
   }
-  const std::string remark = scene.status ? scene.status->markers.remark : "";
+  const std::string remark = scene.status ? (*scene.status)->markers().remark() : "";
   if (!remark.empty() && remark != trouble.what) add(remark);
-  if (scene.status && !refusedOf(scene.status->scheduling).empty())
-    add("real time is not granted: " + refusedOf(scene.status->scheduling));
+  if (scene.status && !refusedOf(*scene.status->message).empty())
+    add("real time is not granted: " + refusedOf(*scene.status->message));
   return text;
 }
 
@@ -96,8 +90,8 @@ std::string stateOf(const Watched& one, std::int64_t now_ns) {
   if (!one.failure.empty()) return "failed";
   if (!one.scene.connected() && !one.scene.status) return "not there";
   if (!one.scene.status) return "no status yet";
-  const Status& status = *one.scene.status;
-  return inBrackets(std::string("camera ") + nameOf(status.camera) + ", up " + duration(status.uptime_s),
+  const v1::Status& status = *one.scene.status->message;
+  return inBrackets("camera " + wordOf(status.camera()) + ", up " + duration(status.uptime_s()),
                     one.scene.isStatusOld(now_ns));
 }
 
@@ -126,12 +120,14 @@ class Numbers {
   }
   Row fields() const { return {"fields", format("%.1f /s come here", scene_.rate_hz(now_ns_)), Tone::kPlain}; }
   Row frames() const {
-    return ofStatus("frames",
-                    [](const Status& s) { return format("%.1f in, %.1f out /s", s.received_hz, s.published_hz); });
+    return ofStatus("frames", [](const v1::Status& s) {
+      return format("%.1f in, %.1f out /s", s.rates().received_hz(), s.rates().published_hz());
+    });
   }
-  Row stage(const char* name, Quantiles Status::*stage) const {
-    return ofStatus(name, [&](const Status& s) {
-      return format("%7.2f %7.2f %7.2f", (s.*stage).p50_s * 1e3, (s.*stage).p99_s * 1e3, (s.*stage).max_s * 1e3);
+  Row stage(const char* name, Stage get) const {
+    return ofStatus(name, [&](const v1::Status& s) {
+      const v1::Quantiles& of = (s.latencies().*get)();
+      return format("%7.2f %7.2f %7.2f", of.p50_s() * 1e3, of.p99_s() * 1e3, of.max_s() * 1e3);
     });
   }
   Row here() const {
@@ -143,57 +139,59 @@ class Numbers {
     return ofField("  to here", format("%7.2f %7.2f", latency->p50_ms, latency->p99_ms));
   }
   Row markers() const {
-    return ofStatus("markers", [](const Status& s) {
+    return ofStatus("markers", [](const v1::Status& s) {
       std::string text;
-      for (const MarkerStatus::Layer& layer : s.markers.layers) {
-        text += (text.empty() ? "" : ", ") + format("%s %u/%u", nameOf(layer.colour), layer.found, layer.expected);
+      for (const v1::LayerStatus& layer : s.markers().layers()) {
+        text += (text.empty() ? "" : ", ") + wordOf(layer.colour()) + format(" %u/%u", layer.found(), layer.expected());
       }
       return text.empty() ? std::string("-") : text;
     });
   }
   Row found() const {
-    return ofStatus("markers", [](const Status& s) {
+    return ofStatus("markers", [](const v1::Status& s) {
       unsigned found = 0, expected = 0;
-      for (const MarkerStatus::Layer& layer : s.markers.layers) found += layer.found, expected += layer.expected;
+      for (const v1::LayerStatus& layer : s.markers().layers()) found += layer.found(), expected += layer.expected();
       return format("%u/%u", found, expected);
     });
   }
   Row latency() const {
-    return ofStatus("latency", [](const Status& s) {
-      return format("%.2f ms p50 %.2f p99 %.2f max", s.total.p50_s * 1e3, s.total.p99_s * 1e3, s.total.max_s * 1e3);
+    return ofStatus("latency", [](const v1::Status& s) {
+      const v1::Quantiles& total = s.latencies().total();
+      return format("%.2f ms p50 %.2f p99 %.2f max", total.p50_s() * 1e3, total.p99_s() * 1e3, total.max_s() * 1e3);
     });
   }
   Row drift() const {
-    return ofStatus("drift", [](const Status& s) {
-      if (!s.restDrift) return std::string("-");
-      return format("%+.2f %+.2f px, %s ago", s.restDrift->shiftU_px, s.restDrift->shiftV_px,
-                    duration(s.restDrift->age_s).c_str());
+    return ofStatus("drift", [](const v1::Status& s) {
+      if (!s.has_rest_drift()) return std::string("-");
+      const v1::RestDrift& drift = s.rest_drift();
+      return format("%+.2f %+.2f px, %s ago", drift.shift_u_px(), drift.shift_v_px(), duration(drift.age_s()).c_str());
     });
   }
   Row packets() const {
-    return ofStatus("packets", [](const Status& s) {
-      if (!s.cameraLink) return std::string("-");
-      return format("%llu resent %llu lost %llu refused", Count{s.cameraLink->packetsResent},
-                    Count{s.cameraLink->packetsMissing}, Count{s.cameraLink->packetsRefused});
+    return ofStatus("packets", [](const v1::Status& s) {
+      std::string text;
+      for (const TopNumber& one : topNumbers(s, "packets"))
+        text += (text.empty() ? "" : " ") + std::to_string(one.number) + " " + one.word;
+      return text.empty() ? std::string("-") : text;
     });
   }
   Row warmth() const {
-    return ofStatus("camera", [](const Status& s) {
+    return ofStatus("camera", [](const v1::Status& s) {
       std::string text;
-      if (s.cameraLink && s.cameraLink->temperature_C) text = format("%.1f °C", *s.cameraLink->temperature_C);
-      if (s.cameraLink && !s.cameraLink->ptp.empty())
-        text += (text.empty() ? "PTP " : ", PTP ") + printable(s.cameraLink->ptp);
+      const v1::CameraLink& link = s.camera_link();
+      if (link.has_temperature()) text = format("%.1f °C", link.temperature());
+      if (!link.ptp().empty()) text += (text.empty() ? "PTP " : ", PTP ") + printable(link.ptp());
       return text.empty() ? std::string("-") : text;
     });
   }
   Row memory() const {
-    return ofStatus("memory", [](const Status& s) {
-      return s.memory_bytes == 0 ? std::string("-")
-                                 : format("%.1f MiB", static_cast<double>(s.memory_bytes) / 1048576.0);
+    return ofStatus("memory", [](const v1::Status& s) {
+      return s.memory_bytes() == 0 ? std::string("-")
+                                   : format("%.1f MiB", static_cast<double>(s.memory_bytes()) / 1048576.0);
     });
   }
   Row realTime() const {
-    return ofStatus("real time", [](const Status& s) { return printable(grantedOf(s.scheduling)); });
+    return ofStatus("real time", [](const v1::Status& s) { return printable(grantedOf(s)); });
   }
   bool statusIsOld() const { return statusIsOld_; }
 
@@ -205,7 +203,7 @@ class Numbers {
   template <typename Text>
   Row ofStatus(const char* label, Text&& text) const {
     if (!scene_.status) return {label, "-", Tone::kOld};
-    return {label, inBrackets(text(*scene_.status), statusIsOld_), statusIsOld_ ? Tone::kOld : Tone::kPlain};
+    return {label, inBrackets(text(*scene_.status->message), statusIsOld_), statusIsOld_ ? Tone::kOld : Tone::kPlain};
   }
 
   const Scene& scene_;
@@ -225,10 +223,10 @@ std::vector<Row> rowsOf(const Watched& one, std::int64_t now_ns) {
           numbers.fields(),
           numbers.frames(),
           {"latency", "    p50     p99     max  ms", Tone::kOld},
-          numbers.stage("  track", &Status::track),
-          numbers.stage("  solve", &Status::solve),
-          numbers.stage("  send", &Status::send),
-          numbers.stage("  total", &Status::total),
+          numbers.stage("  track", &v1::Latencies::track),
+          numbers.stage("  solve", &v1::Latencies::solve),
+          numbers.stage("  send", &v1::Latencies::send),
+          numbers.stage("  total", &v1::Latencies::total),
           numbers.here(),
           numbers.markers(),
           numbers.residual(),
@@ -246,7 +244,7 @@ Row lossesInWords(const Scene& scene, bool isOld) {
   std::uint64_t sum = 0;
   bool isNow = false;
   for (const Account& one : accountsOf(scene)) {
-    if (!one.isLoss || one.total == 0 || one.name == "reconnects" || one.name == "of doubted origin") continue;
+    if (one.loss != v1::Top::LOSS_FRAME || one.total == 0) continue;
     sum += one.total;
     causes += (causes.empty() ? ": " : ", ") + format("%llu ", Count{one.total}) + one.name;
     if (one.rate_hz && *one.rate_hz > 0.0) causes += format(" (%.1f/s)", *one.rate_hz), isNow = true;
@@ -298,8 +296,8 @@ void drawLedger(Canvas& canvas, int column, int row, int bottom, const Scene& sc
   ++row;
   for (const Account& one : accountsOf(scene)) {
     if (row >= bottom) return;
-    const bool isGrowing = !isOld && one.isLoss && one.rate_hz && *one.rate_hz > 0.0;
-    const Style& style = isGrowing ? kWarning : isOld || (one.isLoss && one.total == 0) ? kDim : kPlain;
+    const bool isGrowing = !isOld && one.isLoss() && one.rate_hz && *one.rate_hz > 0.0;
+    const Style& style = isGrowing ? kWarning : isOld || (one.isLoss() && one.total == 0) ? kDim : kPlain;
     canvas.text(column, row, "  " + one.name, isGrowing ? kWarning : kDim);
     right(kRateEnd, one.rate_hz ? format("%.1f", *one.rate_hz) : "", style);
     right(kLedger, format("%llu", Count{one.total}), style);
@@ -343,13 +341,13 @@ void drawShort(Canvas& canvas, int row, const Watched& one, std::int64_t now_ns)
   put(row + 2,
       {numbers.force(), {"rate", format("%.1f/s", one.scene.rate_hz(now_ns))}, numbers.residual(), numbers.memory()});
   const bool isOld = numbers.statusIsOld();
-  const auto median = [&](const char* name, Quantiles Status::*stage) -> Row {
+  const auto median = [&](const char* name, Stage stage) -> Row {
     if (!one.scene.status) return {name, "-", Tone::kOld};
-    return {name, inBrackets(format("%.2f", ((*one.scene.status).*stage).p50_s * 1e3), isOld),
+    return {name, inBrackets(format("%.2f", ((*one.scene.status)->latencies().*stage)().p50_s() * 1e3), isOld),
             isOld ? Tone::kOld : Tone::kPlain};
   };
-  put(row + 3, {median("ms: track", &Status::track), median("solve", &Status::solve), median("send", &Status::send),
-                median("total", &Status::total), numbers.found()});
+  put(row + 3, {median("ms: track", &v1::Latencies::track), median("solve", &v1::Latencies::solve),
+                median("send", &v1::Latencies::send), median("total", &v1::Latencies::total), numbers.found()});
   put(row + 4, {lossesInWords(one.scene, isOld)});
 }
 

@@ -1,6 +1,7 @@
 #include "client/cli/foxglove.h"
 
 #include "client/cli/scene.h"
+#include "traction/v1/status.pb.h"
 
 #include <foxglove/Grid.pb.h>
 #include <foxglove/Log.pb.h>
@@ -169,7 +170,7 @@ std::vector<Drawn> Drawing::draw(const Message& message, std::uint64_t time_ns, 
   if ((wanted & kLog) == 0) {  // when it is wanted again, it begins with what holds then
     flags_ = 0;
     valid_ = true;
-    camera_ = CameraState::kUnknown;
+    camera_ = 0;
   }
   if (const auto* description = std::get_if<Description>(&message)) {
     description_ = *description;
@@ -255,12 +256,12 @@ void Drawing::log(const Field& field, std::uint64_t time_ns, std::vector<Drawn>&
 }
 
 void Drawing::log(const Status& status, std::uint64_t time_ns, std::vector<Drawn>& to) {
-  if (status.camera != camera_) {
-    const bool streams = status.camera == CameraState::kStreaming;
+  if (status->camera() != camera_) {
+    const bool streams = status->camera() == v1::CAMERA_STATE_STREAMING;
     to.push_back(line(sensor_, time_ns, streams ? ::foxglove::Log::INFO : ::foxglove::Log::WARNING,
-                      streams ? "the camera streams" : "the camera does not stream: " + status.cameraWhy));
+                      streams ? "the camera streams" : "the camera does not stream: " + status->camera_why()));
   }
-  camera_ = status.camera;
+  camera_ = status->camera();
 }
 
 }  // namespace traction::cli::foxglove

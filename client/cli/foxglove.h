@@ -59,7 +59,7 @@ class Drawing {
   // Last state that the log reported.
   std::uint32_t flags_ = 0;
   bool valid_ = true;
-  CameraState camera_ = CameraState::kUnknown;
+  int camera_ = 0;  ///< v1::CameraState
 };
 
 }  // namespace traction::cli::foxglove

@@ -1,8 +1,7 @@
 #include "client/cli/json.h"
 
 #include "client/cli/json_writer.h"
-
-#include <algorithm>
+#include "client/cli/reflection.h"
 
 namespace traction::cli {
 
@@ -237,111 +236,57 @@ void put(Json& json, const Description& description) {
   }
 }
 
-void put(Json& json, const char* name, const Quantiles& quantiles) {
-  json.key(name).open('{');
-  json.key("p50_s").number(quantiles.p50_s);
-  json.key("p99_s").number(quantiles.p99_s);
-  json.key("max_s").number(quantiles.max_s);
-  const Histogram& all = quantiles.sinceStart;
-  json.key("since_start").open('{');
-  json.key("bound_s").numbers(all.bounds_s);
-  json.key("count").open('[');
-  for (const std::uint64_t count : all.counts) json.number(count);
-  json.close(']');
-  json.key("sum_s").number(all.sum_s).close('}').close('}');
+/// Writes the fields of a message under their names, in the order of their declaration.
+void putFields(Json& json, const Reflected& message);
+
+void putScalar(Json& json, const Scalar& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) {
+    json.string(*text);
+  } else if (const auto* boolean = std::get_if<bool>(&value)) {
+    json.boolean(*boolean);
+  } else if (const auto* number = std::get_if<double>(&value)) {
+    json.number(*number);
+  } else if (const auto* count = std::get_if<std::uint64_t>(&value)) {
+    json.number(*count);
+  } else {
+    json.number(std::get<std::int64_t>(value));
+  }
 }
+
+// NOLINTBEGIN(misc-no-recursion): as deep as the messages of the schema
+void putField(Json& json, const Reflected& message, const FieldDescriptor& field) {
+  json.key(field.name());
+  if (field.is_repeated()) json.open('[');
+  if (isMessage(field)) {
+    if (isAbsent(message, field)) json.null();
+    forEachMessage(message, field, [&](const Reflected& part, int) {
+      json.open('{');
+      putFields(json, part);
+      json.close('}');
+    });
+  } else if (field.is_repeated()) {
+    for (int i = 0; i < message.GetReflection()->FieldSize(message, &field); ++i)
+      putScalar(json, scalarOf(message, field, i));
+  } else if (field.has_optional_keyword() && !isSet(message, field)) {
+    json.null();
+  } else {
+    putScalar(json, scalarOf(message, field));
+  }
+  if (field.is_repeated()) json.close(']');
+}
+
+void putFields(Json& json, const Reflected& message) {
+  for (int i = 0; i < message.GetDescriptor()->field_count(); ++i)
+    putField(json, message, *message.GetDescriptor()->field(i));
+}
+// NOLINTEND(misc-no-recursion)
 
 void put(Json& json, const Status& status) {
   put(json, "status", status.header);
-  json.key("uptime_s").number(status.uptime_s);
-  json.key("camera").string(cli::nameOf(status.camera));
-  const Ledger& ledger = status.ledger;
-  json.key("ledger").open('{');
-  json.key("received").number(ledger.received);
-  json.key("published").number(ledger.published);
-  json.key("in_flight").number(ledger.inFlight);
-  for (const auto& [cause, frames] : lossesOf(ledger)) json.key(cause).number(frames);
-  json.key("missing").number(ledger.missing);
-  json.key("reconnects").number(ledger.reconnects);
-  json.key("doubted").number(ledger.doubted);
-  json.key("invalid").number(ledger.invalid).close('}');
-  json.key("rates").open('{');
-  json.key("received_hz").number(status.received_hz);
-  json.key("published_hz").number(status.published_hz).close('}');
-  json.key("latencies").open('{');
-  put(json, "track", status.track);
-  put(json, "solve", status.solve);
-  put(json, "send", status.send);
-  put(json, "total", status.total);
-  json.close('}');
-  json.key("turns").open('{');
-  constexpr std::array<const char*, 5> kLoops = {"capture", "track", "solve", "publish", "control"};
-  for (std::size_t i = 0; i < kLoops.size(); ++i) json.key(kLoops[i]).number(status.turns[i]);
-  json.close('}');
-  json.key("camera_why").string(status.cameraWhy);
-  json.key("camera_link");
-  if (const auto& link = status.cameraLink) {
-    json.open('{');
-    json.key("packets_resent").number(link->packetsResent);
-    json.key("packets_missing").number(link->packetsMissing);
-    json.key("packets_refused").number(link->packetsRefused);
-    json.key("ptp").string(link->ptp);
-    put(json, "ptp_offset_s", link->ptpOffset_s);
-    put(json, "temperature", link->temperature_C);
-    json.close('}');
-  } else {
-    json.null();
-  }
-  json.key("zero_within_s").number(status.zeroWithin_s);
-  json.key("log_lines_lost").number(status.logLinesLost);
-  json.key("memory_bytes").number(status.memory_bytes);
-  json.key("invalid_why").string(status.invalidWhy);
-  json.key("unreleased_why").string(status.unreleasedWhy);
-  json.key("residual_px").number(status.residual_px);
-  const Scheduling& scheduling = status.scheduling;
-  json.key("scheduling").open('{');
-  json.key("asked_priority").number(scheduling.askedPriority);
-  json.key("asked_cpus").string(scheduling.askedCpus);
-  json.key("asked_lock").boolean(scheduling.askedLock);
-  json.key("threads").open('[');
-  for (const Scheduling::Thread& thread : scheduling.threads) {
-    json.open('{').key("name").string(thread.name);
-    json.key("priority").number(thread.priority);
-    json.key("cpus").string(thread.cpus).close('}');
-  }
-  json.close(']');
-  json.key("locked_bytes").number(scheduling.locked_bytes).close('}');
-  json.key("markers").open('{').key("layers").open('[');
-  for (const MarkerStatus::Layer& layer : status.markers.layers) {
-    json.open('{').key("colour").string(cli::nameOf(layer.colour));
-    json.key("expected").number(layer.expected);
-    json.key("found").number(layer.found);
-    json.key("in_zero").number(layer.inZero);
-    json.key("columns").number(layer.columns);
-    json.key("rows").number(layer.rows).close('}');
-  }
-  json.close(']');
-  json.key("remark").string(status.markers.remark);
-  json.key("findings").open('[');
-  for (const MarkerStatus::Finding& finding : status.markers.findings) {
-    json.open('{').key("name").string(finding.name);
-    json.key("expected").number(finding.expected);
-    json.key("seen").number(finding.seen);
-    json.key("deviation").number(finding.deviation);
-    json.key("contradicts").boolean(finding.contradicts).close('}');
-  }
-  json.close(']').close('}');
-  json.key("rest_drift");
-  if (const auto& drift = status.restDrift) {
-    json.open('{');
-    json.key("shift_u_px").number(drift->shiftU_px);
-    json.key("shift_v_px").number(drift->shiftV_px);
-    json.key("scale").number(drift->scale);
-    json.key("roll_rad").number(drift->roll);
-    json.key("rms_px").number(drift->rms_px);
-    json.key("age_s").number(drift->age_s).close('}');
-  } else {
-    json.null();
+  const auto message = reflected(*status.message);
+  for (int i = 0; i < statusDescriptor().field_count(); ++i) {
+    const FieldDescriptor& field = *statusDescriptor().field(i);
+    if (field.name() != "timestamp" && field.name() != "header") putField(json, *message, field);
   }
 }
 
@@ -433,22 +378,6 @@ std::string object(const Any& any) {
 
 }  // namespace
 
-const char* nameOf(CameraState state) {
-  switch (state) {
-  case CameraState::kWaiting:
-    return "waiting";
-  case CameraState::kStreaming:
-    return "streaming";
-  case CameraState::kLost:
-    return "lost";
-  case CameraState::kConnecting:
-    return "connecting";
-  case CameraState::kUnknown:
-    break;
-  }
-  return "unknown";
-}
-
 const char* nameOf(Colour colour) {
   switch (colour) {
   case Colour::kBlue:
@@ -463,49 +392,6 @@ const char* nameOf(Colour colour) {
     break;
   }
   return "unknown";
-}
-
-std::array<std::pair<const char*, std::uint64_t>, 11> lossesOf(const Ledger& ledger) {
-  return {{{"incomplete", ledger.incomplete},
-           {"wrong_size", ledger.wrongSize},
-           {"wrong_format", ledger.wrongFormat},
-           {"stale", ledger.stale},
-           {"implausible", ledger.implausible},
-           {"evicted_before_track", ledger.evictedBeforeTrack},
-           {"no_rest_pose", ledger.noRestPose},
-           {"no_gel", ledger.noGel},
-           {"evicted_before_solve", ledger.evictedBeforeSolve},
-           {"evicted_before_publish", ledger.evictedBeforePublish},
-           {"discarded_at_stop", ledger.discardedAtStop}}};
-}
-
-std::string grantedOf(const Scheduling& scheduling) {
-  std::string text;
-  if (!scheduling.threads.empty()) {
-    const auto [low, high] = std::minmax_element(
-        scheduling.threads.begin(), scheduling.threads.end(),
-        [](const Scheduling::Thread& a, const Scheduling::Thread& b) { return a.priority < b.priority; });
-    if (high->priority > 0) text = "priority " + std::to_string(low->priority);
-    if (high->priority > low->priority) text += " to " + std::to_string(high->priority);
-    if (!scheduling.askedCpus.empty()) text += (text.empty() ? "on " : " on ") + high->cpus;
-  }
-  if (scheduling.locked_bytes > 0) text += text.empty() ? "memory locked" : ", memory locked";
-  return text.empty() ? "off" : text;
-}
-
-std::string refusedOf(const Scheduling& scheduling) {
-  std::string text;
-  const auto add = [&](const std::string& what) { text += (text.empty() ? "" : ", ") + what; };
-  const auto any = [&](auto&& isRefused) {
-    return std::any_of(scheduling.threads.begin(), scheduling.threads.end(), isRefused);
-  };
-  if (scheduling.askedPriority > 0 && any([](const Scheduling::Thread& one) { return one.priority == 0; }))
-    add("priority " + std::to_string(scheduling.askedPriority));
-  if (!scheduling.askedCpus.empty() &&
-      any([&](const Scheduling::Thread& one) { return one.cpus != scheduling.askedCpus; }))
-    add("processors " + scheduling.askedCpus);
-  if (scheduling.askedLock && scheduling.locked_bytes == 0) add("memory");
-  return text;
 }
 
 std::string toHex(const Id& id) {

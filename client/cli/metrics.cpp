@@ -3,22 +3,23 @@
 #include "client/cli/instances.h"
 #include "client/cli/json.h"
 #include "client/cli/output.h"
+#include "client/cli/reflection.h"
 #include "traction/error.h"
 
-#include <algorithm>
+#include <google/protobuf/descriptor.pb.h>
+
 #include <array>
 #include <cstdio>
-#include <functional>
-#include <initializer_list>
 #include <iostream>
+#include <map>
 #include <set>
+#include <sstream>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 namespace traction::cli {
 namespace {
-
-using Labels = std::initializer_list<std::pair<const char*, std::string>>;
 
 std::string escaped(const std::string& text) {
   std::string result;
@@ -29,165 +30,118 @@ std::string escaped(const std::string& text) {
   return result;
 }
 
-std::string number(double value) {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.17g", value);
-  return text.data();
-}
-std::string number(std::uint64_t value) {
-  return std::to_string(value);
+std::string headOf(const std::string& name, std::string_view kind, const std::string& help) {
+  return "# HELP traction_" + name + " " + help + "\n# TYPE traction_" + name + " " + std::string(kind) + "\n";
 }
 
-/// The samples of one metric. A metric without any is not written.
-class Family {
+std::string numberOf(const Scalar& value) {
+  return std::visit(
+      [](const auto& number) -> std::string {
+        using Number = std::decay_t<decltype(number)>;
+        if constexpr (std::is_same_v<Number, double>) return formatted(number, "%.17g");
+        if constexpr (std::is_integral_v<Number>) return std::to_string(number);
+        return {};
+      },
+      value);
+}
+
+/// The samples of one instance, by metric.
+class Samples {
  public:
-  Family(std::string& text, std::string name, std::string_view type, std::string_view help)
-      : text_(text)
-      , name_("traction_" + std::move(name))
-      , head_("# HELP " + name_ + " " + std::string(help) + "\n# TYPE " + name_ + " " + std::string(type) + "\n") {}
+  explicit Samples(std::string instance)
+      : instance_(std::move(instance)) {}
 
-  template <class Number>
-  void add(const std::string& instance, Number value, Labels labels = {}, const char* suffix = "") {
-    text_ += std::exchange(head_, "") + name_ + suffix + "{instance=\"" + instance + "\"";
-    for (const auto& [label, of] : labels) text_ += std::string(",") + label + "=\"" + escaped(of) + "\"";
-    text_ += "} " + number(value) + "\n";
+  void add(const std::string& metric, const std::string& labels, const std::string& number, const char* suffix = "") {
+    text_[metric] += "traction_" + metric + suffix + "{instance=\"" + instance_ + "\"" + labels + "} " + number + "\n";
   }
+
+  // NOLINTBEGIN(misc-no-recursion): as deep as the messages of the schema
+  /// Adds the samples of a message's fields. \param index in its array; -1: it is in none
+  void add(const Reflected& message, int index = -1) {
+    for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+      const FieldDescriptor& field = *message.GetDescriptor()->field(i);
+      const v1::Metric& metric = field.options().GetExtension(v1::metric);
+      const bool isSummed = index >= 0 && metric.labels().empty();
+      if (!metric.name().empty() && !isSummed) add(message, field, metric, index);
+      if (!isMessage(field)) continue;
+      forEachMessage(message, field, [&](const Reflected& part, int at) { add(part, at); });
+      if (field.is_repeated()) addSums(message, field);
+    }
+  }
+  // NOLINTEND(misc-no-recursion)
+
+  const std::string& of(const std::string& metric) { return text_[metric]; }
 
  private:
-  std::string& text_;
-  std::string name_, head_;
-};
-
-/// Adds each instance's samples to a family.
-using Sampler = std::function<void(Family&, const std::string& instance, const Status&)>;
-
-struct Metric {
-  const char *name, *type, *help;
-  Sampler sample;
-};
-
-void addHistogram(Family& family, const std::string& instance, const char* stage, const Histogram& all) {
-  std::uint64_t below = 0;
-  for (std::size_t i = 0; i < all.counts.size(); ++i) {
-    below += all.counts[i];
-    std::array<char, 16> bound{"+Inf"};
-    if (i < all.bounds_s.size()) std::snprintf(bound.data(), bound.size(), "%g", all.bounds_s[i]);
-    family.add(instance, below, {{"stage", stage}, {"le", bound.data()}}, "_bucket");
+  void add(const Reflected& message, const FieldDescriptor& field, const v1::Metric& metric, int index) {
+    if (!metric.part().empty()) {
+      const Reflected& whole = message.GetReflection()->GetMessage(message, &field);
+      const FieldDescriptor& part = *whole.GetDescriptor()->FindFieldByName(metric.part());
+      addHistogram(metric.name(), labelsOf(message, field, metric, index),
+                   whole.GetReflection()->GetMessage(whole, &part));
+      return;
+    }
+    if ((field.has_optional_keyword() || metric.unknown_if_zero()) && !isSet(message, field)) return;
+    const Scalar value = scalarOf(message, field);
+    if (field.cpp_type() != FieldDescriptor::CPPTYPE_ENUM)
+      return add(metric.name(), labelsOf(message, field, metric, index), numberOf(value));
+    for (int i = 0; i < field.enum_type()->value_count(); ++i) {
+      const std::string word = wordOf(*field.enum_type(), field.enum_type()->value(i)->number());
+      add(metric.name(), labelsOf(message, field, metric, index, word),
+          word == std::get<std::string>(value) ? "1" : "0");
+    }
   }
-  if (all.counts.empty()) return;
-  family.add(instance, all.sum_s, {{"stage", stage}}, "_sum");
-  family.add(instance, below, {{"stage", stage}}, "_count");
-}
 
-void addLayers(Family& family, const std::string& instance, const MarkerStatus& markers,
-               std::uint32_t MarkerStatus::Layer::*number) {
-  for (std::size_t i = 0; i < markers.layers.size(); ++i) {
-    const MarkerStatus::Layer& layer = markers.layers[i];
-    family.add(instance, std::uint64_t{layer.*number},
-               {{"layer", std::to_string(i)}, {"colour", nameOf(layer.colour)}});
+  /// Adds the sums over an array's elements of the fields that have a metric without labels.
+  void addSums(const Reflected& message, const FieldDescriptor& array) {
+    for (int i = 0; i < array.message_type()->field_count(); ++i) {
+      const FieldDescriptor& field = *array.message_type()->field(i);
+      const v1::Metric& metric = field.options().GetExtension(v1::metric);
+      if (metric.name().empty() || !metric.labels().empty()) continue;
+      std::uint64_t sum = 0;
+      forEachMessage(message, array, [&](const Reflected& one, int) { sum += isSet(one, field) ? 1 : 0; });
+      add(metric.name(), "", std::to_string(sum));
+    }
   }
-}
 
-const std::vector<Metric>& table() {
-  using Name = const std::string&;
-  static const std::vector<Metric> metrics = {
-      {"info", "gauge", "What runs: always 1",
-       [](Family& f, Name i, const Status& s) {
-         f.add(i, std::uint64_t{1}, {{"sensor", s.header.sensor}, {"boot", toHex(s.header.boot)}});
-       }},
-      {"uptime_seconds", "gauge", "Since the start of the daemon",
-       [](Family& f, Name i, const Status& s) { f.add(i, s.uptime_s); }},
-      {"camera_state", "gauge", "1 for the state that the camera is in",
-       [](Family& f, Name i, const Status& s) {
-         for (int state = 0; state < 5; ++state) {
-           const auto one = static_cast<CameraState>(state);
-           f.add(i, std::uint64_t{one == s.camera}, {{"state", nameOf(one)}});
-         }
-       }},
-      {"frames_received_total", "counter", "Frames handed over by the camera driver, good or bad",
-       [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.received); }},
-      {"frames_published_total", "counter", "Frames whose field was published",
-       [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.published); }},
-      {"frames_in_flight", "gauge", "Frames between the two at this moment",
-       [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.inFlight); }},
-      {"frames_lost_total", "counter", "Frames that were received and not published, by cause",
-       [](Family& f, Name i, const Status& s) {
-         for (const auto& [cause, frames] : lossesOf(s.ledger)) f.add(i, frames, {{"cause", cause}});
-       }},
-      {"frames_missing_total", "counter", "Frames that never arrived, by gaps in the camera's numbers",
-       [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.missing); }},
-      {"frames_doubted_total", "counter",
-       "Frames that may not be the camera's own: packets came twice, or early, or while others sent in its name",
-       [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.doubted); }},
-      {"fields_invalid_total", "counter", "Published fields without forces",
-       [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.invalid); }},
-      {"camera_reconnects_total", "counter", "How often the camera was lost and opened again",
-       [](Family& f, Name i, const Status& s) { f.add(i, s.ledger.reconnects); }},
-      {"packets_total", "counter", "Of the camera's packets: sent again, missing, or refused by the kernel",
-       [](Family& f, Name i, const Status& s) {
-         if (!s.cameraLink) return;
-         f.add(i, s.cameraLink->packetsResent, {{"fate", "resent"}});
-         f.add(i, s.cameraLink->packetsMissing, {{"fate", "missing"}});
-         f.add(i, s.cameraLink->packetsRefused, {{"fate", "refused"}});
-       }},
-      {"camera_temperature_celsius", "gauge", "As the camera says",
-       [](Family& f, Name i, const Status& s) {
-         if (s.cameraLink && s.cameraLink->temperature_C) f.add(i, *s.cameraLink->temperature_C);
-       }},
-      {"ptp_offset_seconds", "gauge", "Of the camera's clock from its master's, as the camera says",
-       [](Family& f, Name i, const Status& s) {
-         if (s.cameraLink && s.cameraLink->ptpOffset_s) f.add(i, *s.cameraLink->ptpOffset_s);
-       }},
-      {"stage_turns_total", "counter", "Turns of each stage's loop: one that stands still hangs",
-       [](Family& f, Name i, const Status& s) {
-         constexpr std::array kLoops = {"capture", "track", "solve", "publish", "control"};
-         for (std::size_t k = 0; k < kLoops.size(); ++k) f.add(i, s.turns[k], {{"stage", kLoops[k]}});
-       }},
-      {"latency_seconds", "histogram", "Of each stage, and of all from the driver to the network",
-       [](Family& f, Name i, const Status& s) {
-         addHistogram(f, i, "track", s.track.sinceStart);
-         addHistogram(f, i, "solve", s.solve.sinceStart);
-         addHistogram(f, i, "send", s.send.sinceStart);
-         addHistogram(f, i, "total", s.total.sinceStart);
-       }},
-      {"markers_expected", "gauge", "Markers of the gel file",
-       [](Family& f, Name i, const Status& s) { addLayers(f, i, s.markers, &MarkerStatus::Layer::expected); }},
-      {"markers_found", "gauge", "Markers in the newest frame",
-       [](Family& f, Name i, const Status& s) { addLayers(f, i, s.markers, &MarkerStatus::Layer::found); }},
-      {"gel_contradictions", "gauge", "Numbers of the gel file that the rest picture contradicts: forces are not valid",
-       [](Family& f, Name i, const Status& s) {
-         const auto& all = s.markers.findings;
-         f.add(i, static_cast<std::uint64_t>(
-                      std::count_if(all.begin(), all.end(), [](const auto& one) { return one.contradicts; })));
-       }},
-      {"residual_pixels", "gauge",
-       "What the forces of the last second leave unexplained, root mean square over the markers",
-       [](Family& f, Name i, const Status& s) { f.add(i, s.residual_px); }},
-      {"zero_drift_pixels", "gauge", "Of the untouched picture from the zero",
-       [](Family& f, Name i, const Status& s) {
-         if (!s.restDrift) return;
-         f.add(i, s.restDrift->shiftU_px, {{"of", "shift_u"}});
-         f.add(i, s.restDrift->shiftV_px, {{"of", "shift_v"}});
-         f.add(i, s.restDrift->rms_px, {{"of", "markers"}});
-       }},
-      {"memory_bytes", "gauge", "That the daemon holds",
-       [](Family& f, Name i, const Status& s) {
-         if (s.memory_bytes != 0) f.add(i, s.memory_bytes);
-       }},
-      {"realtime_priority", "gauge", "Of the threads that a frame passes, as the kernel says; 0: like all others",
-       [](Family& f, Name i, const Status& s) {
-         for (const auto& thread : s.scheduling.threads)
-           f.add(i, std::uint64_t{thread.priority}, {{"thread", thread.name}, {"cpus", thread.cpus}});
-       }},
-      {"realtime_asked_priority", "gauge", "That the configuration wants; 0: none",
-       [](Family& f, Name i, const Status& s) { f.add(i, std::uint64_t{s.scheduling.askedPriority}); }},
-      {"locked_memory_bytes", "gauge", "Of the address space, that stay in memory once touched",
-       [](Family& f, Name i, const Status& s) { f.add(i, s.scheduling.locked_bytes); }},
-      {"log_lines_lost_total", "counter", "Lines of the log that its reader was too slow for",
-       [](Family& f, Name i, const Status& s) { f.add(i, s.logLinesLost); }},
-  };
-  return metrics;
-}
+  void addHistogram(const std::string& metric, const std::string& labels, const Reflected& from) {
+    v1::Histogram histogram;
+    histogram.ParseFromString(from.SerializeAsString());
+    std::uint64_t below = 0;
+    for (int i = 0; i < histogram.count_size(); ++i) {
+      below += histogram.count(i);
+      const std::string bound = i < histogram.bound_s_size() ? formatted(histogram.bound_s(i), "%.6g") : "+Inf";
+      std::string all = labels;
+      add(metric, all.append(",le=\"").append(bound).append("\""), std::to_string(below), "_bucket");
+    }
+    if (histogram.count().empty()) return;
+    add(metric, labels, numberOf(histogram.sum_s()), "_sum");
+    add(metric, labels, std::to_string(below), "_count");
+  }
+
+  /// Returns the labels as they are printed. \param word of the enum's value that this sample is of
+  static std::string labelsOf(const Reflected& message, const FieldDescriptor& field, const v1::Metric& metric,
+                              int index, const std::string& word = "") {
+    const auto valueOf = [&](const std::string& rule) -> std::string {
+      if (rule == "@") return field.name();
+      if (rule == "#") return std::to_string(index);
+      if (rule == "*") return word;
+      if (rule.front() != '{') return rule;
+      const std::string name = rule.substr(1, rule.size() - 2);
+      return std::get<std::string>(scalarOf(message, *message.GetDescriptor()->FindFieldByName(name)));
+    };
+    std::string text;
+    std::istringstream rules(metric.labels());
+    for (std::string rule; std::getline(rules, rule, ',');) {
+      const std::size_t equals = rule.find('=');
+      text += "," + rule.substr(0, equals) + "=\"" + escaped(valueOf(rule.substr(equals + 1))) + "\"";
+    }
+    return text;
+  }
+
+  std::string instance_;
+  std::map<std::string, std::string> text_;
+};
 
 /// The request is read to its empty line, else the answer would be cut short by what is left of it.
 void skipRequest() {
@@ -200,14 +154,28 @@ void skipRequest() {
 }  // namespace
 
 std::string metricsText(const std::vector<Measured>& all) {
+  std::vector<Samples> samples;
+  for (const Measured& one : all) {
+    Samples& of = samples.emplace_back(one.instance);
+    of.add("up", "", one.status ? "1" : "0");
+    if (!one.status) continue;
+    const Header& header = one.status->header;
+    of.add("info", ",sensor=\"" + escaped(header.sensor) + "\",boot=\"" + toHex(header.boot) + "\"", "1");
+    of.add(*reflected(*one.status->message));
+  }
   std::string text;
-  Family up(text, "up", "gauge", "1 where the daemon answers");
-  for (const Measured& one : all) up.add(one.instance, std::uint64_t{one.status.has_value()});
-  for (const Metric& metric : table()) {
-    Family family(text, metric.name, metric.type, metric.help);
-    for (const Measured& one : all) {
-      if (one.status) metric.sample(family, one.instance, *one.status);
-    }
+  const auto family = [&](const std::string& name, const char* kind, const std::string& help) {
+    std::string lines;
+    for (Samples& one : samples) lines += one.of(name);
+    if (!lines.empty()) text += headOf(name, kind, help) + lines;
+  };
+  family("up", "gauge", "1 where the daemon answers");
+  family("info", "gauge", "What runs: always 1");
+  const google::protobuf::FileOptions& options = statusDescriptor().file()->options();
+  for (int i = 0; i < options.ExtensionSize(v1::family); ++i) {
+    constexpr std::array kKinds = {"untyped", "gauge", "counter", "histogram"};
+    const v1::Family& one = options.GetExtension(v1::family, i);
+    family(one.name(), kKinds.at(static_cast<std::size_t>(one.kind())), one.help());
   }
   return text;
 }

@@ -5,6 +5,7 @@
 #include "client/cli/picture.h"
 
 #include "client/cli/page.h"
+#include "client/cli/reflection.h"
 #include "client/src/printable.h"
 
 #include <algorithm>
@@ -161,7 +162,7 @@ std::string obstacle(const Scene& scene, std::int64_t now_ns) {
   const Scene::Trouble trouble = scene.trouble(now_ns);
   if (!trouble.what.empty()) return scene.sentence(trouble);
   if (scene.field->valid) return "";
-  if (scene.status && !scene.status->invalidWhy.empty()) return printable(scene.status->invalidWhy);
+  if (scene.status && !(*scene.status)->invalid_why().empty()) return printable((*scene.status)->invalid_why());
   return (scene.field->header.flags & kGelMismatch) != 0 ? "the gel file does not fit the picture"
                                                          : "too few markers are seen";
 }
@@ -396,14 +397,19 @@ void drawLink(Panel& panel, const Scene& scene, std::int64_t now_ns) {
   } else {
     panel.line("latency", "-", scene.description && !scene.description->sameHost ? "another host's clock" : "");
   }
-  const Ledger ledger = scene.status ? scene.status->ledger : Ledger{};
-  const std::uint64_t inDaemon = ledger.losses() - ledger.noRestPose - ledger.noGel;
+  std::uint64_t missing = 0, inDaemon = 0;
+  if (scene.status) {
+    missing = (*scene.status)->ledger().missing();
+    for (const TopNumber& one : topNumbers(*scene.status->message, "frames"))
+      inDaemon += one.loss == v1::Top::LOSS_FRAME ? one.number : 0;
+    inDaemon -= missing;
+  }
   const auto count = [](std::uint64_t number) { return format("%llu", static_cast<unsigned long long>(number)); };
   const auto lost = [&](const char* name, std::uint64_t number, const char* where) {
     panel.line(name, count(number), where, number != 0 ? kWarning : kPlain);
   };
-  lost("lost", ledger.missing + inDaemon + scene.lost, "frames");
-  if (ledger.missing != 0) lost("", ledger.missing, "before they came here");
+  lost("lost", missing + inDaemon + scene.lost, "frames");
+  if (missing != 0) lost("", missing, "before they came here");
   if (inDaemon != 0) lost("", inDaemon, "in tractiond");
   if (scene.lost != 0) lost("", scene.lost, "messages on the way");
   std::size_t expected = 0;

@@ -1,5 +1,8 @@
 #include "client/cli/scene.h"
 
+#include "client/cli/status_text.h"
+#include "traction/v1/status.pb.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -116,23 +119,24 @@ std::string Scene::reason(std::int64_t now_ns) const {
   if (!heard_) return "tractiond is starting";
   if (now_ns - lastArrival_ns > kSilence_ns) return "tractiond is silent";
   if (!status) return field ? kNoField : "tractiond is starting";
-  const std::string why = status->cameraWhy.empty() ? "" : ": " + status->cameraWhy;
-  switch (status->camera) {
-  case CameraState::kWaiting:
+  const v1::Status& told = *status->message;
+  const std::string why = told.camera_why().empty() ? "" : ": " + told.camera_why();
+  switch (told.camera()) {
+  case v1::CAMERA_STATE_WAITING:
     return "tractiond waits for a camera" + why;
-  case CameraState::kLost:
+  case v1::CAMERA_STATE_LOST:
     return "the camera is lost" + why;
-  case CameraState::kConnecting:
+  case v1::CAMERA_STATE_CONNECTING:
     return "the camera is being set up";
-  case CameraState::kUnknown:
-    return "tractiond is starting";
-  case CameraState::kStreaming:
+  case v1::CAMERA_STATE_STREAMING:
     break;
+  default:
+    return "tractiond is starting";
   }
   // What the status says is of the second before it: perhaps of when fields still came.
   if (field && statusArrival_ns_ < fieldArrival_ns_ + 1'000'000'000) return kNoField;
-  if (status->markers.isWithoutGel()) return status->markers.remark;
-  if (status->received_hz == 0.0) return "the camera sends no frames";
+  if (isWithoutGel(told)) return told.markers().remark();
+  if (told.rates().received_hz() == 0.0) return "the camera sends no frames";
   return field ? "no field is made of the frames" : "finding the markers and their rest pose";
 }
 
@@ -146,7 +150,7 @@ Scene::Trouble Scene::trouble(std::int64_t now_ns) const {
 }
 
 std::string Scene::sentence(const Trouble& trouble) const {
-  if (status && trouble.what == status->markers.remark) return trouble.what;  // it does not pass with time
+  if (status && trouble.what == (*status)->markers().remark()) return trouble.what;  // it does not pass with time
   if (trouble.what == kNoField) return "no field for " + duration(trouble.since_s);
   if (fieldArrival_ns_ != 0) return trouble.what + ", no field for " + duration(trouble.since_s);
   return trouble.since_s < 2.0 ? trouble.what : trouble.what + ", for " + duration(trouble.since_s);

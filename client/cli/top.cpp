@@ -5,6 +5,7 @@
 #include "client/cli/output.h"
 #include "client/cli/receiver.h"
 #include "client/cli/terminal.h"
+#include "traction/v1/status.pb.h"
 
 #include <algorithm>
 #include <array>
@@ -56,7 +57,7 @@ class Watcher {
   bool isComplete() const {
     const Scene& scene = watched_.scene;
     if (!watched_.failure.empty()) return true;
-    const bool sends = scene.status && scene.status->camera == CameraState::kStreaming;
+    const bool sends = scene.status && (*scene.status)->camera() == v1::CAMERA_STATE_STREAMING;
     return scene.status && scene.statusBefore && scene.description && (scene.field || !sends);
   }
   const std::string& endpoint() const { return receiver_.endpoint(); }

@@ -3,6 +3,7 @@
 #include "client/src/decode_control.h"
 #include "client/src/handshake.h"
 #include "client/src/locate.h"
+#include "traction/v1/status.pb.h"
 
 #include <unistd.h>
 #include <zmq.hpp>
@@ -152,7 +153,7 @@ std::string Control::pass(Question question) const {
 std::chrono::milliseconds Control::zeroTakes() const {
   constexpr std::chrono::duration<double> kOnTheWay(2.0);
   try {
-    const std::chrono::duration<double> within(std::clamp(status().zeroWithin_s, 0.0, kLongestZero_s));
+    const std::chrono::duration<double> within(std::clamp(status()->zero_within_s(), 0.0, kLongestZero_s));
     return std::chrono::duration_cast<std::chrono::milliseconds>(within + kOnTheWay);
   } catch (const Error&) {  // the zero request itself reports the error
     return {};

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <fstream>
 #include <type_traits>
+#include <utility>
 
 namespace traction {
 
@@ -138,15 +139,6 @@ Camera cameraOf(const pb::Camera& from) {
   return camera;
 }
 
-Quantiles quantilesOf(const pb::Quantiles& from) {
-  const pb::Histogram& all = from.since_start();
-  require(all.count().empty() || all.count_size() == all.bound_s_size() + 1, "a histogram has no count for each bound");
-  return {from.p50_s(),
-          from.p99_s(),
-          from.max_s(),
-          {{all.bound_s().begin(), all.bound_s().end()}, {all.count().begin(), all.count().end()}, all.sum_s()}};
-}
-
 /// Returns zero if the daemon does not report the matrix.
 Matrix3 matrixOf(const google::protobuf::RepeatedField<double>& from) {
   Matrix3 matrix{};
@@ -242,93 +234,14 @@ Description descriptionOf(const pb::Description& from) {
   return description;
 }
 
-Status statusOf(const pb::Status& from) {
-  Status status;
-  status.header = headerOf(from.header());
-  status.uptime_s = from.uptime_s();
-  status.zeroWithin_s = from.zero_within_s();
-  status.logLinesLost = from.log_lines_lost();
-  status.memory_bytes = from.memory_bytes();
-  status.invalidWhy = from.invalid_why();
-  status.unreleasedWhy = from.unreleased_why();
-  status.residual_px = from.residual_px();
-  const pb::Scheduling& scheduling = from.scheduling();
-  status.scheduling.askedPriority = scheduling.asked_priority();
-  status.scheduling.askedCpus = scheduling.asked_cpus();
-  status.scheduling.askedLock = scheduling.asked_lock();
-  status.scheduling.locked_bytes = scheduling.locked_bytes();
-  for (const auto& thread : scheduling.threads())
-    status.scheduling.threads.push_back({thread.name(), thread.priority(), thread.cpus()});
-  switch (from.camera()) {
-  case pb::CAMERA_STATE_WAITING:
-    status.camera = CameraState::kWaiting;
-    break;
-  case pb::CAMERA_STATE_STREAMING:
-    status.camera = CameraState::kStreaming;
-    break;
-  case pb::CAMERA_STATE_LOST:
-    status.camera = CameraState::kLost;
-    break;
-  case pb::CAMERA_STATE_CONNECTING:
-    status.camera = CameraState::kConnecting;
-    break;
-  default:
-    status.camera = CameraState::kUnknown;
+Status statusOf(pb::Status from) {
+  const pb::Latencies& latencies = from.latencies();
+  for (const pb::Quantiles* each : {&latencies.track(), &latencies.solve(), &latencies.send(), &latencies.total()}) {
+    const pb::Histogram& all = each->since_start();
+    require(all.count().empty() || all.count_size() == all.bound_s_size() + 1,
+            "a histogram has no count for each bound");
   }
-  status.cameraWhy = from.camera_why();
-  if (from.has_camera_link()) {
-    const pb::CameraLink& link = from.camera_link();
-    CameraLink& to = status.cameraLink.emplace();
-    to.packetsResent = link.packets_resent();
-    to.packetsMissing = link.packets_missing();
-    to.packetsRefused = link.packets_refused();
-    to.ptp = link.ptp();
-    if (link.has_ptp_offset_s()) to.ptpOffset_s = link.ptp_offset_s();
-    if (link.has_temperature()) to.temperature_C = link.temperature();
-  }
-  const pb::Ledger& account = from.ledger();
-  Ledger& ledger = status.ledger;
-  ledger.received = account.received();
-  ledger.published = account.published();
-  ledger.inFlight = account.in_flight();
-  ledger.incomplete = account.incomplete();
-  ledger.wrongSize = account.wrong_size();
-  ledger.wrongFormat = account.wrong_format();
-  ledger.stale = account.stale();
-  ledger.implausible = account.implausible();
-  ledger.evictedBeforeTrack = account.evicted_before_track();
-  ledger.noRestPose = account.no_rest_pose();
-  ledger.noGel = account.no_gel();
-  ledger.evictedBeforeSolve = account.evicted_before_solve();
-  ledger.evictedBeforePublish = account.evicted_before_publish();
-  ledger.discardedAtStop = account.discarded_at_stop();
-  ledger.missing = account.missing();
-  ledger.reconnects = account.reconnects();
-  ledger.doubted = account.doubted();
-  ledger.invalid = account.invalid();
-  status.received_hz = from.rates().received_hz();
-  status.published_hz = from.rates().published_hz();
-  status.track = quantilesOf(from.latencies().track());
-  status.solve = quantilesOf(from.latencies().solve());
-  status.send = quantilesOf(from.latencies().send());
-  status.total = quantilesOf(from.latencies().total());
-  const pb::Turns& turns = from.turns();
-  if (from.has_rest_drift()) {
-    const pb::RestDrift& drift = from.rest_drift();
-    status.restDrift = RestDrift{drift.shift_u_px(), drift.shift_v_px(), drift.scale(),
-                                 drift.roll_rad(),   drift.rms_px(),     drift.age_s()};
-  }
-  for (const pb::LayerStatus& layer : from.markers().layers()) {
-    status.markers.layers.push_back(
-        {colourOf(layer.colour()), layer.expected(), layer.found(), layer.in_zero(), layer.columns(), layer.rows()});
-  }
-  status.markers.remark = from.markers().remark();
-  for (const pb::GelFinding& finding : from.markers().findings()) {
-    status.markers.findings.push_back(
-        {finding.name(), finding.expected(), finding.seen(), finding.deviation(), finding.contradicts()});
-  }
-  status.turns = {turns.capture(), turns.track(), turns.solve(), turns.publish(), turns.control()};
-  return status;
+  return {headerOf(from.header()), std::make_shared<const pb::Status>(std::move(from))};
 }
 
 Field decodeField(std::string_view bytes) {

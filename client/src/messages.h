@@ -30,6 +30,6 @@ Parsed parse(std::string_view bytes) {
 Colour colourOf(pb::Colour colour);
 Zero zeroOf(const pb::Zero& from);
 Description descriptionOf(const pb::Description& from);
-Status statusOf(const pb::Status& from);
+Status statusOf(pb::Status from);
 
 }  // namespace traction

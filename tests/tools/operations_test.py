@@ -59,9 +59,12 @@ class Operations(unittest.TestCase):
         self.assertEqual(missing, [], "\n" + "\n".join(missing))
 
     def test_alerts_and_dashboard_ask_for_metrics_that_exist(self):
-        source = (SOURCE / "client/cli/metrics.cpp").read_text()
-        known = {"traction_up"} | {"traction_" + name for name in re.findall(r'\{"([a-z_]+)", "(?:gauge|counter)"', source)}
-        known |= {f"traction_{name}_{part}" for name in re.findall(r'\{"([a-z_]+)", "histogram"', source)
+        families = re.findall(r'name: "([a-z_]+)" kind: KIND_([A-Z]+)',
+                              (SOURCE / "proto/traction/v1/status.proto").read_text())
+        self.assertGreater(len(families), 20)
+        known = {"traction_up", "traction_info"}
+        known |= {"traction_" + name for name, kind in families if kind != "HISTOGRAM"}
+        known |= {f"traction_{name}_{part}" for name, kind in families if kind == "HISTOGRAM"
                   for part in ("bucket", "sum", "count")}
         dashboard = (SOURCE / "config/grafana/tractiond.json").read_text()
         for text in ((SOURCE / "config/prometheus/alerts.yml").read_text(), dashboard):

@@ -22,8 +22,8 @@ struct ControlOptions {
   // Time to connect, for every request, and then to wait for status() and description(). All other times are for the
   // answer alone. If the daemon goes away during a request, the request fails at once.
   std::chrono::milliseconds timeout{3000};
-  /// For zero(), undoZero() and snapshot(). For the zeros it is the minimum: Status::zeroWithin_s + 2 s applies where
-  /// that is longer.
+  /// For zero(), undoZero() and snapshot(). For the zeros it is the minimum: zero_within_s of the status + 2 s applies
+  /// where that is longer.
   std::chrono::milliseconds zeroTimeout{15'000};
   std::chrono::milliseconds workTimeout{60'000};  ///< for camera()
   /// For calibrate(), in addition to CalibrationStep::seconds. It covers the daemon's default duration where `seconds`

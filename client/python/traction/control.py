@@ -64,7 +64,8 @@ class Control:
     def _zero_takes(self) -> float:
         """A daemon may average over thousands of frames, and its disk may be slow: it says how long a zero takes at most [s]."""
         try:
-            return min(max(self.status().zero_within_s, 0.0), _LONGEST_ZERO_S) + _ON_THE_WAY_S
+            within_s: float = self.status().zero_within_s
+            return min(max(within_s, 0.0), _LONGEST_ZERO_S) + _ON_THE_WAY_S
         except Error:  # of the zero itself the caller shall hear
             return 0.0
 

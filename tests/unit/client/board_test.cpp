@@ -1,8 +1,11 @@
 #include "client/cli/board.h"
+#include "client/cli/reflection.h"
 #include "client/cli/top.h"
+#include "client/src/printable.h"
 #include "tests/support/places.h"
 #include "tests/support/seed.h"
 
+#include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -24,7 +27,7 @@ class Instrument {
   explicit Instrument(const std::string& name = "left") {
     watched.name = name;
     watched.scene.setConnected(true, now);
-    status.camera = CameraState::kStreaming;
+    status.set_camera(v1::CAMERA_STATE_STREAMING);
   }
   /// Fields at 60 Hz, and a status each second.
   void run(double seconds) {
@@ -42,8 +45,8 @@ class Instrument {
   }
   void sendStatus() {
     statusAt_ = now;
-    status.uptime_s = static_cast<double>(now) * 1e-9;
-    watched.scene.add(at(status));
+    status.set_uptime_s(static_cast<double>(now) * 1e-9);
+    watched.scene.add(at(Status{{}, std::make_shared<v1::Status>(status)}));
   }
   std::string page(int width = 80, int height = 24) const { return drawBoard({watched}, width, height, now).plain(); }
   std::string row(const std::string& label) const {
@@ -53,7 +56,7 @@ class Instrument {
   }
 
   Watched watched;
-  Status status;
+  v1::Status status;
   std::uint32_t flags = 0;
   std::int64_t now = 10 * kSecond_ns;
 
@@ -73,30 +76,32 @@ bool has(const std::string& text, const std::string& part) {
 
 TEST(Board, LedgerIsCountedByCausePerSecondAndInTotal) {
   std::mt19937 random(tractiond::test::seed());
-  using Member = std::uint64_t Ledger::*;
-  const std::pair<const char*, Member> kinds[] = {{"received", &Ledger::received},
-                                                  {"published", &Ledger::published},
-                                                  {"incomplete", &Ledger::incomplete},
-                                                  {"wrong size", &Ledger::wrongSize},
-                                                  {"wrong format", &Ledger::wrongFormat},
-                                                  {"stale", &Ledger::stale},
-                                                  {"implausible", &Ledger::implausible},
-                                                  {"evicted before track", &Ledger::evictedBeforeTrack},
-                                                  {"no rest pose", &Ledger::noRestPose},
-                                                  {"no gel", &Ledger::noGel},
-                                                  {"evicted before solve", &Ledger::evictedBeforeSolve},
-                                                  {"evicted before publish", &Ledger::evictedBeforePublish},
-                                                  {"discarded at stop", &Ledger::discardedAtStop},
-                                                  {"never arrived", &Ledger::missing},
-                                                  {"of doubted origin", &Ledger::doubted},
-                                                  {"reconnects", &Ledger::reconnects}};
+  using Set = void (v1::Ledger::*)(std::uint64_t);
+  const std::pair<const char*, Set> kinds[] = {{"received", &v1::Ledger::set_received},
+                                               {"published", &v1::Ledger::set_published},
+                                               {"incomplete", &v1::Ledger::set_incomplete},
+                                               {"wrong size", &v1::Ledger::set_wrong_size},
+                                               {"wrong format", &v1::Ledger::set_wrong_format},
+                                               {"stale", &v1::Ledger::set_stale},
+                                               {"implausible", &v1::Ledger::set_implausible},
+                                               {"evicted before track", &v1::Ledger::set_evicted_before_track},
+                                               {"no rest pose", &v1::Ledger::set_no_rest_pose},
+                                               {"no gel", &v1::Ledger::set_no_gel},
+                                               {"evicted before solve", &v1::Ledger::set_evicted_before_solve},
+                                               {"evicted before publish", &v1::Ledger::set_evicted_before_publish},
+                                               {"discarded at stop", &v1::Ledger::set_discarded_at_stop},
+                                               {"never arrived", &v1::Ledger::set_missing},
+                                               {"of doubted origin", &v1::Ledger::set_doubted},
+                                               {"reconnects", &v1::Ledger::set_reconnects}};
   for (int trial = 0; trial < 20; ++trial) {
     Instrument one;
     std::vector<unsigned> before, more;
-    for (const auto& [name, kind] : kinds) one.status.ledger.*kind = before.emplace_back(random() % 100'000);
+    v1::Ledger& ledger = *one.status.mutable_ledger();
+    for (const auto& [name, set] : kinds) (ledger.*set)(before.emplace_back(random() % 100'000));
     one.sendStatus();
     one.now += 2 * kSecond_ns;  // a status was lost: the difference is of two seconds
-    for (const auto& [name, kind] : kinds) one.status.ledger.*kind += more.emplace_back(random() % 200);
+    for (std::size_t i = 0; i < std::size(kinds); ++i)
+      (ledger.*kinds[i].second)(before[i] + more.emplace_back(random() % 200));
     one.sendStatus();
     one.field();
     const std::string page = one.page();
@@ -134,8 +139,8 @@ TEST(Board, StatusOfNowIsNotOldWhereFieldsStayAway) {
   Instrument one;
   one.run(3.0);
   one.now += kSecond_ns;
-  one.status.camera = CameraState::kLost;
-  one.status.memory_bytes = 64 << 20;
+  one.status.set_camera(v1::CAMERA_STATE_LOST);
+  one.status.set_memory_bytes(64 << 20);
   one.sendStatus();
   EXPECT_TRUE(has(one.page(), " camera lost, up ")) << one.page();
   EXPECT_TRUE(has(one.page(), "! the camera is lost, no field for 1.0 s")) << one.page();
@@ -149,33 +154,41 @@ TEST(Board, RealTimeIsWhatWasGrantedAndACryWhereItWasNot) {
   Instrument one;
   one.run(2.0);
   EXPECT_EQ(one.row("real time"), "off");
-  Scheduling& scheduling = one.status.scheduling;
-  scheduling.threads = {{"tr-track", 20, "2-3"}, {"ZMQbg/IO/0", 19, "2-3"}};
+  v1::Scheduling& scheduling = *one.status.mutable_scheduling();
+  const auto thread = [&](const char* name, unsigned priority, const char* cpus) {
+    v1::ThreadScheduling& added = *scheduling.add_threads();
+    added.set_name(name);
+    added.set_priority(priority);
+    added.set_cpus(cpus);
+  };
+  thread("tr-track", 20, "2-3");
+  thread("ZMQbg/IO/0", 19, "2-3");
   const auto page = [&] {
     one.run(2.0);
     return one.page();
   };
   EXPECT_FALSE(has(page(), "not granted"));
   EXPECT_EQ(one.row("real time"), "priority 19 to 20");
-  scheduling.askedPriority = 20;
-  scheduling.askedCpus = "2-3";
-  scheduling.askedLock = true;
-  scheduling.locked_bytes = 512 << 20;
+  scheduling.set_asked_priority(20);
+  scheduling.set_asked_cpus("2-3");
+  scheduling.set_asked_lock(true);
+  scheduling.set_locked_bytes(512 << 20);
   EXPECT_FALSE(has(page(), "not granted"));
   EXPECT_EQ(one.row("real time"), "priority 19 to 20 on 2-3, memory locked");
-  scheduling.threads[0] = {"tr-track", 0, "0-3"};
+  scheduling.mutable_threads(0)->set_priority(0);
+  scheduling.mutable_threads(0)->set_cpus("0-3");
   EXPECT_TRUE(has(page(), "! real time is not granted: priority 20, processors 2-3")) << one.page();
-  scheduling.threads[1].priority = 0;
-  scheduling.locked_bytes = 0;
+  scheduling.mutable_threads(1)->set_priority(0);
+  scheduling.set_locked_bytes(0);
   EXPECT_TRUE(has(page(), "! real time is not granted: priority 20, processors 2-3, memory")) << one.page();
 }
 
 TEST(Board, WithoutAGelTheReasonIsSaidOnceAndNoFrameIsLost) {
   Instrument one;
-  one.status.markers.remark = "no gel: nothing is measured; set sensor.gel_file";
-  for (int i = 0; i < 2; ++i) {
-    one.status.ledger.received += 60;
-    one.status.ledger.noGel += 60;
+  one.status.mutable_markers()->set_remark("no gel: nothing is measured; set sensor.gel_file");
+  for (unsigned i = 1; i <= 2; ++i) {
+    one.status.mutable_ledger()->set_received(60 * i);
+    one.status.mutable_ledger()->set_no_gel(60 * i);
     one.now += kSecond_ns;
     one.sendStatus();
   }
@@ -203,8 +216,8 @@ TEST(Board, FitsEverySize) {
   std::vector<Watched> all;
   Instrument one;
   one.run(2.0);
-  one.status.cameraWhy = std::string(500, 'x') + " words that go on and on";
-  one.status.camera = CameraState::kLost;
+  one.status.set_camera_why(std::string(500, 'x') + " words that go on and on");
+  one.status.set_camera(v1::CAMERA_STATE_LOST);
   one.now += kSecond_ns;
   one.sendStatus();
   for (int count = 1; count <= 9; ++count) {
@@ -226,21 +239,23 @@ TEST(Board, FitsEverySize) {
 
 TEST(Board, TerminalObeysNobodyElse) {
   Instrument one;
-  one.status.cameraWhy = "a\x1b]0;evil\x07"
-                         "b\x9b"
-                         "31mc\xc2\x9b"
-                         "d\xe2\x82 é";
-  one.status.camera = CameraState::kWaiting;
-  one.status.cameraLink = CameraLink{};
-  one.status.cameraLink->ptp = "\x1b[2J";
+  one.status.set_camera_why("a\x1b]0;evil\x07"
+                            "b\xc2\x9b"
+                            "31mc é");
+  one.status.set_camera(v1::CAMERA_STATE_WAITING);
+  one.status.mutable_camera_link()->set_ptp("\x1b[2J");
   one.sendStatus();
   one.watched.failure.clear();
   for (const std::string& text : {one.page(), boardText(one.watched, one.now), boardLine(one.watched, one.now)}) {
     EXPECT_TRUE(
         std::all_of(text.begin(), text.end(), [](char c) { return c == '\n' || (c >= 0x20 ? c != 0x7f : c < 0); }));
     EXPECT_FALSE(has(text, "\xc2\x9b"));
-    EXPECT_TRUE(has(text, "a?]0;evil?b?31mc?d?? é")) << text;
+    EXPECT_TRUE(has(text, "a?]0;evil?b?31mc é")) << text;
   }
+  // Bytes that are not UTF-8: no message of Protobuf has them.
+  EXPECT_EQ(printable("b\x9b"
+                      "31m\xe2\x82 é"),
+            "b?31m?? é");
 }
 
 TEST(Top, SubscribersAreTheConnectionsToAnEndpoint) {
@@ -274,42 +289,60 @@ TEST(Top, SubscribersAreTheConnectionsToAnEndpoint) {
 /// The expected page is in tests/golden/status. TRACTION_RECORD=1 writes it anew.
 TEST(Board, EveryFieldOfTheStatusIsDrawnAsRecorded) {
   Instrument one;
-  Status& status = one.status;
-  status.received_hz = 60.5;
-  status.published_hz = 59.25;
-  status.track = {1.25e-3, 2.25e-3, 3.25e-3, {}};
-  status.solve = {4.25e-3, 5.25e-3, 6.25e-3, {}};
-  status.send = {7.25e-3, 8.25e-3, 9.25e-3, {}};
-  status.total = {10.25e-3, 11.25e-3, 12.25e-3, {}};
-  status.cameraLink = CameraLink{31, 32, 33, "Slave", 1e-6, 41.5};
-  status.markers.layers = {{Colour::kBlue, 576, 575, 574, 24, 24}, {Colour::kRed, 570, 569, 568, 24, 24}};
-  status.markers.remark = "a remark";
-  status.restDrift = RestDrift{0.125, -0.25, 1e-4, 2e-4, 0.03, 75.0};
-  status.memory_bytes = 64 << 20;
-  status.invalidWhy = "a reason";
-  status.scheduling = {20, "2-3", true, {{"tr-track", 20, "2-3"}, {"ZMQbg/IO/0", 0, "0-3"}}, 512 << 20};
-  std::uint64_t Ledger::*const counts[] = {&Ledger::received,
-                                           &Ledger::published,
-                                           &Ledger::inFlight,
-                                           &Ledger::incomplete,
-                                           &Ledger::wrongSize,
-                                           &Ledger::wrongFormat,
-                                           &Ledger::stale,
-                                           &Ledger::implausible,
-                                           &Ledger::evictedBeforeTrack,
-                                           &Ledger::noRestPose,
-                                           &Ledger::noGel,
-                                           &Ledger::evictedBeforeSolve,
-                                           &Ledger::evictedBeforePublish,
-                                           &Ledger::discardedAtStop,
-                                           &Ledger::missing,
-                                           &Ledger::reconnects,
-                                           &Ledger::doubted,
-                                           &Ledger::invalid};
-  for (std::size_t i = 0; i < std::size(counts); ++i) status.ledger.*counts[i] = 100 * (i + 1);
+  v1::Status& status = one.status;
+  status.mutable_rates()->set_received_hz(60.5);
+  status.mutable_rates()->set_published_hz(59.25);
+  double next_s = 0.25e-3;
+  v1::Latencies& latencies = *status.mutable_latencies();
+  for (v1::Quantiles* stage :
+       {latencies.mutable_track(), latencies.mutable_solve(), latencies.mutable_send(), latencies.mutable_total()}) {
+    stage->set_p50_s(next_s += 1e-3);
+    stage->set_p99_s(next_s += 1e-3);
+    stage->set_max_s(next_s += 1e-3);
+  }
+  v1::CameraLink& link = *status.mutable_camera_link();
+  link.set_packets_resent(31);
+  link.set_packets_missing(32);
+  link.set_packets_refused(33);
+  link.set_ptp("Slave");
+  link.set_temperature(41.5);
+  for (const unsigned found : {575U, 569U}) {
+    v1::LayerStatus& layer = *status.mutable_markers()->add_layers();
+    layer.set_colour(found == 575 ? v1::COLOUR_BLUE : v1::COLOUR_RED);
+    layer.set_expected(found + 1);
+    layer.set_found(found);
+  }
+  status.mutable_markers()->set_remark("a remark");
+  status.mutable_rest_drift()->set_shift_u_px(0.125);
+  status.mutable_rest_drift()->set_shift_v_px(-0.25);
+  status.mutable_rest_drift()->set_age_s(75.0);
+  status.set_memory_bytes(64 << 20);
+  status.set_invalid_why("a reason");
+  v1::Scheduling& scheduling = *status.mutable_scheduling();
+  scheduling.set_asked_priority(20);
+  scheduling.set_asked_cpus("2-3");
+  scheduling.set_asked_lock(true);
+  scheduling.set_locked_bytes(512 << 20);
+  for (const unsigned priority : {20U, 0U}) {
+    v1::ThreadScheduling& thread = *scheduling.add_threads();
+    thread.set_priority(priority);
+    thread.set_cpus(priority == 20 ? "2-3" : "0-3");
+  }
+  /// Sets each number of the ledger to another value, in the order of declaration.
+  const auto count = [&](unsigned step) {
+    const auto copy = reflected(status);
+    const FieldDescriptor* field = statusDescriptor().FindFieldByName("ledger");
+    Reflected& ledger = *copy->GetReflection()->MutableMessage(copy.get(), field);
+    for (int i = 0; i < field->message_type()->field_count(); ++i) {
+      const auto number = static_cast<unsigned>(i);
+      ledger.GetReflection()->SetUInt64(&ledger, field->message_type()->field(i), 100 * (number + 1) + step * number);
+    }
+    status.mutable_ledger()->ParseFromString(ledger.SerializeAsString());
+  };
+  count(0);
   one.sendStatus();
   one.now += 2 * kSecond_ns;
-  for (std::size_t i = 0; i < std::size(counts); ++i) status.ledger.*counts[i] += i;
+  count(1);
   one.sendStatus();
   one.field();
   std::vector<Watched> many(5, one.watched);

@@ -77,8 +77,8 @@ class ControlTest : public testing::Test {
 };
 
 TEST_F(ControlTest, StatusAndDescriptionAreTheDaemons) {
-  EXPECT_EQ(control().status().uptime_s, 12.0);
-  EXPECT_EQ(control().status().camera, CameraState::kWaiting);
+  EXPECT_EQ(control().status()->uptime_s(), 12.0);
+  EXPECT_EQ(control().status()->camera(), v1::CAMERA_STATE_WAITING);
   EXPECT_EQ(control().description().softwareVersion, "0.1.0");
 }
 

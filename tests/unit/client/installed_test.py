@@ -1,4 +1,4 @@
-"""The example is built against the installed library, as a user would, and runs."""
+"""The examples are built against the installed library, as a user would, and run."""
 
 import os
 import pathlib
@@ -6,6 +6,7 @@ import subprocess
 import tempfile
 import unittest
 
+from ctl import answer
 from publisher import Publisher
 
 BUILD = os.environ["TRACTION_BUILD"]
@@ -28,11 +29,13 @@ class Installed(unittest.TestCase):
             run("cmake", "-S", EXAMPLES, "-B", build, f"-DCMAKE_PREFIX_PATH={prefix}", *self.flags())
             run("cmake", "--build", build)
 
-            publisher = Publisher()
+            publisher = Publisher(answer)
             self.addCleanup(publisher.close)
             endpoint = publisher.endpoint(publisher.stream)
             output = run(build / "print_resultant", endpoint, "3", timeout=120)
             self.assertEqual(output, "+1.500 -2.500 +3.500 N\n" * 3)
+            output = run(build / "print_status", publisher.endpoint(publisher.control), timeout=120)
+            self.assertEqual(output, "10 received, 7 published, 3 stale\n")
             output = run(prefix / "bin" / "tractionctl", "echo", "--connect", endpoint, "--count", "1", timeout=120)
             self.assertIn('"resultant_N":[1.5,-2.5,3.5]', output)
 

@@ -1,5 +1,6 @@
 #include "client/cli/json.h"
 #include "client/cli/picture.h"
+#include "traction/v1/status.pb.h"
 
 #include <gtest/gtest.h>
 
@@ -70,12 +71,12 @@ class Later {
     }
   }
   void frame() { scene.add(at(fieldOf(3, 4, {0.1F, 0.2F, 3.0F}))); }
-  void status(CameraState camera, double received_hz = 60.0, const std::string& why = "") {
-    Status status;
-    status.cameraWhy = why;
-    status.camera = camera;
-    status.received_hz = received_hz;
-    scene.add(at(status));
+  void status(v1::CameraState camera, double received_hz = 60.0, const std::string& why = "") {
+    v1::Status status;
+    status.set_camera_why(why);
+    status.set_camera(camera);
+    status.mutable_rates()->set_received_hz(received_hz);
+    scene.add(at(Status{{}, std::make_shared<v1::Status>(status)}));
   }
   void describe() {
     Description description;
@@ -193,13 +194,13 @@ TEST(Stale, NumbersLookSoWithinHalfASecond) {
 TEST(Stale, ReasonIsTheCamerasOrTheDaemons) {
   Later later;
   EXPECT_EQ(later.after(0.3).what(), "");
-  later.after(0.3).status(CameraState::kLost, 0.0);
+  later.after(0.3).status(v1::CAMERA_STATE_LOST, 0.0);
   EXPECT_EQ(later.what(), "the camera is lost");
-  later.status(CameraState::kLost, 0.0, "it fell silent");
+  later.status(v1::CAMERA_STATE_LOST, 0.0, "it fell silent");
   EXPECT_EQ(later.what(), "the camera is lost: it fell silent");
-  later.after(1.0).status(CameraState::kStreaming, 0.0);
+  later.after(1.0).status(v1::CAMERA_STATE_STREAMING, 0.0);
   EXPECT_EQ(later.what(), "the camera sends no frames");
-  later.after(1.0).status(CameraState::kStreaming, 60.0);
+  later.after(1.0).status(v1::CAMERA_STATE_STREAMING, 60.0);
   EXPECT_EQ(later.what(), "no field is made of the frames");
   later.after(3.0);
   EXPECT_EQ(later.what(), "tractiond is silent");
@@ -212,23 +213,24 @@ TEST(Stale, WithoutAGelThatIsTheReasonAndLastsWithoutACount) {
   const std::string why = "no gel: nothing is measured; set sensor.gel_file";
   Scene scene;
   scene.setConnected(true, kSecond_ns);
-  Status status;
-  status.camera = CameraState::kStreaming;
-  status.received_hz = 30.0;
-  status.markers.remark = why;
+  auto message = std::make_shared<v1::Status>();
+  message->set_camera(v1::CAMERA_STATE_STREAMING);
+  message->mutable_rates()->set_received_hz(30.0);
+  message->mutable_markers()->set_remark(why);
+  Status status{{}, message};
   status.header.arrived_ns = 2 * kSecond_ns;
   scene.add(status);
   const Scene::Trouble trouble = scene.trouble(4 * kSecond_ns);
   EXPECT_EQ(trouble.what, why);
   EXPECT_EQ(scene.sentence(trouble), why);
-  status.camera = CameraState::kLost;
+  message->set_camera(v1::CAMERA_STATE_LOST);
   scene.add(status);
   EXPECT_EQ(scene.trouble(4 * kSecond_ns).what, "the camera is lost");
 }
 
 TEST(Stale, StatusOfTheTimeBeforeIsNoReason) {
   Later later;
-  later.after(0.1).status(CameraState::kStreaming, 60.0);
+  later.after(0.1).status(v1::CAMERA_STATE_STREAMING, 60.0);
   EXPECT_EQ(later.after(0.5).what(), "no field comes") << "its rate is of a second in which fields came";
 }
 
@@ -241,7 +243,7 @@ TEST(Stale, NothingOfAnEarlierStartIsShown) {
   later.boot = Id{2};
   later.scene.setConnected(true, later.after(5.0).now);
   EXPECT_EQ(later.after(1.5).what(), "tractiond is starting") << "it is not silent who has not spoken yet";
-  later.after(0.1).status(CameraState::kWaiting, 0.0);
+  later.after(0.1).status(v1::CAMERA_STATE_WAITING, 0.0);
   EXPECT_EQ(later.what(), "tractiond was restarted: tractiond waits for a camera");
   EXPECT_EQ(later.page().find("3.000"), std::string::npos) << later.page();
   EXPECT_NE(later.after(3.0).line().find("for 3.0 s"), std::string::npos) << later.line();
@@ -286,7 +288,9 @@ TEST(Picture, InvalidFieldSaysWhy) {
   field.header.flags = kGelMismatch;
   Scene scene = sceneOf(field);
   EXPECT_NE(summary(scene, kSecond_ns).find("no force: the gel file does not fit the picture"), std::string::npos);
-  scene.status.emplace().invalidWhy = "7 of 24 markers\x1b are found";
+  const auto message = std::make_shared<v1::Status>();
+  message->set_invalid_why("7 of 24 markers\x1b are found");
+  scene.status = Status{{}, message};
   EXPECT_NE(summary(scene, kSecond_ns).find("no force: 7 of 24 markers? are found"), std::string::npos)
       << summary(scene, kSecond_ns);
 }

@@ -163,15 +163,14 @@ TEST_F(SubscriberTest, StatusArrivesWithTheLedger) {
   ledger_.missing.add(5);
   Subscriber subscriber(at(stream_, kStatus));
   const Status status = await<Status>(subscriber);
-  EXPECT_EQ(status.camera, CameraState::kUnknown);
-  EXPECT_EQ(status.ledger.received, 100U);
-  EXPECT_EQ(status.ledger.published, 90U);
-  EXPECT_EQ(status.ledger.stale, 7U);
-  EXPECT_EQ(status.ledger.losses(), 7U);
-  EXPECT_EQ(status.ledger.inFlight, 3U);
-  EXPECT_EQ(status.ledger.missing, 5U);
-  EXPECT_DOUBLE_EQ(status.track.p50_s, 200e-6);
-  EXPECT_GT(status.published_hz, 0.0);
+  EXPECT_EQ(status->camera(), v1::CAMERA_STATE_UNKNOWN);
+  EXPECT_EQ(status->ledger().received(), 100U);
+  EXPECT_EQ(status->ledger().published(), 90U);
+  EXPECT_EQ(status->ledger().stale(), 7U);
+  EXPECT_EQ(status->ledger().in_flight(), 3U);
+  EXPECT_EQ(status->ledger().missing(), 5U);
+  EXPECT_DOUBLE_EQ(status->latencies().track().p50_s(), 200e-6);
+  EXPECT_GT(status->rates().published_hz(), 0.0);
 }
 
 TEST_F(SubscriberTest, OtherTopicsAreLeftOut) {

@@ -1,0 +1,74 @@
+// The status as Protobuf's reflection sees it, with the options of its fields (proto/traction/v1/options.proto).
+#pragma once
+
+#include "traction/v1/options.pb.h"
+#include "traction/v1/status.pb.h"
+
+#include <google/protobuf/message.h>
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <variant>
+
+namespace traction::cli {
+
+using google::protobuf::FieldDescriptor;
+using Reflected = google::protobuf::Message;
+
+/// Returns a copy of the status that has a descriptor. Its pool is private to this file: the generated code is lite.
+std::unique_ptr<Reflected> reflected(const v1::Status& status);
+
+/// Returns the descriptor of traction.v1.Status.
+const google::protobuf::Descriptor& statusDescriptor();
+
+/// Value of a field that is no message. Enums are words: "streaming" for CAMERA_STATE_STREAMING.
+using Scalar = std::variant<double, std::uint64_t, std::int64_t, bool, std::string>;
+
+/// \param index of the element in an array; -1: the field is none
+Scalar scalarOf(const Reflected& message, const FieldDescriptor& field, int index = -1);
+
+/// Returns the word of an enum's value; that of 0 for a value of a later daemon.
+std::string wordOf(const google::protobuf::EnumDescriptor& type, int value);
+std::string wordOf(v1::CameraState state);  ///< "streaming"
+std::string wordOf(v1::Colour colour);      ///< "blue"
+
+inline bool isMessage(const FieldDescriptor& field) {
+  return field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE;
+}
+
+/// Returns whether a field is not 0, false or empty; an optional one, whether it is present.
+bool isSet(const Reflected& message, const FieldDescriptor& field);
+
+/// Returns whether a message that may be absent is so (option null_if_absent).
+bool isAbsent(const Reflected& message, const FieldDescriptor& field);
+
+/// Returns the number as printf does. \param pattern of the form %[+].Pf, e or g; empty: shortest text
+std::string formatted(double number, std::string_view pattern);
+
+// NOLINTBEGIN(misc-no-recursion): as deep as the messages of the schema
+/// Calls visit(message, index of the element in its array or -1) for a message that is not absent, and for each
+/// element of an array of messages.
+template <typename Visit>
+void forEachMessage(const Reflected& message, const FieldDescriptor& field, Visit&& visit) {
+  const auto& access = *message.GetReflection();
+  if (field.is_repeated()) {
+    for (int i = 0; i < access.FieldSize(message, &field); ++i) visit(access.GetRepeatedMessage(message, &field, i), i);
+  } else if (!isAbsent(message, field)) {
+    visit(access.GetMessage(message, &field), -1);
+  }
+}
+// NOLINTEND(misc-no-recursion)
+
+/// One number of a row of `tractionctl top`.
+struct TopNumber {
+  std::string word;
+  std::uint64_t number = 0;
+  v1::Top::Loss loss = v1::Top::LOSS_NONE;
+  bool isCounter = false;
+};
+
+/// Returns the numbers of a row, in the order in which they are shown. \param row such as "frames"
+std::vector<TopNumber> topNumbers(const v1::Status& status, std::string_view row);
+
+}  // namespace traction::cli

@@ -1,0 +1,183 @@
+// A field that is in the schema is printed: each one is changed alone, and what is printed must change.
+
+#include "client/cli/board.h"
+#include "client/cli/json.h"
+#include "client/cli/metrics.h"
+#include "client/cli/reflection.h"
+#include "client/cli/status_text.h"
+
+#include <google/protobuf/descriptor.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+#include <set>
+
+namespace traction::cli::status_schema_test {
+namespace {
+
+/// Sets every field of a message and of those in it, each to another number; arrays of messages get one element.
+void fill(Reflected& message, unsigned& next) {
+  const auto& access = *message.GetReflection();
+  for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+    const FieldDescriptor* field = message.GetDescriptor()->field(i);
+    ++next;
+    if (field->full_name() == "traction.v1.Status.header") continue;
+    if (isMessage(*field)) {
+      fill(field->is_repeated() ? *access.AddMessage(&message, field) : *access.MutableMessage(&message, field), next);
+    } else if (field->is_repeated()) {
+      for (unsigned k = 0; k < (field->name() == "count" ? 2U : 1U); ++k) {
+        field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE ? access.AddDouble(&message, field, next)
+                                                             : access.AddUInt64(&message, field, next);
+      }
+    } else {
+      switch (field->cpp_type()) {
+      case FieldDescriptor::CPPTYPE_DOUBLE:
+        access.SetDouble(&message, field, next);
+        break;
+      case FieldDescriptor::CPPTYPE_UINT64:
+        access.SetUInt64(&message, field, next);
+        break;
+      case FieldDescriptor::CPPTYPE_UINT32:
+        access.SetUInt32(&message, field, next);
+        break;
+      case FieldDescriptor::CPPTYPE_BOOL:
+        access.SetBool(&message, field, true);
+        break;
+      case FieldDescriptor::CPPTYPE_ENUM:
+        access.SetEnumValue(&message, field, 1);
+        break;
+      case FieldDescriptor::CPPTYPE_STRING:
+        access.SetString(&message, field, "text" + std::to_string(next));
+        break;
+      default:
+        ADD_FAILURE() << field->full_name() << " has a type that no test fills";
+      }
+    }
+  }
+}
+
+/// Gives a field another value.
+void change(Reflected& message, const FieldDescriptor& field) {
+  const auto& access = *message.GetReflection();
+  if (field.is_repeated()) {
+    field.cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE ? access.SetRepeatedDouble(&message, &field, 0, 1e6)
+                                                        : access.SetRepeatedUInt64(&message, &field, 0, 1'000'000);
+    return;
+  }
+  switch (field.cpp_type()) {
+  case FieldDescriptor::CPPTYPE_DOUBLE:
+    return access.SetDouble(&message, &field, 1e6);
+  case FieldDescriptor::CPPTYPE_UINT64:
+    return access.SetUInt64(&message, &field, 1'000'000);
+  case FieldDescriptor::CPPTYPE_UINT32:
+    return access.SetUInt32(&message, &field, 1'000'000);
+  case FieldDescriptor::CPPTYPE_BOOL:
+    return access.SetBool(&message, &field, false);
+  case FieldDescriptor::CPPTYPE_ENUM:
+    return access.SetEnumValue(&message, &field, 2);
+  default:
+    return access.SetString(&message, &field, "other");
+  }
+}
+
+struct Printed {
+  std::string json, text, top, metrics;
+};
+
+struct Shown {
+  bool json, text, top, metrics;
+};
+
+Printed print(const Reflected& message) {
+  const auto generated = std::make_shared<v1::Status>();
+  generated->ParseFromString(message.SerializeAsString());
+  const Status status{{}, generated};
+  Watched watched{"name", {}, {}, {}, {}};
+  watched.scene.setConnected(true, 1);
+  watched.scene.add(status);
+  return {toJson(status), statusText(status), boardText(watched, 1), metricsText({{"name", status}})};
+}
+
+/// Calls visit(path, message, field, whether an enclosing field is json_only) for each field that is no message.
+using Visit = std::function<void(const std::string&, Reflected&, const FieldDescriptor&, bool)>;
+void forEachField(Reflected& message, const std::string& path, bool isJsonOnly, const Visit& visit) {
+  const auto& access = *message.GetReflection();
+  for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+    const FieldDescriptor& field = *message.GetDescriptor()->field(i);
+    const std::string name = path + (path.empty() ? "" : ".") + field.name();
+    const bool isOnly = isJsonOnly || field.options().GetExtension(v1::json_only);
+    if (name == "header" || name == "timestamp") continue;  // of every message, and not part of the schema of this one
+    if (!isMessage(field)) {
+      visit(name, message, field, isOnly);
+    } else if (field.is_repeated()) {
+      forEachField(*access.MutableRepeatedMessage(&message, &field, 0), name, isOnly, visit);
+    } else {
+      forEachField(*access.MutableMessage(&message, &field), name, isOnly, visit);
+    }
+  }
+}
+
+/// Changes each field in turn, and records in which of the outputs it shows.
+std::map<std::string, Shown> shownBy(Reflected& message) {
+  std::map<std::string, Shown> all;
+  const Printed before = print(message);
+  forEachField(message, "", false, [&](const std::string& path, Reflected& in, const FieldDescriptor& field, bool) {
+    const std::unique_ptr<Reflected> kept(in.New());
+    kept->CopyFrom(in);
+    change(in, field);
+    const Printed after = print(message);
+    in.CopyFrom(*kept);
+    all[path] = {after.json != before.json, after.text != before.text, after.top != before.top,
+                 after.metrics != before.metrics};
+  });
+  return all;
+}
+
+TEST(StatusSchema, EachFieldIsPrinted) {
+  unsigned next = 100;
+  const auto message = reflected(v1::Status{});
+  fill(*message, next);
+  const auto granted = shownBy(*message);
+  // What was asked for is printed where the kernel did not grant it.
+  v1::Status refusing;
+  refusing.ParseFromString(message->SerializeAsString());
+  refusing.mutable_scheduling()->mutable_threads(0)->set_priority(0);
+  refusing.mutable_scheduling()->set_locked_bytes(0);
+  const auto refused = shownBy(*reflected(refusing));
+
+  forEachField(*message, "", false, [&](const auto& path, Reflected&, const FieldDescriptor& field, bool isJsonOnly) {
+    const Shown& one = granted.at(path);
+    const Shown& other = refused.at(path);
+    EXPECT_TRUE(one.json) << path;
+    EXPECT_EQ(one.text || one.top || other.text || other.top, !isJsonOnly)
+        << path << (isJsonOnly ? " is marked json_only" : " is neither in the text nor in top");
+    const google::protobuf::FieldOptions& options = field.options();
+    EXPECT_TRUE(one.metrics || !options.HasExtension(v1::metric)) << path;
+    EXPECT_TRUE(one.text || !options.HasExtension(v1::text)) << path;
+    EXPECT_TRUE(one.top || !options.HasExtension(v1::top)) << path;
+  });
+  EXPECT_GT(granted.size(), 80U);
+}
+
+TEST(StatusSchema, EachMetricIsDeclaredAndUsed) {
+  std::set<std::string> declared, used;
+  const google::protobuf::FileOptions& options = statusDescriptor().file()->options();
+  for (int i = 0; i < options.ExtensionSize(v1::family); ++i) {
+    const v1::Family& family = options.GetExtension(v1::family, i);
+    EXPECT_TRUE(declared.insert(family.name()).second) << family.name();
+    EXPECT_NE(family.kind(), v1::Family::KIND_UNKNOWN) << family.name();
+    EXPECT_EQ(family.kind() == v1::Family::KIND_COUNTER, family.name().ends_with("_total")) << family.name();
+    EXPECT_NE(family.help(), "") << family.name();
+  }
+  const google::protobuf::FileDescriptor& file = *statusDescriptor().file();
+  for (int i = 0; i < file.message_type_count(); ++i) {
+    for (int k = 0; k < file.message_type(i)->field_count(); ++k)
+      used.insert(file.message_type(i)->field(k)->options().GetExtension(v1::metric).name());
+  }
+  used.erase("");
+  EXPECT_EQ(declared, used);
+}
+
+}  // namespace
+}  // namespace traction::cli::status_schema_test
