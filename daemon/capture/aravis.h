@@ -142,7 +142,7 @@ void bestFirst(std::vector<const PixelFormatTraits*>& formats);
 tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info);
 
 /// What the camera says of its clock's master; empty: it has none.
-CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard);
+CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard, const CameraLink& before);
 
 // ---- aravis_clock.cpp
 

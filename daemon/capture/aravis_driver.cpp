@@ -38,7 +38,7 @@ class AravisDriver : public Driver {
   std::string doubt() override;
   void markSilent() override { silent_ = true; }
   void undo() override;
-  CameraLink link() override { return readLink(camera_.get(), stream_.get(), guard_); }
+  CameraLink link(const CameraLink& before) override { return readLink(camera_.get(), stream_.get(), guard_, before); }
   tl::expected<CameraReport, std::string> serve(const CameraStep& step) override {
     return serveFeatures(camera_.get(), step, options_.features, first_);
   }

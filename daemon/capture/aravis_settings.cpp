@@ -456,34 +456,37 @@ tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info) {
   return {};
 }
 
-CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard) {
+CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard, const CameraLink& before) {
   ArvDevice* device = arv_camera_get_device(camera);
   CameraLink link;
   if (ARV_IS_GV_STREAM(stream)) {
-    arv_gv_stream_get_statistics(ARV_GV_STREAM(stream), &link.packetsResent, &link.packetsMissing);
-    link.packetsRefused = packetsRefused(stream) + guard.refused();
+    std::uint64_t resent = 0, missing = 0;
+    arv_gv_stream_get_statistics(ARV_GV_STREAM(stream), &resent, &missing);
+    link.set_packets_resent(before.packets_resent() + resent);
+    link.set_packets_missing(before.packets_missing() + missing);
+    link.set_packets_refused(before.packets_refused() + packetsRefused(stream) + guard.refused());
   }
   for (const char* name : {"PtpStatus", "GevIEEE1588Status"}) {
     if (const std::string state = readFeature(device, name); !state.empty()) {
-      link.ptp = Line(state);
+      link.mutable_ptp()->assign(Line(state).view());
       break;
     }
   }
-  if (!link.ptp.view().empty()) {
+  if (!link.ptp().empty()) {
     for (const char* latch : {"PtpDataSetLatch", "GevIEEE1588DataSetLatch"})
       if (hasFeature(device, latch)) arv_device_execute_command(device, latch, nullptr);
     for (const char* name : {"PtpOffsetFromMaster", "GevIEEE1588OffsetFromMaster"}) {
       const std::string offset = readFeature(device, name);
-      link.hasPtpOffset = !offset.empty();
-      link.ptpOffset_s = std::strtod(offset.c_str(), nullptr) * 1e-9;
-      if (link.hasPtpOffset) break;
+      if (offset.empty()) continue;
+      link.set_ptp_offset_s(std::strtod(offset.c_str(), nullptr) * 1e-9);
+      break;
     }
   }
   for (const char* name : {"DeviceTemperature", "TemperatureAbs"}) {
     const std::string temperature = readFeature(device, name);
-    link.hasTemperature = !temperature.empty();
-    link.temperature_C = std::strtod(temperature.c_str(), nullptr);
-    if (link.hasTemperature) break;
+    if (temperature.empty()) continue;
+    link.set_temperature(std::strtod(temperature.c_str(), nullptr));
+    break;
   }
   return link;
 }

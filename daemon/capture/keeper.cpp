@@ -192,7 +192,7 @@ std::int64_t Keeper::accompany() {
     return kAtOnce;
   }
   if (clock_() >= look_ns_) {
-    linkRead_ = driver_->link();
+    linkRead_ = driver_->link(linkBefore_);
     return kAtOnce;
   }
   begin(kLook);
@@ -213,9 +213,6 @@ void Keeper::heedAnswers() {
   }
   if (linkRead_) {
     newest_.link = *std::exchange(linkRead_, std::nullopt);
-    newest_.link.packetsResent += linkBefore_.packetsResent;
-    newest_.link.packetsMissing += linkBefore_.packetsMissing;
-    newest_.link.packetsRefused += linkBefore_.packetsRefused;
     vitals_.put(newest_);  // while the other side takes one, the next look brings it
     warnOfForgery();
     look_ns_ = clock_() + kLook.count();
