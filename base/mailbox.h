@@ -18,26 +18,41 @@ class Mailbox {
   /// again later.
   bool put(const T& value) {
     State seen = state_.load(std::memory_order_relaxed);
-    // acquire: a take() that emptied the slot is done with it (its release store).
+    // acquire: a take() or swap() that emptied the slot is done with it (its release store).
     if (seen == State::kBusy || !state_.compare_exchange_strong(seen, State::kBusy, std::memory_order_acquire)) {
       return false;
     }
     slot_ = value;
-    state_.store(State::kFull, std::memory_order_release);  // partner: the acquire in take()
+    state_.store(State::kFull, std::memory_order_release);  // partner: the acquire in empty()
     return true;
   }
 
   bool take(T& value) {
-    State full = State::kFull;
-    // acquire: partner of the release in put().
-    if (!state_.compare_exchange_strong(full, State::kBusy, std::memory_order_acquire)) return false;
-    value = slot_;
-    state_.store(State::kEmpty, std::memory_order_release);  // partner: the acquire in put()
-    return true;
+    return empty([&] { value = slot_; });
+  }
+
+  /// Takes by swapping, which allocates nothing whatever T is. The slot gets the room of `value`: put() allocates where
+  /// it is too small.
+  bool swap(T& value) {
+    return empty([&] {
+      using std::swap;
+      swap(value, slot_);
+    });
   }
 
  private:
   enum class State { kEmpty, kBusy, kFull };
+
+  template <typename Move>
+  bool empty(Move&& move) {
+    State full = State::kFull;
+    // acquire: partner of the release in put().
+    if (!state_.compare_exchange_strong(full, State::kBusy, std::memory_order_acquire)) return false;
+    move();
+    state_.store(State::kEmpty, std::memory_order_release);  // partner: the acquire in put()
+    return true;
+  }
+
   Atomic<State> state_{State::kEmpty};
   T slot_;
 };

@@ -1,6 +1,8 @@
 #include "daemon/gel_watch.h"
 
+#include "base/fixed_text.h"
 #include "daemon/calibrate/gel_check.h"
+#include "daemon/publish/wire_parts.h"
 #include "daemon/track/diagnosis.h"
 
 #include <spdlog/spdlog.h>
@@ -29,7 +31,7 @@ bool isMissing(const MarkerSight& sight) {
 
 }  // namespace
 
-GelWatch::GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<publish::MarkerStatus>& status,
+GelWatch::GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<traction::v1::MarkerStatus>& status,
                    std::function<void(const Snapshots::Result&)> answer, const GelWatchOptions& options)
     : sensor_(sensor)
     , tracker_(tracker)
@@ -121,27 +123,31 @@ void GelWatch::look(const Snapshot& snapshot) {
 }
 
 void GelWatch::tell() {
-  publish::MarkerStatus status;
-  status.layerCount = sight_.layerCount;
+  constexpr std::size_t kMostFindings = 24;
+  traction::v1::MarkerStatus status;
   for (int i = 0; i < sight_.layerCount; ++i) {
     const MarkerSight::Layer& from = sight_.layers[i];
-    status.layers[i] = {sensor_.layers[i].colour, from.expected, from.found, from.inZero, from.seen};
+    traction::v1::LayerStatus& to = *status.add_layers();
+    to.set_colour(publish::wireColour(sensor_.layers[i].colour));
+    to.set_expected(static_cast<std::uint32_t>(from.expected));
+    to.set_found(static_cast<std::uint32_t>(from.found));
+    to.set_in_zero(static_cast<std::uint32_t>(from.inZero));
+    to.set_columns(static_cast<std::uint32_t>(from.seen.columns));
+    to.set_rows(static_cast<std::uint32_t>(from.seen.rows));
   }
   std::string remark = missing_.empty() ? noZero_ : missing_;
   if (judging_ && !report_.fits()) {
     remark += (remark.empty() ? "" : "; ") + ("the gel file does not fit the picture: " + report_.remark);
   }
-  status.remark.assign(remark);
-  if (judging_) {
-    for (const GelReport::Finding& from : report_.findings) {
-      if (status.findingCount == static_cast<int>(status.findings.size())) break;
-      publish::MarkerStatus::Finding& to = status.findings[status.findingCount++];
-      to.name.assign(from.name);
-      to.expected = from.expected;
-      to.seen = from.seen;
-      to.deviation = from.deviation;
-      to.contradicts = from.contradicts;
-    }
+  status.mutable_remark()->assign(FixedText<1500>(remark).view());
+  for (std::size_t i = 0; judging_ && i < std::min(report_.findings.size(), kMostFindings); ++i) {
+    const GelReport::Finding& from = report_.findings[i];
+    traction::v1::GelFinding& to = *status.add_findings();
+    to.set_name(from.name);
+    to.set_expected(from.expected);
+    to.set_seen(from.seen);
+    to.set_deviation(from.deviation);
+    to.set_contradicts(from.contradicts);
   }
   status_.put(status);
 }

@@ -4,10 +4,10 @@
 
 #include "base/clock.h"
 #include "base/mailbox.h"
-#include "daemon/publish/status.h"
 #include "daemon/records/gel_report.h"
 #include "daemon/snapshots.h"
 #include "daemon/track/tracker.h"
+#include "traction/v1/status.pb.h"
 
 #include <functional>
 #include <string>
@@ -26,7 +26,7 @@ struct GelWatchOptions {
 class GelWatch {
  public:
   /// Sensor, tracker and status outlive this. `answer`: what came of askSnapshot(), within a turn().
-  GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<publish::MarkerStatus>& status,
+  GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<traction::v1::MarkerStatus>& status,
            std::function<void(const Snapshots::Result&)> answer, const GelWatchOptions& options = {});
 
   /// Compares the gel file with a zero. Pictures that come later are not compared: a load hides markers, too.
@@ -55,7 +55,7 @@ class GelWatch {
 
   const sensor::Sensor& sensor_;
   track::Tracker& tracker_;
-  Mailbox<publish::MarkerStatus>& status_;
+  Mailbox<traction::v1::MarkerStatus>& status_;
   GelWatchOptions options_;
 
   MarkerSight sight_;

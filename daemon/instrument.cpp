@@ -7,6 +7,7 @@
 #include "daemon/measurement.h"
 #include "daemon/no_gel.h"
 #include "daemon/solve/make_solver.h"
+#include "traction/v1/status.pb.h"
 
 #include <fcntl.h>
 #include <spdlog/spdlog.h>
@@ -90,7 +91,8 @@ tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
   description_.host = publish::hostId();
   if (gel) describeSensor(description_, *gel, config.solve);
 
-  auto publisher = publish::Publisher::open(config.publish, description_, ledger_, [this] { return vitals(); });
+  auto publisher =
+      publish::Publisher::open(config.publish, description_, ledger_, [this](auto& status) { measure(status); });
   if (!publisher) return tl::unexpected(publisher.error());
   publisher_ = *std::move(publisher);
   // Its own one, as long as the control socket has none yet.
@@ -332,18 +334,25 @@ void Instrument::describeCamera(const capture::CameraInfo& info) {
   publisher_->describe(description_);
 }
 
-publish::Vitals Instrument::vitals() {
-  if (camera_) camera_->takeVitals(cameraVitals_);
-  realtime_->read(scheduling_);  // else those of before
-  publish::Vitals vitals{.camera = cameraVitals_,
-                         .turns = {turns_.capture.get(), turns_.track.get(), turns_.solve.get(), turns_.publish.get(),
-                                   turns_.control.get()},
-                         .logLinesLost = logLinesLost_ ? logLinesLost_() : 0,
-                         .memory_bytes = residentMemory(),
-                         .scheduling = scheduling_};
-  vitals.unreleasedWhy.assign(capture::whyCameraWouldStayLocked());
-  if (processing_) processing_->tell(vitals);
-  return vitals;
+void Instrument::measure(traction::v1::Status& status) {
+  if (camera_ && camera_->takeVitals(cameraVitals_)) {
+    status.set_camera(static_cast<traction::v1::CameraState>(cameraVitals_.state));
+    status.mutable_camera_why()->assign(cameraVitals_.why.view());
+    const bool wasOpen = cameraVitals_.state != CameraState::kUnknown && cameraVitals_.state != CameraState::kWaiting;
+    wasOpen ? status.mutable_camera_link()->CopyFrom(cameraVitals_.link) : status.clear_camera_link();
+  }
+  realtime_->read(*status.mutable_scheduling());  // else it stays as it was
+  traction::v1::Turns& turns = *status.mutable_turns();
+  turns.set_capture(turns_.capture.get());
+  turns.set_track(turns_.track.get());
+  turns.set_solve(turns_.solve.get());
+  turns.set_publish(turns_.publish.get());
+  turns.set_control(turns_.control.get());
+  status.set_log_lines_lost(logLinesLost_ ? logLinesLost_() : 0);
+  status.set_memory_bytes(residentMemory());
+  const FixedText<200> unreleased(capture::whyCameraWouldStayLocked());
+  status.mutable_unreleased_why()->assign(unreleased.view());
+  if (processing_) processing_->measure(status);
 }
 
 std::string Instrument::statusLine() const {

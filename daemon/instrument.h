@@ -57,7 +57,7 @@ class Instrument {
   void meetCamera();
   void watchLastWill();
   void describeCamera(const capture::CameraInfo& info);
-  publish::Vitals vitals();
+  void measure(traction::v1::Status& status);
   std::string statusLine() const;
 
   // In the order of their making, which is the reverse of their unmaking.
@@ -88,7 +88,6 @@ class Instrument {
 
   // The publishing thread's own.
   CameraVitals cameraVitals_;
-  publish::SchedulingStatus scheduling_;
 };
 
 }  // namespace tractiond

@@ -9,6 +9,7 @@
 #include <pthread.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <future>
 #include <thread>
 #include <utility>
@@ -160,13 +161,21 @@ void Measurement::takeField(const TractionField& field) {
   if (recorder_) recorder_->takeField(field);
 }
 
-void Measurement::tell(publish::Vitals& vitals) {
+void Measurement::measure(traction::v1::Status& status) {
   watched_.take(lastWatched_);
-  newestMarkerStatus_.take(markerStatus_);
-  vitals.drift = lastWatched_.drift;
-  vitals.markers = markerStatus_;
-  vitals.zeroWithin_s = lastWatched_.zeroWithin_s;
-  vitals.invalidWhy.assign(invalidFields_.take());
+  status.set_zero_within_s(lastWatched_.zeroWithin_s);
+  newestMarkerStatus_.swap(*status.mutable_markers());
+  const FixedText<300> why(invalidFields_.take());
+  status.mutable_invalid_why()->assign(why.view());
+  const RestDrift& drift = lastWatched_.drift;
+  if (drift.seen_ns == 0) return status.clear_rest_drift();
+  traction::v1::RestDrift& to = *status.mutable_rest_drift();
+  to.set_shift_u_px(drift.shiftU_px);
+  to.set_shift_v_px(drift.shiftV_px);
+  to.set_scale(drift.scale);
+  to.set_roll_rad(drift.roll);
+  to.set_rms_px(drift.rms_px);
+  to.set_age_s(std::max(static_cast<double>(monotonicNow() - drift.seen_ns) * 1e-9, 0.0));
 }
 
 void Measurement::meet(const capture::CameraInfo& info) {

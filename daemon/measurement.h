@@ -26,7 +26,7 @@ class Measurement : public Processing {
   bool track(const Frame& frame, MarkerField& markers) override;
   void solve(const MarkerField& markers, TractionField& field) override;
   void takeField(const TractionField& field) override;
-  void tell(publish::Vitals& vitals) override;
+  void measure(traction::v1::Status& status) override;
   void meet(const capture::CameraInfo& info) override;
   void beginZero(const ZeroRequest& request) override { procedures_->beginZero(request); }
   void beginStep(const CalibrationStep& step) override { procedures_->beginStep(step); }
@@ -54,7 +54,7 @@ class Measurement : public Processing {
   std::unique_ptr<solve::FieldSolver> solver_;
   Mailbox<MarkerField> newestMarkers_;                 // from the tracking thread to control
   Mailbox<Watched> watched_;                           // from control to the publishing thread
-  Mailbox<publish::MarkerStatus> newestMarkerStatus_;  // the same
+  Mailbox<traction::v1::MarkerStatus> newestMarkerStatus_;  // the same
   Counter tracked_;                                    // frames that the tracker has looked at
   std::unique_ptr<Recorder> recorder_;
 
@@ -66,7 +66,6 @@ class Measurement : public Processing {
 
   // The publishing thread's own.
   Watched lastWatched_;
-  publish::MarkerStatus markerStatus_;
   InvalidFields invalidFields_;
 };
 

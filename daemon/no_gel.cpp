@@ -1,5 +1,7 @@
 #include "daemon/no_gel.h"
 
+#include "traction/v1/status.pb.h"
+
 #include <utility>
 
 namespace tractiond {
@@ -14,6 +16,10 @@ const std::string_view NoGel::kWhy = "no gel: nothing is measured; set sensor.ge
 NoGel::NoGel(NoGelLinks links)
     : links_(std::move(links))
     , snapshots_(links_.answerSnapshot) {}
+
+void NoGel::measure(traction::v1::Status& status) {
+  status.mutable_markers()->mutable_remark()->assign(kWhy);
+}
 
 bool NoGel::track(const Frame& frame, MarkerField& /*markers*/) {
   if (Snapshot* const wanted = snapshots_.lent()) {

@@ -29,7 +29,7 @@ class NoGel : public Processing {
   bool track(const Frame& frame, MarkerField& markers) override;
   void solve(const MarkerField& /*markers*/, TractionField& /*field*/) override {}
   void takeField(const TractionField& /*field*/) override {}
-  void tell(publish::Vitals& vitals) override { vitals.markers.remark.assign(kWhy); }
+  void measure(traction::v1::Status& status) override;
   void meet(const capture::CameraInfo& /*info*/) override {}
   void beginZero(const ZeroRequest& request) override;
   void beginStep(const CalibrationStep& step) override;

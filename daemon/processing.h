@@ -50,8 +50,8 @@ class Processing {
   virtual void solve(const MarkerField& markers, TractionField& field) = 0;
   /// Called for each field that was published.
   virtual void takeField(const TractionField& field) = 0;
-  /// Adds what it knows to a status.
-  virtual void tell(publish::Vitals& vitals) = 0;
+  /// Sets what it knows in a status, which keeps what was set before.
+  virtual void measure(traction::v1::Status& status) = 0;
 
   // tr-control
 

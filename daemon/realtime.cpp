@@ -1,5 +1,7 @@
 #include "daemon/realtime.h"
 
+#include "traction/v1/status.pb.h"
+
 #include <dirent.h>
 #include <fcntl.h>
 #include <spdlog/spdlog.h>
@@ -148,42 +150,41 @@ void Realtime::leave() {
   if (own != threads_.end()) own->id = 0;
 }
 
-bool Realtime::read(publish::SchedulingStatus& status) {
+bool Realtime::read(traction::v1::Scheduling& status) {
   const std::unique_lock lock(mutex_, std::try_to_lock);
   if (!lock.owns_lock()) return false;
-  status.askedPriority = options_.priority;
-  status.askedCpus = cpusText(cpus_);
-  status.askedLock = options_.lockMemory;
-  status.locked_bytes = options_.lockMemory ? lockedMemory() : 0;
-  status.threadCount = 0;
+  status.set_asked_priority(static_cast<std::uint32_t>(options_.priority));
+  status.mutable_asked_cpus()->assign(cpusText(cpus_).view());
+  status.set_asked_lock(options_.lockMemory);
+  status.set_locked_bytes(options_.lockMemory ? lockedMemory() : 0);
+  status.clear_threads();  // cleared elements keep their memory
   for (const auto& [id, name] : threads_) {
     sched_param param{};
     cpu_set_t cpus;
     if (id == 0 || sched_getparam(id, &param) != 0 || sched_getaffinity(id, sizeof cpus, &cpus) != 0) continue;
-    auto& thread = status.threads[static_cast<std::size_t>(status.threadCount++)];
-    thread.name = name;
-    thread.priority = param.sched_priority;
-    thread.cpus = cpusText(cpus);
+    traction::v1::ThreadScheduling& thread = *status.add_threads();
+    thread.mutable_name()->assign(name.view());
+    thread.set_priority(static_cast<std::uint32_t>(param.sched_priority));
+    thread.mutable_cpus()->assign(cpusText(cpus).view());
   }
   return true;
 }
 
 void Realtime::report() {
   if (options_.priority == 0 && options_.cpus.empty() && !options_.lockMemory) return;
-  publish::SchedulingStatus status;
+  traction::v1::Scheduling status;
   while (!read(status)) std::this_thread::yield();
   std::string threads;
   bool allHave = true, allThere = true;
   const std::string wanted(cpusText(cpus_).view());
   std::string cpus = wanted;
-  for (int i = 0; i < status.threadCount; ++i) {
-    const auto& thread = status.threads[static_cast<std::size_t>(i)];
+  for (const traction::v1::ThreadScheduling& thread : status.threads()) {
     threads +=
-        fmt::format("{}{} {} on {}", i == 0 ? "" : ", ", thread.name.view(), thread.priority, thread.cpus.view());
-    allHave = allHave && (options_.priority == 0 || thread.priority > 0);
-    if (!wanted.empty() && thread.cpus.view() != wanted) allThere = false, cpus = thread.cpus.view();
+        fmt::format("{}{} {} on {}", threads.empty() ? "" : ", ", thread.name(), thread.priority(), thread.cpus());
+    allHave = allHave && (options_.priority == 0 || thread.priority() > 0);
+    if (!wanted.empty() && thread.cpus() != wanted) allThere = false, cpus = thread.cpus();
   }
-  spdlog::info("real time: {}; memory {}locked", threads, status.locked_bytes > 0 ? "" : "not ");
+  spdlog::info("real time: {}; memory {}locked", threads, status.locked_bytes() > 0 ? "" : "not ");
   const std::lock_guard lock(mutex_);
   if (!allHave) {
     spdlog::warn("warning: realtime.priority = {} is not granted: {}; allow it to the service: LimitRTPRIO={} and "
@@ -195,7 +196,7 @@ void Realtime::report() {
                  "and that AllowedCPUs= of the service has",
                  options_.cpus, cpusError_ == 0 ? "" : ": ", cpusError_ == 0 ? "" : std::strerror(cpusError_), cpus);
   }
-  if (options_.lockMemory && status.locked_bytes == 0) {
+  if (options_.lockMemory && status.locked_bytes() == 0) {
     spdlog::warn("warning: realtime.lock_memory is not granted: {}; allow it to the service: LimitMEMLOCK=infinity by "
                  "systemctl edit",
                  std::strerror(memoryError_));

@@ -2,7 +2,7 @@
 // so what holds is read back from it.
 #pragma once
 
-#include "daemon/publish/status.h"
+#include "base/fixed_text.h"
 
 #include <sched.h>
 #include <tl/expected.hpp>
@@ -10,7 +10,10 @@
 #include <array>
 #include <mutex>
 #include <string>
-#include <tuple>
+
+namespace traction::v1 {
+class Scheduling;
+}
 
 namespace tractiond {
 
@@ -43,8 +46,9 @@ class Realtime {
   /// frame waiting. It lives as long as this.
   void adopt(int threadId);
 
-  /// What the kernel says now. Waits for nobody and allocates nothing. \return false: another thread is at it
-  bool read(publish::SchedulingStatus& status);
+  /// Sets what was asked and what the kernel says now. Waits for nobody; allocates nothing once the message has the
+  /// room. \return false: another thread is at it, and nothing is set
+  bool read(traction::v1::Scheduling& status);
 
   /// One line of what was granted, and a warning with what mends it for each thing that was not; nothing where nothing
   /// is asked.
@@ -61,7 +65,7 @@ class Realtime {
     FixedText<15> name;
   };
   // One of Aravis's that hangs, or takes its time to end, may be there besides its successor.
-  std::array<Thread, std::tuple_size_v<decltype(publish::SchedulingStatus::threads)>> threads_{};
+  std::array<Thread, 12> threads_{};
   // errno of what was refused; 0: nothing.
   int priorityError_ = 0;
   int cpusError_ = 0;

@@ -105,7 +105,7 @@ class Replay {
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<track::Tracker> tracker_;
   std::unique_ptr<solve::FieldSolver> solver_;
-  Mailbox<publish::MarkerStatus> markerStatus_;
+  Mailbox<traction::v1::MarkerStatus> markerStatus_;
   std::optional<GelWatch> gelWatch_;
 
   publish::TrackedFrame frame_;

@@ -144,9 +144,10 @@ void bestFirst(std::vector<const PixelFormatTraits*>& formats);
 /// The picture as it will be sent; enters it, rate and exposure in the info. EX_CONFIG: a format that cannot be read.
 tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info);
 
-/// Reads packet counters, PTP and temperature; registers that the camera does not have stay empty. Of a camera that is
-/// gone each register takes seconds: reads no further one once it is known to be lost.
-CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard,
+/// Reads packet counters, which are added to those of `before`, PTP and temperature; registers that the camera does not
+/// have stay empty. Of a camera that is gone each register takes seconds: reads no further one once it is known to be
+/// lost.
+CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard, const CameraLink& before,
                     const std::function<bool()>& isLost);
 
 // ---- aravis_clock.cpp

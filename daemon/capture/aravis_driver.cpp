@@ -38,8 +38,8 @@ class AravisDriver : public Driver {
   std::string doubt() override;
   void markSilent() override { silent_ = true; }
   void undo() override;
-  CameraLink link() override {
-    return readLink(camera_.get(), stream_.get(), guard_, [this] { return silent_ || controlLost_; });
+  CameraLink link(const CameraLink& before) override {
+    return readLink(camera_.get(), stream_.get(), guard_, before, [this] { return silent_ || controlLost_; });
   }
   tl::expected<CameraReport, std::string> serve(const CameraStep& step) override {
     return serveFeatures(camera_.get(), step, options_.features, first_);

@@ -48,13 +48,16 @@ tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info) {
   return {};
 }
 
-CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard,
+CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard, const CameraLink& before,
                     const std::function<bool()>& isLost) {
   ArvDevice* device = arv_camera_get_device(camera);
   CameraLink link;
   if (ARV_IS_GV_STREAM(stream)) {
-    arv_gv_stream_get_statistics(ARV_GV_STREAM(stream), &link.packetsResent, &link.packetsMissing);
-    link.packetsRefused = packetsRefused(stream) + guard.refused();
+    std::uint64_t resent = 0, missing = 0;
+    arv_gv_stream_get_statistics(ARV_GV_STREAM(stream), &resent, &missing);
+    link.set_packets_resent(before.packets_resent() + resent);
+    link.set_packets_missing(before.packets_missing() + missing);
+    link.set_packets_refused(before.packets_refused() + packetsRefused(stream) + guard.refused());
   }
   const auto firstOf = [&](std::initializer_list<const char*> names) -> std::string {
     for (const char* name : names) {
@@ -63,17 +66,16 @@ CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& gu
     }
     return {};
   };
-  link.ptp = Line(firstOf({"PtpStatus", "GevIEEE1588Status"}));
-  if (!link.ptp.view().empty() && !isLost()) {
+  const auto number = [](const std::string& text) { return std::strtod(text.c_str(), nullptr); };
+  link.mutable_ptp()->assign(Line(firstOf({"PtpStatus", "GevIEEE1588Status"})).view());
+  if (!link.ptp().empty() && !isLost()) {
     for (const char* latch : {"PtpDataSetLatch", "GevIEEE1588DataSetLatch"})
       if (hasFeature(device, latch)) arv_device_execute_command(device, latch, nullptr);
-    const std::string offset = firstOf({"PtpOffsetFromMaster", "GevIEEE1588OffsetFromMaster"});
-    link.hasPtpOffset = !offset.empty();
-    link.ptpOffset_s = std::strtod(offset.c_str(), nullptr) * 1e-9;
+    const std::string offset_ns = firstOf({"PtpOffsetFromMaster", "GevIEEE1588OffsetFromMaster"});
+    if (!offset_ns.empty()) link.set_ptp_offset_s(number(offset_ns) * 1e-9);
   }
   const std::string temperature = firstOf({"DeviceTemperature", "TemperatureAbs"});
-  link.hasTemperature = !temperature.empty();
-  link.temperature_C = std::strtod(temperature.c_str(), nullptr);
+  if (!temperature.empty()) link.set_temperature(number(temperature));
   return link;
 }
 

@@ -71,8 +71,9 @@ class Driver {
   /// Puts back what opening it has set, but for what commands have done; it is not used after that. May block.
   virtual void undo() {}
 
+  /// Returns the state of the link. Packets are counted on from `before`, the state at the end of the session before.
   /// May block.
-  virtual CameraLink link() { return {}; }
+  virtual CameraLink link(const CameraLink& /*before*/) { return {}; }
 
   /// What people ask of a camera while it streams; a sentence where it cannot be done. May block.
   virtual tl::expected<CameraReport, std::string> serve(const CameraStep& /*step*/) {

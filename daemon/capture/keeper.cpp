@@ -187,7 +187,8 @@ std::int64_t Keeper::accompany() {
     step = question_;
   }
   if (step) return callAside([step](Driver& driver, Answers& to) { to.report = driver.serve(*step); });
-  if (clock_() >= look_ns_) return callAside([](Driver& driver, Answers& to) { to.link = driver.link(); });
+  if (clock_() >= look_ns_)
+    return callAside([before = linkBefore_](Driver& driver, Answers& to) { to.link = driver.link(before); });
   begin(kLook);
   return look_ns_;
 }
@@ -216,9 +217,6 @@ void Keeper::heedAnswers() {
   }
   if (answers->link) {
     newest_.link = *answers->link;
-    newest_.link.packetsResent += linkBefore_.packetsResent;
-    newest_.link.packetsMissing += linkBefore_.packetsMissing;
-    newest_.link.packetsRefused += linkBefore_.packetsRefused;
     vitals_.put(newest_);  // while the other side takes one, the next look brings it
     warnOfForgery();
     look_ns_ = clock_() + kLook.count();

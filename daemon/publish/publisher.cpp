@@ -8,6 +8,7 @@
 #include "daemon/publish/durations.h"
 #include "daemon/publish/wire.h"
 #include "proto/traction/v1/endpoints.h"
+#include "traction/v1/status.pb.h"
 
 #include <algorithm>
 #include <array>
@@ -69,10 +70,10 @@ struct Publisher::Impl {
     std::int64_t real_ns = 0;
   };
 
-  Impl(const PublishOptions& given, const Description& described, const Ledger& account, std::function<Vitals()> ask)
+  Impl(const PublishOptions& given, const Description& described, const Ledger& account, Measure ask)
       : options(given)
       , ledger(account)
-      , vitals(std::move(ask))
+      , measure(std::move(ask))
       , identity(described.identity)
       , wire(described.identity)
       , started_ns(given.monotonicClock())
@@ -133,22 +134,22 @@ struct Publisher::Impl {
       const auto count = static_cast<double>(now - std::exchange(before, now));
       return interval_s > 0.0 ? count / interval_s : 0.0;
     };
-    Status status;
-    if (vitals) status.vitals = vitals();
-    status.uptime_s = static_cast<double>(heading.sent_ns - started_ns) * 1e-9;
-    status.received_hz = rate(ledger.received.get(), receivedBefore);
-    status.published_hz = rate(sequences[kField], publishedBefore);
-    status.residual_px = residuals == 0 ? 0.0 : std::sqrt(residualSquares_px2 / static_cast<double>(residuals));
+    traction::v1::Status& status = wire.status();
+    if (measure) measure(status);
+    status.set_uptime_s(static_cast<double>(heading.sent_ns - started_ns) * 1e-9);
+    status.mutable_rates()->set_received_hz(rate(ledger.received.get(), receivedBefore));
+    status.mutable_rates()->set_published_hz(rate(sequences[kField], publishedBefore));
+    status.set_residual_px(residuals == 0 ? 0.0 : std::sqrt(residualSquares_px2 / static_cast<double>(residuals)));
     residuals = 0;
     residualSquares_px2 = 0.0;
-    status.track = track.take();
-    status.solve = solve.take();
-    status.send = toSend.take();
-    status.total = total.take();
+    track.take(*status.mutable_latencies()->mutable_track());
+    solve.take(*status.mutable_latencies()->mutable_solve());
+    toSend.take(*status.mutable_latencies()->mutable_send());
+    total.take(*status.mutable_latencies()->mutable_total());
     lastStatus_ns = heading.sent_ns;
     subscribers.reset();
 
-    zmq::message_t message(wire.fill(ledger, status, heading));
+    zmq::message_t message(wire.fillStatus(ledger, heading));
     wire.writeStatus(message.data<std::uint8_t>());
     // A reader in the way: it gets this one's predecessor, and nobody waits.
     if (const std::unique_lock lock(lastMutex, std::try_to_lock); lock.owns_lock()) {
@@ -221,7 +222,7 @@ struct Publisher::Impl {
 
   PublishOptions options;
   const Ledger& ledger;
-  std::function<Vitals()> vitals;
+  Measure measure;
   Identity identity;
   Wire wire;
   std::array<std::string, kTopicCount> topics;
@@ -267,9 +268,9 @@ Publisher::~Publisher() = default;
 
 tl::expected<std::unique_ptr<Publisher>, Error> Publisher::open(const PublishOptions& options,
                                                                 const Description& description, const Ledger& ledger,
-                                                                std::function<Vitals()> vitals) try {
+                                                                Measure measure) try {
   assert(traction::isValidName(description.identity.sensor));
-  auto impl = std::make_unique<Impl>(options, description, ledger, std::move(vitals));
+  auto impl = std::make_unique<Impl>(options, description, ledger, std::move(measure));
   for (auto [socket, endpoints, bound] : {std::tuple(&impl->stream, &options.stream, &impl->streamEndpoints),
                                           std::tuple(&impl->latest, &options.latest, &impl->latestEndpoints)}) {
     auto result = network::bind(*socket, *endpoints);

@@ -4,7 +4,6 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "daemon/publish/description.h"
-#include "daemon/publish/status.h"
 #include "daemon/records/ledger.h"
 #include "daemon/records/preview.h"
 #include "daemon/records/traction_field.h"
@@ -17,7 +16,15 @@
 #include <string>
 #include <vector>
 
+namespace traction::v1 {
+class Status;
+}
+
 namespace tractiond::publish {
+
+/// Sets in a status what the publisher does not know by itself. The message is the one of the status before: what is
+/// not set stays as it was.
+using Measure = std::function<void(traction::v1::Status&)>;
 
 struct PublishOptions {
   std::vector<std::string> stream;  ///< ZeroMQ endpoints; port * takes a free one; ipc directories exist
@@ -36,10 +43,9 @@ struct PublishOptions {
 /// called from one other, offerPreview() from one more.
 class Publisher {
  public:
-  /// `vitals` is asked from the publishing thread before each status; it must not wait. The ledger outlives this.
-  static tl::expected<std::unique_ptr<Publisher>, Error> open(const PublishOptions& options,
-                                                              const Description& description, const Ledger& ledger,
-                                                              std::function<Vitals()> vitals);
+  /// `measure` is called from the publishing thread before each status; it must not wait. The ledger outlives this.
+  static tl::expected<std::unique_ptr<Publisher>, Error>
+  open(const PublishOptions& options, const Description& description, const Ledger& ledger, Measure measure);
   ~Publisher();
 
   /// Sends a field (stream and latest) and its markers. Never waits: who is too slow loses messages.

@@ -28,11 +28,6 @@ static_assert(static_cast<int>(pb::FLAG_UNEXPLAINED) == kUnexplained);
 static_assert(static_cast<int>(pb::FLAG_OUT_OF_RANGE) == kOutOfRange);
 static_assert(static_cast<int>(pb::FLAG_GEL_MISMATCH) == kGelMismatch);
 static_assert(static_cast<int>(pb::FLAG_DOUBTED_ORIGIN) == kDoubtedOrigin);
-static_assert(pb::CAMERA_STATE_UNKNOWN == static_cast<int>(CameraState::kUnknown));
-static_assert(pb::CAMERA_STATE_WAITING == static_cast<int>(CameraState::kWaiting));
-static_assert(pb::CAMERA_STATE_STREAMING == static_cast<int>(CameraState::kStreaming));
-static_assert(pb::CAMERA_STATE_LOST == static_cast<int>(CameraState::kLost));
-static_assert(pb::CAMERA_STATE_CONNECTING == static_cast<int>(CameraState::kConnecting));
 
 double seconds(std::int64_t ns) {
   return static_cast<double>(ns) * 1e-9;
@@ -69,31 +64,6 @@ void setXyz(const Vector& from, pb::Vector3& to) {
   to.set_x(from[0]);
   to.set_y(from[1]);
   to.set_z(from[2]);
-}
-
-void set(const CameraVitals& from, pb::Status& to) {
-  to.set_camera(static_cast<pb::CameraState>(from.state));
-  to.set_camera_why(from.why.view().data(), from.why.view().size());
-  if (from.state == CameraState::kUnknown || from.state == CameraState::kWaiting) return to.clear_camera_link();
-  pb::CameraLink& link = *to.mutable_camera_link();
-  link.set_packets_resent(from.link.packetsResent);
-  link.set_packets_missing(from.link.packetsMissing);
-  link.set_packets_refused(from.link.packetsRefused);
-  link.set_ptp(from.link.ptp.view().data(), from.link.ptp.view().size());
-  link.clear_ptp_offset_s();
-  link.clear_temperature();
-  if (from.link.hasPtpOffset) link.set_ptp_offset_s(from.link.ptpOffset_s);
-  if (from.link.hasTemperature) link.set_temperature(from.link.temperature_C);
-}
-
-void set(const Quantiles& from, pb::Quantiles& to) {
-  to.set_p50_s(from.p50_s);
-  to.set_p99_s(from.p99_s);
-  to.set_max_s(from.max_s);
-  pb::Histogram& all = *to.mutable_since_start();
-  all.mutable_bound_s()->Assign(Histogram::kBounds_s.begin(), Histogram::kBounds_s.end());
-  all.mutable_count()->Assign(from.sinceStart.counts.begin(), from.sinceStart.counts.end());
-  all.set_sum_s(from.sinceStart.sum_s);
 }
 
 void set(const sensor::MarkerLayer& from, pb::MarkerLayer& to) {
@@ -164,47 +134,6 @@ pb::Method methodOf(Method method) {
     return pb::METHOD_BLEND;
   }
   return pb::METHOD_NONE;
-}
-
-/// Cleared elements keep their memory.
-void set(const MarkerStatus& from, pb::MarkerStatus& to) {
-  to.clear_layers();
-  for (int i = 0; i < from.layerCount; ++i) {
-    const MarkerStatus::Layer& layer = from.layers[i];
-    pb::LayerStatus& told = *to.add_layers();
-    told.set_colour(wireColour(layer.colour));
-    told.set_expected(static_cast<std::uint32_t>(layer.expected));
-    told.set_found(static_cast<std::uint32_t>(layer.found));
-    told.set_in_zero(static_cast<std::uint32_t>(layer.inZero));
-    told.set_columns(static_cast<std::uint32_t>(layer.seen.columns));
-    told.set_rows(static_cast<std::uint32_t>(layer.seen.rows));
-  }
-  to.mutable_remark()->assign(from.remark.view());
-  to.clear_findings();
-  for (int i = 0; i < from.findingCount; ++i) {
-    const MarkerStatus::Finding& finding = from.findings[i];
-    pb::GelFinding& told = *to.add_findings();
-    told.mutable_name()->assign(finding.name.view());
-    told.set_expected(finding.expected);
-    told.set_seen(finding.seen);
-    told.set_deviation(finding.deviation);
-    told.set_contradicts(finding.contradicts);
-  }
-}
-
-void set(const SchedulingStatus& from, pb::Scheduling& to) {
-  to.set_asked_priority(static_cast<std::uint32_t>(from.askedPriority));
-  to.mutable_asked_cpus()->assign(from.askedCpus.view());
-  to.set_asked_lock(from.askedLock);
-  to.set_locked_bytes(from.locked_bytes);
-  to.clear_threads();
-  for (int i = 0; i < from.threadCount; ++i) {
-    const SchedulingStatus::Thread& thread = from.threads[static_cast<std::size_t>(i)];
-    pb::ThreadScheduling& told = *to.add_threads();
-    told.mutable_name()->assign(thread.name.view());
-    told.set_priority(static_cast<std::uint32_t>(thread.priority));
-    told.mutable_cpus()->assign(thread.cpus.view());
-  }
 }
 
 /// ByteSizeLong has just been called.
@@ -425,20 +354,14 @@ std::size_t Wire::fill(const MarkerField& markers, const Heading& heading) {
   return message.ByteSizeLong();
 }
 
-std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading& heading) {
+pb::Status& Wire::status() {
+  return messages_->status;
+}
+
+std::size_t Wire::fillStatus(const Ledger& ledger, const Heading& heading) {
   pb::Status& message = messages_->status;
   message.set_timestamp(seconds(heading.sentReal_ns));
   encode(heading, *message.mutable_header());
-  message.set_uptime_s(status.uptime_s);
-  message.set_zero_within_s(status.vitals.zeroWithin_s);
-  message.set_log_lines_lost(status.vitals.logLinesLost);
-  const std::string_view why = status.vitals.invalidWhy.view();
-  message.set_invalid_why(why.data(), why.size());
-  const std::string_view unreleased = status.vitals.unreleasedWhy.view();
-  message.set_unreleased_why(unreleased.data(), unreleased.size());
-  message.set_memory_bytes(status.vitals.memory_bytes);
-  message.set_residual_px(status.residual_px);
-  set(status.vitals.camera, message);
 
   pb::Ledger& account = *message.mutable_ledger();
   account.set_published(ledger.published.get());
@@ -465,33 +388,6 @@ std::size_t Wire::fill(const Ledger& ledger, const Status& status, const Heading
       account.evicted_before_solve() + account.evicted_before_publish() + account.discarded_at_stop();
   account.set_received(std::max(ledger.received.get(), ended));
   account.set_in_flight(account.received() - ended);
-
-  message.mutable_rates()->set_received_hz(status.received_hz);
-  message.mutable_rates()->set_published_hz(status.published_hz);
-  pb::Latencies& latencies = *message.mutable_latencies();
-  set(status.track, *latencies.mutable_track());
-  set(status.solve, *latencies.mutable_solve());
-  set(status.send, *latencies.mutable_send());
-  set(status.total, *latencies.mutable_total());
-  pb::Turns& turns = *message.mutable_turns();
-  turns.set_capture(status.vitals.turns[0]);
-  turns.set_track(status.vitals.turns[1]);
-  turns.set_solve(status.vitals.turns[2]);
-  turns.set_publish(status.vitals.turns[3]);
-  turns.set_control(status.vitals.turns[4]);
-  if (const RestDrift& drift = status.vitals.drift; drift.seen_ns != 0) {
-    pb::RestDrift& to = *message.mutable_rest_drift();
-    to.set_shift_u_px(drift.shiftU_px);
-    to.set_shift_v_px(drift.shiftV_px);
-    to.set_scale(drift.scale);
-    to.set_roll_rad(drift.roll);
-    to.set_rms_px(drift.rms_px);
-    to.set_age_s(std::max(seconds(heading.sent_ns - drift.seen_ns), 0.0));
-  } else {
-    message.clear_rest_drift();
-  }
-  set(status.vitals.markers, *message.mutable_markers());
-  set(status.vitals.scheduling, *message.mutable_scheduling());
   return message.ByteSizeLong();
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "daemon/publish/description.h"
-#include "daemon/publish/status.h"
 #include "daemon/records/ledger.h"
 #include "daemon/records/preview.h"
 #include "daemon/records/traction_field.h"
@@ -14,6 +13,7 @@
 namespace traction::v1 {
 class Description;
 class Preview;
+class Status;
 }  // namespace traction::v1
 
 namespace tractiond::publish {
@@ -67,7 +67,9 @@ class Wire {
 
   std::size_t fill(const TractionField& field, const Heading& heading);
   std::size_t fill(const MarkerField& markers, const Heading& heading);
-  std::size_t fill(const Ledger& ledger, const Status& status, const Heading& heading);
+  std::size_t fillStatus(const Ledger& ledger, const Heading& heading);  ///< sets ledger and header
+  /// Returns the status, of which everything but ledger and header is set outside, before fillStatus().
+  traction::v1::Status& status();
   void writeField(std::uint8_t* bytes) const;
   void writeMarkers(std::uint8_t* bytes) const;
   void writeStatus(std::uint8_t* bytes) const;

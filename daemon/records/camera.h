@@ -1,7 +1,8 @@
-// How a camera does, for the status.
+// State of the camera and of the link to it, for the status.
 #pragma once
 
 #include "base/fixed_text.h"
+#include "traction/v1/status.pb.h"
 
 #include <cstdint>
 
@@ -9,30 +10,22 @@ namespace tractiond {
 
 /// The numbers of the wire.
 enum class CameraState : std::uint8_t {
-  kUnknown,     ///< not looked for yet
-  kWaiting,     ///< not there yet; being looked for
-  kStreaming,   ///< open
-  kLost,        ///< was there and is gone; being looked for
-  kConnecting,  ///< found; being set up
+  kUnknown = traction::v1::CAMERA_STATE_UNKNOWN,        ///< not searched for yet
+  kWaiting = traction::v1::CAMERA_STATE_WAITING,        ///< not found yet; it is searched for
+  kStreaming = traction::v1::CAMERA_STATE_STREAMING,    ///< open
+  kLost = traction::v1::CAMERA_STATE_LOST,              ///< was connected and is gone; it is searched for
+  kConnecting = traction::v1::CAMERA_STATE_CONNECTING,  ///< found; it is being set up
 };
 
 /// A line of text for people.
 using Line = FixedText<200>;
 
-/// How the link to the camera does; packets since the start, but those of the last second before a link broke.
-struct CameraLink {
-  std::uint64_t packetsResent = 0;   ///< asked for again, and come
-  std::uint64_t packetsMissing = 0;  ///< never come
-  std::uint64_t packetsRefused = 0;  ///< kept from stream and control channel: not its, or no room for them
-  Line ptp;                          ///< the camera's word for its state; empty: no PTP
-  double ptpOffset_s = 0.0;          ///< of the camera's clock from its master's, as it says
-  double temperature_C = 0.0;        ///< of the camera
-  bool hasPtpOffset = false, hasTemperature = false;
-};
+/// Its text is valid UTF-8: pass what a camera says through Line.
+using CameraLink = traction::v1::CameraLink;
 
 struct CameraVitals {
   CameraState state = CameraState::kUnknown;
-  Line why;  ///< it is not streaming; empty: it is, or nobody knows
+  Line why;  ///< why the camera does not stream; empty: it does, or the reason is not known
   CameraLink link;
 };
 

@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
   publish::PublishOptions options{.stream = {endpoint}, .latest = {}, .highWaterMark = 100'000};
   publish::Description description;
   description.identity.sensor = "bench";
-  auto publisher = publish::Publisher::open(options, description, ledger, [] { return publish::Vitals{}; });
+  auto publisher = publish::Publisher::open(options, description, ledger, [](auto&) {});
   if (!publisher) return std::cerr << publisher.error().message() << "\n", 1;
   for (int i = 0; i < 10; ++i) (*publisher)->wait(-1, std::chrono::milliseconds(100));  // the subscriber joins
 

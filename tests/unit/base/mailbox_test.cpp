@@ -19,6 +19,20 @@ TEST(Mailbox, HoldsTheNewestOnce) {
   EXPECT_FALSE(box.take(value));
 }
 
+TEST(Mailbox, IsSwappedOnce) {
+  Mailbox<std::vector<int>> box;
+  std::vector<int> value(3, 7);
+  EXPECT_FALSE(box.swap(value));
+  EXPECT_EQ(value, std::vector<int>(3, 7));
+  EXPECT_TRUE(box.put({1, 2}));
+  EXPECT_TRUE(box.swap(value));
+  EXPECT_EQ(value, (std::vector<int>{1, 2}));
+  EXPECT_FALSE(box.swap(value));
+  EXPECT_TRUE(box.put({3}));
+  EXPECT_TRUE(box.take(value));
+  EXPECT_EQ(value, std::vector<int>(1, 3));
+}
+
 TEST(Mailbox, NothingIsTornBetweenThreads) {
   constexpr int kLast = 20000;
   Mailbox<std::vector<int>> box(std::vector<int>(64));

@@ -91,7 +91,7 @@ void runCounted(WhenFull whenFull) {
   publishOptions.stream = publishOptions.latest = {"tcp://127.0.0.1:*"};
   publishOptions.statusInterval = 20ms;      // so that some fall into the counted time
   publishOptions.descriptionInterval = 0ms;  // so that the subscriber's has been sent before
-  auto publisher = publish::Publisher::open(publishOptions, description, ledger, [] { return publish::Vitals{}; });
+  auto publisher = publish::Publisher::open(publishOptions, description, ledger, [](auto&) {});
   ASSERT_TRUE(publisher) << publisher.error().message();
 
   Previewer previewer(**publisher, {.rate_Hz = 60.0});

@@ -2,6 +2,7 @@
 #include "daemon/capture/memory_driver.h"
 #include "daemon/gel_files.h"
 #include "daemon/no_gel.h"
+#include "traction/v1/status.pb.h"
 
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -116,10 +117,10 @@ TEST(NoGel, ZeroAndCalibrationAreRefusedWithTheRemedy) {
     EXPECT_NE(answer.find("there is no gel"), std::string::npos) << answer;
     EXPECT_NE(answer.find("sensor.gel_file"), std::string::npos) << answer;
   }
-  publish::Vitals vitals;
-  noGel.tell(vitals);
-  EXPECT_EQ(vitals.markers.layerCount, 0);
-  EXPECT_EQ(vitals.markers.remark.view(), NoGel::kWhy);
+  traction::v1::Status status;
+  noGel.measure(status);
+  EXPECT_EQ(status.markers().layers_size(), 0);
+  EXPECT_EQ(status.markers().remark(), NoGel::kWhy);
 }
 
 TEST(NoGel, IsAGelFileCalledNone) {

@@ -1,5 +1,6 @@
 #include "daemon/realtime.h"
 #include "tests/support/seed.h"
+#include "traction/v1/status.pb.h"
 
 #include <gtest/gtest.h>
 #include <pthread.h>
@@ -106,13 +107,11 @@ TEST(Cpus, OfAListWithoutEndAreCut) {
 }
 
 /// The threads of a status, by their names.
-std::map<std::string, publish::SchedulingStatus::Thread> threadsOf(Realtime& realtime) {
-  publish::SchedulingStatus status;
+std::map<std::string, traction::v1::ThreadScheduling> threadsOf(Realtime& realtime) {
+  traction::v1::Scheduling status;
   EXPECT_TRUE(realtime.read(status));
-  std::map<std::string, publish::SchedulingStatus::Thread> threads;
-  for (int i = 0; i < status.threadCount; ++i)
-    threads.emplace(status.threads[static_cast<std::size_t>(i)].name.view(),
-                    status.threads[static_cast<std::size_t>(i)]);
+  std::map<std::string, traction::v1::ThreadScheduling> threads;
+  for (const auto& thread : status.threads()) threads.emplace(thread.name(), thread);
   return threads;
 }
 
@@ -193,8 +192,9 @@ void checkPriority(int priority) {
   realtime.adopt(threadCalled("sender"));
   auto threads = threadsOf(realtime);
   EXPECT_EQ(threads.size(), 3U);
-  for (const char* name : {"one", "two"}) EXPECT_EQ(threads[name].priority, granted ? priority : 0) << name;
-  EXPECT_EQ(threads["sender"].priority, granted ? std::max(priority - 1, 1) : 0);
+  for (const char* name : {"one", "two"})
+    EXPECT_EQ(static_cast<int>(threads[name].priority()), granted ? priority : 0) << name;
+  EXPECT_EQ(static_cast<int>(threads["sender"].priority()), granted ? std::max(priority - 1, 1) : 0);
   EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER);
   realtime.report();
   EXPECT_EQ(log.str().find("warning: realtime.priority = " + std::to_string(priority)) != std::string::npos, !granted)
@@ -232,7 +232,7 @@ TEST(Realtime, ProcessorsAreThoseThatThereAre) {
     spdlog::set_default_logger(
         std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::ostream_sink_st>(log)));
     Member member(realtime, "member");
-    EXPECT_EQ(threadsOf(realtime)["member"].cpus.view(), granted);
+    EXPECT_EQ(threadsOf(realtime)["member"].cpus(), granted);
     realtime.report();
     EXPECT_EQ(log.str().find("warning: realtime.cpus") != std::string::npos, warned) << log.str();
     EXPECT_EQ(log.str().empty(), asked.empty()) << log.str();
@@ -264,10 +264,10 @@ TEST(Realtime, MemoryIsLockedWhereItMayBeAndOnlyWithoutALimit) {
         if (!allowed) {
           EXPECT_EQ(locked, 0U);
         }
-        publish::SchedulingStatus status;
+        traction::v1::Scheduling status;
         EXPECT_TRUE(realtime.read(status));
-        EXPECT_TRUE(status.askedLock);
-        EXPECT_EQ(status.locked_bytes > 0, locked > 0);
+        EXPECT_TRUE(status.asked_lock());
+        EXPECT_EQ(status.locked_bytes() > 0, locked > 0);
         rlimit after{};
         getrlimit(RLIMIT_MEMLOCK, &after);
         EXPECT_EQ(after.rlim_cur, before.rlim_cur);
@@ -287,7 +287,7 @@ TEST(Realtime, AsksForNothingByDefault) {
       std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::ostream_sink_st>(log)));
   realtime.lockMemory();
   Member member(realtime, "member");
-  EXPECT_EQ(threadsOf(realtime)["member"].priority, 0);
+  EXPECT_EQ(threadsOf(realtime)["member"].priority(), 0U);
   realtime.report();
   EXPECT_EQ(log.str(), "");
 }

@@ -27,8 +27,9 @@ const std::string kRoot = "traction/v1/gel-1/";
 class PublisherTest : public testing::Test {
  protected:
   void open(const PublishOptions& given = options()) {
-    auto opened = Publisher::open(given, description(), ledger_, [] {
-      return Vitals{.camera = {.state = CameraState::kStreaming, .why = {}, .link = {}}, .turns = {1, 2, 3, 4, 5}};
+    auto opened = Publisher::open(given, description(), ledger_, [](pb::Status& status) {
+      status.set_camera(pb::CAMERA_STATE_STREAMING);
+      status.mutable_turns()->set_control(5);
     });
     ASSERT_TRUE(opened) << opened.error().message();
     publisher_ = *std::move(opened);

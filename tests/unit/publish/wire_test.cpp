@@ -1,3 +1,4 @@
+#include "base/fixed_text.h"
 #include "daemon/publish/wire.h"
 #include "tests/support/allocations.h"
 #include "tests/unit/publish/support.h"
@@ -60,8 +61,8 @@ std::string markerBytes(Wire& wire, const MarkerField& markers, const Heading& h
   return bytes;
 }
 
-std::string statusBytes(Wire& wire, const Ledger& ledger, const Status& status, const Heading& heading) {
-  std::string bytes(wire.fill(ledger, status, heading), '\0');
+std::string statusBytes(Wire& wire, const Ledger& ledger, const Heading& heading) {
+  std::string bytes(wire.fillStatus(ledger, heading), '\0');
   wire.writeStatus(reinterpret_cast<std::uint8_t*>(bytes.data()));
   return bytes;
 }
@@ -199,18 +200,11 @@ TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
   ledger.reconnects.add(12);
   ledger.doubted.add(13);
   ledger.invalid.add(14);
-  Status status;
-  status.vitals = {.camera = {.state = CameraState::kStreaming, .why = {}, .link = {}}, .turns = {1, 2, 3, 4, 5}};
-  status.uptime_s = 6.0;
-  status.received_hz = 7.0;
-  status.published_hz = 8.0;
-  status.track = {1.0, 2.0, 3.0};
-  status.solve = {4.0, 5.0, 6.0};
-  status.send = {7.0, 8.0, 9.0};
-  status.total = {10.0, 11.0, 12.0};
+  wire.status().set_uptime_s(6.0);
+  wire.status().set_camera(pb::CAMERA_STATE_STREAMING);
 
   pb::Status message;
-  ASSERT_TRUE(message.ParseFromString(statusBytes(wire, ledger, status, heading())));
+  ASSERT_TRUE(message.ParseFromString(statusBytes(wire, ledger, heading())));
   expectHeader(message.header(), heading());
   EXPECT_DOUBLE_EQ(message.timestamp(), 1'700'000'000.5);
   EXPECT_EQ(message.uptime_s(), 6.0);
@@ -234,19 +228,6 @@ TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
   EXPECT_EQ(account.reconnects(), 12U);
   EXPECT_EQ(account.doubted(), 13U);
   EXPECT_EQ(account.invalid(), 14U);
-  EXPECT_EQ(message.rates().received_hz(), 7.0);
-  EXPECT_EQ(message.rates().published_hz(), 8.0);
-  EXPECT_EQ(message.latencies().track().p50_s(), 1.0);
-  EXPECT_EQ(message.latencies().track().p99_s(), 2.0);
-  EXPECT_EQ(message.latencies().track().max_s(), 3.0);
-  EXPECT_EQ(message.latencies().solve().p50_s(), 4.0);
-  EXPECT_EQ(message.latencies().send().p50_s(), 7.0);
-  EXPECT_EQ(message.latencies().total().p50_s(), 10.0);
-  EXPECT_EQ(message.turns().capture(), 1U);
-  EXPECT_EQ(message.turns().track(), 2U);
-  EXPECT_EQ(message.turns().solve(), 3U);
-  EXPECT_EQ(message.turns().publish(), 4U);
-  EXPECT_EQ(message.turns().control(), 5U);
 }
 
 TEST(Wire, DescriptionWithoutAGelHasTheCameraAndNothingThatIsMeasured) {
@@ -360,12 +341,11 @@ TEST(Wire, EncodingAllocatesNothingAfterTheFirst) {
   DescriptionMessage description(publish::description(), {"one/"});
   TractionField field = traction(kMarkers, kNodes);
   const Ledger ledger;
-  Status status;
-  status.vitals.markers.layerCount = 2;
-  status.vitals.markers.findingCount = 15;
-  status.vitals.markers.remark.assign(std::string(1000, 'x'));
-  status.vitals.scheduling.threadCount = 6;
-  for (auto& thread : status.vitals.scheduling.threads) thread.cpus.assign("0-15,32-47");
+  const auto fillStatus = [&](pb::Status& status) {
+    status.mutable_markers()->mutable_remark()->assign(1000, 'x');
+    status.mutable_scheduling()->clear_threads();
+    for (int i = 0; i < 6; ++i) status.mutable_scheduling()->add_threads()->mutable_cpus()->assign("0-15,32-47,64-79");
+  };
   Heading head = heading();
   std::vector<std::uint8_t> bytes(64 * 1024);
   std::uint64_t allocated = 0;
@@ -380,112 +360,14 @@ TEST(Wire, EncodingAllocatesNothingAfterTheFirst) {
     wire.writeField(bytes.data());
     wire.fill(field.markers, head);
     wire.writeMarkers(bytes.data());
-    wire.fill(ledger, status, head);
+    fillStatus(wire.status());
+    wire.fillStatus(ledger, head);
     wire.writeStatus(bytes.data());
     description.fill(head);
     description.write(bytes.data());
     if (i > 1) allocated += support::allocations() - before;  // the first without and the first with a zero make room
   }
   EXPECT_EQ(allocated, 0U);
-}
-
-TEST(Wire, TheStatusSaysHowLongAZeroMayTake) {
-  Wire wire(description().identity);
-  Status status;
-  status.vitals.zeroWithin_s = 671.7;
-  pb::Status told;
-  ASSERT_TRUE(told.ParseFromString(statusBytes(wire, Ledger{}, status, heading())));
-  EXPECT_EQ(told.zero_within_s(), 671.7);
-}
-
-TEST(Wire, TheStatusSaysWhyTheCameraWouldStayLocked) {
-  Wire wire(description().identity);
-  Status status;
-  status.vitals.unreleasedWhy.assign("it has ended");
-  pb::Status told;
-  ASSERT_TRUE(told.ParseFromString(statusBytes(wire, Ledger{}, status, heading())));
-  EXPECT_EQ(told.unreleased_why(), "it has ended");
-}
-
-TEST(Wire, DriftIsToldWhereItIsKnown) {
-  Wire wire(description().identity);
-  Status status;
-  pb::Status told;
-  ASSERT_TRUE(told.ParseFromString(statusBytes(wire, Ledger{}, status, heading())));
-  EXPECT_FALSE(told.has_rest_drift());
-  status.vitals.drift = {.seen_ns = heading().sent_ns - 2'000'000'000,
-                         .shiftU_px = 0.1,
-                         .shiftV_px = -0.2,
-                         .scale = 1e-4,
-                         .roll = 2e-4,
-                         .rms_px = 0.003};
-  ASSERT_TRUE(told.ParseFromString(statusBytes(wire, Ledger{}, status, heading())));
-  EXPECT_EQ(told.rest_drift().shift_u_px(), 0.1);
-  EXPECT_EQ(told.rest_drift().shift_v_px(), -0.2);
-  EXPECT_EQ(told.rest_drift().scale(), 1e-4);
-  EXPECT_EQ(told.rest_drift().roll_rad(), 2e-4);
-  EXPECT_EQ(told.rest_drift().rms_px(), 0.003);
-  EXPECT_NEAR(told.rest_drift().age_s(), 2.0, 1e-9);
-}
-
-TEST(Wire, HowTheThreadsRunIsTold) {
-  Wire wire(description().identity);
-  Status status;
-  SchedulingStatus& scheduling = status.vitals.scheduling;
-  scheduling.askedPriority = 20;
-  scheduling.askedCpus.assign("2-3");
-  scheduling.askedLock = true;
-  scheduling.locked_bytes = std::uint64_t{5} << 30;
-  scheduling.threadCount = 2;
-  scheduling.threads[0].name.assign("tr-track");
-  scheduling.threads[1].name.assign("ZMQbg/IO/0");
-  scheduling.threads[1].priority = 19;
-  scheduling.threads[1].cpus.assign("3");
-  pb::Status told;
-  for (int i = 0; i < 2; ++i) {  // nothing is left of the one before
-    ASSERT_TRUE(told.ParseFromString(statusBytes(wire, Ledger{}, status, heading())));
-    EXPECT_EQ(told.scheduling().asked_priority(), 20U);
-    EXPECT_EQ(told.scheduling().asked_cpus(), "2-3");
-    EXPECT_TRUE(told.scheduling().asked_lock());
-    EXPECT_EQ(told.scheduling().locked_bytes(), std::uint64_t{5} << 30);
-    ASSERT_EQ(told.scheduling().threads_size(), 2);
-    EXPECT_EQ(told.scheduling().threads(0).name(), "tr-track");
-    EXPECT_EQ(told.scheduling().threads(0).priority(), 0U);
-    EXPECT_EQ(told.scheduling().threads(1).priority(), 19U);
-    EXPECT_EQ(told.scheduling().threads(1).cpus(), "3");
-  }
-}
-
-TEST(Wire, WhatIsFoundOfTheMarkersIsTold) {
-  Wire wire(description().identity);
-  Status status;
-  MarkerStatus& markers = status.vitals.markers;
-  markers.layerCount = 2;
-  markers.layers[1] = {sensor::Colour::kRed, 576, 3, 570, {24, 23}};
-  markers.remark.assign("pitch 2.91 ± 0.01");
-  markers.findingCount = 1;
-  markers.findings[0] = {.name = {}, .expected = 3.0, .seen = 2.91, .deviation = 0.01, .contradicts = true};
-  markers.findings[0].name.assign("pitch_mm");
-  pb::Status told;
-  for (int i = 0; i < 2; ++i) {  // nothing is left of the one before
-    ASSERT_TRUE(told.ParseFromString(statusBytes(wire, Ledger{}, status, heading())));
-    ASSERT_EQ(told.markers().layers_size(), 2);
-    const pb::LayerStatus& red = told.markers().layers(1);
-    EXPECT_EQ(red.colour(), pb::COLOUR_RED);
-    EXPECT_EQ(red.expected(), 576U);
-    EXPECT_EQ(red.found(), 3U);
-    EXPECT_EQ(red.in_zero(), 570U);
-    EXPECT_EQ(red.columns(), 24U);
-    EXPECT_EQ(red.rows(), 23U);
-    EXPECT_EQ(told.markers().remark(), "pitch 2.91 ± 0.01");
-    ASSERT_EQ(told.markers().findings_size(), 1);
-    const pb::GelFinding& pitch = told.markers().findings(0);
-    EXPECT_EQ(pitch.name(), "pitch_mm");
-    EXPECT_EQ(pitch.expected(), 3.0);
-    EXPECT_EQ(pitch.seen(), 2.91);
-    EXPECT_EQ(pitch.deviation(), 0.01);
-    EXPECT_TRUE(pitch.contradicts());
-  }
 }
 
 TEST(FixedText, IsCutBetweenCharacters) {
