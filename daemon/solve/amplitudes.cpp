@@ -43,7 +43,7 @@ void Amplitudes::take(std::span<const float> displacement_px, std::span<const in
 
 /// Displacements at the missing coordinates.
 void Amplitudes::fit(const double* amplitudes, std::vector<double>& displacement) {
-  for (std::size_t k = 0; k < gain_.size(); ++k) filtered_.data()[k] = gain_[k] * amplitudes[k];
+  for (std::size_t k = 0; k < gain_.size(); ++k) filtered_.data()[k] = static_cast<float>(gain_[k] * amplitudes[k]);
   multiplyRows(factors_.left, missing_, filtered_.data(), displacement.data());
 }
 

@@ -31,8 +31,9 @@ class Amplitudes {
   void project(std::span<const double> displacement, double* amplitudes);
 
   const Factors& factors_;
-  LineArray<double> there_, all_, filtered_;  // amplitudes: of the coordinates that are there, of all, scratch
-  std::vector<double> gain_;                  // r + 4, of the modes and the motion
+  LineArray<double> there_, all_;  // amplitudes: of the coordinates that are there, of all
+  LineArray<float> filtered_;      // amplitudes, scratch
+  std::vector<double> gain_;       // r + 4, of the modes and the motion
   std::span<const int> missing_;
   std::vector<int> everyCoordinate_;
   std::vector<float> coefficients_;

@@ -218,10 +218,16 @@ void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const floa
   const std::ptrdiff_t lineCount = matrix.stride() / kLineFloats;
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const Line* const row = lines(matrix.row(rows[k]));
-    Line sums = {};
-    for (std::ptrdiff_t j = 0; j < lineCount; ++j) sums += row[j] * lines(vector)[j];
+    Line sums[4] = {};  // chains that do not wait for each other
+    std::ptrdiff_t j = 0;
+    for (; j + 4 <= lineCount; j += 4) {
+#pragma GCC unroll 4
+      for (int i = 0; i < 4; ++i) sums[i] += row[j + i] * lines(vector)[j + i];
+    }
+    for (; j < lineCount; ++j) sums[0] += row[j] * lines(vector)[j];
+    sums[0] = (sums[0] + sums[1]) + (sums[2] + sums[3]);
     double sum = 0.0;
-    for (int i = 0; i < kLineFloats; ++i) sum += static_cast<double>(sums[i]);
+    for (int i = 0; i < kLineFloats; ++i) sum += static_cast<double>(sums[0][i]);
     products[k] = sum;
   }
 }

@@ -107,6 +107,35 @@ TEST(Posterior, IsExactWithMissingCoordinates) {
   }
 }
 
+TEST(AtomProducts, AreTheSameAfterOthersWereForgotten) {
+  Bench bench(smallSensor());
+  const std::vector<int> missing = missingOf(smallSensor());
+  LineArray<double> displacement(static_cast<std::size_t>(bench.factors().influence.stride()));
+  std::copy_n(bench.picture({{1, 2, kPress}}, 8).data(), bench.factors().coordinateCount(), displacement.data());
+  for (const int i : missing) displacement.data()[i] = 0.0;
+  const Displacements given{displacement.data(), missing, 1.0, kNoise_px};
+  AtomProducts few(bench.factors(), 4), all(bench.factors(), 10);
+  few.begin(given);
+  all.begin(given);
+  for (const std::vector<int>& atoms : {std::vector<int>{3, 40, 85}, {3, 41, 118}, {40, 60, 91, 131}}) {
+    few.add(atoms);
+    all.add(atoms);
+    for (const int a : atoms) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const int i = few.indexOf(a) + axis, j = all.indexOf(a) + axis;
+        EXPECT_NEAR(few.withPicture(i), all.withPicture(j), 1e-9 * std::abs(all.withPicture(j)));
+        const double largest = all.row(j)[j];
+        for (int m = 0; m < kMotions; ++m) EXPECT_NEAR(few.row(i)[m], all.row(j)[m], 1e-9 * largest);
+        for (const int b : atoms) {
+          for (int other = 0; other < 3; ++other) {
+            EXPECT_NEAR(few.row(i)[few.indexOf(b) + other], all.row(j)[all.indexOf(b) + other], 1e-9 * largest);
+          }
+        }
+      }
+    }
+  }
+}
+
 /// Columns that have nothing to do with the gel, where coordinates are missing.
 TEST(Posterior, CountsExtraUnknowns) {
   Bench bench(smallSensor());
