@@ -54,7 +54,7 @@ class SimulatedDriver : public capture::Driver {
     constexpr std::int64_t kPatience_ns = 130 * kMs;
     return ask(connection_.camera, kPatience_ns) ? "" : "it does not answer";
   }
-  CameraLink link() override {
+  CameraLink link(const CameraLink& /*before*/) override {
     ask(connection_.camera, kRepeats_ns);
     return {};
   }

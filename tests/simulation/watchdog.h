@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/service/service.h"
+#include "daemon/records/turns.h"
 #include "tests/simulation/capture_side.h"
 
 #include <array>

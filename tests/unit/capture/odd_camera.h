@@ -83,7 +83,7 @@ class ScriptedDriver : public Driver {
     hang();
     return CameraReport{.remarks = {step.name}};
   }
-  CameraLink link() override {
+  CameraLink link(const CameraLink& /*before*/) override {
     hang();
     return {};
   }
