@@ -1,8 +1,9 @@
-"""What tractiond publishes of each frame. Names, units and frames are those of proto/traction/v1.
+"""Messages that tractiond publishes of each frame. Names, units and frames are those of proto/traction/v1.
 
 Gel frame: the origin lies on the touched surface at the centre of the marker field; x points to the right and y up in
 the camera's picture, z into the gel, towards the camera. A force is the force of the object on the gel: pressing is
-+z. Pixels: u to the right, v down. SI units. No number is ever NaN: what is not valid is marked so and is 0.
++z. Pixels: u to the right, v down. SI units. No number is ever NaN: a number that is not valid is 0 and has a flag that
+says so.
 """
 
 import enum
@@ -15,67 +16,67 @@ from .shapes import Id, Mask, Matrix3, Numbers, Pixels, Vector2, Vector3, Vector
 
 
 class Flag(enum.IntFlag):
-    """Reasons to be careful; bits of a later daemon stay."""
+    """Reasons to be careful with a frame. Bits that only a later daemon knows are kept."""
 
-    ZERO_UNVERIFIED = 1  # nobody has confirmed, and no unloaded picture has shown, that the zero is a zero
+    ZERO_UNVERIFIED = 1  # it is not confirmed, neither by an operator nor by an unloaded picture, that the zero is one
     FEW_MARKERS = 2  # too few markers are seen: the field is not valid
     DISCONTINUITY = 4  # frames were lost or the clocks jumped before this frame
-    REACQUIRING = 8  # markers were labelled anew in this frame
-    TORN = 16  # the picture does not hang together: rows of another moment, or moved aside
+    REACQUIRING = 8  # all markers were identified again in this frame
+    TORN = 16  # parts of the picture are of another moment, or displaced
     UNEXPLAINED = 32  # the picture shows displacements that no forces on the surface can make
     OUT_OF_RANGE = 64  # the forces are beyond the range for which the uncertainty is known
     GEL_MISMATCH = 128  # the rest picture contradicts the gel file: the field is not valid
-    DOUBTED_ORIGIN = 256  # packets came twice, early, or beside the camera's own: the picture may be somebody else's
+    DOUBTED_ORIGIN = 256  # packets came twice, early, or in addition to the camera's: the picture may be forged
 
 
 class CaptureBound(enum.Enum):
-    """What is known of when a frame was captured."""
+    """Bounds of the time at which a frame was captured."""
 
     NONE = 0
     BOTH = 1  # within captured_error_ns of captured_ns, on both sides
-    LATEST = 2  # not later than that; earlier by the shortest delay from camera to host, which nobody has measured
+    LATEST = 2  # not later than that; earlier by the shortest delay from camera to host, which is not known
 
 
 class Method(enum.Enum):
-    """How the forces of a field were found."""
+    """Method that the forces of a field were computed with."""
 
-    NONE = 0  # not valid, or not told
+    NONE = 0  # the field is not valid, or the daemon does not tell
     NO_CONTACT = 1  # nothing above the detection limit (Description.solver): all forces are 0
-    CONTACT = 2  # for the nodes alone that carry something
-    WHOLE_FACE = 3  # for all nodes, because the contact is large or does not explain the picture
-    BLEND = 4  # a mean of the two, on the way from one to the other
+    CONTACT = 2  # forces of the nodes in contact; all others are 0
+    WHOLE_FACE = 3  # forces of all nodes, because the contact is large or does not explain the picture
+    BLEND = 4  # weighted mean of CONTACT and WHOLE_FACE, in the transition between them
 
 
 @dataclass(slots=True, eq=False)
 class Header:
-    """Stands at the head of every message. Of a field or markers: their frame; of the others: the last frame."""
+    """Begins every message. In a field or markers it describes their frame, in others the last frame."""
 
-    sequence: int  # of this topic since the start of the daemon, from 1; a gap: lost on the way
+    sequence: int  # number in its topic since the start of the daemon, from 1; in a gap messages were lost
     sensor: str  # name from the daemon's configuration
-    boot: Id  # of this start of the daemon: sequence and frame_number start again with it
-    calibration: Id  # of what the forces rest on; Description.calibration
-    zero: Id  # of the rest pose that displacements are counted from
+    boot: Id  # identifies the start of the daemon, with which sequence and frame_number begin again
+    calibration: Id  # identifies the numbers that forces are computed from; see Description.calibration
+    zero: Id  # identifies the rest pose that displacements are measured from
     flags: Flag
 
-    camera_frame_id: int  # as the camera counts; 16 bit on GigE Vision 1.x
-    frame_number: int  # counted up; jumps where frames of the camera were lost
+    camera_frame_id: int  # camera's own number of the frame; 16 bit on GigE Vision 1.x
+    frame_number: int  # increases with every frame; jumps where frames of the camera were lost
     device_time_ns: int  # the camera's own clock
-    exposure_s: float  # as sent with the frame, else as set; 0: the camera does not tell
+    exposure_s: float  # sent with the frame, else the setting; 0: not known
     gain: float | None  # as sent with the frame, in the camera's own unit
     line_status: int | None  # as sent with the frame: levels of the camera's lines, line 0 lowest
     received_real_ns: int  # CLOCK_REALTIME of the daemon's host when the frame came from the camera driver
 
     # CLOCK_MONOTONIC of the daemon's host.
-    captured_ns: int  # when the camera stamped it, by the running mapping of its clock; 0: not known
-    captured_error_ns: int  # half width of that mapping
-    captured_bound: CaptureBound  # which sides of it hold
+    captured_ns: int  # time of the camera's stamp, mapped to this clock; 0: not known
+    captured_error_ns: int  # half width of the interval that contains it
+    captured_bound: CaptureBound  # which ends of the interval are known
     received_ns: int  # when the frame came from the camera driver
-    tracked_ns: int  # when its markers were found
-    solved_ns: int  # when its forces were known
-    sent_ns: int  # when this message was handed to be sent
+    tracked_ns: int  # when its markers were located
+    solved_ns: int  # when its forces were computed
+    sent_ns: int  # when this message was passed to ZeroMQ
 
-    # CLOCK_MONOTONIC of this host when receive() took the message; 0 in answers of Control. Less received_ns it is the
-    # latency where Description.same_host holds.
+    # CLOCK_MONOTONIC of this host when receive() took the message; 0 in replies of Control. If Description.same_host is
+    # true, arrived_ns - received_ns is the latency.
     arrived_ns: int = 0
 
 
@@ -83,36 +84,36 @@ class Header:
 class Covariance:
     """3 x 3: x, y, z by x, y, z."""
 
-    noise: Matrix3  # what differs from frame to frame
-    systematic: Matrix3  # what does not: the sensor's numbers, and what may lie beyond its nodes
+    noise: Matrix3  # changes from frame to frame
+    systematic: Matrix3  # does not: errors of the sensor's numbers, and forces that may act beyond its nodes
 
     @property
     def whole(self) -> NDArray[np.float64]:
-        """The sum of the two."""
+        """Sum of noise and systematic."""
         return self.noise + self.systematic
 
     @property
     def deviation(self) -> NDArray[np.float64]:
-        """Standard deviation of each component; of a matrix that is its own transpose. (3,)"""
+        """Standard deviations of the three components. Only for a covariance of a vector with itself. (3,)"""
         deviation: NDArray[np.float64] = np.sqrt(self.whole.diagonal())
         return deviation
 
 
 @dataclass(slots=True, eq=False)
 class Contact:
-    """Where something touches. Deviations are standard deviations, of the noise alone."""
+    """A contact. Deviations are standard deviations, of the noise alone."""
 
-    position_m: Vector2  # of its normal forces (of all its forces where it does not press), gel frame
+    position_m: Vector2  # centre of its normal forces (of all its forces if it does not press), gel frame
     position_deviation_m: Vector2
     force_N: Vector3  # gel frame
     force_deviation_N: Vector3
-    area_m2: float  # of an even pressure that would be as concentrated
+    area_m2: float  # area on which an even pressure would be as concentrated
     area_deviation_m2: float
 
 
 @dataclass(slots=True, eq=False)
 class PictureMotion:
-    """Of the whole picture since the zero, by vibration or heat; scale and roll about the principal point."""
+    """Motion of the whole picture since the zero, by vibration or heat. Scale and roll are about the principal point."""
 
     shift_px: Vector2  # u, v
     scale: float  # relative
@@ -121,37 +122,37 @@ class PictureMotion:
 
 @dataclass(slots=True, eq=False)
 class Field:
-    """The forces of one frame. Nodes in the order of Description.nodes: 24 x 24 of the paper's gel."""
+    """Forces of one frame. The nodes are in the order of Description.nodes: 24 x 24 of the paper's gel."""
 
     header: Header
-    valid: bool  # false: too few markers or a numeric failure; all below is 0
-    force_N: Vectors3  # (nodes, 3) float32, gel frame; Description.nodes.on_grid() has it by rows and columns
+    valid: bool  # false: too few markers or a numeric failure; all numbers below are 0
+    force_N: Vectors3  # (nodes, 3) float32, gel frame; Description.nodes.on_grid() arranges them by rows and columns
     node_valid: Mask  # (nodes,); false: its force is 0
     resultant_N: Vector3  # (3,) float64: sum of the forces, gel frame
     moment_Nm: Vector3  # about the origin of the gel frame
-    centre_of_pressure_m: Vector2  # of the normal forces, on the touched surface
+    centre_of_pressure_m: Vector2  # centre of the normal forces, on the touched surface
     centre_of_pressure_valid: bool  # false: the normal force is too small for a centre
-    residual_px: float  # what the forces leave unexplained, root mean square
-    valid_markers: int  # that the forces were solved from
+    residual_px: float  # root mean square of the displacements that the forces do not explain
+    valid_markers: int  # number of markers that the forces were computed from
     resultant_covariance_N2: Covariance
     moment_covariance_N2m2: Covariance
     resultant_moment_covariance_N2m: Covariance  # row: component of the resultant
     node_deviation_N: Vectors3  # (nodes, 3) or (0, 3): standard deviation of each force, of the noise alone
     contacts: tuple[Contact, ...]  # strongest first; none where the method is WHOLE_FACE
     method: Method
-    regularisation_px_per_N: float  # lambda of the penalty that was used
+    regularisation_px_per_N: float  # lambda of the regularisation that was used
     picture_motion: PictureMotion
 
 
 @dataclass(slots=True, eq=False)
 class Markers:
-    """Where the markers of one frame are, in the order of Description.layers, layer after layer."""
+    """Markers of one frame, in the order of Description.layers, layer after layer."""
 
     header: Header
-    displacement_px: Vectors2  # (markers, 2) float32: from the rest position in the picture, u, v
-    variance_px2: Numbers  # (markers,) float32: of each of the two coordinates
+    displacement_px: Vectors2  # (markers, 2) float32: displacement from the rest position in the picture, u, v
+    variance_px2: Numbers  # (markers,) float32: variance of each of the two coordinates
     marker_valid: Mask  # (markers,); false: not seen, its numbers are 0
-    valid_markers: int  # how many are valid
+    valid_markers: int  # number of valid markers
 
 
 class PreviewFormat(enum.Enum):
@@ -162,13 +163,13 @@ class PreviewFormat(enum.Enum):
 
 @dataclass(slots=True, eq=False)
 class Preview:
-    """The newest picture of the camera, reduced, for eyes. Its pixel (u, v) lies in the camera's at
-    `origin_px + scale * (u, v)`."""
+    """The newest picture of the camera, reduced, to be looked at. Its pixel (u, v) lies at `origin_px + scale * (u, v)` of
+    the camera's picture."""
 
     header: Header  # of the picture's frame; tracked_ns and solved_ns are 0
     width: int
     height: int
     format: PreviewFormat
     pixels: Pixels  # uint8, (height, width, 3) of RGB8, (height, width) of MONO8
-    scale: float  # pixels of the camera to one of this picture, in each direction
+    scale: float  # pixels of the camera's picture for one of this, in each direction
     origin_px: Vector2
