@@ -105,7 +105,9 @@ tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) 
   if (restored_) tracker_->restore(*restored_);
   // A daemon that was killed while it wrote the zero may not have synchronised its name.
   if (const auto error = restored_ ? synchroniseNames(around_.stateDirectory) : std::error_code())
-    spdlog::warn("warning: the stored zero may be lost with the power: {}", error.message());
+    spdlog::warn(
+        "warning: the stored zero may not survive a power failure, as its directory cannot be synchronised: {}",
+        error.message());
   earlier_ = earlierZero(info);
   if (recorder_) beginRecording(info);
   return {};
