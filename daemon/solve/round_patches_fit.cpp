@@ -15,7 +15,7 @@ constexpr double kNarrowest = -0.15;
 /// The most steps of a fit, and the farthest that one leads [pitches, pitches^2].
 constexpr int kSteps = 16;
 constexpr double kFarthest = 0.7, kFarthestSpread = 0.3;
-/// Squared deviations below which a gain ends the steps.
+/// A step that changes the misfit by less than this, either way, is the last one.
 constexpr double kLastGain = 0.02;
 /// Where so many times the expected gain is not enough, none will be.
 constexpr double kHope = 3.0;
@@ -76,6 +76,7 @@ bool RoundPatches::descend(const Displacements& picture, double enough) {
     move(step, next_.patches);
     const bool solved = solveLoads(picture, next_);
     if (!solved || !(next_.misfit <= now_.misfit)) {
+      if (solved && next_.misfit - now_.misfit < kLastGain) break;
       damping = std::max(kDampingFactor * damping, kDamping);
       if (damping > kMostDamping) break;
       continue;

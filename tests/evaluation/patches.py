@@ -149,6 +149,8 @@ def fit(model, patch, d, places):
             if gain < 0.02:
                 break
         else:
+            if new.misfit - now.misfit < 0.02:
+                break
             damping = max(10 * damping, 0.1)
             if damping > 1e4:
                 break

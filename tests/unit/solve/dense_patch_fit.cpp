@@ -201,6 +201,7 @@ DensePatchFit::Fitted DensePatchFit::fit(const Frame& frame, const std::vector<P
     }
     next.misfit = linear(frame, next.patches, next.motion, bar);
     if (next.misfit > now.misfit) {
+      if (next.misfit - now.misfit < 0.02) break;
       damping = std::max(10 * damping, 0.1);
       if (damping > 1e4) break;
       continue;
