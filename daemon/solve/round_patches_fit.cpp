@@ -75,13 +75,12 @@ bool RoundPatches::descend(const Displacements& picture, double enough) {
     if (enough > 0.0 && damping == 0.0 && now_.misfit - kHope * right_.dot(step) > enough) return false;
     move(step, next_.patches);
     const bool solved = solveLoads(picture, next_);
-    if (!solved || !(next_.misfit <= now_.misfit)) {
-      if (solved && next_.misfit - now_.misfit < kLastGain) break;
+    const double gain = now_.misfit - next_.misfit;
+    if (!solved || gain < -kLastGain) {
       damping = std::max(kDampingFactor * damping, kDamping);
       if (damping > kMostDamping) break;
       continue;
     }
-    const double gain = now_.misfit - next_.misfit;
     std::swap(now_, next_);
     differentiate(picture);
     damping = damping > kDamping ? damping / kDampingFactor : 0.0;

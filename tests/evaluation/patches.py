@@ -144,13 +144,12 @@ def fit(model, patch, d, places):
         outermost = patch.along[-1]
         low, high = [-outermost, -outermost, NARROWEST], [outermost, outermost, WIDEST]
         new = linear(np.clip(now.place + step, low, high))
-        if new.misfit <= now.misfit:
-            gain, now, damping = now.misfit - new.misfit, new, damping / 10 if damping > 0.1 else 0.0
+        gain = now.misfit - new.misfit
+        if gain >= -0.02:
+            now, damping = new, damping / 10 if damping > 0.1 else 0.0
             if gain < 0.02:
                 break
         else:
-            if new.misfit - now.misfit < 0.02:
-                break
             damping = max(10 * damping, 0.1)
             if damping > 1e4:
                 break

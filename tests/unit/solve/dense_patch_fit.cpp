@@ -200,13 +200,12 @@ DensePatchFit::Fitted DensePatchFit::fit(const Frame& frame, const std::vector<P
       }
     }
     next.misfit = linear(frame, next.patches, next.motion, bar);
-    if (next.misfit > now.misfit) {
-      if (next.misfit - now.misfit < 0.02) break;
+    const double gain = now.misfit - next.misfit;
+    if (gain < -0.02) {
       damping = std::max(10 * damping, 0.1);
       if (damping > 1e4) break;
       continue;
     }
-    const double gain = now.misfit - next.misfit;
     now = next;
     damping = damping > 0.1 ? damping / 10 : 0.0;
     if (gain < 0.02) break;
