@@ -41,8 +41,11 @@ class GelWatch {
   /// Does what is due.
   void turn();
 
-  /// A zero is being taken: its judge should not sleep.
-  bool hurried() const { return tracker_.zeroState() == track::ZeroState::kTaking; }
+  /// Returns whether a zero is being taken: the thread that judges it should not sleep.
+  bool hurried() const {
+    const track::ZeroState state = tracker_.zeroState();
+    return state == track::ZeroState::kTaking || state == track::ZeroState::kTakingFirst;
+  }
 
   /// On the tracking thread, after the frame was tracked: copies it if a picture is wanted. Allocates nothing.
   void takeFrame(const Frame& frame);

@@ -60,9 +60,9 @@ class Tracker {
   /// until putInForce(). Learns the appearance of the markers anew, as the lens may have been refocused. Thread-safe.
   void requestZero() { zeroState_.store(ZeroState::kRequested, std::memory_order_relaxed); }
 
-  /// Takes the request back: no zero will come of it. False: there is none to take back; after a requestZero() that
-  /// has not failed, its zero has been taken and can be had with takeRestPose() as soon as track() has returned.
-  /// Thread-safe.
+  /// Cancels the request: no zero will come of it. Returns false if there is no request to cancel: the automatic first
+  /// zero cannot be cancelled, and after a requestZero() that has not failed, its zero has been taken, and
+  /// takeRestPose() returns it as soon as track() has returned. Thread-safe.
   bool cancelZero();
 
   /// Thread-safe.

@@ -158,7 +158,7 @@ bool Tracker::cancelZero() {
   return false;
 }
 
-/// Before a frame is looked at: begins the zero that was asked for, ends one that was taken back.
+/// Begins the zero that was requested; ends the one whose request was cancelled. Called before the frame is tracked.
 void Tracker::heedRequest() {
   if (taking_ && takingRequested_ && zeroState_.load(std::memory_order_relaxed) != ZeroState::kTaking) {
     taking_ = false;
@@ -185,7 +185,7 @@ void Tracker::takeZero(const FrameInfo& info) {
   if (!haveRest_ && !taking_ && following_) {
     beginZero(false);
     ZeroState none = ZeroState::kNone;  // a refusal stays to be read until a zero is taken
-    zeroState_.compare_exchange_strong(none, ZeroState::kTaking, std::memory_order_relaxed);
+    zeroState_.compare_exchange_strong(none, ZeroState::kTakingFirst, std::memory_order_relaxed);
   }
   if (!taking_) return;
   ZeroState state = ZeroState::kTaking;
@@ -236,7 +236,8 @@ void Tracker::takeZero(const FrameInfo& info) {
   poseWaits_ = !finished_.put(pose_);
 }
 
-/// False: it was asked for and has been taken back meanwhile. What somebody asks for meanwhile stays asked for.
+/// Publishes the state in which a zero has ended. Returns false if the zero was requested and its request has been
+/// cancelled meanwhile. A request that has come meanwhile stays.
 bool Tracker::report(ZeroState state) {
   if (takingRequested_) {
     ZeroState taking = ZeroState::kTaking;

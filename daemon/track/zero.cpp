@@ -31,6 +31,7 @@ const char* describe(ZeroState state) {
   case ZeroState::kRequested:
     return "zero asked for";
   case ZeroState::kTaking:
+  case ZeroState::kTakingFirst:
     return "zero being taken";
   case ZeroState::kTaken:
     return "zero taken";

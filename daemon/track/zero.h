@@ -10,22 +10,23 @@
 
 namespace tractiond::track {
 
-/// What became of the last zero.
+/// State of the last zero.
 enum class ZeroState {
-  kNone,       ///< none was asked for
-  kRequested,  ///< asked for, not begun yet
-  kTaking,     ///< frames are being averaged
-  kTaken,      ///< done: it comes into force
-  kMoving,     ///< refused: markers moved more than their noise while the frames were taken
-  kTooFew,     ///< refused: too few markers were seen
-  kTorn,       ///< refused: more than every second picture was torn
+  kNone,         ///< no zero was requested, or the request was cancelled
+  kRequested,    ///< requested, not begun yet
+  kTaking,       ///< frames are being averaged for a requested zero
+  kTakingFirst,  ///< frames are being averaged for the automatic first zero
+  kTaken,        ///< done: it comes into force
+  kMoving,       ///< refused: markers moved more than their noise while the frames were taken
+  kTooFew,       ///< refused: too few markers were seen
+  kTorn,         ///< refused: more than every second picture was torn
 };
 
 inline bool isRefusal(ZeroState state) {
   return state >= ZeroState::kMoving;
 }
 
-/// One line for people.
+/// Returns a state as one line for the log.
 const char* describe(ZeroState state);
 
 /// Thread-bound. Allocates only in the constructor.

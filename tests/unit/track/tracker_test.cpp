@@ -13,7 +13,7 @@ TEST(Tracker, FirstStartTakesAZeroByItself) {
   Tracking tracking(scene);
   EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kNone);
   EXPECT_EQ(tracking(scene.shoot()), Outcome::kNoRestPose);
-  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaking);
+  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTakingFirst);
   ASSERT_TRUE(tracking.start(scene));
   EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
   EXPECT_EQ(tracking.field.validCount, scene.markers());

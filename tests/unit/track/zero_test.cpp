@@ -355,6 +355,17 @@ TEST(Zero, TakenBackAtTheFirstStartItIsTheFirstStarts) {
   EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
 }
 
+TEST(Zero, ThatNobodyRequestedCannotBeTakenBack) {
+  Scene scene;
+  Tracking tracking(scene);
+  shoot(scene, tracking, 10);
+  EXPECT_FALSE(tracking.tracker.cancelZero());
+  ASSERT_TRUE(tracking.start(scene));
+  RestPose pose;
+  ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+  EXPECT_FALSE(pose.requested);
+}
+
 TEST(Zero, LearnsAnewWhatMarkersLookLike) {
   // The lens has been refocused and its filter changed: as good as a tracker that has never seen anything else.
   std::mt19937 generator(test::seed());
