@@ -72,10 +72,11 @@ class Pipeline {
   /// Counts what is still in a link as discarded. Called by finish() when the threads are joined.
   void settle();
 
-  /// Thread-safe: what waits for another thread gives up.
+  /// Returns whether the pipeline is stopping: what waits for another thread must give up. Thread-safe.
   bool stopping() const { return stopping_.load(std::memory_order_relaxed); }
 
-  /// The source has ended by itself.
+  /// Returns whether the source has ended by itself: there are no more frames, or it has failed. Frames may still be in
+  /// the links. False after a stop that came first. Thread-safe.
   bool ended() const { return ended_.load(std::memory_order_relaxed); }
 
  private:

@@ -21,12 +21,12 @@ namespace {
 
 constexpr std::string_view kIpc = "ipc://";
 
-/// ipc://@NAME has no file.
+/// Returns whether an endpoint has a socket file; ipc://@NAME has none.
 bool hasFile(std::string_view endpoint) {
   return endpoint.starts_with(kIpc) && !endpoint.starts_with("ipc://@");
 }
 
-/// ZeroMQ would remove whatever is at the path, also a socket in use.
+/// Returns why a path cannot be bound: ZeroMQ would remove whatever is there, also a socket in use.
 std::optional<Error> checkPath(const std::string& endpoint, const std::filesystem::path& path) {
   namespace fs = std::filesystem;
   sockaddr_un address{};
@@ -76,7 +76,7 @@ Error explain(const std::string& endpoint, int error) {
   }
 }
 
-/// ZeroMQ would take a port modulo 65536.
+/// Returns why a port cannot be bound: ZeroMQ would take it modulo 65536.
 std::optional<Error> checkPort(const std::string& endpoint) {
   const std::string port = endpoint.substr(endpoint.rfind(':') + 1);
   unsigned number = 0;
@@ -93,11 +93,10 @@ void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage
   socket.set(zmq::sockopt::linger, 100);
   socket.set(zmq::sockopt::sndhwm, highWaterMark);
   socket.set(zmq::sockopt::maxmsgsize, largestMessage);
-  // A peer that connects and says nothing holds a file descriptor for this long.
+  // Time for which a peer that connects and sends nothing holds a file descriptor [ms].
   socket.set(zmq::sockopt::handshake_ivl, 500);
-  // A peer whose cable was pulled is noticed, by TCP: where input has been stopped by a high-water mark, a heartbeat
-  // after the connection's end makes ZeroMQ 4.3.4 abort the whole process. So there are no heartbeats, and no such
-  // mark.
+  // TCP keep-alive finds a peer whose cable was pulled. ZeroMQ's heartbeats do not serve: where a high-water mark has
+  // stopped the input, a heartbeat after the connection's end makes ZeroMQ 4.3.4 abort the whole process.
   socket.set(zmq::sockopt::rcvhwm, 0);
   socket.set(zmq::sockopt::tcp_keepalive, 1);
   socket.set(zmq::sockopt::tcp_keepalive_idle, 10);
@@ -111,7 +110,7 @@ tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const 
   const Charge charge = type == zmq::socket_type::router ? Charge::kRequests : Charge::kSubscriptions;
   for (const std::string& endpoint : endpoints) {
     std::optional<Error> error;
-    inflow::watch(endpoint, charge);  // before anybody can connect
+    inflow::watch(endpoint, charge);  // before a peer can connect
     if (endpoint.starts_with("tcp://")) error = checkPort(endpoint);
     if (hasFile(endpoint)) error = checkPath(endpoint, endpoint.substr(kIpc.size()));
     try {
@@ -124,10 +123,10 @@ tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const 
       release(bound);
       return tl::unexpected(*std::move(error));
     }
-    if (hasFile(endpoint)) chmod(endpoint.substr(kIpc.size()).c_str(), 0660);  // members of the group may write to it
+    if (hasFile(endpoint)) chmod(endpoint.substr(kIpc.size()).c_str(), 0660);  // the group may write
     bound.push_back(socket.get(zmq::sockopt::last_endpoint));
     inflow::watch(bound.back(), charge);
-    inflow::unwatch({endpoint});  // if it is the same, it stays watched
+    inflow::unwatch({endpoint});  // no effect if both are the same
   }
   return bound;
 }
@@ -144,7 +143,7 @@ std::string peerName(zmq::message_t& message) {
   constexpr std::string_view kThisHost = "localhost:";  // and uid:gid:pid of a process
   const char* const address = zmq_msg_gets(message.handle(), "Peer-Address");
   std::string name = address == nullptr ? "" : address;
-  if (name.empty()) return "somebody";
+  if (name.empty()) return "an unknown peer";
   if (!name.starts_with(kThisHost)) return name;
   const std::size_t uid = kThisHost.size();
   return "uid " + name.substr(uid, name.find(':', uid) - uid) + ", pid " + name.substr(name.rfind(':') + 1);
@@ -169,12 +168,12 @@ zmq::message_t messageOf(std::string bytes, std::shared_ptr<ReplyBudget::Reply> 
   };
   zmq::message_t message(lent->bytes.data(), lent->bytes.size(), giveBack, lent.get());
   handedOver.fetch_add(1, std::memory_order_release);
-  (void)lent.release();  // the message's now
+  (void)lent.release();  // owned by the message now
   return message;
 }
 
 bool cutOff(int fd, const std::vector<std::string>& bound) {
-  // The peer may have gone and the number be another connection's; not one of the camera's, at least.
+  // The peer may have gone and its descriptor been reused, but not by a connection to the camera.
   const std::string end = localEnd(fd);
   const auto isOurs = [&](const std::string& endpoint) { return endpoint.ends_with(end); };
   return !end.empty() && std::ranges::any_of(bound, isOurs) && shutdown(fd, SHUT_RDWR) == 0;

@@ -1,4 +1,4 @@
-// ZeroMQ sockets that listen to anybody. ZeroMQ is seen by this room's socket, publisher and control files only.
+// ZeroMQ sockets that any peer may connect to. Only the socket, publisher and control files include ZeroMQ.
 #pragma once
 
 #include "base/error.h"
@@ -16,41 +16,42 @@
 
 namespace tractiond::network {
 
-/// Sets what protects a socket from its peers; before binding.
+/// Sets the options that protect a socket from its peers. Must be called before bind().
 /// \param largestMessage bytes of one part from a peer; a peer that sends more is cut off.
 void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage);
 
 /// Binds a ROUTER or a publisher to all endpoints (tcp://ADDRESS:PORT, PORT * for any free one, or ipc://PATH in an
-/// existing directory) and returns them as bound. A socket file that nobody listens on any more is replaced. What peers
-/// can make ZeroMQ hold is bounded (inflow_limit.h) until release().
+/// existing directory) and returns them as bound. Replaces a socket file on which no process listens. Bounds what peers
+/// can make ZeroMQ hold (inflow_limit.h) until release().
 tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const std::vector<std::string>& endpoints);
 
-/// Ends what bind() began: watches the endpoints' connections no more, and removes the files of ipc endpoints, which
+/// Ends what bind() began: stops watching the endpoints' connections, and removes the files of ipc endpoints, which
 /// ZeroMQ 4.3 leaves behind.
 void release(const std::vector<std::string>& bound);
 
-/// Who sent a message, for people: the address, or "uid 1000, pid 4711" of a process on this host.
+/// Returns the sender of a message as text for the log: its address, or "uid 1000, pid 4711" for a process on this
+/// host, or "an unknown peer" if ZeroMQ does not know the address.
 std::string peerName(zmq::message_t& message);
 
-/// Returns the file descriptor over which a message came; -1: it is not known.
+/// Returns the file descriptor of the connection over which a message came; -1 if it is not known.
 int sourceOf(zmq::message_t& message);
 
-/// Returns a message that tells `waiting` when ZeroMQ has let it go: it and its copies were written, or their peers
-/// have gone.
+/// Returns a message that clears waiting->queued when ZeroMQ frees it: it and its copies were written, or their peers
+/// have gone. ZeroMQ's thread clears it.
 zmq::message_t messageOf(std::string bytes, std::shared_ptr<ReplyBudget::Reply> waiting);
 
-/// Ends a peer's connection to a socket bound to these endpoints. \param fd of the connection, as ZeroMQ says
-/// \return whether it was one
+/// Ends a peer's connection. Returns false if `fd` is no connection to one of these endpoints.
+/// \param fd of the connection, as sourceOf() returned it
 bool cutOff(int fd, const std::vector<std::string>& bound);
 
-/// Cuts off peers that send too much.
+/// Cuts off peers that send too many messages. Thread-bound.
 class PeerLimit {
  public:
-  /// \param messages of one connection between two resets
+  /// \param messages allowed per connection between two calls of reset()
   explicit PeerLimit(int messages)
       : limit_(messages) {}
 
-  /// Counts a message that came over a socket bound to these endpoints; one too many ends its connection.
+  /// Counts a message that came over a socket bound to these endpoints. Ends its connection if it exceeds the limit.
   void count(zmq::message_t& message, const std::vector<std::string>& bound);
   void reset() { counts_.fill(0); }
 

@@ -9,8 +9,9 @@
 
 namespace traction::cli {
 
-/// Writes one recording. Thread-bound. All functions but the last three \throw RecordingError; the recording is then
-/// closed with what was written, and no further call is allowed.
+/// Writes one recording. Thread-bound. The constructor, add(), addTruth(), look() and close() throw RecordingError. The
+/// recording is then closed with what was written, and deleted if nothing was; of the functions that throw, none may be
+/// called afterwards.
 class Tape {
  public:
   /// Creates a new file.
@@ -22,11 +23,12 @@ class Tape {
   void addTruth(const std::string& line);
   /// Writes a chunk that is due. Must be called in every turn of the receiving loop.
   void look();
-  /// Writes the rest and the end.
+  /// Writes what is buffered, and the end of the recording.
   void close();
 
-  /// Deletes the file if nothing was recorded.
+  /// Deletes the file if nothing was recorded. An error is ignored.
   void drop() const;
+  /// Returns whether no message was added.
   bool isEmpty() const { return writer_.statistics().messages == 0 && !writer_.oldest_ns(); }
   /// Returns a summary of what is on the disk, as text.
   std::string account() const;

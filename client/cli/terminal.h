@@ -1,4 +1,4 @@
-// The terminal while a live view uses it.
+// The terminal while a live view is shown on it.
 #pragma once
 
 #include "client/cli/canvas.h"
@@ -15,10 +15,15 @@ bool isTerminal();
 /// Returns why a terminal has no live view; empty if it has one, or if standard output is not a terminal.
 std::string viewHint();
 
-/// Takes the whole screen, and restores it on destruction. One object at a time.
+/// Owns the screen and the keyboard. Only one object may exist at a time.
 class Terminal {
  public:
+  /// Switches to the alternate screen, without cursor and line wrapping. If standard input is a terminal, keys are then
+  /// read one by one, without echo, and Ctrl-Z is disabled. Sets the process's character type (LC_CTYPE) from the
+  /// environment. Requires isTerminal(). rememberSignals() must have been called, or a signal leaves the terminal as it
+  /// is.
   Terminal();
+  /// Restores the screen and standard input, but not the locale.
   ~Terminal();
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
@@ -28,12 +33,13 @@ class Terminal {
   };
   /// Returns the size in characters; 80 x 24 if it is not known.
   Size size() const;
-  /// Writes the page. Returns false if the terminal is gone.
+  /// Writes the page to standard output. Returns false if the terminal is gone.
   bool show(const Canvas& canvas) const;
   /// Returns the characters that the locale supports.
   Glyphs glyphs() const { return glyphs_; }
 
-  /// Waits for a key and returns it; returns 0 after the timeout and on a signal.
+  /// Waits for a key and returns it. Returns 0 after the timeout and on a signal, and if standard input is not a
+  /// terminal.
   char waitForKey(std::chrono::milliseconds timeout) const;
 
  private:
@@ -45,6 +51,7 @@ class Terminal {
 
 /// Makes SIGINT, SIGTERM and SIGHUP set stopRequested() instead of ending the process.
 void rememberSignals();
+/// Returns whether one of these signals has arrived. Requires rememberSignals().
 bool stopRequested();
 
 }  // namespace traction::cli

@@ -216,7 +216,7 @@ int Session::unacknowledgedBytes() {
   return ioctl(socket, SIOCOUTQ, &bytes) == 0 ? bytes : 0;
 }
 
-void Session::closeIfDeaf() {
+void Session::closeIfUnresponsive() {
   if (!isOpen_ || isClosed_) return;
   const int unacknowledged = unacknowledgedBytes();
   const bool owes = sending_.has_value() || sent_ != answered_;

@@ -47,8 +47,11 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Sends a sample when the client has room for it, if it is subscribed to the channel.
   void offer(std::uint32_t channel, const Sample& sample);
   bool isSubscribed(std::uint32_t channel) const { return subscribers_.contains(channel); }
-  /// Closes the connection if the client has taken nothing for kPatience while something was waiting.
-  void closeIfDeaf();
+  /// Liveness check: closes the connection if, for kPatience, the client has acknowledged no bytes and answered no
+  /// ping, while a message or an unanswered ping was outstanding. Must be called about once a second: bytes that are
+  /// acknowledged between two calls count as progress. Has no effect before the end of the handshake.
+  void closeIfUnresponsive();
+  /// Closes the connection at once and calls Handlers::closed. Has no effect on later calls.
   void close();
 
  private:
@@ -88,7 +91,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::uint64_t sent_ = 0, answered_ = 0;  ///< bytes; answered: up to the last ping that was answered
   std::uint64_t pinged_ = 0;               ///< bytes up to the last ping
   bool isPinging_ = false;                 ///< the last ping is being written
-  int unacknowledged_ = 0;                 ///< bytes, at the last closeIfDeaf()
+  int unacknowledged_ = 0;                 ///< bytes, at the last closeIfUnresponsive()
   Clock::time_point progress_ = Clock::now();
 };
 

@@ -271,7 +271,7 @@ class Server {
     timer_.async_wait([this](error_code) {
       for (const auto& hub : hubs_) {
         const auto all = hub->sessions;  // a copy: closing removes a session
-        for (const auto& session : all) session->closeIfDeaf();
+        for (const auto& session : all) session->closeIfUnresponsive();
         if (!all.empty()) hub->looked = Clock::now();
         tellRecording(*hub);
         if (hub->source && Clock::now() - hub->looked > kLinger) {
@@ -282,7 +282,7 @@ class Server {
         }
       }
       const auto shows = shows_;
-      for (const auto& show : shows) show->session->closeIfDeaf();
+      for (const auto& show : shows) show->session->closeIfUnresponsive();
       tick();
     });
   }

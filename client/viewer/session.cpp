@@ -177,7 +177,7 @@ void Session::pump() {
   });
 }
 
-void Session::closeIfDeaf() {
+void Session::closeIfUnresponsive() {
   const bool hasUnread = sending_ || !unread_.empty();
   if (open_ && hasUnread && Clock::now() - readAt_ > kPatience) close();
 }

@@ -45,8 +45,9 @@ class Session : public std::enable_shared_from_this<Session> {
   void offer(unsigned kind, const Frame& frame);
   /// Sends the frame before all that wait. Closes the connection of a client that leaves 16 answers unread.
   void answer(const Frame& frame);
-  /// Closes the connection of a client that has not read for 15 s.
-  void closeIfDeaf();
+  /// Liveness check: closes the connection if the client has read nothing for 15 s while a frame was outstanding: being
+  /// written, or not acknowledged with "next". Has no effect before the end of the handshake.
+  void closeIfUnresponsive();
 
  private:
   using Clock = std::chrono::steady_clock;

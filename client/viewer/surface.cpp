@@ -12,7 +12,7 @@ namespace traction::view {
 
 namespace {
 
-/// A field of more nodes than these has no surface here: its matrix would take more than 144 MB.
+/// Largest number of nodes for which the matrix is computed: 144 MB.
 constexpr std::size_t kMostNodes = 2000;
 
 struct Key {
@@ -30,8 +30,8 @@ Key keyOf(const Description& description) {
   return {gel.youngsModulus_Pa, gel.poissonRatio, gel.size_m, nodes.columns, nodes.rows, nodes.pitch_m, nodes.centre_m};
 }
 
-/// Whoever publishes may say anything; what has no sense is not computed.
-bool isSensible(const Key& key) {
+/// Returns whether the gel and its nodes are plausible: a description may hold any values.
+bool isPlausible(const Key& key) {
   const auto within = [](double value, double low, double high) { return value >= low && value <= high; };
   for (const double size : key.size_m) {
     if (!within(size, 1e-3, 1.0)) return false;
@@ -86,7 +86,7 @@ Surface::~Surface() = default;
 
 void Surface::describe(const Description& description) {
   const Key key = keyOf(description);
-  if (description.body || !isSensible(key)) return work_.reset();
+  if (description.body || !isPlausible(key)) return work_.reset();
   if (work_ && work_->key == key) return;
   work_ = std::make_unique<Work>(key);
   work_->thread = std::jthread([work = work_.get()](const std::stop_token& stop) {
@@ -101,7 +101,7 @@ const Eigen::VectorXf* Surface::displacement(const Field& field) {
   if (3 * field.force_N.size() != static_cast<std::size_t>(matrix.cols())) return nullptr;
   moved_.setZero(matrix.rows());
   Eigen::Index column = 0;
-  for (const auto& force : field.force_N) {  // of most fields nearly all are 0
+  for (const auto& force : field.force_N) {  // nearly all are 0 in most fields
     for (const float component : force) {
       if (component != 0.0F) moved_ += component * matrix.col(column);
       ++column;

@@ -92,7 +92,9 @@ class ControlGuard {
 tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening,
                                                   ControlGuard& guard);
 
-/// Names what Aravis has opened.
+/// Reads the names of an open camera. `id` is "vendor-model-serial"; `address` is the IPv4 address of a GigE Vision
+/// camera; `protocol` is "GigEVision", "USB3Vision" or "Fake"; `physicalId` stays empty. A name that cannot be read
+/// stays empty, without an error.
 CameraName nameOf(ArvCamera* camera);
 
 // ---- aravis_feature.cpp

@@ -11,9 +11,13 @@
 
 namespace tractiond::capture {
 
-/// A camera as Aravis sees it.
+/// A camera's names. Each may be empty: not known.
 struct CameraName {
-  std::string id, physicalId, address, vendor, model, serial, protocol;
+  std::string id;          ///< as Aravis lists it
+  std::string physicalId;  ///< MAC address, GUID or device file; in a list of cameras only
+  std::string address;     ///< IPv4, of a GigE Vision camera
+  std::string vendor, model, serial;
+  std::string protocol;  ///< "GigEVision", "USB3Vision" or "Fake"
 };
 
 /// As the camera stood when it was opened; none: the camera does not tell, or chooses by itself.

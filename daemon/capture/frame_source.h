@@ -11,7 +11,7 @@ enum class Next {
   kFrame,     ///< `frame` holds a new, whole picture
   kRejected,  ///< something arrived and was not usable; it is counted by cause in the ledger
   kTimeout,   ///< nothing arrived in time
-  kEnd,       ///< there will be no more frames (a recording's end)
+  kEnd,       ///< there will be no more frames: a recording has ended, or the source has failed
 };
 
 /// Thread-bound: one thread calls next() and recycle().

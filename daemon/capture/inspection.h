@@ -1,4 +1,5 @@
-// A camera's description, evaluated where a crash costs nothing, before this process opens the camera.
+// Evaluates a camera's description in a child process before this process opens the camera: the description may crash
+// what evaluates it.
 #pragma once
 
 #include "daemon/capture/child.h"
@@ -9,24 +10,33 @@
 namespace tractiond::capture {
 
 struct Inspection {
-  enum class Outcome { kHarmless, kFault, kAbsent };
+  enum class Outcome {
+    kHarmless,  ///< `text` is hashOf() the description
+    kFault,     ///< `text` is a sentence that states the fault
+    kAbsent,    ///< `text` states why the camera cannot be opened
+  };
   Outcome outcome = Outcome::kFault;
-  std::string
-      text;  ///< kHarmless: hashOf() the description. kFault: the fault, a sentence. kAbsent: why it does not open
+  std::string text;
 };
 
-/// In the child: opens the camera, evaluates its description and all its features without the camera, and prints what
-/// came of that. \param id as Aravis takes it; empty: the first. \return an exit code
+/// Opens the camera, evaluates its description and all its features without the camera, and prints the result as
+/// encodeInspection() returns it. For the child process: lowers its limits. Returns an exit code.
+/// \param id as Aravis takes it, or "*" for the first camera
 int printInspection(const std::string& id);
 
-/// Has it done by a child. Any thread; blocks until the child has ended, or a stop was asked for.
+/// Lets a child process run printInspection(), and returns its result; kFault if the child ends otherwise. Blocks until
+/// the child has ended, or a stop was requested. Reentrant. \param id as Aravis takes it; empty: the first camera
 Inspection inspectApart(const std::string& id, const ChildOptions& options, const std::stop_token& stop = {});
 
-/// What the child prints, and from any bytes what is meant by them: a child may have been taken over.
+/// Returns the line that the child prints.
 std::string encodeInspection(const Inspection& inspection);
+
+/// Decodes a line of encodeInspection(). Accepts any bytes, as the description may have taken over the child: returns
+/// kFault with a fixed sentence if they are malformed. Cuts the text to 500 characters, and replaces each that is not
+/// printable ASCII by '?'.
 Inspection decodeInspection(std::string_view bytes);
 
-/// Of a description's text.
+/// Returns the SHA-256 of a description's text, as 64 hexadecimal digits.
 std::string hashOf(std::string_view xml);
 
 }  // namespace tractiond::capture

@@ -65,7 +65,8 @@ class Keeper {
   void doubt(std::int64_t arrival_ns);
   /// Returns whether the camera has failed the liveness check that doubt(arrival_ns) requested.
   bool isUnanswered(std::int64_t arrival_ns) const { return unanswered_.load(std::memory_order_relaxed) == arrival_ns; }
-  /// Returns whether reopen() has been called and not been carried out.
+  /// Returns whether the camera is to be given back because of reopen(): true from reopen() until the keeper begins to
+  /// open the camera with the new settings, not until it is open. Any thread.
   bool isRenewing() const { return renewing_.load(std::memory_order_relaxed); }
   /// Notes that a picture arrived which another host may have sent.
   void noteForgery(std::int64_t at_ns) { forged_ns_.store(at_ns, std::memory_order_relaxed); }
