@@ -108,6 +108,30 @@ TEST(Zero, ThatIsAskedForWaitsForItsJudgeWhileTheOneBeforeIsMeasuredFrom) {
   EXPECT_TRUE(tracking.field.flags & kGelMismatch);
 }
 
+TEST(Zero, ThatIsBeingTakenChangesNoField) {
+  // The candidate learns what markers look like in a blurred picture; the zero in force is followed as before.
+  twin::Optics blurred;
+  blurred.blur_px = 1.3;
+  Scene scene, other;
+  Tracking tracking(scene, judged()), calm(other, judged());
+  RestPose zero;
+  for (auto* each : {&calm, &tracking}) {
+    shoot(each == &tracking ? scene : other, *each, kZeroFrames + 1);
+    ASSERT_TRUE(each->tracker.takeRestPose(zero));
+    each->tracker.judge(zero.id, true);
+  }
+  for (Scene* each : {&scene, &other}) each->change(blurred);
+  tracking.tracker.requestZero();
+  for (int i = 0; i < kZeroFrames + 5; ++i) {
+    shoot(scene, tracking, 1);
+    shoot(other, calm, 1);
+    ASSERT_EQ(tracking.field.displacement_px, calm.field.displacement_px) << "frame " << i;
+    ASSERT_EQ(tracking.field.variance_px2, calm.field.variance_px2) << "frame " << i;
+    ASSERT_EQ(tracking.field.flags, calm.field.flags) << "frame " << i;
+  }
+  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
+}
+
 TEST(Zero, ThatItsJudgeRefusesLeavesNothingBehind) {
   // What was learnt for it was learnt of a blurred picture.
   twin::Optics blurred;

@@ -1,6 +1,6 @@
 // Markers that were not found where they were expected: sought where their neighbours say, taken out where another one
 // hides them, and placed among their neighbours as long as they are lost.
-#include "daemon/track/tracker.h"
+#include "daemon/track/follower.h"
 
 #include <algorithm>
 #include <array>
@@ -29,7 +29,7 @@ int validNeighbours(const Lattice& lattice, int column, int row, const std::vect
 
 }  // namespace
 
-void Tracker::recover() {
+void Follower::recover() {
   for (const Layer& layer : layers_) {
     const Lattice& lattice = layer.lattice;
     lost_.clear();
@@ -55,7 +55,7 @@ void Tracker::recover() {
   }
 }
 
-bool Tracker::recoverOne(const Layer& layer, int marker, int column, int row) {
+bool Follower::recoverOne(const Layer& layer, int marker, int column, int row) {
   Vector place = place_[marker];
   const auto step = expectation(layer.lattice, column, row, increment_, stepped_);
   const auto whole = expectation(layer.lattice, column, row, displacement_, valid_);
@@ -64,7 +64,7 @@ bool Tracker::recoverOne(const Layer& layer, int marker, int column, int row) {
     if (fitAt(layer, marker, place)) return true;
   }
   if (whole) {
-    place = rest_[marker] + whole->value;
+    place = reference_.place_px[marker] + whole->value;
     if (fitAt(layer, marker, place)) return true;
   }
   const bool patient = lostFor_[marker] < kPatience || (frames_ + static_cast<unsigned>(marker)) % 16 == 0;
@@ -73,11 +73,11 @@ bool Tracker::recoverOne(const Layer& layer, int marker, int column, int row) {
   return searchAround(layer, marker, place);
 }
 
-bool Tracker::searchAround(const Layer& layer, int marker, Vector place) {
+bool Follower::searchAround(const Layer& layer, int marker, Vector place) {
   constexpr int kMostSteps = 4;
   constexpr int kMost = (2 * kMostSteps + 1) * (2 * kMostSteps + 1);
   const float reach = std::min(kSearchReach * spacing_px_, kSearchReach_px);
-  const auto radius_px = static_cast<float>(layer.radius_px);
+  const auto radius_px = static_cast<float>(looks(layer).radius_px);
   const int steps = std::min(kMostSteps, static_cast<int>(std::ceil(reach / (1.3F * radius_px))));
   std::array<Guess, kMost> guesses;
   std::array<Centre, kMost> centres;
@@ -88,8 +88,7 @@ bool Tracker::searchAround(const Layer& layer, int marker, Vector place) {
       guesses[count++] = guessAt(marker, place + step * Vector{static_cast<float>(x), static_cast<float>(y)});
     }
   }
-  fitCentres(layer.plane, layer.markers, layer.crossTalk, std::span(guesses).first(count),
-             std::span(centres).first(count));
+  fit(layer, std::span(guesses).first(count), std::span(centres).first(count));
   // The nearest, if no other is nearly as near.
   std::sort(centres.begin(), centres.begin() + static_cast<std::ptrdiff_t>(count),
             [&](const Centre& a, const Centre& b) {
@@ -101,7 +100,7 @@ bool Tracker::searchAround(const Layer& layer, int marker, Vector place) {
     const float distance = std::sqrt((found - place).squared());
     for (std::size_t k = i + 1; k < count; ++k) {
       const Vector other{centres[k].u, centres[k].v};
-      if (!centres[k].found || centres[k].amplitude < kDim * restAmplitude_[marker]) continue;
+      if (!centres[k].found || centres[k].amplitude < kDim * reference_.amplitude[marker]) continue;
       if ((other - found).squared() < radius_px * radius_px) continue;
       if (std::sqrt((other - place).squared()) < distance + 0.25F * spacing_px_) {
         valid_[marker] = stepped_[marker] = 0;
@@ -113,24 +112,26 @@ bool Tracker::searchAround(const Layer& layer, int marker, Vector place) {
   return false;
 }
 
-void Tracker::markOverlaps() {
+void Follower::markOverlaps() {
   if (layers_.size() < 2) return;
   const Layer& front = layers_[layers_[0].nearer ? 0 : 1];
   const Layer& back = layers_[layers_[0].nearer ? 1 : 0];
-  grid_.clear();
+  workspace_->grid.clear();
   for (int i = front.lattice.first; i < front.lattice.first + front.lattice.count(); ++i) {
     mixed_[i] = 0;
-    if (present_[i]) grid_.add(i, place_[i].u, place_[i].v);
+    if (reference_.present[i]) workspace_->grid.add(i, place_[i].u, place_[i].v);
   }
-  const auto reachOf = [](const Layer& layer) { return static_cast<float>(layer.radius_px) + kBlurredRim_px; };
-  const auto windowOf = [](const Layer& layer) {
+  const auto reachOf = [this](const Layer& layer) {
+    return static_cast<float>(looks(layer).radius_px) + kBlurredRim_px;
+  };
+  const auto windowOf = [this](const Layer& layer) {
     int half = 0;
-    for (const MarkerTemplate& marker : layer.markers) half = std::max(half, marker.half());
+    for (const MarkerTemplate& marker : looks(layer).markers) half = std::max(half, marker.half());
     return static_cast<float>(half) * layer.plane.scale;
   };
   const float backWindow = windowOf(back), frontWindow = windowOf(front);
   const float backReach = reachOf(back) + kOverlapMotion_px, frontReach = reachOf(front) + kOverlapMotion_px;
-  const float hides = static_cast<float>(front.radius_px + back.radius_px) + kBlurredRim_px;
+  const float hides = static_cast<float>(looks(front).radius_px + looks(back).radius_px) + kBlurredRim_px;
   const float farthest = std::max(backWindow + frontReach, frontWindow + backReach);
   const auto meets = [](float window, float reach, float du, float dv) {
     const float u = std::max(std::abs(du) - window, 0.0F), v = std::max(std::abs(dv) - window, 0.0F);
@@ -138,7 +139,7 @@ void Tracker::markOverlaps() {
   };
   for (int i = back.lattice.first; i < back.lattice.first + back.lattice.count(); ++i) {
     mixed_[i] = 0;
-    grid_.near(place_[i].u, place_[i].v, farthest, [&](int other) {
+    workspace_->grid.near(place_[i].u, place_[i].v, farthest, [&](int other) {
       const Vector apart = place_[other] - place_[i];
       if (meets(backWindow, frontReach, apart.u, apart.v)) mixed_[i] = 1;
       if (meets(frontWindow, backReach, apart.u, apart.v)) mixed_[other] = 1;
@@ -147,7 +148,7 @@ void Tracker::markOverlaps() {
   }
 }
 
-void Tracker::guessLost() {
+void Follower::guessLost() {
   for (const Layer& layer : layers_) {
     const Lattice& lattice = layer.lattice;
     for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
@@ -167,7 +168,7 @@ void Tracker::guessLost() {
       }
       ++lostFor_[i];
       const auto whole = expectation(lattice, column, row, displacement_, valid_);
-      if (whole) place_[i] = rest_[i] + whole->value;
+      if (whole) place_[i] = reference_.place_px[i] + whole->value;
     }
   }
 }

@@ -1,0 +1,153 @@
+// What a follower measures from: a zero, or what stands in for the first; and what the markers look like.
+#include "daemon/track/appearance.h"
+#include "daemon/track/follower.h"
+#include "daemon/track/rest_pose.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+namespace tractiond::track {
+
+namespace {
+
+constexpr std::size_t kAppearancePlaces = 300;
+
+float median(std::vector<float> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+void Follower::adopt(const RestPose& pose) {
+  for (int i = 0; i < markers_; ++i) {
+    reference_.place_px[i] = {pose.position_px[2 * i], pose.position_px[2 * i + 1]};
+    displacement_[i] = place_[i] - reference_.place_px[i];
+  }
+  reference_.amplitude = pose.amplitude;
+  reference_.present = pose.present;
+  reference_.isolatedGaps = 0;
+  for (const Layer& layer : layers_) reference_.isolatedGaps += isolatedGaps(layer.lattice, reference_.present);
+  errors_.adopt(pose);
+  reference_.isZero = true;
+  tears_.forget();
+}
+
+void Follower::setCrossTalk(const RestPose& pose) {
+  for (const Layer& layer : layers_) {
+    looks(layer).crossTalk = {pose.crossTalk[static_cast<std::size_t>(1 - layer.rank)],
+                              pose.crossTalk[static_cast<std::size_t>(layer.rank)]};
+  }
+}
+
+void Follower::exchangeAppearance(Appearance& other) {
+  std::swap(reference_.appearance, other);
+  errors_.forgetShape();
+  newAppearance_ = true;
+}
+
+void Follower::learnAnew() {
+  reference_.appearance.isKnown = false;
+  seeksAll_ = true;
+  acquireIn_ = 0;
+}
+
+const MarkerTemplate& Follower::roughOf(Layer& layer) {
+  if (layer.roughScale != layer.plane.scale) {
+    layer.rough = roughTemplate(layer.plane, looks(layer).radius_px);
+    layer.roughScale = layer.plane.scale;
+  }
+  return layer.rough;
+}
+
+/// The camera may be nearer or farther than described: the markers are then as much larger or smaller as the pattern.
+void Follower::learnSize(const Layer& layer, std::span<const std::uint8_t> seen) {
+  const Lattice& lattice = layer.lattice;
+  float shown = 0.0F, described = 0.0F;
+  const auto add = [&](int one, int other) {
+    if (!seen[one] || !seen[other]) return;
+    shown += std::sqrt((place_[other] - place_[one]).squared());
+    described += std::sqrt((nominal_[other] - nominal_[one]).squared());
+  };
+  for (int row = 0; row + 1 < lattice.rows; ++row) {
+    for (int column = 0; column + 1 < lattice.columns; ++column) {
+      const int node = lattice.at(column, row);
+      add(node, node + 1);
+      add(node, node + lattice.columns);
+    }
+  }
+  if (described > 0.0F) looks(layer).radius_px = layer.described_px * static_cast<double>(shown / described);
+}
+
+/// From the markers that are `seen`, where they are.
+void Follower::learnAppearance(std::span<const std::uint8_t> seen) {
+  for (Layer& layer : layers_) {
+    learnSize(layer, seen);
+    looks(layer).markers = {roughTemplate(layer.plane, looks(layer).radius_px)};
+  }
+  markOverlaps();
+  const auto places = [&](const Layer& layer, bool unseen) {
+    std::vector<Guess> all;
+    for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
+      if (unseen || seen[i]) all.push_back({place_[i].u, place_[i].v, layer.plane.unit, mixed_[i] != 0});
+    }
+    return all;
+  };
+  if ((!reference_.isZero || seeksAll_) && workspace_->planes.mixes()) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      Layer &own = layers_[i], &other = layers_[1 - i];
+      looks(own).crossTalk.own = looks(other).crossTalk.other =
+          crossTalkInto(own.plane, own.otherPlane, looks(own).markers.front(), places(own, false));
+    }
+  }
+  for (Layer& layer : layers_) {
+    // Dots that differ too much from the others to be found may be there all the same.
+    const auto first = static_cast<std::size_t>(layer.lattice.first),
+               count = static_cast<std::size_t>(layer.lattice.count());
+    Sizes sizes = fittingSizes(layer.plane, looks(layer).radius_px, looks(layer).crossTalk, places(layer, true),
+                               seen.subspan(first, count), kAppearancePlaces);
+    looks(layer).markers = std::move(sizes.markers);
+    looks(layer).radius_px = sizes.radius_px;
+    std::ranges::copy(sizes.of, reference_.appearance.size.begin() + layer.lattice.first);
+  }
+  reference_.appearance.isKnown = true;
+}
+
+/// Puts the markers that no spot was found for where those around them say.
+void Follower::placeUnlabelled() {
+  const std::vector<Vector>& reference = reference_.isZero ? reference_.place_px : nominal_;
+  for (int i = 0; i < markers_; ++i) displacement_[i] = place_[i] - reference[i];
+  for (const Layer& layer : layers_) {
+    const Lattice& lattice = layer.lattice;
+    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+      if (labelled_[i]) continue;
+      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
+      const auto whole = expectation(lattice, column, row, displacement_, labelled_);
+      place_[i] = whole ? reference[i] + whole->value : reference[i];
+    }
+  }
+}
+
+/// Until there is a rest pose, the first labelled picture stands in for it.
+void Follower::assumeRest() {
+  for (Layer& layer : layers_) {
+    const Lattice& lattice = layer.lattice;
+    std::vector<float> amplitudes;
+    for (const Spot& spot : layer.spots) amplitudes.push_back(spot.amplitude);
+    const float typical = median(amplitudes);
+    for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
+      reference_.place_px[i] = place_[i];
+      reference_.amplitude[i] = typical;
+      if (labelled_[i])
+        reference_.amplitude[i] = std::max(
+            amplitudeAt(layer.plane, looks(layer).markers[reference_.appearance.size[i]], place_[i].u, place_[i].v),
+            0.5F * typical);
+    }
+  }
+  std::fill(reference_.present.begin(), reference_.present.end(), std::uint8_t{1});
+}
+
+}  // namespace tractiond::track

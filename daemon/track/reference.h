@@ -1,0 +1,34 @@
+// What markers are followed by: the pose that they are displaced from, and what they look like.
+#pragma once
+
+#include "daemon/track/centre.h"
+#include "daemon/track/lattice.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace tractiond::track {
+
+/// What the markers look like in the picture. Of M markers.
+struct Appearance {
+  struct Layer {
+    std::vector<MarkerTemplate> markers;  ///< the first is of the typical size
+    CrossTalk crossTalk;
+    double radius_px = 0.0;  ///< of the typical size; as described until it is learned
+  };
+  bool isKnown = false;            ///< false: only the radii mean something
+  std::vector<Layer> layers;       ///< in the order of the sensor's
+  std::vector<std::uint8_t> size;  ///< M: which of its layer's templates fits the marker
+};
+
+/// Of M markers, in the order of sensor::markerPositions.
+struct Reference {
+  bool isZero = false;                ///< false: the first labelled picture stands in for a zero
+  std::vector<Vector> place_px;       ///< M
+  std::vector<float> amplitude;       ///< M [levels]
+  std::vector<std::uint8_t> present;  ///< M, 0 or 1
+  int isolatedGaps = 0;               ///< see MarkerField
+  Appearance appearance;
+};
+
+}  // namespace tractiond::track
