@@ -1,5 +1,6 @@
 #include "client/cli/board.h"
 
+#include "client/cli/health.h"
 #include "client/cli/page.h"
 #include "client/cli/reflection.h"
 #include "client/cli/status_text.h"
@@ -58,25 +59,11 @@ std::vector<Account> accountsOf(const Scene& scene) {
   return all;
 }
 
-/// What is wrong, most important first; empty: nothing.
+/// Returns everything that is wrong, most important first; empty: nothing.
 std::string complaint(const Watched& one, std::int64_t now_ns) {
-  const Scene& scene = one.scene;
   if (!one.failure.empty()) return printable(one.failure);
   std::string text;
-  const auto add = [&](const std::string& what) { text += (text.empty() ? "" : "; ") + printable(what); };
-  const Scene::Trouble trouble = scene.trouble(now_ns);
-  if (!trouble.what.empty()) add(scene.sentence(trouble));
-  if (trouble.what.empty()) {
-    if (!scene.field->valid) {
-      const bool isKnown = scene.status && !(*scene.status)->invalid_why().empty();
-      add("no valid forces" + (isKnown ? ": " + (*scene.status)->invalid_why() : ""));
-    }
-    for (const std::string& flag : words(scene.recentFlags(now_ns))) add(flag);
-  }
-  const std::string remark = scene.status ? (*scene.status)->markers().remark() : "";
-  if (!remark.empty() && remark != trouble.what) add(remark);
-  if (scene.status && !refusedOf(*scene.status->message).empty())
-    add("real time is not granted: " + refusedOf(*scene.status->message));
+  for (const std::string& problem : problems(one.scene, now_ns)) text += (text.empty() ? "" : "; ") + problem;
   return text;
 }
 

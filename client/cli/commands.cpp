@@ -1,10 +1,10 @@
 #include "client/cli/commands.h"
 
+#include "client/cli/health.h"
 #include "client/cli/json.h"
 #include "client/cli/output.h"
 #include "client/cli/status_text.h"
 #include "client/src/printable.h"
-#include "traction/v1/status.pb.h"
 
 #include <cstdio>
 
@@ -18,9 +18,7 @@ void status(const ControlOptions& options, bool json) {
     std::fputs(statusText(status).c_str(), stdout);
     flushOutput();
   }
-  if (status->camera() != v1::CAMERA_STATE_STREAMING)
-    throw NoField("no field can come: " + cameraSentence(*status.message));
-  if (isWithoutGel(*status.message)) throw NoField("no field can come: " + status->markers().remark());
+  if (const std::string why = whyNoField(*status.message); !why.empty()) throw NoField("no field can come: " + why);
 }
 
 void describe(const ControlOptions& options) {

@@ -1,6 +1,6 @@
 #include "client/cli/scene.h"
 
-#include "client/cli/status_text.h"
+#include "client/cli/health.h"
 #include "traction/v1/status.pb.h"
 
 #include <algorithm>

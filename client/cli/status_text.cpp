@@ -1,5 +1,6 @@
 #include "client/cli/status_text.h"
 
+#include "client/cli/health.h"
 #include "client/cli/json.h"
 #include "client/cli/reflection.h"
 #include "client/src/printable.h"
@@ -179,28 +180,6 @@ std::string statusText(const Status& status) {
          linesOf(std::move(lines));
 }
 
-std::string cameraSentence(const v1::Status& status) {
-  const auto state = [&] {
-    switch (status.camera()) {
-    case v1::CAMERA_STATE_WAITING:
-      return "waiting for its camera";
-    case v1::CAMERA_STATE_STREAMING:
-      return "camera open";
-    case v1::CAMERA_STATE_LOST:
-      return "camera lost, being looked for";
-    case v1::CAMERA_STATE_CONNECTING:
-      return "camera found, being set up";
-    default:
-      return "camera not opened yet";
-    }
-  }();
-  return state + (status.camera_why().empty() ? std::string() : " (" + status.camera_why() + ")");
-}
-
-bool isWithoutGel(const v1::Status& status) {
-  return status.markers().layers().empty() && !status.markers().remark().empty();
-}
-
 std::string grantedOf(const v1::Status& status) {
   const v1::Scheduling& scheduling = status.scheduling();
   std::string text;
@@ -214,22 +193,6 @@ std::string grantedOf(const v1::Status& status) {
   }
   if (scheduling.locked_bytes() > 0) text += text.empty() ? "memory locked" : ", memory locked";
   return text.empty() ? "off" : text;
-}
-
-std::string refusedOf(const v1::Status& status) {
-  const v1::Scheduling& scheduling = status.scheduling();
-  std::string text;
-  const auto add = [&](const std::string& what) { text += (text.empty() ? "" : ", ") + what; };
-  const auto any = [&](auto&& isRefused) {
-    return std::any_of(scheduling.threads().begin(), scheduling.threads().end(), isRefused);
-  };
-  if (scheduling.asked_priority() > 0 && any([](const v1::ThreadScheduling& one) { return one.priority() == 0; }))
-    add("priority " + std::to_string(scheduling.asked_priority()));
-  if (!scheduling.asked_cpus().empty() &&
-      any([&](const v1::ThreadScheduling& one) { return one.cpus() != scheduling.asked_cpus(); }))
-    add("processors " + scheduling.asked_cpus());
-  if (scheduling.asked_lock() && scheduling.locked_bytes() == 0) add("memory");
-  return text;
 }
 
 }  // namespace traction::cli

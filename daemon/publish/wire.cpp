@@ -364,28 +364,8 @@ std::size_t Wire::fillStatus(const Ledger& ledger, const Heading& heading) {
   encode(heading, *message.mutable_header());
 
   pb::Ledger& account = *message.mutable_ledger();
-  account.set_published(ledger.published.get());
-  account.set_incomplete(ledger.incomplete.get());
-  account.set_wrong_size(ledger.wrongSize.get());
-  account.set_wrong_format(ledger.wrongFormat.get());
-  account.set_stale(ledger.stale.get());
-  account.set_implausible(ledger.implausible.get());
-  account.set_evicted_before_track(ledger.evictedBeforeTrack.get());
-  account.set_no_rest_pose(ledger.noRestPose.get());
-  account.set_no_gel(ledger.noGel.get());
-  account.set_evicted_before_solve(ledger.evictedBeforeSolve.get());
-  account.set_evicted_before_publish(ledger.evictedBeforePublish.get());
-  account.set_discarded_at_stop(ledger.discardedAtStop.get());
-  account.set_missing(ledger.missing.get());
-  account.set_reconnects(ledger.reconnects.get());
-  account.set_doubted(ledger.doubted.get());
-  account.set_invalid(ledger.invalid.get());
-  // Received is read last, so that frames which move on meanwhile do not make the rest negative; and what is in flight
-  // is what these very numbers leave.
-  const std::uint64_t ended =
-      account.published() + account.incomplete() + account.wrong_size() + account.wrong_format() + account.stale() +
-      account.implausible() + account.evicted_before_track() + account.no_rest_pose() + account.no_gel() +
-      account.evicted_before_solve() + account.evicted_before_publish() + account.discarded_at_stop();
+  const std::uint64_t ended = ledger.copyTo(account);
+  // Reads `received` last, so that frames which move on meanwhile do not make the rest negative.
   account.set_received(std::max(ledger.received.get(), ended));
   account.set_in_flight(account.received() - ended);
   return message.ByteSizeLong();

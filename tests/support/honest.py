@@ -10,12 +10,15 @@ import zmq
 
 import rig
 
+from traction.v1.options_pb2 import metric
+from traction.v1.status_pb2 import Ledger
+
 FLOWING = 10  # fields in a row
 UNTRUE_N = 0.4  # a resultant that is further from the truth
 BREAK_NS = 500_000_000  # between two fields for longer they do not flow
 DISCONTINUITY = 4  # a flag that is no excuse for a wrong force
-LOSSES = ("incomplete", "wrong_size", "wrong_format", "stale", "implausible", "evicted_before_track", "no_rest_pose", "no_gel",
-          "evicted_before_solve", "evicted_before_publish", "discarded_at_stop")
+LOSSES = tuple(field.name for field in Ledger.DESCRIPTOR.fields
+               if field.GetOptions().Extensions[metric].name == "frames_lost_total")
 
 
 class Truth:

@@ -127,9 +127,9 @@ ROOMS = {
          "field.markers.info.times.solved_ns = markers.info.times.received_ns;"),
     ],
     "records": [
-        ("tsan", "publish|capture", "daemon/records/ledger.h", "pictures that came again are missing from the account",
-         "return incomplete.get() + wrongSize.get() + wrongFormat.get() + stale.get() + implausible.get() +",
-         "return incomplete.get() + wrongSize.get() + wrongFormat.get() + implausible.get() +"),
+        ("tsan", "publish|capture", "cmake/ledger.cmake", "what is evicted is missing from the account",
+         'if(field MATCHES "frames_lost_total")',
+         'if(field MATCHES "frames_lost_total" AND NOT name MATCHES "evicted")'),
         ("asan", "records", "daemon/records/snapshot.cpp", "of two packed samples the second is another byte",
          "(sample % 2 == 0 ? 0 : 2)",
          "(sample % 2 == 0 ? 0 : 1)"),

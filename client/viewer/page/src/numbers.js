@@ -15,9 +15,17 @@ const flagWords = {
 };
 const cameraWords = {unknown: "not opened yet", waiting: "waiting for it", streaming: "streaming", lost: "lost, looking for it",
   connecting: "connecting"};
-const losses = {incomplete: "incomplete", wrong_size: "of wrong size", wrong_format: "of wrong format", stale: "stale",
-  implausible: "implausible", evicted_before_track: "too late to track", evicted_before_solve: "too late to solve",
-  evicted_before_publish: "too late to publish", discarded_at_stop: "discarded", missing: "never arrived"};
+// Numbers of the ledger that are no losses, or are told elsewhere; all others are shown.
+const notLost = [ "received", "published", "in_flight", "no_rest_pose", "no_gel", "reconnects", "doubted", "invalid" ];
+const lossWords = {
+  wrong_size : "of wrong size",
+  wrong_format : "of wrong format",
+  evicted_before_track : "too late to track",
+  evicted_before_solve : "too late to solve",
+  evicted_before_publish : "too late to publish",
+  discarded_at_stop : "discarded",
+  missing : "never arrived"
+};
 
 const minus = (text) => text.replace("-", "−");
 const show = (value, digits) => minus(value.toFixed(digits));
@@ -99,7 +107,9 @@ export function showContacts(model) {
 
 export function showFacts(model) {
   const {status, field, description} = model;
-  const lost = Object.entries(losses).filter(([name]) => status?.ledger[name] > 0n).map(([name, words]) => `${status.ledger[name]} ${words}`);
+  const lost = Object.entries(status?.ledger ?? {})
+                   .filter(([ name, number ]) => number > 0n && !notLost.includes(name))
+                   .map(([ name, number ]) => `${number} ${lossWords[name] ?? name.replaceAll("_", " ")}`);
   const facts = {
     sensor: field?.header.sensor || model.name,
     camera: status ? cameraWords[status.camera] : "–",

@@ -1,4 +1,4 @@
-#include "client/cli/parsing.h"
+#include "client/tractionctl/parsing.h"
 
 #include <algorithm>
 #include <charconv>

@@ -1,0 +1,55 @@
+// The parts of the live view. Internal to picture*.cpp.
+#pragma once
+
+#include "client/cli/page.h"
+#include "client/cli/picture.h"
+
+#include <numbers>
+#include <string>
+
+namespace traction::cli {
+
+inline constexpr double kDegrees = 180.0 / std::numbers::pi;
+inline constexpr Style kShear{{90, 255, 240}, kPaper, true};
+
+/// Returns the next 1, 2 or 5 times a power of ten that is not smaller.
+double roundUp(double value);
+
+/// Draws an arrow from (x, y) to (x + dx, y + dy) [dots, y down].
+void drawArrow(Dots& dots, double x, double y, double dx, double dy);
+
+// ---- picture_field.cpp
+
+/// Number of the field's cells, and the room that they take with their frame [characters].
+struct Layout {
+  int columns, rows;
+  int width() const { return 2 * columns + 2; }
+  int height() const { return rows + 2; }
+};
+
+/// Returns the largest layout for a field that fits into a rectangle.
+Layout layoutFor(int nodeColumns, int nodeRows, int width, int height);
+
+struct DrawnField {
+  double full_N = 0.0;  ///< the force of full brightness; 0: no field
+  std::string untold;   ///< a text that did not fit
+};
+
+/// Draws the field in its frame, or writes why there is none.
+DrawnField drawField(Canvas& canvas, const Scene& scene, const Layout& layout, int column, int row, Scale& scale,
+                     std::int64_t now_ns);
+
+/// Writes the meaning of shades and arrows.
+void drawLegend(Canvas& canvas, int row, double full_N);
+
+// ---- picture_panel.cpp
+
+struct Rectangle {
+  int column, row, width, height;
+};
+
+/// Writes the numbers beside the field. \param untold of DrawnField
+void drawPanel(Canvas& canvas, const Rectangle& place, const Scene& scene, std::int64_t now_ns,
+               const std::string& untold);
+
+}  // namespace traction::cli

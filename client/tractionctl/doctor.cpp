@@ -1,0 +1,40 @@
+#include "client/cli/output.h"
+#include "client/doctor/checks.h"
+#include "client/tractionctl/commands.h"
+
+#include <filesystem>
+#include <memory>
+
+namespace traction::cli {
+
+namespace {
+
+/// Returns the program tractiond beside this one; without it, "tractiond", which is looked for in PATH.
+std::string daemonProgram() {
+  std::error_code unknown;
+  const auto own = std::filesystem::read_symlink("/proc/self/exe", unknown).replace_filename("tractiond");
+  return std::filesystem::exists(own, unknown) ? own.string() : "tractiond";
+}
+
+/// Examines this machine. Returns an exit code of the doctor's own. \param instance empty: all of this machine
+int run(const std::string& instance, bool json) {
+  const auto findings = doctor::examine(doctor::Box(), daemonProgram(), instance);
+  std::string text = json ? doctor::reportJson(findings) : doctor::reportText(findings);
+  if (text.back() == '\n') text.pop_back();
+  printLine(text);
+  return doctor::exitCodeOf(findings);
+}
+
+}  // namespace
+
+void addDoctor(Commands& commands) {
+  const auto json = std::make_shared<bool>(false);
+  CLI::App& command = commands.add(
+      "doctor", "Looks at this machine, and says what is wrong with it and what mends it",
+      [json](const Target& target) { return run(target.isInstanceNamed() ? target.instance() : "", *json); });
+  command.add_flag("--json", *json, "as JSON");
+  command.footer("Ends with 0 where nothing is wrong with what can be seen, 1 after warnings, 2 where something fails. "
+                 "Needs no root; what it may not read it calls not known.");
+}
+
+}  // namespace traction::cli

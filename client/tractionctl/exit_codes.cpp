@@ -1,0 +1,72 @@
+#include "client/tractionctl/exit_codes.h"
+
+#include "client/cli/commands.h"
+#include "client/cli/keys.h"
+#include "client/cli/output.h"
+#include "client/cli/recordings.h"
+#include "client/src/printable.h"
+
+#include <sysexits.h>
+
+#include <iostream>
+
+namespace traction::cli {
+
+namespace {
+
+int exitCodeOf(ErrorCode code) {
+  switch (code) {
+  case ErrorCode::kBadEndpoint:
+    return EX_USAGE;
+  case ErrorCode::kNoAnswer:
+    return EX_UNAVAILABLE;
+  case ErrorCode::kVersion:
+  case ErrorCode::kMalformed:
+    return EX_PROTOCOL;
+  case ErrorCode::kRefused:
+    return EX_TEMPFAIL;
+  case ErrorCode::kBadKeys:
+    return EX_CONFIG;
+  case ErrorCode::kNotAllowed:
+    return EX_NOPERM;
+  }
+  return EX_SOFTWARE;
+}
+
+}  // namespace
+
+const char* const kExitCodes = R"(Exit codes (sysexits.h):
+   0  done
+  64  the command line is wrong
+  65  a recording is cut off or damaged (what is whole of it is read), or is none, or is another sensor's
+  66  status: tractiond runs, but no field can come: its camera is lost or not there yet, or there is no gel.
+      A file cannot be read
+  69  no tractiond is there
+  73  a file cannot be created; of a recording also: there is one already
+  74  standard output or a file cannot be written: a full disk, a pipe that nobody reads
+  75  tractiond could not do it
+  76  tractiond speaks another version of the protocol, or a recording is of a newer one
+  77  a gateway does not let this key do that, or there is no permission to change keys
+  78  a file of keys is wrong)";
+
+int fail(int exitCode, const std::string& what) {
+  constexpr std::size_t kLongest = 2000;  // the daemon's answer may be of any length
+  std::cerr << "tractionctl: " << printable(std::string_view(what).substr(0, kLongest)) << '\n';
+  return exitCode;
+}
+
+int failByException() try { throw; } catch (const KeyError& error) {
+  return fail(error.exitCode(), error.what());
+} catch (const RecordingError& error) {
+  return fail(error.exitCode(), error.what());
+} catch (const NoField& error) {
+  return fail(EX_NOINPUT, error.what());
+} catch (const Error& error) {
+  return fail(exitCodeOf(error.code()), error.what());
+} catch (const OutputError& error) {
+  return fail(EX_IOERR, error.what());
+} catch (const std::exception& error) {
+  return fail(EX_SOFTWARE, error.what());
+}
+
+}  // namespace traction::cli

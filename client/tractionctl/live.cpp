@@ -1,0 +1,80 @@
+// watch, top and echo: what is received as it is published.
+
+#include "client/cli/commands.h"
+#include "client/cli/top.h"
+#include "client/tractionctl/commands.h"
+#include "client/tractionctl/exit_codes.h"
+#include "client/tractionctl/parsing.h"
+
+#include <sysexits.h>
+
+#include <map>
+#include <memory>
+
+namespace traction::cli {
+
+namespace {
+
+void addSeconds(CLI::App& command, double& seconds) {
+  command.add_option("--seconds", seconds, "to run; without: until q or Ctrl-C")
+      ->type_name("SECONDS")
+      ->check(number(0.0, "a time of 0 s or more, as in 2.5"));
+}
+
+struct EchoLine {
+  std::string topic = "field";
+  long count = -1;
+  bool latest = false;
+};
+
+}  // namespace
+
+void addWatch(Commands& commands) {
+  const auto seconds = std::make_shared<double>(kForever);
+  addSeconds(commands.add("watch", "Shows the forces live; one line a second where there is no terminal",
+                          [seconds](const Target& target) { return watch(target.subscription(), *seconds), EX_OK; }),
+             *seconds);
+}
+
+void addTop(Commands& commands) {
+  const auto options = std::make_shared<TopCommand>();
+  CLI::App& command =
+      commands.add("top",
+                   "Shows live how instruments do: rates, latencies, where every frame went; one "
+                   "line a second where there is no terminal",
+                   [options](const Target& target) {
+                     const SubscriberOptions subscription = target.subscription();
+                     top(subscription, *options, target.isInstanceNamed() || !subscription.endpoint.empty());
+                     return EX_OK;
+                   });
+  command
+      .add_option("endpoints", options->endpoints,
+                  "ZeroMQ endpoints of streams, or instances of this machine; without: all of them")
+      ->type_name("ENDPOINT");
+  command.add_flag("--once", options->once, "print all numbers once, and end");
+  addSeconds(command, options->seconds);
+}
+
+void addEcho(Commands& commands) {
+  static const std::map<std::string, unsigned> kTopics = {
+      {"field", kField},   {"markers", kMarkers}, {"description", kDescription},
+      {"status", kStatus}, {"preview", kPreview}, {"all", kAllTopics}};
+  const auto options = std::make_shared<EchoLine>();
+  CLI::App& command = commands.add("echo", "Prints messages as JSON, one a line", [options](const Target& target) {
+    if (options->latest && options->topic != "field")
+      return fail(EX_USAGE, "--latest has fields alone, not --topic " + options->topic);
+    echo(target.subscription(options->latest), kTopics.at(options->topic), options->count);
+    return EX_OK;
+  });
+  command
+      .add_option("--topic", options->topic, "of the messages; all: but previews, whose pixels are printed as base64")
+      ->check(CLI::IsMember(&kTopics))
+      ->capture_default_str();
+  command.add_option("--count", options->count, "of messages; without: until Ctrl-C")
+      ->type_name("NUMBER")
+      ->check(integer("a number of messages, as in 100"));
+  command.add_flag("--latest", options->latest,
+                   "the newest field alone, from the endpoint 'latest': what is read late is replaced");
+}
+
+}  // namespace traction::cli

@@ -1,0 +1,43 @@
+// Which tractiond a command addresses.
+#pragma once
+
+#include "traction/control.h"
+#include "traction/subscriber.h"
+
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <string>
+
+namespace traction::cli {
+
+/// The options that all commands share. Valid after the command line has been parsed.
+class Target {
+ public:
+  /// Adds the options.
+  explicit Target(CLI::App& app);
+
+  /// Returns the options for a subscription. \param latest only the newest field is wanted
+  /// \throws Error kBadEndpoint, KeyError
+  SubscriberOptions subscription(bool latest = false) const;
+  /// Returns the options for requests. \throws Error kBadEndpoint, KeyError
+  ControlOptions control() const;
+
+  const std::string& instance() const { return instance_; }
+  /// Returns whether --instance was given.
+  bool isInstanceNamed() const { return app_.count("--instance") != 0; }
+  /// Returns the file of the client's key; empty: the usual one.
+  const std::filesystem::path& keyFile() const { return keyFile_; }
+
+ private:
+  /// Returns an endpoint of the gateway. \param offset of its port from that of the stream
+  std::string atGateway(int offset) const;
+  Keys keys() const;
+
+  const CLI::App& app_;
+  std::string instance_ = SubscriberOptions().instance;
+  std::string stream_, control_, host_, serverKey_;
+  std::filesystem::path keyFile_;
+};
+
+}  // namespace traction::cli
