@@ -4,7 +4,7 @@
 #include "daemon/gel_files.h"
 #include "daemon/solve/make_solver.h"
 #include "daemon/track/nominal.h"
-#include "daemon/track/zero_store.h"
+#include "daemon/zero/zero_store.h"
 
 #include <pthread.h>
 #include <spdlog/spdlog.h>
@@ -130,7 +130,7 @@ void Measurement::beginRecording(const capture::CameraInfo& info) {
 
 /// It only serves to undo: where it is of no use, it is as if it were not there.
 std::optional<RestPose> Measurement::earlierZero(const capture::CameraInfo& info) const {
-  const auto pose = track::loadEarlierZero(around_.stateDirectory, restored_, {sensor_, info.format, cameraId_});
+  const auto pose = zero::loadEarlierZero(around_.stateDirectory, restored_, {sensor_, info.format, cameraId_});
   if (!pose) spdlog::warn("warning: the zero cannot be undone: {}", pose.error().message());
   return pose.value_or(std::nullopt);
 }
@@ -203,29 +203,33 @@ void Measurement::makeProcedures() {
           .frames = tracked_,
           .markers = newestMarkers_,
           .watched = watched_,
-          .requestZero = [this] { tracker_->requestZero(); },
-          .cancelZero = [this] { return tracker_->cancelZero(); },
-          .zeroState = [this] { return tracker_->zeroState(); },
-          .takeRestPose = [this](RestPose& pose) { return tracker_->takeRestPose(pose); },
-          .putInForce = [this](const RestPose& pose, bool fits) { return tracker_->putInForce(pose, fits); },
-          .judge = [this](const RestPose& pose) { return gelWatch_->judge(pose); },
-          .tellJudgement = [this](const RestPose& pose,
-                                  const GelReport& report) { gelWatch_->tellJudgement(pose, report); },
-          .describe =
-              [this](const RestPose& pose) {
-                around_.description.zero = pose;
-                around_.publisher.describe(around_.description);
-              },
-          .keep =
-              [this](const RestPose& pose, const RestPose* before) {
-                // Never on a thread that a watchdog looks after: a disk may take seconds for each of its calls.
-                return std::async(std::launch::async, [this, pose, format = format_,
-                                                       earlier = before ? std::optional(*before) : std::nullopt]() {
-                  pthread_setname_np(pthread_self(), "tr-keep");
-                  return track::saveZeros(around_.stateDirectory, pose, earlier ? &*earlier : nullptr,
-                                          {sensor_, format, cameraId_});
-                });
-              },
+          .zero = {.request = [this] { tracker_->requestZero(); },
+                   .cancel = [this] { return tracker_->cancelZero(); },
+                   .state = [this] { return tracker_->zeroState(); },
+                   .take = [this](RestPose& pose) { return tracker_->takeRestPose(pose); },
+                   .putInForce = [this](const RestPose& pose, bool fits) { return tracker_->putInForce(pose, fits); },
+                   .judge = [this](const RestPose& pose) { return gelWatch_->judge(pose); },
+                   .tellJudgement = [this](const RestPose& pose,
+                                           const GelReport& report) { gelWatch_->tellJudgement(pose, report); },
+                   .describe =
+                       [this](const RestPose& pose) {
+                         around_.description.zero = pose;
+                         around_.publisher.describe(around_.description);
+                       },
+                   .keep =
+                       [this](const RestPose& pose, const RestPose* before) {
+                         // Never on a thread that a watchdog looks after: a disk may take seconds for each of its
+                         // calls.
+                         return std::async(
+                             std::launch::async, [this, pose, format = format_,
+                                                  earlier = before ? std::optional(*before) : std::nullopt]() {
+                               pthread_setname_np(pthread_self(), "tr-keep");
+                               return zero::saveZeros(around_.stateDirectory, pose, earlier ? &*earlier : nullptr,
+                                                      {sensor_, format, cameraId_});
+                             });
+                       },
+                   .answer = [this](const auto& result,
+                                    const std::string& remark) { around_.control.answerZero(result, remark); }},
           .startWork =
               [](calibrate::StepLinks::Work work) {
                 return std::async(std::launch::async, [work = std::move(work)] {
@@ -233,8 +237,6 @@ void Measurement::makeProcedures() {
                   return work();
                 });
               },
-          .answerZero = [this](const auto& result,
-                               const std::string& remark) { around_.control.answerZero(result, remark); },
           .answerCalibration = [this](const auto& result) { around_.control.answerCalibration(result); },
       });
 }

@@ -50,27 +50,28 @@ ProcedureLinks Life::links() {
   return {.frames = frames_,
           .markers = newest_,
           .watched = watched_,
-          .requestZero = [this] { tracker_.request(); },
-          .cancelZero = [this] { return tracker_.cancel(); },
-          .zeroState = [this] { return tracker_.state(); },
-          .takeRestPose = [this](RestPose& pose) { return tracker_.takeRestPose(pose); },
-          .putInForce =
-              [this](const RestPose& pose, bool /*fits*/) {
-                if (around_.chance.oneIn(8)) return false;  // the tracking thread is just taking one
-                tracker_.putInForce(pose);
-                return true;
-              },
-          .judge = [](const RestPose&) { return GelReport(); },
-          .tellJudgement = [this](const RestPose& pose, const GelReport&) { tracker_.judge(pose.id); },
-          .describe = [this](const RestPose& pose) { around_.zeros.describe(pose); },
-          .keep = [this](const RestPose& pose, const RestPose* before) { return around_.zeros.keep(pose, before); },
+          .zero = {.request = [this] { tracker_.request(); },
+                   .cancel = [this] { return tracker_.cancel(); },
+                   .state = [this] { return tracker_.state(); },
+                   .take = [this](RestPose& pose) { return tracker_.takeRestPose(pose); },
+                   .putInForce =
+                       [this](const RestPose& pose, bool /*fits*/) {
+                         if (around_.chance.oneIn(8)) return false;  // the tracking thread is just taking one
+                         tracker_.putInForce(pose);
+                         return true;
+                       },
+                   .judge = [](const RestPose&) { return GelReport(); },
+                   .tellJudgement = [this](const RestPose& pose, const GelReport&) { tracker_.judge(pose.id); },
+                   .describe = [this](const RestPose& pose) { around_.zeros.describe(pose); },
+                   .keep = [this](const RestPose& pose,
+                                  const RestPose* before) { return around_.zeros.keep(pose, before); },
+                   .answer = [this](const auto& result, const std::string&) { around_.askers.heedZeroAnswer(result); }},
           .startWork =
               [](const calibrate::StepLinks::Work& work) {
                 std::promise<std::optional<calibrate::Result>> done;
                 done.set_value(work());
                 return done.get_future();
               },
-          .answerZero = [this](const auto& result, const std::string&) { around_.askers.heedZeroAnswer(result); },
           .answerCalibration = [this](const auto& result) { around_.askers.heedStepAnswer(result); }};
 }
 

@@ -18,7 +18,7 @@ std::future<tl::expected<void, Error>> Zeros::keep(const RestPose& pose, const R
   unsure_.push_back(pose.id);
   Keeping& one = keeping_.emplace_back();
   disk_.beginWork();
-  one.outcome = track::saveZeros(kState, pose, before, owner());
+  one.outcome = zero::saveZeros(kState, pose, before, owner());
   one.at_ns = disk_.endWork();
   journal_.say(fmt::format("zero {} is being written, for {} ms{}", nameOf(pose.id), (one.at_ns - now()) / kMs,
                            one.outcome ? "" : ", and cannot be"));
@@ -81,7 +81,7 @@ Zeros::Left Zeros::restore() {
   journal_.law(zero.has_value(), "a zero survives the loss of power", zero ? "" : zero.error().message());
   if (hasLived_) check(*zero);
   hasLived_ = true;
-  const auto before = track::loadEarlierZero(kState, *zero, owner());
+  const auto before = zero::loadEarlierZero(kState, *zero, owner());
   journal_.law(before.has_value(), "the zero before survives the loss of power",
                before ? "" : before.error().message());
   return {*zero, *before};

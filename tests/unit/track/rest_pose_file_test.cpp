@@ -1,6 +1,6 @@
 #include "daemon/track/rest_pose.h"
 #include "daemon/track/rest_pose_file.h"
-#include "daemon/track/zero_store.h"
+#include "daemon/zero/zero_store.h"
 
 #include <gtest/gtest.h>
 
@@ -188,17 +188,17 @@ TEST_F(RestPoseFile, WhatCannotBeWrittenIsSaid) {
 
 TEST_F(RestPoseFile, AZeroThatReplacedNothingYetIsNotUndone) {
   const fs::path state = directory_ / "state";
-  const ZeroOwner owner{sensor_, PixelFormat::kRgb8, "Camera-1"};
+  const zero::ZeroOwner owner{sensor_, PixelFormat::kRgb8, "Camera-1"};
   const RestPose before = pose();
   RestPose zero = before;
   zero.taken_ns += 1;
   zero.id = idOf(zero);
-  ASSERT_TRUE(saveZeros(state, zero, &before, owner));
+  ASSERT_TRUE(zero::saveZeros(state, zero, &before, owner));
   EXPECT_EQ(load().value()->id, zero.id);
-  EXPECT_EQ(loadEarlierZero(state, zero, owner).value()->id, before.id);
+  EXPECT_EQ(zero::loadEarlierZero(state, zero, owner).value()->id, before.id);
   // The power was lost after the first of the two files.
-  ASSERT_TRUE(saveZeros(state, before, nullptr, owner));
-  EXPECT_FALSE(loadEarlierZero(state, before, owner).value());
+  ASSERT_TRUE(zero::saveZeros(state, before, nullptr, owner));
+  EXPECT_FALSE(zero::loadEarlierZero(state, before, owner).value());
 }
 
 TEST_F(RestPoseFile, IdsDifferWhereAnythingDiffers) {

@@ -3,7 +3,7 @@
 
 #include "daemon/track/rest_pose_file.h"
 
-namespace tractiond::track {
+namespace tractiond::zero {
 
 /// Whose the zeros are.
 struct ZeroOwner {
@@ -22,4 +22,4 @@ tl::expected<std::optional<RestPose>, Error> loadEarlierZero(const std::filesyst
                                                              const std::optional<RestPose>& restored,
                                                              const ZeroOwner& owner);
 
-}  // namespace tractiond::track
+}  // namespace tractiond::zero

@@ -1,0 +1,144 @@
+// A zero from the request to the answer: taken by the tracker, judged, kept on the disk, and put in force.
+//
+//   request -> taking -> judging -> keeping -> in force -> answer
+//
+// A zero that is refused on the way leaves the previous one in force, in the tracker and on the disk.
+#pragma once
+
+#include "base/counter.h"
+#include "base/error.h"
+#include "daemon/records/frame_watch.h"
+#include "daemon/records/gel_report.h"
+#include "daemon/records/marker_field.h"
+#include "daemon/records/zero_request.h"
+#include "daemon/track/zero.h"
+#include "sensor/sensor.h"
+
+#include <tl/expected.hpp>
+
+#include <functional>
+#include <future>
+#include <optional>
+#include <string>
+
+namespace tractiond::zero {
+
+/// Reason of a request's end where the tracker sees no frames.
+inline constexpr const char* kNoFrames = "no frames come from the camera";
+
+/// What a ZeroProcedure works with. Called on its thread; everything outlives it.
+struct ZeroLinks {
+  // The tracker's.
+  std::function<void()> request;
+  std::function<bool()> cancel;
+  std::function<track::ZeroState()> state;
+  std::function<bool(RestPose&)> take;
+  /// Hands a judged zero to the tracker, and tells whether the gel file fits it. Returns false: try again later.
+  std::function<bool(const RestPose&, bool fits)> putInForce;
+
+  /// Compares a zero with the gel file. Called once for every zero that is kept or comes into force, the restored one
+  /// included, and before the disk is asked to keep it: what presses later hides markers.
+  std::function<GelReport(const RestPose&)> judge;
+  /// Tells the tracker and the status what judge() has returned for a zero that comes into force.
+  std::function<void(const RestPose&, const GelReport&)> tellJudgement;
+  std::function<void(const RestPose&)> describe;  ///< publishes the description with the zero in force
+  /// Starts to write the zero into the state directory, and the previous zero if there is one. The future is ready when
+  /// both are on the disk.
+  std::function<std::future<tl::expected<void, Error>>(const RestPose&, const RestPose* before)> keep;
+
+  std::function<void(const tl::expected<RestPose, std::string>&, const std::string& remark)> answer;
+};
+
+/// Answers each request once, within answeredWithin_s(). A request that was answered with an error changes nothing
+/// later. Thread-bound.
+class ZeroProcedure {
+ public:
+  /// The sensor in force and `frames`, the number that the tracker has looked at, outlive this. `onChange` is called
+  /// before another zero comes into force or is refused by its judge.
+  ZeroProcedure(const sensor::Sensor& sensor, int zeroFrames, std::int64_t (*clock)(), const Counter& frames,
+                ZeroLinks links, std::function<void()> onChange);
+
+  /// Must be called when the camera has been opened first. `restored`: the zero of an earlier run, if there is one;
+  /// `before`: the zero that it replaced.
+  void welcome(const std::optional<RestPose>& restored, const std::optional<RestPose>& before);
+
+  /// Handles a request; the answer comes in the turn in which it is known. Must not be called while another request is
+  /// open. The zero comes into force when it has been written to the disk; until then the previous one stays in force.
+  /// A zero in which something seems to touch, or that cannot be written, is refused.
+  void begin(const ZeroRequest& request);
+
+  /// Answers the open request, if there is one, with this error, unless its zero has been taken already.
+  void refuse(const std::string& reason);
+
+  /// Does what is due. Must be called in each turn of the control loop.
+  void turn();
+
+  /// Tells the rate of the frames; 0: not known.
+  void setRate(double rate_Hz) { rate_Hz_ = rate_Hz; }
+
+  /// The zero in force, if there is one.
+  const std::optional<RestPose>& inForce() const { return zero_; }
+
+  /// A request that comes now is answered within this time [s].
+  double answeredWithin_s() const { return takenWithin_s() + 1e-9 * static_cast<double>(kKeptWithin_ns); }
+
+  /// Requests fail when the tracker has seen no frame for this long.
+  static constexpr std::int64_t kNoFrames_ns = 5'000'000'000;
+  /// A zero that has not been written to the disk after this time is refused.
+  static constexpr std::int64_t kKeptWithin_ns = 60'000'000'000;
+
+ private:
+  using Kept = tl::expected<void, Error>;
+
+  /// The request that is to be answered.
+  struct Open {
+    std::int64_t until_ns;  ///< by then its zero has been taken
+    FrameWatch frames;
+  };
+
+  /// A zero that is being written to the disk.
+  struct Keeping {
+    std::future<Kept> done;
+    std::int64_t until_ns;
+    bool isAwaited;          ///< the open request is answered when it is done
+    bool isRefused = false;  ///< the request has been refused because the disk took too long
+    std::function<void(const Kept&)> then;
+  };
+
+  void undo();
+  void heedTaken();
+  void adoptFirst(const GelReport& report, const std::string& doubt);
+  void tellTaken(const std::string& doubt, const std::string& moved) const;
+  void refuseTaken(const std::string& reason);
+  void keep(const RestPose& zero, const RestPose* before, bool isAwaited, std::function<void(const Kept&)> then);
+  void watchKeeping();
+  void rewrite();
+  void tellRewritten(const Kept& kept);
+  void putInForce(const RestPose& zero, const GelReport& report);
+  void heedJudgement(const RestPose& zero, const GelReport& report);
+  void handOver();
+  void watchTaking();
+  void answer(const tl::expected<RestPose, std::string>& result, const std::string& remark = "");
+  double takenWithin_s() const;
+
+  const sensor::Sensor& sensor_;
+  const int zeroFrames_;
+  std::int64_t (*const clock_)();
+  const Counter& frames_;
+  ZeroLinks links_;
+  std::function<void()> onChange_;
+  double rate_Hz_ = 0.0;
+
+  std::optional<RestPose> zero_;  ///< in force
+  std::optional<RestPose> before_;
+  bool fits_ = true;          ///< the gel file fits zero_
+  bool isHandedOver_ = true;  ///< the tracker has zero_
+  std::optional<Open> open_;
+  ZeroRequest request_;  ///< the newest
+  RestPose taken_;       ///< by the tracker
+  std::optional<Keeping> keeping_;
+  std::optional<std::int64_t> rewriteAt_ns_;  ///< none: the zero in force is on the disk, or is being written
+  bool isUnwritten_ = false;                  ///< the log says that it could not be written
+};
+
+}  // namespace tractiond::zero
