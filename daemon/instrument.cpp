@@ -226,7 +226,7 @@ ServiceHooks Instrument::hooks() {
   return {.loops = loopsOf(turns_),
           .ended = [this] { return pipeline_->ended(); },
           .statusLine = [this] { return statusLine(); },
-          .others = [this] {  // each greeting is called: that also makes the next connection
+          .others = [this] {  // calls every greeting: that also starts the next connection
             const bool greeted = std::ranges::count_if(greetings_, &publish::Greeting::came) == std::ssize(greetings_);
             return greeted && !camera_->isForsaken();
           }};

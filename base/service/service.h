@@ -1,4 +1,4 @@
-// A program as a service: signals, and what systemd wants to know.
+// A program as a service: signals, limits, and systemd's notifications and watchdog.
 #pragma once
 
 #include "base/clock.h"
@@ -17,17 +17,17 @@
 
 namespace tractiond {
 
-/// SIGTERM and SIGINT from now on only let run() return, and SIGHUP lets it reload; on a terminal that hangs up, SIGHUP
-/// ends it too. To be called by the thread that calls run(), before the first thread of ours starts: they inherit that
-/// it does not disturb them. (OpenBLAS's threads, which are there before main(), may take the signal as well.)
+/// Makes SIGTERM and SIGINT end run(), and SIGHUP reload, or also end run() if standard error is a terminal: the
+/// terminal has hung up. Must be called by the thread that calls run(), before this program starts its first thread:
+/// threads inherit the blocked signals. (OpenBLAS's threads, which start before main(), may receive them all the same.)
 void catchSignals();
 
-/// While it lives, what is started may take its time, and a stop signal does not wait for it: an inverse takes seconds,
-/// a camera that another program holds ten. After catchSignals().
+/// Lets a stop signal end the process during the start, as long as the object exists: computing an inverse takes
+/// seconds, a camera that another program holds ten. Requires catchSignals().
 class StopWhileStarting {
  public:
-  /// \param leave ends the process, on a thread of its own, when it is still starting `patience` after the signal.
-  /// Otherwise run() returns at once.
+  /// \param leave ends the process; called on a thread of its own if the start has not ended `patience` after the
+  /// signal. If it has ended, run() returns at once.
   explicit StopWhileStarting(std::function<void()> leave,
                              std::chrono::milliseconds patience = std::chrono::milliseconds(500));
 
@@ -35,22 +35,24 @@ class StopWhileStarting {
   std::jthread thread_;
 };
 
-/// Every connection takes a descriptor, and ZeroMQ and GLib end the process where none is left: so it takes as many as
-/// it may have. Fails with EX_OSERR where those are too few for anything.
+/// Raises the limit of file descriptors to the hard limit: each connection takes one, and ZeroMQ and GLib end the
+/// process if none is left. Fails with EX_OSERR if that is less than 256.
 tl::expected<void, Error> raiseDescriptorLimit();
 
-/// Libraries hang or end the process where memory is refused, some already when it ends. Fails with EX_OSERR where the
-/// address space is limited to less than an inverse, the threads' stacks and a camera's buffers take.
+/// Fails with EX_OSERR if the address space is limited to less than an inverse, the threads' stacks and a camera's
+/// buffers take: libraries hang or end the process if memory is refused.
 tl::expected<void, Error> checkAddressSpace();
 
-/// Standard error goes to systemd's journal, which reads a line's priority from its start (sd-daemon(3)) and knows by
-/// itself who writes.
+/// Returns whether standard error is systemd's journal. The journal reads a line's priority from its start
+/// (sd-daemon(3)), and adds time and program by itself.
 bool logsToJournal();
 
-/// Has every loop made a turn since it was asked last?
+/// Watches the turns of loops. Thread-bound.
 class StageWatch {
  public:
+  /// \param loops counters of turns; must outlive the object
   explicit StageWatch(std::vector<const Counter*> loops);
+  /// Returns whether every loop has made a turn since this was true last.
   bool allAdvanced();
 
  private:
@@ -59,30 +61,31 @@ class StageWatch {
 };
 
 struct ServiceHooks {
-  std::vector<const Counter*> loops;                ///< of the running program, each counting its turns
-  std::function<bool()> ended;                      ///< it has come to its end by itself
-  std::function<std::string()> statusLine;          ///< for `systemctl status`
-  std::function<void()> reload = {};                ///< the configuration
-  std::function<bool()> others = {};                ///< do the other threads work? Must not wait
-  std::int64_t (*monotonicClock)() = monotonicNow;  ///< for when the status is told again [ns]
+  std::vector<const Counter*> loops;                ///< turns of each of the program's loops
+  std::function<bool()> ended;                      ///< returns whether the program has ended by itself
+  std::function<std::string()> statusLine;          ///< returns the line for `systemctl status`
+  std::function<void()> reload = {};                ///< reloads the configuration
+  std::function<bool()> others = {};                ///< liveness check of library threads; must not wait
+  std::int64_t (*monotonicClock)() = monotonicNow;  ///< times the updates of the status line [ns]
 };
 
 /// Decides whether the watchdog is fed. Thread-bound.
 class LivenessCheck {
  public:
-  /// The hooks outlive it.
+  /// \param hooks must outlive the object
   explicit LivenessCheck(const ServiceHooks& hooks)
       : hooks_(hooks)
       , watch_(hooks.loops) {}
 
-  /// Returns whether every loop has advanced since this was true last, and the others work. Waits for nothing.
+  /// Returns whether every loop has advanced since allAdvanced() was true last, and the library threads are alive. Does
+  /// not wait.
   bool isAlive() {
     const bool others = !hooks_.others || hooks_.others();
     return watch_.allAdvanced() && others;
   }
 
-  /// Returns the time between two checks. Four fit into the watchdog's patience, as a stage may take half of it for one
-  /// turn. 0: there is no watchdog.
+  /// Returns the time between two checks: a quarter of the watchdog's, as a stage may take half of that for one turn,
+  /// and at most 1 s. \param watchdog time after which systemd ends the service; 0: there is no watchdog
   static std::chrono::milliseconds period(std::chrono::microseconds watchdog) {
     constexpr std::chrono::milliseconds kLongest{1000};
     const auto quarter = std::chrono::duration_cast<std::chrono::milliseconds>(watchdog / 4);
@@ -94,8 +97,9 @@ class LivenessCheck {
   StageWatch watch_;
 };
 
-/// Tells systemd that the service is ready, feeds its watchdog while every loop advances and the others work, reloads
-/// on SIGHUP, and returns on SIGTERM or SIGINT or when it has ended. Without systemd it only waits.
+/// Notifies systemd that the service is ready, feeds the watchdog while LivenessCheck::isAlive(), and reloads on
+/// SIGHUP. Returns on SIGTERM or SIGINT, or when the program has ended by itself. Without systemd it does the same,
+/// without notifications.
 void run(const ServiceHooks& hooks);
 
 }  // namespace tractiond

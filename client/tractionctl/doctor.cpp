@@ -30,11 +30,11 @@ int run(const std::string& instance, bool json) {
 void addDoctor(Commands& commands) {
   const auto json = std::make_shared<bool>(false);
   CLI::App& command = commands.add(
-      "doctor", "Looks at this machine, and says what is wrong with it and what mends it",
+      "doctor", "Examines this machine, and prints what is wrong with it and the command that mends it",
       [json](const Target& target) { return run(target.isInstanceNamed() ? target.instance() : "", *json); });
   command.add_flag("--json", *json, "as JSON");
-  command.footer("Ends with 0 where nothing is wrong with what can be seen, 1 after warnings, 2 where something fails. "
-                 "Needs no root; what it may not read it calls not known.");
+  command.footer("Exit codes: 0 if nothing is found wrong, 1 after warnings, 2 if a check fails. Needs no root; what "
+                 "it may not read is reported as not known.");
 }
 
 }  // namespace traction::cli

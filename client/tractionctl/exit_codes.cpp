@@ -37,16 +37,16 @@ int exitCodeOf(ErrorCode code) {
 
 const char* const kExitCodes = R"(Exit codes (sysexits.h):
    0  done
-  64  the command line is wrong
-  65  a recording is cut off or damaged (what is whole of it is read), or is none, or is another sensor's
-  66  status: tractiond runs, but no field can come: its camera is lost or not there yet, or there is no gel.
+  64  wrong command line
+  65  a recording is cut off or damaged (its intact part is read), is no recording, or is of another sensor
+  66  status: tractiond runs, but can publish no field: its camera is lost or not there yet, or there is no gel file.
       A file cannot be read
-  69  no tractiond is there
-  73  a file cannot be created; of a recording also: there is one already
-  74  standard output or a file cannot be written: a full disk, a pipe that nobody reads
-  75  tractiond could not do it
-  76  tractiond speaks another version of the protocol, or a recording is of a newer one
-  77  a gateway does not let this key do that, or there is no permission to change keys
+  69  no tractiond answers
+  73  a file cannot be created; for a recording also: it exists already
+  74  standard output or a file cannot be written: the disk is full, or the reader of a pipe has ended
+  75  tractiond could not carry out the request
+  76  tractiond uses another version of the protocol, or a recording is of a newer version
+  77  the gateway does not allow this key to do that, or there is no permission to change keys
   78  a file of keys is wrong)";
 
 int fail(int exitCode, const std::string& what) {

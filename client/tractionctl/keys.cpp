@@ -22,7 +22,7 @@ struct KeysLine {
 
 int run(const KeysLine& given, const std::filesystem::path& file) {
   if (given.keys->get_subcommands().empty()) {
-    return fail(EX_USAGE, "keys of what? " + namesOf(*given.keys) + "; see tractionctl keys --help");
+    return fail(EX_USAGE, "missing command, one of " + namesOf(*given.keys) + "; see tractionctl keys --help");
   }
   if (given.create->parsed()) newKey(given.name, file.empty() ? usualKeyFile() : std::filesystem::absolute(file));
   if (given.allow->parsed()) allowKey(given.directory, given.name, given.key, given.control);
@@ -35,21 +35,28 @@ int run(const KeysLine& given, const std::filesystem::path& file) {
 
 void addKeys(Commands& commands) {
   const auto options = std::make_shared<KeysLine>();
-  CLI::App& keys = commands.add("keys", "Who may come in through a traction-gateway",
+  CLI::App& keys = commands.add("keys", "Manages the keys of the clients of a traction-gateway",
                                 [options](const Target& target) { return run(*options, target.keyFile()); });
   options->keys = &keys;
-  options->create = keys.add_subcommand("new", "Makes a key of your own, and says how the box allows it");
-  options->allow = keys.add_subcommand("allow", "On the box: lets somebody in, and says how he connects");
-  options->revoke = keys.add_subcommand("revoke", "On the box: lets somebody in no more, and ends his connections");
-  options->list = keys.add_subcommand("list", "On the box: its own key, and who may do what");
+  options->create = keys.add_subcommand(
+      "new", "Creates your key pair, and prints the command that allows it on the gateway's machine");
+  options->allow =
+      keys.add_subcommand("allow", "On the gateway's machine: allows a client key, and prints how its owner connects");
+  options->revoke =
+      keys.add_subcommand("revoke", "On the gateway's machine: revokes a client key and closes its connections");
+  options->list = keys.add_subcommand(
+      "list", "On the gateway's machine: prints its own key, and the allowed keys with their permissions");
   keys.require_subcommand(0, 1);
   for (CLI::App* one : {options->create, options->allow, options->revoke})
-    one->add_option("name", options->name, "of a person or a program")->required();
-  options->allow->add_option("key", options->key, "its public key, in single quotes")->required();
-  options->allow->add_flag("--control", options->control, "also zero, calibrate, the camera; else it may only read");
+    one->add_option("name", options->name, "name of a person or a program")->required();
+  options->allow->add_option("key", options->key, "public key, in single quotes")->required();
+  options->allow->add_flag("--control", options->control,
+                           "also allows zero, calibrate and camera, instead of reading only");
   options->list->add_flag("--json", options->json, "as JSON");
   for (CLI::App* one : {options->allow, options->revoke, options->list}) {
-    one->add_option("--directory", options->directory, "of the keys")->type_name("DIR")->capture_default_str();
+    one->add_option("--directory", options->directory, "directory of the keys")
+        ->type_name("DIR")
+        ->capture_default_str();
   }
 }
 

@@ -16,7 +16,7 @@ namespace traction::cli {
 namespace {
 
 void addSeconds(CLI::App& command, double& seconds) {
-  command.add_option("--seconds", seconds, "to run; without: until q or Ctrl-C")
+  command.add_option("--seconds", seconds, "duration; without it: until q or Ctrl-C")
       ->type_name("SECONDS")
       ->check(number(0.0, "a time of 0 s or more, as in 2.5"));
 }
@@ -31,7 +31,7 @@ struct EchoLine {
 
 void addWatch(Commands& commands) {
   const auto seconds = std::make_shared<double>(kForever);
-  addSeconds(commands.add("watch", "Shows the forces live; one line a second where there is no terminal",
+  addSeconds(commands.add("watch", "Shows the forces live; without a terminal, prints one line per second",
                           [seconds](const Target& target) { return watch(target.subscription(), *seconds), EX_OK; }),
              *seconds);
 }
@@ -40,8 +40,8 @@ void addTop(Commands& commands) {
   const auto options = std::make_shared<TopCommand>();
   CLI::App& command =
       commands.add("top",
-                   "Shows live how instruments do: rates, latencies, where every frame went; one "
-                   "line a second where there is no terminal",
+                   "Shows the state of instruments live: rates, latencies, the account of all frames; without a "
+                   "terminal, prints one line per second",
                    [options](const Target& target) {
                      const SubscriberOptions subscription = target.subscription();
                      top(subscription, *options, target.isInstanceNamed() || !subscription.endpoint.empty());
@@ -49,9 +49,9 @@ void addTop(Commands& commands) {
                    });
   command
       .add_option("endpoints", options->endpoints,
-                  "ZeroMQ endpoints of streams, or instances of this machine; without: all of them")
+                  "ZeroMQ endpoints of streams, or instances on this machine; without them: all instances")
       ->type_name("ENDPOINT");
-  command.add_flag("--once", options->once, "print all numbers once, and end");
+  command.add_flag("--once", options->once, "prints all numbers once, and ends");
   addSeconds(command, options->seconds);
 }
 
@@ -60,21 +60,22 @@ void addEcho(Commands& commands) {
       {"field", kField},   {"markers", kMarkers}, {"description", kDescription},
       {"status", kStatus}, {"preview", kPreview}, {"all", kAllTopics}};
   const auto options = std::make_shared<EchoLine>();
-  CLI::App& command = commands.add("echo", "Prints messages as JSON, one a line", [options](const Target& target) {
+  CLI::App& command = commands.add("echo", "Prints messages as JSON, one per line", [options](const Target& target) {
     if (options->latest && options->topic != "field")
-      return fail(EX_USAGE, "--latest has fields alone, not --topic " + options->topic);
+      return fail(EX_USAGE, "--latest provides only fields, not --topic " + options->topic);
     echo(target.subscription(options->latest), kTopics.at(options->topic), options->count);
     return EX_OK;
   });
   command
-      .add_option("--topic", options->topic, "of the messages; all: but previews, whose pixels are printed as base64")
+      .add_option("--topic", options->topic,
+                  "topic of the messages; all: each except preview, whose pixels are printed as base64")
       ->check(CLI::IsMember(&kTopics))
       ->capture_default_str();
-  command.add_option("--count", options->count, "of messages; without: until Ctrl-C")
+  command.add_option("--count", options->count, "number of messages; without it: until Ctrl-C")
       ->type_name("NUMBER")
       ->check(integer("a number of messages, as in 100"));
   command.add_flag("--latest", options->latest,
-                   "the newest field alone, from the endpoint 'latest': what is read late is replaced");
+                   "only the newest field, from the endpoint 'latest': a slow reader misses those between");
 }
 
 }  // namespace traction::cli

@@ -21,7 +21,7 @@ constexpr auto kCommands = {addWatch, addTop,       addEcho,   addStatus, addMet
 
 int main(int argc, char** argv) try {
   rememberOutputErrors();
-  CLI::App app("Watches and commands a running tractiond.", "tractionctl");
+  CLI::App app("Shows and controls a running tractiond.", "tractionctl");
   app.set_version_flag("--version", "tractionctl " TRACTION_VERSION);
   app.require_subcommand(0, 1);  // a missing command is an error below: the parser would report it before a wrong word
   app.fallthrough();

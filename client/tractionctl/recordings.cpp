@@ -25,50 +25,55 @@ struct RecordingLine {
 void addRecordings(Commands& commands) {
   const auto options = std::make_shared<RecordingLine>();
   CLI::App& recording =
-      commands.add("record", "Records all that is published into a new file, as MCAP", [options](const Target& target) {
+      commands.add("record", "Records all published messages into a new MCAP file", [options](const Target& target) {
         SubscriberOptions all = target.subscription();
         if (options->pictures) all.topics |= kPreview;
         return record(all, options->file, options->truth, options->seconds), EX_OK;
       });
   CLI::App& replaying = commands.add(
-      "replay", "Publishes a recording again, in its own time, for any subscriber",
+      "replay", "Publishes a recording again, in its own time, for all subscribers",
       [options](const Target&) { return replay(options->file, options->endpoint, options->speed), EX_OK; });
-  CLI::App& informing = commands.add("info", "Tells what is in a recording, and whether all of it is there",
+  CLI::App& informing = commands.add("info", "Prints the contents of a recording, and whether it is complete",
                                      [options](const Target&) { return info(options->file, options->json), EX_OK; });
   CLI::App& recovering =
-      commands.add("recover", "Makes a whole recording of one that was cut off or is damaged",
+      commands.add("recover", "Makes a complete recording from one that was cut off or is damaged",
                    [options](const Target&) { return recover(options->file, options->output), EX_OK; });
   CLI::App& exporting = commands.add(
-      "export", "Writes the fields of a recording as CSV or as NumPy's arrays, or what Foxglove draws of them",
+      "export", "Writes the fields of a recording as CSV or NumPy arrays, or as drawings for Foxglove",
       [options](const Target&) { return exportFields(options->file, options->output, options->sensor), EX_OK; });
 
-  recording.add_option("file", options->file, "to write; an old one is not replaced")->type_name("FILE")->required();
-  recording.add_option("--seconds", options->seconds, "to record; without: until Ctrl-C")
+  recording.add_option("file", options->file, "file to write; an existing one is not replaced")
+      ->type_name("FILE")
+      ->required();
+  recording.add_option("--seconds", options->seconds, "duration; without it: until Ctrl-C")
       ->type_name("SECONDS")
       ->check(number(0.0, "a time of 0 s or more, as in 2.5"));
   recording.add_flag("--pictures", options->pictures,
-                     "with the camera's pictures, as often and as wide as the daemon's publish.preview_hz and "
-                     "publish.preview_width_px say");
-  recording.add_option("--truth", options->truth, "at which a traction-twin tells what is true (its --truth-endpoint)")
+                     "records the camera's pictures, too, at the rate and width of the daemon's publish.preview_hz and "
+                     "publish.preview_width_px");
+  recording
+      .add_option("--truth", options->truth,
+                  "endpoint at which a traction-twin publishes the truth (its --truth-endpoint)")
       ->type_name("ENDPOINT");
   replaying
-      .add_option("--bind", options->endpoint, "ZeroMQ endpoint to publish at; tractionctl watch --connect to it, say")
+      .add_option("--bind", options->endpoint,
+                  "ZeroMQ endpoint to publish at, for example for tractionctl watch --connect")
       ->type_name("ENDPOINT")
       ->capture_default_str();
-  replaying.add_option("--speed", options->speed, "times as fast as it was")
+  replaying.add_option("--speed", options->speed, "factor by which it is faster than the original")
       ->type_name("FACTOR")
       ->capture_default_str()
       ->check(number(1e-3, "a factor of 0.001 or more, as in 0.5"));
   for (CLI::App* one : {&replaying, &informing, &recovering, &exporting})
-    one->add_option("file", options->file, "the recording")->type_name("FILE")->required();
+    one->add_option("file", options->file, "recording")->type_name("FILE")->required();
   informing.add_flag("--json", options->json, "as JSON");
-  recovering.add_option("output", options->output, "to write; an old one is not replaced")
+  recovering.add_option("output", options->output, "file to write; an existing one is not replaced")
       ->type_name("FILE")
       ->required();
-  exporting.add_option("output", options->output, "to write, .csv, .npz or .mcap; an old one is replaced")
+  exporting.add_option("output", options->output, "file to write: .csv, .npz or .mcap; an existing one is replaced")
       ->type_name("FILE")
       ->required();
-  exporting.add_option("--sensor", options->sensor, "whose fields, where there are several sensors'")
+  exporting.add_option("--sensor", options->sensor, "sensor whose fields are written, if the recording has several")
       ->type_name("NAME");
 }
 

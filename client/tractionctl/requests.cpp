@@ -14,7 +14,7 @@ namespace traction::cli {
 void addStatus(Commands& commands) {
   const auto json = std::make_shared<bool>(false);
   commands
-      .add("status", "Tells how the daemon does, and where every frame went",
+      .add("status", "Prints the state of the daemon, and the account of all frames",
            [json](const Target& target) { return status(target.control(), *json), EX_OK; })
       .add_flag("--json", *json, "as JSON");
 }
@@ -23,7 +23,8 @@ void addMetrics(Commands& commands) {
   const auto http = std::make_shared<bool>(false);
   commands
       .add("metrics",
-           "Prints how the daemons of this machine do, as Prometheus reads it; with --instance or --control one alone",
+           "Prints the state of the daemons on this machine as Prometheus reads it; with --instance or --control, of "
+           "one",
            [http](const Target& target) {
              const ControlOptions control = target.control();
              metrics(control, target.isInstanceNamed() || !control.endpoint.empty(), *http);
@@ -39,13 +40,15 @@ void addSnapshot(Commands& commands) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App& command =
-      commands.add("snapshot", "Writes what the camera sees now as a PNG file", [options](const Target& target) {
+      commands.add("snapshot", "Writes the camera's next picture as a PNG file", [options](const Target& target) {
         return snapshot(target.control(), options->path, options->marked), EX_OK;
       });
-  command.add_option("file", options->path, "to write; an old one is replaced")->type_name("FILE")->required();
+  command.add_option("file", options->path, "file to write; an existing one is replaced")
+      ->type_name("FILE")
+      ->required();
   command.add_flag("--marked", options->marked,
-                   "with rings in their colour around the markers found, crosses where they are lost, small dots where "
-                   "the gel file has them, squares around whatever else looks like one");
+                   "draws rings in their colour around the markers found, crosses where they are lost, small dots "
+                   "where the gel file has them, and squares around other spots that look like markers");
 }
 
 void addDescribe(Commands& commands) {
@@ -53,20 +56,20 @@ void addDescribe(Commands& commands) {
       .add("describe", "Prints the sensor's description as JSON",
            [](const Target& target) { return describe(target.control()), EX_OK; })
       .add_flag("--json")
-      ->description("as it is anyway");
+      ->description("has no effect: the output is JSON");
 }
 
 void addZero(Commands& commands) {
   const auto options = std::make_shared<ZeroCommand>();
-  CLI::App& command = commands.add("zero", "Takes what the camera sees now as the unloaded gel",
+  CLI::App& command = commands.add("zero", "Takes the next pictures as those of the unloaded gel",
                                    [options](const Target& target) { return zero(target.control(), *options), EX_OK; });
-  auto* anyway = command.add_flag("--anyway", options->anyway, "also if something seems to touch the gel");
+  auto* anyway = command.add_flag("--anyway", options->anyway, "proceeds even if something seems to touch the gel");
   command.add_flag("--undo", options->undo, "restores the previous zero instead")->excludes(anyway);
   command.add_flag("--json", options->json, "as JSON");
 }
 
 void addTrigger(Commands& commands) {
-  commands.add("trigger", "Triggers one picture, where the camera's trigger is set to software",
+  commands.add("trigger", "Triggers one picture, if the camera's trigger is set to software",
                [](const Target& target) { return trigger(target.control()), EX_OK; });
 }
 

@@ -9,15 +9,20 @@ namespace traction::cli {
 
 Target::Target(CLI::App& app)
     : app_(app) {
-  app.add_option("--instance", instance_, "of tractiond on this machine")->type_name("INSTANCE")->capture_default_str();
+  app.add_option("--instance", instance_, "name of a tractiond on this machine")
+      ->type_name("INSTANCE")
+      ->capture_default_str();
   app.add_option("--connect", stream_, "ZeroMQ endpoint of the stream, instead of the instance's")
       ->type_name("ENDPOINT");
   app.add_option("--control", control_, "ZeroMQ endpoint for requests, instead of the instance's")
       ->type_name("ENDPOINT");
-  app.add_option("--host", host_, "of a traction-gateway, HOST or HOST:PORT of its stream, instead of this machine")
+  app.add_option(
+         "--host", host_,
+         "address of a traction-gateway, HOST or HOST:PORT of its stream, instead of an instance on this machine")
       ->type_name("HOST");
-  app.add_option("--key", keyFile_, "file of your key; without: ~/.config/traction/key")->type_name("FILE");
-  app.add_option("--server-key", serverKey_, "of the gateway, as tractionctl keys tells it on its box")
+  app.add_option("--key", keyFile_, "file of your key; without it: ~/.config/traction/key")->type_name("FILE");
+  app.add_option("--server-key", serverKey_,
+                 "public key of the gateway, as tractionctl keys list prints it on its machine")
       ->type_name("KEY");
 }
 

@@ -18,15 +18,15 @@
 namespace tractiond::calibrate {
 
 struct CalibrationOptions {
-  int zeroFrames = 30;                      ///< that the zero was averaged over: its error is in all displacements
-  double noise_s = 5.0;                     ///< of rest frames, where the request does not say
-  double patience_s = 60;                   ///< for a weight, where the request does not say
-  double grace_s = 15;                      ///< beyond its time, that a step may take to have enough frames
-  double settle_s = 1.5;                    ///< that a weight must have stood still: most of a gel's creep is over
-  int weightFrames = 60;                    ///< averaged then
-  double still_px = 0.02;                   ///< smooth displacement that is no motion
-  double other = 0.15;                      ///< share by which a load must change to be another weight
-  sensor::elastic::Progress progress = {};  ///< of the mechanics, computed when the first weight is read
+  int zeroFrames = 30;     ///< frames that the zero was averaged over: its error is in all displacements
+  double noise_s = 5.0;    ///< duration of the noise step, unless the request states it
+  double patience_s = 60;  ///< longest wait for a weight, unless the request states it
+  double grace_s = 15;     ///< time beyond that, in which a step may collect enough frames
+  double settle_s = 1.5;   ///< time for which a weight must have been still: most of a gel's creep is over then
+  int weightFrames = 60;   ///< frames averaged after that
+  double still_px = 0.02;  ///< largest smooth displacement that counts as still
+  double other = 0.15;     ///< relative change of a load that makes it another weight
+  sensor::elastic::Progress progress = {};  ///< called while the mechanics are computed, for the first weight
   GeometryOptions geometry = {};
   RestNoiseOptions noise = {};
   StiffnessOptions stiffness = {};

@@ -1,4 +1,4 @@
-// What the tracker says of one frame.
+// The tracker's result for one frame, and the rest pose that it refers to.
 #pragma once
 
 #include "daemon/records/frame.h"
@@ -11,37 +11,38 @@ namespace tractiond {
 
 using Id = std::array<std::uint8_t, 16>;  ///< a 128-bit hash; all zero: none
 
-/// Reasons for a reader to be careful; bits, as on the wire.
+/// Bits of a message's flags, as on the wire. Each is a reason for caution.
 enum Flags : std::uint32_t {
-  kZeroUnverified = 1U << 0,  ///< nobody has confirmed, and no unloaded picture has shown, that the zero is a zero
+  kZeroUnverified = 1U << 0,  ///< neither an operator nor an unloaded picture has confirmed the zero
   kFewMarkers = 1U << 1,      ///< fewer than track.min_valid_fraction of the markers are valid: the field is not valid
-  kDiscontinuity = 1U << 2,   ///< frames were lost or the clocks jumped before this frame
+  kDiscontinuity = 1U << 2,   ///< frames were lost, or a clock jumped, before this frame
   kReacquiring = 1U << 3,     ///< markers were labelled anew in this frame
-  kTorn = 1U << 4,            ///< the picture does not hang together: rows of another moment, or moved aside
-  kUnexplained = 1U << 5,     ///< the picture shows displacements that no forces on the surface can make
-  kOutOfRange = 1U << 6,      ///< the forces are beyond the range for which the uncertainty is known
+  kTorn = 1U << 4,            ///< the picture is inconsistent: some rows are shifted or belong to another frame
+  kUnexplained = 1U << 5,     ///< the picture shows displacements that no forces on the surface can cause
+  kOutOfRange = 1U << 6,      ///< the forces exceed the range in which the uncertainty is known
   kGelMismatch = 1U << 7,     ///< the rest picture contradicts the gel file: the field is not valid
-  kDoubtedOrigin = 1U << 8,   ///< packets came twice, early, or beside the camera's own: the picture may be another's
+  /// Packets arrived twice, early, or in addition to the camera's own: the picture may come from another sender.
+  kDoubtedOrigin = 1U << 8,
 };
 
-/// The rest pose: where each marker of the unloaded gel is in the picture, and how it looks there.
-/// Sizes M = number of markers, in the order of sensor::markerPositions.
+/// The rest pose: the place and the appearance of each marker of the unloaded gel in the picture. M is the number of
+/// markers, in the order of sensor::markerPositions.
 struct RestPose {
   std::vector<float> position_px;     ///< 2 M, (u, v)
-  std::vector<float> amplitude;       ///< M, grey levels of the marker above its surroundings
+  std::vector<float> amplitude;       ///< M, brightness of the marker above its surroundings [grey levels]
   std::vector<std::uint8_t> present;  ///< M, 1: seen in the rest frames
-  std::vector<float> oddity;  ///< M, rms of what the marker's template leaves unexplained beyond the noise, as a
-                              ///< share of the amplitude; empty: not known
-  float noise = 0.0F;         ///< standard deviation of a pixel between rest frames, grey levels
-  float shotNoise = 0.0F;     ///< by how much its variance grows with each grey level of light
-  float light = 0.0F;         ///< mean light at the markers' rims, where `noise` is stated, grey levels
-  /// Share of the other layer's colour that each layer's shows, in the order blue, red, green: of red seen in blue,
-  /// then of blue in red. 0 where colours do not tell the layers apart.
+  std::vector<float> oddity;          ///< M, rms residual of the marker's template beyond the noise, as a share of the
+                                      ///< amplitude; empty: not known
+  float noise = 0.0F;                 ///< standard deviation of a pixel between rest frames [grey levels]
+  float shotNoise = 0.0F;             ///< increase of its variance per grey level of light [grey levels]
+  float light = 0.0F;                 ///< mean light at the markers' rims, to which `noise` refers [grey levels]
+  /// Share of each layer's colour that is seen in the other's channel, in the order blue, red, green: of red in blue,
+  /// then of blue in red. 0 if the layers do not differ in colour.
   std::array<float, 2> crossTalk{};
   std::int64_t taken_ns = 0;  ///< CLOCK_REALTIME of the last rest frame
-  bool requested = false;     ///< taken because a person asked for it; false: by itself at the first start
+  bool requested = false;     ///< true: a client requested it; false: taken automatically at the first start
   Id id{};                    ///< hash of all of the above
-  std::string requestedBy;    ///< who asked, for people
+  std::string requestedBy;    ///< who requested it, as text
 };
 
 /// Displacements of all markers in one frame. Sized once, reused.
@@ -49,11 +50,11 @@ struct MarkerField {
   FrameInfo info;
   std::vector<float> displacement_px;  ///< 2 M, (u, v): right and down in the picture, from the rest pose
   std::vector<float> variance_px2;     ///< M, of each coordinate
-  std::vector<std::uint8_t> valid;     ///< M, 0 or 1; where 0 the two above mean nothing (and are 0)
+  std::vector<std::uint8_t> valid;     ///< M, 0 or 1; if 0, the two above are 0 and have no meaning
   std::uint32_t flags = 0;
   int validCount = 0;
-  int isolatedGaps = 0;  ///< markers that the zero lacks, while it has at least four of the eight around each of them
-  Id zero{};  ///< the rest pose it rests on
+  int isolatedGaps = 0;  ///< markers that the zero lacks although it has at least four of their eight neighbours
+  Id zero{};             ///< the rest pose from which the displacements are measured
 
   void resize(int markers);
 };

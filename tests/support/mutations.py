@@ -161,7 +161,7 @@ ROOMS = {
          "requireFinite(markers.displacement_px, markers.variance_px2);",
          "requireFinite(markers.variance_px2);"),
         ("release", "cli", "client/cli/board.cpp", "tractionctl top: rates are wrong where a status was lost",
-         "const double seconds = scene.status->uptime_s - scene.statusBefore->uptime_s;",
+         "const double seconds = (*scene.status)->uptime_s() - (*scene.statusBefore)->uptime_s();",
          "const double seconds = 1.0;"),
         ("release", "client.camera", "client/cli/camera.cpp", "tractionctl camera: what stands at 0 is called changed",
          "std::abs(*a - *b) <= 1e-9",

@@ -148,10 +148,10 @@ class CameraCommand(Case):
         for words, meant in ((["Gain"], "Gain=VALUE"), (["Gain", "3"], "Gain=3"), (["=5"], "ExposureTime=4000"),
                              (["BlackLevel=5", "Gain", "3"], "BlackLevel=5 Gain=3"), ([""], "ExposureTime=4000")):
             wrong = next(word for word in words if word.find("=") < 1)
-            self.fails(USAGE, f"'{wrong}' is not NAME=VALUE; write {meant}, say", "camera", "set", *words, *self.endpoints)
+            self.fails(USAGE, f"'{wrong}' is not NAME=VALUE, for example: {meant}", "camera", "set", *words, *self.endpoints)
         self.fails(USAGE, "nonsense", "camera", "nonsense")
         for command in ("get", "set", "run"):
-            self.fails(USAGE, rf"which\? tractionctl camera {command} ", "camera", command)
+            self.fails(USAGE, rf"missing feature name, for example: tractionctl camera {command} ", "camera", command)
         self.fails(UNAVAILABLE, r"is tractiond running\?", "camera", "list", "--instance", "absent")
         self.assertEqual(self.camera.asked, [])
 

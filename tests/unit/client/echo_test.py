@@ -186,7 +186,7 @@ class Echo(Case):
             self.assertEqual(len([json.loads(line) for line in out.splitlines()]), 3)
             stop.set()
             publishing.join()
-        self.fails(USAGE, "--latest has fields alone", "echo", "--latest", "--topic", "status")
+        self.fails(USAGE, "--latest provides only fields", "echo", "--latest", "--topic", "status")
 
     def test_topic_on_which_nothing_comes_is_told(self):
         child = self.start("echo", "--topic", "markers", *self.publisher(), stdout=subprocess.PIPE)

@@ -188,13 +188,13 @@ class Tractionctl(Case):
         self.fails(USAGE, "--seconds needs a value; see tractionctl watch --help", "watch", "--seconds")
         for count in ("x", "1.5", "-1", "1e3", "99999999999999999999"):
             self.fails(USAGE, f"--count: '{count}' is not a number of messages", "echo", f"--count={count}")
-        self.fails(USAGE, "--name: 'a b' is no name for a gel", "calibrate", "noise", "--name", "a b")
-        self.fails(USAGE, "which[?] tractionctl camera set ExposureTime=4000, say", "camera", "set")
+        self.fails(USAGE, "--name: 'a b' is not a name for a gel", "calibrate", "noise", "--name", "a b")
+        self.fails(USAGE, "missing feature name, for example: tractionctl camera set ExposureTime=4000", "camera", "set")
         self.fails(USAGE, "--topic", "echo", "--topic", "nonsense")
         self.fails(USAGE, "nonsense", "calibrate", "nonsense")
         self.fails(USAGE, "--weights", "calibrate")
         for weights in ("100", "100lb", "0gf", "-5N", "nan N", "5N,", ","):
-            self.fails(USAGE, f"'{weights}' is no list of weights; --weights 100gf,", "calibrate", "weights",
+            self.fails(USAGE, f"'{weights}' is not a list of weights, for example: --weights 100gf,", "calibrate", "weights",
                        f"--weights={weights}")
         for seconds in ("-1", "x", "nan", "inf", "1s", "1e999"):
             self.fails(USAGE, f"--seconds: '{seconds}' is not a time of 0 s or more, as in 2.5;", "watch",

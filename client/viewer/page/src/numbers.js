@@ -1,17 +1,17 @@
-// Numbers and words beside the views.
+// Writes the numbers and words beside the views.
 import {say as set} from "./canvas.js";
 import {deviations} from "./model.js";
 
 const flagWords = {
-  zero_unverified: "nobody has confirmed the zero",
-  few_markers: "too few markers are seen",
-  discontinuity: "frames were lost, or clocks jumped",
-  reacquiring: "markers are being labelled anew",
-  torn: "the picture does not hang together",
-  unexplained: "displacements that no force can make",
-  out_of_range: "beyond the range of known uncertainty",
-  gel_mismatch: "the picture contradicts the gel file",
-  doubted_origin: "the picture may be somebody else's",
+  zero_unverified : "the zero is not confirmed",
+  few_markers : "too few markers are found",
+  discontinuity : "frames were lost, or a clock jumped",
+  reacquiring : "markers were labelled anew",
+  torn : "the picture is inconsistent: some rows are shifted or of another frame",
+  unexplained : "displacements that no forces can cause",
+  out_of_range : "beyond the range in which the uncertainty is known",
+  gel_mismatch : "the picture contradicts the gel file",
+  doubted_origin : "the picture may come from another sender",
 };
 const cameraWords = {unknown: "not opened yet", waiting: "waiting for it", streaming: "streaming", lost: "lost, looking for it",
   connecting: "connecting"};
@@ -43,18 +43,18 @@ function element(name, inner = "") {
   return made;
 }
 
-/** How the whole does, for the lamp: [colour, words]. */
+/** Returns the state of the instrument, for the lamp: [colour, words]. */
 export function stateOf(model) {
   const silent = performance.now() - (model.arrivals.at(-1)?.[0] ?? -Infinity) > 1500;
   const camera = model.status?.camera;
   if (!model.isConnected) return ["bad", "no connection to traction-view"];
   if (model.error) return ["bad", model.error];
   if (model.time?.trouble) return ["warn", `a recording; ${model.time.trouble}`];
-  if (model.time) return ["good", model.time.speed > 0 ? "a recording" : "a recording, that stands"];
+  if (model.time) return [ "good", model.time.speed > 0 ? "a recording" : "a recording, paused" ];
   if (!model.status && !model.field) return ["warn", "waiting for tractiond"];
   if (camera && camera !== "streaming") return ["warn", `camera: ${cameraWords[camera]}${model.status.camera_why ? ` (${model.status.camera_why})` : ""}`];
   if (!model.hasGel) return ["warn", "no gel: nothing is measured; set sensor.gel_file"];
-  if (silent) return ["warn", "no fields come"];
+  if (silent) return [ "warn", "no fields arrive" ];
   if (model.field && !model.field.valid) return ["bad", `fields are not valid${model.status?.invalid_why ? `: ${model.status.invalid_why}` : ""}`];
   if (model.field?.header.flags.length) return ["warn", "measuring, with reservations"];
   return ["good", "measuring"];
@@ -90,7 +90,7 @@ export function showContacts(model) {
   if (contacts.length === 0) {
     const [only] = rows($("contacts"), 1, () => element("li"));
     only.className = "empty";
-    set(only, model.field?.method === "whole_face" ? "one large one: the whole face" : "nothing touches");
+    set(only, model.field?.method === "whole_face" ? "one large contact: the whole face" : "no contact");
     return;
   }
   const lines = rows($("contacts"), contacts.length, () => element("li"));
@@ -111,15 +111,20 @@ export function showFacts(model) {
                    .filter(([ name, number ]) => number > 0n && !notLost.includes(name))
                    .map(([ name, number ]) => `${number} ${lossWords[name] ?? name.replaceAll("_", " ")}`);
   const facts = {
-    sensor: field?.header.sensor || model.name,
-    camera: status ? cameraWords[status.camera] : "–",
-    rate: model.rate_hz ? `${model.rate_hz.toFixed(1)} /s${model.passed_over ? `, ${model.passed_over} passed over` : ""}` : "–",
-    latency: model.latency_ms === null ? "–" : `${model.latency_ms.toFixed(1)} ms`,
-    "in the daemon": status ? `${(1e3 * status.latencies.total.p50_s).toFixed(1)} ms, 99 %: ${(1e3 * status.latencies.total.p99_s).toFixed(1)}` : "–",
-    lost: status ? lost.join(", ") || "nothing" : "–",
-    markers: field ? `${field.valid_markers} of ${description?.layers.reduce((sum, layer) => sum + layer.columns * layer.rows, 0) ?? "–"}` : "–",
-    unexplained: field ? `${field.residual_px.toFixed(3)} px` : "–",
-    "page's work": `${model.work_ms.toFixed(1)} ms a frame`,
+    sensor : field?.header.sensor || model.name,
+    camera : status ? cameraWords[status.camera] : "–",
+    rate : model.rate_hz ? `${model.rate_hz.toFixed(1)} /s${model.passed_over ? `, ${model.passed_over} skipped` : ""}`
+                                                                              : "–",
+    latency : model.latency_ms === null ? "–" : `${model.latency_ms.toFixed(1)} ms`,
+    "in the daemon" : status ? `${(1e3 * status.latencies.total.p50_s).toFixed(1)} ms, 99 %: ${
+                                   (1e3 * status.latencies.total.p99_s).toFixed(1)}`
+                             : "–",
+    lost : status ? lost.join(", ") || "nothing" : "–",
+    markers : field ? `${field.valid_markers} of ${
+                          description?.layers.reduce((sum, layer) => sum + layer.columns * layer.rows, 0) ?? "–"}`
+                    : "–",
+    unexplained : field ? `${field.residual_px.toFixed(3)} px` : "–",
+    "page's work" : `${model.work_ms.toFixed(1)} ms a frame`,
   };
   if (status?.camera_link?.temperature != null) facts["camera's temperature"] = `${status.camera_link.temperature.toFixed(1)} °C`;
   const list = $("facts");
@@ -130,7 +135,7 @@ export function showFacts(model) {
     set(list.children[2 * i + 1], facts[name]);
   });
   const words = (field?.header.flags ?? []).map((flag) => flagWords[flag] ?? flag);
-  if (status?.markers.remark && model.hasGel) words.push(status.markers.remark);  // else the lamp says it
+  if (status?.markers.remark && model.hasGel) words.push(status.markers.remark);  // without a gel the lamp states it
   const lines = rows($("flags"), words.length, () => element("li"));
   words.forEach((text, i) => set(lines[i], text));
 }
