@@ -39,6 +39,7 @@ Stages Life::stages() {
               },
           .publish =
               [this](const TractionField& field) {
+                if (!field.valid) ledger_.invalid.add();
                 around_.fields.heed(field, truths_[field.markers.info.frameNumber % kNumbers]);
                 worked_ = true;
               },

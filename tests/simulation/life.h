@@ -43,7 +43,7 @@ class Life : public capture::FrameSource {
   Procedures& procedures() { return procedures_; }
   double zeroWithin_s();
   Watchdog& watchdog() { return watchdog_; }
-  std::uint64_t received() const { return ledger_.received.get(); }
+  const Ledger& ledger() const { return ledger_; }
 
   CaptureSide& camera() { return camera_; }
 

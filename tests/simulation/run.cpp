@@ -132,7 +132,7 @@ void Run::die(bool powerIsCut) {
   if (!life_) return;
   journal_.say(powerIsCut ? "the power is lost" : "the daemon is killed");
   ++journal_.result.restarts;
-  journal_.result.received += life_->received();
+  journal_.result.account.add(life_->ledger());
   life_->checkBalance(kMostInFlight);
   life_.reset();
   zeros_.die();
@@ -213,7 +213,7 @@ std::int64_t Run::nextMoment(std::size_t nextHappening) const {
 void Run::stop() {
   if (!life_) return;
   life_->stop();
-  journal_.result.received += life_->received();
+  journal_.result.account.add(life_->ledger());
 }
 
 void Run::go(const std::function<bool()>& goesOn) {
@@ -233,6 +233,9 @@ void Run::go(const std::function<bool()>& goesOn) {
     }
   }
   stop();
+  const Account& account = journal_.result.account;
+  journal_.say(
+      fmt::format("{} fields, {} of them valid, hash {:016x}", account.fields(), account.valid(), account.hash()));
 }
 
 }  // namespace tractiond::simulation
