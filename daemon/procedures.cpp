@@ -51,7 +51,11 @@ void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std:
   if (rate_Hz_ == 0.0) rate_Hz_ = rate_Hz;
   zero_ = restored;
   before_ = before;
-  if (!zero_) return;
+  if (!zero_) {
+    spdlog::info("no zero is kept: the first {} still frames are taken for it", options_.zeroFrames);
+    return;
+  }
+  spdlog::info("the zero is the one kept in {}", options_.directory.string());
   const GelReport report = links_.judge(*zero_);
   heedJudgement(*zero_, report);
   const std::string doubt = both(report.doubt(), calibrate::touchIn(sensor_, *zero_));
