@@ -183,11 +183,6 @@ void Measurement::measure(traction::v1::Status& status) {
 void Measurement::meet(const capture::CameraInfo& info) {
   format_ = info.format;
   if (std::exchange(hasMet_, true)) return;
-  if (restored_) {
-    spdlog::info("the zero is the one kept in {}", around_.stateDirectory.string());
-  } else {
-    spdlog::info("no zero is kept: the first {} still frames are taken for it", around_.config.track.zeroFrames);
-  }
   procedures_->welcome(cameraId_, info.frameRate_Hz, restored_, earlier_);
 }
 

@@ -32,6 +32,11 @@ void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std:
   camera_ = cameraId;
   if (rate_Hz_ == 0.0) rate_Hz_ = rate_Hz;
   zero_.setRate(rate_Hz_);
+  if (restored) {
+    spdlog::info("the zero is the one kept in {}", options_.directory.string());
+  } else {
+    spdlog::info("no zero is kept: the first {} still frames are taken for it", options_.zeroFrames);
+  }
   zero_.welcome(restored, before);
 }
 

@@ -21,13 +21,13 @@ Camera::Camera(const Gel& gel, const Ongoing& ongoing, Chance& chance)
     , shape_{gel.sensor.camera.width, gel.sensor.camera.height, sizeof(Picture::bytes), 1}
     , nextPicture_ns_(now() + kPeriod_ns) {}
 
-void Camera::connect() {
-  isConnected_ = true;
-  becomeUnclear();
+void Camera::connect(std::int64_t from_ns) {
+  connectedFrom_ns_ = from_ns;
+  becomeUnclear(from_ns);
 }
 
 void Camera::disconnect() {
-  isConnected_ = false;
+  connectedFrom_ns_ = kNever;
   queue_.clear();
 }
 
@@ -106,7 +106,7 @@ void Camera::forge() {
 }
 
 void Camera::send(const OnItsWay& one) {
-  if (!isConnected_) return;
+  if (now() < connectedFrom_ns_) return;
   const auto later = std::ranges::upper_bound(queue_, one.at_ns, std::ranges::less(), &OnItsWay::at_ns);
   queue_.insert(later, one);
   // A starved host has no buffer free, and what comes then is lost.
@@ -130,8 +130,8 @@ std::int64_t Camera::answersAfter_ns() const {
   return ongoing_.lasts(Event::kSlowAnswers) ? ongoing_.amountOf(Event::kSlowAnswers) * kMs : kUsual_ns;
 }
 
-void Camera::becomeUnclear() {
-  unclearUntil_ns_ = std::max(unclearUntil_ns_, now() + kAlarm_ns);
+void Camera::becomeUnclear(std::int64_t from_ns) {
+  unclearUntil_ns_ = std::max(unclearUntil_ns_, from_ns + kAlarm_ns);
 }
 
 bool Camera::canContradict() const {

@@ -33,8 +33,8 @@ class Camera {
   /// All outlive it.
   Camera(const Gel& gel, const Ongoing& ongoing, Chance& chance);
 
-  /// Pictures arrive while the daemon lives.
-  void connect();
+  /// Pictures arrive from a moment on, until disconnect().
+  void connect(std::int64_t from_ns);
   void disconnect();
 
   /// Does what an event does to the camera, or to the host that sends as the camera.
@@ -57,6 +57,8 @@ class Camera {
   /// Returns when it stopped answering and sending; kNever: it has not.
   std::int64_t goneSince_ns() const { return ongoing_.lasts(Event::kGone) ? goneSince_ns_ : kNever; }
   bool isHeld() const { return ongoing_.lasts(Event::kHeld); }
+  /// Returns for how long another client holds it from now on.
+  std::int64_t heldFor_ns() const { return isHeld() ? ongoing_.until_ns(Event::kHeld) - now() : 0; }
   /// Returns how long a library hangs that opens it now.
   std::int64_t hangsFor_ns() const {
     return ongoing_.lasts(Event::kHangs) ? ongoing_.until_ns(Event::kHangs) - now() : 0;
@@ -69,13 +71,13 @@ class Camera {
   void takePicture();
   void forge();
   void send(const OnItsWay& one);
-  void becomeUnclear();
+  void becomeUnclear(std::int64_t from_ns = now());
 
   const Gel& gel_;
   const Ongoing& ongoing_;
   Chance& chance_;
   capture::PictureShape shape_;
-  bool isConnected_ = false;
+  std::int64_t connectedFrom_ns_ = kNever;
   std::int64_t nextPicture_ns_, clockAhead_ns_ = -500 * kSecond;
   std::uint64_t id_ = 0, pictures_ = 0;
   std::int64_t nextForged_ns_ = kNever, forgedAhead_ns_ = 0;

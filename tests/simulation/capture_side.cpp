@@ -10,7 +10,9 @@ CaptureSide::CaptureSide(Camera& camera, Ledger& ledger, Journal& journal, const
     , connection_{camera}
     , camera_(capture::Camera::withoutThread(
           fromSimulation(connection_), {.buffers = kBuffers}, ledger,
-          [&journal](capture::Weight, const std::string& line) { journal.say("log: " + line); }))
+          [&journal](capture::Weight weight, const std::string& line) {  // as Instrument does
+            journal.say((weight == capture::Weight::kWarning ? "log: warning: " : "log: ") + line);
+          }))
     , looks_ns_(now())
     , came_ns_(now()) {}
 

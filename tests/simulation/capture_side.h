@@ -26,6 +26,8 @@ class CaptureSide {
   /// Takes a turn of the camera's keeper, unless a call of the driver keeps it busy. Returns when it is due again.
   std::int64_t keeperTurn();
   std::int64_t keeperIsBusyUntil_ns() const { return keeperIsBusyUntil_ns_; }
+  /// Returns whether a camera has been opened in this life.
+  bool hasOpened() const { return camera_->info() != nullptr; }
   bool isForsaken() const { return camera_->isForsaken(); }
   /// Returns whether the keeper hangs although no camera streams, by the world's own account.
   bool isHanging() const;

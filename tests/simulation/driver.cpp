@@ -1,11 +1,14 @@
 #include "tests/simulation/driver.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
 namespace tractiond::simulation {
 namespace {
 
+constexpr const char* kAddress = "192.0.2.1";
 constexpr std::int64_t kRepeats_ns = 3 * kSecond;  // Aravis does, each question
 
 /// Spends the time until the camera answers. Returns false if it does not within `patience_ns`.
@@ -25,7 +28,7 @@ class SimulatedDriver : public capture::Driver {
     info_.frameRate_Hz = 60.0;
     ++connection.open;
     ++connection.opened;
-    connection.camera.connect();
+    connection.camera.connect(now() + spent_ns());  // it sends when it has been set up
   }
   ~SimulatedDriver() override {
     --connection_.open;
@@ -68,8 +71,8 @@ class SimulatedDriver : public capture::Driver {
   capture::CameraInfo info_;
 };
 
-tl::unexpected<Error> refused(int code, std::string what) {
-  return tl::unexpected(Error{.exitCode = code, .what = std::move(what)});
+tl::unexpected<Error> refused(int code, std::string what, std::string remedy = {}) {
+  return tl::unexpected(Error{.exitCode = code, .what = std::move(what), .remedy = std::move(remedy)});
 }
 
 }  // namespace
@@ -77,11 +80,16 @@ tl::unexpected<Error> refused(int code, std::string what) {
 capture::OpenDriver fromSimulation(Connection& connection, bool isRefused) {
   using Opened = tl::expected<std::unique_ptr<capture::Driver>, Error>;
   return [&connection, isRefused](const capture::Opening& opening) -> Opened {
-    constexpr std::int64_t kSearch_ns = kSecond;
+    constexpr std::int64_t kSearch_ns = kSecond, kTakesControl_ns = 8 * kSecond;
     constexpr int kSettings = 8;
     const Camera& camera = connection.camera;
-    if (!ask(camera, kSearch_ns)) return refused(EX_UNAVAILABLE, "camera Simulated-1 does not answer");
-    if (camera.isHeld()) return refused(EX_UNAVAILABLE, "camera Simulated-1 is held by another client");
+    if (!ask(camera, kSearch_ns)) return refused(EX_UNAVAILABLE, "camera Simulated-1 does not answer", kAddress);
+    if (camera.isHeld()) {
+      const std::string held = fmt::format("camera Simulated-1 at {} is held by another client", kAddress);
+      opening.say(capture::Weight::kWarning, held);
+      spent_ns() += std::min(camera.heldFor_ns(), kTakesControl_ns);
+      if (camera.heldFor_ns() > kTakesControl_ns) return refused(EX_TEMPFAIL, held, "close that client");
+    }
     opening.found();
     spent_ns() += camera.hangsFor_ns();
     for (int i = 0; i < kSettings; ++i) ask(camera, kRepeats_ns);

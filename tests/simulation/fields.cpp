@@ -1,7 +1,6 @@
 #include "tests/simulation/fields.h"
 
 #include <fmt/format.h>
-#include <xxhash.h>
 
 #include <cmath>
 
@@ -20,15 +19,10 @@ void Fields::begin() {
 }
 
 void Fields::heed(const TractionField& field, const Truth& truth) {
-  ++journal_.result.published;
   published_ns_ = now();
   checkAge(field.markers.info);
   checkNumbers(field);
-  if (field.valid) ++journal_.result.valid;
-  add(field.force_N.data(), field.force_N.size() * sizeof field.force_N[0]);
-  add(field.resultant_N.data(), sizeof field.resultant_N);
-  add(field.noise.data(), sizeof field.noise);
-  add(&truth.number, sizeof truth.number);
+  journal_.result.account.add(field);
   checkOrigin(field, truth);
   checkOrder(field.markers.info);
 }
@@ -73,10 +67,6 @@ void Fields::checkOrder(const FrameInfo& info) {
                fmt::format("frame {} captured {} after {} captured {}", info.frameNumber, info.times.captured_ns,
                            last_.frameNumber, last_.times.captured_ns));
   last_ = info;
-}
-
-void Fields::add(const void* bytes, std::size_t size) {
-  journal_.result.fields = XXH3_64bits_withSeed(bytes, size, journal_.result.fields);
 }
 
 void Fields::checkFlow() const {

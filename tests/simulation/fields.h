@@ -32,7 +32,6 @@ class Fields {
   void checkOrder(const FrameInfo& info);
   void checkOrigin(const TractionField& field, const Truth& truth);
   void checkNumbers(const TractionField& field) const;
-  void add(const void* bytes, std::size_t size);
 
   const Camera& camera_;
   const Zeros& zeros_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "daemon/records/marker_field.h"
+#include "tests/simulation/account.h"
 #include "tests/simulation/world.h"
 
 #include <cstdint>
@@ -19,9 +20,8 @@ struct Broken {
 struct Result {
   std::optional<Broken> broken;
   std::string log;  ///< a line for each thing that happened
-  std::uint64_t received = 0, published = 0, valid = 0;
+  Account account;
   std::uint64_t zerosAsked = 0, zerosTaken = 0, undone = 0, restarts = 0;
-  std::uint64_t fields = 0;  ///< hash of all bytes of all fields
   std::int64_t reached_ms = 0;
 };
 

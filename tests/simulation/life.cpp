@@ -17,9 +17,15 @@ Life::Life(const Around& around)
     , watchdog_(turns_, camera_, around.journal, around.starvation)
     , procedures_(around.gel.sensor, {.zeroFrames = kZeroFrames, .directory = kState}, links()) {
   around_.fields.begin();
-  const auto [zero, before] = around_.zeros.restore();
-  if (zero) tracker_.restore(*zero);
-  procedures_.welcome(kCamera, 60.0, zero, before);
+  restored_ = around_.zeros.restore();
+  if (restored_.zero) tracker_.restore(*restored_.zero);
+}
+
+/// What the control thread does before its turn: it welcomes the first camera, as Instrument does.
+void Life::meetCamera() {
+  if (hasMet_ || !camera_.hasOpened()) return;
+  hasMet_ = true;
+  procedures_.welcome(kCamera, 60.0, restored_.zero, restored_.before);
 }
 
 /// The search for contacts takes most of the time.
@@ -39,11 +45,16 @@ Stages Life::stages() {
               },
           .publish =
               [this](const TractionField& field) {
+                if (!field.valid) ledger_.invalid.add();
                 around_.fields.heed(field, truths_[field.markers.info.frameNumber % kNumbers]);
                 worked_ = true;
               },
           .waitToPublish = [](int, auto) {},
-          .control = [this](auto) { procedures_.turn(); }};
+          .control =
+              [this](auto) {
+                meetCamera();
+                procedures_.turn();
+              }};
 }
 
 ProcedureLinks Life::links() {

@@ -35,6 +35,8 @@ class Life : public capture::FrameSource {
 
   /// Takes one turn of a stage. \return whether there was something to do
   bool turn(Stage stage);
+  /// Returns whether the source of pictures has ended by itself.
+  bool hasEnded() const { return pipeline_.ended(); }
   /// Works off what is in flight, as the daemon does when it stops.
   void stop();
   /// received = published + named losses, but for what is in flight.
@@ -43,7 +45,7 @@ class Life : public capture::FrameSource {
   Procedures& procedures() { return procedures_; }
   double zeroWithin_s();
   Watchdog& watchdog() { return watchdog_; }
-  std::uint64_t received() const { return ledger_.received.get(); }
+  const Ledger& ledger() const { return ledger_; }
 
   CaptureSide& camera() { return camera_; }
 
@@ -55,6 +57,7 @@ class Life : public capture::FrameSource {
   Stages stages();
   ProcedureLinks links();
   bool track(const Frame& frame, MarkerField& markers);
+  void meetCamera();
 
   Around around_;
   Ledger ledger_;
@@ -71,6 +74,8 @@ class Life : public capture::FrameSource {
   Pipeline pipeline_;
   Watchdog watchdog_;
   Procedures procedures_;
+  Zeros::Left restored_;
+  bool hasMet_ = false;  ///< the procedures know the camera
   bool worked_ = false;  ///< the stage that takes its turn has something to do
 };
 

@@ -54,7 +54,7 @@ void Run::happen(const Happening& one) {
     break;
   case Event::kKill:
   case Event::kPowerCut:
-    die(one.event == Event::kPowerCut);
+    one.event == Event::kKill ? die("the daemon is killed") : die("the power is lost", true);
     break;
   case Event::kZero:
   case Event::kZeroAnyway:
@@ -128,11 +128,11 @@ void Run::start() {
   journal_.say("the daemon runs");
 }
 
-void Run::die(bool powerIsCut) {
+void Run::die(const char* why, bool powerIsCut) {
   if (!life_) return;
-  journal_.say(powerIsCut ? "the power is lost" : "the daemon is killed");
+  journal_.say(why);
   ++journal_.result.restarts;
-  journal_.result.received += life_->received();
+  journal_.result.account.add(life_->ledger());
   life_->checkBalance(kMostInFlight);
   life_.reset();
   zeros_.die();
@@ -178,11 +178,11 @@ void Run::work() {
     busyUntil_ns_[i] = now() + 1000 * chance_.between(kLongest_us[i] / 4, kLongest_us[i]);
     if (i + 1 < kStages.size()) ready_[i + 1] = true;
   }
+  // It cannot use its first camera, and systemd starts it again.
+  if (life_->hasEnded()) return die("the daemon ends with an error");
   if (controlAt_ns_ <= now()) control();
   life_->watchdog().turn();
-  if (!life_->watchdog().bites()) return;
-  journal_.say("the watchdog ends the daemon");
-  die(false);
+  if (life_->watchdog().bites()) return die("the watchdog ends the daemon");
 }
 
 void Run::control() {
@@ -213,7 +213,7 @@ std::int64_t Run::nextMoment(std::size_t nextHappening) const {
 void Run::stop() {
   if (!life_) return;
   life_->stop();
-  journal_.result.received += life_->received();
+  journal_.result.account.add(life_->ledger());
 }
 
 void Run::go(const std::function<bool()>& goesOn) {
@@ -233,6 +233,9 @@ void Run::go(const std::function<bool()>& goesOn) {
     }
   }
   stop();
+  const Account& account = journal_.result.account;
+  journal_.say(
+      fmt::format("{} fields, {} of them valid, hash {:016x}", account.fields(), account.valid(), account.hash()));
 }
 
 }  // namespace tractiond::simulation

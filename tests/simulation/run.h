@@ -36,7 +36,7 @@ class Run {
   void disturb(const Happening& one);
   void starve(const Happening& one);
   void start();
-  void die(bool powerIsCut);
+  void die(const char* why, bool powerIsCut = false);
   void work();
   void keep();
   void control();

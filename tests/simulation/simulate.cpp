@@ -47,9 +47,10 @@ int runStory(const std::string& path, bool showsLog) {
   if (!story) return complain(kData, path + ": " + story.error());
   Simulation simulation;
   const Result result = simulation.run(*story);
-  if (showsLog || result.broken) std::printf("%s", result.log.c_str());
+  if (showsLog || result.broken) std::printf("%s%s", result.log.c_str(), result.account.text().c_str());
   if (result.broken) return tellBroken(simulation, *story, *result.broken, false);
-  std::printf("%s: no law is broken, %llu fields\n", path.c_str(), static_cast<unsigned long long>(result.published));
+  std::printf("%s: no law is broken, %llu fields\n", path.c_str(),
+              static_cast<unsigned long long>(result.account.fields()));
   return 0;
 }
 
@@ -64,7 +65,7 @@ int runSeeds(std::uint64_t seed, std::uint64_t hours, bool showsLog) {
     const Story story = draw(seed, kStory_ms);
     const Result result = simulation.run(story, [] { return interrupted == 0; });
     done_ms += result.reached_ms;
-    fields += result.published;
+    fields += result.account.fields();
     zeros += result.zerosTaken;
     undone += result.undone;
     restarts += result.restarts;

@@ -18,10 +18,10 @@ struct Sort {
   std::int64_t longest_ms;  ///< 0: it is of a moment
 };
 constexpr std::array kSorts = {
-    Sort{Event::kLoss, "loss", 4, 1, 60, 20'000},
-    Sort{Event::kBroken, "broken", 3, 1, 60, 20'000},
+    Sort{Event::kLoss, "loss", 4, 1, 100, 20'000},
+    Sort{Event::kBroken, "broken", 3, 1, 100, 20'000},
     Sort{Event::kSilence, "silence", 3, 0, 0, 8'000},
-    Sort{Event::kAgain, "again", 4, 1, 30, 20'000},
+    Sort{Event::kAgain, "again", 4, 1, 100, 20'000},
     Sort{Event::kLate, "late", 3, 1, 60, 10'000},
     Sort{Event::kIdsRestart, "ids-restart", 2, 0, 0, 0},
     Sort{Event::kIdsJump, "ids-jump", 1, 1, 30'000, 0},
@@ -44,7 +44,7 @@ constexpr std::array kSorts = {
     Sort{Event::kReopen, "reopen", 2, 0, 1, 0},
     Sort{Event::kQuestion, "question", 3, 0, 0, 0},
     Sort{Event::kNoise, "noise", 3, 500, 10'000, 0},
-    Sort{Event::kTouch, "touch", 6, 20, 400, 15'000},
+    Sort{Event::kTouch, "touch", 6, 20, 4'000, 15'000},
     Sort{Event::kFewMarkers, "few-markers", 2, 0, 0, 10'000},
 };
 

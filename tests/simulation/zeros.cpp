@@ -90,8 +90,9 @@ Zeros::Left Zeros::restore() {
 void Zeros::check(const std::optional<RestPose>& restored) {
   const std::string is = restored ? nameOf(restored->id) : "none";
   journal_.say("restored zero: " + is);
-  const bool fits =
-      restored ? restored->id == inForce_ || std::ranges::find(unsure_, restored->id) != unsure_.end() : !wasKept_;
+  const bool fits = restored ? restored->id == inForce_ || (!inForce_ && restored->id == restored_) ||
+                                   std::ranges::find(unsure_, restored->id) != unsure_.end()
+                             : !wasKept_;
   journal_.law(fits, "after a loss of power the state is that of before or after",
                fmt::format("zero {} is restored, {} was in force", is, inForce_ ? nameOf(*inForce_) : "none"));
   if (!hasFailed_) unsure_.clear();
@@ -99,6 +100,7 @@ void Zeros::check(const std::optional<RestPose>& restored) {
   // Another one than that in force: which it is the one before of is not followed here.
   if (!restored || !inForce_ || restored->id != *inForce_) previous_.reset();
   inForce_.reset();
+  restored_ = restored ? std::optional(restored->id) : std::nullopt;
   isSettled_ = true;
 }
 

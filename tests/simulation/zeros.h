@@ -69,6 +69,7 @@ class Zeros {
   std::deque<Keeping> keeping_;
   bool hasLived_ = false;
   std::optional<Id> inForce_, previous_;
+  std::optional<Id> restored_;  ///< at the start of this life; it comes into force when the camera has been opened
   std::int64_t describedAt_ns_ = 0;
   std::vector<Id> unsure_;  ///< zeros that may be on the disk: of all writes since the last one that succeeded
   bool hasFailed_ = false;  ///< the last write
