@@ -59,6 +59,10 @@ class Camera {
   bool isHeld() const { return ongoing_.lasts(Event::kHeld); }
   /// Returns for how long another client holds it from now on.
   std::int64_t heldFor_ns() const { return isHeld() ? ongoing_.until_ns(Event::kHeld) - now() : 0; }
+  /// Returns for how long it sends nothing from now on, although it answers.
+  std::int64_t silentFor_ns() const {
+    return ongoing_.lasts(Event::kSilence) ? ongoing_.until_ns(Event::kSilence) - now() : 0;
+  }
   /// Returns how long a library hangs that opens it now.
   std::int64_t hangsFor_ns() const {
     return ongoing_.lasts(Event::kHangs) ? ongoing_.until_ns(Event::kHangs) - now() : 0;

@@ -39,10 +39,15 @@ class SimulatedDriver : public capture::Driver {
     Camera& camera = connection_.camera;
     connection_.isPopped = true;
     connection_.popWaits = timeout;
-    if (camera.arrives_ns() > now()) return capture::Popped::kNothing;
-    const OnItsWay come = camera.take();
+    OnItsWay come;
+    do {
+      if (camera.arrives_ns() > now()) return capture::Popped::kNothing;
+      come = camera.take();
+    } while (throwsAway(come.arrival));
     Picture& room = connection_.pictures[connection_.nextPicture++ % Connection::kPictures] = come.picture;
     buffer.arrival = come.arrival;
+    buffer.arrival.thrown = std::exchange(thrown_, 0);
+    buffer.arrival.late = static_cast<double>(buffer.arrival.thrown);
     buffer.arrival.host_ns = buffer.arrival.raw_ns = now();
     buffer.data = room.bytes.data();
     buffer.handle = &room;
@@ -67,8 +72,18 @@ class SimulatedDriver : public capture::Driver {
   }
 
  private:
+  /// Frames that are up to a hundred older than the newest Aravis takes for late, and throws away.
+  bool throwsAway(const capture::Arrival& arrival) {
+    constexpr int kLate = 100;
+    const int ahead = static_cast<std::int16_t>(static_cast<std::uint16_t>(arrival.id - newestId_));
+    if (newestId_ != 0 && ahead <= 0 && ahead > -kLate) return ++thrown_ > 0;
+    newestId_ = arrival.id;
+    return false;
+  }
+
   Connection& connection_;
   capture::CameraInfo info_;
+  std::uint64_t newestId_ = 0, thrown_ = 0;  ///< 0: none has come
 };
 
 tl::unexpected<Error> refused(int code, std::string what, std::string remedy = {}) {
@@ -80,7 +95,7 @@ tl::unexpected<Error> refused(int code, std::string what, std::string remedy = {
 capture::OpenDriver fromSimulation(Connection& connection, bool isRefused) {
   using Opened = tl::expected<std::unique_ptr<capture::Driver>, Error>;
   return [&connection, isRefused](const capture::Opening& opening) -> Opened {
-    constexpr std::int64_t kSearch_ns = kSecond, kTakesControl_ns = 8 * kSecond;
+    constexpr std::int64_t kSearch_ns = kSecond, kProof_ns = kSecond, kTakesControl_ns = 8 * kSecond;
     constexpr int kSettings = 8;
     const Camera& camera = connection.camera;
     if (!ask(camera, kSearch_ns)) return refused(EX_UNAVAILABLE, "camera Simulated-1 does not answer", kAddress);
@@ -93,6 +108,7 @@ capture::OpenDriver fromSimulation(Connection& connection, bool isRefused) {
     opening.found();
     spent_ns() += camera.hangsFor_ns();
     for (int i = 0; i < kSettings; ++i) ask(camera, kRepeats_ns);
+    if (!isRefused) spent_ns() += std::min(camera.silentFor_ns(), kProof_ns);  // a whole frame is awaited
     if (isRefused) return refused(EX_CONFIG, "the camera refuses ExposureTime");
     return std::make_unique<SimulatedDriver>(connection);
   };

@@ -68,9 +68,10 @@ TEST(Simulation, WhatIsNoStoryIsRefusedWithItsLine) {
   EXPECT_EQ(wholeNumber("12", "--seed"), 12U);
 }
 
-TEST(Simulation, StoriesThatOnceBrokeALawBreakNone) {
+/// Runs the stories of a folder beside this file, none of which may break a law.
+void runStories(const std::string& folder) {
   int stories = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(test::source("tests/simulation/stories"))) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::source("tests/simulation/" + folder))) {
     std::ifstream file(entry.path());
     const auto story = fromText({std::istreambuf_iterator<char>(file), {}});
     ASSERT_TRUE(story) << entry.path() << ": " << story.error();
@@ -79,6 +80,14 @@ TEST(Simulation, StoriesThatOnceBrokeALawBreakNone) {
     ++stories;
   }
   EXPECT_GT(stories, 0);
+}
+
+TEST(Simulation, StoriesThatOnceBrokeALawBreakNone) {
+  runStories("stories");
+}
+
+TEST(Simulation, StoriesThatAreComparedWithTheWorldBreakNoLaw) {
+  runStories("worlds");
 }
 
 }  // namespace

@@ -136,3 +136,14 @@ def with_id(packets, number):
 
 def id_of(packets):
     return int.from_bytes(packets[0][2:4], "big")
+
+
+def later(packets, by_ns):
+    """The same frame with another time."""
+    result = []
+    for packet in packets:
+        if packet[4] & 0xF == LEADER:
+            time_ns = int.from_bytes(packet[12:20], "big") + by_ns
+            packet = packet[:12] + time_ns.to_bytes(8, "big") + packet[20:]
+        result.append(packet)
+    return result

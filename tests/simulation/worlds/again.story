@@ -1,0 +1,4 @@
+tractiond simulation, version 1
+seed 1
+lasts 10000 ms
+5000 ms: again 100 for 100 ms

@@ -1,0 +1,4 @@
+tractiond simulation, version 1
+seed 1
+lasts 12000 ms
+5000 ms: kill
