@@ -48,6 +48,10 @@ tl::expected<void, Error> Measurement::build() {
   if (!made) return tl::unexpected(made.error());
   solver_ = std::move(made->solver);
   around_.description.calibrated_ns = made->computed_ns;
+  if (solve::followsRest(sensor_, config.solve)) {
+    restSolver_ =
+        std::make_unique<RestSolver>(sensor_, config.solve, around_.stateDirectory, solver_->detectionLimit_N());
+  }
   track::TrackOptions tracking = config.track;
   tracking.awaitJudge = true;  // nothing is measured from a zero that the gel file may not fit
   tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
@@ -136,7 +140,7 @@ std::optional<RestPose> Measurement::earlierZero(const capture::CameraInfo& info
 }
 
 bool Measurement::track(const Frame& frame, MarkerField& markers) {
-  if (isFilm_) awaitFirstVerdict();
+  if (isFilm_) awaitFirstZero();
   const bool tracked = tracker_->track(frame, markers) == track::Outcome::kTracked;
   tracked_.add();
   gelWatch_->takeFrame(frame);
@@ -145,13 +149,16 @@ bool Measurement::track(const Frame& frame, MarkerField& markers) {
   return tracked;
 }
 
-/// A film has time: how long the judgement of its zero takes must not decide how many of its pictures are measured.
-void Measurement::awaitFirstVerdict() {
-  while (tracker_->awaitsFirstVerdict() && !around_.stopping())
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+/// A film has time: how long the judgement of its zero takes, and the solver for its markers, must not decide how many
+/// of its pictures are measured, and by which solver.
+void Measurement::awaitFirstZero() {
+  if (!tracker_->awaitsFirstVerdict()) return;
+  const auto waits = [this] { return tracker_->awaitsFirstVerdict() || (restSolver_ && restSolver_->done() == 0); };
+  while (waits() && !around_.stopping()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 void Measurement::solve(const MarkerField& markers, TractionField& field) {
+  if (restSolver_) restSolver_->take(solver_);
   solver_->solve(markers, field);
 }
 
@@ -189,6 +196,7 @@ void Measurement::meet(const capture::CameraInfo& info) {
 void Measurement::turn() {
   procedures_->turn();
   gelWatch_->turn();
+  if (restSolver_) restSolver_->turn();
 }
 
 void Measurement::makeProcedures() {
@@ -208,6 +216,7 @@ void Measurement::makeProcedures() {
                                            const GelReport& report) { gelWatch_->tellJudgement(pose, report); },
                    .describe =
                        [this](const RestPose& pose) {
+                         if (restSolver_) restSolver_->heed(pose);
                          around_.description.zero = pose;
                          around_.publisher.describe(around_.description);
                        },

@@ -6,6 +6,7 @@
 #include "daemon/procedures.h"
 #include "daemon/processing.h"
 #include "daemon/recorder.h"
+#include "daemon/rest_solver.h"
 #include "daemon/solve/field_solver.h"
 #include "daemon/track/tracker.h"
 #include "sensor/sensor.h"
@@ -42,7 +43,7 @@ class Measurement : public Processing {
   tl::expected<void, Error> build();
   void makeProcedures();
   void beginRecording(const capture::CameraInfo& info);
-  void awaitFirstVerdict();
+  void awaitFirstZero();
   std::optional<RestPose> earlierZero(const capture::CameraInfo& info) const;
 
   Surroundings around_;
@@ -51,11 +52,12 @@ class Measurement : public Processing {
   std::string cameraId_;                        // as restored_
   std::optional<RestPose> restored_, earlier_;  // written before the control thread meets the camera, read after
   std::unique_ptr<track::Tracker> tracker_;
-  std::unique_ptr<solve::FieldSolver> solver_;
-  Mailbox<MarkerField> newestMarkers_;                 // from the tracking thread to control
-  Mailbox<Watched> watched_;                           // from control to the publishing thread
+  std::shared_ptr<solve::FieldSolver> solver_;  // the solving thread's own once it runs
+  std::unique_ptr<RestSolver> restSolver_;      // none: what solves takes nothing from a zero but displacements
+  Mailbox<MarkerField> newestMarkers_;          // from the tracking thread to control
+  Mailbox<Watched> watched_;                    // from control to the publishing thread
   Mailbox<traction::v1::MarkerStatus> newestMarkerStatus_;  // the same
-  Counter tracked_;                                    // frames that the tracker has looked at
+  Counter tracked_;                                         // frames that the tracker has looked at
   std::unique_ptr<Recorder> recorder_;
 
   // The control thread's own.

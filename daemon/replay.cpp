@@ -255,6 +255,13 @@ void Replay::require(const RestPose& pose) const {
 void Replay::describe(const RestPose& pose) {
   description_.zero = pose;
   publisher_->describe(description_);
+  if (!solve::followsRest(sensor_, config_.solve)) return;
+  // At once: which frames the daemon solved before it had this solver is not recorded.
+  auto atRest = solve::makeSolverAtRest(sensor_, config_.solve, places_.state, pose.position_px, pose.present,
+                                        description_.detectionLimit_N,
+                                        [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
+  if (!atRest) throw Stopped{atRest.error()};
+  solver_ = std::move(atRest->solver);
 }
 
 /// Behind a gap zeros are of other frames than those that were judged then.

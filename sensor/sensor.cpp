@@ -9,7 +9,10 @@ int Sensor::markerCount() const {
 }
 
 Points markerPositions(const Sensor& sensor) {
-  return sensor.body ? sensor.body->markers : markerPositions(sensor.layers);
+  if (sensor.body) return sensor.body->markers;
+  Points markers = markerPositions(sensor.layers);
+  if (sensor.scatter.size() != 0) markers += sensor.scatter;
+  return markers;
 }
 
 Points nodePositions(const Sensor& sensor) {

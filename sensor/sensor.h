@@ -74,6 +74,9 @@ struct Sensor {
   PictureMotion pictureMotion;
   std::optional<Calibration> calibration;  ///< empty: the parameters are as designed or estimated
   std::shared_ptr<const Body> body;  ///< null: the block; else `gel` supplies only Young's modulus and the thickness
+  /// 3 x M [m]: how far each marker of the block lies from its place in the grid of its layer. Empty: on the grid. The
+  /// gel file tells nothing of it.
+  Points scatter;
 
   int markerCount() const;
 };

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 namespace tractiond::solve {
 namespace {
@@ -38,6 +39,39 @@ MatrixXd ofAtoms(const MatrixXd& influence, const Atoms& atoms) {
   return result;
 }
 
+/// The left singular vectors of A, and the squares of the singular values, rising.
+bool allModes(const MatrixXd& weighed, MatrixXd& vectors, VectorXd& squares) {
+  vectors.resize(weighed.rows(), weighed.rows());
+  sensor::elastic::multiplyBySelf(1.0, weighed, Op::kPlain, 0.0, vectors);
+  return sensor::elastic::eigenvectors(vectors, squares);
+}
+
+/// The same among the combinations of the right singular vectors V of `near`, by the Gram matrix V'A'A V, which has as
+/// few rows as there are modes.
+bool amongModes(const MatrixXd& weighed, const Atoms& atoms, const Factors& near, MatrixXd& vectors,
+                VectorXd& squares) {
+  // A row of V that belongs to an atom is the mean of those of its points, by their shares.
+  MatrixXd modes(3 * atoms.count(), near.rank());
+  modes.setZero();
+  for (int a = 0; a < atoms.count(); ++a) {
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto row = static_cast<int>(3 * it.row() + axis);
+        modes.row(3 * a + axis) +=
+            it.value() * Eigen::RowVectorXf::Map(near.right.row(row), near.rank()).cast<double>();
+      }
+    }
+  }
+  MatrixXd images(weighed.rows(), near.rank()), rotation(near.rank(), near.rank());
+  sensor::elastic::multiply(1.0, weighed, Op::kPlain, modes, Op::kPlain, 0.0, images);
+  sensor::elastic::multiplyBySelf(1.0, images, Op::kTransposed, 0.0, rotation);
+  if (!sensor::elastic::eigenvectors(rotation, squares)) return false;
+  vectors.resize(weighed.rows(), near.rank());
+  sensor::elastic::multiply(1.0, images, Op::kPlain, rotation, Op::kPlain, 0.0, vectors);
+  vectors *= squares.cwiseMax(0.0).cwiseSqrt().cwiseMax(std::numeric_limits<double>::min()).cwiseInverse().asDiagonal();
+  return true;
+}
+
 std::vector<double> blocksOf(const MatrixXd& gram) {
   const Index count = gram.rows() / 3;
   std::vector<double> blocks(static_cast<std::size_t>(9 * count * (count + 1) / 2));
@@ -55,7 +89,7 @@ std::vector<double> blocksOf(const MatrixXd& gram) {
 }  // namespace
 
 tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Atoms& atoms, const MotionPrior& motion,
-                                            double force_N, const ModelOptions& options) {
+                                            double force_N, const ModelOptions& options, const Factors* near) {
   assert(influence.cols() == 3 * atoms.pointCount() && motion.modes.rows() == influence.rows());
   assert(options.noise_px > 0.0 && force_N > 0.0);
   if (!influence.allFinite() || influence.isZero(0.0)) {
@@ -64,7 +98,6 @@ tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Ato
   }
   Factors factors;
   factors.force_N = force_N;
-  const Index coordinates = influence.rows();
   const MatrixXd strays = motion.modes * motion.variances.cwiseSqrt().asDiagonal();
   MatrixXd atomInfluence = ofAtoms(influence, atoms);
   factors.influence = toRows(atomInfluence.transpose());
@@ -80,15 +113,16 @@ tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Ato
 
   const MotionWeight weight(motion, options.noise_px);
   weight.apply(atomInfluence);
-  MatrixXd vectors(coordinates, coordinates);
-  sensor::elastic::multiplyBySelf(1.0, atomInfluence, Op::kPlain, 0.0, vectors);
+  MatrixXd vectors;
   VectorXd squares;  // rising
-  if (!sensor::elastic::eigenvectors(vectors, squares)) {
+  if (!(near != nullptr ? amongModes(atomInfluence, atoms, *near, vectors, squares)
+                        : allModes(atomInfluence, vectors, squares))) {
     return tl::unexpected(Error{EX_SOFTWARE, "the influence matrix's eigenvectors were not found", "", ""});
   }
+  const Index found = squares.size();
   const double smallest =
-      std::max(options.faintest * options.noise_px / force_N, kSmallest * std::sqrt(squares[coordinates - 1]));
-  for (Index i = coordinates - 1; i >= 0 && squares[i] > smallest * smallest; --i) {
+      std::max(options.faintest * options.noise_px / force_N, kSmallest * std::sqrt(squares[found - 1]));
+  for (Index i = found - 1; i >= 0 && squares[i] > smallest * smallest; --i) {
     factors.singularValues.push_back(std::sqrt(squares[i]));
   }
   const auto rank = static_cast<Index>(factors.singularValues.size());
@@ -113,11 +147,14 @@ tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const 
                                     ? displacementMatrix(sensor, options.mechanics, progress)
                                     : displacementMatrix(sensor.gel, options.mechanics, sensor::markerPositions(sensor),
                                                          atoms.points, {}, progress);
-  const sensor::PictureMotion& motion = sensor.pictureMotion;
-  return computeFactors(sensor::elastic::toImage(sensor, displacement), atoms,
-                        {sensor::elastic::pictureMotionMatrix(sensor),
-                         Eigen::Vector4d(motion.shift_px, motion.shift_px, motion.scale, motion.roll).cwiseAbs2()},
+  return computeFactors(sensor::elastic::toImage(sensor, displacement), atoms, motionPrior(sensor),
                         sensor.gel.youngsModulus * square(sensor.nodes.pitch), options);
+}
+
+MotionPrior motionPrior(const sensor::Sensor& sensor) {
+  const sensor::PictureMotion& motion = sensor.pictureMotion;
+  return {sensor::elastic::pictureMotionMatrix(sensor),
+          Eigen::Vector4d(motion.shift_px, motion.shift_px, motion.scale, motion.roll).cwiseAbs2()};
 }
 
 }  // namespace tractiond::solve

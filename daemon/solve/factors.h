@@ -42,15 +42,20 @@ struct Factors {
   }
 };
 
-/// `influence` is that of the points, 2M x 3P [px/N]; `force_N` as in Factors. Takes seconds, the BLAS's threads and
-/// about four times the memory of H; `id`, `computed_ns` and `systematicErrors` are left to the caller. Fails if the
-/// matrix is not finite or all zero.
+/// Computes the factors. `influence` is that of the points, 2M x 3P [px/N]; `force_N` as in Factors. Takes seconds, the
+/// BLAS's threads and about four times the memory of H; `id`, `computed_ns` and `systematicErrors` are left to the
+/// caller. Fails if the matrix is not finite or all zero. \param near factors of nearly the same influence, or null:
+/// modes are then looked for among combinations of theirs alone, in a third of the time
 tl::expected<Factors, Error> computeFactors(const Eigen::MatrixXd& influence, const Atoms& atoms,
-                                            const MotionPrior& motion, double force_N, const ModelOptions& options);
+                                            const MotionPrior& motion, double force_N, const ModelOptions& options,
+                                            const Factors* near = nullptr);
 
 /// The same by the sensor's own mechanics.
 tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
                                             const ModelOptions& options,
                                             const sensor::elastic::Progress& progress = {});
+
+/// Returns P and Q of a sensor's pictures.
+MotionPrior motionPrior(const sensor::Sensor& sensor);
 
 }  // namespace tractiond::solve

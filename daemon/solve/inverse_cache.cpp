@@ -41,11 +41,6 @@ void prune(const fs::path& saved, const Remark& remark) {
   }
 }
 
-Eigen::Vector4d motionVariances(const sensor::Sensor& sensor) {
-  const sensor::PictureMotion& motion = sensor.pictureMotion;
-  return Eigen::Vector4d(motion.shift_px, motion.shift_px, motion.scale, motion.roll).cwiseAbs2();
-}
-
 /// Feeds everything of the sensor that the numbers depend on.
 void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
   const auto vector = [&hasher](const auto& v) {
@@ -78,7 +73,7 @@ void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
   hasher.value(sensor.uncertainty.thickness);
   hasher.value(sensor.uncertainty.layerDepth);
   hasher.value(isWeighed(sensor));
-  vector(motionVariances(sensor));
+  vector(motionPrior(sensor).variances);
   // Of square pixels it is left out: caches from before the key existed remain valid.
   if (camera.aspect != 1.0) hasher.value(camera.aspect);
 }
@@ -149,8 +144,7 @@ tl::expected<Inverse, Error> loadOrCompute(const sensor::Sensor& sensor, const S
     };
     const Eigen::MatrixXd displacement =
         sensor::elastic::displacementMatrix(sensor, options.model, part(0.0, kInfluenceShare));
-    auto inverse = computeInverse(sensor::elastic::toImage(sensor, displacement),
-                                  {sensor::elastic::pictureMotionMatrix(sensor), motionVariances(sensor)}, options,
+    auto inverse = computeInverse(sensor::elastic::toImage(sensor, displacement), motionPrior(sensor), options,
                                   part(kInfluenceShare, 1.0 - kInfluenceShare));
     if (!inverse) return inverse;
     inverse->systematicErrors = systematicErrors(sensor, options, *inverse);

@@ -3,6 +3,8 @@
 #include "daemon/solve/model_solver.h"
 #include "daemon/solve/solver.h"
 
+#include <cassert>
+#include <optional>
 #include <utility>
 
 namespace tractiond::solve {
@@ -26,9 +28,10 @@ struct OwnFactors {
 
 class OwningModelSolver : OwnFactors, public ModelSolver {
  public:
-  OwningModelSolver(OwnFactors own, const sensor::Sensor& sensor, const SolveOptions& options)
+  OwningModelSolver(OwnFactors own, const sensor::Sensor& sensor, const SolveOptions& options,
+                    const std::optional<std::array<double, 2>>& detectionLimit_N = {})
       : OwnFactors(std::move(own))
-      , ModelSolver(OwnFactors::factors, OwnFactors::atoms, sensor, options) {}
+      , ModelSolver(OwnFactors::factors, OwnFactors::atoms, sensor, options, detectionLimit_N) {}
 };
 
 }  // namespace
@@ -53,6 +56,30 @@ tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const S
   if (!inverse) return tl::unexpected(inverse.error());
   const std::int64_t computed_ns = inverse->computed_ns;
   return MadeSolver{std::make_unique<OwningSolver>(*std::move(inverse), sensor, options), computed_ns};
+}
+
+bool followsRest(const sensor::Sensor& sensor, const SolveOptions& options) {
+  return options.solving == Solving::kModel && !sensor.body;
+}
+
+tl::expected<SolverAtRest, Error>
+makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, const std::filesystem::path& stateDirectory,
+                 std::span<const float> place_px, std::span<const std::uint8_t> present,
+                 const std::array<double, 2>& detectionLimit_N, const Remark& remark) {
+  assert(followsRest(sensor, options));
+  SolverAtRest made{.solver = {}, .places = restPlaces(sensor, place_px, present)};
+  sensor::Sensor measured = sensor;
+  measured.scatter = made.places.scatter;
+  OwnFactors own{makeAtoms(sensor), {}};
+  {
+    const auto drawn = loadOrComputeFactors(sensor, own.atoms, options, stateDirectory, {}, remark);
+    if (!drawn) return tl::unexpected(drawn.error());
+    auto factors = factorsAtPlaces(measured, own.atoms, *drawn, modelOptions(options));
+    if (!factors) return tl::unexpected(factors.error());
+    own.factors = *std::move(factors);
+  }
+  made.solver = std::make_unique<OwningModelSolver>(std::move(own), measured, options, detectionLimit_N);
+  return made;
 }
 
 }  // namespace tractiond::solve

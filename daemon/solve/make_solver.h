@@ -3,6 +3,7 @@
 
 #include "daemon/solve/field_solver.h"
 #include "daemon/solve/inverse_cache.h"
+#include "daemon/solve/rest_places.h"
 
 #include <memory>
 
@@ -21,5 +22,23 @@ struct MadeSolver {
 tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const SolveOptions& options,
                                            const std::filesystem::path& stateDirectory,
                                            const sensor::elastic::Progress& progress = {}, const Remark& remark = {});
+
+/// Returns whether a solver with these options can be made for the places of the markers that a zero shows: the
+/// model's, of a block.
+bool followsRest(const sensor::Sensor& sensor, const SolveOptions& options);
+
+/// A solver for the markers of a gel as it was made.
+struct SolverAtRest {
+  std::unique_ptr<FieldSolver> solver;
+  RestPlaces places;
+};
+
+/// Makes the solver for the places that the zero shows, from what makeSolver() has left in the state directory. Takes
+/// some seconds. Must only be called if followsRest(). \param place_px, present as in RestPose
+/// \param detectionLimit_N of the solver for the gel file's places; scatter changes it little
+tl::expected<SolverAtRest, Error>
+makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, const std::filesystem::path& stateDirectory,
+                 std::span<const float> place_px, std::span<const std::uint8_t> present,
+                 const std::array<double, 2>& detectionLimit_N, const Remark& remark = {});
 
 }  // namespace tractiond::solve

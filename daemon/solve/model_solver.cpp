@@ -23,7 +23,7 @@ double pressureInside(const RoundPatch& patch, double area_m2) {
 }  // namespace
 
 ModelSolver::ModelSolver(const Factors& factors, const Atoms& atoms, const sensor::Sensor& sensor,
-                         const SolveOptions& options)
+                         const SolveOptions& options, const std::optional<std::array<double, 2>>& detectionLimit_N)
     : factors_(factors)
     , atoms_(atoms)
     , uncertainty_(sensor.uncertainty)
@@ -38,7 +38,7 @@ ModelSolver::ModelSolver(const Factors& factors, const Atoms& atoms, const senso
     , nodeForce_(3 * rules_.nodes().size())
     , nodeDeviation_(nodeForce_.size()) {
   estimate_.force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
-  detectionLimit_N_ = {detectionLimit(0), detectionLimit(2)};
+  detectionLimit_N_ = detectionLimit_N ? *detectionLimit_N : std::array{detectionLimit(0), detectionLimit(2)};
 }
 
 void ModelSolver::solve(const MarkerField& markers, TractionField& field) noexcept {

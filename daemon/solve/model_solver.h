@@ -12,9 +12,10 @@ namespace tractiond::solve {
 /// Thread-bound, but for the counters.
 class ModelSolver : public FieldSolver {
  public:
-  /// `factors` and `atoms` must outlive the solver; `sensor` is the one they were computed for. Takes up to a second.
+  /// `factors` and `atoms` must outlive the solver; `sensor` is the one they were computed for. Takes up to a second,
+  /// most of it for the detection limit if that is not given.
   ModelSolver(const Factors& factors, const Atoms& atoms, const sensor::Sensor& sensor,
-              const SolveOptions& options = {});
+              const SolveOptions& options = {}, const std::optional<std::array<double, 2>>& detectionLimit_N = {});
 
   /// As FieldSolver says. What acts on points beyond the nodes is published at the nearest node; resultant and moment
   /// are those of the points. Field::strength is 0: the prior has no single one.

@@ -37,6 +37,7 @@ struct Options {
   int zeroEvery = 0;       // frames after which a new zero is taken; 0: one zero for all
   double largestStep_px = 1.5;
   unsigned seed = 1;
+  bool asDrawn = false;  // the zero tells nothing of the places of the markers
 };
 
 /// Columns of numbers, a file for each name, a row a frame.
@@ -153,7 +154,7 @@ void run(const Options& options) {
   const Config config = options.config.empty() ? Config{} : expect(loadConfig(options.config));
   const Job job(options, seen.markerCount());
 
-  const auto solver = expect(solve::makeSolver(sensor, config.solve, options.state)).solver;
+  std::unique_ptr<solve::FieldSolver> solver = expect(solve::makeSolver(sensor, config.solve, options.state)).solver;
   const twin::Format* format = twin::formatByName(options.format);
   if (format == nullptr) fail("no format " + options.format + ", but " + twin::formatNames());
   Eye eye(seen, options.optics, options.seed, *format);
@@ -166,6 +167,21 @@ void run(const Options& options) {
   TractionField field;
   markers.resize(sensor.markerCount());
   field.resize(sensor.markerCount(), sensor.nodes.count());
+
+  // As the daemon does at a zero; here only at the first one, as others show the same gel.
+  bool followsRest = !options.asDrawn && solve::followsRest(sensor, config.solve);
+  const auto follow = [&](std::span<const float> place_px, std::span<const std::uint8_t> present) {
+    if (!std::exchange(followsRest, false)) return;
+    solver = expect(solve::makeSolverAtRest(sensor, config.solve, options.state, place_px, present,
+                                            solver->detectionLimit_N()))
+                 .solver;
+  };
+  if (options.given_px >= 0.0) {
+    const Eigen::Matrix2Xf place = rest.cast<float>();
+    const std::vector<std::uint8_t> present(static_cast<std::size_t>(rest.cols()), 1);
+    follow({place.data(), static_cast<std::size_t>(place.size())}, present);
+  }
+  RestPose zero;
 
   std::filesystem::remove(options.job / "columns");
   Columns out(options.job);
@@ -195,7 +211,8 @@ void run(const Options& options) {
     } else {
       if (!tracker || (options.zeroEvery > 0 && frame % static_cast<std::size_t>(options.zeroEvery) == 0)) {
         eye.light(options.litAtZero ? job.highlightAt(frame) : twin::Highlight{.strength = 0.0});
-        tracker = trackerAtRest(sensor, config.track, eye, markers);
+        tracker = trackerAtRest(sensor, config.track, eye, markers, &zero);
+        follow(zero.position_px, zero.present);
         last = rest;
       }
       eye.light(job.highlightAt(frame));
@@ -245,6 +262,7 @@ int main(int argc, char** argv) {
   app.add_flag("--lit-at-zero", options.litAtZero, "the highlight is there when the zero is taken");
   app.add_option("--extra", options.extra_px, "noise added to the tracker's displacements [px]");
   app.add_option("--zero-every", options.zeroEvery, "frames after which a new zero is taken");
+  app.add_flag("--as-drawn", options.asDrawn, "the markers' places are those of the gel file, not those of the zero");
   app.add_option("--seed", options.seed)->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   run(options);

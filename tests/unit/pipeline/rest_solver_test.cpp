@@ -1,0 +1,109 @@
+#include "daemon/rest_solver.h"
+#include "tests/support/deadline.h"
+#include "tests/unit/solve/sensors.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <thread>
+
+namespace tractiond::rest_solver_test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A gel whose factors are computed at once, and the solver for its places in the gel file.
+class RestSolverTest : public testing::Test {
+ protected:
+  RestSolverTest() {
+    sensor_.layers.front().columns = sensor_.layers.front().rows = 3;
+    sensor_.layers.resize(1);
+    sensor_.nodes.columns = sensor_.nodes.rows = 2;
+    options_.solving = solve::Solving::kModel;
+    options_.model = sensor::elastic::Model::kHalfSpace;
+    std::string name = (fs::temp_directory_path() / "rest-solver-XXXXXX").string();
+    EXPECT_NE(mkdtemp(name.data()), nullptr);
+    directory_ = name;
+    drawn_ = solve::makeSolver(sensor_, options_, directory_).value().solver;
+    rest_.emplace(sensor_, options_, directory_, drawn_->detectionLimit_N());
+  }
+  ~RestSolverTest() override { fs::remove_all(directory_); }
+
+  RestPose zero() const {
+    const sensor::Points markers = sensor::markerPositions(sensor_);
+    const sensor::Projection project(sensor_.camera, sensor_.gel.size.z());
+    RestPose pose;
+    for (const auto& marker : markers.colwise()) {
+      const Eigen::Vector2f pixel = project(marker).cast<float>();
+      pose.position_px.insert(pose.position_px.end(), {pixel.x(), pixel.y()});
+    }
+    pose.present.assign(static_cast<std::size_t>(markers.cols()), 1);
+    return pose;
+  }
+
+  /// Turns until nothing is left to do.
+  void settle() {
+    EXPECT_TRUE(test::eventually([this] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      rest_->turn();
+      return rest_->idle();
+    }));
+  }
+
+  sensor::Sensor sensor_;
+  solve::SolveOptions options_;
+  fs::path directory_;
+  std::shared_ptr<solve::FieldSolver> drawn_;
+  std::optional<RestSolver> rest_;
+};
+
+TEST_F(RestSolverTest, BeforeAZeroNothingIsReplaced) {
+  std::shared_ptr<solve::FieldSolver> solver = drawn_;
+  rest_->turn();
+  rest_->take(solver);
+  EXPECT_EQ(solver, drawn_);
+}
+
+TEST_F(RestSolverTest, EachZeroGivesASolverOnce) {
+  std::shared_ptr<solve::FieldSolver> solver = drawn_;
+  rest_->heed(zero());
+  settle();
+  EXPECT_EQ(rest_->done(), 1U);
+  rest_->take(solver);
+  const auto first = solver;
+  EXPECT_NE(first, drawn_);
+  ASSERT_NE(first, nullptr);
+  EXPECT_EQ(first->detectionLimit_N(), drawn_->detectionLimit_N());
+  rest_->take(solver);
+  EXPECT_EQ(solver, first);
+  rest_->heed(zero());
+  settle();
+  EXPECT_EQ(rest_->done(), 2U);
+  rest_->take(solver);
+  EXPECT_NE(solver, first);
+  ASSERT_NE(solver, nullptr);
+}
+
+/// Of zeros that come while one is worked on, the last one counts.
+TEST_F(RestSolverTest, TheNewestZeroWaits) {
+  std::shared_ptr<solve::FieldSolver> solver = drawn_;
+  for (int i = 0; i < 5; ++i) rest_->heed(zero());
+  settle();
+  EXPECT_GE(rest_->done(), 1U);
+  EXPECT_LE(rest_->done(), 5U);
+  rest_->take(solver);
+  EXPECT_NE(solver, drawn_);
+}
+
+TEST_F(RestSolverTest, ItsDirectoryMayBeGone) {
+  std::shared_ptr<solve::FieldSolver> solver = drawn_;
+  fs::remove_all(directory_);
+  rest_->heed(zero());
+  settle();
+  EXPECT_EQ(rest_->done(), 1U);
+  rest_->take(solver);
+  EXPECT_NE(solver, drawn_) << "its factors are computed again";
+}
+
+}  // namespace
+}  // namespace tractiond::rest_solver_test
