@@ -164,8 +164,15 @@ class OtherClient:
     def ask(self, command, *words):
         self.number += 1
         body = b"".join(word.to_bytes(4, "big") for word in words)
-        self.socket.send(bytes([0x42, 1, 0, command, 0, len(body)]) + self.number.to_bytes(2, "big") + body)
-        return self.socket.recv(1000)
+        for _ in range(int(rig.HUNG_S)):
+            self.socket.send(bytes([0x42, 1, 0, command, 0, len(body)]) + self.number.to_bytes(2, "big") + body)
+            try:
+                answer = self.socket.recv(1000)
+            except TimeoutError:
+                continue
+            assert answer[:2] == bytes(2), f"the camera refuses command {command:#x}: {answer.hex()}"
+            return
+        raise AssertionError("the camera does not answer")
 
     def keep(self):
         while not self.ended.wait(0.5):
@@ -228,11 +235,12 @@ class Worlds(steady.TestCase):
         real.run(3)
         real.twin.kill()
         real.run(3)
-        real.relay.frames = 0
+        real.relay.frames, real.relay.deaf = 0, True
         real.twin = self.bench.twin("idle", truth=False)
         other = OtherClient()
+        real.relay.deaf = False
         real.wait("close that client")
-        real.wait("is held by another client$", 2)  # the next try, which takes a while
+        real.wait("(?m)is held by another client$", 2)  # the next try, which takes a while
         other.close()
         real.wait("is back")
         real.run(3)
