@@ -153,6 +153,13 @@ void Hills::divide(const SolvedForces& forces) {
   for (const int node : nodes) indexAt_[node] = -1;
 }
 
+void Hills::unite(const SolvedForces& forces) {
+  measure(forces);
+  hill_.assign(magnitude_.size(), 0);
+  parent_.assign(1, 0);
+  peak_.assign(1, static_cast<int>(std::max_element(magnitude_.begin(), magnitude_.end()) - magnitude_.begin()));
+}
+
 Contact Hills::describe(const SolvedForces& solved, int hill) {
   const auto nodes = solved.places();
   const auto forces = solved.forces_N();

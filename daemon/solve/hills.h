@@ -44,7 +44,10 @@ class Hills {
   /// Divides the forces.
   void divide(const SolvedForces& forces);
 
-  // Of the last divide().
+  /// Takes all forces for one hill.
+  void unite(const SolvedForces& forces);
+
+  // Of the last divide() or unite().
   int count() const { return static_cast<int>(peak_.size()); }   ///< highest peak first
   bool stands(int hill) const { return parent_[hill] == hill; }  ///< it is no part of another
   int hillOf(int index) const;                                   ///< of the index-th place

@@ -22,6 +22,10 @@ constexpr double kHopeless = 2000.0;
 /// The products that are kept of a frame's atoms are those of so many rounds with the most atoms.
 constexpr int kKept = 3;
 
+/// Candidates of even contacts and of patches.
+constexpr int kEven = static_cast<int>(EvenField::kRoughness.size());
+constexpr int kPatched = static_cast<int>(AroundPatches::kRoughness.size());
+
 int mostOf(const ModelOptions& options) {
   int most = 0;
   for (const auto& rounds : options.most) most = std::max(most, *std::max_element(rounds.begin(), rounds.end()));
@@ -41,7 +45,7 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
     , roughness_(atoms, options)
     , products_(factors, std::min(kKept * mostOf(options), atoms.count()))
     , posterior_(factors, atoms, mostOf(options))
-    , mixture_(atoms, 1 + static_cast<int>(AroundPatches::kRoughness.size()))
+    , mixture_(atoms, 1 + kEven + kPatched)
     , displacement_(static_cast<std::size_t>(factors.influence.stride()))
     , first_(static_cast<std::size_t>(atoms.count()))
     , noise_(static_cast<std::size_t>(mostOf(options)))
@@ -58,10 +62,10 @@ Model::Model(const sensor::Sensor& sensor, const Factors& factors, const Atoms& 
     : Model(factors, atoms, options) {
   if (!PatchInfluence::possible(atoms)) return;
   const auto stride = static_cast<std::size_t>(factors.influence.stride());
-  patched_.emplace(Patched{RoundPatches(sensor, atoms, factors),
-                           AroundPatches(factors, atoms, options_, prior_, selection_, roughness_),
-                           LineArray<double>(stride), LineArray<double>(stride),
-                           std::vector<float>(static_cast<std::size_t>(factors.coordinateCount()))});
+  patched_.emplace(
+      Patched{EvenField(factors, atoms, options_, selection_, roughness_), RoundPatches(sensor, atoms, factors),
+              AroundPatches(factors, atoms, options_, prior_, selection_, roughness_), LineArray<double>(stride),
+              LineArray<double>(stride), std::vector<float>(static_cast<std::size_t>(factors.coordinateCount()))});
 }
 
 void Model::solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
@@ -72,6 +76,7 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
                               dotProduct(displacement_.data(), displacement_.data(), coordinates), noise_px};
   clear(estimate);
   mixture_.clear();
+  firstPatched_ = 1;
   products_.begin(picture);
   const Found found =
       std::isfinite(picture.squares_px2) ? findField(picture, displacement_px, estimate.rounds) : Found::kFailed;
@@ -84,9 +89,15 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
     return;
   }
   addField();
-  if (patched_ && findPatches(picture)) addPatches();
+  if (patched_) {
+    const double enough = posterior_.squaredResidual_px2() / square(picture.noise_px) + degrees_;
+    const bool hasPatches = findPatches(picture);
+    if (!hasPatches || patched_->patches.misfit() > enough) addEvenField(picture);
+    firstPatched_ = mixture_.count();
+    if (hasPatches) addPatches();
+  }
   mixture_.weigh();
-  if (mixture_.count() > 1 && 1.0 - mixture_.share(0) > 0.5) patched_->patches.join(picture);
+  if (shareOf(firstPatched_, mixture_.count()) > 0.5) patched_->patches.join(picture);
   publish(estimate);
 }
 
@@ -194,7 +205,7 @@ void Model::addField() {
 /// Fits patches to the picture, and the field around them. False: there are none, or they leave so much more than the
 /// field that they cannot be right.
 bool Model::findPatches(const Displacements& picture) {
-  auto& [patches, around, left, still, rounded] = *patched_;
+  auto& [even, patches, around, left, still, rounded] = *patched_;
   addUp(atoms_, moments_.mean_N, pointForce_);
   const double residual = posterior_.squaredResidual_px2() / square(picture.noise_px);
   if (!patches.find(picture, pointForce_, residual + degrees_)) return false;
@@ -206,9 +217,25 @@ bool Model::findPatches(const Displacements& picture) {
   return around.solve({left.data(), picture.missing, squares, picture.noise_px}, products_, rest_, patches);
 }
 
+/// Solves for an even contact. Where patches explain the picture nothing else needs to.
+void Model::addEvenField(const Displacements& picture) {
+  EvenField& even = patched_->even;
+  if (!even.solve(picture, products_, pointForce_)) return;
+  for (int i = 0; i < kEven; ++i) {
+    even.pointForces_N(i, mixture_.add(even.posterior(i), even.logEvidence(i), even.posterior(i).wrench()));
+  }
+}
+
+/// Sum of the probabilities of these candidates.
+double Model::shareOf(int first, int end) const {
+  double sum = 0.0;
+  for (int i = first; i < end; ++i) sum += mixture_.share(i);
+  return sum;
+}
+
 void Model::addPatches() {
   AroundPatches& around = patched_->around;
-  for (int i = 0; i < static_cast<int>(AroundPatches::kRoughness.size()); ++i) {
+  for (int i = 0; i < kPatched; ++i) {
     around.pointForces_N(i, mixture_.add(around.posterior(i), around.logEvidence(i), around.wrench(i)));
   }
 }
@@ -243,9 +270,10 @@ void Model::publish(Estimate& estimate) {
   estimate.squaredResidual_px2 = mixture_.squaredResidual_px2();
   estimate.degrees = degrees_;
   estimate.atoms = static_cast<int>(chosen_.atoms.size());
-  if (mixture_.count() == 1) return;
+  estimate.evenShare = shareOf(1, firstPatched_);
+  if (mixture_.count() == firstPatched_) return;
   estimate.patchCount = patched_->around.patchCount();
-  estimate.patchShare = 1.0 - mixture_.share(0);
+  estimate.patchShare = shareOf(firstPatched_, mixture_.count());
   for (int k = 0; k < estimate.patchCount; ++k) {
     FoundPatch& found = estimate.patches[static_cast<std::size_t>(k)];
     found = patched_->around.found(k);

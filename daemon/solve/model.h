@@ -7,6 +7,7 @@
 
 #include "daemon/solve/amplitudes.h"
 #include "daemon/solve/around_patches.h"
+#include "daemon/solve/even_field.h"
 #include "daemon/solve/evidence.h"
 #include "daemon/solve/mixture.h"
 #include "daemon/solve/posterior.h"
@@ -33,8 +34,9 @@ struct Estimate {
   double degrees = 0.0;                   ///< of freedom that the forces took
   int atoms = 0;                          ///< that have a force in the field alone
   int rounds = 0;                         ///< that were done for it
-  int patchCount = 0;                     ///< of the patches that were compared with the field alone; 0: none were
-  double patchShare = 0.0;                ///< probability that there are patches rather than the field alone
+  int patchCount = 0;       ///< of the patches that were compared with the field without them; 0: none were
+  double evenShare = 0.0;   ///< probability that one contact presses evenly
+  double patchShare = 0.0;  ///< probability that there are patches rather than the field without them
   std::array<FoundPatch, RoundPatches::kMost> patches{};
 };
 
@@ -68,8 +70,9 @@ class Model {
 
  private:
   enum class Found { kAtoms, kNothing, kFailed };
-  /// Round patches and the field around them.
+  /// What is compared with the field alone: an even contact; round patches and the field around them.
   struct Patched {
+    EvenField even;
     RoundPatches patches;
     AroundPatches around;
     LineArray<double> left, still;  // displacements that patches leave; the same without the picture's motion
@@ -85,7 +88,9 @@ class Model {
   bool looksAgain(const Displacements& picture);
   void addField();
   bool findPatches(const Displacements& picture);
+  void addEvenField(const Displacements& picture);
   void addPatches();
+  double shareOf(int first, int end) const;
   void publishNothing(const Displacements& picture, Estimate& estimate);
   void publish(Estimate& estimate);
   static void clear(Estimate& estimate);
@@ -101,7 +106,8 @@ class Model {
   AtomProducts products_;
   Posterior posterior_;
   std::optional<Patched> patched_;
-  Mixture mixture_;  // of the field alone, then of the field around patches, of each roughness
+  Mixture mixture_;  // of the field alone, then of even contacts and of the field around patches, of each roughness
+  int firstPatched_ = 0;  // of these
   // Of one frame.
   LineArray<double> displacement_;
   AtomMoments moments_, rest_;             // of all atoms: of the last round; of the residual

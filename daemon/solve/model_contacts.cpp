@@ -82,7 +82,10 @@ int ModelContacts::list(const Estimate& estimate, double least_N, std::array<Con
   if (estimate.patchShare > 0.5) return listPatches(estimate, least_N, contacts);
   std::fill(has_.begin(), has_.end(), 1);
   found_.take(estimate, has_);
-  return hills_.list(found_, contacts);
+  if (estimate.evenShare <= 0.5) return hills_.list(found_, contacts);
+  hills_.unite(found_);
+  contacts[0] = hills_.describe(found_, 0);
+  return 1;
 }
 
 int ModelContacts::listPatches(const Estimate& estimate, double least_N, std::array<Contact, kMaxContacts>& contacts) {

@@ -57,6 +57,7 @@ void Spread::average(const VectorXd& from, VectorXd& to) {
 
 Roughness::Roughness(const Atoms& atoms, const ModelOptions& options)
     : atoms_(atoms)
+    , rho_(options.roughness)
     , pointForce_(3 * static_cast<std::size_t>(atoms.pointCount()))
     , force_(atoms.pointCount())
     , pressure_(atoms.pointCount())
@@ -71,7 +72,7 @@ Roughness::Roughness(const Atoms& atoms, const ModelOptions& options)
     for (int a = level.first; a < level.end; ++a) {
       const bool isBeyond = a < atoms.pointCount() && atoms.nodes[a] < 0;
       groups_[group].atoms.push_back(a);
-      rho_.push_back(level.ambiguous || isBeyond ? 1.0 : options.roughness);
+      isTold_.push_back(level.ambiguous || isBeyond ? 0 : 1);
       largest_.push_back(VectorXd(atoms.shape.col(a)).maxCoeff());
     }
   }
@@ -79,9 +80,14 @@ Roughness::Roughness(const Atoms& atoms, const ModelOptions& options)
 
 std::span<const double> Roughness::add(std::span<const double> mean_N, const Chosen& chosen) {
   addUp(atoms_, mean_N, pointForce_);
-  beneath(pointForce_);
-  for (std::size_t a = 0; a < gamma_.size(); ++a) gamma_[a] *= square(rho_[a]);
+  of(pointForce_, rho_);
   for (std::size_t i = 0; i < chosen.atoms.size(); ++i) gamma_[chosen.atoms[i]] += chosen.gamma_N2[i];
+  return gamma_;
+}
+
+std::span<const double> Roughness::of(std::span<const double> pointForces_N, double rho) {
+  beneath(pointForces_N);
+  for (std::size_t a = 0; a < gamma_.size(); ++a) gamma_[a] *= isTold_[a] != 0 ? square(rho) : 1.0;
   return gamma_;
 }
 

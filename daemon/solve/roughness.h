@@ -32,6 +32,10 @@ class Roughness {
   /// is at their edge. `mean_N`: of all atoms, 3A.
   std::span<const double> add(std::span<const double> mean_N, const Chosen& chosen);
 
+  /// Returns (rho_a q_a)^2 / 3 of all atoms under the forces of the points (3P); rho_a is 1 where the picture hardly
+  /// tells, elsewhere `rho`.
+  std::span<const double> of(std::span<const double> pointForces_N, double rho);
+
   /// Returns q_a^2 / 3 of all atoms under the forces of the points (3P).
   std::span<const double> beneath(std::span<const double> pointForces_N);
 
@@ -44,7 +48,9 @@ class Roughness {
 
   const Atoms& atoms_;
   std::vector<Group> groups_;
-  std::vector<double> rho_, largest_;  // of each atom; its largest share of a point
+  const double rho_;
+  std::vector<unsigned char> isTold_;  // A: whether the picture tells what it has
+  std::vector<double> largest_;        // of each atom, its largest share of a point
   std::vector<double> pointForce_;     // 3P
   Eigen::VectorXd force_, pressure_;   // P, magnitudes; then 1 / pressure
   std::vector<double> gamma_;          // A

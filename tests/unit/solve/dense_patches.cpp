@@ -10,24 +10,31 @@ namespace tractiond::solve {
 DensePatches::Mixed DensePatches::solve(const Vector& displacement, const std::vector<int>& present,
                                         double noise_px) const {
   const Result alone = DenseModel::solve(displacement, present, noise_px);
-  Mixed mixed{alone.forces, alone.wrench, alone.covariance, {}, 0.0, {}, {}};
+  Mixed mixed{alone.forces, alone.wrench, alone.covariance, {}, 0.0, 0.0, {}, {}};
   if (alone.atoms.empty()) return mixed;
   Frame frame{displacement(present), motion_(present, Eigen::all), present, noise_px * noise_px};
   const double residual = alone.residual / frame.n2;
   const Fitted fitted = find(frame, alone.forces, residual + alone.degrees);
-  if (fitted.patches.empty() || fitted.misfit - residual >= 2000) return mixed;
-  const std::vector<Patch>& patches = fitted.patches;
+  const bool hasPatches = !fitted.patches.empty() && fitted.misfit - residual < 2000;
+  const std::vector<Patch> patches = hasPatches ? fitted.patches : std::vector<Patch>{};
 
-  std::vector<Candidate> all = {{alone.evidence - alone.degrees, alone.forces, alone.wrench, alone.covariance, {}, {}}};
-  for (Candidate& each : around(frame, patches)) all.push_back(each);
+  std::vector<Candidate> all = {{alone.evidence - alone.degrees, alone.forces, alone.wrench, alone.covariance}};
+  if (!hasPatches || fitted.misfit > residual + alone.degrees) {
+    for (Candidate& each : even(frame, alone.forces)) all.push_back(each);
+  }
+  const std::size_t firstPatched = all.size();
+  if (hasPatches) {
+    for (Candidate& each : around(frame, patches)) all.push_back(each);
+  }
   double most = all[0].worth, sum = 0.0, ofPatches = 0.0;
   for (const Candidate& each : all) most = std::max(most, each.worth);
   for (Candidate& each : all) sum += each.worth = std::exp(each.worth - most);
-  for (std::size_t i = 1; i < all.size(); ++i) ofPatches += all[i].worth;
+  for (std::size_t i = 1; i < all.size(); ++i) (i < firstPatched ? mixed.even : ofPatches) += all[i].worth;
+  mixed.even /= sum;
   mixed.forces.setZero();
   mixed.wrench.setZero();
   mixed.covariance.setZero();
-  Vector change = Vector::Zero(all[1].change.size());
+  Vector change = Vector::Zero(all.back().change.size());
   for (const Candidate& each : all) {
     mixed.forces += each.worth / sum * each.forces;
     mixed.wrench += each.worth / sum * each.wrench;
@@ -78,6 +85,101 @@ DensePatches::Vector DensePatches::centred(const Eigen::Vector3d& place) const {
 
 void DensePatches::addForces(const Patch& patch, const Vector& share, Vector& forces) {
   for (Eigen::Index p = 0; p < share.size(); ++p) forces.segment<3>(3 * p) += share[p] * patch.load.head<3>();
+}
+
+DensePatches::Matrix DensePatches::footprint(const Vector& forces) const {
+  const Eigen::Index count = points_.cols();
+  Vector force(count);
+  for (Eigen::Index p = 0; p < count; ++p) force[p] = forces.segment<3>(3 * p).norm();
+  const auto averaged = [&](const Vector& of, double reach) {
+    Vector result(count);
+    for (Eigen::Index p = 0; p < count; ++p) {
+      const Eigen::ArrayXd squares = (points_.colwise() - points_.col(p)).colwise().squaredNorm().transpose().array();
+      const Vector weights = (-squares / (2 * reach * reach)).exp();
+      result[p] = weights.dot(of) / weights.sum();
+    }
+    return result;
+  };
+  const Vector near = averaged(force, pitch_ * 2 / 3), square = near.cwiseAbs2();
+  const Vector level =
+      averaged(square, 2 * pitch_).array() / (averaged(near, 2 * pitch_).array() + 1e-9 * near.maxCoeff());
+  const auto at = [&](double edge) {
+    Vector e(count);
+    for (Eigen::Index p = 0; p < count; ++p) {
+      e[p] = level[p] * std::clamp((near[p] / level[p] - (edge - 0.15)) / 0.3, 0.0, 1.0);
+    }
+    return e;
+  };
+  const auto beside = [&](Eigen::Index p, Eigen::Index q) {
+    return (points_.col(p) - points_.col(q)).cwiseAbs().maxCoeff() < 1.1 * pitch_;
+  };
+  Vector e = at(0.45), larger = at(0.3), smaller = at(0.6);
+  // Every point has the least number of those that it hangs together with.
+  std::vector<Eigen::Index> part(static_cast<std::size_t>(count));
+  for (Eigen::Index p = 0; p < count; ++p) part[static_cast<std::size_t>(p)] = p;
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (Eigen::Index p = 0; p < count; ++p) {
+      for (Eigen::Index q = 0; q < count; ++q) {
+        Eigen::Index &mine = part[static_cast<std::size_t>(p)], other = part[static_cast<std::size_t>(q)];
+        if (e[p] == 0 || e[q] == 0 || other >= mine || !beside(p, q)) continue;
+        mine = other;
+        changed = true;
+      }
+    }
+  }
+  Vector sums = Vector::Zero(count);
+  for (Eigen::Index p = 0; p < count; ++p) sums[part[static_cast<std::size_t>(p)]] += e[p];
+  Eigen::Index largest = 0;
+  sums.maxCoeff(&largest);
+  const auto isOf = [&](Eigen::Index p) { return e[p] > 0 && part[static_cast<std::size_t>(p)] == largest; };
+  Matrix result = Matrix::Zero(count, 2);
+  for (Eigen::Index p = 0; p < count; ++p) {
+    bool isNear = false;
+    for (Eigen::Index q = 0; q < count; ++q) isNear = isNear || (isOf(q) && beside(p, q));
+    if (isOf(p)) result.row(p) << e[p], -smaller[p] / 2;
+    if (isNear) result(p, 1) += larger[p] / 2;
+  }
+  return result;
+}
+
+std::vector<DensePatches::Candidate> DensePatches::even(const Frame& frame, const Vector& forces) const {
+  const Matrix H = H_(frame.present, Eigen::all);
+  const Vector size = H.colwise().squaredNorm().transpose();
+  const auto solve = [&](const Vector& from, double rho) {
+    const Matrix shown = footprint(from);
+    Eigen::Matrix3d along = Eigen::Matrix3d::Zero();
+    Vector pressing = Vector::Zero(from.size());
+    Matrix extra = Matrix::Zero(from.size(), 6);
+    for (Eigen::Index p = 0; p < points_.cols(); ++p) {
+      const Eigen::Vector3d force = from.segment<3>(3 * p);
+      if (force.norm() > 0) along += force * force.transpose() / force.norm();
+      pressing[3 * p] = shown(p, 0);
+      extra.block<3, 3>(3 * p, 0).diagonal().setConstant(3 * shown(p, 0));
+      extra.block<3, 3>(3 * p, 3).diagonal().setConstant(shown(p, 1));
+    }
+    Vector whole = beneath(pressing);
+    for (Eigen::Index a = 0; a < whole.size(); ++a) {
+      const bool isTold = level_[static_cast<std::size_t>(a)] < 3 && !(a < points_.cols() && beyond_[a]);
+      if (isTold) whole[a] *= rho * rho;
+    }
+    std::vector<int> atoms;
+    strongest(whole, size, options_.most[0][2], frame.n2, atoms);
+    const Eigen::Matrix3d own =
+        (1 - options_.turning) * 3 * along / along.trace() + options_.turning * Eigen::Matrix3d::Identity();
+    const Matrix does = H.leftCols(from.size()) * extra;  // the points are the first atoms
+    const Fit fit = posterior(H, frame.motion, frame.d, frame.n2, atoms, whole,
+                              std::vector<Eigen::Matrix3d>(atoms.size(), own), does);
+    Matrix toPoints(from.size(), fit.whole.cols());
+    toPoints << kronecker(shape_)(Eigen::all, components(atoms)), extra;
+    Vector x(fit.whole.cols());
+    x << fit.force, fit.extra;
+    const Matrix to = wrenches() * toPoints;
+    const double degrees = fit.known.sum() + 6 - fit.whole.bottomRightCorner(6, 6).trace();
+    return Candidate{fit.evidence - degrees - std::log(3.0), toPoints * x, to * x, to * fit.whole * to.transpose()};
+  };
+  const Vector first = solve(forces, 0.4).forces;
+  return {solve(first, 0.2), solve(first, 0.4), solve(first, 0.8)};
 }
 
 std::vector<DensePatches::Candidate> DensePatches::around(const Frame& frame, const std::vector<Patch>& patches) const {

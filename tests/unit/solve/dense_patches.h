@@ -13,7 +13,7 @@ class DensePatches : public DensePatchFit {
     Eigen::Matrix<double, 6, 1> wrench;
     Eigen::Matrix<double, 6, 6> covariance;
     Matrix pointCovariance;
-    double share = 0.0;  ///< of the patches
+    double share = 0.0, even = 0.0;  ///< of the patches; of an even contact
     std::vector<Patch> patches;
     std::vector<Matrix> patchCovariance;
   };
@@ -28,8 +28,8 @@ class DensePatches : public DensePatchFit {
     Vector forces;
     Eigen::Matrix<double, 6, 1> wrench;
     Eigen::Matrix<double, 6, 6> covariance;
-    Vector change;  ///< of all loads, then all places
-    Matrix changeCovariance;
+    Vector change = {};  ///< of all loads, then all places
+    Matrix changeCovariance = {};
   };
 
   /// Shares of the points in a patch.
@@ -39,6 +39,12 @@ class DensePatches : public DensePatchFit {
   Vector centred(const Eigen::Vector3d& place) const;
 
   static void addForces(const Patch& patch, const Vector& share, Vector& forces);
+
+  /// The even contact of forces of the points.
+  std::vector<Candidate> even(const Frame& frame, const Vector& forces) const;
+
+  /// P x 2: the footprint, and half of what moving its edge either way changes.
+  Matrix footprint(const Vector& forces) const;
 
   std::vector<Candidate> around(const Frame& frame, const std::vector<Patch>& patches) const;
 };

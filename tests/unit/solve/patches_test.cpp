@@ -1,4 +1,5 @@
 // Round patches as the mean of the prior against their dense twin (dense_patches.h), and what must hold without one.
+#include "daemon/solve/model_contacts.h"
 #include "tests/unit/solve/dense_patches.h"
 #include "tests/unit/solve/model_bench.h"
 
@@ -60,6 +61,7 @@ void expectSame(const Estimate& fast, const DensePatches::Mixed& slow) {
   ASSERT_EQ(fast.outcome, Outcome::kFound);
   ASSERT_EQ(fast.patchCount, static_cast<int>(slow.patches.size()));
   EXPECT_NEAR(fast.patchShare, slow.share, 1e-3);
+  EXPECT_NEAR(fast.evenShare, slow.even, 1e-3);
   EXPECT_LT(apart(fast, slow.wrench), 2e-3);
   EXPECT_LT((covarianceOf(fast) - slow.covariance).norm(), 1e-4 * slow.covariance.norm());
   EXPECT_LT((forcesOf(fast) - slow.forces).cwiseAbs().maxCoeff(), 2e-5 * slow.forces.cwiseAbs().maxCoeff());
@@ -142,9 +144,91 @@ TEST(Patches, AgreeWithTheDenseTwin) {
   EXPECT_EQ(withPatches, 8);
 }
 
-/// A field may have maxima where nothing touches.
-TEST(Patches, AreAsManyAsThePictureTells) {
+/// An even pressure on a ring.
+Load ring(double x_mm, double y_mm, double radius_mm, const Vector3d& force_N) {
+  Load load;
+  constexpr int kPoints = 36;
+  for (int i = 0; i < kPoints; ++i) {
+    const double angle = 2.0 * 3.14159265358979323846 * i / kPoints;
+    load.push_back({x_mm + radius_mm * std::cos(angle), y_mm + radius_mm * std::sin(angle), force_N / kPoints});
+  }
+  return load;
+}
+
+TEST(EvenField, AgreesWithTheDenseTwin) {
+  const std::vector<std::pair<const char*, Load>> loads = {
+      {"disc", disc(0.5, -0.7, 9, 3 * kPress)},
+      {"sheared", disc(-1, 0.5, 9, kPress + kShear)},
+      {"square", square(0.7, 0, 8, 3)},
+      {"ring", ring(0.5, 0.5, 8, 3 * kPress)},
+      {"beside a ball", both(square(-4, 3, 6, 2), disc(8, -8, 1, 0.4 * kPress))},
+      {"partly beyond the nodes", square(8, 2, 7, 2)},
+  };
   PatchBench bench(smallSensor());
+  unsigned seed = 50;
+  int even = 0;
+  for (const auto& [name, load] : loads) {
+    SCOPED_TRACE(name);
+    const VectorXd displacement = bench.picture(load, seed++);
+    const Estimate estimate = bench.solve(displacement);
+    expectSame(estimate, bench.twin(displacement));
+    even += estimate.evenShare > 0.5 ? 1 : 0;
+  }
+  EXPECT_EQ(even, 5);
+}
+
+TEST(EvenField, TakesOutMissingMarkers) {
+  PatchBench bench(smallSensor());
+  const std::vector<int> missing = missingOf(smallSensor());
+  const VectorXd displacement = bench.picture(square(0.5, -0.7, 8, 3), 60);
+  const Estimate estimate = bench.solve(displacement, missing);
+  const DensePatches::Mixed twin = bench.twin(displacement, missing);
+  EXPECT_GT(estimate.evenShare, 0.9);
+  EXPECT_NEAR(estimate.evenShare, twin.even, 0.01);
+  EXPECT_LT(apart(estimate, twin.wrench), 0.05);  // the start alone is not exact
+  EXPECT_LT((covarianceOf(estimate) - twin.covariance).norm(), 0.02 * twin.covariance.norm());
+  EXPECT_GT(apart(estimate, wrenchOf(bench.solve(displacement))), 0.2);
+}
+
+/// Within an even contact the nodes' forces are alike.
+TEST(EvenField, IsEven) {
+  PatchBench bench(smallSensor());
+  Bench alone(smallSensor(), everyMode(), blockImage);
+  const auto unevenness = [&](const Estimate& estimate) {
+    std::vector<double> within;
+    for (int p = 0; p < bench.atoms().pointCount(); ++p) {
+      if (bench.atoms().points.col(p).head<2>().norm() < 4.5e-3) within.push_back(forcesOf(estimate)[3 * p + 2]);
+    }
+    const VectorXd forces = VectorXd::Map(within.data(), std::ssize(within));
+    return std::sqrt((forces.array() / forces.mean() - 1.0).square().mean());
+  };
+  double with = 0.0, without = 0.0;
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    const VectorXd displacement = bench.picture(disc(0, 0, 7.5, 3 * kPress), seed);
+    const Estimate estimate = bench.solve(displacement);
+    EXPECT_GT(estimate.evenShare, 0.5);
+    EXPECT_LT(unevenness(estimate), 0.1);
+    with += unevenness(estimate);
+    without += unevenness(alone.solve(displacement));
+  }
+  EXPECT_LT(with, 0.4 * without);
+}
+
+TEST(EvenField, IsListedAsOneContact) {
+  PatchBench bench(smallSensor());
+  ModelContacts listing(bench.model(), bench.atoms(), bench.sensor());
+  std::array<Contact, kMaxContacts> contacts;
+  const Estimate estimate = bench.solve(bench.picture(disc(0, 0, 7.5, 3 * kPress), 2));
+  ASSERT_GT(estimate.evenShare, 0.5);
+  ASSERT_EQ(listing.list(estimate, 0.01, contacts), 1);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double variance = estimate.covariance[7 * axis];
+    EXPECT_NEAR(contacts[0].force_N[axis], estimate.wrench[axis], 1e-5);
+    EXPECT_NEAR(contacts[0].forceDeviation_N[axis], std::sqrt(variance), 1e-3 * std::sqrt(variance));
+  }
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    EXPECT_NEAR(contacts[0].position_m[axis], 0.0, 4.0 * contacts[0].positionDeviation_m[axis]);
+  }
   RoundPatches patches(bench.sensor(), bench.atoms(), bench.factors());
   const auto countOf = [&](const Load& load, std::initializer_list<Vector3d> maxima) {
     const VectorXd displacement = bench.picture(load, 7);

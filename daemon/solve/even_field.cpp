@@ -1,0 +1,209 @@
+#include "daemon/solve/even_field.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+namespace tractiond::solve {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+/// Reaches over which the magnitudes of the forces are averaged: for p, sharp, and for t, about the markers' depth
+/// [pitches].
+constexpr double kNear = 2.0 / 3.0, kAround = 2.0;
+/// Where the edge is, half of its width, and how far it is free [t].
+constexpr double kEdge = 0.45, kHalfWidth = 0.15, kFreeEdge = 0.15;
+/// Prior deviation of the pressure, as a multiple of the footprint.
+constexpr double kFreePressure = 3.0;
+/// The roughness, of EvenField::kRoughness, of the first solution.
+constexpr int kFirst = 1;
+/// Pressure around a point beneath which nothing is, as a share of the largest.
+constexpr double kFaintest = 1e-9;
+/// The footprint was drawn from the picture: its log evidence is less by so much for each degree of freedom.
+constexpr double kOptimism = 1.0;
+
+int mostOf(const ModelOptions& options) {
+  return options.most[0].back();
+}
+
+}  // namespace
+
+EvenField::EvenField(const Factors& factors, const Atoms& atoms, const ModelOptions& options, Selection& selection,
+                     Roughness& roughness)
+    : factors_(factors)
+    , atoms_(atoms)
+    , options_(options)
+    , selection_(selection)
+    , roughness_(roughness)
+    , near_(atoms, kNear * atoms.pitch_m)
+    , around_(atoms, kAround * atoms.pitch_m)
+    , extra_(factors, atoms, kUnknowns)
+    , part_(static_cast<std::size_t>(atoms.pointCount()))
+    , force_(atoms.pointCount())
+    , pressure_(atoms.pointCount())
+    , level_(atoms.pointCount())
+    , footprint_(atoms.pointCount())
+    , smaller_(atoms.pointCount())
+    , larger_(atoms.pointCount())
+    , even_(3 * static_cast<std::size_t>(atoms.pointCount()))
+    , forces_(3 * static_cast<std::size_t>(atoms.count()))
+    , coefficients_(static_cast<std::size_t>(atoms.pointCount()))
+    , column_(static_cast<std::size_t>(factors.influence.stride())) {
+  open_.reserve(part_.size());
+  for (std::size_t i = 0; i < kRoughness.size(); ++i) {
+    solutions_.push_back({{}, Posterior(factors, atoms, mostOf(options), kUnknowns)});
+  }
+  for (Solution& solution : solutions_) solution.chosen.reserve(mostOf(options));
+  for (int p = 0; p < atoms.pointCount(); ++p) {
+    for (int axis = 0; axis < 3; ++axis) rows_[static_cast<std::size_t>(axis)].push_back(3 * p + axis);
+  }
+}
+
+bool EvenField::solve(const Displacements& picture, AtomProducts& products, std::span<const double> forces_N) {
+  draw(forces_N);
+  setUnknowns(picture);
+  if (!fit(picture, products, kFirst)) return false;
+  pointForces_N(kFirst, even_);
+  draw(even_);
+  setUnknowns(picture);
+  for (int i = 0; i < static_cast<int>(kRoughness.size()); ++i) {
+    if (!fit(picture, products, i)) return false;
+  }
+  return true;
+}
+
+/// Computes the footprint and the directions of what acts on it.
+void EvenField::draw(std::span<const double> forces_N) {
+  Block along = Block::Zero();
+  for (Index p = 0; p < force_.size(); ++p) {
+    const auto force = Vector3d::Map(forces_N.data() + 3 * p);
+    force_[p] = force.norm();
+    if (force_[p] > 0.0) along += force * force.transpose() / force_[p];
+  }
+  assert(along.trace() > 0.0);
+  omega_ = (1.0 - options_.turning) * 3.0 / along.trace() * along + options_.turning * Block::Identity();
+  near_.average(force_, pressure_);
+  around_.average(pressure_, level_);
+  const double faintest = kFaintest * pressure_.maxCoeff();
+  footprint_ = pressure_.cwiseAbs2();
+  around_.average(footprint_, larger_);
+  level_ = larger_.array() / (level_.array() + faintest);
+  drawFootprint(kEdge, footprint_);
+  drawFootprint(kEdge + kFreeEdge, smaller_);
+  drawFootprint(kEdge - kFreeEdge, larger_);
+  keepLargestPart();
+}
+
+void EvenField::drawFootprint(double edge, VectorXd& footprint) const {
+  for (Index p = 0; p < footprint.size(); ++p) {
+    const double above = pressure_[p] - (edge - kHalfWidth) * level_[p];
+    footprint[p] = std::clamp(above / (2.0 * kHalfWidth), 0.0, level_[p]);
+  }
+}
+
+/// Calls use(point) for a point and those next to it.
+template <typename Use>
+void EvenField::eachAround(int point, Use use) const {
+  const int row = point / atoms_.columns, column = point % atoms_.columns;
+  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, atoms_.rows - 1); ++r) {
+    for (int c = std::max(column - 1, 0); c <= std::min(column + 1, atoms_.columns - 1); ++c) {
+      use(r * atoms_.columns + c);
+    }
+  }
+}
+
+/// Keeps the connected part of the footprint with the most force; of the larger one the points next to it, too.
+void EvenField::keepLargestPart() {
+  std::fill(part_.begin(), part_.end(), -1);
+  int largest = -1;
+  double most = 0.0;
+  for (int first = 0; first < atoms_.pointCount(); ++first) {
+    double sum = 0.0;
+    const auto take = [&](int point) {
+      if (part_[static_cast<std::size_t>(point)] >= 0 || footprint_[point] == 0.0) return;
+      part_[static_cast<std::size_t>(point)] = first;
+      sum += footprint_[point];
+      open_.push_back(point);
+    };
+    take(first);
+    while (!open_.empty()) {
+      const int point = open_.back();
+      open_.pop_back();
+      eachAround(point, take);
+    }
+    if (sum <= most) continue;
+    most = sum;
+    largest = first;
+  }
+  for (int point = 0; point < atoms_.pointCount(); ++point) {
+    const auto isOf = [&](int other) { return part_[static_cast<std::size_t>(other)] == largest; };
+    bool isNear = false;
+    eachAround(point, [&](int other) { isNear = isNear || isOf(other); });
+    if (!isOf(point)) footprint_[point] = smaller_[point] = 0.0;
+    if (!isNear) larger_[point] = 0.0;
+  }
+}
+
+void EvenField::setUnknowns(const Displacements& picture) {
+  extra_.begin(kUnknowns);
+  for (int unknown = 0; unknown < kUnknowns; ++unknown) {
+    const bool isPressure = unknown < 3;
+    const std::size_t axis = static_cast<std::size_t>(unknown) % 3;
+    const auto forces = extra_.pointForces_N(unknown);
+    for (Index p = 0; p < footprint_.size(); ++p) {
+      const double force = isPressure ? kFreePressure * footprint_[p] : 0.5 * (larger_[p] - smaller_[p]);
+      forces[3 * static_cast<std::size_t>(p) + axis] = force;
+      coefficients_[static_cast<std::size_t>(p)] = static_cast<float>(force);
+      const Vector3d unit = Vector3d::Unit(static_cast<Index>(axis));
+      extra_.wrench(unknown).head<3>() += force * unit;
+      extra_.wrench(unknown).tail<3>() += force * Vector3d(atoms_.points.col(p)).cross(unit);
+    }
+    std::fill_n(column_.data(), column_.size(), 0.0);
+    addRows(factors_.influence, rows_[axis], coefficients_, column_.data());
+    for (const int coordinate : picture.missing) column_.data()[coordinate] = 0.0;
+    extra_.setDisplacement(unknown, column_.data(), 1.0);
+  }
+  extra_.multiply(picture);
+}
+
+/// Solves with roughness `i`.
+bool EvenField::fit(const Displacements& picture, AtomProducts& products, int i) {
+  auto& [chosen, posterior] = solutions_[static_cast<std::size_t>(i)];
+  for (Index p = 0; p < footprint_.size(); ++p) Vector3d::Map(even_.data() + 3 * p) = Vector3d(0, 0, footprint_[p]);
+  selection_.choose(roughness_.of(even_, kRoughness[static_cast<std::size_t>(i)]), mostOf(options_), false,
+                    picture.noise_px, chosen);
+  chosen.covariance_N2.clear();
+  for (const double gamma : chosen.gamma_N2) chosen.covariance_N2.emplace_back(gamma * omega_);
+  return posterior.fit(picture, products, chosen, &extra_);
+}
+
+double EvenField::logEvidence(int i) {
+  auto& [chosen, posterior] = solutions_[static_cast<std::size_t>(i)];
+  double degrees = kUnknowns;
+  for (const double each : posterior.known()) degrees += each;
+  std::array<double, static_cast<std::size_t>(kUnknowns * kUnknowns)> covariance{};
+  posterior.extraCovariance(covariance);
+  for (std::size_t k = 0; k < kUnknowns; ++k) degrees -= covariance[(kUnknowns + 1) * k];
+  return posterior.logEvidence() - kOptimism * degrees - std::log(static_cast<double>(kRoughness.size()));
+}
+
+void EvenField::pointForces_N(int i, std::span<double> forces) {
+  auto& [chosen, posterior] = solutions_[static_cast<std::size_t>(i)];
+  std::fill(forces_.begin(), forces_.end(), 0.0);
+  for (std::size_t c = 0; c < chosen.atoms.size(); ++c) {
+    const auto force = posterior.forces_N().subspan(3 * c, 3);
+    std::copy(force.begin(), force.end(), forces_.begin() + 3 * std::ptrdiff_t{chosen.atoms[c]});
+  }
+  addUp(atoms_, forces_, forces);
+  for (int unknown = 0; unknown < kUnknowns; ++unknown) {
+    const double times = posterior.extra()[static_cast<std::size_t>(unknown)];
+    const auto unit = std::as_const(extra_).pointForces_N(unknown);
+    for (std::size_t f = static_cast<std::size_t>(unknown) % 3; f < forces.size(); f += 3) forces[f] += times * unit[f];
+  }
+}
+
+}  // namespace tractiond::solve

@@ -1,0 +1,72 @@
+// The field of one contact that presses evenly within its edge (docs/decisions/0020-one-inverse.md). Its footprint e, a
+// force of each point, is drawn from forces that were found, p and t being their means around a point, near and far:
+//   e(c) = t clamp((p / t - c + w) / 2 w, 0, 1)        w: half of the width of the edge, c: where it is
+//   f = 3 e(c) u + (e(c - s) - e(c + s)) / 2 v + roughness        u, v ~ N(0, 1): three components each
+// of the connected points with the most force, with the edge free by s, and the roughness that every contact has.
+// Solved for a middle roughness first; then the footprint is drawn from what that finds, and solved for each roughness.
+#pragma once
+
+#include "daemon/solve/posterior.h"
+#include "daemon/solve/roughness.h"
+
+#include <array>
+
+namespace tractiond::solve {
+
+/// Thread-bound. Allocates only when made.
+class EvenField {
+ public:
+  /// rho, all alike before the picture.
+  static constexpr std::array kRoughness = {0.2, 0.4, 0.8};
+
+  /// All must outlive it. The points must be a grid.
+  EvenField(const Factors& factors, const Atoms& atoms, const ModelOptions& options, Selection& selection,
+            Roughness& roughness);
+
+  /// `products` are those of the picture; `forces_N` of the points (3P), not all 0. The picture must last. False:
+  /// equations could not be solved.
+  bool solve(const Displacements& picture, AtomProducts& products, std::span<const double> forces_N);
+
+  // What solve() found with roughness `i`.
+  Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
+  /// Log evidence less what the choice of roughness costs, and one for each degree of freedom, as the footprint was
+  /// drawn from the picture.
+  double logEvidence(int i);
+  /// Computes the forces of the points (3P).
+  void pointForces_N(int i, std::span<double> forces);
+
+ private:
+  static constexpr int kUnknowns = 6;
+  struct Solution {
+    Chosen chosen;
+    Posterior posterior;
+  };
+
+  void draw(std::span<const double> forces_N);
+  void drawFootprint(double edge, Eigen::VectorXd& footprint) const;
+  void keepLargestPart();
+  template <typename Use>
+  void eachAround(int point, Use use) const;
+  void setUnknowns(const Displacements& picture);
+  bool fit(const Displacements& picture, AtomProducts& products, int i);
+
+  const Factors& factors_;
+  const Atoms& atoms_;
+  const ModelOptions options_;
+  Selection& selection_;
+  Roughness& roughness_;
+  Spread near_, around_;
+  std::vector<Solution> solutions_;  // of each roughness
+  ExtraUnknowns extra_;
+  // Of one frame.
+  std::vector<int> part_, open_;                  // P: the part of the footprint that a point belongs to, or -1
+  Block omega_ = Block::Identity();               // directions of all atoms
+  Eigen::VectorXd force_, pressure_, level_;      // P: magnitudes; p, t
+  Eigen::VectorXd footprint_, smaller_, larger_;  // P: e at its edge, and with the edge moved
+  std::vector<double> even_, forces_;             // 3P: footprint_ along z; of all atoms 3A
+  std::vector<float> coefficients_;               // P
+  std::array<std::vector<int>, 3> rows_;          // of the points in the influence, for each axis
+  LineArray<double> column_;
+};
+
+}  // namespace tractiond::solve
