@@ -75,7 +75,7 @@ OnItsWay Camera::picture() {
 void Camera::takePicture() {
   nextPicture_ns_ += kPeriod_ns;
   id_ = id_ == kIds ? 1 : id_ + 1;
-  if (ongoing_.lasts(Event::kGone)) id_ = 0;
+  if (ongoing_.lasts(Event::kGone) || now() < connectedFrom_ns_) id_ = 0;  // it counts from the start of a stream
   OnItsWay one = picture();
   if (ongoing_.lasts(Event::kTouch)) one.picture.force_N = 1e-3 * static_cast<double>(ongoing_.amountOf(Event::kTouch));
   one.picture.isFew = ongoing_.lasts(Event::kFewMarkers);
