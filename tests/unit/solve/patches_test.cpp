@@ -229,6 +229,11 @@ TEST(EvenField, IsListedAsOneContact) {
   for (std::size_t axis = 0; axis < 2; ++axis) {
     EXPECT_NEAR(contacts[0].position_m[axis], 0.0, 4.0 * contacts[0].positionDeviation_m[axis]);
   }
+}
+
+/// A field may have maxima where nothing touches.
+TEST(Patches, AreAsManyAsThePictureTells) {
+  PatchBench bench(smallSensor());
   RoundPatches patches(bench.sensor(), bench.atoms(), bench.factors());
   const auto countOf = [&](const Load& load, std::initializer_list<Vector3d> maxima) {
     const VectorXd displacement = bench.picture(load, 7);
