@@ -21,13 +21,14 @@ Camera::Camera(const Gel& gel, const Ongoing& ongoing, Chance& chance)
     , shape_{gel.sensor.camera.width, gel.sensor.camera.height, sizeof(Picture::bytes), 1}
     , nextPicture_ns_(now() + kPeriod_ns) {}
 
-void Camera::connect(std::int64_t from_ns) {
+void Camera::connect(std::int64_t streamsFrom_ns, std::int64_t from_ns) {
+  streamsFrom_ns_ = streamsFrom_ns;
   connectedFrom_ns_ = from_ns;
   becomeUnclear(from_ns);
 }
 
 void Camera::disconnect() {
-  connectedFrom_ns_ = kNever;
+  streamsFrom_ns_ = connectedFrom_ns_ = kNever;
   queue_.clear();
 }
 
@@ -74,8 +75,8 @@ OnItsWay Camera::picture() {
 
 void Camera::takePicture() {
   nextPicture_ns_ += kPeriod_ns;
-  id_ = id_ == kIds ? 1 : id_ + 1;
-  if (ongoing_.lasts(Event::kGone) || now() < connectedFrom_ns_) id_ = 0;  // it counts from the start of a stream
+  if (now() >= streamsFrom_ns_) id_ = id_ == kIds ? 1 : id_ + 1;
+  if (ongoing_.lasts(Event::kGone)) id_ = 0;
   OnItsWay one = picture();
   if (ongoing_.lasts(Event::kTouch)) one.picture.force_N = 1e-3 * static_cast<double>(ongoing_.amountOf(Event::kTouch));
   one.picture.isFew = ongoing_.lasts(Event::kFewMarkers);

@@ -33,8 +33,9 @@ class Camera {
   /// All outlive it.
   Camera(const Gel& gel, const Ongoing& ongoing, Chance& chance);
 
-  /// Pictures arrive from a moment on, until disconnect().
-  void connect(std::int64_t from_ns);
+  /// The camera streams from a moment on, and counts on; its pictures arrive from another moment on, when it has been
+  /// set up, until disconnect().
+  void connect(std::int64_t streamsFrom_ns, std::int64_t from_ns);
   void disconnect();
 
   /// Does what an event does to the camera, or to the host that sends as the camera.
@@ -81,7 +82,7 @@ class Camera {
   const Ongoing& ongoing_;
   Chance& chance_;
   capture::PictureShape shape_;
-  std::int64_t connectedFrom_ns_ = kNever;
+  std::int64_t streamsFrom_ns_ = kNever, connectedFrom_ns_ = kNever;
   std::int64_t nextPicture_ns_, clockAhead_ns_ = -500 * kSecond;
   std::uint64_t id_ = 0, pictures_ = 0;
   std::int64_t nextForged_ns_ = kNever, forgedAhead_ns_ = 0;

@@ -19,7 +19,7 @@ bool ask(const Camera& camera, std::int64_t patience_ns) {
 
 class SimulatedDriver : public capture::Driver {
  public:
-  explicit SimulatedDriver(Connection& connection)
+  SimulatedDriver(Connection& connection, std::int64_t streamsFrom_ns)
       : connection_(connection) {
     info_.name.id = kCamera;
     info_.name.vendor = "Simulated";
@@ -28,7 +28,7 @@ class SimulatedDriver : public capture::Driver {
     info_.frameRate_Hz = 60.0;
     ++connection.open;
     ++connection.opened;
-    connection.camera.connect(now() + spent_ns());  // it sends when it has been set up
+    connection.camera.connect(streamsFrom_ns, now() + spent_ns());
   }
   ~SimulatedDriver() override {
     --connection_.open;
@@ -108,9 +108,10 @@ capture::OpenDriver fromSimulation(Connection& connection, bool isRefused) {
     opening.found();
     spent_ns() += camera.hangsFor_ns();
     for (int i = 0; i < kSettings; ++i) ask(camera, kRepeats_ns);
+    const std::int64_t streamsFrom_ns = now() + spent_ns();
     if (!isRefused) spent_ns() += std::min(camera.silentFor_ns(), kProof_ns);  // a whole frame is awaited
     if (isRefused) return refused(EX_CONFIG, "the camera refuses ExposureTime");
-    return std::make_unique<SimulatedDriver>(connection);
+    return std::make_unique<SimulatedDriver>(connection, streamsFrom_ns);
   };
 }
 
