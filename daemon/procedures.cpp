@@ -76,7 +76,8 @@ void Procedures::watchMarkers() {
     steps_.add(markers_);
   }
   steps_.turn();
-  if (steps_.isLooking() && framesForStep_.idle_ns(links_.frames, options_.clock()) > kNoFrames_ns) {
+  if (steps_.isLooking() &&
+      framesForStep_.idle_ns(links_.frames, options_.clock()) > zero::ZeroProcedure::kNoFrames_ns) {
     steps_.drop(zero::kNoFrames);
   }
 }

@@ -70,9 +70,6 @@ class Procedures {
   /// Tells whether a step is running, so that turns should be short enough for every frame to be looked at.
   bool hurried() const { return steps_.isLooking(); }
 
-  static constexpr std::int64_t kNoFrames_ns = zero::ZeroProcedure::kNoFrames_ns;
-  static constexpr std::int64_t kKeptWithin_ns = zero::ZeroProcedure::kKeptWithin_ns;
-
  private:
   void dropStep();
   void watchMarkers();

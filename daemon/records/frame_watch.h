@@ -19,8 +19,6 @@ class FrameWatch {
     return now_ns - at_ns_;
   }
 
-  std::int64_t at_ns() const { return at_ns_; }
-
  private:
   std::uint64_t frames_ = 0;
   std::int64_t at_ns_ = 0;

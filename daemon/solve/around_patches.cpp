@@ -201,8 +201,7 @@ bool AroundPatches::roughen(const Displacements& left, AtomProducts& products) {
     spread(patch.place, false, share_);
     for (std::size_t p = 0; p < share_.size(); ++p) Vector3d::Map(forces.data() + 3 * p) += share_[p] * force;
   }
-  const Block isotropic = Block::Identity();
-  const Block omega = (1.0 - options_.turning) * 3.0 / along.trace() * along + options_.turning * isotropic;
+  const Block omega = directions(along, options_.turning);
   const auto rough = roughness_.beneath({forces.data(), 3 * share_.size()});
   std::copy(rough.begin(), rough.end(), rough_.begin());
   for (std::size_t i = 0; i < kRoughness.size(); ++i) {
@@ -271,12 +270,7 @@ std::array<double, 6> AroundPatches::wrench(int i) {
 }
 
 void AroundPatches::pointForces_N(int i, std::span<double> forces) {
-  auto& [chosen, posterior] = solutions_[static_cast<std::size_t>(i)];
-  std::fill(moments_.mean_N.begin(), moments_.mean_N.end(), 0.0);
-  for (std::size_t c = 0; c < chosen.atoms.size(); ++c) {
-    const auto force = posterior.forces_N().subspan(3 * c, 3);
-    std::copy(force.begin(), force.end(), moments_.mean_N.begin() + 3 * std::ptrdiff_t{chosen.atoms[c]});
-  }
+  posterior(i).allForces_N(moments_.mean_N);
   addUp(atoms_, moments_.mean_N, forces);
   for (int k = 0; k < static_cast<int>(patches_.size()); ++k) {
     const RoundPatch found = moved(patches_[static_cast<std::size_t>(k)], change(i, k));

@@ -23,8 +23,6 @@ constexpr double kFreePressure = 3.0;
 constexpr int kFirst = 1;
 /// Pressure around a point beneath which nothing is, as a share of the largest.
 constexpr double kFaintest = 1e-9;
-/// The footprint was drawn from the picture: its log evidence is less by so much for each degree of freedom.
-constexpr double kOptimism = 1.0;
 
 int mostOf(const ModelOptions& options) {
   return options.most[0].back();
@@ -85,7 +83,7 @@ void EvenField::draw(std::span<const double> forces_N) {
     if (force_[p] > 0.0) along += force * force.transpose() / force_[p];
   }
   assert(along.trace() > 0.0);
-  omega_ = (1.0 - options_.turning) * 3.0 / along.trace() * along + options_.turning * Block::Identity();
+  omega_ = directions(along, options_.turning);
   near_.average(force_, pressure_);
   around_.average(pressure_, level_);
   const double faintest = kFaintest * pressure_.maxCoeff();
@@ -192,15 +190,10 @@ double EvenField::logEvidence(int i) {
 }
 
 void EvenField::pointForces_N(int i, std::span<double> forces) {
-  auto& [chosen, posterior] = solutions_[static_cast<std::size_t>(i)];
-  std::fill(forces_.begin(), forces_.end(), 0.0);
-  for (std::size_t c = 0; c < chosen.atoms.size(); ++c) {
-    const auto force = posterior.forces_N().subspan(3 * c, 3);
-    std::copy(force.begin(), force.end(), forces_.begin() + 3 * std::ptrdiff_t{chosen.atoms[c]});
-  }
+  posterior(i).allForces_N(forces_);
   addUp(atoms_, forces_, forces);
   for (int unknown = 0; unknown < kUnknowns; ++unknown) {
-    const double times = posterior.extra()[static_cast<std::size_t>(unknown)];
+    const double times = posterior(i).extra()[static_cast<std::size_t>(unknown)];
     const auto unit = std::as_const(extra_).pointForces_N(unknown);
     for (std::size_t f = static_cast<std::size_t>(unknown) % 3; f < forces.size(); f += 3) forces[f] += times * unit[f];
   }

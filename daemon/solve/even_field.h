@@ -7,6 +7,7 @@
 #pragma once
 
 #include "daemon/solve/posterior.h"
+#include "daemon/solve/prior.h"
 #include "daemon/solve/roughness.h"
 
 #include <array>

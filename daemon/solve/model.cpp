@@ -13,9 +13,6 @@ constexpr int kCompletions = 2;
 /// Times that roughness is added in the last round: each shows more of the contact that the next one is a share of.
 constexpr int kRoughenings = 2;
 
-/// The field's prior was fitted to the picture: its log evidence is less by so much for each degree of freedom.
-constexpr double kOptimism = 1.0;
-
 /// Squared deviations that patches leave more than the field, beyond which they are not looked at.
 constexpr double kHopeless = 2000.0;
 
@@ -171,11 +168,7 @@ bool Model::roughen(const Displacements& picture, int most) {
 
 /// Takes the forces that were found, all others being 0.
 void Model::keepMean() {
-  std::fill(moments_.mean_N.begin(), moments_.mean_N.end(), 0.0);
-  for (std::size_t i = 0; i < chosen_.atoms.size(); ++i) {
-    const auto force = posterior_.forces_N().subspan(3 * i, 3);
-    std::copy(force.begin(), force.end(), moments_.mean_N.begin() + 3 * std::ptrdiff_t{chosen_.atoms[i]});
-  }
+  posterior_.allForces_N(moments_.mean_N);
 }
 
 /// Returns whether the residual exceeds the noise and shows an atom; then adds its moments to those that were found.

@@ -229,6 +229,14 @@ void Posterior::noise_N2(std::span<double> noise) {
   }
 }
 
+void Posterior::allForces_N(std::span<double> forces) const {
+  std::fill(forces.begin(), forces.end(), 0.0);
+  for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
+    std::copy_n(x_.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
+                forces.begin() + 3 * static_cast<std::ptrdiff_t>(chosen_->atoms[i]));
+  }
+}
+
 double Posterior::keep(std::span<const double> noise, AtomMoments& moments) {
   double degrees = 0.0;
   const auto known = this->known();

@@ -17,6 +17,9 @@
 
 namespace tractiond::solve {
 
+/// The log evidence of a prior that was fitted to the picture is less by so much for each degree of freedom.
+inline constexpr double kOptimism = 1.0;
+
 /// Thread-bound. Allocates only when made.
 class Posterior {
  public:
@@ -30,6 +33,8 @@ class Posterior {
 
   // What fit() found, of the chosen atoms in their order.
   std::span<const double> forces_N() const { return {x_.data(), 3 * chosen_->atoms.size()}; }
+  /// Puts them in their places among all (3A); the others have none.
+  void allForces_N(std::span<double> forces) const;
   std::span<const double> known();
   std::span<const double> extra() const { return {x_.data() + 3 * chosen_->atoms.size(), extraCount()}; }
   double logEvidence() const { return logEvidence_; }

@@ -81,11 +81,7 @@ void Prior::direct(Chosen& chosen, bool wide) const {
     const double* const alike = isWide ? wide_.col(wideColumn_[atom]).data() : alike_.col(atom).data();
     Block together = Block::Zero();
     for (std::size_t b = 0; b < shown_.size(); ++b) together += alike[shown_[b]] * pulling_[b];
-    const double trace = together.trace();
-    const Block isotropic = Block::Identity();
-    const Block omega = trace > 0.0
-                            ? Block((1.0 - options_.turning) * 3.0 / trace * together + options_.turning * isotropic)
-                            : isotropic;
+    const Block omega = together.trace() > 0.0 ? directions(together, options_.turning) : Block(Block::Identity());
     chosen.covariance_N2.emplace_back(chosen.gamma_N2[i] * omega);
   }
 }

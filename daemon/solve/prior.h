@@ -9,6 +9,13 @@
 
 namespace tractiond::solve {
 
+/// Returns the directions of an atom's force, a covariance of trace 3: those of `along`, and a share `turning` that is
+/// isotropic.
+inline Block directions(const Block& along, double turning) {
+  const Block isotropic = Block::Identity();
+  return (1.0 - turning) * 3.0 / along.trace() * along + turning * isotropic;
+}
+
 /// Thread-bound. Allocates only when made.
 class Prior {
  public:

@@ -92,7 +92,7 @@ class Day {
     step.weight_N = 1.0;
     stepAsked_s_ = now_s();
     stepUntil_s_ = now_s() + step.seconds + calibrate::CalibrationOptions{}.grace_s +
-                   2.0 * (1e-9 * static_cast<double>(Procedures::kNoFrames_ns) + kTurn_s) + kTurn_s;
+                   2.0 * (1e-9 * static_cast<double>(zero::ZeroProcedure::kNoFrames_ns) + kTurn_s) + kTurn_s;
     bench_.procedures.beginStep(step);
     look();
   }

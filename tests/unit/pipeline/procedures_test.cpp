@@ -100,7 +100,7 @@ TEST(Procedures, AZeroThatIsRefusedLeavesTheJudgementOfTheOneInForce) {
 TEST(Procedures, AZeroThatTheDiskDoesNotTakeIsRefusedAndReplacedThere) {
   ProceduresBench bench;
   bench.takeThirdZeroWhileTheDiskHangs();
-  bench.pass(Procedures::kKeptWithin_ns / 1'000'000 + 1);
+  bench.pass(zero::ZeroProcedure::kKeptWithin_ns / 1'000'000 + 1);
   bench.turn();
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);
   ASSERT_FALSE(bench.zeroAnswers[0]);
@@ -339,7 +339,7 @@ TEST(Procedures, SaysHowLongAZeroMayTakeAndKeepsToIt) {
     int frames;
     double told_Hz, real_Hz;
   };
-  constexpr double kKeptWithin_s = 1e-9 * static_cast<double>(Procedures::kKeptWithin_ns);
+  constexpr double kKeptWithin_s = 1e-9 * static_cast<double>(zero::ZeroProcedure::kKeptWithin_ns);
   for (const Case& c :
        {Case{30, 60.0, 60.0}, {30, 0.0, 12.5}, {10'000, 30.0, 30.0}, {100, 60.0, 2.0}, {30, 0.0, 0.3}}) {
     SCOPED_TRACE(testing::Message() << c.frames << " frames at " << c.real_Hz << " / s");

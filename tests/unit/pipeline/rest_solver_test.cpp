@@ -44,7 +44,7 @@ class RestSolverTest : public testing::Test {
   /// Turns until nothing is left to do.
   void settle() {
     EXPECT_TRUE(test::eventually([this] {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      std::this_thread::yield();
       rest_->turn();
       return rest_->idle();
     }));

@@ -117,8 +117,25 @@ TEST(PatchInfluence, IsThatOfABall) {
   EXPECT_LT((VectorXd::Map(column.data(), expected.size()) - expected).norm(), 1e-3 * expected.norm());
 }
 
+using NamedLoads = std::vector<std::pair<const char*, Load>>;
+
+/// Expects the model and its twin to agree on each load. Returns the number of those for which `is` is true.
+template <typename Is>
+int countWhereSame(const NamedLoads& loads, unsigned seed, Is is) {
+  PatchBench bench(smallSensor());
+  int count = 0;
+  for (const auto& [name, load] : loads) {
+    SCOPED_TRACE(name);
+    const VectorXd displacement = bench.picture(load, seed++);
+    const Estimate estimate = bench.solve(displacement);
+    expectSame(estimate, bench.twin(displacement));
+    count += is(estimate) ? 1 : 0;
+  }
+  return count;
+}
+
 TEST(Patches, AgreeWithTheDenseTwin) {
-  const std::vector<std::pair<const char*, Load>> loads = {
+  const NamedLoads loads = {
       {"in the middle", disc(1, 2, 2, kPress)},
       {"with friction", disc(-2.5, 0.5, 2.5, kPress + 0.4 * kShear)},
       {"turning", disc(0.7, -1.2, 3, kPress, 1.0)},
@@ -131,17 +148,7 @@ TEST(Patches, AgreeWithTheDenseTwin) {
       {"a bar", both(both(disc(-4, 0, 2, kPress), disc(0, 0, 2, kPress)), disc(4, 0, 2, kPress))},
       {"broad", square(0, 0, 7, 2)},
   };
-  PatchBench bench(smallSensor());
-  unsigned seed = 1;
-  int withPatches = 0;
-  for (const auto& [name, load] : loads) {
-    SCOPED_TRACE(name);
-    const VectorXd displacement = bench.picture(load, seed++);
-    const Estimate estimate = bench.solve(displacement);
-    expectSame(estimate, bench.twin(displacement));
-    withPatches += estimate.patchShare > 0.5 ? 1 : 0;
-  }
-  EXPECT_EQ(withPatches, 8);
+  EXPECT_EQ(countWhereSame(loads, 1, [](const Estimate& one) { return one.patchShare > 0.5; }), 8);
 }
 
 /// An even pressure on a ring.
@@ -156,7 +163,7 @@ Load ring(double x_mm, double y_mm, double radius_mm, const Vector3d& force_N) {
 }
 
 TEST(EvenField, AgreesWithTheDenseTwin) {
-  const std::vector<std::pair<const char*, Load>> loads = {
+  const NamedLoads loads = {
       {"disc", disc(0.5, -0.7, 9, 3 * kPress)},
       {"sheared", disc(-1, 0.5, 9, kPress + kShear)},
       {"square", square(0.7, 0, 8, 3)},
@@ -164,17 +171,7 @@ TEST(EvenField, AgreesWithTheDenseTwin) {
       {"beside a ball", both(square(-4, 3, 6, 2), disc(8, -8, 1, 0.4 * kPress))},
       {"partly beyond the nodes", square(8, 2, 7, 2)},
   };
-  PatchBench bench(smallSensor());
-  unsigned seed = 50;
-  int even = 0;
-  for (const auto& [name, load] : loads) {
-    SCOPED_TRACE(name);
-    const VectorXd displacement = bench.picture(load, seed++);
-    const Estimate estimate = bench.solve(displacement);
-    expectSame(estimate, bench.twin(displacement));
-    even += estimate.evenShare > 0.5 ? 1 : 0;
-  }
-  EXPECT_EQ(even, 5);
+  EXPECT_EQ(countWhereSame(loads, 50, [](const Estimate& one) { return one.evenShare > 0.5; }), 5);
 }
 
 TEST(EvenField, TakesOutMissingMarkers) {

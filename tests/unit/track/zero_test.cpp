@@ -72,6 +72,15 @@ TrackOptions judged() {
   return {.zeroFrames = kZeroFrames, .awaitJudge = true};
 }
 
+/// Takes the first zero, which is judged to fit.
+RestPose takeJudgedZero(Scene& scene, Tracking& tracking) {
+  RestPose zero;
+  shoot(scene, tracking, kZeroFrames + 1);
+  EXPECT_TRUE(tracking.tracker.takeRestPose(zero));
+  tracking.tracker.judge(zero.id, true);
+  return zero;
+}
+
 TEST(Zero, ThatIsAskedForWaitsForItsJudgeWhileTheOneBeforeIsMeasuredFrom) {
   Scene scene;
   Tracking tracking(scene, judged());
@@ -114,12 +123,8 @@ TEST(Zero, ThatIsBeingTakenChangesNoField) {
   blurred.blur_px = 1.3;
   Scene scene, other;
   Tracking tracking(scene, judged()), calm(other, judged());
-  RestPose zero;
-  for (auto* each : {&calm, &tracking}) {
-    shoot(each == &tracking ? scene : other, *each, kZeroFrames + 1);
-    ASSERT_TRUE(each->tracker.takeRestPose(zero));
-    each->tracker.judge(zero.id, true);
-  }
+  takeJudgedZero(other, calm);
+  takeJudgedZero(scene, tracking);
   for (Scene* each : {&scene, &other}) each->change(blurred);
   tracking.tracker.requestZero();
   for (int i = 0; i < kZeroFrames + 5; ++i) {
@@ -138,12 +143,9 @@ TEST(Zero, ThatItsJudgeRefusesLeavesNothingBehind) {
   blurred.blur_px = 1.6;
   Scene scene, other;
   Tracking tracking(scene, judged()), calm(other, judged());
-  RestPose zero, refused;
-  for (auto* each : {&calm, &tracking}) {
-    shoot(each == &tracking ? scene : other, *each, kZeroFrames + 1);
-    ASSERT_TRUE(each->tracker.takeRestPose(zero));
-    each->tracker.judge(zero.id, true);
-  }
+  RestPose refused;
+  takeJudgedZero(other, calm);
+  const RestPose zero = takeJudgedZero(scene, tracking);
   for (Scene* each : {&scene, &other}) each->change(blurred);
   tracking.tracker.requestZero();
   shoot(scene, tracking, kZeroFrames + 5);
