@@ -1,5 +1,5 @@
 # Writes the ledger's counters, a C++ struct, from message Ledger of status.proto: a member for each of its fields, the sum
-# of those that are causes of loss, and their copy into the message. traction_ledger(PROTO HEADER)
+# of those that are causes of loss, their copy into the message, and a loop over them. traction_ledger(PROTO HEADER)
 function(traction_ledger proto header)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${proto})
   file(READ ${proto} text)
@@ -23,6 +23,7 @@ function(traction_ledger proto header)
     string(REPLACE "_" "" member ${member})
     string(APPEND members "  Counter ${member};\n")
     string(APPEND copies "    message.set_${name}(${member}.get());\n")
+    string(APPEND uses "    use(\"${name}\", ${member}.get());\n")
     if(field MATCHES "frames_lost_total")
       string(APPEND losses " + ${member}.get()")
       string(APPEND copiedLosses " + message.${name}()")
@@ -48,6 +49,11 @@ struct LedgerCounters {
   std::uint64_t copyTo(Message& message) const {
 @copies@    return message.published()@copiedLosses@;
   }
+
+  /// Calls use(name, number) for each counter, by the name of its field.
+  template <typename Use>
+  void each(Use use) const {
+@uses@  }
 };
 
 }  // namespace tractiond

@@ -1,52 +1,23 @@
 #include "tests/simulation/account.h"
 
+#include "traction/v1/header.pb.h"
+
 #include <fmt/format.h>
 #include <xxhash.h>
 
 #include <bit>
+#include <cctype>
 
 namespace tractiond::simulation {
-namespace {
-
-struct Name {
-  const char* name;  ///< in traction.v1.Ledger
-  Counter Ledger::*counter;
-};
-constexpr std::array kNames = {
-    Name{"received", &Ledger::received},
-    Name{"published", &Ledger::published},
-    Name{"incomplete", &Ledger::incomplete},
-    Name{"wrong_size", &Ledger::wrongSize},
-    Name{"wrong_format", &Ledger::wrongFormat},
-    Name{"stale", &Ledger::stale},
-    Name{"implausible", &Ledger::implausible},
-    Name{"evicted_before_track", &Ledger::evictedBeforeTrack},
-    Name{"no_rest_pose", &Ledger::noRestPose},
-    Name{"no_gel", &Ledger::noGel},
-    Name{"evicted_before_solve", &Ledger::evictedBeforeSolve},
-    Name{"evicted_before_publish", &Ledger::evictedBeforePublish},
-    Name{"discarded_at_stop", &Ledger::discardedAtStop},
-    Name{"missing", &Ledger::missing},
-    Name{"reconnects", &Ledger::reconnects},
-    Name{"invalid", &Ledger::invalid},
-    Name{"doubted", &Ledger::doubted},
-};
-
-/// In the order of their bits.
-constexpr std::array kFlagNames = {"zero_unverified", "few_markers",  "discontinuity", "reacquiring",   "torn",
-                                   "unexplained",     "out_of_range", "gel_mismatch",  "doubted_origin"};
-
-}  // namespace
 
 void Account::add(const Ledger& ledger) {
-  static_assert(kNames.size() == kCounters && kFlagNames.size() == kFlags);
-  for (std::size_t i = 0; i < kCounters; ++i) counters_[i] += (ledger.*kNames[i].counter).get();
+  ledger.each([this](const char* name, std::uint64_t count) { counters_[name] += count; });
 }
 
 void Account::add(const TractionField& field) {
   ++fields_;
   valid_ += field.valid ? 1 : 0;
-  for (std::size_t i = 0; i < kFlags; ++i) flags_[i] += (field.flags >> i) & 1U;
+  for (std::size_t i = 0; i < flags_.size(); ++i) flags_[i] += (field.flags >> i) & 1U;
 
   const auto bits = [](auto value) { return std::bit_cast<std::uint64_t>(value); };
   const FrameInfo& info = field.markers.info;
@@ -91,11 +62,14 @@ void Account::hash(const void* bytes, std::size_t size) {
 
 std::string Account::text() const {
   std::string text;
-  for (std::size_t i = 0; i < kCounters; ++i) {
-    if (counters_[i] > 0) text += fmt::format("{}: {}\n", kNames[i].name, counters_[i]);
+  for (const auto& [name, count] : counters_) {
+    if (count > 0) text += fmt::format("{}: {}\n", name, count);
   }
-  for (std::size_t i = 0; i < kFlags; ++i) {
-    if (flags_[i] > 0) text += fmt::format("flag {}: {}\n", kFlagNames[i], flags_[i]);
+  for (std::size_t i = 0; i < flags_.size(); ++i) {
+    if (flags_[i] == 0) continue;
+    std::string name = traction::v1::Flag_Name(static_cast<traction::v1::Flag>(1U << i)).substr(sizeof "FLAG");
+    for (char& letter : name) letter = static_cast<char>(std::tolower(letter));
+    text += fmt::format("flag {}: {}\n", name, flags_[i]);
   }
   return text;
 }

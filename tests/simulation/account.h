@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 
 namespace tractiond::simulation {
@@ -25,12 +26,10 @@ class Account {
   std::string text() const;
 
  private:
-  static constexpr std::size_t kCounters = 17, kFlags = 9;
-
   void hash(const void* bytes, std::size_t size);
 
-  std::array<std::uint64_t, kCounters> counters_{};
-  std::array<std::uint64_t, kFlags> flags_{};
+  std::map<std::string, std::uint64_t> counters_;  ///< by their names in message Ledger
+  std::array<std::uint64_t, 32> flags_{};          ///< number of fields, by the flag's bit
   std::uint64_t fields_ = 0, valid_ = 0, hash_ = 0;
 };
 
