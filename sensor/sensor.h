@@ -12,10 +12,12 @@ namespace sensor {
 
 /// Standard deviations of the sensor's parameters: the systematic part of a force's uncertainty.
 struct Uncertainty {
-  double youngsModulus = 0.02;                                   ///< relative
-  double poissonRatio = 0.005;                                   ///< of a block only
-  double thickness = 0.2e-3;                                     ///< of a block only [m]
-  double layerDepth = 0.1e-3;                                    ///< of each layer's depth, of a block only [m]
+  double youngsModulus = 0.02;  ///< relative
+  double poissonRatio = 0.005;  ///< of a block only
+  double thickness = 0.2e-3;    ///< of a block only [m]
+  double layerDepth = 0.1e-3;   ///< of each layer's depth, of a block only [m]
+  /// of a marker's depth about its layer's, of a block only [m]; 0: layers that were not made by hand
+  double markerDepth = 0.0;
   double model = 0.003;                                          ///< all other errors of the mechanics, relative
   double focal = 0.002;                                          ///< focal length, relative
   Eigen::Vector3d position = Eigen::Vector3d::Constant(0.3e-3);  ///< camera's position, gel frame [m]

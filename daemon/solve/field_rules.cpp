@@ -53,6 +53,17 @@ void FieldRules::centre(TractionField& field) const {
   if (field.centreOfPressureValid) field.centreOfPressure_m = {-field.moment_Nm[1] / z, field.moment_Nm[0] / z};
 }
 
+Eigen::Vector3d FieldRules::centroid(const TractionField& field) const {
+  double sum = 0.0;
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    const double force = Eigen::Vector3f::Map(field.force_N.data() + 3 * n).norm();
+    sum += force;
+    moment += force * Eigen::Vector3d::Map(nodes_[n].data());
+  }
+  return sum > 0.0 ? Eigen::Vector3d(moment / sum) : moment;
+}
+
 void FieldRules::explain(double squaredResidual_px2, const UsedMarkers& markers, TractionField& field) {
   const auto count = static_cast<double>(markers.coordinates().size());
   // Rounding can leave a perfect fit just below zero.

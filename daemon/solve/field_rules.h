@@ -24,6 +24,9 @@ class FieldRules {
   /// Gives the field's centre of pressure, from its wrench and noise.
   void centre(TractionField& field) const;
 
+  /// Returns the centroid of the nodes, each weighed by the length of its force [m]; the origin if all are 0.
+  Eigen::Vector3d centroid(const TractionField& field) const;
+
   /// Gives the residual and raises kUnexplained. `squaredResidual_px2`: over the used markers' coordinates.
   static void explain(double squaredResidual_px2, const UsedMarkers& markers, TractionField& field);
 

@@ -27,6 +27,11 @@ namespace tractiond::solve {
 struct SystematicErrors {
   std::vector<double> contact;    ///< by the nodes around a small contact
   std::vector<double> wholeFace;  ///< by all nodes, which take part of a block's own bending for forces
+
+  /// The same of depths that scatter from marker to marker (Uncertainty::markerDepth; empty where that is 0): 6 x 3
+  /// matrices E, row after row. A force F is misread by force and moment about its place with the covariance sum E F F'
+  /// E'.
+  std::vector<double> contactScatter, wholeFaceScatter;
 };
 
 /// Immutable once made; any thread may read it.

@@ -74,8 +74,9 @@ void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
   hasher.value(sensor.uncertainty.layerDepth);
   hasher.value(isWeighed(sensor));
   vector(motionPrior(sensor).variances);
-  // Of square pixels it is left out: caches from before the key existed remain valid.
+  // What has its default is left out: caches from before the key existed keep their id.
   if (camera.aspect != 1.0) hasher.value(camera.aspect);
+  if (sensor.uncertainty.markerDepth != 0.0) hasher.value(sensor.uncertainty.markerDepth);
 }
 
 /// The content of the file at `path` if load() gives it, else what compute() gives, which save(path, content) then

@@ -27,12 +27,12 @@ struct Kind;
 template <>
 struct Kind<Inverse> {
   static constexpr Magic kMagic = {'t', 'r', 'a', 'c', 't', 'i', 'n', 'v'};
-  static constexpr std::uint32_t kFormatVersion = 3;
+  static constexpr std::uint32_t kFormatVersion = 4;
 };
 template <>
 struct Kind<Factors> {
   static constexpr Magic kMagic = {'t', 'r', 'a', 'c', 't', 'f', 'a', 'c'};
-  static constexpr std::uint32_t kFormatVersion = 1;
+  static constexpr std::uint32_t kFormatVersion = 2;
 };
 
 /// In the machine's byte order: another order's version would not be known.
@@ -46,9 +46,10 @@ struct Header {
   std::int64_t computed_ns = 0;
   double scale = 0.0;                  ///< Inverse::lambda or Factors::force_N
   std::uint64_t systematicErrors = 0;  ///< numbers in either array
+  std::uint64_t scatter = 0;           ///< the same, of what markers' depths misread
   Hash128 checksum{};                  ///< of the header up to here, then of all that follows
 };
-static_assert(sizeof(Header) == 80);  // no padding
+static_assert(sizeof(Header) == 88);  // no padding
 constexpr std::size_t kCheckedHeader = offsetof(Header, checksum);
 
 template <typename Matrix>
@@ -75,6 +76,8 @@ void forEachArray(Content& content, Use use) {
   use(content.motion.all());
   use(std::span(content.systematicErrors.contact));
   use(std::span(content.systematicErrors.wholeFace));
+  use(std::span(content.systematicErrors.contactScatter));
+  use(std::span(content.systematicErrors.wholeFaceScatter));
 }
 
 Hash128 checksum(const Header& header, std::span<const char> arrays) {
@@ -92,6 +95,8 @@ void resizeCommon(Content& content, const Header& header) {
   content.motion = RowMatrix(kMotions, header.coordinateCount);
   content.systematicErrors.contact.resize(header.systematicErrors);
   content.systematicErrors.wholeFace.resize(header.systematicErrors);
+  content.systematicErrors.contactScatter.resize(header.scatter);
+  content.systematicErrors.wholeFaceScatter.resize(header.scatter);
 }
 
 /// Sizes the arrays as the header says.
@@ -137,7 +142,7 @@ tl::expected<Content, std::string> load(const fs::path& path, const Id& id, int 
   if (header.checksum != checksum(header, arrays)) return reject("its checksum is wrong");
   if (header.coordinateCount != coordinateCount || header.forceCount != forceCount || header.rank < 1 ||
       header.rank > std::min(coordinateCount, forceCount) || header.systematicErrors % 36 != 0 ||
-      header.systematicErrors > arrays.size()) {
+      header.systematicErrors > arrays.size() || header.scatter % 18 != 0 || header.scatter > arrays.size()) {
     return reject("of another size");
   }
 
@@ -167,6 +172,7 @@ tl::expected<void, std::string> save(const fs::path& path, const Content& conten
   header.computed_ns = content.computed_ns;
   header.scale = scale;
   header.systematicErrors = content.systematicErrors.contact.size();
+  header.scatter = content.systematicErrors.contactScatter.size();
   std::vector<char> file(sizeof header);
   forEachArray(content, [&file](auto array) {
     const char* const bytes = reinterpret_cast<const char*>(array.data());

@@ -117,12 +117,15 @@ void ModelSolver::addSystematic(TractionField& field) const {
   }
   if (squares == 0.0) return;
   const double whole = square(sum) / squares / static_cast<double>(nodeForce_.size() / 3);
-  const auto add = [&](double share, const std::vector<double>& errors) {
-    const WrenchCovariance covariance = systematicCovariance(wrenchOf(field), uncertainty_, atoms_.pitch_m, errors);
+  const Eigen::Vector3d at = rules_.centroid(field);
+  const auto add = [&](double share, std::span<const double> errors, std::span<const double> scatter) {
+    const WrenchCovariance covariance =
+        systematicCovariance(wrenchOf(field), at, uncertainty_, atoms_.pitch_m, errors, scatter);
     for (std::size_t i = 0; i < covariance.size(); ++i) field.systematic[i] += share * covariance[i];
   };
-  add(whole, factors_.systematicErrors.wholeFace);
-  add(1.0 - whole, factors_.systematicErrors.contact);
+  const SystematicErrors& errors = factors_.systematicErrors;
+  add(whole, errors.wholeFace, errors.wholeFaceScatter);
+  add(1.0 - whole, errors.contact, errors.contactScatter);
 }
 
 /// Solves pictures of a force on each of nine points, raised until something is found and then halved in between.

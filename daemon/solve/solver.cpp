@@ -212,8 +212,9 @@ void Solver::combine(double share, TractionField& field) {
                                : Method::kWholeFace;
   field.valid = true;
   sum(field);
-  addSystematic(whole, inverse_.systematicErrors.wholeFace, field);
-  addSystematic(share, inverse_.systematicErrors.contact, field);
+  const SystematicErrors& errors = inverse_.systematicErrors;
+  addSystematic(whole, errors.wholeFace, errors.wholeFaceScatter, field);
+  addSystematic(share, errors.contact, errors.contactScatter, field);
   addDoubtAtRim(share, field);
   judge(squaredResidual, field);
 }
@@ -273,9 +274,11 @@ void Solver::addNoiseOfPatch(double share, const Contacts::AtRim& found, Tractio
   }
 }
 
-void Solver::addSystematic(double share, const std::vector<double>& errors, TractionField& field) const {
+void Solver::addSystematic(double share, std::span<const double> errors, std::span<const double> scatter,
+                           TractionField& field) const {
   if (share == 0.0) return;
-  const WrenchCovariance covariance = systematicCovariance(wrenchOf(field), uncertainty_, pitch_m_, errors);
+  const WrenchCovariance covariance =
+      systematicCovariance(wrenchOf(field), rules_.centroid(field), uncertainty_, pitch_m_, errors, scatter);
   for (std::size_t i = 0; i < covariance.size(); ++i) field.systematic[i] += share * covariance[i];
 }
 

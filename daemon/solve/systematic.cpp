@@ -12,6 +12,9 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix63 = Eigen::Matrix<double, 6, 3, Eigen::RowMajor>;
+using Vector18 = Eigen::Matrix<double, 18, 1>;
+using Matrix18 = Eigen::Matrix<double, 18, 18>;
 
 constexpr int kCameraNumbers = 7;
 
@@ -106,6 +109,68 @@ Eigen::MatrixXd bodyColumns(const sensor::Sensor& sensor, const std::vector<int>
   return columns;
 }
 
+/// What a force at `at` is misread by [force, moment about the place of the force], from what the wrench is.
+Reading aboutPlace(const Reading& reading, const Eigen::Vector3d& at) {
+  Reading result = reading;
+  for (Eigen::Index i = 0; i < reading.cols(); ++i) result.col(i).tail<3>() -= at.cross(reading.col(i).head<3>());
+  return result;
+}
+
+/// Adds up what each marker's own depth misreads. `reading`: about the place of the force; `byDepth`: what a deviation
+/// of depth adds to the displacements under unit forces there, 2M x 3 [px/N].
+class ScatterSum {
+ public:
+  void add(const Reading& reading, const Eigen::Ref<const Eigen::MatrixXd>& byDepth, double weight) {
+    for (Eigen::Index i = 0; i < byDepth.rows(); i += 2) {
+      const Matrix63 misread = reading.middleCols<2>(i) * byDepth.middleRows<2>(i);
+      const Eigen::Map<const Vector18> each(misread.data());
+      sum_ += weight * each * each.transpose();
+    }
+  }
+
+  /// Returns 6 x 3 matrices, row after row, of which each marker's are random combinations.
+  std::vector<double> principal() const {
+    const Eigen::SelfAdjointEigenSolver<Matrix18> eigen(sum_);
+    const Matrix18 scaled = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+    return {scaled.data(), scaled.data() + scaled.size()};
+  }
+
+ private:
+  Matrix18 sum_ = Matrix18::Zero();
+};
+
+/// Of a contact about any of the nine places; `around` and `byDepth`: of each.
+std::vector<double> contactScatter(const std::vector<Reading>& around, const Eigen::MatrixXd& byDepth,
+                                   const sensor::Points& places) {
+  ScatterSum sum;
+  for (Eigen::Index i = 0; i < places.cols(); ++i) {
+    sum.add(aboutPlace(around[static_cast<std::size_t>(i)], places.col(i)), byDepth.middleCols<3>(3 * i),
+            1.0 / static_cast<double>(places.cols()));
+  }
+  return sum.principal();
+}
+
+/// Of a force that all nine places share.
+std::vector<double> wholeFaceScatter(const Reading& wholeFace, const Eigen::MatrixXd& byDepth,
+                                     const sensor::Points& places) {
+  Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(byDepth.rows(), 3);
+  for (Eigen::Index i = 0; i < places.cols(); ++i) mean += byDepth.middleCols<3>(3 * i);
+  ScatterSum sum;
+  sum.add(aboutPlace(wholeFace, places.rowwise().mean()), mean / static_cast<double>(places.cols()), 1.0);
+  return sum.principal();
+}
+
+/// Covariance of a wrench by SystematicErrors::contactScatter or wholeFaceScatter, the force being at `at`.
+Matrix6 scatterCovariance(const Eigen::Vector3d& force, const Eigen::Vector3d& at, std::span<const double> scatter) {
+  Matrix6 covariance = Matrix6::Zero();
+  for (std::size_t k = 0; k < scatter.size(); k += Matrix63::SizeAtCompileTime) {
+    Vector6 error = Matrix63::Map(scatter.data() + k) * force;
+    error.tail<3>() += at.cross(error.head<3>());
+    covariance += error * error.transpose();
+  }
+  return covariance;
+}
+
 }  // namespace
 
 bool isWeighed(const sensor::Sensor& sensor) {
@@ -129,6 +194,7 @@ SystematicErrors errorsOf(const sensor::Sensor& sensor, const SolveOptions& opti
   };
   const Eigen::MatrixXd unit = displacement(sensor), straight = sensor::elastic::toImage(sensor, unit);
   std::vector<Eigen::MatrixXd> strays;  // 2M x 27 [px/N], by a deviation each
+  Eigen::MatrixXd byDepth;              // of a block, 2M x 27 [px/(N m)]: by each marker's own depth
   const auto add = [&](const sensor::Sensor& strayed, const Eigen::MatrixXd& moved, double deviations) {
     strays.emplace_back(deviations * (sensor::elastic::toImage(strayed, moved) - straight));
   };
@@ -151,15 +217,13 @@ SystematicErrors errorsOf(const sensor::Sensor& sensor, const SolveOptions& opti
 
     sensor::Sensor shallower = sensor;  // not deeper: a layer may lie next to the base
     for (sensor::MarkerLayer& layer : shallower.layers) layer.depth *= 1.0 - kSmall;
-    const Eigen::MatrixXd moved = displacement(shallower);
+    byDepth = sensor::elastic::toImage(shallower, displacement(shallower)) - straight;
     Eigen::Index first = 0;
-    for (std::size_t k = 0; k < sensor.layers.size(); ++k) {
-      const Eigen::Index rows = 3 * sensor.layers[k].count();
-      other = sensor;
-      other.layers[k] = shallower.layers[k];
-      Eigen::MatrixXd layerMoved = unit;
-      layerMoved.middleRows(first, rows) = moved.middleRows(first, rows);
-      add(other, layerMoved, -by.layerDepth / (kSmall * sensor.layers[k].depth));
+    for (const sensor::MarkerLayer& layer : sensor.layers) {
+      const Eigen::Index rows = 2 * layer.count();
+      byDepth.middleRows(first, rows) /= -kSmall * layer.depth;
+      strays.emplace_back(Eigen::MatrixXd::Zero(straight.rows(), straight.cols()));
+      strays.back().middleRows(first, rows) = by.layerDepth * byDepth.middleRows(first, rows);
       first += rows;
     }
   }
@@ -184,6 +248,11 @@ SystematicErrors errorsOf(const sensor::Sensor& sensor, const SolveOptions& opti
     }
     errors.contact.insert(errors.contact.end(), contact.data(), contact.data() + contact.size());
     errors.wholeFace.insert(errors.wholeFace.end(), whole.data(), whole.data() + whole.size());
+  }
+  if (!sensor.body && sensor.uncertainty.markerDepth > 0.0) {
+    byDepth *= sensor.uncertainty.markerDepth;
+    errors.contactScatter = contactScatter(around, byDepth, loads.positions);
+    errors.wholeFaceScatter = wholeFaceScatter(wholeFace, byDepth, loads.positions);
   }
   return errors;
 }
@@ -240,8 +309,9 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
   });
 }
 
-WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const sensor::Uncertainty& uncertainty,
-                                      double pitch_m, const std::vector<double>& errors) {
+WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const Eigen::Vector3d& at,
+                                      const sensor::Uncertainty& uncertainty, double pitch_m,
+                                      std::span<const double> errors, std::span<const double> scatter) {
   const Vector6 w = Vector6::Map(wrench.data());
   const double force = w.head<3>().squaredNorm(), moment = w.tail<3>().squaredNorm();
   Matrix6 covariance = (uncertainty.youngsModulus * uncertainty.youngsModulus) * w * w.transpose();
@@ -253,6 +323,7 @@ WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const
     const Vector6 error = Eigen::Map<const Matrix6>(errors.data() + k) * w;
     covariance += error * error.transpose();
   }
+  covariance += scatterCovariance(w.head<3>(), at, scatter);
   WrenchCovariance result;
   Eigen::Map<Matrix6>(result.data()) = covariance;
   return result;

@@ -19,9 +19,10 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
 /// is part of it.
 bool isWeighed(const sensor::Sensor& sensor);
 
-/// Covariance of the wrench (Fx .. Mz): by Young's modulus, what else the mechanics err by, and one of
-/// SystematicErrors.
-WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const sensor::Uncertainty& uncertainty,
-                                      double pitch_m, const std::vector<double>& errors);
+/// Covariance of the wrench (Fx .. Mz): by Young's modulus, what else the mechanics err by, and the two arrays of
+/// SystematicErrors for a contact, or for the whole face. \param at where the force is [m]
+WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const Eigen::Vector3d& at,
+                                      const sensor::Uncertainty& uncertainty, double pitch_m,
+                                      std::span<const double> errors, std::span<const double> scatter);
 
 }  // namespace tractiond::solve

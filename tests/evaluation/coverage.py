@@ -14,6 +14,7 @@ AXES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 WEIGHT_GF = 200
 OF_WEIGHTS = 0.005  # deviation of Young's modulus by weights
 FRAMES = 10
+HAND_MADE_MM = 0.1  # deviation of a marker's depth in a layer that was made by hand
 
 
 class Mechanics:
@@ -25,11 +26,14 @@ class Mechanics:
         self.straight = truth.join(self.loads, truth.load(40, 0.49, "probe")).displacement
         self.by = [truth.load(40, 0.49, f"strayed_{name}").displacement for name in ("poisson", "thickness", "depth")]
 
-    def draw(self, generator):
-        """A block of its own: a function from the load's number to displacements per newton."""
+    def draw(self, generator, scatter_mm=0.0):
+        """A block of its own: a function from the load's number to displacements per newton. `scatter_mm`: deviation of a
+        marker's depth."""
         by = KNOWN["uncertainty"]
         poisson, thickness = generator.standard_normal(2) * [by["poisson_ratio"], 1e-3 * by["thickness_mm"]]
         depth = np.repeat(1e-3 * by["layer_depth_mm"] * generator.standard_normal(2), 576)
+        if scatter_mm > 0:
+            depth += 1e-3 * scatter_mm * generator.standard_normal(len(depth))
         return lambda number: (
             self.straight[number]
             + poisson * self.by[0][number]
@@ -66,18 +70,20 @@ hash = "{32 * '0'}"
 """
 
 
-def random_loads(count, groups, weighed, seed, broken=0.0):
+def random_loads(count, groups, weighed, seed, broken=0.0, scatter_mm=0.0):
     """Errors, frames x 6, and their stated deviations. The loads of a group share a camera, and which markers are broken:
-    `broken` is their share."""
+    `broken` is their share. `scatter_mm`: deviation of a marker's depth, which the gel file states."""
     generator, mechanics = np.random.default_rng(seed), Mechanics()
     number_of, probe = len(mechanics.loads.displacement), len(mechanics.straight) - 1
     forces, moments = mechanics.loads.forces(), mechanics.loads.moments()
     gel = chain.gel_text() + (WEIGHED if weighed else "")
+    if scatter_mm > 0:
+        gel += f"[uncertainty]\nmarker_depth_mm = {scatter_mm}\n"
     errors, deviations = [], []
     for group in range(groups):
         camera, displacement, weights, stray, true = draw_camera(generator), [], [], [], []
         for index in range(group * count // groups, (group + 1) * count // groups):
-            load, block = index % number_of, mechanics.draw(generator)
+            load, block = index % number_of, mechanics.draw(generator, scatter_mm)
             force = np.exp(generator.uniform(np.log(5), np.log(400))) * GF
             stiffness = 1 + KNOWN["uncertainty"]["youngs_modulus_relative"] * generator.standard_normal()
             displacement.append(np.repeat(force / stiffness * block(load)[None], FRAMES, axis=0))
@@ -147,6 +153,12 @@ def coverage(report, quick):
         *random_loads(*((40, 10) if quick else (400, 80)), weighed=False, seed=20057, broken=0.4),
         ", two fifths of the dots broken",
         "coverage with broken dots",
+    )
+    rows(
+        report,
+        *random_loads(*((40, 10) if quick else (400, 80)), weighed=False, seed=20059, scatter_mm=HAND_MADE_MM),
+        f", depths of the markers scattered by {HAND_MADE_MM} mm",
+        "coverage with scattered depths",
     )
     rows(
         report,

@@ -19,6 +19,7 @@ sensor::Sensor tinySensor() {
   sensor::Sensor sensor;
   for (sensor::MarkerLayer& layer : sensor.layers) layer.columns = layer.rows = 2;
   sensor.nodes.columns = sensor.nodes.rows = 2;
+  sensor.uncertainty.markerDepth = 0.1e-3;
   return sensor;
 }
 
@@ -151,6 +152,9 @@ TYPED_TEST(InverseCache, TheSecondStartReadsWhatTheFirstComputed) {
   EXPECT_EQ(first.systematicErrors.contact, second.systematicErrors.contact);
   EXPECT_EQ(first.systematicErrors.wholeFace, second.systematicErrors.wholeFace);
   EXPECT_NE(first.systematicErrors.contact, first.systematicErrors.wholeFace);
+  EXPECT_EQ(first.systematicErrors.contactScatter, second.systematicErrors.contactScatter);
+  EXPECT_EQ(first.systematicErrors.wholeFaceScatter, second.systematicErrors.wholeFaceScatter);
+  EXPECT_FALSE(first.systematicErrors.contactScatter.empty());
   Kind<TypeParam>::expectSame(first, second);
   EXPECT_EQ(std::distance(fs::directory_iterator(this->state()), {}), 1) << "nothing is left beside the cache";
 }

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <random>
 
 namespace tractiond::solve::systematic_test {
 namespace {
@@ -73,9 +74,9 @@ Eigen::MatrixXd seen(const sensor::Sensor& sensor) {
                                                                               {.degree = 6, .breaks = {}}));
 }
 
-Vector6 reading(Solver& solver, const Eigen::VectorXd& image) {
+Vector6 reading(Solver& solver, const Eigen::VectorXd& image, float variance_px2 = 1e-5F) {
   MarkerField markers = fieldOf(image);
-  std::ranges::fill(markers.variance_px2, 1e-5F);
+  std::ranges::fill(markers.variance_px2, variance_px2);
   TractionField field;
   field.resize(thin().markerCount(), thin().nodes.count());
   solver.solve(markers, field);
@@ -188,7 +189,8 @@ TEST(Systematic, ABodyHasTheCamerasErrorsAlone) {
 }
 
 TEST(Systematic, TheModelOfContactsMisreadsASmallContactAsTheNodesAroundIt) {
-  const sensor::Sensor sensor = smallSensor();
+  sensor::Sensor sensor = smallSensor();
+  sensor.uncertainty.markerDepth = 0.1e-3;
   SolveOptions options;
   options.model = Model::kHalfSpace;
   const SystematicErrors nodes = loadOrCompute(sensor, options, "/dev/null/none")->systematicErrors;
@@ -200,6 +202,56 @@ TEST(Systematic, TheModelOfContactsMisreadsASmallContactAsTheNodesAroundIt) {
     const Matrix6 expected = error(nodes.contact, static_cast<int>(k));
     EXPECT_LT((error(model.contact, static_cast<int>(k)) - expected).norm(), 1e-3 * expected.norm() + 1e-9) << k;
   }
+  const auto byScatter = [&](const std::vector<double>& scatter) {
+    sensor::Uncertainty none;
+    none.youngsModulus = none.model = 0.0;
+    const WrenchCovariance covariance =
+        systematicCovariance({0.3, 0.0, 1.0, 0.0, 0.0, 0.0}, {0.01, 0.0, 0.0}, none, 3e-3, {}, scatter);
+    return Matrix6(Matrix6::Map(covariance.data()));
+  };
+  const Matrix6 expected = byScatter(nodes.contactScatter);
+  EXPECT_GT(expected(2, 2), 0.0);
+  EXPECT_LT((byScatter(model.contactScatter) - expected).norm(), 1e-3 * expected.norm());
+}
+
+TEST(Systematic, ScatteredDepthsMisreadAContactAsPredicted) {
+  constexpr int kGels = 12;
+  constexpr double kScatter_m = 0.1e-3;
+  sensor::Sensor made = thin();
+  made.uncertainty.markerDepth = kScatter_m;
+  const SolveOptions options;
+  const SystematicErrors errors = systematicErrors(made, options, thinInverse());
+  const auto variance_px2 = static_cast<float>(options.noise_px * options.noise_px);
+  sensor::Uncertainty scatterAlone = made.uncertainty;
+  scatterAlone.youngsModulus = scatterAlone.model = 0.0;
+  Solver solver(thinInverse(), thin(), options);
+  for (sensor::MarkerLayer& layer : made.layers) layer.depth += kScatter_m;
+  const sensor::Points at = places();
+  const Eigen::MatrixXd straight = seen(thin()), byDepth = seen(made) - straight, units = wrenches(at);
+  std::mt19937_64 generator(1);
+  std::normal_distribution<double> normal;
+  for (const int axis : {0, 2}) {
+    Vector6 measured = Vector6::Zero(), predicted = Vector6::Zero();  // sums of squares
+    for (int gel = 0; gel < kGels; ++gel) {
+      Eigen::VectorXd deviations(straight.rows());  // of each marker's depth
+      for (Eigen::Index i = 0; i < deviations.size(); i += 2) deviations.segment<2>(i).setConstant(normal(generator));
+      for (Eigen::Index column = axis; column < straight.cols(); column += 3) {
+        const Eigen::VectorXd image = straight.col(column) + deviations.cwiseProduct(byDepth.col(column));
+        const Vector6 misread = reading(solver, kForce_N * image, variance_px2) -
+                                reading(solver, kForce_N * straight.col(column), variance_px2);
+        measured += misread.cwiseAbs2();
+        std::array<double, 6> wrench{};
+        Vector6::Map(wrench.data()) = kForce_N * units.col(column);
+        const WrenchCovariance covariance =
+            systematicCovariance(wrench, at.col(column / 3), scatterAlone, 3e-3, {}, errors.contactScatter);
+        predicted += Matrix6::Map(covariance.data()).diagonal();
+      }
+    }
+    // 108 draws tell a deviation to a tenth. The solver chooses its nodes by what it sees.
+    for (const int component : {axis, 2, 3, 4}) {
+      EXPECT_NEAR(std::sqrt(measured[component] / predicted[component]), 1.0, 0.25) << axis << ", " << component;
+    }
+  }
 }
 
 TEST(Systematic, StiffnessScalesTheWholeWrench) {
@@ -207,7 +259,7 @@ TEST(Systematic, StiffnessScalesTheWholeWrench) {
   uncertainty.model = 0.0;
   uncertainty.youngsModulus = 0.02;
   const std::array<double, 6> wrench = {1.0, -2.0, 3.0, 0.01, 0.02, -0.03};
-  const WrenchCovariance covariance = systematicCovariance(wrench, uncertainty, 3e-3, {});
+  const WrenchCovariance covariance = systematicCovariance(wrench, {0.01, 0.02, 0.0}, uncertainty, 3e-3, {}, {});
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < 6; ++j) EXPECT_NEAR(covariance[6 * i + j], 4e-4 * wrench[i] * wrench[j], 1e-12);
   }
