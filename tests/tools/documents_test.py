@@ -1,5 +1,6 @@
-"""Links between the pages, and from the code to pages, lead somewhere; docs/decisions/README.md lists the decision records."""
+"""Links between the pages, and from the code to pages, lead somewhere; lists in the pages are those of records and code."""
 
+import os
 import pathlib
 import re
 import unittest
@@ -74,6 +75,15 @@ class Decisions(unittest.TestCase):
                 found = sections(record)
                 self.assertEqual(found, [name for name in SECTIONS if name in found])
                 self.assertLessEqual({"Context", "Decision"}, set(found))
+
+
+class Architecture(unittest.TestCase):
+    def test_lists_the_exit_codes_of_the_daemon(self):
+        code = "".join(path.read_text() for room in ("base", "daemon") for path in (SOURCE / room).rglob("*")
+                       if path.suffix in (".h", ".cpp"))
+        used = {getattr(os, name) for name in re.findall(r"\bEX_[A-Z]+\b", code)}
+        errors = re.search(r"^## Errors\n(.*?)^## ", (SOURCE / "docs/architecture.md").read_text(), re.M | re.S)[1]
+        self.assertEqual(used, {int(number) for number in re.findall(r"^\| (\d+) \|", errors, re.M)})
 
 
 if __name__ == "__main__":
