@@ -39,6 +39,7 @@ class Run {
   void die(const char* why, bool powerIsCut = false);
   void work();
   void keep();
+  void askStep(const Happening& one);
   void control();
   void stop();
 
@@ -52,6 +53,7 @@ class Run {
   Camera camera_;
   Zeros zeros_;
   Askers askers_;
+  StepWork stepWork_;
   Fields fields_;
 
   std::unique_ptr<Life> life_;

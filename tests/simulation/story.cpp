@@ -26,6 +26,9 @@ constexpr std::array kSorts = {
     Sort{Event::kIdsRestart, "ids-restart", 2, 0, 0, 0},
     Sort{Event::kIdsJump, "ids-jump", 1, 1, 30'000, 0},
     Sort{Event::kSecondCounter, "second-counter", 2, 4, 60, 10'000},
+    Sort{Event::kImpostor, "impostor", 2, 10, 1'000, 10'000},
+    Sort{Event::kOtherPictures, "other-pictures", 1, 0, 0, 0},
+    Sort{Event::kNoClock, "no-clock", 1, 0, 0, 20'000},
     Sort{Event::kClockStep, "clock-step", 2, -20'000, 20'000, 0},
     Sort{Event::kGone, "gone", 3, 0, 0, 20'000},
     Sort{Event::kSlowAnswers, "slow-answers", 3, 1, 3'000, 20'000},
@@ -44,9 +47,11 @@ constexpr std::array kSorts = {
     Sort{Event::kReopen, "reopen", 2, 0, 1, 0},
     Sort{Event::kQuestion, "question", 3, 0, 0, 0},
     Sort{Event::kNoise, "noise", 3, 500, 10'000, 0},
+    Sort{Event::kFinish, "finish", 3, 0, 0, 0},
     Sort{Event::kTouch, "touch", 6, 20, 4'000, 15'000},
     Sort{Event::kFewMarkers, "few-markers", 2, 0, 0, 10'000},
 };
+static_assert(kSorts.size() == kEvents);
 
 const Sort& sortOf(Event event) {
   return *std::ranges::find(kSorts, event, &Sort::event);
