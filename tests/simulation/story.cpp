@@ -49,7 +49,7 @@ constexpr std::array kSorts = {
     Sort{Event::kNoise, "noise", 3, 500, 10'000, 0},
     Sort{Event::kFinish, "finish", 3, 0, 0, 0},
     Sort{Event::kTouch, "touch", 6, 20, 4'000, 15'000},
-    Sort{Event::kFewMarkers, "few-markers", 2, 0, 0, 10'000},
+    Sort{Event::kFewMarkers, "few-markers", 2, 0, 0, 60'000},
 };
 static_assert(kSorts.size() == kEvents);
 

@@ -2,8 +2,9 @@
 
 import collections
 import pathlib
-import random
 import re
+
+import seed
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 
@@ -86,7 +87,7 @@ def edit(project, one):
     return one.file, "".join(lines), "".join(changed)
 
 
-def drawn(number, seed):
-    """Returns mutations in the order in which they are to be made. Twice `number`, as some do not compile."""
+def drawn(number):
+    """Draws mutations, in the order in which they are to be made. Twice `number`, as some do not compile."""
     all_of_them = sites()
-    return random.Random(seed).sample(all_of_them, min(2 * number, len(all_of_them)))
+    return seed.chance("mutations").sample(all_of_them, min(2 * number, len(all_of_them)))

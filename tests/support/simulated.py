@@ -125,8 +125,7 @@ def killer(project, one, minutes, log):
 
 def run_random(project, minutes, number):
     logs, made, killed, skipped = mutations.log_folder(project), 0, 0, 0
-    print(f"mutations: drawn with TRACTION_SEED={seed.SEED}", flush=True)
-    for one in random_mutations.drawn(number, seed.SEED):
+    for one in random_mutations.drawn(number):
         if made == number:
             break
         with open(logs / f"random-{made + 1}.log", "w") as log:
@@ -147,7 +146,7 @@ def main(verb, *words):
         return past(verb, words)
     if verb == "random":
         return run_random(pathlib.Path(words[0]).resolve(), int(words[1]), int(words[2]))
-    for one in random_mutations.drawn(int(words[0]), seed.SEED):
+    for one in random_mutations.drawn(int(words[0])):
         print(f"{one.file}:{one.line} {one.kind}\n       - {one.old.strip()}\n       + {one.new.strip()}")
     return 0
 
