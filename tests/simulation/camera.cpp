@@ -118,6 +118,7 @@ void Camera::forge() {
 /// Sends a picture in the place of one of the camera's, whose packets are then under way twice.
 void Camera::impersonate(const OnItsWay& own) {
   constexpr std::int64_t kForgotten_ns = 1500 * kMs;  // so long the gate doubts at least
+  if (now() < connectedFrom_ns_) return;
   nextImpostor_ns_ = now() + ongoing_.amountOf(Event::kImpostor) * kMs;
   if (now() - contradicted_ns_ > kForgotten_ns) becomeUnclear(own.at_ns);
   contradicted_ns_ = now();
