@@ -76,7 +76,9 @@ Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
   Story story{seed, lasts_ms, {}};
   int weights = 0;
   for (const Sort& sort : kSorts) weights += sort.weight;
-  for (std::int64_t at_ms = chance.between(1000, 6000); at_ms < lasts_ms - kCalm_ms;
+  // Some begin before there is a first zero.
+  for (std::int64_t at_ms = chance.oneIn(4) ? chance.between(0, 150) : chance.between(1000, 6000);
+       at_ms < lasts_ms - kCalm_ms;
        at_ms += chance.oneIn(3) ? chance.between(1, 300) : chance.between(0, 2 * kMeanPause_ms)) {
     auto drawn = static_cast<int>(chance.below(static_cast<std::uint64_t>(weights)));
     const Sort* sort = kSorts.data();
