@@ -142,7 +142,7 @@ void Camera::send(const OnItsWay& one) {
 OnItsWay Camera::take() {
   const OnItsWay one = queue_.front();
   queue_.pop_front();
-  if (!one.picture.isForged && one.arrival.complete) {
+  if (!one.picture.isForged && one.arrival.complete && one.arrival.shape == shape_) {
     if (now() - heard_ns_ > kContradicts_ns) becomeUnclear();
     heard_ns_ = now();
   }

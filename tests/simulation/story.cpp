@@ -89,6 +89,12 @@ Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
     if (sort->longest_ms > 0)
       one.for_ms = chance.between(10, std::min(sort->longest_ms, lasts_ms - kCalm_ms - at_ms + 10));
     story.happenings.push_back(one);
+    const bool isOfDisk =
+        one.event == Event::kSlowDisk || one.event == Event::kFullDisk || one.event == Event::kFailingDisk;
+    if (!isOfDisk || chance.oneIn(2)) continue;
+    // People ask at the worst moment.
+    at_ms += chance.between(0, std::min<std::int64_t>(one.for_ms, 10'000));
+    story.happenings.push_back({at_ms, chance.oneIn(4) ? Event::kUndo : Event::kZero, 0, 0});
   }
   return story;
 }
