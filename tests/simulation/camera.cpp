@@ -121,7 +121,8 @@ void Camera::impersonate(const OnItsWay& own) {
   if (now() < connectedFrom_ns_) return;
   nextImpostor_ns_ = now() + ongoing_.amountOf(Event::kImpostor) * kMs;
   if (now() - contradicted_ns_ > kForgotten_ns) becomeUnclear(own.at_ns);
-  contradicted_ns_ = now();
+  // A starved host may lose the camera's own.
+  if (!ongoing_.lasts(Event::kStarved)) contradicted_ns_ = now();
   OnItsWay one = picture();
   one.picture.isForged = one.picture.isNext = true;
   one.at_ns = own.at_ns - chance_.between(0, kFrame_ns / 2);
