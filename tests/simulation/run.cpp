@@ -137,6 +137,7 @@ void Run::start() {
   // The search for contacts takes most of the time: every eighth story has it.
   life_ = std::make_unique<Life>(
       Around{gel_, camera_, zeros_, askers_, fields_, journal_, chance_, starvation_, stepWork_, story_.seed % 8 == 0});
+  waited_ns_ = disk_.waitedFor();
   busyUntil_ns_.fill(now());
   turned_ns_.fill(now());
   ready_.fill(false);
@@ -203,10 +204,9 @@ void Run::work() {
 }
 
 void Run::control() {
-  const std::int64_t waited_ns = disk_.waitedFor();
   life_->turn(Stage::kControl);
-  journal_.law(disk_.waitedFor() == waited_ns, "the control thread waits for no disk",
-               fmt::format("{} ms", (disk_.waitedFor() - waited_ns) / kMs));
+  journal_.law(disk_.waitedFor() == waited_ns_, "the control thread waits for no disk",
+               fmt::format("{} ms", (disk_.waitedFor() - waited_ns_) / kMs));
   const Disk::Condition disk = diskAt(now());
   zeros_.heedTurn(!disk.isFull && !disk.failsToSync && disk.sync_ns < kSecond);
   controlAt_ns_ = now() + (life_->procedures().hurried() ? 3 : chance_.between(20, 100)) * kMs;

@@ -57,6 +57,7 @@ class Run {
   Fields fields_;
 
   std::unique_ptr<Life> life_;
+  std::int64_t waited_ns_ = 0;  ///< for the disk, until this life began
   std::int64_t startAt_ns_ = 0, controlAt_ns_ = 0, keeperAt_ns_ = 0;
   std::array<std::int64_t, kStages.size() + 1> busyUntil_ns_{};
   std::array<std::int64_t, kStages.size()> turned_ns_{};
