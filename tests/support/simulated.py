@@ -11,6 +11,7 @@ import collections
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -22,8 +23,30 @@ import seed
 
 MOST_EVENTS = 15  # of a shrunk story
 LEAST_FOUND = 0.9
+FALSE_ALARM = "without the fault, too: "
 
 Found = collections.namedtuple("Found", "seeds seconds law events")
+
+
+def whole(project):
+    """Returns the path of the simulator without any fault."""
+    return project.parent / "simulate-whole"
+
+
+def keep_whole(project):
+    """Builds the simulator without any fault and keeps it. Returns whether it could."""
+    if not build(project, None, "simulate"):
+        return False
+    shutil.copy2(project / "build/release/bin/simulate", whole(project))
+    return True
+
+
+def breaks_without(project, story):
+    """Returns whether a story breaks a law without any fault: it then says nothing of one."""
+    file = project.parent / "found.story"
+    file.write_text(story)
+    return subprocess.run([whole(project), "--story", file], stdout=subprocess.DEVNULL, timeout=600,
+                          env={**os.environ, "OPENBLAS_NUM_THREADS": "1"}).returncode != 0
 
 
 def simulate(project, minutes, log):
@@ -43,9 +66,11 @@ def simulate(project, minutes, log):
         return None
     took = re.findall(r" h simulated in (\d+) s", ran.stdout)
     broken = re.search(r"^seed (\d+) breaks a law after [\d.]+ s: ([^:]+):", ran.stdout, re.M)
-    story = re.search(r"^its shortest story, (\d+) of \d+ happenings", ran.stdout, re.M)
+    story = re.search(r"^its shortest story, (\d+) of \d+ happenings:\n\n(.*?\n)\n", ran.stdout, re.M | re.S)
     if not broken:
         return Found(1, time.monotonic() - began, f"the simulation ends with {ran.returncode}", None)
+    if story and breaks_without(project, story[2]):
+        return Found(int(broken[1]) - first + 1, float(took[-1]), FALSE_ALARM + broken[2], None)
     return Found(int(broken[1]) - first + 1, float(took[-1]), broken[2], int(story[1]) if story else None)
 
 
@@ -67,6 +92,8 @@ def put_back(project, fault, minutes, log):
 
 def run_past(project, minutes, faults):
     logs, short = mutations.log_folder(project), 0
+    if not keep_whole(project):
+        return 1
     for fault in faults:
         with open(logs / f"past-{fault.name}.log", "w") as log:
             told, is_short = put_back(project, fault, minutes, log)
@@ -120,11 +147,15 @@ def killer(project, one, minutes, log):
         if not runs([programs / "simulation_test"], log):
             return "simulation_test"
         found = simulate(project, minutes, log)
-    return f"fresh seeds, the {found.seeds}th, {found.seconds:.0f} s: {found.law}" if found else ""
+    if not found or found.law.startswith(FALSE_ALARM):
+        return ""
+    return f"fresh seeds, the {found.seeds}th, {found.seconds:.0f} s: {found.law}"
 
 
 def run_random(project, minutes, number):
     logs, made, killed, skipped = mutations.log_folder(project), 0, 0, 0
+    if not keep_whole(project):
+        return 1
     for one in random_mutations.drawn(number):
         if made == number:
             break
