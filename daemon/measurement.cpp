@@ -1,6 +1,5 @@
 #include "daemon/measurement.h"
 
-#include "base/whole_file.h"
 #include "daemon/gel_files.h"
 #include "daemon/solve/make_solver.h"
 #include "daemon/track/nominal.h"
@@ -103,15 +102,14 @@ tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) 
   }
   cameraId_ = id;
   // A start that forgot the zero would call what presses now nothing.
-  auto pose = track::loadRestPose(track::restPosePath(around_.stateDirectory), sensor_, info.format, id);
-  if (!pose) return tl::unexpected(pose.error());
-  restored_ = *std::move(pose);
+  auto restored = zero::restoreZero(around_.stateDirectory, {sensor_, info.format, id});
+  if (!restored) return tl::unexpected(restored.error());
+  restored_ = std::move(restored->zero);
   if (restored_) tracker_->restore(*restored_);
-  // A daemon that was killed while it wrote the zero may not have synchronised its name.
-  if (const auto error = restored_ ? synchroniseNames(around_.stateDirectory) : std::error_code())
+  if (restored->unsynchronised)
     spdlog::warn(
         "warning: the stored zero may not survive a power failure, as its directory cannot be synchronised: {}",
-        error.message());
+        restored->unsynchronised.message());
   earlier_ = earlierZero(info);
   if (recorder_) beginRecording(info);
   return {};

@@ -1,5 +1,9 @@
 #include "daemon/zero/zero_store.h"
 
+#include "base/whole_file.h"
+
+#include <utility>
+
 namespace tractiond::zero {
 
 tl::expected<void, Error> saveZeros(const std::filesystem::path& stateDirectory, const RestPose& zero,
@@ -11,6 +15,14 @@ tl::expected<void, Error> saveZeros(const std::filesystem::path& stateDirectory,
     if (auto saved = save(track::earlierPosePath(stateDirectory), *before); !saved) return saved;
   }
   return save(track::restPosePath(stateDirectory), zero);
+}
+
+tl::expected<RestoredZero, Error> restoreZero(const std::filesystem::path& stateDirectory, const ZeroOwner& owner) {
+  auto zero = track::loadRestPose(track::restPosePath(stateDirectory), owner.sensor, owner.format, owner.camera);
+  if (!zero) return tl::unexpected(zero.error());
+  RestoredZero restored{.zero = *std::move(zero), .unsynchronised = {}};
+  if (restored.zero) restored.unsynchronised = synchroniseNames(stateDirectory);
+  return restored;
 }
 
 tl::expected<std::optional<RestPose>, Error> loadEarlierZero(const std::filesystem::path& stateDirectory,

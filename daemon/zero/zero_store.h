@@ -3,6 +3,9 @@
 
 #include "daemon/track/rest_pose_file.h"
 
+#include <optional>
+#include <system_error>
+
 namespace tractiond::zero {
 
 /// Whose the zeros are.
@@ -15,6 +18,15 @@ struct ZeroOwner {
 /// Writes the zero, after the one that it replaces. A loss of power in between leaves the latter in both files.
 tl::expected<void, Error> saveZeros(const std::filesystem::path& stateDirectory, const RestPose& zero,
                                     const RestPose* before, const ZeroOwner& owner);
+
+struct RestoredZero {
+  std::optional<RestPose> zero;    ///< none: an earlier run has left none
+  std::error_code unsynchronised;  ///< why a loss of power may still take it back
+};
+
+/// Reads the zero that an earlier run has left, and synchronises its name: a daemon that was killed while it wrote the
+/// zero may not have.
+tl::expected<RestoredZero, Error> restoreZero(const std::filesystem::path& stateDirectory, const ZeroOwner& owner);
 
 /// Reads the zero that `restored` replaced, which serves to undo. None where it is `restored` itself: the power was
 /// lost while a new zero was written.

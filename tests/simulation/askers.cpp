@@ -36,6 +36,10 @@ void Askers::heedZeroAnswer(const tl::expected<RestPose, std::string>& answer) {
   zeroAskers_ = 0;
   if (!answer) return;
   journal_.law(zeros_.inForce() == answer->id, "the zero that is answered is in force", nameOf(answer->id));
+  constexpr double kPress_N = 2.0;  // a weaker one may look like noise
+  journal_.law(isUndo_ || anyway_ || !askedWith_ ||
+                   zeros_.pressOf_N(answer->id) - zeros_.pressOf_N(*askedWith_) < kPress_N,
+               "a zero is refused while something presses", fmt::format("{} N", zeros_.pressOf_N(answer->id)));
   if (isUndo_) {
     journal_.law(askedWith_ != answer->id, "an undo restores another zero", nameOf(answer->id));
     journal_.law(!expected_ || *expected_ == answer->id, "an undo restores the zero before",
@@ -46,16 +50,14 @@ void Askers::heedZeroAnswer(const tl::expected<RestPose, std::string>& answer) {
   }
 }
 
-void Askers::askStep(Procedures& procedures, std::int64_t length_ms) {
-  CalibrationStep step;
-  step.kind = CalibrationStep::Kind::kNoise;
-  step.seconds = 1e-3 * static_cast<double>(length_ms);
-  stepAsked_ = true;  // who asked before is answered by the control server
+void Askers::askStep(Procedures& procedures, const CalibrationStep& step, std::int64_t within_ns) {
   constexpr std::int64_t kSlack_ns = 11 * kSecond;
-  stepUntil_ns_ =
-      now() + length_ms * kMs + static_cast<std::int64_t>(1e9 * calibrate::CalibrationOptions{}.grace_s) + kSlack_ns;
+  stepAsked_ = true;  // who asked before is answered by the control server
+  stepUntil_ns_ = now() + within_ns + kSlack_ns;
   stepAskedStarved_ns_ = starvation_.total_ns();
-  journal_.say(fmt::format("asked: noise over {} ms", length_ms));
+  journal_.say(step.kind == CalibrationStep::Kind::kNoise
+                   ? fmt::format("asked: noise over {:.0f} ms", 1e3 * step.seconds)
+                   : "asked: the calibrated gel file");
   procedures.beginStep(step);
 }
 

@@ -17,7 +17,8 @@ class Askers {
 
   /// `within_s`: as the status says, 0: it does not
   void askZero(Procedures& procedures, double within_s, bool undo, bool anyway);
-  void askStep(Procedures& procedures, std::int64_t length_ms);
+  /// `within_ns`: that it takes at most; later where it waits for earlier work
+  void askStep(Procedures& procedures, const CalibrationStep& step, std::int64_t within_ns);
   void heedZeroAnswer(const tl::expected<RestPose, std::string>& answer);
   void heedStepAnswer(const calibrate::Result& answer);
   /// Whether those who wait have waited too long.

@@ -22,6 +22,8 @@ Camera::Camera(const Gel& gel, const Ongoing& ongoing, Chance& chance)
     , nextPicture_ns_(now() + kPeriod_ns) {}
 
 void Camera::connect(std::int64_t streamsFrom_ns, std::int64_t from_ns) {
+  hasOtherPictures_ = false;
+  contradicted_ns_ = 0;
   streamsFrom_ns_ = streamsFrom_ns;
   connectedFrom_ns_ = from_ns;
   becomeUnclear(from_ns);
@@ -39,6 +41,9 @@ void Camera::heed(const Happening& one) {
     forgedId_ = (id_ + static_cast<std::uint64_t>(chance_.between(2000, 60'000))) % kIds + 1;
     forgedAhead_ns_ = chance_.between(-1000, 1000) * kSecond;
     becomeUnclear();
+    break;
+  case Event::kOtherPictures:
+    hasOtherPictures_ = true;
     break;
   case Event::kGone:
     goneSince_ns_ = now();
@@ -70,6 +75,7 @@ OnItsWay Camera::picture() {
   std::memcpy(one.picture.bytes.data(), &pictures_, sizeof pictures_);
   one.arrival.complete = true;
   one.arrival.shape = shape_;
+  one.picture.taken = taken_;
   return one;
 }
 
@@ -77,15 +83,18 @@ void Camera::takePicture() {
   nextPicture_ns_ += kPeriod_ns;
   if (now() >= streamsFrom_ns_) id_ = id_ == kIds ? 1 : id_ + 1;
   if (ongoing_.lasts(Event::kGone)) id_ = 0;
+  ++taken_;
   OnItsWay one = picture();
+  if (hasOtherPictures_) ++one.arrival.shape.width;
   if (ongoing_.lasts(Event::kTouch)) one.picture.force_N = 1e-3 * static_cast<double>(ongoing_.amountOf(Event::kTouch));
   one.picture.isFew = ongoing_.lasts(Event::kFewMarkers);
   one.at_ns = now() + kUnderWay_ns + chance_.between(0, kMs);
   if (ongoing_.lasts(Event::kLate)) one.at_ns += chance_.between(0, ongoing_.amountOf(Event::kLate) * kMs);
   one.arrival.complete = !ongoing_.hits(Event::kBroken, chance_);
   one.arrival.id = id_;
-  one.arrival.device_ns = now() + clockAhead_ns_;
+  one.arrival.device_ns = ongoing_.lasts(Event::kNoClock) ? 0 : now() + clockAhead_ns_;
   if (ongoing_.lasts(Event::kSilence) || ongoing_.lasts(Event::kGone) || ongoing_.hits(Event::kLoss, chance_)) return;
+  if (ongoing_.lasts(Event::kImpostor) && nextImpostor_ns_ <= now()) impersonate(one);
   send(one);
   if (ongoing_.hits(Event::kAgain, chance_) && one.arrival.complete) {
     one.at_ns += chance_.between(1, 400) * kMs;
@@ -106,6 +115,22 @@ void Camera::forge() {
   send(one);
 }
 
+/// Sends a picture in the place of one of the camera's, whose packets are then under way twice.
+void Camera::impersonate(const OnItsWay& own) {
+  constexpr std::int64_t kForgotten_ns = 1500 * kMs;  // so long the gate doubts at least
+  if (now() < connectedFrom_ns_) return;
+  nextImpostor_ns_ = now() + ongoing_.amountOf(Event::kImpostor) * kMs;
+  if (now() - contradicted_ns_ > kForgotten_ns) becomeUnclear(own.at_ns);
+  // A starved host may lose the camera's own.
+  if (!ongoing_.lasts(Event::kStarved)) contradicted_ns_ = now();
+  OnItsWay one = picture();
+  one.picture.isForged = one.picture.isNext = true;
+  one.at_ns = own.at_ns - chance_.between(0, kFrame_ns / 2);
+  one.arrival.id = own.arrival.id;
+  one.arrival.device_ns = own.arrival.device_ns;
+  send(one);
+}
+
 void Camera::send(const OnItsWay& one) {
   if (now() < connectedFrom_ns_) return;
   const auto later = std::ranges::upper_bound(queue_, one.at_ns, std::ranges::less(), &OnItsWay::at_ns);
@@ -118,7 +143,7 @@ void Camera::send(const OnItsWay& one) {
 OnItsWay Camera::take() {
   const OnItsWay one = queue_.front();
   queue_.pop_front();
-  if (!one.picture.isForged && one.arrival.complete) {
+  if (!one.picture.isForged && one.arrival.complete && one.arrival.shape == shape_) {
     if (now() - heard_ns_ > kContradicts_ns) becomeUnclear();
     heard_ns_ = now();
   }

@@ -11,13 +11,16 @@
 namespace tractiond::simulation {
 
 inline constexpr int kBuffers = 10;
+inline constexpr std::int64_t kFrame_ns = 4 * kMs;  ///< so long a frame's packets are under way
 
 /// What a picture shows, of which the laws know.
 struct Picture {
   std::uint64_t number = 0;  ///< counted by nobody but the world
+  std::uint64_t taken = 0;   ///< number of pictures that the camera itself had taken
   double force_N = 0.0;
   bool isFew = false;
   bool isForged = false;
+  bool isNext = false;  ///< forged with an id of the camera, whose own picture of that id comes, too
   std::size_t noise = 0;
   std::array<std::uint8_t, 64> bytes{};
 };
@@ -75,6 +78,7 @@ class Camera {
   OnItsWay picture();
   void takePicture();
   void forge();
+  void impersonate(const OnItsWay& own);
   void send(const OnItsWay& one);
   void becomeUnclear(std::int64_t from_ns = now());
 
@@ -84,9 +88,12 @@ class Camera {
   capture::PictureShape shape_;
   std::int64_t streamsFrom_ns_ = kNever, connectedFrom_ns_ = kNever;
   std::int64_t nextPicture_ns_, clockAhead_ns_ = -500 * kSecond;
-  std::uint64_t id_ = 0, pictures_ = 0;
+  std::uint64_t id_ = 0, pictures_ = 0, taken_ = 0;
+  bool hasOtherPictures_ = false;
   std::int64_t nextForged_ns_ = kNever, forgedAhead_ns_ = 0;
   std::uint64_t forgedId_ = 0;
+  std::int64_t nextImpostor_ns_ = 0,
+               contradicted_ns_ = 0;  ///< when one with a next id was sent beside the camera's own
   std::deque<OnItsWay> queue_;
   std::int64_t heard_ns_ = 0;  ///< when the camera's last own picture came
   std::int64_t unclearUntil_ns_ = 0;

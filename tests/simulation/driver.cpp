@@ -43,11 +43,12 @@ class SimulatedDriver : public capture::Driver {
     do {
       if (camera.arrives_ns() > now()) return capture::Popped::kNothing;
       come = camera.take();
-    } while (throwsAway(come.arrival));
+    } while (throwsAway(come));
     Picture& room = connection_.pictures[connection_.nextPicture++ % Connection::kPictures] = come.picture;
     buffer.arrival = come.arrival;
     buffer.arrival.thrown = std::exchange(thrown_, 0);
     buffer.arrival.late = static_cast<double>(buffer.arrival.thrown);
+    buffer.arrival.twice = std::exchange(twice_, 0.0);
     buffer.arrival.host_ns = buffer.arrival.raw_ns = now();
     buffer.data = room.bytes.data();
     buffer.handle = &room;
@@ -72,18 +73,26 @@ class SimulatedDriver : public capture::Driver {
   }
 
  private:
-  /// Frames that are up to a hundred older than the newest Aravis takes for late, and throws away.
-  bool throwsAway(const capture::Arrival& arrival) {
+  /// Frames that are up to a hundred older than the newest Aravis takes for late, and throws away; packets of the
+  /// newest it counts as come twice while that is being received.
+  bool throwsAway(const OnItsWay& come) {
     constexpr int kLate = 100;
-    const int ahead = static_cast<std::int16_t>(static_cast<std::uint16_t>(arrival.id - newestId_));
+    const int ahead = static_cast<std::int16_t>(static_cast<std::uint16_t>(come.arrival.id - newestId_));
+    if (newestId_ != 0 && ahead == 0 && come.at_ns - newestAt_ns_ < kFrame_ns) {
+      twice_ += 1.0;
+      return true;
+    }
     if (newestId_ != 0 && ahead <= 0 && ahead > -kLate) return ++thrown_ > 0;
-    newestId_ = arrival.id;
+    newestId_ = come.arrival.id;
+    newestAt_ns_ = come.at_ns;
     return false;
   }
 
   Connection& connection_;
   capture::CameraInfo info_;
   std::uint64_t newestId_ = 0, thrown_ = 0;  ///< 0: none has come
+  std::int64_t newestAt_ns_ = 0;
+  double twice_ = 0.0;
 };
 
 tl::unexpected<Error> refused(int code, std::string what, std::string remedy = {}) {

@@ -14,7 +14,7 @@ Fields::Fields(const Camera& camera, const Zeros& zeros, const Starvation& starv
     , disturbedUntil_ns_(now()) {}
 
 void Fields::begin() {
-  lastNumber_ = 0;
+  lastTruth_ = {};
   last_ = {};
 }
 
@@ -24,6 +24,8 @@ void Fields::heed(const TractionField& field, const Truth& truth) {
   checkNumbers(field);
   journal_.result.account.add(field);
   checkOrigin(field, truth);
+  checkGap(field, truth);
+  lastTruth_ = truth;
   checkOrder(field.markers.info);
 }
 
@@ -53,11 +55,18 @@ void Fields::checkNumbers(const TractionField& field) const {
 
 void Fields::checkOrigin(const TractionField& field, const Truth& truth) {
   const bool isDoubted = (field.flags & kDoubtedOrigin) != 0;
-  journal_.law(truth.number > lastNumber_ || isDoubted, "no stale picture without its flag",
-               fmt::format("picture {} after {}", truth.number, lastNumber_));
+  journal_.law(truth.number > lastTruth_.number || isDoubted, "no stale picture without its flag",
+               fmt::format("picture {} after {}", truth.number, lastTruth_.number));
   journal_.law(!truth.isForged || isDoubted || !camera_.canContradict(), "no forged picture without its flag",
                fmt::format("picture {}", truth.number));
-  lastNumber_ = truth.number;
+}
+
+/// The camera took pictures in between.
+void Fields::checkGap(const TractionField& field, const Truth& truth) const {
+  if (lastTruth_.number == 0 || truth.isForged || lastTruth_.isForged) return;
+  const bool isTold = (field.flags & kDiscontinuity) != 0 || field.markers.info.frameNumber > last_.frameNumber + 1;
+  journal_.law(truth.taken <= lastTruth_.taken + 1 || isTold, "a gap is told",
+               fmt::format("{} pictures before picture {}", truth.taken - lastTruth_.taken - 1, truth.number));
 }
 
 void Fields::checkOrder(const FrameInfo& info) {

@@ -9,8 +9,8 @@ namespace tractiond::simulation {
 
 /// Which picture a frame was.
 struct Truth {
-  std::uint64_t number = 0;
-  bool isForged = false;
+  std::uint64_t number = 0, taken = 0;
+  bool isForged = false, isNext = false;
 };
 
 class Fields {
@@ -30,6 +30,7 @@ class Fields {
  private:
   void checkAge(const FrameInfo& info) const;
   void checkOrder(const FrameInfo& info);
+  void checkGap(const TractionField& field, const Truth& truth) const;
   void checkOrigin(const TractionField& field, const Truth& truth);
   void checkNumbers(const TractionField& field) const;
 
@@ -39,7 +40,7 @@ class Fields {
   Journal& journal_;
   std::int64_t disturbedUntil_ns_, published_ns_ = 0;
   // Of the last field in this life.
-  std::uint64_t lastNumber_ = 0;
+  Truth lastTruth_;
   FrameInfo last_;
 };
 

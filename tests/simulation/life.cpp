@@ -64,25 +64,29 @@ ProcedureLinks Life::links() {
           .zero = {.request = [this] { tracker_.request(); },
                    .cancel = [this] { return tracker_.cancel(); },
                    .state = [this] { return tracker_.state(); },
-                   .take = [this](RestPose& pose) { return tracker_.takeRestPose(pose); },
+                   .take =
+                       [this](RestPose& pose) {
+                         const bool isThere = tracker_.takeRestPose(pose);
+                         if (isThere) around_.zeros.heedTaken(pose, tracker_.finishedPress_N());
+                         return isThere;
+                       },
                    .putInForce =
                        [this](const RestPose& pose, bool /*fits*/) {
                          if (around_.chance.oneIn(8)) return false;  // the tracking thread is just taking one
                          tracker_.putInForce(pose);
                          return true;
                        },
-                   .judge = [](const RestPose&) { return GelReport(); },
+                   .judge =
+                       [this](const RestPose& pose) {
+                         around_.zeros.judge(pose);
+                         return GelReport();
+                       },
                    .tellJudgement = [this](const RestPose& pose, const GelReport&) { tracker_.judge(pose.id); },
                    .describe = [this](const RestPose& pose) { around_.zeros.describe(pose); },
                    .keep = [this](const RestPose& pose,
                                   const RestPose* before) { return around_.zeros.keep(pose, before); },
                    .answer = [this](const auto& result, const std::string&) { around_.askers.heedZeroAnswer(result); }},
-          .startWork =
-              [](const calibrate::StepLinks::Work& work) {
-                std::promise<std::optional<calibrate::Result>> done;
-                done.set_value(work());
-                return done.get_future();
-              },
+          .startWork = [this](const calibrate::StepLinks::Work& work) { return around_.stepWork.begin(work); },
           .answerCalibration = [this](const auto& result) { around_.askers.heedStepAnswer(result); }};
 }
 
@@ -91,7 +95,7 @@ capture::Next Life::next(Frame& frame, std::chrono::milliseconds timeout) {
   worked_ = next == capture::Next::kFrame || next == capture::Next::kRejected;
   if (next == capture::Next::kFrame) {
     const auto& picture = *static_cast<const Picture*>(frame.token);
-    truths_[frame.info.frameNumber % kNumbers] = {picture.number, picture.isForged};
+    truths_[frame.info.frameNumber % kNumbers] = {picture.number, picture.taken, picture.isForged, picture.isNext};
   }
   return next;
 }
@@ -126,6 +130,15 @@ void Life::checkBalance(std::uint64_t inFlight) const {
   around_.journal.law(
       gone <= received && received - gone <= inFlight, "received = published + named losses",
       fmt::format("{} received, {} published, {} lost", received, ledger_.published.get(), ledger_.losses()));
+}
+
+void Life::checkEvictions(bool inBurst) {
+  constexpr std::int64_t kBridged_ns = 80 * kMs, kLately_ns = 500 * kMs;
+  const std::uint64_t evicted =
+      ledger_.evictedBeforeTrack.get() + ledger_.evictedBeforeSolve.get() + ledger_.evictedBeforePublish.get();
+  if (std::exchange(evicted_, evicted) == evicted || inBurst) return;
+  around_.journal.law(around_.starvation.since(now() - kLately_ns) > kBridged_ns, "links bridge a stall of 80 ms",
+                      fmt::format("{} evicted", evicted));
 }
 
 double Life::zeroWithin_s() {

@@ -15,6 +15,9 @@
 
 namespace tractiond::simulation {
 
+/// Work of a calibration's steps.
+using StepWork = Later<std::optional<calibrate::Result>>;
+
 /// What a life happens in. Outlives it.
 struct Around {
   const Gel& gel;
@@ -25,6 +28,7 @@ struct Around {
   Journal& journal;
   Chance& chance;
   const Starvation& starvation;
+  StepWork& stepWork;
   bool searchesForContacts = false;
 };
 
@@ -41,6 +45,8 @@ class Life : public capture::FrameSource {
   void stop();
   /// received = published + named losses, but for what is in flight.
   void checkBalance(std::uint64_t inFlight) const;
+  /// Law: links evict nothing unless a stage had no processor for longer than they bridge, or frames came in a burst.
+  void checkEvictions(bool inBurst);
 
   Procedures& procedures() { return procedures_; }
   double zeroWithin_s();
@@ -75,6 +81,7 @@ class Life : public capture::FrameSource {
   Watchdog watchdog_;
   Procedures procedures_;
   Zeros::Left restored_;
+  std::uint64_t evicted_ = 0;  ///< by links, at the last look
   bool hasMet_ = false;  ///< the procedures know the camera
   bool worked_ = false;  ///< the stage that takes its turn has something to do
 };

@@ -25,7 +25,7 @@ class Ongoing {
 
  private:
   static std::size_t indexOf(Event event) { return static_cast<std::size_t>(event); }
-  std::array<std::int64_t, 32> until_ns_{}, amount_{};
+  std::array<std::int64_t, kEvents> until_ns_{}, amount_{};
 };
 
 /// How long stages got no processor. Bounds of time are longer by that.

@@ -19,6 +19,7 @@ Run::Run(const Gel& gel, const Story& story)
     , camera_(gel, ongoing_, chance_)
     , zeros_(gel, disk_, journal_)
     , askers_(zeros_, starvation_, journal_)
+    , stepWork_(disk_)
     , fields_(camera_, zeros_, starvation_, journal_) {
   disk_.condition = [this](std::int64_t at_ns) { return diskAt(at_ns); };
   disk() = &disk_;
@@ -74,11 +75,24 @@ void Run::happen(const Happening& one) {
     keep();
     break;
   case Event::kNoise:
-    if (life_) askers_.askStep(life_->procedures(), one.amount);
+  case Event::kFinish:
+    if (life_) askStep(one);
     break;
   default:
     break;
   }
+}
+
+void Run::askStep(const Happening& one) {
+  const bool isNoise = one.event == Event::kNoise;
+  CalibrationStep step;
+  step.kind = isNoise ? CalibrationStep::Kind::kNoise : CalibrationStep::Kind::kFinish;
+  step.seconds = 1e-3 * static_cast<double>(one.amount);
+  std::int64_t within_ns =
+      isNoise ? one.amount * kMs + static_cast<std::int64_t>(1e9 * calibrate::CalibrationOptions{}.grace_s)
+              : calibrate::StepRunner::kWorkWithin_ns;
+  if (!stepWork_.isIdle()) within_ns += calibrate::StepRunner::kWorkWithin_ns;
+  askers_.askStep(life_->procedures(), step, within_ns);
 }
 
 /// Fields need not flow while the camera's pictures do not, or have just changed their order.
@@ -91,6 +105,7 @@ void Run::disturb(const Happening& one) {
   case Event::kLate:
   case Event::kFewMarkers:
   case Event::kSecondCounter:
+  case Event::kImpostor:
   case Event::kGone:
   case Event::kSlowAnswers:
   case Event::kHeld:
@@ -99,6 +114,7 @@ void Run::disturb(const Happening& one) {
   case Event::kIdsRestart:
   case Event::kIdsJump:
   case Event::kClockStep:
+  case Event::kOtherPictures:
   case Event::kReopen:
     return fields_.disturb(now());
   default:
@@ -120,7 +136,8 @@ void Run::start() {
   startAt_ns_ = kNever;
   // The search for contacts takes most of the time: every eighth story has it.
   life_ = std::make_unique<Life>(
-      Around{gel_, camera_, zeros_, askers_, fields_, journal_, chance_, starvation_, story_.seed % 8 == 0});
+      Around{gel_, camera_, zeros_, askers_, fields_, journal_, chance_, starvation_, stepWork_, story_.seed % 8 == 0});
+  waited_ns_ = disk_.waitedFor();
   busyUntil_ns_.fill(now());
   turned_ns_.fill(now());
   ready_.fill(false);
@@ -137,6 +154,7 @@ void Run::die(const char* why, bool powerIsCut) {
   life_.reset();
   zeros_.die();
   askers_.die();
+  stepWork_.die();
   if (powerIsCut) {
     disk_.losePower(now(), chance_);
   } else {
@@ -186,10 +204,9 @@ void Run::work() {
 }
 
 void Run::control() {
-  const std::int64_t waited_ns = disk_.waitedFor();
   life_->turn(Stage::kControl);
-  journal_.law(disk_.waitedFor() == waited_ns, "the control thread waits for no disk",
-               fmt::format("{} ms", (disk_.waitedFor() - waited_ns) / kMs));
+  journal_.law(disk_.waitedFor() == waited_ns_, "the control thread waits for no disk",
+               fmt::format("{} ms", (disk_.waitedFor() - waited_ns_) / kMs));
   const Disk::Condition disk = diskAt(now());
   zeros_.heedTurn(!disk.isFull && !disk.failsToSync && disk.sync_ns < kSecond);
   controlAt_ns_ = now() + (life_->procedures().hurried() ? 3 : chance_.between(20, 100)) * kMs;
@@ -197,10 +214,11 @@ void Run::control() {
   fields_.checkFlow();
   life_->camera().check();
   life_->checkBalance(kMostInFlight);
+  life_->checkEvictions(ongoing_.lasts(Event::kLate) || ongoing_.lasts(Event::kSecondCounter));
 }
 
 std::int64_t Run::nextMoment(std::size_t nextHappening) const {
-  std::int64_t next = std::min({camera_.next_ns(), zeros_.next_ns(), end_ns()});
+  std::int64_t next = std::min({camera_.next_ns(), zeros_.next_ns(), stepWork_.next_ns(), end_ns()});
   if (nextHappening < story_.happenings.size()) next = std::min(next, at_ns(story_.happenings[nextHappening]));
   if (!life_) return std::min(next, startAt_ns_);
   next = std::min({next, controlAt_ns_, keeperAt_ns_, life_->watchdog().next_ns(),
@@ -225,6 +243,7 @@ void Run::go(const std::function<bool()>& goesOn) {
       happen(story_.happenings[next++]);
     camera_.turn();
     zeros_.turn();
+    stepWork_.turn();
     if (!life_) start();
     if (life_) work();
     if (goesOn && now() - asked_ns >= kSecond) {

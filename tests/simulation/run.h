@@ -39,6 +39,7 @@ class Run {
   void die(const char* why, bool powerIsCut = false);
   void work();
   void keep();
+  void askStep(const Happening& one);
   void control();
   void stop();
 
@@ -52,9 +53,11 @@ class Run {
   Camera camera_;
   Zeros zeros_;
   Askers askers_;
+  StepWork stepWork_;
   Fields fields_;
 
   std::unique_ptr<Life> life_;
+  std::int64_t waited_ns_ = 0;  ///< for the disk, until this life began
   std::int64_t startAt_ns_ = 0, controlAt_ns_ = 0, keeperAt_ns_ = 0;
   std::array<std::int64_t, kStages.size() + 1> busyUntil_ns_{};
   std::array<std::int64_t, kStages.size()> turned_ns_{};

@@ -32,6 +32,7 @@ int tellBroken(Simulation& simulation, const Story& story, const Broken& broken,
   std::printf("\nseed %llu breaks a law after %.3f s: %s: %s\n", static_cast<unsigned long long>(story.seed),
               1e-3 * static_cast<double>(broken.at_ms), broken.law.c_str(), broken.what.c_str());
   if (shrinks) {
+    std::fflush(stdout);
     const Story least = simulation.shrink(story, broken.law);
     std::printf("its shortest story, %zu of %zu happenings:\n\n%s\n", least.happenings.size(), story.happenings.size(),
                 toText(least).c_str());
@@ -54,14 +55,15 @@ int runStory(const std::string& path, bool showsLog) {
   return 0;
 }
 
-int runSeeds(std::uint64_t seed, std::uint64_t hours, bool showsLog) {
+/// Ends after so many simulated hours, or minutes of real time.
+int runSeeds(std::uint64_t seed, std::uint64_t hours, std::uint64_t minutes, bool showsLog) {
   Simulation simulation;
   const auto end_ms = static_cast<std::int64_t>(hours) * 3'600'000;
-  const double begin_s = seconds();
+  const double begin_s = seconds(), end_s = begin_s + 60.0 * static_cast<double>(minutes);
   double told_s = begin_s;
   std::int64_t done_ms = 0;
   std::uint64_t fields = 0, zeros = 0, undone = 0, restarts = 0;
-  for (; done_ms < end_ms; ++seed) {
+  for (bool isLast = false; !isLast; ++seed) {
     const Story story = draw(seed, kStory_ms);
     const Result result = simulation.run(story, [] { return interrupted == 0; });
     done_ms += result.reached_ms;
@@ -71,6 +73,7 @@ int runSeeds(std::uint64_t seed, std::uint64_t hours, bool showsLog) {
     restarts += result.restarts;
     if (showsLog) std::printf("%s", result.log.c_str());
     const double now_s = seconds();
+    isLast = done_ms >= end_ms || now_s >= end_s;
     const auto tell = [&] {
       std::printf(
           "seed %llu: %.2f h simulated in %.0f s (%.0f x), %llu fields, %llu zeros, %llu undone, %llu restarts\n",
@@ -90,7 +93,7 @@ int runSeeds(std::uint64_t seed, std::uint64_t hours, bool showsLog) {
                   1e-3 * static_cast<double>(result.reached_ms), static_cast<unsigned long long>(seed));
       return 130;
     }
-    if (now_s - told_s > 5.0 || done_ms >= end_ms) {
+    if (now_s - told_s > 5.0 || isLast) {
       told_s = now_s;
       tell();
     }
@@ -101,7 +104,8 @@ int runSeeds(std::uint64_t seed, std::uint64_t hours, bool showsLog) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::uint64_t seed = 1, hours = 1;
+  constexpr std::uint64_t kMostHours = 1'000'000;
+  std::uint64_t seed = 1, hours = 0, minutes = 0;  // 0: not given
   std::string story;
   bool showsLog = false;
   for (int i = 1; i < argc; ++i) {
@@ -110,7 +114,7 @@ int main(int argc, char** argv) {
       showsLog = true;
       continue;
     }
-    const bool known = option == "--seed" || option == "--hours" || option == "--story";
+    const bool known = option == "--seed" || option == "--hours" || option == "--minutes" || option == "--story";
     if (!known) return complain(kUsage, "'" + option + "' is not understood; see tools/simulate --help");
     if (++i == argc) return complain(kUsage, option + " needs a value");
     if (option == "--story") {
@@ -119,11 +123,12 @@ int main(int argc, char** argv) {
     }
     const auto number = wholeNumber(argv[i], option);
     if (!number) return complain(kUsage, number.error());
-    constexpr std::uint64_t kMostHours = 1'000'000;
-    if (option == "--hours" && (*number == 0 || *number > kMostHours))
-      return complain(kUsage, fmt::format("--hours is {}, must be 1 to {}", *number, kMostHours));
-    (option == "--seed" ? seed : hours) = *number;
+    if (option != "--seed" && (*number == 0 || *number > kMostHours))
+      return complain(kUsage, fmt::format("{} is {}, must be 1 to {}", option, *number, kMostHours));
+    (option == "--seed" ? seed : option == "--hours" ? hours : minutes) = *number;
   }
+  if (hours == 0) hours = minutes == 0 ? 1 : kMostHours;
+  if (minutes == 0) minutes = 60 * kMostHours;
   std::signal(SIGINT, [](int) { interrupted = 1; });
-  return story.empty() ? runSeeds(seed, hours, showsLog) : runStory(story, showsLog);
+  return story.empty() ? runSeeds(seed, hours, minutes, showsLog) : runStory(story, showsLog);
 }

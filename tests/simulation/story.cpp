@@ -26,6 +26,9 @@ constexpr std::array kSorts = {
     Sort{Event::kIdsRestart, "ids-restart", 2, 0, 0, 0},
     Sort{Event::kIdsJump, "ids-jump", 1, 1, 30'000, 0},
     Sort{Event::kSecondCounter, "second-counter", 2, 4, 60, 10'000},
+    Sort{Event::kImpostor, "impostor", 2, 10, 1'000, 10'000},
+    Sort{Event::kOtherPictures, "other-pictures", 1, 0, 0, 0},
+    Sort{Event::kNoClock, "no-clock", 1, 0, 0, 20'000},
     Sort{Event::kClockStep, "clock-step", 2, -20'000, 20'000, 0},
     Sort{Event::kGone, "gone", 3, 0, 0, 20'000},
     Sort{Event::kSlowAnswers, "slow-answers", 3, 1, 3'000, 20'000},
@@ -44,9 +47,11 @@ constexpr std::array kSorts = {
     Sort{Event::kReopen, "reopen", 2, 0, 1, 0},
     Sort{Event::kQuestion, "question", 3, 0, 0, 0},
     Sort{Event::kNoise, "noise", 3, 500, 10'000, 0},
+    Sort{Event::kFinish, "finish", 3, 0, 0, 0},
     Sort{Event::kTouch, "touch", 6, 20, 4'000, 15'000},
-    Sort{Event::kFewMarkers, "few-markers", 2, 0, 0, 10'000},
+    Sort{Event::kFewMarkers, "few-markers", 2, 0, 0, 60'000},
 };
+static_assert(kSorts.size() == kEvents);
 
 const Sort& sortOf(Event event) {
   return *std::ranges::find(kSorts, event, &Sort::event);
@@ -71,7 +76,9 @@ Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
   Story story{seed, lasts_ms, {}};
   int weights = 0;
   for (const Sort& sort : kSorts) weights += sort.weight;
-  for (std::int64_t at_ms = chance.between(1000, 6000); at_ms < lasts_ms - kCalm_ms;
+  // Some begin before there is a first zero.
+  for (std::int64_t at_ms = chance.oneIn(4) ? chance.between(0, 150) : chance.between(1000, 6000);
+       at_ms < lasts_ms - kCalm_ms;
        at_ms += chance.oneIn(3) ? chance.between(1, 300) : chance.between(0, 2 * kMeanPause_ms)) {
     auto drawn = static_cast<int>(chance.below(static_cast<std::uint64_t>(weights)));
     const Sort* sort = kSorts.data();
@@ -82,6 +89,12 @@ Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
     if (sort->longest_ms > 0)
       one.for_ms = chance.between(10, std::min(sort->longest_ms, lasts_ms - kCalm_ms - at_ms + 10));
     story.happenings.push_back(one);
+    const bool isOfDisk =
+        one.event == Event::kSlowDisk || one.event == Event::kFullDisk || one.event == Event::kFailingDisk;
+    if (!isOfDisk || chance.oneIn(2)) continue;
+    // People ask at the worst moment.
+    at_ms += chance.between(0, std::min<std::int64_t>(one.for_ms, 10'000));
+    story.happenings.push_back({at_ms, chance.oneIn(4) ? Event::kUndo : Event::kZero, 0, 0});
   }
   return story;
 }

@@ -20,6 +20,9 @@ enum class Event {
   kIdsRestart,     ///< the counter begins anew
   kIdsJump,        ///< the counter jumps by so many
   kSecondCounter,  ///< another host sends as the camera, each so many ms a picture of a far-off counter, for a while
+  kImpostor,  ///< another host sends as the camera, each so many ms a picture with the camera's next id, for a while
+  kOtherPictures,  ///< its settings are changed: pictures have another size until it is opened anew
+  kNoClock,        ///< its clock shows 0 for a while
   kClockStep,      ///< the camera's clock steps by so many ms
   kGone,           ///< it has no power; then its counter begins anew
   kSlowAnswers,    ///< it answers after so many ms
@@ -41,9 +44,12 @@ enum class Event {
   kReopen,      ///< the camera is opened anew, as after a reload; 1: with settings that it refuses
   kQuestion,    ///< a feature of the camera is read
   kNoise,       ///< a calibration step over so many ms
+  kFinish,      ///< the step that writes the calibrated gel file
   kTouch,       ///< something presses with so many mN for a while
   kFewMarkers,  ///< the markers are hidden for a while
 };
+
+inline constexpr std::size_t kEvents = 32;
 
 struct Happening {
   std::int64_t at_ms = 0;

@@ -91,6 +91,7 @@ void Tracker::take(const Picture& picture) {
   if (takingRequested_) state_ = ZeroState::kTaken;
   if (!hasForce_) restore(pose);
   finished_ = pose;
+  finishedPress_N_ = first_N_;
 }
 
 void Tracker::write(const Picture& picture, MarkerField& field) const {

@@ -26,6 +26,8 @@ class Tracker {
   bool cancel();
   track::ZeroState state() const { return state_; }
   bool takeRestPose(RestPose& pose);
+  /// Returns what pressed while the zero was taken that takeRestPose() has returned last.
+  double finishedPress_N() const { return finishedPress_N_; }
 
   void restore(const RestPose& pose);
   /// With the next picture.
@@ -49,6 +51,7 @@ class Tracker {
   bool taking_ = false, takingRequested_ = false;
   int seen_ = 0;
   double first_N_ = -1.0;  ///< force of its first picture
+  double finishedPress_N_ = 0.0;
   std::vector<double> sum_;
 };
 

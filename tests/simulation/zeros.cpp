@@ -1,7 +1,5 @@
 #include "tests/simulation/zeros.h"
 
-#include "base/whole_file.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,31 +10,31 @@ namespace tractiond::simulation {
 Zeros::Zeros(const Gel& gel, Disk& disk, Journal& journal)
     : gel_(gel)
     , disk_(disk)
-    , journal_(journal) {}
+    , journal_(journal)
+    , keeping_(disk) {}
 
 std::future<tl::expected<void, Error>> Zeros::keep(const RestPose& pose, const RestPose* before) {
+  journal_.law(std::ranges::find(judged_, pose.id) != judged_.end(), "a zero is judged before it is written",
+               nameOf(pose.id));
   unsure_.push_back(pose.id);
-  Keeping& one = keeping_.emplace_back();
-  disk_.beginWork();
-  one.outcome = zero::saveZeros(kState, pose, before, owner());
-  one.at_ns = disk_.endWork();
+  auto done = keeping_.begin([&] { return zero::saveZeros(kState, pose, before, owner()); });
+  const auto& one = keeping_.newest();
   journal_.say(fmt::format("zero {} is being written, for {} ms{}", nameOf(pose.id), (one.at_ns - now()) / kMs,
                            one.outcome ? "" : ", and cannot be"));
-  return one.done.get_future();
+  return done;
 }
 
 void Zeros::turn() {
-  for (; !keeping_.empty() && keeping_.front().at_ns <= now(); keeping_.pop_front()) {
-    hasFailed_ = !keeping_.front().outcome;
-    if (!hasFailed_) wasKept_ = true;
-    keeping_.front().done.set_value(keeping_.front().outcome);
-  }
+  keeping_.turn([this](const Kept& kept) {
+    hasFailed_ = !kept;
+    if (kept) wasKept_ = true;
+  });
 }
 
 void Zeros::heedTurn(bool diskIsWell) {
   constexpr std::int64_t kSettled_ns = 15 * kSecond;  // a write that has failed is tried again within 10 s
-  if (keeping_.empty() && !hasFailed_) unsure_.clear();
-  if (!diskIsWell || !keeping_.empty()) {
+  if (keeping_.isIdle() && !hasFailed_) unsure_.clear();
+  if (!diskIsWell || !keeping_.isIdle()) {
     unsettled_ns_ = now();
     isSettled_ = false;
   }
@@ -76,15 +74,15 @@ void Zeros::describe(const RestPose& pose) {
 }
 
 Zeros::Left Zeros::restore() {
-  const auto zero = load();
-  hasFailed_ = static_cast<bool>(synchroniseNames(kState));
-  journal_.law(zero.has_value(), "a zero survives the loss of power", zero ? "" : zero.error().message());
-  if (hasLived_) check(*zero);
+  const auto restored = zero::restoreZero(kState, owner());
+  journal_.law(restored.has_value(), "a zero survives the loss of power", restored ? "" : restored.error().message());
+  hasFailed_ = static_cast<bool>(restored->unsynchronised);
+  if (hasLived_) check(restored->zero);
   hasLived_ = true;
-  const auto before = zero::loadEarlierZero(kState, *zero, owner());
+  const auto before = zero::loadEarlierZero(kState, restored->zero, owner());
   journal_.law(before.has_value(), "the zero before survives the loss of power",
                before ? "" : before.error().message());
-  return {*zero, *before};
+  return {restored->zero, *before};
 }
 
 void Zeros::check(const std::optional<RestPose>& restored) {

@@ -6,11 +6,12 @@
 #include "tests/simulation/disk.h"
 #include "tests/simulation/gel.h"
 #include "tests/simulation/journal.h"
+#include "tests/simulation/later.h"
 
 #include <tl/expected.hpp>
 
-#include <deque>
 #include <future>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -23,6 +24,8 @@ class Zeros {
 
   // What the daemon does.
 
+  /// Looks at a zero. Law: it does so before the zero is written.
+  void judge(const RestPose& pose) { judged_.push_back(pose.id); }
   /// Begins to write.
   std::future<tl::expected<void, Error>> keep(const RestPose& pose, const RestPose* before);
   /// A description of the zero in force is published.
@@ -38,11 +41,17 @@ class Zeros {
   /// Ends the writing that is done.
   void turn();
   /// When turn() has something to do.
-  std::int64_t next_ns() const { return keeping_.empty() ? kNever : keeping_.front().at_ns; }
+  std::int64_t next_ns() const { return keeping_.next_ns(); }
   /// The control thread has taken a turn; the disk is well at this moment, or not.
   void heedTurn(bool diskIsWell);
   /// The daemon is dead.
-  void die() { keeping_.clear(); }
+  void die() {
+    keeping_.die();
+    judged_.clear();
+  }
+  /// A zero has been taken while something pressed with that force.
+  void heedTaken(const RestPose& pose, double press_N) { presses_N_[pose.id] = press_N; }
+  double pressOf_N(const Id& id) const { return presses_N_.at(id); }
   /// An undo has been asked for last, or not.
   void heedAsked(bool undo) { hasUndone_ = undo; }
 
@@ -51,11 +60,7 @@ class Zeros {
   std::int64_t describedAt_ns() const { return describedAt_ns_; }
 
  private:
-  struct Keeping {
-    std::promise<tl::expected<void, Error>> done;
-    tl::expected<void, Error> outcome;
-    std::int64_t at_ns = 0;
-  };
+  using Kept = tl::expected<void, Error>;
 
   zero::ZeroOwner owner() const { return {gel_.sensor, PixelFormat::kRgb8, kCamera}; }
   tl::expected<std::optional<RestPose>, Error> load() const;
@@ -66,7 +71,9 @@ class Zeros {
   const Gel& gel_;
   Disk& disk_;
   Journal& journal_;
-  std::deque<Keeping> keeping_;
+  Later<Kept> keeping_;
+  std::vector<Id> judged_;
+  std::map<Id, double> presses_N_;
   bool hasLived_ = false;
   std::optional<Id> inForce_, previous_;
   std::optional<Id> restored_;  ///< at the start of this life; it comes into force when the camera has been opened

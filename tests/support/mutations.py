@@ -6,6 +6,7 @@ Exit codes: those of tools/mutations.
 """
 
 import collections
+import contextlib
 import os
 import pathlib
 import re
@@ -233,11 +234,19 @@ FAILED = (  # the names of cases that a test program says failed
     r"ThreadSanitizer: data race")
 
 
+def edit_misfit(file, old, new):
+    """Returns why a text cannot be replaced in the committed tree, else None."""
+    shown = subprocess.run(["git", "show", f"HEAD:{file}"], cwd=SOURCE, stdout=subprocess.PIPE, text=True)
+    fits = shown.stdout.count(old) == 1 and old != new
+    return None if fits else f"{file} has '{old}' {shown.stdout.count(old)} times, not once"
+
+
 def misfit(one, gate):
     """Returns why a mutation cannot be made, else None. \\param gate (preset, test) of all that there are"""
-    shown = subprocess.run(["git", "show", f"HEAD:{one.file}"], cwd=SOURCE, stdout=subprocess.PIPE, text=True)
-    if shown.stdout.count(one.old) != 1 or "\n" in one.old + one.new or one.old == one.new:
-        return f"{one.file} has '{one.old}' {shown.stdout.count(one.old)} times, not once"
+    if "\n" in one.old + one.new:
+        return f"'{one.old}' is more than a line"
+    if why := edit_misfit(one.file, one.old, one.new):
+        return why
     absent = {(one.preset, test) for test in one.tests.split("|")} - gate.keys()
     return f"no gate has {absent}" if absent else None
 
@@ -262,24 +271,38 @@ def failures(project, preset, tests, log):
     return failed
 
 
+@contextlib.contextmanager
+def made(project, edits):
+    """Replaces texts in files of the project, and takes that back. \\param edits (file, old, new)"""
+    before = {file: (project / file).read_text() for file, _, _ in edits}
+    try:
+        for file, old, new in edits:
+            (project / file).write_text((project / file).read_text().replace(old, new))
+        yield
+    finally:
+        for file, text in before.items():
+            (project / file).write_text(text)
+
+
+def log_folder(project):
+    """Returns the folder for logs beside the project, made if it is not there."""
+    logs = project.parent / "log"
+    logs.mkdir(exist_ok=True)
+    return logs
+
+
 def verdict(project, one, log):
     """Makes a mutation, tells what comes of it, and takes it back."""
-    file = project / one.file
-    before = file.read_text()
-    file.write_text(before.replace(one.old, one.new))
-    try:
+    with made(project, [(one.file, one.old, one.new)]):
         if not build(project, one.preset, log):
             return f"DOES NOT BUILD: {log.name}"
         failed = failures(project, one.preset, one.tests, log)
         return f"RED by {'; '.join(failed)}" if failed else f"NOT NOTICED: {log.name}"
-    finally:
-        file.write_text(before)
 
 
 def run(project, chosen):
     """Makes mutations, those of one build after another, and prints what comes of each; returns the exit code."""
-    logs, red = project.parent / "log", 0
-    logs.mkdir(exist_ok=True)
+    logs, red = log_folder(project), 0
     for preset in sorted({one.preset for one in chosen}):
         of_preset = [one for one in chosen if one.preset == preset]
         if not build(project, preset):

@@ -13,6 +13,7 @@ import tempfile
 import textwrap
 import unittest
 
+import random_mutations
 from deadline import HUNG_S
 from stubs import SOURCE, TOOLS, Stubs
 
@@ -342,6 +343,30 @@ class Tally(unittest.TestCase):
         code, text = self.gate([("ring", "run", self.OUTPUT["GoogleTest"])], "release ring 1\n")
         self.assertEqual(code, 0)
         self.assertIn("2 of them are not in tests/gate.txt yet", text)
+
+
+class RandomMutations(unittest.TestCase):
+    def test_a_condition_a_constant_or_a_call_is_removed(self):
+        line = "  if (isOver(a) && b > 16) return 0;"
+        self.assertEqual(list(random_mutations.conditions(line)),
+                         ["  if (true || (isOver(a) && b > 16)) return 0;", "  if (false && (isOver(a) && b > 16)) return 0;"])
+        self.assertEqual(list(random_mutations.constants(line)),
+                         ["  if (isOver(a) && b > 0) return 0;", "  if (isOver(a) && b > 16) return 1;"])
+        self.assertEqual(list(random_mutations.calls(line)), [])
+        self.assertEqual(list(random_mutations.calls("  gate_->restart();")), ["  ;"])
+        self.assertEqual(list(random_mutations.calls("  look_ns_ = 0;")), ["  ;"])
+        for whole in ("  return f(a);", "  const int a = f();", "  call(a, [b] {", "  std::uint16_t a;"):
+            self.assertEqual(list(random_mutations.calls(whole)) + list(random_mutations.conditions(whole)), [], whole)
+
+    def test_each_changes_one_line_and_can_be_repeated(self):
+        two = [random_mutations.drawn(20), random_mutations.drawn(20)]
+        self.assertEqual(*two)
+        self.assertEqual(len(two[0]), 40)
+        for one in two[0]:
+            file, before, after = random_mutations.edit(SOURCE, one)
+            self.assertEqual(before, (SOURCE / file).read_text())
+            changed = [(a, b) for a, b in zip(before.splitlines(), after.splitlines(), strict=True) if a != b]
+            self.assertEqual(changed, [(one.old, one.new)])
 
 
 if __name__ == "__main__":

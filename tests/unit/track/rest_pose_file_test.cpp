@@ -195,6 +195,10 @@ TEST_F(RestPoseFile, AZeroThatReplacedNothingYetIsNotUndone) {
   zero.id = idOf(zero);
   ASSERT_TRUE(zero::saveZeros(state, zero, &before, owner));
   EXPECT_EQ(load().value()->id, zero.id);
+  const auto restored = zero::restoreZero(state, owner);
+  ASSERT_TRUE(restored) << restored.error().message();
+  EXPECT_EQ(restored->zero->id, zero.id);
+  EXPECT_FALSE(restored->unsynchronised);
   EXPECT_EQ(zero::loadEarlierZero(state, zero, owner).value()->id, before.id);
   // The power was lost after the first of the two files.
   ASSERT_TRUE(zero::saveZeros(state, before, nullptr, owner));

@@ -1,0 +1,110 @@
+"""Faults that this repository has mended, each as what puts it back into today's code, for tools/mutations --past.
+
+Each is one between the parts and the world: the simulation (docs/decisions/0034-simulation.md) must find it again.
+"""
+
+import collections
+
+GATE, CAMERA, KEEPER = "daemon/capture/frame_gate.cpp", "daemon/capture/camera.cpp", "daemon/capture/keeper.cpp"
+ZERO, STORE = "daemon/zero/zero_procedure.cpp", "daemon/zero/zero_store.cpp"
+CALIBRATION, STEPS = "daemon/calibrate/calibration.cpp", "daemon/calibrate/step_runner.cpp"
+
+# Edits: file, text that stands there once, what it becomes.
+Fault = collections.namedtuple("Fault", "name commit what edits")
+
+FAULTS = [Fault(*one) for one in [
+    ("second-counter", "f784d75", "pictures of a far-off counter beside the camera's own replace them, without a flag", [
+        (GATE, "candidate_->length >= kAgreeing && fellSilent", "candidate_->length >= kAgreeing && (fellSilent || true)"),
+        (GATE, "kMostSurplus = 2.0;", "kMostSurplus = 1e9;"),
+        (GATE, "constexpr int kProof = 5;", "constexpr int kProof = 0;"),
+    ]),
+    ("impostor", "1e77383", "who sends in the camera's own name is not noticed by packets that come twice", [
+        (GATE, "if (twice_ > 0.0 || repeatedLately_ > kMostRepeated)", "if (repeatedLately_ > 1e9 * kMostRepeated)"),
+        (GATE, "if (unexplained > broken_) doubtUntil_ns_ = host_ns + options_.doubt_ns;", ""),
+        (GATE, "return lag < -std::max(kLeast_ns, kTimes * current_->lag_ns);", "return lag > 0 && kTimes < kLeast_ns && false;"),
+    ]),
+    ("excused-impostor", "39bb523", "packets that come twice are excused by frames that were given up, and by time", [
+        (GATE, "late_ += arrival.late;", "late_ += arrival.late + arrival.twice;"),
+        (GATE, "twice_ += arrival.twice;", ""),
+    ]),
+    ("thrown-frames", "5d04c00", "frames that the driver throws away, as where the camera counts anew, are lost unseen", [
+        (GATE, "thrown_ += arrival.thrown;", ""),
+    ]),
+    ("no-clock", "34882e1", "a camera whose clock goes wrong is refused frame by frame", [
+        (GATE, "return step <= most ? Fit::kByTheHosts : Fit::kNone;", "return step < 0 * most ? Fit::kByTheHosts : Fit::kNone;"),
+    ]),
+    ("other-pictures", "34882e1", "a camera whose pictures have changed is not opened anew", [
+        (CAMERA, "giveUp(Loss::kOtherPictures);", "lastWhole_ns_ = buffer.arrival.host_ns;"),
+    ]),
+    ("slow-doubt", "9d69b3b", "a camera that is gone is noticed by its silence alone", [
+        (CAMERA, "keeper_->doubt(lastArrival_ns_);", ""),
+    ]),
+    ("read-that-hangs", "4f9b281", "the keeper waits for a read of registers, while the camera is gone", [
+        (KEEPER, "calls_->run([driver = driver_, to = answers_, what = std::move(what)] { what(*driver, *to); });",
+         "what(*driver_, *answers_);"),
+    ]),
+    ("refused-settings", "56a99ad", "settings that the camera refuses are not taken back", [
+        (KEEPER, "if (former_ && problem.exitCode != EX_UNAVAILABLE && problem.exitCode != EX_TEMPFAIL) {",
+         "if (former_ && problem.exitCode == EX_OK) {"),
+    ]),
+    ("others-hang", "6fa4791", "the watchdog is fed while a library hangs", [
+        ("base/service/service.h", "return watch_.allAdvanced() && others;", "return watch_.allAdvanced() && (others || true);"),
+    ]),
+    ("search-that-hangs", "19f3eb5", "a search for a lost camera that hangs goes on for ever", [
+        ("daemon/capture/keeper.h", "return !lent_.load(std::memory_order_relaxed) && clock_() > due_ns_;", "return false;"),
+    ]),
+    ("before-the-disk", "a00813e", "a zero is in force before it is on the disk", [
+        (ZERO, "  keep(taken_, &*zero_, true, [this, report, doubt, moved](const Kept& kept) {",
+         "  putInForce(taken_, report);\n"
+         "  keep(taken_, &*before_, true, [this, report, doubt, moved](const Kept& kept) {"),
+    ]),
+    ("answered-twice", "f602e20", "a step of a calibration answers an undo that is being written", [
+        (ZERO, "if (keeping_ && keeping_->isAwaited) return;  // the end of the write is the answer, also of an undo", ""),
+    ]),
+    ("judged-late", "490b865", "a zero is judged when it has been written", [
+        (ZERO, "[this, report = links_.judge(*before_)](const Kept& kept) {", "[this](const Kept& kept) {"),
+        (ZERO, "putInForce(*before_, report);", "putInForce(*before_, links_.judge(*before_));"),
+        (ZERO, "const GelReport report = links_.judge(taken_);", "const GelReport report = zero_ ? GelReport() : links_.judge(taken_);"),
+        (ZERO, "putInForce(taken_, report);", "putInForce(taken_, links_.judge(taken_));"),
+    ]),
+    ("written-once", "86d8f71", "a zero in force that could not be written is not written later", [
+        (ZERO, "rewriteAt_ns_ = clock_() + kTryAgain_ns;", "rewriteAt_ns_.reset();"),
+        (ZERO, "if (keeping.isRefused || (!kept && keeping.isAwaited)) {", "if (keeping.isRefused) {"),
+    ]),
+    ("names-unsynchronised", "86d8f71", "a directory that could not be synchronised is taken for success", [
+        ("base/whole_file.h", 'return synchroniseNames(path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));',
+         'synchroniseNames(path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));\n  return {};'),
+    ]),
+    ("late-answer", "86d8f71", "a zero that waited for an earlier write has a minute of its own", [
+        (ZERO, "until_ns = std::min(until_ns, open_->until_ns + kKeptWithin_ns);", "until_ns += 0;"),
+    ]),
+    ("undo-of-itself", "d272933", "after a loss of power between the two files an undo restores the zero in force", [
+        (STORE, "if (earlier && *earlier && restored && (*earlier)->id == restored->id) return std::nullopt;",
+         "if (earlier && *earlier && !restored) return std::nullopt;"),
+    ]),
+    ("restored-unsynchronised", "19e1e43", "a zero that is restored may be taken back by a loss of power", [
+        (STORE, "if (restored.zero) restored.unsynchronised = synchroniseNames(stateDirectory);", ""),
+    ]),
+    ("refused-zero-comes", "3fa57ca", "a zero that was refused because no frames came is taken when they do", [
+        (ZERO, "if (links_.cancel() || links_.state() != track::ZeroState::kTaken) answer(tl::unexpected(reason));",
+         "answer(tl::unexpected(reason));"),
+        (ZERO, "if (taken_.requested && zero_ && !open_) return handOver();  // its request has been answered with an error",
+         ""),
+    ]),
+    ("endless-step", "3fa57ca", "a step of a calibration that sees too few markers does not end", [
+        (CALIBRATION, "if (!result) result = overdue(field);", ""),
+    ]),
+    ("zero-of-a-load", "0a43a42", "a load is zeroed by mistake", [
+        (ZERO, "if (zero_ && !touch.empty() && !request_.anyway)", "if (zero_ && !touch.empty() && false)"),
+    ]),
+    ("step-waits", "531954f", "the control thread waits for the file of a calibration", [
+        (STEPS, "  work_ = {.done = links_.start(std::move(work)), .until_ns = links_.clock() + kWorkWithin_ns};",
+         "  std::promise<std::optional<Result>> done;\n"
+         "  done.set_value(work());\n"
+         "  work_ = {.done = done.get_future(), .until_ns = links_.clock() + kWorkWithin_ns};"),
+    ]),
+    ("short-links", "795f824", "links are too short for a stall of 80 ms", [
+        ("daemon/pipeline.h", "Link<MarkerField, kSlots> markers_;", "Link<MarkerField, 4> markers_;"),
+        ("daemon/pipeline.h", "Link<TractionField, kSlots> fields_;", "Link<TractionField, 4> fields_;"),
+    ]),
+]]
