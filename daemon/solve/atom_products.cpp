@@ -5,6 +5,11 @@
 #include <cassert>
 
 namespace tractiond::solve {
+namespace {
+
+constexpr int kLastOfBlock = 8;  // element
+
+}  // namespace
 
 AtomProducts::AtomProducts(const Factors& factors, int most)
     : factors_(factors)
@@ -64,10 +69,18 @@ void AtomProducts::addAtom(int atom) {
   for (int axis = 0; axis < 3; ++axis) {
     for (int m = 0; m < kMotions; ++m) store(first + axis, m, factors_.motionCoupling(m, 3 * atom + axis));
   }
+  const auto blockOf = [&](int other) {
+    return atom >= other ? factors_.gramOf(atom, other) : factors_.gramOf(other, atom);
+  };
+  for (const int other : atoms_) {  // they are all over the memory
+    const double* const block = blockOf(other).data();
+    __builtin_prefetch(block);
+    __builtin_prefetch(block + kLastOfBlock);
+  }
   for (std::size_t k = 0; k < atoms_.size(); ++k) {
     const int other = atoms_[k], at = kMotions + 3 * static_cast<int>(k);
     const bool isLater = atom >= other;
-    const auto block = isLater ? factors_.gramOf(atom, other) : factors_.gramOf(other, atom);
+    const auto block = blockOf(other);
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) store(first + i, at + j, isLater ? block(i, j) : block(j, i));
     }

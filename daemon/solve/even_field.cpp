@@ -49,16 +49,14 @@ EvenField::EvenField(const Factors& factors, const Atoms& atoms, const ModelOpti
     , larger_(atoms.pointCount())
     , even_(3 * static_cast<std::size_t>(atoms.pointCount()))
     , forces_(3 * static_cast<std::size_t>(atoms.count()))
-    , coefficients_(static_cast<std::size_t>(atoms.pointCount()))
     , column_(static_cast<std::size_t>(factors.influence.stride())) {
   open_.reserve(part_.size());
   for (std::size_t i = 0; i < kRoughness.size(); ++i) {
     solutions_.push_back({{}, Posterior(factors, atoms, mostOf(options), kUnknowns)});
   }
   for (Solution& solution : solutions_) solution.chosen.reserve(mostOf(options));
-  for (int p = 0; p < atoms.pointCount(); ++p) {
-    for (int axis = 0; axis < 3; ++axis) rows_[static_cast<std::size_t>(axis)].push_back(3 * p + axis);
-  }
+  rows_.reserve(part_.size());
+  coefficients_.reserve(part_.size());
 }
 
 bool EvenField::solve(const Displacements& picture, AtomProducts& products, std::span<const double> forces_N) {
@@ -152,16 +150,20 @@ void EvenField::setUnknowns(const Displacements& picture) {
     const bool isPressure = unknown < 3;
     const std::size_t axis = static_cast<std::size_t>(unknown) % 3;
     const auto forces = extra_.pointForces_N(unknown);
+    rows_.clear();
+    coefficients_.clear();
     for (Index p = 0; p < footprint_.size(); ++p) {
       const double force = isPressure ? kFreePressure * footprint_[p] : 0.5 * (larger_[p] - smaller_[p]);
+      if (force == 0.0) continue;
       forces[3 * static_cast<std::size_t>(p) + axis] = force;
-      coefficients_[static_cast<std::size_t>(p)] = static_cast<float>(force);
+      rows_.push_back(static_cast<int>(3 * p) + static_cast<int>(axis));
+      coefficients_.push_back(static_cast<float>(force));
       const Vector3d unit = Vector3d::Unit(static_cast<Index>(axis));
       extra_.wrench(unknown).head<3>() += force * unit;
       extra_.wrench(unknown).tail<3>() += force * Vector3d(atoms_.points.col(p)).cross(unit);
     }
     std::fill_n(column_.data(), column_.size(), 0.0);
-    addRows(factors_.influence, rows_[axis], coefficients_, column_.data());
+    addRows(factors_.influence, rows_, coefficients_, column_.data());
     for (const int coordinate : picture.missing) column_.data()[coordinate] = 0.0;
     extra_.setDisplacement(unknown, column_.data(), 1.0);
   }

@@ -65,8 +65,8 @@ class EvenField {
   Eigen::VectorXd force_, pressure_, level_;      // P: magnitudes; p, t
   Eigen::VectorXd footprint_, smaller_, larger_;  // P: e at its edge, and with the edge moved
   std::vector<double> even_, forces_;             // 3P: footprint_ along z; of all atoms 3A
-  std::vector<float> coefficients_;               // P
-  std::array<std::vector<int>, 3> rows_;          // of the points in the influence, for each axis
+  std::vector<int> rows_;                         // of the influence, of the points that an unknown acts at
+  std::vector<float> coefficients_;               // of each of these
   LineArray<double> column_;
 };
 

@@ -1,6 +1,6 @@
-// Written with the compilers' vector types of one cache line: on a machine with smaller registers the compiler splits
-// each operation. Eight rows at a time share the loads and stores of the sum, so that what limits the speed is
-// streaming the matrix itself.
+// Written with the compilers' vector types of 32 bytes, a register of x86-64-v3: wider types GCC keeps in memory where
+// a register holds less, which costs a factor of ten. Eight rows at a time share the loads and stores of the
+// sum, so that what limits the speed is streaming the matrix itself.
 #include "daemon/solve/kernels.h"
 
 #include "base/vector_clones.h"
@@ -18,69 +18,96 @@
 namespace tractiond::solve {
 namespace {
 
-using Line = float __attribute__((vector_size(64)));
-using Integers = std::int32_t __attribute__((vector_size(64)));
-using Shorts = std::int16_t __attribute__((vector_size(32)));  // as many as floats in a Line
-using Doubles = double __attribute__((vector_size(64)));
-constexpr int kDoubles = 8;
-static_assert(kColumns == kDoubles);
+using Floats = float __attribute__((vector_size(32)));
+using Integers = std::int32_t __attribute__((vector_size(32)));
+using Shorts = std::int16_t __attribute__((vector_size(16)));  // as many as Floats
+using Doubles = double __attribute__((vector_size(32)));
+using FewFloats = float __attribute__((vector_size(16)));  // as many as Doubles
+constexpr int kFloats = 8, kDoubles = 4;
+/// A row of kColumns columns.
+constexpr int kParts = 2;
+static_assert(kColumns == kParts * kDoubles && kFloats == 2 * kDoubles && kLineFloats == 2 * kFloats);
 constexpr std::size_t kRows = 8;
+/// Rows of kColumns sums that fit the registers.
+constexpr int kTile = 4;
 
 #define TRACTION_INLINE __attribute__((always_inline)) inline
 
-TRACTION_INLINE const Line* lines(const float* data) {
-  return reinterpret_cast<const Line*>(data);
-}
-
 // Doubles lie anywhere. By reference, because how vectors are passed depends on the version of the function.
-TRACTION_INLINE void load(const double* from, Doubles& vector) {
+template <typename Number, typename Vector>
+TRACTION_INLINE void load(const Number* from, Vector& vector) {
   std::memcpy(&vector, from, sizeof vector);
 }
 
-TRACTION_INLINE void store(const Doubles& vector, double* to) {
+template <typename Vector>
+TRACTION_INLINE void store(const Vector& vector, double* to) {
   std::memcpy(to, &vector, sizeof vector);
 }
 
-TRACTION_INLINE void add(const Line& part, double* sums) {
-  Doubles low, high;
-  load(sums, low);
-  load(sums + kDoubles, high);
-  low += __builtin_convertvector(__builtin_shufflevector(part, part, 0, 1, 2, 3, 4, 5, 6, 7), Doubles);
-  high += __builtin_convertvector(__builtin_shufflevector(part, part, 8, 9, 10, 11, 12, 13, 14, 15), Doubles);
-  store(low, sums);
-  store(high, sums + kDoubles);
+/// Loads as many floats as there are Doubles.
+TRACTION_INLINE void widen(const float* from, Doubles& vector) {
+  FewFloats few;
+  load(from, few);
+  vector = __builtin_convertvector(few, Doubles);
 }
 
-TRACTION_INLINE void add(const Line& part, float* sums) {
-  *reinterpret_cast<Line*>(sums) += part;
+TRACTION_INLINE void add(const Floats& part, double* sums) {
+  const auto addHalf = [](const FewFloats& half, double* to) {
+    Doubles sum;
+    load(to, sum);
+    store(sum + __builtin_convertvector(half, Doubles), to);
+  };
+  addHalf(__builtin_shufflevector(part, part, 0, 1, 2, 3), sums);
+  addHalf(__builtin_shufflevector(part, part, 4, 5, 6, 7), sums + kDoubles);
+}
+
+TRACTION_INLINE void add(const Floats& part, float* sums) {
+  Floats sum;
+  load(sums, sum);
+  sum += part;
+  std::memcpy(sums, &sum, sizeof sum);
+}
+
+TRACTION_INLINE double sumOf(const Doubles& numbers) {
+  return (numbers[0] + numbers[1]) + (numbers[2] + numbers[3]);
 }
 
 TRACTION_INLINE double dot(const double* a, const double* b, int size) {
-  Doubles sums = {}, left, right;
+  constexpr int kChains = 4;  // that do not wait for each other
+  Doubles sums[kChains] = {}, left, right;
   int i = 0;
+  for (; i + kChains * kDoubles <= size; i += kChains * kDoubles) {
+#pragma GCC unroll 4
+    for (int k = 0; k < kChains; ++k) {
+      load(a + i + kDoubles * k, left);
+      load(b + i + kDoubles * k, right);
+      sums[k] += left * right;
+    }
+  }
   for (; i + kDoubles <= size; i += kDoubles) {
     load(a + i, left);
     load(b + i, right);
-    sums += left * right;
+    sums[0] += left * right;
   }
-  double sum = ((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7]));
+  double sum = sumOf((sums[0] + sums[1]) + (sums[2] + sums[3]));
   for (; i < size; ++i) sum += a[i] * b[i];
   return sum;
 }
 
-TRACTION_INLINE void asLine(const Line& numbers, Line& line) {
-  line = numbers;
+TRACTION_INLINE void read(const float* from, Floats& numbers) {
+  load(from, numbers);
 }
 
-TRACTION_INLINE void asLine(const Shorts& numbers, Line& line) {
-  line = __builtin_convertvector(__builtin_convertvector(numbers, Integers), Line);
+TRACTION_INLINE void read(const std::int16_t* from, Floats& numbers) {
+  Shorts shorts;
+  load(from, shorts);
+  numbers = __builtin_convertvector(__builtin_convertvector(shorts, Integers), Floats);
 }
 
 /// sum += sum over k < count of coefficient(k) * row(k), rows of `stride` numbers.
 template <typename Row, typename Coefficient, typename Sum>
 TRACTION_INLINE void addWeighed(int stride, std::size_t count, Row row, Coefficient coefficient, Sum* sum) {
-  const std::ptrdiff_t lineCount = stride / kLineFloats;
-  Line numbers;
+  Floats numbers;
   std::size_t k = 0;
   for (; k + kRows <= count; k += kRows) {
     decltype(row(0)) from[kRows];
@@ -89,22 +116,46 @@ TRACTION_INLINE void addWeighed(int stride, std::size_t count, Row row, Coeffici
       from[i] = row(k + i);
       c[i] = coefficient(k + i);
     }
-    for (std::ptrdiff_t j = 0; j < lineCount; ++j) {
-      Line sums[2] = {};  // two chains, so that the additions of one line do not all wait for each other
+    for (std::ptrdiff_t j = 0; j < stride; j += kFloats) {
+      Floats sums[2] = {};  // two chains, so that the additions of one line do not all wait for each other
 #pragma GCC unroll 8
       for (std::size_t i = 0; i < kRows; ++i) {
-        asLine(from[i][j], numbers);
+        read(from[i] + j, numbers);
         sums[i % 2] += c[i] * numbers;
       }
-      add(sums[0] + sums[1], sum + kLineFloats * j);
+      add(sums[0] + sums[1], sum + j);
     }
   }
   for (; k < count; ++k) {
-    for (std::ptrdiff_t j = 0; j < lineCount; ++j) {
-      asLine(row(k)[j], numbers);
-      add(coefficient(k) * numbers, sum + kLineFloats * j);
+    for (std::ptrdiff_t j = 0; j < stride; j += kFloats) {
+      read(row(k) + j, numbers);
+      add(coefficient(k) * numbers, sum + j);
     }
   }
+}
+
+/// Scalar product of a row of `stride` numbers.
+TRACTION_INLINE double product(const float* row, const float* vector, std::ptrdiff_t stride) {
+  constexpr int kChains = 4;  // that do not wait for each other
+  Floats sums[kChains] = {}, left, right;
+  std::ptrdiff_t j = 0;
+  for (; j + kChains * kFloats <= stride; j += kChains * kFloats) {
+#pragma GCC unroll 4
+    for (int i = 0; i < kChains; ++i) {
+      load(row + j + kFloats * i, left);
+      load(vector + j + kFloats * i, right);
+      sums[i] += left * right;
+    }
+  }
+  for (; j < stride; j += kFloats) {
+    load(row + j, left);
+    load(vector + j, right);
+    sums[0] += left * right;
+  }
+  sums[0] = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  double sum = 0.0;
+  for (int i = 0; i < kFloats; ++i) sum += static_cast<double>(sums[0][i]);
+  return sum;
 }
 
 template <typename Number>
@@ -112,27 +163,57 @@ TRACTION_INLINE Number* rowOf(Number* lower, int row) {
   return lower + static_cast<std::ptrdiff_t>(row) * (row + 1) / 2;
 }
 
+/// Rows of kColumns numbers.
+template <int count>
+struct Tile {
+  Doubles part[count][kParts] = {};
+};
+
+/// tile += sum over j < end of factor(i, j) times row j of `columns`, for each of its rows i.
+template <int count, typename Factor>
+TRACTION_INLINE void addProducts(Factor factor, int first, int end, const double* columns, Tile<count>& tile) {
+  Doubles x[kParts];
+  for (int j = first; j < end; ++j) {
+#pragma GCC unroll 2
+    for (int p = 0; p < kParts; ++p) load(columns + kColumns * j + kDoubles * p, x[p]);
+#pragma GCC unroll 4
+    for (int i = 0; i < count; ++i) {
+      const double times = factor(i, j);
+#pragma GCC unroll 2
+      for (int p = 0; p < kParts; ++p) tile.part[i][p] += times * x[p];
+    }
+  }
+}
+
+/// Solves `count` rows of L Y = B in place, those from `first` to them being solved and 0 before.
+template <int count>
+TRACTION_INLINE void solveRows(const double* lower, int first, int at, double* columns) {
+  const double* row[count];
+  for (int i = 0; i < count; ++i) row[i] = rowOf(lower, at + i);
+  Tile<count> sums;
+  addProducts([&row](int i, int j) { return row[i][j]; }, first, at, columns, sums);
+#pragma GCC unroll 4
+  for (int i = 0; i < count; ++i) {
+#pragma GCC unroll 2
+    for (int p = 0; p < kParts; ++p) {
+      Doubles x, other;
+      load(columns + kColumns * (at + i) + kDoubles * p, x);
+      x -= sums.part[i][p];
+#pragma GCC unroll 4
+      for (int j = 0; j < i; ++j) {
+        load(columns + kColumns * (at + j) + kDoubles * p, other);
+        x -= row[i][at + j] * other;
+      }
+      store(x * row[i][at + i], columns + kColumns * (at + i) + kDoubles * p);
+    }
+  }
+}
+
 /// Solves L Y = B in place for kColumns right-hand sides whose rows before `first` are zero.
 TRACTION_INLINE void solveColumns(const double* lower, int first, int size, double* columns) {
-  for (int i = first; i < size; ++i) {
-    const double* const row = rowOf(lower, i);
-    Doubles sums[4] = {}, x;
-    int j = first;
-    for (; j + 4 <= i; j += 4) {
-#pragma GCC unroll 4
-      for (int k = 0; k < 4; ++k) {
-        load(columns + kColumns * (j + k), x);
-        sums[k] += row[j + k] * x;
-      }
-    }
-    for (; j < i; ++j) {
-      load(columns + kColumns * j, x);
-      sums[0] += row[j] * x;
-    }
-    load(columns + kColumns * i, x);
-    x = (x - ((sums[0] + sums[1]) + (sums[2] + sums[3]))) * row[i];
-    store(x, columns + kColumns * i);
-  }
+  int i = first;
+  for (; i + kTile <= size; i += kTile) solveRows<kTile>(lower, first, i, columns);
+  for (; i < size; ++i) solveRows<1>(lower, first, i, columns);
 }
 
 /// kColumns columns of the inverse, or as many as there are, from the row `first` on.
@@ -143,13 +224,13 @@ TRACTION_INLINE void unitColumns(const double* lower, int first, int size, doubl
 }
 
 TRACTION_INLINE void columnProducts(const double* a, const double* b, int size, double* products) {
-  Doubles sums[kColumns] = {}, x;
-  for (int i = 0; i < size; ++i) {
-    load(b + kColumns * i, x);
-#pragma GCC unroll 8
-    for (int k = 0; k < kColumns; ++k) sums[k] += a[kColumns * i + k] * x;
+  for (int first = 0; first < kColumns; first += kTile) {
+    Tile<kTile> sums;
+    addProducts([=](int i, int j) { return a[kColumns * j + first + i]; }, 0, size, b, sums);
+    for (int i = 0; i < kTile; ++i) {
+      for (int p = 0; p < kParts; ++p) store(sums.part[i][p], products + kColumns * (first + i) + kDoubles * p);
+    }
   }
-  for (int k = 0; k < kColumns; ++k) store(sums[k], products + kColumns * k);
 }
 
 }  // namespace
@@ -160,7 +241,7 @@ LineArray<Number>::LineArray(std::size_t size)
   // Large pages save the page walks that streaming would otherwise wait for.
   constexpr std::size_t kLargePage = std::size_t{2} << 20;
   const std::size_t bytes = size * sizeof(Number);
-  const std::size_t alignment = bytes >= kLargePage ? kLargePage : sizeof(Line);
+  const std::size_t alignment = bytes >= kLargePage ? kLargePage : kLineFloats * sizeof(float);
   const std::size_t rounded = std::max((bytes + alignment - 1) / alignment * alignment, alignment);
   data_.reset(static_cast<Number*>(std::aligned_alloc(alignment, rounded)));  // NOLINT(*-no-malloc): of any alignment
   if (!data_) throw std::bad_alloc();
@@ -201,53 +282,40 @@ CoarseMatrix::CoarseMatrix(const RowMatrix& matrix, int rows, int columns)
 
 TRACTION_VECTOR_CLONES
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum) {
-  const auto row = [&](std::size_t k) { return lines(matrix.row(rows[k])); };
+  const auto row = [&](std::size_t k) { return matrix.row(rows[k]); };
   const auto coefficient = [&](std::size_t k) { return coefficients[k]; };
   addWeighed(matrix.stride(), rows.size(), row, coefficient, sum);
 }
 
 TRACTION_VECTOR_CLONES
 void addRows(const CoarseMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, float* sum) {
-  const auto row = [&](std::size_t k) { return reinterpret_cast<const Shorts*>(matrix.row(rows[k])); };
+  const auto row = [&](std::size_t k) { return matrix.row(rows[k]); };
   const auto coefficient = [&](std::size_t k) { return coefficients[k] * matrix.factor(rows[k]); };
   addWeighed(matrix.stride(), rows.size(), row, coefficient, sum);
 }
 
 TRACTION_VECTOR_CLONES
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const float* vector, double* products) {
-  const std::ptrdiff_t lineCount = matrix.stride() / kLineFloats;
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    const Line* const row = lines(matrix.row(rows[k]));
-    Line sums[4] = {};  // chains that do not wait for each other
-    std::ptrdiff_t j = 0;
-    for (; j + 4 <= lineCount; j += 4) {
-#pragma GCC unroll 4
-      for (int i = 0; i < 4; ++i) sums[i] += row[j + i] * lines(vector)[j + i];
-    }
-    for (; j < lineCount; ++j) sums[0] += row[j] * lines(vector)[j];
-    sums[0] = (sums[0] + sums[1]) + (sums[2] + sums[3]);
-    double sum = 0.0;
-    for (int i = 0; i < kLineFloats; ++i) sum += static_cast<double>(sums[0][i]);
-    products[k] = sum;
+    products[k] = product(matrix.row(rows[k]), vector, matrix.stride());
   }
 }
 
 TRACTION_VECTOR_CLONES
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const double* vector, double* products) {
-  const std::ptrdiff_t lineCount = matrix.stride() / kLineFloats;
+  constexpr int kChains = kLineFloats / kDoubles;
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    const Line* const row = lines(matrix.row(rows[k]));
-    Doubles low = {}, high = {}, left, right;
-    for (std::ptrdiff_t j = 0; j < lineCount; ++j) {
-      const Line part = row[j];
-      load(vector + kLineFloats * j, left);
-      load(vector + kLineFloats * j + kDoubles, right);
-      low += left * __builtin_convertvector(__builtin_shufflevector(part, part, 0, 1, 2, 3, 4, 5, 6, 7), Doubles);
-      high +=
-          right * __builtin_convertvector(__builtin_shufflevector(part, part, 8, 9, 10, 11, 12, 13, 14, 15), Doubles);
+    const float* const row = matrix.row(rows[k]);
+    Doubles sums[kChains] = {}, left, right;
+    for (std::ptrdiff_t j = 0; j < matrix.stride(); j += kLineFloats) {
+#pragma GCC unroll 4
+      for (int i = 0; i < kChains; ++i) {
+        widen(row + j + kDoubles * i, left);
+        load(vector + j + kDoubles * i, right);
+        sums[i] += left * right;
+      }
     }
-    low += high;
-    products[k] = ((low[0] + low[1]) + (low[2] + low[3])) + ((low[4] + low[5]) + (low[6] + low[7]));
+    products[k] = sumOf((sums[0] + sums[1]) + (sums[2] + sums[3]));
   }
 }
 
@@ -295,12 +363,11 @@ void inverseDiagonal(std::span<const double> lower, int size, double* scratch, d
   for (int first = 0; first < size; first += kColumns) {
     const int count = std::min(kColumns, size - first);
     unitColumns(lower.data(), first, size, scratch);
-    Doubles sums = {}, x;
+    double sums[kColumns] = {};
     for (int i = first; i < size; ++i) {
-      load(scratch + kColumns * i, x);
-      sums += x * x;
+      for (int k = 0; k < kColumns; ++k) sums[k] += square(scratch[kColumns * i + k]);
     }
-    for (int k = 0; k < count; ++k) squares[first + k] = sums[k];
+    std::copy_n(sums, count, squares + first);
   }
 }
 
@@ -330,20 +397,30 @@ void multiplyColumns(const double* a, const double* b, int size, double* product
 TRACTION_VECTOR_CLONES
 void multiplyRowsByColumns(const RowMatrix& matrix, std::span<const int> rows, const double* columns, double* products,
                            int stride) {
-  // Three rows at a time, of the components of a force, share the loads of the columns.
-  constexpr std::size_t kShared = 3;
-  Doubles x;
-  for (std::size_t k = 0; k < rows.size(); k += kShared) {
-    const std::size_t count = std::min(kShared, rows.size() - k);
-    const float* row[kShared];
-    for (std::size_t i = 0; i < kShared; ++i) row[i] = matrix.row(rows[k + std::min(i, count - 1)]);
-    Doubles sums[kShared] = {};
-    for (int j = 0; j < matrix.columns(); ++j) {
-      load(columns + kColumns * j, x);
-#pragma GCC unroll 3
-      for (std::size_t i = 0; i < kShared; ++i) sums[i] += static_cast<double>(row[i][j]) * x;
+  // Three rows at a time, of the components of a force, share the loads of the columns; converted a piece at a time, so
+  // that their numbers are ready to be broadcast.
+  constexpr int kShared = 3, kPiece = 128;
+  const int size = matrix.columns();
+  double piece[kShared][kPiece];
+  for (int k = 0; k < std::ssize(rows); k += kShared) {
+    const int count = std::min(kShared, static_cast<int>(std::ssize(rows)) - k);
+    Tile<kShared> sums;
+    for (int first = 0; first < size; first += kPiece) {
+      const int length = std::min(kPiece, size - first);
+      for (int i = 0; i < kShared; ++i) {
+        const float* const row = matrix.row(rows[static_cast<std::size_t>(k + std::min(i, count - 1))]) + first;
+        Doubles numbers;
+        for (int j = 0; j < padded(length); j += kDoubles) {
+          widen(row + j, numbers);
+          store(numbers, piece[i] + j);
+        }
+      }
+      addProducts([&piece](int i, int j) { return piece[i][j]; }, 0, length, columns + kColumns * first, sums);
     }
-    for (std::size_t i = 0; i < count; ++i) store(sums[i], products + static_cast<std::ptrdiff_t>(k + i) * stride);
+    for (int i = 0; i < count; ++i) {
+      double* const to = products + static_cast<std::ptrdiff_t>(k + i) * stride;
+      for (int p = 0; p < kParts; ++p) store(sums.part[i][p], to + kDoubles * p);
+    }
   }
 }
 

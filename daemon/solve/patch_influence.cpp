@@ -24,24 +24,79 @@ int paddedMarkers(int count) {
   return (count + kTogether - 1) / kTogether * kTogether;
 }
 
-/// Adds the displacements of kTogether markers by a force at (x, y) on the surface, times 4 pi G: Boussinesq, Cerruti.
+#define TRACTION_INLINE __attribute__((always_inline)) inline
+
+/// What the displacements at (x, y) from a force F on the surface are made of, times 4 pi G: Boussinesq, Cerruti.
+///   (u, v) = straight (F_x, F_y) + (x, y) (along (x F_x + y F_y) + spread F_z),  w = tilt (x F_x + y F_y) + sink F_z
+struct Terms {
+  double straight, along, spread, tilt, sink;
+};
+
 /// kappa = 1 - 2 nu.
-__attribute__((always_inline)) inline void
-addDisplacements(double kappa, double sourceX, double sourceY, double forceX, double forceY, double forceZ,
-                 const double* __restrict markerX, const double* __restrict markerY, const double* __restrict markerZ,
-                 double* __restrict ux, double* __restrict uy, double* __restrict uz) {
+TRACTION_INLINE Terms termsAt(double kappa, double x, double y, double z) {
+  const double r = std::sqrt(x * x + y * y + z * z);
+  const double both = 1.0 / (r * (r + z)), c = both * (r + z), d = both * r;  // 1 / r, 1 / (r + z) by one division
+  const double far = c * c * c, near = kappa * c * d, lean = z * far;
+  return {c + near * r, far - near * d, lean - near, lean + near, z * lean + (1.0 + kappa) * c};
+}
+
+/// Displacements of kTogether markers.
+struct Moved {
+  double u[kTogether] = {}, v[kTogether] = {}, w[kTogether] = {};
+};
+
+/// Places of kTogether markers [m].
+struct Markers {
+  const double *x, *y, *z;
+};
+
+/// Adds the displacements by a force at (x, y).
+TRACTION_INLINE void addDisplacements(double kappa, double sourceX, double sourceY, double forceX, double forceY,
+                                      double forceZ, const Markers& at, Moved& __restrict moved) {
+  const double* const __restrict markerX = at.x, * const __restrict markerY = at.y, * const __restrict markerZ = at.z;
   for (int i = 0; i < kTogether; ++i) {
-    const double x = markerX[i] - sourceX, y = markerY[i] - sourceY, z = markerZ[i];
-    const double r = std::sqrt(x * x + y * y + z * z);
-    const double both = 1.0 / (r * (r + z)), c = both * (r + z), d = both * r;  // 1 / r and 1 / (r + z) by one division
-    const double far = c * c * c, near = kappa * c * d;
-    const double along = x * forceX + y * forceY;
-    const double lean = z * far;
-    const double sideways = along * (far - near * d) + forceZ * (lean - near);
-    const double straight = c + near * r;
-    ux[i] += straight * forceX + x * sideways;
-    uy[i] += straight * forceY + y * sideways;
-    uz[i] += along * (lean + near) + forceZ * (z * lean + (1.0 + kappa) * c);
+    const double x = markerX[i] - sourceX, y = markerY[i] - sourceY;
+    const Terms terms = termsAt(kappa, x, y, markerZ[i]);
+    const double along = x * forceX + y * forceY, sideways = terms.along * along + terms.spread * forceZ;
+    moved.u[i] += terms.straight * forceX + x * sideways;
+    moved.v[i] += terms.straight * forceY + y * sideways;
+    moved.w[i] += terms.tilt * along + terms.sink * forceZ;
+  }
+}
+
+/// Adds those by a force along x, along y and along z, each of the same size.
+TRACTION_INLINE void addAllDisplacements(double kappa, double sourceX, double sourceY, double force, const Markers& at,
+                                         Moved* __restrict moved) {
+  const double* const __restrict markerX = at.x, * const __restrict markerY = at.y, * const __restrict markerZ = at.z;
+  for (int i = 0; i < kTogether; ++i) {
+    const double x = markerX[i] - sourceX, y = markerY[i] - sourceY;
+    const Terms terms = termsAt(kappa, x, y, markerZ[i]);
+    const double straight = force * terms.straight, along = force * terms.along, spread = force * terms.spread,
+                 tilt = force * terms.tilt, both = x * y * along;
+    moved[0].u[i] += straight + x * x * along;
+    moved[0].v[i] += both;
+    moved[0].w[i] += x * tilt;
+    moved[1].u[i] += both;
+    moved[1].v[i] += straight + y * y * along;
+    moved[1].w[i] += y * tilt;
+    moved[2].u[i] += x * spread;
+    moved[2].v[i] += y * spread;
+    moved[2].w[i] += force * terms.sink;
+  }
+}
+
+/// Adds the displacements in the picture of the markers from `first` on, of `count` in all.
+TRACTION_INLINE void project(const std::array<std::vector<double>, 6>& slopes, const Moved& moved, int first, int count,
+                             double* column) {
+  double across[kTogether], up[kTogether];
+  const auto slope = [&](std::size_t i) { return slopes[i].data() + first; };
+  for (int i = 0; i < kTogether; ++i) {
+    across[i] = slope(0)[i] * moved.u[i] + slope(1)[i] * moved.v[i] + slope(2)[i] * moved.w[i];
+    up[i] = slope(3)[i] * moved.u[i] + slope(4)[i] * moved.v[i] + slope(5)[i] * moved.w[i];
+  }
+  for (int i = 0; i < std::min(kTogether, count - first); ++i) {
+    column[2 * (first + i)] += across[i];
+    column[2 * (first + i) + 1] += up[i];
   }
 }
 
@@ -60,7 +115,6 @@ bool PatchInfluence::possible(const Atoms& atoms) {
 PatchInfluence::PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& factors)
     : atoms_(atoms)
     , factors_(factors)
-    , youngsModulus_(sensor.gel.youngsModulus)
     , poissonRatio_(sensor.gel.poissonRatio)
     , rest_(3 * atoms.pointCount(), factors.coordinateCount()) {
   assert(possible(atoms));
@@ -69,6 +123,7 @@ PatchInfluence::PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms,
   const auto size = static_cast<std::size_t>(paddedMarkers(static_cast<int>(markers.cols())));
   for (auto& each : marker_) each.assign(size, 1.0);
   for (auto& each : slope_) each.assign(size, 0.0);
+  const double scale = (1.0 + poissonRatio_) / (2.0 * std::numbers::pi * sensor.gel.youngsModulus);  // 1 / 4 pi G
   const sensor::Projection projection(sensor.camera, sensor.gel.size.z());
   for (Eigen::Index m = 0; m < markers.cols(); ++m) {
     const auto at = static_cast<std::size_t>(m);
@@ -76,7 +131,7 @@ PatchInfluence::PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms,
     for (std::size_t axis = 0; axis < 3; ++axis) {
       marker_[axis][at] = markers(static_cast<Eigen::Index>(axis), m);
       for (std::size_t row = 0; row < 2; ++row) {
-        slope_[3 * row + axis][at] = jacobian(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(axis));
+        slope_[3 * row + axis][at] = scale * jacobian(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(axis));
       }
     }
   }
@@ -94,24 +149,28 @@ PatchInfluence::PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms,
 
 TRACTION_VECTOR_CLONES
 void PatchInfluence::addHalfSpace(std::span<const Source> sources, double* column) const {
-  const double scale = (1.0 + poissonRatio_) / (2.0 * std::numbers::pi * youngsModulus_);
-  const int count = factors_.coordinateCount() / 2;
-  for (int first = 0; first < count; first += kTogether) {
-    double ux[kTogether] = {}, uy[kTogether] = {}, uz[kTogether] = {};
+  for (int first = 0; first < factors_.coordinateCount() / 2; first += kTogether) {
+    const Markers markers{marker_[0].data() + first, marker_[1].data() + first, marker_[2].data() + first};
+    Moved moved;
     for (const Source& source : sources) {
       addDisplacements(1.0 - 2.0 * poissonRatio_, source.x_m, source.y_m, source.force_N[0], source.force_N[1],
-                       source.force_N[2], marker_[0].data() + first, marker_[1].data() + first,
-                       marker_[2].data() + first, ux, uy, uz);
+                       source.force_N[2], markers, moved);
     }
-    double u[kTogether], v[kTogether];
-    const auto slope = [&](std::size_t i) { return slope_[i].data() + first; };
-    for (int i = 0; i < kTogether; ++i) {
-      u[i] = slope(0)[i] * ux[i] + slope(1)[i] * uy[i] + slope(2)[i] * uz[i];
-      v[i] = slope(3)[i] * ux[i] + slope(4)[i] * uy[i] + slope(5)[i] * uz[i];
+    project(slope_, moved, first, factors_.coordinateCount() / 2, column);
+  }
+}
+
+/// The same of sources that press, and as if each were turned to x and to y: three columns.
+TRACTION_VECTOR_CLONES
+void PatchInfluence::addHalfSpaces(std::span<const Source> pressing, double* columns) const {
+  for (int first = 0; first < factors_.coordinateCount() / 2; first += kTogether) {
+    const Markers markers{marker_[0].data() + first, marker_[1].data() + first, marker_[2].data() + first};
+    Moved moved[3];
+    for (const Source& source : pressing) {
+      addAllDisplacements(1.0 - 2.0 * poissonRatio_, source.x_m, source.y_m, source.force_N[2], markers, moved);
     }
-    for (int i = 0; i < std::min(kTogether, count - first); ++i) {
-      column[2 * (first + i)] += scale * u[i];
-      column[2 * (first + i) + 1] += scale * v[i];
+    for (std::ptrdiff_t axis = 0; axis < 3; ++axis) {
+      project(slope_, moved[axis], first, factors_.coordinateCount() / 2, columns + axis * stride());
     }
   }
 }
@@ -163,12 +222,11 @@ void PatchInfluence::addRest(const PatchPlace& place, std::span<const Source> so
   addRows(rest_, {rows.data(), used}, {coefficients.data(), used}, column);
 }
 
-void PatchInfluence::displacement(const PatchPlace& place, const PatchLoad& load, double* column) {
-  std::fill_n(column, stride(), 0.0);
-  const double pitch2 = square(atoms_.pitch_m);
+/// Returns the points that a load acts at, in `sources`.
+std::span<const PatchInfluence::Source> PatchInfluence::sourcesOf(const PatchPlace& place, const PatchLoad& load,
+                                                                  Sources& sources) const {
   const double radius = std::sqrt(2.0 / kRingShare * std::max(place.spread_m2, 0.0));
-  const double arm = std::sqrt(kArm * std::max(place.spread_m2, kLeastArm * pitch2));
-  std::array<Source, kSources> sources;
+  const double arm = std::sqrt(kArm * std::max(place.spread_m2, kLeastArm * square(atoms_.pitch_m)));
   std::size_t used = 0;
   const Eigen::Vector3d force = load.head<3>();
   if (!force.isZero(0.0)) sources[used++] = {place.x_m, place.y_m, (1.0 - kRingShare) * force};
@@ -181,13 +239,26 @@ void PatchInfluence::displacement(const PatchPlace& place, const PatchLoad& load
       sources[used++] = {place.x_m + arm * x, place.y_m + arm * y, load[3] / (kRing * arm) * Eigen::Vector3d(-y, x, 0)};
     }
   }
-  addHalfSpace({sources.data(), used}, column);
-  addRest(place, {sources.data(), used}, column);
+  return {sources.data(), used};
+}
+
+void PatchInfluence::displacement(const PatchPlace& place, const PatchLoad& load, double* column) {
+  Sources room;
+  const auto sources = sourcesOf(place, load, room);
+  std::fill_n(column, stride(), 0.0);
+  addHalfSpace(sources, column);
+  addRest(place, sources, column);
 }
 
 void PatchInfluence::columns(const PatchPlace& place, double* columns) {
+  Sources room;
+  std::fill_n(columns, std::ptrdiff_t{kPatchLoads} * stride(), 0.0);
+  addHalfSpaces(sourcesOf(place, PatchLoad::Unit(2), room), columns);
   for (int i = 0; i < kPatchLoads; ++i) {
-    displacement(place, PatchLoad::Unit(i), columns + static_cast<std::ptrdiff_t>(i) * stride());
+    double* const column = columns + static_cast<std::ptrdiff_t>(i) * stride();
+    const auto sources = sourcesOf(place, PatchLoad::Unit(i), room);
+    if (i == kPatchLoads - 1) addHalfSpace(sources, column);
+    addRest(place, sources, column);
   }
 }
 

@@ -47,13 +47,17 @@ class PatchInfluence {
   };
   static constexpr int kRing = 6, kSources = 2 * kRing + 1, kWindow = 6;
 
+  using Sources = std::array<Source, static_cast<std::size_t>(kSources)>;
+
+  std::span<const Source> sourcesOf(const PatchPlace& place, const PatchLoad& load, Sources& sources) const;
   void addHalfSpace(std::span<const Source> sources, double* column) const;
+  void addHalfSpaces(std::span<const Source> pressing, double* columns) const;
   void addRest(const PatchPlace& place, std::span<const Source> sources, double* column);
 
   const Atoms& atoms_;
   const Factors& factors_;
-  const double youngsModulus_, poissonRatio_;
-  // Of the markers, padded: places, and slopes of the pixel [px/m].
+  const double poissonRatio_;
+  // Of the markers, padded: places, and slopes of the pixel over 4 pi G [px/m / Pa].
   std::array<std::vector<double>, 3> marker_;
   std::array<std::vector<double>, 6> slope_;
   RowMatrix rest_;  // influence of the points less a half-space's, 3P x 2M

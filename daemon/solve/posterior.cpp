@@ -45,7 +45,8 @@ Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most, int m
     , known_(static_cast<std::size_t>(most))
     , indexOf_(static_cast<std::size_t>(atoms.count()), -1)
     , covering_(static_cast<std::size_t>(most + mostExtra))
-    , share_(covering_.size()) {
+    , share_(covering_.size())
+    , together_(static_cast<std::size_t>(square(stride_ / kColumns))) {
   std::vector<Eigen::Triplet<double>> shares;
   int nodes = 0;
   for (int a = 0; a < atoms.count(); ++a) {
@@ -189,10 +190,13 @@ void Posterior::invert(int panel, int other) {
   const auto of = [&](int p) { return panels_.data() + static_cast<std::ptrdiff_t>(p) * kColumns * stride_; };
   double products[kColumns * kColumns];
   multiplyColumns(of(panel) + kColumns * first, of(other) + kColumns * first, size - first, products);
+  const std::ptrdiff_t at = first, beside = kColumns * std::ptrdiff_t{other};
   for (int i = 0; i < kColumns; ++i) {
+    double *const to = inverse_.data() + (at + i) * stride_ + beside, *const mirrored =
+                                                                          inverse_.data() + (beside + i) * stride_ + at;
     for (int j = 0; j < kColumns; ++j) {
-      const std::ptrdiff_t at = first + i, beside = kColumns * other + j;
-      inverse_[at * stride_ + beside] = inverse_[beside * stride_ + at] = products[kColumns * i + j];
+      to[j] = products[kColumns * i + j];
+      mirrored[j] = products[kColumns * j + i];
     }
   }
 }
@@ -254,23 +258,11 @@ double Posterior::keep(std::span<const double> noise, AtomMoments& moments) {
 void Posterior::nodeDeviations_N(std::span<double> deviations) {
   assert(static_cast<Index>(deviations.size()) == 3 * atomsOfNodes_.rows());
   const auto& chosen = chosen_->atoms;
-  invertAll();
   for (std::size_t i = 0; i < chosen.size(); ++i) indexOf_[chosen[i]] = static_cast<int>(i);
+  invertTogether();
   for (Index node = 0; node < atomsOfNodes_.rows(); ++node) {
     for (int axis = 0; axis < 3; ++axis) {
-      std::size_t count = 0;
-      for (decltype(atomsOfNodes_)::InnerIterator it(atomsOfNodes_, node); it; ++it) {
-        const int i = indexOf_[it.col()];
-        if (i < 0) continue;
-        covering_[count] = 3 * i + axis;
-        share_[count++] = it.value();
-      }
-      for (int i = firstExtra(); i < firstMotion(); ++i) {
-        const double force = std::as_const(*extra_).nodeForces_N(i - firstExtra())[3 * node + axis];
-        if (force == 0.0) continue;
-        covering_[count] = i;
-        share_[count++] = force;
-      }
+      const std::size_t count = cover(node, axis);
       double variance = 0.0;
       for (std::size_t k = 0; k < count; ++k) {
         const double* const row = inverse_.data() + covering_[k] * std::ptrdiff_t{stride_};
@@ -282,6 +274,45 @@ void Posterior::nodeDeviations_N(std::span<double> deviations) {
     }
   }
   for (const int atom : chosen) indexOf_[atom] = -1;
+}
+
+/// Finds the unknowns that act at a node along an axis, and their shares. Returns their number.
+std::size_t Posterior::cover(Index node, int axis) {
+  std::size_t count = 0;
+  for (decltype(atomsOfNodes_)::InnerIterator it(atomsOfNodes_, node); it; ++it) {
+    const int i = indexOf_[it.col()];
+    if (i < 0) continue;
+    covering_[count] = 3 * i + axis;
+    share_[count++] = it.value();
+  }
+  for (int i = firstExtra(); i < firstMotion(); ++i) {
+    const double force = std::as_const(*extra_).nodeForces_N(i - firstExtra())[3 * node + axis];
+    if (force == 0.0) continue;
+    covering_[count] = i;
+    share_[count++] = force;
+  }
+  return count;
+}
+
+/// Computes the blocks of A^-1 of unknowns that act at the same node.
+void Posterior::invertTogether() {
+  invertDiagonal();
+  const int panels = stride_ / kColumns;
+  std::fill(together_.begin(), together_.end(), static_cast<unsigned char>(0));
+  for (Index node = 0; node < atomsOfNodes_.rows(); ++node) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::size_t count = cover(node, axis);
+      for (std::size_t k = 0; k < count; ++k) {
+        unsigned char* const with = together_.data() + std::ptrdiff_t{covering_[k] / kColumns} * panels;
+        for (std::size_t l = 0; l < k; ++l) with[covering_[l] / kColumns] = 1;
+      }
+    }
+  }
+  for (int panel = 2; kColumns * panel < unknowns(); ++panel) {
+    for (int other = 0; other < panel - 1; ++other) {
+      if (together_[static_cast<std::size_t>(panel * panels + other)] != 0) invert(panel, other);
+    }
+  }
 }
 
 void Posterior::covariance(std::span<const double> weights, int count, std::span<double> covariance) {

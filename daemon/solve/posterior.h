@@ -78,6 +78,8 @@ class Posterior {
   void invertColumns(int panel);
   void invert(int panel, int other);
   void invertAll();
+  void invertTogether();
+  std::size_t cover(Eigen::Index node, int axis);
   void multiplyInverse(int count, double* covariance);
   double traceOf(int atom) const;
 
@@ -100,8 +102,9 @@ class Posterior {
   std::vector<double> inverse_;         // A^-1, as far as it was computed
   std::vector<double> known_;
   std::vector<int> indexOf_;   // A: of each atom among the chosen, or -1
-  std::vector<int> covering_;  // unknowns of the atoms that cover a node
+  std::vector<int> covering_;  // unknowns that act at a node, rising
   std::vector<double> share_;  // of each of these in a force of the node
+  std::vector<unsigned char> together_;  // of two panels, whether some of their unknowns act at the same node
   std::array<double, kMotions> motion_{};
 };
 

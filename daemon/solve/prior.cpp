@@ -77,6 +77,10 @@ void Prior::direct(Chosen& chosen, bool wide) const {
   chosen.covariance_N2.clear();
   for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
     const int atom = chosen.atoms[i];
+    if (chosen.gamma_N2[i] == 0.0) {
+      chosen.covariance_N2.emplace_back(Block::Zero());
+      continue;
+    }
     const bool isWide = wide && wideColumn_[atom] >= 0;
     const double* const alike = isWide ? wide_.col(wideColumn_[atom]).data() : alike_.col(atom).data();
     Block together = Block::Zero();

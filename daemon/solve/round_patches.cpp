@@ -42,13 +42,13 @@ RoundPatches::RoundPatches(const sensor::Sensor& sensor, const Atoms& atoms, con
     , force_(atoms.pointCount())
     , height_(atoms.pointCount())
     , motion_(static_cast<std::size_t>(kMotions * influence_.stride()))
-    , slopes_(static_cast<std::size_t>(kPatchPlaces * kMost * influence_.stride()))
     , here_(static_cast<std::size_t>(influence_.stride()))
     , spot_(static_cast<std::size_t>(kPatchLoads * influence_.stride())) {
   maxima_.reserve(static_cast<std::size_t>(atoms.pointCount()));
   for (Fit* fit : {&now_, &next_, &kept_, &pair_}) {
     fit->columns = LineArray<double>(static_cast<std::size_t>(kPatchLoads * kMost * influence_.stride()));
     fit->left = LineArray<double>(static_cast<std::size_t>(influence_.stride()));
+    fit->slopes = LineArray<double>(static_cast<std::size_t>(kPatchPlaces * kMost * influence_.stride()));
   }
 }
 
@@ -119,7 +119,6 @@ void RoundPatches::dropUnlikely(const Displacements& picture) {
     if (descend(picture) && logEvidence() > with) continue;
     std::swap(now_, kept_);
     ++count_;
-    differentiate(picture);
     return;
   }
 }
@@ -142,7 +141,6 @@ void RoundPatches::addLikely(const Displacements& picture, double enough) {
     if (descend(picture) && logEvidence() > without && areNarrow()) continue;
     std::swap(now_, kept_);
     --count_;
-    differentiate(picture);
     ++inVain;
   }
 }
@@ -164,7 +162,6 @@ void RoundPatches::split(const Displacements& picture, double enough) {
     if (descend(picture) && logEvidence() > whole && areNarrow() && areApart(picture, k, other)) continue;
     std::swap(now_, kept_);
     --count_;
-    differentiate(picture);
   }
 }
 
@@ -222,7 +219,6 @@ bool RoundPatches::isBar(const Displacements& picture, int a, int b) {
   const bool fits = descend(picture, most) && now_.misfit < most;
   bar_ = {-1, -1};
   std::swap(now_, pair_);
-  differentiate(picture);
   return fits;
 }
 

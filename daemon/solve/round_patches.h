@@ -48,7 +48,7 @@ class RoundPatches {
   int contactOf(int patch) const { return contact_[static_cast<std::size_t>(patch)]; }
   const double* column(int patch, int load) const { return column(now_, kPatchLoads * patch + load); }
   /// Derivative of the displacements by x, y [px/m] or spread [px/m^2], 0 where missing.
-  const double* slope(int patch, int place) const { return slopeColumn(kPatchPlaces * patch + place); }
+  const double* slope(int patch, int place) const { return slopeColumn(now_, kPatchPlaces * patch + place); }
 
   /// Computes the displacements that the patches leave, and the same without the picture's motion. 2M, padded.
   void leave(double* left_px, double* still_px) const;
@@ -68,6 +68,11 @@ class RoundPatches {
     double misfit = 0.0;
     LineArray<double> columns;  ///< by the loads
     LineArray<double> left;     ///< what remains
+    Matrix linear;              ///< the equations of loads and motion
+    // What differentiate() adds.
+    LineArray<double> slopes;  ///< by the places
+    Matrix normal;             ///< the equations of everything
+    Vector right;
   };
 
   bool findMaxima(std::span<const double> forces_N);
@@ -91,15 +96,22 @@ class RoundPatches {
   void move(const Vector& step, std::array<RoundPatch, kMost>& to) const;
   void layColumns(const Displacements& picture, Fit& fit);
   void layBar(Fit& fit);
-  void displace(const std::array<RoundPatch, kMost>& patches, int patch, double* column);
+  void differentiatePlace(RoundPatch patch, int i, double* slope);
+  void differentiateRound(int patch);
+  void differentiateBar();
+  double unitOf(int place) const;
   void addUp(int patch, double* column) const;
   bool isEnd(int patch) const { return patch == bar_[0] || patch == bar_[1]; }
   void clear(std::span<const int> missing, double* column) const;
   int loads() const { return kPatchLoads * count_; }
   int linear() const { return loads() + kMotions; }
   const double* column(const Fit& fit, int number) const;
-  double* slopeColumn(int number) { return slopes_.data() + number * std::ptrdiff_t{influence_.stride()}; }
-  const double* slopeColumn(int number) const { return slopes_.data() + number * std::ptrdiff_t{influence_.stride()}; }
+  double* slopeColumn(Fit& fit, int number) const {
+    return fit.slopes.data() + number * std::ptrdiff_t{influence_.stride()};
+  }
+  const double* slopeColumn(const Fit& fit, int number) const {
+    return fit.slopes.data() + number * std::ptrdiff_t{influence_.stride()};
+  }
   const double* unknownColumn(int unknown) const;
 
   const Atoms& atoms_;
@@ -114,9 +126,8 @@ class RoundPatches {
   std::array<bool, static_cast<std::size_t>(kMost* kMost)> apart_{};  // a before b: known not to be a bar
   Fit now_, next_, kept_, pair_;
   LineArray<double> motion_;  // kMotions columns, 0 where missing
-  LineArray<double> slopes_, here_, spot_;
-  Matrix linear_, normal_, damped_;
-  Vector linearRight_, right_;
+  LineArray<double> here_, spot_;
+  Matrix damped_;
 };
 
 }  // namespace tractiond::solve

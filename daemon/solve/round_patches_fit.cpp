@@ -48,7 +48,7 @@ const double* RoundPatches::column(const Fit& fit, int number) const {
 const double* RoundPatches::unknownColumn(int unknown) const {
   if (unknown < loads()) return column(now_, unknown);
   if (unknown < linear()) return motion_.data() + (unknown - loads()) * std::ptrdiff_t{influence_.stride()};
-  return slopeColumn(unknown - linear());
+  return slopeColumn(now_, unknown - linear());
 }
 
 void RoundPatches::clear(std::span<const int> missing, double* column) const {
@@ -72,7 +72,7 @@ bool RoundPatches::descend(const Displacements& picture, double enough) {
   Vector step;
   for (int time = 0; time < kSteps && now_.misfit >= enough; ++time) {
     if (!findStep(damping, step)) return false;
-    if (enough > 0.0 && damping == 0.0 && now_.misfit - kHope * right_.dot(step) > enough) return false;
+    if (enough > 0.0 && damping == 0.0 && now_.misfit - kHope * now_.right.dot(step) > enough) return false;
     move(step, next_.patches);
     const bool solved = solveLoads(picture, next_);
     const double gain = now_.misfit - next_.misfit;
@@ -91,8 +91,9 @@ bool RoundPatches::descend(const Displacements& picture, double enough) {
 
 /// Returns the patch whose load is the fewest of its deviations.
 int RoundPatches::leastEvident() const {
+  const Matrix& normal = now_.normal;
   const Matrix covariance =
-      normal_.selfadjointView<Eigen::Lower>().llt().solve(Matrix::Identity(normal_.rows(), normal_.cols()));
+      normal.selfadjointView<Eigen::Lower>().llt().solve(Matrix::Identity(normal.rows(), normal.cols()));
   int least = 0;
   double fewest = std::numeric_limits<double>::infinity();
   for (int k = 0; k < count_; ++k) {
@@ -111,8 +112,8 @@ int RoundPatches::leastEvident() const {
 /// Returns the log evidence of the fit, of a patch anywhere on the nodes, but for what is the same of any number of
 /// patches: by Laplace's approximation.
 double RoundPatches::logEvidence() const {
-  Vector prior = Vector::Ones(normal_.rows());  // deviations
-  Vector own = Vector::Ones(normal_.rows());    // what normal_ lacks of their inverse squares
+  Vector prior = Vector::Ones(now_.normal.rows());  // deviations
+  Vector own = Vector::Ones(now_.normal.rows());    // what the equations lack of their inverse squares
   own.segment<kMotions>(loads()).setZero();
   for (int k = 0; k < count_; ++k) {
     const double force = kFreeLoad * now_.patches[static_cast<std::size_t>(k)].load.head<3>().norm();
@@ -120,7 +121,7 @@ double RoundPatches::logEvidence() const {
     prior.segment<kPatchPlaces>(linear() + kPatchPlaces * k) << kFreePlace, kFreePlace, kSpreadDeviation;
     own[linear() + kPatchPlaces * k + 2] = 0.0;
   }
-  Matrix ratio = prior.asDiagonal() * normal_ * prior.asDiagonal();
+  Matrix ratio = prior.asDiagonal() * now_.normal * prior.asDiagonal();
   ratio.diagonal() += own;
   const double logRoot = Eigen::LLT<Matrix>(ratio).matrixLLT().diagonal().array().log().sum();
   return -0.5 * now_.misfit - logRoot - count_ * std::log(atoms_.nodeCount());
@@ -155,23 +156,6 @@ void RoundPatches::layBar(Fit& fit) {
   }
 }
 
-/// Computes the displacements by a patch, or by the straight contact that it is an end of.
-void RoundPatches::displace(const std::array<RoundPatch, kMost>& patches, int patch, double* column) {
-  if (!isEnd(patch)) {
-    const RoundPatch& round = patches[static_cast<std::size_t>(patch)];
-    influence_.displacement(round.place, round.load, column);
-    return;
-  }
-  const RoundPatch &from = patches[static_cast<std::size_t>(bar_[0])], &to = patches[static_cast<std::size_t>(bar_[1])];
-  std::fill_n(column, influence_.stride(), 0.0);
-  for (std::size_t i = 0; i < kBarPlace.size(); ++i) {
-    const double share = 2.0 * kBarWeight[i] * (1.0 - kBarPlace[i]), other = 2.0 * kBarWeight[i] * kBarPlace[i];
-    influence_.displacement(between(from.place, to.place, kBarPlace[i]), share * from.load + other * to.load,
-                            spot_.data());
-    for (int j = 0; j < influence_.stride(); ++j) column[j] += spot_.data()[j];
-  }
-}
-
 /// Adds the displacements by the loads of a patch.
 void RoundPatches::addUp(int patch, double* column) const {
   for (int i = 0; i < kPatchLoads; ++i) {
@@ -189,16 +173,16 @@ bool RoundPatches::solveLoads(const Displacements& picture, Fit& fit) {
   const auto columnOf = [&](int i) {
     return i < loads() ? column(fit, i) : motion_.data() + (i - loads()) * std::ptrdiff_t{stride};
   };
-  linear_.resize(size, size);
-  linearRight_.resize(size);
+  fit.linear.resize(size, size);
+  Vector right(size);
   for (int i = 0; i < size; ++i) {
-    for (int j = 0; j <= i; ++j) linear_(i, j) = dotProduct(columnOf(i), columnOf(j), coordinates) / n2;
-    linearRight_[i] = dotProduct(columnOf(i), picture.displacement_px, coordinates) / n2;
-    if (i >= loads()) linear_(i, i) += 1.0;
+    for (int j = 0; j <= i; ++j) fit.linear(i, j) = dotProduct(columnOf(i), columnOf(j), coordinates) / n2;
+    right[i] = dotProduct(columnOf(i), picture.displacement_px, coordinates) / n2;
+    if (i >= loads()) fit.linear(i, i) += 1.0;
   }
-  const Eigen::LLT<Matrix> factor(linear_);
+  const Eigen::LLT<Matrix> factor(fit.linear);
   if (factor.info() != Eigen::Success) return false;
-  const Vector solution = factor.solve(linearRight_);
+  const Vector solution = factor.solve(right);
 
   double* const left = fit.left.data();
   std::copy_n(picture.displacement_px, coordinates, left);
@@ -219,58 +203,89 @@ bool RoundPatches::solveLoads(const Displacements& picture, Fit& fit) {
   return std::isfinite(fit.misfit);
 }
 
-/// Computes the derivatives of the displacements by places and spreads, where the patches are now.
+/// Computes the derivatives of the displacements by places and spreads, where the patches are now, and the equations of
+/// a step: loads and motion, which are at their best, have nothing on the right.
 void RoundPatches::differentiate(const Displacements& picture) {
   const int coordinates = factors_.coordinateCount();
   for (int k = 0; k < count_; ++k) {
-    std::fill_n(here_.data(), coordinates, 0.0);
-    for (int end = 0; end < count_; ++end) {
-      if (end == k || (isEnd(k) && isEnd(end))) addUp(end, here_.data());
-    }
-    for (int i = 0; i < kPatchPlaces; ++i) {
-      const double small = kSmall * (i < 2 ? atoms_.pitch_m : square(atoms_.pitch_m));
-      std::array<RoundPatch, kMost> moved = now_.patches;
-      element(moved[static_cast<std::size_t>(k)].place, i) += small;
-      double* const slope = slopeColumn(kPatchPlaces * k + i);
-      displace(moved, k, slope);
-      for (int j = 0; j < coordinates; ++j) slope[j] = (slope[j] - here_.data()[j]) / small;
-      clear(picture.missing, slope);
-    }
+    if (!isEnd(k)) differentiateRound(k);
   }
-  // The normal equations of everything; places in pitches, spreads in pitches^2.
+  if (bar_[0] >= 0) differentiateBar();
+  for (int i = 0; i < kPatchPlaces * count_; ++i) clear(picture.missing, slopeColumn(now_, i));
+  // Places in pitches, spreads in pitches^2.
   const double n2 = square(picture.noise_px);
   const int size = linear() + kPatchPlaces * count_;
   const auto unit = [this](int unknown) {
-    if (unknown < linear()) return 1.0;
-    return (unknown - linear()) % kPatchPlaces < 2 ? atoms_.pitch_m : square(atoms_.pitch_m);
+    return unknown < linear() ? 1.0 : unitOf((unknown - linear()) % kPatchPlaces);
   };
-  normal_.resize(size, size);
-  right_.resize(size);
-  for (int i = 0; i < size; ++i) {
+  now_.normal.resize(size, size);
+  now_.normal.topLeftCorner(linear(), linear()) = now_.linear;
+  now_.right.setZero(size);
+  for (int i = linear(); i < size; ++i) {
     for (int j = 0; j <= i; ++j) {
-      normal_(i, j) = unit(i) * unit(j) / n2 * dotProduct(unknownColumn(i), unknownColumn(j), coordinates);
+      now_.normal(i, j) = unit(i) * unit(j) / n2 * dotProduct(unknownColumn(i), unknownColumn(j), coordinates);
     }
-    right_[i] = unit(i) / n2 * dotProduct(unknownColumn(i), now_.left.data(), coordinates);
-  }
-  for (int m = 0; m < kMotions; ++m) {
-    normal_(loads() + m, loads() + m) += 1.0;
-    right_[loads() + m] -= now_.motion[static_cast<std::size_t>(m)];
+    now_.right[i] = unit(i) / n2 * dotProduct(unknownColumn(i), now_.left.data(), coordinates);
   }
   for (int k = 0; k < count_; ++k) {
     const int i = linear() + kPatchPlaces * k + 2;
     const double spread = now_.patches[static_cast<std::size_t>(k)].place.spread_m2 / square(atoms_.pitch_m);
-    normal_(i, i) += 1.0 / square(kSpreadDeviation);
-    right_[i] -= (spread - kSpread) / square(kSpreadDeviation);
+    now_.normal(i, i) += 1.0 / square(kSpreadDeviation);
+    now_.right[i] -= (spread - kSpread) / square(kSpreadDeviation);
+  }
+}
+
+/// Unit of an element of a place [m, m^2].
+double RoundPatches::unitOf(int place) const {
+  return place < 2 ? atoms_.pitch_m : square(atoms_.pitch_m);
+}
+
+/// Computes by how much more a patch displaces than here_ says if an element of its place is larger, for a unit of it.
+void RoundPatches::differentiatePlace(RoundPatch patch, int i, double* slope) {
+  const double small = kSmall * unitOf(i);
+  element(patch.place, i) += small;
+  influence_.displacement(patch.place, patch.load, slope);
+  for (int j = 0; j < factors_.coordinateCount(); ++j) slope[j] = (slope[j] - here_.data()[j]) / small;
+}
+
+void RoundPatches::differentiateRound(int patch) {
+  std::fill_n(here_.data(), here_.size(), 0.0);
+  addUp(patch, here_.data());
+  for (int i = 0; i < kPatchPlaces; ++i) {
+    differentiatePlace(now_.patches[static_cast<std::size_t>(patch)], i, slopeColumn(now_, kPatchPlaces * patch + i));
+  }
+}
+
+/// A point of a bar moves as its ends do, each by the share that it has in the point's place.
+void RoundPatches::differentiateBar() {
+  const int coordinates = factors_.coordinateCount();
+  const std::ptrdiff_t size = kPatchPlaces * std::ptrdiff_t{influence_.stride()};
+  for (const int end : bar_) std::fill_n(slopeColumn(now_, kPatchPlaces * end), size, 0.0);
+  const RoundPatch &from = now_.patches[static_cast<std::size_t>(bar_[0])],
+                   &to = now_.patches[static_cast<std::size_t>(bar_[1])];
+  for (std::size_t s = 0; s < kBarPlace.size(); ++s) {
+    const double weight = 2.0 * kBarWeight[s], ofTo = kBarPlace[s], ofFrom = 1.0 - ofTo;
+    const RoundPatch spot{between(from.place, to.place, ofTo), weight * (ofFrom * from.load + ofTo * to.load)};
+    influence_.displacement(spot.place, spot.load, here_.data());
+    for (int i = 0; i < kPatchPlaces; ++i) {
+      differentiatePlace(spot, i, spot_.data());
+      double *const first = slopeColumn(now_, kPatchPlaces * bar_[0] + i), *const last = slopeColumn(
+                                                                               now_, kPatchPlaces * bar_[1] + i);
+      for (int j = 0; j < coordinates; ++j) {
+        first[j] += ofFrom * spot_.data()[j];
+        last[j] += ofTo * spot_.data()[j];
+      }
+    }
   }
 }
 
 /// Computes a step of the places [pitches, pitches^2]. False: the equations cannot be solved.
 bool RoundPatches::findStep(double damping, Vector& step) {
-  damped_ = normal_;
+  damped_ = now_.normal;
   damped_.diagonal().tail(kPatchPlaces * count_) *= 1.0 + damping;
   const Eigen::LLT<Matrix> factor(damped_);
   if (factor.info() != Eigen::Success) return false;
-  step = factor.solve(right_);
+  step = factor.solve(now_.right);
   return step.allFinite();
 }
 

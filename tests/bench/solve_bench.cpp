@@ -38,11 +38,16 @@ const Inverse& theInverse() {
   return inverse;
 }
 
-constexpr double kPress = 1.8;  ///< reach of a ball of 5 mm
+/// An even force on the nodes from `inner` to `reach` [pitches] around the middle, or around the places `apart` / 2 [m]
+/// beside it, or `up` [m] above.
+struct Load {
+  double reach = 1.8;  ///< that of a ball of 5 mm
+  double apart = 0.0, up = 0.0, inner = 0.0;
+  double force_N = 4.0;
+};
 
-/// 4 N spread over the nodes within `reach` [pitches] of the middle, or of the places `apart` / 2 [m] beside it, or
-/// `up` [m] above, and noise; `missing` markers, chosen by the seed.
-MarkerField pressed(double reach, int missing, unsigned seed, double apart = 0.0, double up = 0.0) {
+/// A load and noise; `missing` markers, chosen by the seed.
+MarkerField pressed(const Load& load, int missing, unsigned seed) {
   static const Eigen::MatrixXd influence = [] {
     Eigen::MatrixXd h(theInverse().coordinateCount(), theInverse().forceCount());
     for (int i = 0; i < theInverse().forceCount(); ++i)
@@ -51,10 +56,11 @@ MarkerField pressed(double reach, int missing, unsigned seed, double apart = 0.0
   }();
   Eigen::VectorXd forces = Eigen::VectorXd::Zero(influence.cols());
   const sensor::Points nodes = sensor::nodePositions(kSensor.nodes);
-  for (Eigen::Index n = 0; n < nodes.cols(); ++n)
-    if (std::hypot(std::abs(nodes(0, n)) - 0.5 * apart, nodes(1, n) - up) <= reach * kSensor.nodes.pitch)
-      forces[3 * n + 2] = 1.0;
-  forces *= 4.0 / forces.sum();
+  for (Eigen::Index n = 0; n < nodes.cols(); ++n) {
+    const double away = std::hypot(std::abs(nodes(0, n)) - 0.5 * load.apart, nodes(1, n) - load.up);
+    if (away >= load.inner * kSensor.nodes.pitch && away <= load.reach * kSensor.nodes.pitch) forces[3 * n + 2] = 1.0;
+  }
+  forces *= load.force_N / forces.sum();
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0.0, 0.018);
   Eigen::VectorXd displacement = influence * forces;
@@ -69,7 +75,7 @@ MarkerField pressed(double reach, int missing, unsigned seed, double apart = 0.0
 
 void runSolver(benchmark::State& state, bool flush) {
   Solver solver(theInverse(), kSensor);
-  const MarkerField field = pressed(kPress, static_cast<int>(state.range(0)), 1);
+  const MarkerField field = pressed({}, static_cast<int>(state.range(0)), 1);
   TractionField forces;
   forces.resize(kSensor.markerCount(), kSensor.nodes.count());
   solver.solve(field, forces);
@@ -105,10 +111,10 @@ FieldSolver& solverBy(Solving solving) {
 }
 
 /// Other markers missing in every frame.
-void solvePressed(benchmark::State& state, Solving solving, double reach, int missing, double apart, double up) {
+void solvePressed(benchmark::State& state, Solving solving, const Load& load, int missing) {
   FieldSolver& solver = solverBy(solving);
   std::vector<MarkerField> fields;
-  for (unsigned i = 0; i < 16; ++i) fields.push_back(pressed(reach, missing, i, apart, up));
+  for (unsigned i = 0; i < 16; ++i) fields.push_back(pressed(load, missing, i));
   TractionField forces;
   forces.resize(kSensor.markerCount(), kSensor.nodes.count());
   std::size_t frame = 0;
@@ -138,7 +144,7 @@ void solveFlushed(benchmark::State& state) {
 /// So many markers go missing at once and come back in the next frame; a pair of frames is timed.
 void solveChanging(benchmark::State& state) {
   Solver solver(theInverse(), kSensor);
-  const MarkerField whole = pressed(kPress, 0, 1), holed = pressed(kPress, static_cast<int>(state.range(0)), 1);
+  const MarkerField whole = pressed({}, 0, 1), holed = pressed({}, static_cast<int>(state.range(0)), 1);
   TractionField forces;
   forces.resize(kSensor.markerCount(), kSensor.nodes.count());
   for (auto _ : state) {
@@ -177,14 +183,20 @@ BENCHMARK(solveFlushed)->Arg(0)->Arg(115)->Arg(288)->UseManualTime()->Iterations
       ->UseManualTime()                                                                                                \
       ->Unit(benchmark::kMillisecond)
 
-BENCHMARK_BOTH(press, kPress, 0, 0.0, 0.0);
-BENCHMARK_BOTH(disc, 3.4, 0, 0.0, 0.0);
-BENCHMARK_BOTH(pair, 0.8, 0, 9e-3, 0.0);
-BENCHMARK_BOTH(pairChangingMarkers, 0.8, 115, 9e-3, 0.0);
-BENCHMARK_BOTH(rim, kPress, 0, 0.0, 30e-3);
-BENCHMARK_BOTH(rimChangingMarkers, kPress, 115, 0.0, 30e-3);
-BENCHMARK_BOTH(pressChangingMarkers, kPress, 115, 0.0, 0.0);
-BENCHMARK_BOTH(fullFaceChangingMarkers, 100.0, 115, 0.0, 0.0);
+constexpr int kTenth = 115;  // of the markers
+const Load kBall, kDisc{.reach = 3.4}, kRing{.reach = 4.0, .inner = 2.7}, kPair{.reach = 0.8, .apart = 9e-3},
+    kRim{.up = 30e-3}, kPalm{.reach = 10.0}, kFullFace{.reach = 100.0}, kNoLoad{.force_N = 0.0};
+BENCHMARK_BOTH(press, kBall, 0);
+BENCHMARK_BOTH(pressChangingMarkers, kBall, kTenth);
+BENCHMARK_BOTH(disc, kDisc, 0);
+BENCHMARK_BOTH(ring, kRing, 0);
+BENCHMARK_BOTH(pair, kPair, 0);
+BENCHMARK_BOTH(pairChangingMarkers, kPair, kTenth);
+BENCHMARK_BOTH(rim, kRim, 0);
+BENCHMARK_BOTH(rimChangingMarkers, kRim, kTenth);
+BENCHMARK_BOTH(palm, kPalm, 0);
+BENCHMARK_BOTH(fullFaceChangingMarkers, kFullFace, kTenth);
+BENCHMARK_BOTH(noLoad, kNoLoad, 0);
 BENCHMARK(solveChanging)->Arg(1)->Arg(115)->Arg(288)->Unit(benchmark::kMillisecond);
 BENCHMARK(prepareWarm)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 

@@ -78,6 +78,42 @@ TEST_P(Kernels, MultiplyRowsMultipliesTheChosenRows) {
   }
 }
 
+TEST_P(Kernels, MultiplyRowsByColumnsInDoublePrecision) {
+  for (const int columns : {37, 300}) {  // 300: more than are converted at a time
+    const RowMatrix a = matrix(2 * GetParam() + 1, columns);
+    std::vector<int> rows;
+    for (int k = 0; k < GetParam(); ++k) rows.push_back(2 * k);
+    std::vector<double> x(static_cast<std::size_t>(kColumns * a.stride())), first(static_cast<std::size_t>(a.stride()));
+    for (double& value : x) value = number();
+    for (int j = 0; j < columns; ++j) first[j] = x[kColumns * j];
+    constexpr int kStride = kColumns + 3;
+    std::vector<double> products(kStride * rows.size(), 5.0), ofFirst(rows.size());
+    multiplyRowsByColumns(a, rows, x.data(), products.data(), kStride);
+    multiplyRows(a, rows, first.data(), ofFirst.data());
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      for (int c = 0; c < kStride; ++c) {
+        double expected = c < kColumns ? 0.0 : 5.0;
+        for (int j = 0; j < columns && c < kColumns; ++j) {
+          expected += static_cast<double>(a.row(rows[k])[j]) * x[kColumns * j + c];
+        }
+        EXPECT_NEAR(products[kStride * k + c], expected, 1e-12);
+        if (c == 0) EXPECT_NEAR(ofFirst[k], expected, 1e-12);
+      }
+    }
+  }
+}
+
+TEST_P(Kernels, DotProductAddsUp) {
+  std::vector<double> a, b;
+  double expected = 0.0;
+  for (int i = 0; i < GetParam(); ++i) {
+    a.push_back(number());
+    b.push_back(number());
+    expected += a.back() * b.back();
+  }
+  EXPECT_NEAR(dotProduct(a.data(), b.data(), GetParam()), expected, 1e-13);
+}
+
 TEST_P(Kernels, TriangularSolvesUndoTheProduct) {
   const int size = GetParam();
   const auto at = [](int i, int j) { return i * (i + 1) / 2 + j; };
