@@ -1,5 +1,7 @@
 #include "daemon/solve/even_field.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>

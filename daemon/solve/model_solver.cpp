@@ -39,6 +39,7 @@ ModelSolver::ModelSolver(const Factors& factors, const Atoms& atoms, const senso
     , nodeDeviation_(nodeForce_.size()) {
   estimate_.force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
   detectionLimit_N_ = detectionLimit_N ? *detectionLimit_N : std::array{detectionLimit(0), detectionLimit(2)};
+  Eigen::Map<Eigen::Matrix<double, 6, 6>>(unseen_.data()) = unseen();
 }
 
 void ModelSolver::solve(const MarkerField& markers, TractionField& field) noexcept {
@@ -74,7 +75,7 @@ void ModelSolver::publish(TractionField& field) {
     field.contactCount = contacts_.list(estimate_, least_N, field.contacts);
   } else {  // what lies below the limit is not seen
     field.method = Method::kNoContact;
-    for (const int axis : {0, 1, 2}) field.noise[7 * axis] = square(0.5 * detectionLimit_N_[axis / 2]);
+    field.noise = unseen_;
   }
   FieldRules::explain(estimate_.squaredResidual_px2, used_, field);
   rules_.centre(field);
@@ -126,6 +127,19 @@ void ModelSolver::addSystematic(TractionField& field) const {
   const SystematicErrors& errors = factors_.systematicErrors;
   add(whole, errors.wholeFace, errors.wholeFaceScatter);
   add(1.0 - whole, errors.contact, errors.contactScatter);
+}
+
+/// Returns the covariance of the wrench of a force just below the limit, anywhere on the nodes.
+Eigen::Matrix<double, 6, 6> ModelSolver::unseen() const {
+  const Eigen::Vector3d deviations =
+      0.5 * Eigen::Vector3d(detectionLimit_N_[0], detectionLimit_N_[0], detectionLimit_N_[1]);
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  for (const std::array<double, 3>& node : rules_.nodes()) {
+    const Eigen::Matrix<double, 6, 3> wrenches =
+        unitWrenches(Eigen::Vector3d::Map(node.data())) * deviations.asDiagonal();
+    covariance += wrenches * wrenches.transpose() / static_cast<double>(rules_.nodes().size());
+  }
+  return covariance;
 }
 
 /// Solves pictures of a force on each of nine points, raised until something is found and then halved in between.

@@ -29,6 +29,7 @@ class ModelSolver : public FieldSolver {
   void publishForces(TractionField& field);
   void addSystematic(TractionField& field) const;
   double detectionLimit(int axis);
+  Eigen::Matrix<double, 6, 6> unseen() const;
 
   const Factors& factors_;
   const Atoms& atoms_;
@@ -39,6 +40,7 @@ class ModelSolver : public FieldSolver {
   Model model_;
   ModelContacts contacts_;
   std::array<double, 2> detectionLimit_N_{};
+  WrenchCovariance unseen_{};  ///< of what may act where nothing is found
   // Of one frame.
   UsedMarkers used_;
   std::vector<float> picture_;  ///< 2M [px]

@@ -149,12 +149,29 @@ TEST_P(FieldSolverTest, ForcesAddUpToTheResultant) {
   for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(forces_.resultant_N[axis], resultant[axis], 1e-5);
 }
 
-/// Only the model has forces beyond the nodes.
-class BeyondNodes : public FieldSolverTest {};
+/// What only the model has.
+class OfModel : public FieldSolverTest {};
 
-INSTANTIATE_TEST_SUITE_P(Solvers, BeyondNodes, testing::Values(By::kModel), nameOf);
+INSTANTIATE_TEST_SUITE_P(Solvers, OfModel, testing::Values(By::kModel), nameOf);
 
-TEST_P(BeyondNodes, WhatActsThereIsPublishedAtTheNearest) {
+TEST_P(OfModel, WhatIsTooWeakToBeFoundMayActAnywhere) {
+  solved(fieldOf(VectorXd::Zero(influence_.rows())));
+  ASSERT_EQ(forces_.method, Method::kNoContact);
+  const auto [shear, press] = solver().detectionLimit_N();
+  for (const int axis : {0, 1, 2}) {
+    EXPECT_DOUBLE_EQ(std::sqrt(forces_.noise[7 * axis]), 0.5 * (axis < 2 ? shear : press));
+  }
+  const sensor::Points nodes = sensor::nodePositions(sensor_);
+  const double x = nodes.row(0).cwiseAbs().maxCoeff(), y = nodes.row(1).cwiseAbs().maxCoeff();
+  // Evenly over n nodes of a pitch, a side's mean square is (n^2 - 1) / 12 pitch^2: a share of its half's square.
+  const auto meanSquare = [](double half, int count) { return half * half * (count + 1) / (3.0 * (count - 1)); };
+  const double xx = meanSquare(x, sensor_.nodes.columns), yy = meanSquare(y, sensor_.nodes.rows);
+  EXPECT_NEAR(forces_.noise[21], yy * forces_.noise[14], 1e-9 * forces_.noise[21]);
+  EXPECT_NEAR(forces_.noise[28], xx * forces_.noise[14], 1e-9 * forces_.noise[28]);
+  EXPECT_NEAR(forces_.noise[35], (xx + yy) * forces_.noise[0], 1e-9 * forces_.noise[35]);
+}
+
+TEST_P(OfModel, WhatActsBeyondTheNodesIsPublishedAtTheNearest) {
   const Eigen::Vector3d at(-10.5e-3, 1.5e-3, 0.0), force(0.3, 0.0, 1.0);  // 1.5 pitches beyond
   MarkerField markers = fieldOf(halfSpaceImage(sensor_, at) * force);
   solved(markers);
