@@ -21,15 +21,15 @@
 namespace tractiond {
 namespace {
 
-/// While somebody waits for a step of a calibration, every frame is looked at.
+/// Length of a turn while a step of a calibration looks at every frame.
 constexpr std::chrono::milliseconds kHurriedTurn{3};
 
-/// Of what the forces rest on; without a gel there are none.
+/// Returns the id of the calibration; all zero without a gel.
 Id calibrationId(const std::optional<sensor::Sensor>& gel, const solve::SolveOptions& solve) {
   return gel ? solve::calibrationId(*gel, solve) : Id{};
 }
 
-/// Frames that made the zero were put to use: they are not among the lost. Nor are those of a camera without a gel.
+/// Returns the ledger as a sentence. Frames that were averaged for a zero are not lost, nor are those without a gel.
 std::string account(const Ledger& ledger) {
   if (const std::uint64_t shown = ledger.noGel.get(); shown != 0) {
     return fmt::format("{} frames received, {} not measured as there is no gel, {} lost", ledger.received.get(), shown,
@@ -40,7 +40,7 @@ std::string account(const Ledger& ledger) {
                      ledger.published.get(), zero, ledger.losses() - zero);
 }
 
-/// [bytes]; 0: there is no /proc. Allocates nothing.
+/// Returns the resident memory [bytes]; 0: there is no /proc. Allocates nothing.
 std::uint64_t residentMemory() {
   const int file = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
   if (file < 0) return 0;
@@ -91,36 +91,7 @@ tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
   description_.host = publish::hostId();
   if (gel) describeSensor(description_, *gel, config.solve);
 
-  auto publisher =
-      publish::Publisher::open(config.publish, description_, ledger_, [this](auto& status) { measure(status); });
-  if (!publisher) return tl::unexpected(publisher.error());
-  publisher_ = *std::move(publisher);
-  // Its own one, as long as the control socket has none yet.
-  if (const int sender = threadCalled("ZMQbg/IO/0"); sender != 0) realtime_->adopt(sender);
-  auto server = publish::ControlServer::open(config.controlEndpoints,
-                                             {.status = [this] { return publisher_->lastStatus(); },
-                                              .description = [this] { return publisher_->lastDescription(); },
-                                              .zero = [this](const auto& request) { processing_->beginZero(request); },
-                                              .calibrate = [this](const auto& step) { processing_->beginStep(step); },
-                                              .camera =
-                                                  [this](const auto& step) {
-                                                    camera_->ask(step);
-                                                    cameraAsked_ = true;
-                                                  },
-                                              .snapshot = [this] { processing_->askSnapshot(); }});
-  if (!server) return tl::unexpected(server.error());
-  controlServer_ = *std::move(server);
-  std::vector<std::string> bound;
-  for (const auto* endpoints :
-       {&publisher_->streamEndpoints(), &controlServer_->endpoints(), &publisher_->latestEndpoints()}) {
-    bound.insert(bound.end(), endpoints->begin(), endpoints->end());
-  }
-  frozenPeers_.emplace(std::move(bound), [](const std::string& line) { spdlog::warn("warning: {}", line); });
-  // The two sockets' contexts have a thread each behind them.
-  for (const auto* endpoints : {&publisher_->streamEndpoints(), &controlServer_->endpoints()}) {
-    if (!endpoints->empty()) greetings_.emplace_back(endpoints->front());
-  }
-
+  if (auto opened = openSockets(); !opened) return opened;
   if (auto processing = makeProcessing(std::move(gel)); !processing) return processing;
   if (config.preview.rate_Hz > 0.0) previewer_.emplace(*publisher_, config.preview);
 
@@ -155,6 +126,40 @@ tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
   return {};
 }
 
+tl::expected<void, Error> Instrument::openSockets() {
+  const Config& config = config_;
+  auto publisher =
+      publish::Publisher::open(config.publish, description_, ledger_, [this](auto& status) { measure(status); });
+  if (!publisher) return tl::unexpected(publisher.error());
+  publisher_ = *std::move(publisher);
+  // Its own one, as long as the control socket has none yet.
+  if (const int sender = threadCalled("ZMQbg/IO/0"); sender != 0) realtime_->adopt(sender);
+  auto server = publish::ControlServer::open(config.controlEndpoints,
+                                             {.status = [this] { return publisher_->lastStatus(); },
+                                              .description = [this] { return publisher_->lastDescription(); },
+                                              .zero = [this](const auto& request) { processing_->beginZero(request); },
+                                              .calibrate = [this](const auto& step) { processing_->beginStep(step); },
+                                              .camera =
+                                                  [this](const auto& step) {
+                                                    camera_->ask(step);
+                                                    cameraAsked_ = true;
+                                                  },
+                                              .snapshot = [this] { processing_->askSnapshot(); }});
+  if (!server) return tl::unexpected(server.error());
+  controlServer_ = *std::move(server);
+  std::vector<std::string> bound;
+  for (const auto* endpoints :
+       {&publisher_->streamEndpoints(), &controlServer_->endpoints(), &publisher_->latestEndpoints()}) {
+    bound.insert(bound.end(), endpoints->begin(), endpoints->end());
+  }
+  frozenPeers_.emplace(std::move(bound), [](const std::string& line) { spdlog::warn("warning: {}", line); });
+  // The two sockets' contexts have a thread each behind them.
+  for (const auto* endpoints : {&publisher_->streamEndpoints(), &controlServer_->endpoints()}) {
+    if (!endpoints->empty()) greetings_.emplace_back(endpoints->front());
+  }
+  return {};
+}
+
 tl::expected<void, Error> Instrument::makeProcessing(std::optional<sensor::Sensor> gel) {
   if (!gel) {
     spdlog::warn("warning: {}", NoGel::kWhy);
@@ -178,7 +183,7 @@ tl::expected<void, Error> Instrument::makeProcessing(std::optional<sensor::Senso
   return {};
 }
 
-/// By the configuration.
+/// Returns the driver by the configuration.
 capture::OpenDriver Instrument::driver() const {
   const capture::CameraOptions& options = config_.camera;
   if (options.images.empty())
@@ -304,7 +309,7 @@ void Instrument::control(std::chrono::milliseconds timeout) {
   }
 }
 
-/// Each session anew: it may have come back with other values.
+/// Describes the camera for each session, as it may return with other values.
 void Instrument::meetCamera() {
   const auto info = camera_->info();
   if (!info || info->session == describedSession_) return;
