@@ -12,14 +12,14 @@
 
 namespace tractiond {
 
-/// Does work in the order given, on a thread of its own; in the simulated world (tests/simulation) at once, and the
-/// time that it takes passes later. Thread-bound: all from the owner's thread.
+/// Does work in the order given, on a thread of its own. In the simulated world (tests/simulation) the work is done at
+/// once, and the time that it takes passes later. Thread-bound.
 class BackgroundThread {
  public:
   /// Starts the thread. The name has at most 15 characters. `idle`, if there is one, is signalled each time all the
   /// work is done.
   explicit BackgroundThread(const char* name, std::shared_ptr<Event> idle = {});
-  /// Does not wait: the thread does the work that is left, and ends.
+  /// Does not wait: the thread does the rest of the work, and ends.
   ~BackgroundThread();
   BackgroundThread(const BackgroundThread&) = delete;
   BackgroundThread& operator=(const BackgroundThread&) = delete;

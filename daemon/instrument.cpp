@@ -114,7 +114,7 @@ tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
                 publisher_->publish(field);
                 processing_->takeField(field);
               },
-          .waitToPublish = [this](int fd, auto timeout) { publisher_->wait(fd, timeout); },
+          .serveSubscribers = [this](int fd, auto timeout) { publisher_->serve(fd, timeout); },
           .control = [this](auto timeout) { control(timeout); },
           .preview = previewer_ ? [this](auto timeout) { previewer_->turn(timeout); }
                                 : std::function<void(std::chrono::milliseconds)>(),
@@ -199,8 +199,8 @@ capture::OpenDriver Instrument::driver() const {
 
 tl::expected<void, Error> Instrument::openCamera() {
   const capture::CameraOptions& options = config_.camera;
-  const capture::Say say = [](capture::Weight weight, const std::string& line) {
-    if (weight == capture::Weight::kWarning)
+  const capture::Say say = [](capture::LogLevel level, const std::string& line) {
+    if (level == capture::LogLevel::kWarning)
       spdlog::warn("warning: {}", line);
     else
       spdlog::info(line);

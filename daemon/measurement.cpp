@@ -61,7 +61,7 @@ tl::expected<void, Error> Measurement::build() {
                                                solver_->detectionLimit_N(), compute_);
   }
   track::TrackOptions tracking = config.track;
-  tracking.awaitJudge = true;  // nothing is measured from a zero that the gel file may not fit
+  tracking.awaitsGelCheck = true;  // nothing is measured from a zero that the gel file may not fit
   tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
   gelWatch_ = std::make_unique<GelWatch>(sensor_, *tracker_, newestMarkerStatus_, [this](const auto& result) {
     around_.control.answerSnapshot(result, sensor_.layers);
@@ -219,9 +219,8 @@ void Measurement::makeProcedures() {
                    .state = [this] { return tracker_->zeroState(); },
                    .take = [this](RestPose& pose) { return tracker_->takeRestPose(pose); },
                    .putInForce = [this](const RestPose& pose, bool fits) { return tracker_->putInForce(pose, fits); },
-                   .judge = [this](const RestPose& pose) { return gelWatch_->judge(pose); },
-                   .tellJudgement = [this](const RestPose& pose,
-                                           const GelReport& report) { gelWatch_->tellJudgement(pose, report); },
+                   .compare = [this](const RestPose& pose) { return gelWatch_->compare(pose); },
+                   .report = [this](const RestPose& pose, const GelReport& report) { gelWatch_->report(pose, report); },
                    .describe =
                        [this](const RestPose& pose) {
                          if (restSolver_) restSolver_->heed(pose);

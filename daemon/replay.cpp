@@ -92,8 +92,8 @@ class Replay {
   void pace(std::int64_t received_ns);
   void require(const RestPose& pose) const;
   void describe(const RestPose& pose);
-  bool judges() const;
-  bool judge(const RestPose& zero);
+  bool comparesZeros() const;
+  bool compare(const RestPose& zero);
   void heedZero(TrackerInputs& inputs);
   [[noreturn]] void fail(Error error) const;
 
@@ -259,12 +259,12 @@ void Replay::openRecorder() {
 /// Makes the tracker, with the zero that was in force when the recording began.
 void Replay::makeTracker() {
   track::TrackOptions tracking = config_.track;
-  tracking.awaitJudge = true;
+  tracking.awaitsGelCheck = true;
   tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
   gelWatch_.emplace(sensor_, *tracker_, markerStatus_, [](const auto&) {});
   if (!beginning_->rest) return;
   tracker_->restore(*beginning_->rest);
-  if (!sameGel_) gelWatch_->tellJudgement(*beginning_->rest, gelWatch_->judge(*beginning_->rest));
+  if (!sameGel_) gelWatch_->report(*beginning_->rest, gelWatch_->compare(*beginning_->rest));
   describe(*beginning_->rest);
 }
 
@@ -293,14 +293,14 @@ void Replay::describe(const RestPose& pose) {
 }
 
 /// Behind a gap zeros are of other frames than those that were judged then.
-bool Replay::judges() const {
+bool Replay::comparesZeros() const {
   return !sameGel_ || gaps_ > 0;
 }
 
 /// \return does the gel file fit the picture that the zero was taken from?
-bool Replay::judge(const RestPose& zero) {
-  const GelReport report = gelWatch_->judge(zero);
-  gelWatch_->tellJudgement(zero, report);
+bool Replay::compare(const RestPose& zero) {
+  const GelReport report = gelWatch_->compare(zero);
+  gelWatch_->report(zero, report);
   if (const std::string doubt = report.doubt(); !doubt.empty()) spdlog::warn("warning: {}", doubt);
   return report.fits();
 }
@@ -315,13 +315,13 @@ void Replay::heedZero(TrackerInputs& inputs) {
   if (inputs.adopted) {
     isProposed_ = false;
     inputs.judgedZero = inputs.zero.id;
-    if (!judges() && !beginning_->adoptsAtOnce) return;
-    inputs.fits = judge(inputs.zero);
+    if (!comparesZeros() && !beginning_->adoptsAtOnce) return;
+    inputs.fits = compare(inputs.zero);
     inputs.judged = true;
     return;
   }
   const bool isKnown = description_.zero && inputs.judgedZero == description_.zero->id;
-  if (!sameGel_ || (judges() && !isKnown)) inputs.judged = false;
+  if (!sameGel_ || (comparesZeros() && !isKnown)) inputs.judged = false;
 }
 
 /// Sleeps until the picture's time has come, and serves subscribers.
@@ -335,8 +335,8 @@ void Replay::pace(std::int64_t received_ns) {
   for (;;) {
     if (stopAsked != 0) throw Stopped{};
     const auto left = begun_ + after - Clock::now();
-    if (options_.rate <= 0.0 || left <= 0ns) return publisher_->wait(-1, 0ms);
-    publisher_->wait(-1, std::min(std::chrono::ceil<std::chrono::milliseconds>(left), 100ms));
+    if (options_.rate <= 0.0 || left <= 0ns) return publisher_->serve(-1, 0ms);
+    publisher_->serve(-1, std::min(std::chrono::ceil<std::chrono::milliseconds>(left), 100ms));
   }
 }
 
@@ -367,7 +367,7 @@ void Replay::picture(std::string_view bytes) {
   if (tracker_->takeRestPose(taken_)) {
     isProposed_ = description_.zero.has_value();
     if (!isProposed_) {
-      if (judges()) judge(taken_);
+      if (comparesZeros()) compare(taken_);
       describe(taken_);
     }
   }

@@ -13,8 +13,8 @@
 
 namespace tractiond {
 
-/// Bound to the control thread, but for what says otherwise. The destructor waits for the step at which a solver that
-/// is being made can be given up.
+/// Bound to the control thread, except for functions that state another. The destructor waits for the step at which a
+/// solver that is being made can be given up.
 class RestSolver {
  public:
   /// \param detectionLimit_N of the solver for the gel file's places
@@ -29,17 +29,17 @@ class RestSolver {
   /// Gives up the solver that is being made, at its next step, and those that come later. Thread-safe.
   void stop() { stopping_.store(true, std::memory_order_relaxed); }
 
-  /// Does what is due: begins with the next zero, and tells the log of the last one.
+  /// Does what is due: begins with the next zero, and logs the result of the last one.
   void turn();
 
-  /// On the solving thread, before a frame: replaces `solver` by one that is ready, if there is one. Allocates and
+  /// Replaces `solver` by one that is ready, if there is one. For the solving thread, before a frame. Allocates and
   /// frees nothing; the replaced one is freed when the next zero's is ready.
   void take(std::shared_ptr<solve::FieldSolver>& solver) { ready_.swap(solver); }
 
-  /// Nothing is being made or waits.
+  /// Returns whether nothing is being made or waits.
   bool idle() const { return !next_ && !making_.valid(); }
 
-  /// Number of zeros that were heeded, and are done with. Any thread.
+  /// Returns the number of zeros whose solvers are done. Any thread.
   std::uint64_t done() const { return done_.load(std::memory_order_acquire); }
 
  private:

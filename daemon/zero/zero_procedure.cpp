@@ -35,8 +35,8 @@ void ZeroProcedure::welcome(const std::optional<RestPose>& restored, const std::
   zero_ = restored;
   before_ = before;
   if (!zero_) return;
-  const GelReport report = links_.judge(*zero_);
-  heedJudgement(*zero_, report);
+  const GelReport report = links_.compare(*zero_);
+  takeReport(*zero_, report);
   const std::string doubt = both(report.doubt(), calibrate::touchIn(sensor_, *zero_));
   if (!doubt.empty()) spdlog::warn("warning: the stored zero may be wrong: {}", doubt);
   links_.describe(*zero_);
@@ -71,7 +71,7 @@ void ZeroProcedure::turn() {
 void ZeroProcedure::undo() {
   if (writer_.isBusy()) return answer(tl::unexpected<std::string>("a zero is being written to the disk; ask again"));
   if (!zero_ || !before_) return answer(tl::unexpected<std::string>("there is no previous zero"));
-  keep({.zero = *before_, .report = links_.judge(*before_), .doubt = {}, .moved = {}}, clock_() + kKeptWithin_ns);
+  keep({.zero = *before_, .report = links_.compare(*before_), .doubt = {}, .moved = {}}, clock_() + kKeptWithin_ns);
 }
 
 /// Handles a zero that the tracker has taken. The first one is in force already; a requested one comes into force when
@@ -87,7 +87,7 @@ void ZeroProcedure::heedTaken() {
   if (taken_.requested) taken_.requestedBy = request_.asker;
   if (zero_ && !touch.empty() && !request_.anyway)
     return refuseTaken(touch + "; remove it and try again, or use: tractionctl zero --anyway");
-  const GelReport report = links_.judge(taken_);
+  const GelReport report = links_.compare(taken_);
   const std::string doubt = both(report.doubt(), touch);
   if (zero_) {
     // An earlier write may have held this one up.
@@ -101,7 +101,7 @@ void ZeroProcedure::heedTaken() {
 /// The first zero is in force at once, and written meanwhile.
 void ZeroProcedure::adoptFirst(const GelReport& report, const std::string& doubt) {
   zero_ = taken_;
-  heedJudgement(taken_, report);
+  takeReport(taken_, report);
   links_.describe(taken_);
   if (taken_.requested) {
     handOver();  // an earlier first zero may be in force there
@@ -152,7 +152,7 @@ void ZeroProcedure::heedWriter() {
 
 /// Puts a zero in force that has been judged and kept, and describes it.
 void ZeroProcedure::putInForce(const RestPose& zero, const GelReport& report) {
-  heedJudgement(zero, report);
+  takeReport(zero, report);
   if (zero.id != zero_->id) {
     before_ = std::exchange(zero_, zero);
     links_.describe(*zero_);
@@ -161,9 +161,9 @@ void ZeroProcedure::putInForce(const RestPose& zero, const GelReport& report) {
 }
 
 /// Remembers and tells what has been found of a zero that comes into force.
-void ZeroProcedure::heedJudgement(const RestPose& zero, const GelReport& report) {
+void ZeroProcedure::takeReport(const RestPose& zero, const GelReport& report) {
   fits_ = report.fits();
-  links_.tellJudgement(zero, report);
+  links_.report(zero, report);
 }
 
 /// Hands the zero in force to the tracker, which drops what it has taken since.

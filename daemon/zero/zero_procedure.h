@@ -1,4 +1,5 @@
-// A zero from the request to the answer: taken by the tracker, judged, kept on the disk, and put in force.
+// Processes a request for a zero: the tracker takes it, the gel file is compared with it, it is written to the disk,
+// and it comes into force.
 //
 //   state     event                                                  next state
 //   Idle      a zero is requested                                    Taking
@@ -33,12 +34,12 @@
 
 namespace tractiond::zero {
 
-/// Reason of a request's end where the tracker sees no frames.
+/// Why a request fails if the tracker gets no frames.
 inline constexpr const char* kNoFrames = "no frames come from the camera";
 
-/// What a ZeroProcedure works with. Called on its thread; everything outlives it.
+/// What a ZeroProcedure works with. Called on its thread; must outlive it.
 struct ZeroLinks {
-  // The tracker's.
+  // Functions of the tracker.
   std::function<void()> request;
   std::function<bool()> cancel;
   std::function<track::ZeroState()> state;
@@ -47,10 +48,10 @@ struct ZeroLinks {
   std::function<bool(const RestPose&, bool fits)> putInForce;
 
   /// Compares a zero with the gel file. Called once for every zero that is kept or comes into force, the restored one
-  /// included, and before the disk is asked to keep it: what presses later hides markers.
-  std::function<GelReport(const RestPose&)> judge;
-  /// Tells the tracker and the status what judge() has returned for a zero that comes into force.
-  std::function<void(const RestPose&, const GelReport&)> tellJudgement;
+  /// included, and before it is written to the disk: a later load hides markers.
+  std::function<GelReport(const RestPose&)> compare;
+  /// Tells the tracker and the status what compare() has returned for a zero that comes into force.
+  std::function<void(const RestPose&, const GelReport&)> report;
   std::function<void(const RestPose&)> describe;  ///< publishes the description with the zero in force
   ZeroWriter::Start keep;
 
@@ -62,7 +63,7 @@ struct ZeroLinks {
 class ZeroProcedure {
  public:
   /// The sensor in force and `frames`, the number that the tracker has looked at, outlive this. `onChange` is called
-  /// before another zero comes into force or is refused by its judge.
+  /// before another zero comes into force, or is refused.
   ZeroProcedure(const sensor::Sensor& sensor, int zeroFrames, std::int64_t (*clock)(), const Counter& frames,
                 ZeroLinks links, std::function<void()> onChange);
 
@@ -81,13 +82,13 @@ class ZeroProcedure {
   /// Does what is due. Must be called in each turn of the control loop.
   void turn();
 
-  /// Tells the rate of the frames; 0: not known.
+  /// Sets the rate of the frames [Hz]; 0: not known.
   void setRate(double rate_Hz) { rate_Hz_ = rate_Hz; }
 
-  /// The zero in force, if there is one.
+  /// Returns the zero in force, if there is one.
   const std::optional<RestPose>& inForce() const { return zero_; }
 
-  /// A request that comes now is answered within this time [s].
+  /// Returns the time within which a request that comes now is answered [s].
   double answeredWithin_s() const { return takenWithin_s() + 1e-9 * static_cast<double>(kKeptWithin_ns); }
 
   /// Requests fail when the tracker has seen no frame for this long.
@@ -118,7 +119,7 @@ class ZeroProcedure {
   void keep(Keeping keeping, std::int64_t until_ns);
   void heedWriter();
   void putInForce(const RestPose& zero, const GelReport& report);
-  void heedJudgement(const RestPose& zero, const GelReport& report);
+  void takeReport(const RestPose& zero, const GelReport& report);
   void handOver();
   void watchTaking(Taking& taking);
   void answer(const tl::expected<RestPose, std::string>& result, const std::string& remark = "");
