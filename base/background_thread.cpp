@@ -33,7 +33,7 @@ struct BackgroundThread::State {
       isBusy = false;
       if (!work.empty()) continue;
       changed.notify_all();
-      idle->signal();
+      if (idle) idle->signal();
     }
   }
 };

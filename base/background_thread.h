@@ -5,24 +5,40 @@
 
 #include <chrono>
 #include <functional>
+#include <future>
 #include <memory>
+#include <type_traits>
+#include <utility>
 
 namespace tractiond {
 
-/// Does work in the order given, on a thread of its own; in the simulated world (tests/simulation) at once, and the
-/// time that it takes passes later. Thread-bound: all from the owner's thread.
+/// Does work in the order given, on a thread of its own. In the simulated world (tests/simulation) the work is done at
+/// once, and the time that it takes passes later. Thread-bound.
 class BackgroundThread {
  public:
-  /// Starts the thread. The name has at most 15 characters. `idle` is signalled each time all the work is done.
-  BackgroundThread(const char* name, std::shared_ptr<Event> idle);
-  /// Does not wait: the thread does the work that is left, and ends.
+  /// Starts the thread. The name has at most 15 characters. `idle`, if there is one, is signalled each time all the
+  /// work is done.
+  explicit BackgroundThread(const char* name, std::shared_ptr<Event> idle = {});
+  /// Does not wait: the thread does the rest of the work, and ends.
   ~BackgroundThread();
   BackgroundThread(const BackgroundThread&) = delete;
   BackgroundThread& operator=(const BackgroundThread&) = delete;
 
   void run(std::function<void()> work);
+  /// As run(). Returns a future of what `work` returns; its destructor does not wait.
+  template <typename Work>
+  auto start(Work work) {
+    auto task = std::make_shared<std::packaged_task<std::invoke_result_t<Work&>()>>(std::move(work));
+    auto result = task->get_future();
+    run([task = std::move(task)] { (*task)(); });
+    return result;
+  }
   /// Waits at most `patience`. Returns whether all the work is done.
   bool awaitIdle(std::chrono::milliseconds patience) const;
+  /// Waits until all the work is done.
+  void awaitIdle() const {
+    while (!awaitIdle(std::chrono::hours(1))) continue;
+  }
 
  private:
   struct State;

@@ -21,7 +21,7 @@ inline std::int64_t realNow() {
 }
 
 /// One moment on two clocks: CLOCK_MONOTONIC, which runs as fast as the time of day is corrected, and
-/// CLOCK_MONOTONIC_RAW, which nobody corrects.
+/// CLOCK_MONOTONIC_RAW, which is never corrected.
 struct HostMoment {
   std::int64_t monotonic_ns = 0, raw_ns = 0;
 };

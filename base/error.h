@@ -1,4 +1,4 @@
-// What prevents a start: what was wrong, where, and what to do.
+// An error that prevents a start: what is wrong, where, and how to mend it.
 #pragma once
 
 #include <sysexits.h>
@@ -13,7 +13,7 @@ struct Error {
   std::string where = {};      ///< "tractiond.toml:12"; may be empty
   std::string remedy = {};     ///< "set it to 0 to use the interface's MTU"; may be empty
 
-  /// One line: "where: what; remedy".
+  /// Returns one line: "where: what; remedy".
   std::string message() const {
     return (where.empty() ? "" : where + ": ") + what + (remedy.empty() ? "" : "; " + remedy);
   }

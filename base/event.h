@@ -1,15 +1,15 @@
-// Something a thread can sleep on, also together with sockets.
+// An event that a thread can wait for, also together with sockets.
 #pragma once
 
 #include <chrono>
 
 namespace tractiond {
 
-/// An eventfd of the operating system; in the simulated world (tests/simulation) a flag, and nobody sleeps. Any thread,
-/// also a signal handler, signals; what is signalled before wait() is not lost. Thread-safe.
+/// An eventfd of the operating system; in the simulated world (tests/simulation) a flag, for which no thread sleeps.
+/// May be signalled in a signal handler. A signal before wait() is not lost. Thread-safe.
 class Event {
  public:
-  /// Throws std::system_error when the process has no file descriptor left.
+  /// \throws std::system_error if the process has no file descriptor left
   Event();
   ~Event();
   Event(const Event&) = delete;
@@ -17,13 +17,13 @@ class Event {
 
   void signal() noexcept;
 
-  /// Returns when signalled (true), after `timeout`, or earlier for no reason (a signal handler ran).
+  /// Waits at most `timeout` for a signal. Returns whether there was one; may return false early.
   bool wait(std::chrono::milliseconds timeout) noexcept;
 
-  /// Forgets the signals given so far: for those who poll fd() themselves.
+  /// Forgets the signals given so far. For callers that poll fd() themselves.
   void clear() noexcept;
 
-  /// Readable while signalled.
+  /// Returns a descriptor that is readable while the event is signalled.
   int fd() const { return fd_; }
 
  private:

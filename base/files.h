@@ -1,4 +1,4 @@
-// The calls by which files of the state directory are read and written: of the operating system, or of a simulated disk
+// Calls that read and write files of the state directory: those of the operating system, or of a simulated disk
 // (tests/simulation), whichever is linked.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace tractiond::files {
 
-// As the calls of POSIX of the same names: -1 and errno on failure. Thread-safe.
+// Like the POSIX calls of the same names: return -1 and set errno on failure. Thread-safe.
 
 int open(const char* path, int flags, mode_t mode = 0);
 ssize_t read(int file, void* bytes, std::size_t count);
@@ -20,10 +20,10 @@ int close(int file);
 int rename(const char* from, const char* to);
 int unlink(const char* path);
 
-/// Tells whether an open file is a regular one.
+/// Returns whether an open file is a regular one.
 bool isRegular(int file);
 
-/// Creates a directory and those above it. An existing one is no error.
+/// Creates a directory and its parents. An existing directory is not an error.
 std::error_code makeDirectories(const std::filesystem::path& path);
 
 }  // namespace tractiond::files

@@ -1,4 +1,4 @@
-// Text that needs no memory of its own.
+// Text of limited length, without memory of its own.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,8 @@
 
 namespace tractiond {
 
-/// Text that travels between threads without allocation. What does not fit is cut off, between two characters of UTF-8.
+/// Text that can be copied between threads without allocation. Cuts off what does not fit, between two characters of
+/// UTF-8.
 template <std::size_t kRoom>
 class FixedText {
  public:

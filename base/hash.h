@@ -1,4 +1,4 @@
-// 128-bit hashes for ids and checksums: XXH3. Not against an adversary.
+// 128-bit hashes for ids and checksums: XXH3. They do not protect against an attacker.
 #pragma once
 
 #include <xxhash.h>
@@ -24,7 +24,7 @@ inline Hash128 canonical(XXH128_hash_t number) {
   return hash;
 }
 
-/// Feeds values one after another; the result depends on their bytes, lengths and order.
+/// Hashes values one after another. The result depends on their bytes, lengths and order.
 class Hasher {
  public:
   Hasher()
@@ -34,12 +34,12 @@ class Hasher {
 
   void bytes(const void* data, std::size_t size) { XXH3_128bits_update(state_.get(), data, size); }
 
-  /// A number or enum by its bytes. Structs are refused: their padding is not defined.
+  /// Adds the bytes of a number or an enum. Structs do not compile, as their padding is undefined.
   template <typename T>
   requires std::is_arithmetic_v<T> || std::is_enum_v<T>
   void value(T value) { bytes(&value, sizeof value); }
 
-  /// Length, then content.
+  /// Adds the length, then the content.
   template <typename T>
   requires std::is_arithmetic_v<T>
   void range(std::span<const T> values) {
@@ -48,19 +48,19 @@ class Hasher {
   }
   void text(std::string_view text) { range(std::span<const char>(text.data(), text.size())); }
 
-  /// Big endian, as XXH3 prints it. May be called in between.
+  /// Returns the hash of what was added so far, big-endian, as XXH3 prints it.
   Hash128 digest() const { return canonical(XXH3_128bits_digest(state_.get())); }
 
  private:
   std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state_;
 };
 
-/// Allocates nothing.
+/// Returns the hash of some bytes. Allocates nothing.
 inline Hash128 hash128(const void* data, std::size_t size) {
   return canonical(XXH3_128bits(data, size));
 }
 
-/// 32 lower-case digits.
+/// Returns 32 lower-case hexadecimal digits.
 inline std::string toHex(const Hash128& hash) {
   std::string text;
   for (const auto byte : hash) {

@@ -1,7 +1,7 @@
-// What joins two stages: a few reused slots that travel from the producer to the consumer and back.
+// Connects two stages: a few slots travel from the producer to the consumer and back, and are reused.
 //
-// Two rings of slot pointers, one in each direction. When the producer finds no free slot it takes the oldest waiting
-// one back itself: newest wins, every eviction is counted in one place, and no slot is ever lost.
+// Two rings of slot pointers, one in each direction. If the producer finds no free slot, it takes back the oldest one
+// that waits: the newest wins, every eviction is counted in one place, and no slot is lost.
 #pragma once
 
 #include "base/counter.h"
@@ -23,16 +23,16 @@ enum class WhenFull {
   kWait,         ///< replay and measurement: nothing may be lost
 };
 
-/// One producer thread, one consumer thread, kSlots elements: at most one in the hands of each side, the others wait in
-/// the link or are free. Allocates and locks nothing after construction. Atomic and Wake are others only in
-/// interleavings_test.cpp.
+/// One producer thread, one consumer thread, kSlots elements: each side holds at most one, the others wait in the link
+/// or are free. Allocates and locks nothing after construction. Atomic and Wake are replaced in interleavings_test.cpp
+/// alone.
 template <typename T, std::size_t kSlots, template <typename> typename Atomic = std::atomic, typename Wake = Event>
 class Link {
   static_assert(kSlots >= 3, "one slot for each side and one on its way");
 
  public:
-  /// `blank` sizes the slots. `evicted` is counted by the producer's thread. `reclaimed` is called there with each slot
-  /// that comes back, consumed or evicted, before it is used again.
+  /// \param blank sizes the slots \param evicted counted by the producer's thread \param reclaimed called by that
+  /// thread with each slot that comes back, consumed or evicted, before it is reused
   Link(
       WhenFull whenFull, Counter& evicted, const T& blank = {}, std::function<void(T&)> reclaimed = [](T&) {})
       : whenFull_(whenFull)
@@ -42,15 +42,15 @@ class Link {
     for (T& slot : slots_) spare_[spares_++] = &slot;
   }
 
-  // --- the producer's side
+  // --- called by the producer
 
-  /// Takes back every slot the consumer is done with.
+  /// Takes back every slot that the consumer has released.
   void reclaim() {
     while (T* slot = free_.pop()) takeBack(slot);
   }
 
-  /// A slot to fill. Where none is free the oldest waiting one is evicted, or, with kWait, nullptr is returned: call
-  /// waitForRoom(). A slot acquired and not pushed is given back with putBack().
+  /// Returns a slot to fill. If none is free, evicts the oldest that waits; with kWait, returns nullptr: call
+  /// waitForRoom(). A slot that is not pushed must be returned with putBack().
   T* acquire() {
     for (;;) {
       reclaim();
@@ -74,16 +74,16 @@ class Link {
 
   void waitForRoom(std::chrono::milliseconds timeout) { freed_.wait(timeout); }
 
-  /// Nothing more will be pushed. The consumer still gets what is waiting.
+  /// Ends the link: nothing more may be pushed. The consumer still gets what waits.
   void close() {
-    // release: partner is the acquire in drained(). Who sees the end sees all that was pushed before it.
+    // release: partner is the acquire in drained(). A thread that sees the end sees all that was pushed before.
     closed_.store(true, std::memory_order_release);
     filled_.signal();
   }
 
-  // --- the consumer's side
+  // --- called by the consumer
 
-  /// The oldest waiting slot; nullptr: none now.
+  /// Returns the oldest slot that waits; nullptr: none now.
   T* take() { return waiting_.pop(); }
 
   void release(T* slot) {
@@ -92,19 +92,20 @@ class Link {
     if (whenFull_ == WhenFull::kWait) freed_.signal();
   }
 
-  /// Sleeps until something is pushed, the link is closed or the time is over; it may wake early.
+  /// Sleeps until something is pushed, the link is closed or the time is over; may wake early.
   void wait(std::chrono::milliseconds timeout) { filled_.wait(timeout); }
 
-  /// For those who wait on more than this link: poll fd() for reading, then call awake().
+  // For callers that wait for more than this link: poll fd() for reading, then call awake().
   int fd() const { return filled_.fd(); }
   void awake() { filled_.clear(); }
 
-  /// The producer has closed the link. Ask before take(): true and then nullptr means that all has been taken.
+  /// Returns whether the producer has closed the link. If it is called before take() and returns true, nullptr of
+  /// take() means that all has been taken.
   bool closed() const { return closed_.load(std::memory_order_acquire); }  // partner: the release in close()
 
-  // --- when both threads are joined
+  // --- called when both threads have been joined
 
-  /// Takes back all that is still on its way. How many had not been taken.
+  /// Takes back all slots. Returns the number of those that had not been taken.
   std::size_t discard() {
     reclaim();
     std::size_t count = 0;

@@ -5,20 +5,20 @@
 
 namespace tractiond {
 
-/// Wait-free. The owner makes all room; the filler only writes into it, and asks one atomic where nobody wants
-/// anything. Atomic is another one only in interleavings_test.cpp.
+/// Wait-free. The owner allocates the record; the filler only writes into it, and reads one atomic while nothing is
+/// lent. Atomic is replaced in interleavings_test.cpp alone.
 template <typename T, template <typename> typename Atomic = std::atomic>
 class Loan {
  public:
-  // The owner's.
+  // Called by the owner.
 
-  /// Null while it is lent.
+  /// Returns nullptr while the record is lent.
   T* own() { return lent_.load(std::memory_order_acquire) ? nullptr : &record_; }  // partner: giveBack()
   void lend() { lent_.store(true, std::memory_order_release); }                    // partner: lent()
 
-  // The filler's.
+  // Called by the filler.
 
-  /// Null where nothing is wanted.
+  /// Returns nullptr unless the record is lent.
   T* lent() { return lent_.load(std::memory_order_acquire) ? &record_ : nullptr; }  // partner: lend()
   void giveBack() { lent_.store(false, std::memory_order_release); }                // partner: own()
 

@@ -1,4 +1,4 @@
-// A slot in which one thread leaves its newest finished thing for another.
+// A slot in which one thread leaves its newest value for another.
 #pragma once
 
 #include <atomic>
@@ -6,16 +6,16 @@
 
 namespace tractiond {
 
-/// Wait-free. One thread puts, one takes. A T that was not taken is overwritten. Atomic is another one only in
-/// interleavings_test.cpp.
+/// Wait-free. One thread puts, one takes. A value that was not taken is overwritten. Atomic is replaced in
+/// interleavings_test.cpp alone.
 template <typename T, template <typename> typename Atomic = std::atomic>
 class Mailbox {
  public:
   explicit Mailbox(T room = {})
       : slot_(std::move(room)) {}
 
-  /// Copies into the slot: no allocation where the slot's T has the room. False: the other thread is just taking; try
-  /// again later.
+  /// Copies the value into the slot, without allocation if the slot has the room. Returns false while the other thread
+  /// takes: try again later.
   bool put(const T& value) {
     State seen = state_.load(std::memory_order_relaxed);
     // acquire: a take() or swap() that emptied the slot is done with it (its release store).
@@ -31,8 +31,8 @@ class Mailbox {
     return empty([&] { value = slot_; });
   }
 
-  /// Takes by swapping, which allocates nothing whatever T is. The slot gets the room of `value`: put() allocates where
-  /// it is too small.
+  /// Takes the value by swapping, which never allocates. The slot gets the room of `value`: put() allocates if that is
+  /// too small.
   bool swap(T& value) {
     return empty([&] {
       using std::swap;

@@ -11,32 +11,32 @@
 
 namespace tractiond {
 
-/// push() from one thread, pop() from any. Lock-free: a pop is retried only when somebody else's pop succeeded.
-/// Atomic is another one only in interleavings_test.cpp.
+/// push() is for one thread, pop() for any. Lock-free: a pop is retried only if another thread's pop succeeded. Atomic
+/// is replaced in interleavings_test.cpp alone.
 template <typename T, std::size_t kCapacity, template <typename> typename Atomic = std::atomic>
 class Ring {
   static_assert(kCapacity > 0 && (kCapacity & (kCapacity - 1)) == 0, "a power of two: the index is a mask");
 
  public:
-  /// False when full.
+  /// Returns false if the ring is full.
   bool push(T* element) noexcept {
     const auto tail = tail_.load(std::memory_order_relaxed);  // written by this thread alone
     // acquire: partner is the release of the CAS in pop(). The taker has read the cell before we overwrite it.
     if (tail - head_.load(std::memory_order_acquire) == kCapacity) return false;
     cell(tail).store(element, std::memory_order_relaxed);  // published by the next line
-    // release: partner is the acquire of tail_ in pop(). Who sees the new tail sees the cell and what it points to.
+    // release: partner is the acquire of tail_ in pop(). A thread that sees the new tail sees the cell and its target.
     tail_.store(tail + 1, std::memory_order_release);
     return true;
   }
 
-  /// The oldest element; nullptr when empty.
+  /// Returns the oldest element; nullptr if the ring is empty.
   T* pop() noexcept {
     auto head = head_.load(std::memory_order_relaxed);  // a guess: the CAS checks it
     for (;;) {
       // acquire: partner is the release of tail_ in push(). Less than: nothing orders the two loads, so this tail may
       // be older than the head that the other taker left.
       if (tail_.load(std::memory_order_acquire) <= head) return nullptr;
-      // May be overwritten under our hands when the other taker was faster; then the CAS fails and we forget it.
+      // The other taker may have been faster, and the cell overwritten: then the CAS fails, and the value is dropped.
       T* const element = cell(head).load(std::memory_order_relaxed);
       // release: partner is the acquire of head_ in push(). Failure relaxed: `head` is again only a guess.
       if (head_.compare_exchange_weak(head, head + 1, std::memory_order_release, std::memory_order_relaxed)) {
@@ -48,7 +48,7 @@ class Ring {
  private:
   Atomic<T*>& cell(std::uint64_t index) { return cells_[index & (kCapacity - 1)]; }
 
-  // On cache lines of their own: the takers write the one, the producer the other.
+  // On separate cache lines: the takers write one, the producer the other.
   alignas(64) Atomic<std::uint64_t> head_{0};
   alignas(64) Atomic<std::uint64_t> tail_{0};
   alignas(64) std::array<Atomic<T*>, kCapacity> cells_{};

@@ -1,4 +1,4 @@
-// Small files that are read whole and replaced whole.
+// Reads and replaces small files as a whole.
 #pragma once
 
 #include "base/files.h"
@@ -16,7 +16,7 @@
 
 namespace tractiond {
 
-/// All bytes of a regular file: a pipe or a device has no end. Fails with the reason.
+/// Reads all bytes of a regular file; fails for a pipe or a device, which has no end. The error is the reason.
 inline tl::expected<std::vector<char>, std::error_code> readWholeFile(const std::filesystem::path& path) {
   const int file = files::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return tl::unexpected(std::error_code(errno, std::generic_category()));
@@ -53,8 +53,9 @@ inline std::error_code synchroniseNames(const std::filesystem::path& directory) 
   return error;
 }
 
-/// Replaces a file, all or nothing, also through a loss of power: writes beside it, synchronises, renames that over it
-/// and synchronises the directory. If only the last fails, the file is replaced until power is lost, and may be beyond.
+/// Replaces a file atomically, also if power is lost: writes a new file, synchronises it, renames it over the old one
+/// and synchronises the directory. If only the last step fails, the file is replaced, but may be the old one after a
+/// loss of power.
 inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::span<const char> bytes,
                                         mode_t mode = 0644) {
   const std::filesystem::path unfinished = path.string() + ".unfinished";

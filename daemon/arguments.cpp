@@ -19,7 +19,7 @@ constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
   71  the operating system refuses something
   73  a directory or file cannot be created
   74  a recording cannot be written to its end
-  75  the camera or a directory is in use by somebody else
+  75  the camera or a directory is in use by another process
   76  a recording is of a newer version
   77  no permission
   78  the configuration is wrong)";

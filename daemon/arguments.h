@@ -11,17 +11,17 @@ namespace tractiond {
 
 struct Arguments {
   Places places;
-  std::string
-      inspected;  ///< camera whose description is to be evaluated: this is a child of tractiond; empty: it is not
-  bool limited = false;     ///< likewise, with --plan
-  std::string description;  ///< of a camera, to say what would be done with it; empty: none
+  std::string inspected;    ///< camera whose description this child of tractiond evaluates; empty: it is not a child
+  bool limited = false;     ///< whether this is a child that evaluates --plan
+  std::string description;  ///< file of a camera's description for --plan; empty: none
   std::string images;       ///< empty: a camera
   RecordOptions record;
   ReplayOptions replay;  ///< no file: nothing is replayed
   bool checkConfig = false, printConfig = false, listCameras = false;
 };
 
-/// Or an exit code: 0 when help or the version was asked for and printed, EX_USAGE for an error that was printed.
+/// Parses the command line. Otherwise returns an exit code: 0 after printing help or the version, EX_USAGE after
+/// printing an error.
 tl::expected<Arguments, int> parseArguments(int argc, char** argv);
 
 }  // namespace tractiond

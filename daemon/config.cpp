@@ -13,7 +13,7 @@ std::string endpointFault(const std::vector<std::string>& endpoints, bool insecu
     }
     if (!insecure && !isOnThisHost(endpoint)) {
       return "holds \"" + endpoint +
-             "\", which other hosts reach, and nobody there is asked who he is; "
+             "\", which other hosts reach without authentication; "
              "publish.insecure = true allows that";
     }
   }
@@ -22,7 +22,7 @@ std::string endpointFault(const std::vector<std::string>& endpoints, bool insecu
 
 std::string pixelFormatFault(const std::string& name) {
   if (name.empty() || pixelFormatByName(name) != nullptr) return "";
-  return quoted(name) + " is none that can be read: " + std::string(kPixelFormatsInWords);
+  return quoted(name) + " is not supported; supported formats: " + std::string(kPixelFormatsInWords);
 }
 
 /// What the picture is, and where the gel is in it, stays: the zero rests on it.
@@ -83,88 +83,87 @@ std::vector<Key> keysOf(Config& config) {
 
   // clang-format off
   std::vector<Key> keys = {
-      {"sensor", "name", "", "Of the sensor, in topics and messages; empty: the name of the instance.",
+      {"sensor", "name", "", "Name of the sensor in topics and messages; empty: the name of the instance.",
           &config.sensor.name, {}, name},
-      {"sensor", "gel_file", "", "What the sensor is made of, see gels/paper.toml beside this file; empty: as there; \"none\": there is no gel, and "
-          "the camera's pictures can be seen.",
+      {"sensor", "gel_file", "", "File that describes the gel, such as gels/paper.toml beside this file; empty: that one; \"none\": there is no gel, "
+          "and the camera's pictures can be seen.",
           &config.sensor.gelFile},
 
       {"camera", "id", "", "Device id, Vendor-Serial, IP or MAC address; empty: the first camera found.",
           &camera.id},
-      {"camera", "wait", "", "A camera that is not there yet is waited for; false: that is an error.",
+      {"camera", "wait", "", "Wait for a camera that is absent; false: its absence is an error.",
           &camera.wait},
-      {"camera", "features", "", "First of all: any features by their GenICam names, see below.",
+      {"camera", "features", "", "Features by their GenICam names, set before all other settings; see below.",
           entriesOf(camera.features)},
-      {"camera", "pixel_format", "", "By the name of the Pixel Format Naming Convention, such as Mono12p, BayerRG8 or "
-          "RGB8; empty: as the camera stands.",
+      {"camera", "pixel_format", "", "Name in the Pixel Format Naming Convention, such as Mono12p, BayerRG8 or RGB8; empty: the camera's own.",
           &camera.pixelFormat, {}, [&camera] { return pixelFormatFault(camera.pixelFormat); }},
-      {"camera", "width_px", "px", "Of the picture; 0: as the camera stands.",
+      {"camera", "width_px", "px", "Size of the picture; 0: the camera's own.",
           &camera.width, {0, 65535}},
-      {"camera", "height_px", "px", "Of the picture; 0: as the camera stands.",
+      {"camera", "height_px", "px", "Size of the picture; 0: the camera's own.",
           &camera.height, {0, 65535}},
-      {"camera", "offset_x_px", "px", "Of the picture on the sensor; -1: as the camera stands.",
+      {"camera", "offset_x_px", "px", "Offset of the picture on the sensor; -1: the camera's own.",
           &camera.offsetX, {-1, 65535}},
-      {"camera", "offset_y_px", "px", "Of the picture on the sensor; -1: as the camera stands.",
+      {"camera", "offset_y_px", "px", "Offset of the picture on the sensor; -1: the camera's own.",
           &camera.offsetY, {-1, 65535}},
-      {"camera", "frame_rate_hz", "frames/s", "0: as the camera stands; of --images: as fast as they are tracked.",
+      {"camera", "frame_rate_hz", "frames/s", "0: the camera's own; for --images: as fast as they are tracked.",
           &camera.frameRate_Hz, {0, 10'000}},
-      {"camera", "exposure_us", "us", "0: as the camera stands.",
+      {"camera", "exposure_us", "us", "0: the camera's own.",
           &camera.exposure_us, {0, 10e6}},
-      {"camera", "gain", "", "In the camera's own unit; absent: as the camera stands.",
+      {"camera", "gain", "", "In the camera's own unit; absent: the camera's own.",
           &camera.gain, {-1000, 1e5}},
-      {"camera", "trigger", "", "Of each frame: off, software (tractionctl trigger), or a source of the camera: Line1; empty: as it stands.",
+      {"camera", "trigger", "", "Trigger of each frame: off, software (tractionctl trigger), or a source of the camera: Line1; empty: the camera's own.",
           &camera.trigger},
-      {"camera", "strobe_line", "", "Of the camera, an output that is active while it exposes: Line2; empty: none is set.",
+      {"camera", "strobe_line", "", "Output of the camera that is active during the exposure: Line2; empty: none is set.",
           &camera.strobeLine},
-      {"camera", "ptp", "", "The camera's clock follows the network's (IEEE 1588).",
+      {"camera", "ptp", "", "Synchronise the camera's clock with the network (IEEE 1588).",
           &camera.ptp},
-      {"camera", "chunks", "", "Sent with each frame, where the camera can: ExposureTime, Gain, Timestamp, FrameID, LineStatusAll.",
+      {"camera", "chunks", "", "Data that the camera sends with each frame, if it can: ExposureTime, Gain, Timestamp, FrameID, LineStatusAll.",
           &camera.chunks},
-      {"camera", "packet_delay_ns", "ns", "Between two packets, for several cameras on one link; 0: as the camera stands.",
+      {"camera", "packet_delay_ns", "ns", "Delay between two packets, for several cameras on one link; 0: the camera's own.",
           &camera.packetDelay_ns, {0, 1e7}},
-      {"camera", "throughput_bytes_per_s", "bytes/s", "That the camera sends at most; 0: as it stands.",
+      {"camera", "throughput_bytes_per_s", "bytes/s", "Limit of what the camera sends; 0: the camera's own.",
           &camera.throughput_bytes_per_s, {0, 2e9}},
-      {"camera", "packet_size_bytes", "bytes", "With headers; 0: the MTU of the interface, at most 9000.",
+      {"camera", "packet_size_bytes", "bytes", "Size with headers; 0: the MTU of the interface, at most 9000.",
           &camera.packetSize_bytes, {0, 65'500}},
-      {"camera", "receive_buffer_bytes", "bytes", "Of the kernel; 8 MiB hold 150 ms of 640 x 480 RGB8 at 60 frames/s.",
+      {"camera", "receive_buffer_bytes", "bytes", "Buffer of the kernel; 8 MiB hold 150 ms of 640 x 480 RGB8 at 60 frames/s.",
           &camera.receiveBuffer_bytes, {65'536, 1 << 30}},
-      {"camera", "packet_timeout_us", "us", "A packet that is missing for longer is asked for again.",
+      {"camera", "packet_timeout_us", "us", "Time without a packet after which a resend is requested.",
           &camera.packetTimeout_us, {100, 1e6}},
-      {"camera", "frame_retention_us", "us", "A frame whose packets stay away for longer is given up.",
+      {"camera", "frame_retention_us", "us", "Time without a packet after which a frame is given up.",
           &camera.frameRetention_us, {1000, 10e6}},
-      {"camera", "packet_socket", "", "Receive past the IP stack, unfiltered: needs CAP_NET_RAW; late on the loopback.",
+      {"camera", "packet_socket", "", "Receive without the IP stack and its filters: needs CAP_NET_RAW; slow on the loopback.",
           choiceOf(camera.packetSocket,
                  {{"off", PacketSocket::kOff}, {"auto", PacketSocket::kAuto}, {"on", PacketSocket::kOn}})},
-      {"camera", "buffers", "frames", "For the driver to fill; up to 7 are on their way to the tracker.",
+      {"camera", "buffers", "frames", "Buffers of the driver; up to 7 are on their way to the tracker.",
           &camera.buffers, {9, 1000}},
-      {"camera", "silence_timeout_ms", "ms", "Without a frame for longer the camera is lost; 0: only if it says so.",
+      {"camera", "silence_timeout_ms", "ms", "Time without a frame after which the camera is lost; 0: only if the driver reports it.",
           &camera.silenceTimeout_ms, {0, 3'600'000}},
-      {"camera", "fake_interface", "", "The test camera inside the driver may be opened.",
+      {"camera", "fake_interface", "", "Allow the test camera inside the driver.",
           &camera.fakeInterface},
 
-      {"track", "zero_frames", "frames", "Averaged for a rest pose.",
+      {"track", "zero_frames", "frames", "Number of frames that a zero averages.",
           &config.track.zeroFrames, {2, 10'000}},
-      {"track", "min_valid_fraction", "", "Of the markers; with fewer no zero is taken, and the fields are flagged.",
+      {"track", "min_valid_fraction", "", "Share of the markers; with fewer, no zero is taken, and fields are flagged.",
           &config.track.minValidFraction, {0.1, 1}},
 
-      {"solve", "model", "", "Of the gel: the finite block, or the half-space of the paper.",
+      {"solve", "model", "", "Mechanics of the gel: a finite block, or the half-space of the paper.",
           choiceOf(solve.model, {{"block", Model::kBlock}, {"half-space", Model::kHalfSpace}})},
-      {"solve", "solver", "", "What forces are solved with. Experimental: one statistical model of all contacts, which is slower.",
+      {"solve", "solver", "", "Method that computes forces. Experimental: one statistical model of all contacts, which is slower.",
           choiceOf(solve.solving, {{"contact-step", solve::Solving::kContactStep}, {"model", solve::Solving::kModel}})},
-      {"solve", "regularisation", "", "Tikhonov's, relative to the largest singular value of the influence matrix.",
+      {"solve", "regularisation", "", "Tikhonov's regularisation, relative to the largest singular value of the influence matrix.",
           &solve.regularisation, {1e-6, 1}},
-      {"solve", "contact_aware", "", "Solve for the nodes alone that carry something, where the contact is small enough.",
+      {"solve", "contact_aware", "", "Compute forces of the loaded nodes alone, if the contact is small enough.",
           &solve.contactAware},
-      {"solve", "noise_px", "px", "Of a marker's centre in one frame; what the search for contacts reckons with.",
+      {"solve", "noise_px", "px", "Noise of a marker's centre in one frame, for the search for contacts.",
           &solve.noise_px, {1e-4, 10}},
-      {"solve", "force_scale_newton", "N", "Usual force of a node in the contact step, at least; stronger contacts raise it.",
+      {"solve", "force_scale_newton", "N", "Smallest usual force of a node in the contact step; stronger contacts raise it.",
           &solve.forceScale_N, {1e-6, 1000}},
-      {"solve", "max_missing_fraction", "", "Of the markers; with more missing the field is not valid. Isolated gaps of the zero do not count.",
+      {"solve", "max_missing_fraction", "", "Share of the markers; with more missing, a field is not valid. Isolated gaps of the zero do not count.",
           &solve.maxMissingFraction, {0, 0.9}},
       {"solve", "min_press_newton", "N", "Normal force above which there is a centre of pressure.",
           &solve.minPressForCentre_N, {0, 1000}},
 
-      {"publish", "insecure", "", "Endpoints may be where other hosts reach them: whoever does reads, zeroes and calibrates.",
+      {"publish", "insecure", "", "Allow endpoints that other hosts reach: they can then read, take zeros and calibrate.",
           &config.insecure},
       {"publish", "stream", "", "Endpoints of all messages; empty: the instance's own.",
           &publish.stream, {}, endpoints(publish.stream)},
@@ -172,21 +171,21 @@ std::vector<Key> keysOf(Config& config) {
           &publish.latest, {}, endpoints(publish.latest)},
       {"publish", "control", "", "Endpoints for status, description and zero; empty: the instance's own.",
           &config.controlEndpoints, {}, endpoints(config.controlEndpoints)},
-      {"publish", "high_water_mark", "messages", "That wait for one slow subscriber before it loses some.",
+      {"publish", "high_water_mark", "messages", "Messages that may wait for a slow subscriber; further ones are lost for it.",
           &publish.highWaterMark, {1, 100'000}},
-      {"publish", "preview_hz", "pictures/s", "Reduced pictures for who subscribes to them, at most; 0: none.",
+      {"publish", "preview_hz", "pictures/s", "Highest rate of reduced pictures, for subscribers to previews; 0: none.",
           &config.preview.rate_Hz, {0, 60}},
-      {"publish", "preview_width_px", "px", "Of these pictures, at most.",
+      {"publish", "preview_width_px", "px", "Largest width of these pictures.",
           &config.preview.width_px, {16, 1024}},
 
-      {"realtime", "priority", "", "SCHED_FIFO, of the threads that a frame passes, above all that is no real-time thread; 0: run as those.",
+      {"realtime", "priority", "", "SCHED_FIFO priority of the threads that a frame passes; 0: they run as all others.",
           &realtime.priority, {0, 98}},  // 99 is that of the kernel's own
       {"realtime", "cpus", "", "Processors that these threads may run on, as a list: 0-2,5; empty: any.",
           &realtime.cpus, {}, cpus},
-      {"realtime", "lock_memory", "", "What has been touched stays in memory, and is never swapped out.",
+      {"realtime", "lock_memory", "", "Keep all memory that was touched; it is never swapped out.",
           &realtime.lockMemory},
 
-      {"log", "level", "", "Of what goes to standard error.",
+      {"log", "level", "", "Lowest level of the lines on standard error.",
           choiceOf(config.logLevel, {"debug", "info", "warning", "error"})},
   };
   // clang-format on

@@ -1,4 +1,4 @@
-// What can be configured: one struct, and one table that says of every key its default, unit, range and meaning.
+// The configuration: a struct, and a table of all keys with their defaults, units, ranges and meanings.
 #pragma once
 
 #include "base/service/config_table.h"
@@ -16,10 +16,10 @@
 
 namespace tractiond {
 
-/// As sensor.gel_file: pictures can be seen, and nothing is measured.
+/// Value of sensor.gel_file with which pictures are shown, and nothing is measured.
 inline constexpr std::string_view kNoGelFile = "none";
 
-/// The defaults are those of the rooms' options.
+/// Defaults are those of the folders' options.
 struct Config {
   struct Sensor {
     std::string name;     ///< in topics and messages; empty: the instance's
@@ -38,13 +38,13 @@ struct Config {
   std::string logLevel = "info";
 };
 
-/// Every key, section after section: parsing, checking and printing all go by it.
+/// Returns every key, by section. Parsing, checking and printing use it.
 std::vector<Key> keysOf(Config& config);
 
-/// As those of their tables.
+/// Lists the keys whose values differ between two configurations.
 std::vector<Change> changesBetween(const Config& before, const Config& after);
 
-/// The text of a configuration file with every key and its meaning. parse() gives the same configuration back.
+/// Returns the text of a configuration file with every key and its meaning. Parsing it returns the same configuration.
 std::string configText(const Config& config);
 
 }  // namespace tractiond

@@ -10,12 +10,12 @@
 
 namespace tractiond {
 
-/// What is absent keeps its default. `name` is how errors call the file: "name:line: what". Exit code EX_CONFIG for
-/// what is wrong in it: syntax, an unknown key (with the nearest known one), a wrong type, a value out of its range.
+/// Parses a configuration; a missing key has its default. Errors name the file as `name`: "name:line: what". They have
+/// EX_CONFIG: syntax, an unknown key (with the nearest known one), a wrong type, a value out of range.
 tl::expected<Config, Error> parseConfig(std::istream& text, const std::string& name);
 
-/// The gel file's name counts from this file's directory: a file called none is ./none. EX_NOINPUT when there is no
-/// such file or it cannot be read.
+/// Loads a configuration file. The gel file's name is relative to its directory; a file called none is ./none. Fails
+/// with EX_NOINPUT if there is no such file or it cannot be read.
 tl::expected<Config, Error> loadConfig(const std::string& path);
 
 }  // namespace tractiond

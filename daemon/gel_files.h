@@ -1,4 +1,4 @@
-// The gel file of a configuration: read, described, and kept in recordings.
+// Reads the gel file of a configuration, describes it, and copies it into recordings.
 #pragma once
 
 #include "base/error.h"
@@ -14,14 +14,14 @@
 
 namespace tractiond {
 
-/// Returns the gel file's sensor, the paper's where the name is empty. Fails also for one that cannot be tracked, and
-/// for kNoGelFile.
+/// Returns the gel file's sensor; the built-in one for an empty name. Fails also for a sensor that cannot be tracked,
+/// and for kNoGelFile.
 tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile);
 
-/// The same; empty for kNoGelFile.
+/// Does the same, but returns nothing for kNoGelFile.
 tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& gelFile);
 
-/// Sets what a description says of sensor and solver.
+/// Sets sensor and solver in a description.
 void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve);
 
 /// Copies the gel file and the influence file that it names, as they are on the disk. Empty: the built-in gel, or the

@@ -41,7 +41,7 @@ GelWatch::GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbo
   tracker.prepare(snapshots_.room());
 }
 
-GelReport GelWatch::judge(const RestPose& zero) {
+GelReport GelWatch::compare(const RestPose& zero) {
   tracker_.takeSight(sight_);
   const std::vector<track::Lattice> lattices = track::latticesOf(sensor_);
   std::vector<LatticeSeen> seen;
@@ -53,10 +53,10 @@ GelReport GelWatch::judge(const RestPose& zero) {
   return calibrate::checkGel(sensor_, zero.position_px, zero.present, seen);
 }
 
-void GelWatch::tellJudgement(const RestPose& zero, GelReport report) {
-  judging_ = true;
+void GelWatch::report(const RestPose& zero, GelReport report) {
+  hasZero_ = true;
   report_ = std::move(report);
-  tracker_.judge(zero.id, report_.fits());
+  tracker_.setGelFits(zero.id, report_.fits());
   tell();  // before the zero is answered, after which clients ask for the status
 }
 
@@ -136,11 +136,11 @@ void GelWatch::tell() {
     to.set_rows(static_cast<std::uint32_t>(from.seen.rows));
   }
   std::string remark = missing_.empty() ? noZero_ : missing_;
-  if (judging_ && !report_.fits()) {
+  if (hasZero_ && !report_.fits()) {
     remark += (remark.empty() ? "" : "; ") + ("the gel file does not fit the picture: " + report_.remark);
   }
   status.mutable_remark()->assign(FixedText<1500>(remark).view());
-  for (std::size_t i = 0; judging_ && i < std::min(report_.findings.size(), kMostFindings); ++i) {
+  for (std::size_t i = 0; hasZero_ && i < std::min(report_.findings.size(), kMostFindings); ++i) {
     const GelReport::Finding& from = report_.findings[i];
     traction::v1::GelFinding& to = *status.add_findings();
     to.set_name(from.name);

@@ -1,4 +1,4 @@
-// One of several daemons on a machine: where it keeps its things, and that nobody else has them.
+// An instance, one of several daemons on a machine: its files and directories, which no other process uses.
 #pragma once
 
 #include "base/error.h"
@@ -11,7 +11,7 @@
 
 namespace tractiond {
 
-/// What the command line says; empty: by the instance's name.
+/// Paths of the command line; empty: by the instance's name.
 struct Places {
   std::string instance = "default";
   std::filesystem::path config = {}, state = {}, runtime = {};
@@ -29,15 +29,16 @@ Config completed(Config config, const Places& places);
 /// Those of a completed configuration's endpoints.
 std::vector<std::filesystem::path> socketFiles(const Config& completed);
 
-/// A directory that is ours alone while this lives: locked itself, so that no lock file can stay behind.
+/// A directory that no other instance uses while this exists. The directory itself is locked, so that no lock file
+/// remains.
 class OwnDirectory {
  public:
-  /// Made if it is not there. EX_TEMPFAIL when another process holds it, EX_CANTCREAT or EX_NOPERM when it cannot be.
-  /// \param what it is, for the error: "state directory"
+  /// Creates and locks it. Fails with EX_TEMPFAIL if another process holds it, EX_CANTCREAT or EX_NOPERM if it cannot
+  /// be created. \param what name for the error: "state directory"
   static tl::expected<OwnDirectory, Error> claim(const std::filesystem::path& path, const std::string& what);
   OwnDirectory(OwnDirectory&& other) noexcept;
   OwnDirectory& operator=(OwnDirectory&&) = delete;
-  ~OwnDirectory();  ///< if it was made here and is empty, it goes
+  ~OwnDirectory();  ///< Removes it if it was created here and is empty.
 
  private:
   OwnDirectory(std::filesystem::path path, int descriptor, bool made);

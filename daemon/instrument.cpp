@@ -21,15 +21,15 @@
 namespace tractiond {
 namespace {
 
-/// While somebody waits for a step of a calibration, every frame is looked at.
+/// Length of a turn while a step of a calibration looks at every frame.
 constexpr std::chrono::milliseconds kHurriedTurn{3};
 
-/// Of what the forces rest on; without a gel there are none.
+/// Returns the id of the calibration; all zero without a gel.
 Id calibrationId(const std::optional<sensor::Sensor>& gel, const solve::SolveOptions& solve) {
   return gel ? solve::calibrationId(*gel, solve) : Id{};
 }
 
-/// Frames that made the zero were put to use: they are not among the lost. Nor are those of a camera without a gel.
+/// Returns the ledger as a sentence. Frames that were averaged for a zero are not lost, nor are those without a gel.
 std::string account(const Ledger& ledger) {
   if (const std::uint64_t shown = ledger.noGel.get(); shown != 0) {
     return fmt::format("{} frames received, {} not measured as there is no gel, {} lost", ledger.received.get(), shown,
@@ -40,7 +40,7 @@ std::string account(const Ledger& ledger) {
                      ledger.published.get(), zero, ledger.losses() - zero);
 }
 
-/// [bytes]; 0: there is no /proc. Allocates nothing.
+/// Returns the resident memory [bytes]; 0: there is no /proc. Allocates nothing.
 std::uint64_t residentMemory() {
   const int file = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
   if (file < 0) return 0;
@@ -91,6 +91,43 @@ tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
   description_.host = publish::hostId();
   if (gel) describeSensor(description_, *gel, config.solve);
 
+  if (auto opened = openSockets(); !opened) return opened;
+  if (auto processing = makeProcessing(std::move(gel)); !processing) return processing;
+  if (config.preview.rate_Hz > 0.0) previewer_.emplace(*publisher_, config.preview);
+
+  if (auto opened = openCamera(); !opened) return opened;
+  PipelineOptions options = processing_->pipelineOptions();
+  // Of a recording every picture counts; a camera's newest does.
+  options.whenFull = config.camera.images.empty() ? WhenFull::kEvictOldest : WhenFull::kWait;
+  pipeline_ = std::make_unique<Pipeline>(
+      Stages{
+          .source = *camera_,
+          .track =
+              [this](const Frame& frame, MarkerField& markers) {
+                const bool tracked = processing_->track(frame, markers);
+                if (previewer_) previewer_->takeFrame(frame, tracked ? &markers : nullptr);
+                return tracked;
+              },
+          .solve = [this](const MarkerField& markers, TractionField& field) { processing_->solve(markers, field); },
+          .publish =
+              [this](const TractionField& field) {
+                publisher_->publish(field);
+                processing_->takeField(field);
+              },
+          .serveSubscribers = [this](int fd, auto timeout) { publisher_->serve(fd, timeout); },
+          .control = [this](auto timeout) { control(timeout); },
+          .preview = previewer_ ? [this](auto timeout) { previewer_->turn(timeout); }
+                                : std::function<void(std::chrono::milliseconds)>(),
+          .record = processing_->isRecording() ? [this](auto timeout) { processing_->recordTurn(timeout); }
+                                               : std::function<void(std::chrono::milliseconds)>(),
+          .enter = [this] { realtime_->enter(); },
+      },
+      options, ledger_, turns_);
+  return {};
+}
+
+tl::expected<void, Error> Instrument::openSockets() {
+  const Config& config = config_;
   auto publisher =
       publish::Publisher::open(config.publish, description_, ledger_, [this](auto& status) { measure(status); });
   if (!publisher) return tl::unexpected(publisher.error());
@@ -120,38 +157,6 @@ tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
   for (const auto* endpoints : {&publisher_->streamEndpoints(), &controlServer_->endpoints()}) {
     if (!endpoints->empty()) greetings_.emplace_back(endpoints->front());
   }
-
-  if (auto processing = makeProcessing(std::move(gel)); !processing) return processing;
-  if (config.preview.rate_Hz > 0.0) previewer_.emplace(*publisher_, config.preview);
-
-  if (auto opened = openCamera(); !opened) return opened;
-  PipelineOptions options = processing_->pipelineOptions();
-  // Of a recording every picture counts; a camera's newest does.
-  options.whenFull = config.camera.images.empty() ? WhenFull::kEvictOldest : WhenFull::kWait;
-  pipeline_ = std::make_unique<Pipeline>(
-      Stages{
-          .source = *camera_,
-          .track =
-              [this](const Frame& frame, MarkerField& markers) {
-                const bool tracked = processing_->track(frame, markers);
-                if (previewer_) previewer_->takeFrame(frame, tracked ? &markers : nullptr);
-                return tracked;
-              },
-          .solve = [this](const MarkerField& markers, TractionField& field) { processing_->solve(markers, field); },
-          .publish =
-              [this](const TractionField& field) {
-                publisher_->publish(field);
-                processing_->takeField(field);
-              },
-          .waitToPublish = [this](int fd, auto timeout) { publisher_->wait(fd, timeout); },
-          .control = [this](auto timeout) { control(timeout); },
-          .preview = previewer_ ? [this](auto timeout) { previewer_->turn(timeout); }
-                                : std::function<void(std::chrono::milliseconds)>(),
-          .record = processing_->isRecording() ? [this](auto timeout) { processing_->recordTurn(timeout); }
-                                               : std::function<void(std::chrono::milliseconds)>(),
-          .enter = [this] { realtime_->enter(); },
-      },
-      options, ledger_, turns_);
   return {};
 }
 
@@ -178,7 +183,7 @@ tl::expected<void, Error> Instrument::makeProcessing(std::optional<sensor::Senso
   return {};
 }
 
-/// By the configuration.
+/// Returns the driver by the configuration.
 capture::OpenDriver Instrument::driver() const {
   const capture::CameraOptions& options = config_.camera;
   if (options.images.empty())
@@ -194,8 +199,8 @@ capture::OpenDriver Instrument::driver() const {
 
 tl::expected<void, Error> Instrument::openCamera() {
   const capture::CameraOptions& options = config_.camera;
-  const capture::Say say = [](capture::Weight weight, const std::string& line) {
-    if (weight == capture::Weight::kWarning)
+  const capture::Say say = [](capture::LogLevel level, const std::string& line) {
+    if (level == capture::LogLevel::kWarning)
       spdlog::warn("warning: {}", line);
     else
       spdlog::info(line);
@@ -304,7 +309,7 @@ void Instrument::control(std::chrono::milliseconds timeout) {
   }
 }
 
-/// Each session anew: it may have come back with other values.
+/// Describes the camera for each session, as it may return with other values.
 void Instrument::meetCamera() {
   const auto info = camera_->info();
   if (!info || info->session == describedSession_) return;

@@ -1,4 +1,4 @@
-// Everything one instance runs, made in order from a configuration.
+// Everything that one instance runs, made from a configuration.
 #pragma once
 
 #include "base/network/connection_limit.h"
@@ -25,12 +25,12 @@
 
 namespace tractiond {
 
-/// Thread-bound, but for what the pipeline's threads do within.
+/// Thread-bound; threads of the pipeline call its parts.
 class Instrument {
  public:
-  /// First what fails fast: the gel, the directories, the sockets; then the inverse (seconds, once per gel) and the
-  /// camera. Nothing is left behind on an error.
-  /// \param logLinesLost asked from the publisher's thread once a second
+  /// Makes first what fails fast: the gel, the directories, the sockets; then the inverse (seconds, once per gel) and
+  /// the camera. After an error nothing remains. \param logLinesLost returns a number for the status; called on the
+  /// publisher's thread once a second
   static tl::expected<std::unique_ptr<Instrument>, Error> make(const Config& config, const Places& places,
                                                                std::function<std::uint64_t()> logLinesLost = {});
   ~Instrument();
@@ -38,18 +38,18 @@ class Instrument {
   void start();
   ServiceHooks hooks();
 
-  /// Takes what is new in a configuration, or nothing of it where something in it is wrong or needs a restart: that is
-  /// the error. \return what is new, "camera.gain = 2 (was 1)". A camera that refuses it says so, and is opened as
-  /// before.
+  /// Applies the changes of a configuration, and returns them: "camera.gain = 2 (was 1)". Applies none, and fails, if
+  /// one of them is wrong or needs a restart. If the camera refuses them, the log says so, and it is opened as before.
   tl::expected<std::vector<std::string>, Error> reload(const Config& completed);
 
-  /// Stops the pipeline and closes the account. Fails with what made the pipeline end by itself, or with EX_SOFTWARE
-  /// when the ledger does not balance.
+  /// Stops the pipeline and checks the ledger. Fails with the error that ended the pipeline, or with EX_SOFTWARE if the
+  /// ledger does not balance.
   tl::expected<void, Error> stop();
 
  private:
   Instrument(Config config, OwnDirectory state, OwnDirectory runtime);
   tl::expected<void, Error> build(std::optional<sensor::Sensor> gel);
+  tl::expected<void, Error> openSockets();
   tl::expected<void, Error> makeProcessing(std::optional<sensor::Sensor> gel);
   void control(std::chrono::milliseconds timeout);
   capture::OpenDriver driver() const;
@@ -60,33 +60,33 @@ class Instrument {
   void measure(traction::v1::Status& status);
   std::string statusLine() const;
 
-  // In the order of their making, which is the reverse of their unmaking.
+  // In the order of construction.
   Config config_;
   std::function<std::uint64_t()> logLinesLost_;
-  std::shared_ptr<Realtime> realtime_;  // and Aravis's thread's, of a camera that is closed in its own time
+  std::shared_ptr<Realtime> realtime_;  // shared with Aravis's thread, as a camera may be closed later
   OwnDirectory state_, runtime_;
   std::filesystem::path stateDirectory_;
   std::string instance_;
   Ledger ledger_;
   Turns turns_;
-  publish::Description description_;  // after the start the control thread's
+  publish::Description description_;  // after the start for the control thread alone
   std::unique_ptr<publish::Publisher> publisher_;
   std::optional<Previewer> previewer_;
   std::unique_ptr<publish::ControlServer> controlServer_;
   std::unique_ptr<Processing> processing_;
   std::unique_ptr<capture::Camera> camera_;
   std::unique_ptr<Pipeline> pipeline_;
-  std::vector<publish::Greeting> greetings_;  // run()'s
+  std::vector<publish::Greeting> greetings_;  // for run()
 
-  // The control thread's own.
+  // For the control thread alone.
   std::optional<publish::FrozenPeers> frozenPeers_;
   network::inflow::Report inflow_;
   network::connections::Report connections_;
-  std::string lockedWhy_;          // that was warned of
+  std::string lockedWhy_;          // reason of the last warning
   unsigned describedSession_ = 0;  // of the camera
   bool cameraAsked_ = false;
 
-  // The publishing thread's own.
+  // For the publishing thread alone.
   CameraVitals cameraVitals_;
 };
 

@@ -5,11 +5,10 @@
 #include "daemon/track/nominal.h"
 #include "daemon/zero/zero_store.h"
 
-#include <pthread.h>
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
 
 #include <algorithm>
-#include <future>
 #include <thread>
 #include <utility>
 
@@ -38,7 +37,16 @@ Measurement::Measurement(sensor::Sensor sensor, const Surroundings& around)
     : around_(around)
     , isFilm_(!around.config.camera.images.empty())
     , sensor_(std::move(sensor))
-    , invalidFields_(around.config.track, around.config.solve) {}
+    , invalidFields_(around.config.track, around.config.solve) {
+  constexpr int kNice = 10;  // of this thread alone: frames are in more of a hurry
+  compute_.run([] { setpriority(PRIO_PROCESS, 0, kNice); });
+}
+
+Measurement::~Measurement() {
+  restSolver_.reset();
+  compute_.awaitIdle();
+  disk_.awaitIdle();
+}
 
 tl::expected<void, Error> Measurement::build() {
   const Config& config = around_.config;
@@ -48,11 +56,11 @@ tl::expected<void, Error> Measurement::build() {
   solver_ = std::move(made->solver);
   around_.description.calibrated_ns = made->computed_ns;
   if (solve::followsRest(sensor_, config.solve)) {
-    restSolver_ =
-        std::make_unique<RestSolver>(sensor_, config.solve, around_.stateDirectory, solver_->detectionLimit_N());
+    restSolver_ = std::make_unique<RestSolver>(sensor_, config.solve, around_.stateDirectory,
+                                               solver_->detectionLimit_N(), compute_);
   }
   track::TrackOptions tracking = config.track;
-  tracking.awaitJudge = true;  // nothing is measured from a zero that the gel file may not fit
+  tracking.awaitsGelCheck = true;  // nothing is measured from a zero that the gel file may not fit
   tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
   gelWatch_ = std::make_unique<GelWatch>(sensor_, *tracker_, newestMarkerStatus_, [this](const auto& result) {
     around_.control.answerSnapshot(result, sensor_.layers);
@@ -209,9 +217,8 @@ void Measurement::makeProcedures() {
                    .state = [this] { return tracker_->zeroState(); },
                    .take = [this](RestPose& pose) { return tracker_->takeRestPose(pose); },
                    .putInForce = [this](const RestPose& pose, bool fits) { return tracker_->putInForce(pose, fits); },
-                   .judge = [this](const RestPose& pose) { return gelWatch_->judge(pose); },
-                   .tellJudgement = [this](const RestPose& pose,
-                                           const GelReport& report) { gelWatch_->tellJudgement(pose, report); },
+                   .compare = [this](const RestPose& pose) { return gelWatch_->compare(pose); },
+                   .report = [this](const RestPose& pose, const GelReport& report) { gelWatch_->report(pose, report); },
                    .describe =
                        [this](const RestPose& pose) {
                          if (restSolver_) restSolver_->heed(pose);
@@ -220,25 +227,15 @@ void Measurement::makeProcedures() {
                        },
                    .keep =
                        [this](const RestPose& pose, const RestPose* before) {
-                         // Never on a thread that a watchdog looks after: a disk may take seconds for each of its
-                         // calls.
-                         return std::async(
-                             std::launch::async, [this, pose, format = format_,
-                                                  earlier = before ? std::optional(*before) : std::nullopt]() {
-                               pthread_setname_np(pthread_self(), "tr-keep");
+                         return disk_.start(
+                             [this, pose, format = format_, earlier = before ? std::optional(*before) : std::nullopt] {
                                return zero::saveZeros(around_.stateDirectory, pose, earlier ? &*earlier : nullptr,
                                                       {sensor_, format, cameraId_});
                              });
                        },
                    .answer = [this](const auto& result,
                                     const std::string& remark) { around_.control.answerZero(result, remark); }},
-          .startWork =
-              [](calibrate::StepLinks::Work work) {
-                return std::async(std::launch::async, [work = std::move(work)] {
-                  pthread_setname_np(pthread_self(), "tr-calibrate");
-                  return work();
-                });
-              },
+          .startWork = [this](calibrate::StepLinks::Work work) { return compute_.start(std::move(work)); },
           .answerCalibration = [this](const auto& result) { around_.control.answerCalibration(result); },
       });
 }

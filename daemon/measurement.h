@@ -1,6 +1,7 @@
 // Frames become forces: tracker, solver, the zero's procedures, the watch over the gel file, and the recorder.
 #pragma once
 
+#include "base/background_thread.h"
 #include "daemon/gel_watch.h"
 #include "daemon/invalid_fields.h"
 #include "daemon/procedures.h"
@@ -21,6 +22,9 @@ class Measurement : public Processing {
  public:
   /// Makes the solver, which takes seconds once per gel, and completes the description.
   static tl::expected<std::unique_ptr<Processing>, Error> make(sensor::Sensor sensor, const Surroundings& around);
+
+  /// Waits for the work that is under way: a zero that is being written, a step of a calibration.
+  ~Measurement() override;
 
   PipelineOptions pipelineOptions() const override;
   tl::expected<void, Error> welcome(const capture::CameraInfo& info) override;
@@ -53,6 +57,8 @@ class Measurement : public Processing {
   std::optional<RestPose> restored_, earlier_;  // written before the control thread meets the camera, read after
   std::unique_ptr<track::Tracker> tracker_;
   std::shared_ptr<solve::FieldSolver> solver_;  // the solving thread's own once it runs
+  // What is slow. A disk that hangs must not hold up what is computed, nor a computation of a minute the disk.
+  BackgroundThread disk_{"tr-disk"}, compute_{"tr-compute"};
   std::unique_ptr<RestSolver> restSolver_;      // none: what solves takes nothing from a zero but displacements
   Mailbox<MarkerField> newestMarkers_;          // from the tracking thread to control
   Mailbox<Watched> watched_;                    // from control to the publishing thread

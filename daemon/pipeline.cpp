@@ -99,7 +99,7 @@ void Pipeline::start() {
       body();
     });
   };
-  // Against the frames' direction, so that the first frame finds everybody there.
+  // Consumers first, so that all threads run when the first frame comes.
   if (stages_.control) run(controlThread_, "tr-control", false, [this] { loop(Stage::kControl); });
   if (stages_.preview) run(previewThread_, "tr-preview", false, [this] { preview(); });
   if (stages_.record) run(recordThread_, "tr-record", false, [this] { record(); });
@@ -227,10 +227,10 @@ bool Pipeline::publishTurn(std::chrono::milliseconds timeout) {
       fields_,
       [this](const TractionField& field) {
         publishOne(stages_, field, ledger_);
-        stages_.waitToPublish(fields_.fd(), 0ms);  // new subscribers are served also when there is no pause
+        stages_.serveSubscribers(fields_.fd(), 0ms);  // new subscribers are served also when there is no pause
       },
       [this, timeout] {
-        stages_.waitToPublish(fields_.fd(), timeout);
+        stages_.serveSubscribers(fields_.fd(), timeout);
         fields_.awake();
       });
 }
@@ -240,7 +240,7 @@ void Pipeline::preview() {
 }
 
 void Pipeline::record() {
-  constexpr int kNice = 10;  // of this thread alone: what it has in hand waits for whoever has a frame
+  constexpr int kNice = 10;  // of this thread alone: its work is less urgent than frames
   setpriority(PRIO_PROCESS, 0, kNice);
   while (!stopping_.load(std::memory_order_relaxed)) stages_.record(options_.turn);
 }

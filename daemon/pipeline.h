@@ -25,7 +25,7 @@ struct Stages {
   std::function<void(const MarkerField&, TractionField&)> solve;
   std::function<void(const TractionField&)> publish;
   /// Between two fields: sleeps until the descriptor is readable or the time is over, and serves subscribers meanwhile.
-  std::function<void(int fd, std::chrono::milliseconds)> waitToPublish;
+  std::function<void(int fd, std::chrono::milliseconds)> serveSubscribers;
   /// One turn of what people ask of the daemon; sleeps at most as long as told. Empty: no such thread.
   std::function<void(std::chrono::milliseconds)> control;
   /// The same of pictures for people. Empty: no such thread.

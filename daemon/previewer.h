@@ -1,4 +1,4 @@
-// The newest picture for whoever subscribes to it: copied on the tracking thread, reduced on one of its own.
+// The newest picture, for subscribers to previews: copied on the tracking thread, reduced on a thread of its own.
 #pragma once
 
 #include "base/event.h"

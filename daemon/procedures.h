@@ -1,4 +1,4 @@
-// Zeros, calibration steps and the watch over the drift of the zero.
+// Runs zeros and calibration steps, and watches the drift of the zero.
 #pragma once
 
 #include "base/clock.h"
@@ -19,18 +19,18 @@
 namespace tractiond {
 
 struct ProcedureOptions {
-  int zeroFrames = 30;                     ///< that a zero is averaged over
+  int zeroFrames = 30;                     ///< number that a zero averages
   std::filesystem::path directory;         ///< where a calibrated gel file goes
   std::int64_t (*clock)() = monotonicNow;  ///< [ns]
 };
 
-/// What the status tells of the procedures.
+/// State of the procedures for the status.
 struct Watched {
   RestDrift drift;
   double zeroWithin_s = 0.0;  ///< a request for a zero that comes now is answered within this time [s]
 };
 
-/// Inputs, outputs and actions of the procedures. Called on their thread; everything outlives them.
+/// Inputs, outputs and actions of the procedures. Called on their thread; must outlive them.
 struct ProcedureLinks {
   const Counter& frames;          ///< that the tracker has looked at
   Mailbox<MarkerField>& markers;  ///< the newest, in
@@ -47,7 +47,7 @@ struct ProcedureLinks {
 /// that was answered with an error changes nothing later. Thread-bound.
 class Procedures {
  public:
-  /// The sensor in force outlives this.
+  /// The sensor in force must outlive this.
   Procedures(const sensor::Sensor& sensor, ProcedureOptions options, ProcedureLinks links);
 
   /// Must be called when the camera has been opened first.
@@ -67,7 +67,7 @@ class Procedures {
   /// Does what is due. Called by the control thread in each turn of its loop.
   void turn();
 
-  /// Tells whether a step is running, so that turns should be short enough for every frame to be looked at.
+  /// Returns whether a step is running: turns should then be short enough for every frame.
   bool hurried() const { return steps_.isLooking(); }
 
  private:
@@ -83,7 +83,7 @@ class Procedures {
   calibrate::DriftWatch driftWatch_;
   calibrate::StepRunner steps_;
   zero::ZeroProcedure zero_;
-  double rate_Hz_ = 0.0;  ///< 0: not known
+  double rate_Hz_ = 0.0;          ///< 0: not known
   std::uint64_t framesThen_ = 0;  ///< number of frames ...
   std::int64_t then_ns_ = 0;      ///< ... at this moment; 0: none yet
   FrameWatch framesForStep_;

@@ -1,5 +1,4 @@
-// What an instrument does with its frames. There are two kinds: Measurement, and NoGel, which shows pictures and
-// measures nothing.
+// The interface of what processes frames: Measurement, or NoGel, which shows pictures and measures nothing.
 #pragma once
 
 #include "daemon/capture/camera_info.h"
@@ -18,39 +17,40 @@
 
 namespace tractiond {
 
-/// The instrument around a processing, which it outlives.
+/// Parts of the instrument that a processing uses; they outlive it.
 struct Surroundings {
   const Config& config;  ///< completed
   const std::filesystem::path& stateDirectory;
   Ledger& ledger;
   Turns& turns;
-  publish::Description& description;  ///< the control thread's once the pipeline runs
+  publish::Description& description;  ///< for the control thread alone once the pipeline runs
   publish::Publisher& publisher;
   publish::ControlServer& control;
-  std::function<bool()> stopping;  ///< tells whether the pipeline is being stopped. Thread-safe
+  std::function<bool()> stopping;  ///< returns whether the pipeline is being stopped. Thread-safe
 };
 
-/// Each group of functions is called by the thread that its comment names.
+/// The comment above each group of functions names the thread that calls it.
 class Processing {
  public:
   virtual ~Processing() = default;
 
-  /// Tells how large the records are, and how frames are counted that track() does not use. Before the pipeline is
-  /// made.
+  /// Returns the sizes of the records, and the counter of frames that track() does not use. Called before the pipeline
+  /// is made.
   virtual PipelineOptions pipelineOptions() const = 0;
 
   // camera-keeper
 
-  /// Judges a camera, for each session before its first frame. An error of the first session ends the instrument.
+  /// Accepts or rejects a camera, for each session before its first frame. An error of the first session ends the
+  /// instrument.
   virtual tl::expected<void, Error> welcome(const capture::CameraInfo& info) = 0;
 
-  // tr-track, tr-solve, tr-publish, as Stages says: nothing is allocated or locked
+  // tr-track, tr-solve, tr-publish, as in Stages: must not allocate or lock
 
   virtual bool track(const Frame& frame, MarkerField& markers) = 0;
   virtual void solve(const MarkerField& markers, TractionField& field) = 0;
   /// Called for each field that was published.
   virtual void takeField(const TractionField& field) = 0;
-  /// Sets what it knows in a status, which keeps what was set before.
+  /// Sets its fields of a status, which keeps the others.
   virtual void measure(traction::v1::Status& status) = 0;
 
   // tr-control
@@ -61,21 +61,21 @@ class Processing {
   virtual void beginZero(const ZeroRequest& request) = 0;
   virtual void beginStep(const CalibrationStep& step) = 0;
   virtual void askSnapshot() = 0;
-  /// Does what is due.
+  /// Does what is due. Called in each turn of the control loop.
   virtual void turn() = 0;
-  /// Tells whether turn() should be called for every frame.
+  /// Returns whether turn() should be called for every frame.
   virtual bool hurried() const = 0;
 
   // tr-record
 
-  /// Tells whether recordTurn() is to be called; before the pipeline is made.
+  /// Returns whether recordTurn() must be called. Called before the pipeline is made.
   virtual bool isRecording() const = 0;
-  /// As Stages::record.
+  /// Records what is due: see Stages::record.
   virtual void recordTurn(std::chrono::milliseconds timeout) = 0;
 
   // main
 
-  /// Closes what was recorded, when the pipeline has stopped.
+  /// Closes the recording. Called when the pipeline has stopped.
   virtual tl::expected<void, Error> finish() = 0;
 };
 

@@ -110,7 +110,7 @@ void Realtime::lockMemory() {
   rlimit before{};
   getrlimit(RLIMIT_MEMLOCK, &before);
   rlimit limit = before;
-  // Nothing may be locked but by who has the capability, where there is a limit at all: so it is asked for that.
+  // Only a process with the capability may lock memory under a limit: with a limit of 0, mlockall() fails without it.
   limit.rlim_cur = limit.rlim_max == RLIM_INFINITY ? RLIM_INFINITY : 0;
   setrlimit(RLIMIT_MEMLOCK, &limit);
   // Not yet touched are the stacks of some twenty threads, and what libraries keep in reserve.

@@ -1,5 +1,5 @@
-// Real time: how the kernel runs the threads that a frame passes, and memory that stays. It may refuse what is asked;
-// so what holds is read back from it.
+// Real-time scheduling of the threads that a frame passes, and locked memory. The kernel may refuse both; what it
+// granted is read back.
 #pragma once
 
 #include "base/fixed_text.h"
@@ -17,41 +17,40 @@ class Scheduling;
 
 namespace tractiond {
 
-/// By default nothing is asked for.
+/// By default nothing is requested.
 struct RealtimeOptions {
-  int priority = 0;         ///< SCHED_FIFO, of the threads that a frame passes; 0: run as all others
-  std::string cpus = {};    ///< these may run on, in the kernel's list format: "0-2,5"; empty: any
-  bool lockMemory = false;  ///< what has been touched is not taken away again
+  int priority = 0;         ///< SCHED_FIFO priority of the threads that a frame passes; 0: none
+  std::string cpus = {};    ///< processors of these threads, in the kernel's list format: "0-2,5"; empty: any
+  bool lockMemory = false;  ///< keeps memory that was touched
 };
 
-/// The kernel's list format. Fails, in words, for what is none; an empty one has no processor.
+/// Parses the kernel's list format. Fails with a sentence; an empty list has no processor.
 tl::expected<cpu_set_t, std::string> parseCpus(const std::string& list);
-/// Allocates nothing beyond the text that it returns; a list without end is cut between two items.
+/// Formats a list of processors. Allocates only the result; cuts a very long list between two items.
 FixedText<120> cpusText(const cpu_set_t& cpus);
 
-/// Of one process. Thread-safe.
+/// Scheduling of this process. Thread-safe.
 class Realtime {
  public:
-  /// \param options with a list of processors that can be read
+  /// \param options with a valid list of processors
   explicit Realtime(RealtimeOptions options);
 
-  /// From here on, if it is asked for. Needs CAP_IPC_LOCK or no limit (RLIMIT_MEMLOCK): below a limit, memory that is
-  /// wanted later would be refused, and libraries end the process then.
+  /// Locks memory from now on, if requested. Needs CAP_IPC_LOCK or no limit (RLIMIT_MEMLOCK): under a limit, later
+  /// allocations would be refused, at which libraries end the process.
   void lockMemory();
 
-  /// The calling thread, under the name that it has, is one that a frame passes, until leave().
+  /// Registers the calling thread, by its name, as one that a frame passes, until leave().
   void enter();
   void leave();
-  /// A library's thread, which sends what the others made: one step below them, so that whoever floods it keeps no
-  /// frame waiting. It lives as long as this.
+  /// Adopts a library's thread that sends the results, one priority below the others, so that a flood of it does not
+  /// delay frames. It must live as long as this.
   void adopt(int threadId);
 
-  /// Sets what was asked and what the kernel says now. Waits for nobody; allocates nothing once the message has the
-  /// room. \return false: another thread is at it, and nothing is set
+  /// Sets in the message what was requested and what the kernel reports now. Does not wait; allocates nothing once the
+  /// message has the room. Returns false, and sets nothing, while another thread uses it.
   bool read(traction::v1::Scheduling& status);
 
-  /// One line of what was granted, and a warning with what mends it for each thing that was not; nothing where nothing
-  /// is asked.
+  /// Logs what was granted, and a warning with a remedy for each refusal; nothing if nothing was requested.
   void report();
 
  private:
@@ -64,7 +63,7 @@ class Realtime {
     int id = 0;  ///< 0: none
     FixedText<15> name;
   };
-  // One of Aravis's that hangs, or takes its time to end, may be there besides its successor.
+  // A thread of Aravis that hangs, or ends late, may exist beside its successor.
   std::array<Thread, 12> threads_{};
   // errno of what was refused; 0: nothing.
   int priorityError_ = 0;
@@ -72,7 +71,7 @@ class Realtime {
   int memoryError_ = 0;
 };
 
-/// The thread of this process that has the name; 0: none has it within 100 ms, as one that has just been started.
+/// Returns the thread of this process with this name. Waits 100 ms for a thread that has just been started; 0: none.
 int threadCalled(const std::string& name);
 
 }  // namespace tractiond

@@ -1,4 +1,4 @@
-// Records what is tracked and what comes of it, so that the same fields can be computed again: docs/recordings.md.
+// Records pictures, inputs and fields, so that the same fields can be computed again: docs/recordings.md.
 #pragma once
 
 #include "base/clock.h"
@@ -23,47 +23,47 @@
 namespace tractiond {
 
 struct RecordOptions {
-  std::string file;      ///< new; empty: nothing is recorded
+  std::string file;      ///< a new file; empty: nothing is recorded
   double rate_Hz = 0.0;  ///< of pictures, at most; 0: all of them
   bool packed = false;   ///< pictures are compressed
 };
 
-/// Who tells what besides frames and fields. Both are called from the recorder's thread.
+/// Further inputs of a recording. Called on the recorder's thread.
 struct RecordLinks {
   std::function<std::string()> description;  ///< the newest, as bytes of the message; each once
   std::int64_t (*monotonicClock)() = monotonicNow;
   std::int64_t (*realClock)() = realNow;
 };
 
-/// Bound to its thread, but for what is marked. A disk that is too slow loses pictures, one that is full ends the
-/// recording: both are told in the log, and nobody waits.
+/// Bound to its thread, except for functions that state another. A slow disk loses pictures, a full disk ends the
+/// recording: the log reports both, and no other thread waits.
 class Recorder {
  public:
-  /// EX_CANTCREAT: also where the file is there already.
+  /// Creates the file. Fails with EX_CANTCREAT, also if it exists.
   static tl::expected<std::unique_ptr<Recorder>, Error>
   open(const RecordOptions& options, const publish::Identity& identity, int markers, int nodes, RecordLinks links);
-  ~Recorder();  ///< removes a file in which there is neither picture nor field
+  ~Recorder();  ///< Removes a file without pictures and fields.
 
-  /// Once, before the first frame. Any thread.
+  /// Must be called once, before the first frame. Any thread.
   void begin(const publish::Beginning& beginning);
 
-  /// On the tracking thread, after the frame was tracked. Allocates in the first frames, which make the room.
+  /// Takes a frame. For the tracking thread, after the frame was tracked. Allocates room in the first frames.
   void takeFrame(const Frame& frame, const TrackerInputs& inputs);
 
-  /// On the publishing thread. Allocates nothing.
+  /// Takes a field. For the publishing thread. Allocates nothing.
   void takeField(const TractionField& field);
 
-  /// Writes what is due; sleeps at most so long when there is nothing.
+  /// Writes what is due; sleeps for `timeout` at most if there is nothing.
   void turn(std::chrono::milliseconds timeout);
 
-  /// When nobody takes anything any more: the rest, and the file's end. What has gone wrong, if anything has.
+  /// Writes the rest, and the end of the file. Must be called when no thread adds anything. Returns the first error.
   tl::expected<void, Error> close();
 
-  /// What is in the file, for people.
+  /// Returns the number of pictures and fields in the file, as a sentence.
   std::string account() const;
 
  private:
-  /// Frames that wait while the disk is slow: a second at 60 frames/s.
+  /// Frames that may wait for a slow disk: a second at 60 frames/s.
   static constexpr std::size_t kRooms = 64;
 
   Recorder(RecordOptions options, const publish::Identity& identity, int markers, int nodes, RecordLinks links,
@@ -89,7 +89,7 @@ class Recorder {
   std::string beginning_;  ///< guarded by it; until it is written
 
   // The tracking thread's.
-  Counter unused_;  ///< who waits evicts nothing
+  Counter unused_;  ///< a link that waits evicts nothing
   Counter picturesLost_, fieldsLost_;
   Link<publish::TrackedFrame, kRooms> frames_;
   std::uint64_t number_ = 0;

@@ -81,13 +81,19 @@ class Replay {
  private:
   void begin(std::string_view bytes);
   void open(const Frame& first);
+  void chooseSensor();
+  void checkPicture(const Frame& picture) const;
+  void makeSolver(const Frame& first);
+  void openPublisher();
+  void openRecorder();
+  void makeTracker();
   void picture(std::string_view bytes);
   sensor::Sensor recordedSensor() const;
   void pace(std::int64_t received_ns);
   void require(const RestPose& pose) const;
   void describe(const RestPose& pose);
-  bool judges() const;
-  bool judge(const RestPose& zero);
+  bool comparesZeros() const;
+  bool compare(const RestPose& zero);
   void heedZero(TrackerInputs& inputs);
   [[noreturn]] void fail(Error error) const;
 
@@ -141,7 +147,7 @@ sensor::Sensor Replay::recordedSensor() const {
   return *std::move(sensor);
 }
 
-/// With the first picture: what the configuration, the recording and the picture say must fit each other.
+/// Begins with the first picture: what the configuration, the recording and the picture say must fit each other.
 void Replay::open(const Frame& first) {
   config_ = completed(config_, places_);
   config_.sensor.name = beginning_->sensor;
@@ -149,6 +155,24 @@ void Replay::open(const Frame& first) {
   auto runtime = OwnDirectory::claim(places_.runtime, "runtime directory");
   if (!runtime) throw Stopped{runtime.error()};
   runtime_.emplace(*std::move(runtime));
+  chooseSensor();
+  checkPicture(first);
+  if (beginning_->rest) require(*beginning_->rest);
+  makeSolver(first);
+  openPublisher();
+  if (!config_.record.file.empty()) openRecorder();
+  makeTracker();
+  markers_.resize(sensor_.markerCount());
+  field_.resize(sensor_.markerCount(), sensor_.nodes.count());
+  isOpen_ = true;
+  first_ns_ = first.info.times.received_ns;
+  begun_ = Clock::now();
+  spdlog::info("replaying {}: sensor {}, stream {}", options_.file, config_.sensor.name,
+               fmt::join(publisher_->streamEndpoints(), " "));
+}
+
+/// Takes sensor, tracking and solving from the recording, or from the configuration if it is asked for its own gel.
+void Replay::chooseSensor() {
   if (options_.ownGel) {
     auto sensor = loadSensor(config_.sensor.gelFile);
     if (!sensor) throw Stopped{sensor.error()};
@@ -166,24 +190,28 @@ void Replay::open(const Frame& first) {
     config_.solve = recorded->solve;
     sensor_ = recordedSensor();
   }
-  const Id id = solve::calibrationId(sensor_, config_.solve);
-  sameGel_ = id == beginning_->calibration;
+  description_.identity = {config_.sensor.name, publish::randomId(), solve::calibrationId(sensor_, config_.solve)};
+  sameGel_ = description_.identity.calibration == beginning_->calibration;
   if (!sameGel_ && !options_.ownGel) {
     spdlog::warn(
         "warning: {} was recorded by tractiond {}, which computed with other numbers from the same gel file: the "
         "fields are not those of then",
         options_.file, beginning_->softwareVersion);
   }
-  if (auto possible = track::trackable(sensor_, first.format); !possible) fail(possible.error());
-  if (first.width != sensor_.camera.width || first.height != sensor_.camera.height) {
-    fail({.exitCode = EX_CONFIG,
-          .what = fmt::format("is of another sensor: its pictures are {} x {} pixels, the gel's {} x {}", first.width,
-                              first.height, sensor_.camera.width, sensor_.camera.height),
-          .remedy = "replay it with a gel file of its own sensor"});
-  }
-  if (beginning_->rest) require(*beginning_->rest);
+}
 
-  description_.identity = {config_.sensor.name, publish::randomId(), id};
+/// Ends the replay unless the picture is one of the sensor's camera.
+void Replay::checkPicture(const Frame& picture) const {
+  if (auto possible = track::trackable(sensor_, picture.format); !possible) fail(possible.error());
+  if (picture.width == sensor_.camera.width && picture.height == sensor_.camera.height) return;
+  fail({.exitCode = EX_CONFIG,
+        .what = fmt::format("is of another sensor: its pictures are {} x {} pixels, the gel's {} x {}", picture.width,
+                            picture.height, sensor_.camera.width, sensor_.camera.height),
+        .remedy = "replay it with a gel file of its own sensor"});
+}
+
+/// Makes the solver, and completes the description by it.
+void Replay::makeSolver(const Frame& first) {
   description_.softwareVersion = TRACTIOND_VERSION;
   description_.host = publish::hostId();
   describeSensor(description_, sensor_, config_.solve);
@@ -197,47 +225,47 @@ void Replay::open(const Frame& first) {
   solver_ = std::move(made->solver);
   description_.calibrated_ns = made->computed_ns;
   description_.detectionLimit_N = solver_->detectionLimit_N();
+}
 
+void Replay::openPublisher() {
   config_.publish.monotonicClock = monotonicOfRecording;
   config_.publish.realClock = realOfRecording;
   auto publisher = publish::Publisher::open(config_.publish, description_, ledger_, {});
   if (!publisher) throw Stopped{publisher.error()};
   publisher_ = *std::move(publisher);
-  if (!config_.record.file.empty()) {
-    auto recorder = Recorder::open(config_.record, description_.identity, sensor_.markerCount(), sensor_.nodes.count(),
-                                   {.description = [this] { return publisher_->lastDescription(); },
-                                    .monotonicClock = monotonicOfRecording,
-                                    .realClock = realOfRecording});
-    if (!recorder) throw Stopped{recorder.error()};
-    recorder_ = *std::move(recorder);
-    publish::Beginning again = *beginning_;
-    again.softwareVersion = TRACTIOND_VERSION;
-    again.calibration = id;
-    if (options_.ownGel) {
-      Config used;
-      used.track = config_.track;
-      used.solve = config_.solve;
-      again.configuration = configText(used);
-      readGelFiles(sensor_, config_.sensor.gelFile, again);
-    }
-    recorder_->begin(again);
+}
+
+/// Begins a recording of the replay.
+void Replay::openRecorder() {
+  auto recorder = Recorder::open(config_.record, description_.identity, sensor_.markerCount(), sensor_.nodes.count(),
+                                 {.description = [this] { return publisher_->lastDescription(); },
+                                  .monotonicClock = monotonicOfRecording,
+                                  .realClock = realOfRecording});
+  if (!recorder) throw Stopped{recorder.error()};
+  recorder_ = *std::move(recorder);
+  publish::Beginning again = *beginning_;
+  again.softwareVersion = TRACTIOND_VERSION;
+  again.calibration = description_.identity.calibration;
+  if (options_.ownGel) {
+    Config used;
+    used.track = config_.track;
+    used.solve = config_.solve;
+    again.configuration = configText(used);
+    readGelFiles(sensor_, config_.sensor.gelFile, again);
   }
+  recorder_->begin(again);
+}
+
+/// Makes the tracker, with the zero that was in force when the recording began.
+void Replay::makeTracker() {
   track::TrackOptions tracking = config_.track;
-  tracking.awaitJudge = true;
+  tracking.awaitsGelCheck = true;
   tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
   gelWatch_.emplace(sensor_, *tracker_, markerStatus_, [](const auto&) {});
-  if (beginning_->rest) {
-    tracker_->restore(*beginning_->rest);
-    if (!sameGel_) gelWatch_->tellJudgement(*beginning_->rest, gelWatch_->judge(*beginning_->rest));
-    describe(*beginning_->rest);
-  }
-  markers_.resize(sensor_.markerCount());
-  field_.resize(sensor_.markerCount(), sensor_.nodes.count());
-  isOpen_ = true;
-  first_ns_ = first.info.times.received_ns;
-  begun_ = Clock::now();
-  spdlog::info("replaying {}: sensor {}, stream {}", options_.file, config_.sensor.name,
-               fmt::join(publisher_->streamEndpoints(), " "));
+  if (!beginning_->rest) return;
+  tracker_->restore(*beginning_->rest);
+  if (!sameGel_) gelWatch_->report(*beginning_->rest, gelWatch_->compare(*beginning_->rest));
+  describe(*beginning_->rest);
 }
 
 /// A zero from outside.
@@ -265,14 +293,14 @@ void Replay::describe(const RestPose& pose) {
 }
 
 /// Behind a gap zeros are of other frames than those that were judged then.
-bool Replay::judges() const {
+bool Replay::comparesZeros() const {
   return !sameGel_ || gaps_ > 0;
 }
 
 /// \return does the gel file fit the picture that the zero was taken from?
-bool Replay::judge(const RestPose& zero) {
-  const GelReport report = gelWatch_->judge(zero);
-  gelWatch_->tellJudgement(zero, report);
+bool Replay::compare(const RestPose& zero) {
+  const GelReport report = gelWatch_->compare(zero);
+  gelWatch_->report(zero, report);
   if (const std::string doubt = report.doubt(); !doubt.empty()) spdlog::warn("warning: {}", doubt);
   return report.fits();
 }
@@ -287,13 +315,13 @@ void Replay::heedZero(TrackerInputs& inputs) {
   if (inputs.adopted) {
     isProposed_ = false;
     inputs.judgedZero = inputs.zero.id;
-    if (!judges() && !beginning_->adoptsAtOnce) return;
-    inputs.fits = judge(inputs.zero);
+    if (!comparesZeros() && !beginning_->adoptsAtOnce) return;
+    inputs.fits = compare(inputs.zero);
     inputs.judged = true;
     return;
   }
   const bool isKnown = description_.zero && inputs.judgedZero == description_.zero->id;
-  if (!sameGel_ || (judges() && !isKnown)) inputs.judged = false;
+  if (!sameGel_ || (comparesZeros() && !isKnown)) inputs.judged = false;
 }
 
 /// Sleeps until the picture's time has come, and serves subscribers.
@@ -307,8 +335,8 @@ void Replay::pace(std::int64_t received_ns) {
   for (;;) {
     if (stopAsked != 0) throw Stopped{};
     const auto left = begun_ + after - Clock::now();
-    if (options_.rate <= 0.0 || left <= 0ns) return publisher_->wait(-1, 0ms);
-    publisher_->wait(-1, std::min(std::chrono::ceil<std::chrono::milliseconds>(left), 100ms));
+    if (options_.rate <= 0.0 || left <= 0ns) return publisher_->serve(-1, 0ms);
+    publisher_->serve(-1, std::min(std::chrono::ceil<std::chrono::milliseconds>(left), 100ms));
   }
 }
 
@@ -339,7 +367,7 @@ void Replay::picture(std::string_view bytes) {
   if (tracker_->takeRestPose(taken_)) {
     isProposed_ = description_.zero.has_value();
     if (!isProposed_) {
-      if (judges()) judge(taken_);
+      if (comparesZeros()) compare(taken_);
       describe(taken_);
     }
   }

@@ -1,4 +1,4 @@
-// A recording's pictures through the same stages once more.
+// Computes a recording again: its pictures pass the same stages.
 #pragma once
 
 #include "base/error.h"
@@ -13,14 +13,14 @@ namespace tractiond {
 
 struct ReplayOptions {
   std::string file;
-  double rate = 1.0;    ///< times as fast as it was; 0: as fast as possible
-  bool ownGel = false;  ///< gel, [track] and [solve] are those of the configuration; else those of the recording
+  double rate = 1.0;    ///< relative to the recorded speed; 0: as fast as possible
+  bool ownGel = false;  ///< uses gel, [track] and [solve] of the configuration instead of the recording's
 };
 
-/// Publishes at the instance's endpoints, and records where the configuration says so, until the recording ends or a
-/// signal comes. All times in the messages are those of the recording. EX_NOINPUT: it cannot be read; EX_DATAERR: it is
-/// no recording, has no pictures, or is damaged (also after what is whole was replayed); EX_PROTOCOL: of a newer
-/// version; EX_CONFIG: of another sensor than the gel file's.
+/// Publishes at the instance's endpoints, and records if configured, until the recording ends or a signal comes. All
+/// times in the messages are those of the recording. Errors: EX_NOINPUT if it cannot be read; EX_DATAERR if it is no
+/// recording, has no pictures, or is damaged (after its intact part was replayed); EX_PROTOCOL if its version is newer;
+/// EX_CONFIG if it belongs to another sensor than the gel file's.
 tl::expected<void, Error> replay(const Config& config, const Places& places, const ReplayOptions& options);
 
 }  // namespace tractiond

@@ -1,8 +1,6 @@
 #include "daemon/rest_solver.h"
 
-#include <pthread.h>
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
 
 #include <chrono>
 #include <thread>
@@ -11,11 +9,17 @@
 namespace tractiond {
 
 RestSolver::RestSolver(sensor::Sensor sensor, const solve::SolveOptions& options, std::filesystem::path stateDirectory,
-                       const std::array<double, 2>& detectionLimit_N)
+                       const std::array<double, 2>& detectionLimit_N, BackgroundThread& worker)
     : sensor_(std::move(sensor))
     , options_(options)
     , stateDirectory_(std::move(stateDirectory))
-    , detectionLimit_N_(detectionLimit_N) {}
+    , detectionLimit_N_(detectionLimit_N)
+    , worker_(worker) {}
+
+RestSolver::~RestSolver() {
+  stop();
+  if (making_.valid()) making_.wait();
+}
 
 void RestSolver::heed(const RestPose& zero) {
   next_ = zero;
@@ -36,18 +40,14 @@ void RestSolver::turn() {
     }
   }
   if (!next_) return;
-  making_ = std::async(std::launch::async, [this, zero = *std::exchange(next_, std::nullopt)] {
-    constexpr int kNice = 10;  // of this thread alone: frames are in more of a hurry
-    setpriority(PRIO_PROCESS, 0, kNice);
-    pthread_setname_np(pthread_self(), "tr-places");
-    return make(zero);
-  });
+  making_ = worker_.start([this, zero = *std::exchange(next_, std::nullopt)] { return make(zero); });
 }
 
 RestSolver::Told RestSolver::make(const RestPose& zero) {
-  auto made =
-      solve::makeSolverAtRest(sensor_, options_, stateDirectory_, zero.position_px, zero.present, detectionLimit_N_,
-                              [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
+  auto made = solve::makeSolverAtRest(
+      sensor_, options_, stateDirectory_, zero.position_px, zero.present, detectionLimit_N_,
+      [](const std::string& remark) { spdlog::warn("warning: {}", remark); },
+      [this] { return stopping_.load(std::memory_order_relaxed); });
   if (made) {
     const std::shared_ptr<solve::FieldSolver> solver = std::move(made->solver);
     while (!ready_.put(solver)) std::this_thread::yield();  // just being taken: some instructions

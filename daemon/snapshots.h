@@ -1,4 +1,4 @@
-// Copies of single frames for the control thread: for whoever asks for a snapshot, and for the daemon's own looks.
+// Copies of single frames for the control thread: for requests of a snapshot, and for the daemon's own examinations.
 #pragma once
 
 #include "base/clock.h"
@@ -12,29 +12,29 @@
 
 namespace tractiond {
 
-/// The record and who waits for it. Bound to the control thread, but for lent() and giveBack().
+/// The copy and the requests that wait for it. Bound to the control thread, except for lent() and giveBack().
 class Snapshots {
  public:
   using Result = tl::expected<const Snapshot*, std::string>;
 
-  /// \param answer          called in take() or turn() for what was asked with ask(): the copy, or why there is none
-  /// \param longestWait_s   for a frame, when a snapshot is asked for
+  /// \param answer          called in take() or turn() after ask(), with the copy, or why there is none
+  /// \param longestWait_s   for a frame, after a request
   explicit Snapshots(std::function<void(const Result&)> answer, double longestWait_s = 3.0,
                      std::int64_t (*clock)() = monotonicNow);
 
-  /// Room for what travels with the copies; before the first turn.
+  /// Returns the record, to allocate room before the first turn.
   Snapshot& room() { return *loan_.own(); }
 
-  /// Notes that somebody wants to see the next frame.
+  /// Requests a copy of the next frame.
   void ask() { askedAt_ns_ = clock_(); }
 
-  /// Returns the copy that has been made since the last call, and answers whoever asked; null: there is none.
+  /// Returns the copy that was made since the last call, and answers the requests; null: there is none.
   const Snapshot* take();
 
-  /// Wants a copy of the next frame if somebody asked or `isWanted`; refuses whoever has waited too long.
+  /// Requests a copy of the next frame if there are requests or `isWanted`; refuses requests that have waited too long.
   void turn(bool isWanted = false);
 
-  // The tracking thread's.
+  // For the tracking thread.
 
   /// Returns the room for a copy of the frame; null: none is wanted.
   Snapshot* lent() { return loan_.lent(); }
@@ -46,7 +46,7 @@ class Snapshots {
   std::int64_t (*clock_)();
   Loan<Snapshot> loan_;
   bool lent_ = false;
-  std::int64_t askedAt_ns_ = 0;  ///< 0: by nobody
+  std::int64_t askedAt_ns_ = 0;  ///< 0: there is no request
 };
 
 }  // namespace tractiond

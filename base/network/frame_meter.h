@@ -1,4 +1,4 @@
-// Reads the framing of what a ZeroMQ peer sends (ZMTP 3, RFC 23), and estimates the memory that each frame costs.
+// Reads the frames that a ZeroMQ peer sends (ZMTP 3, RFC 23), and estimates the memory that each costs.
 #pragma once
 
 #include <array>
@@ -8,22 +8,22 @@
 
 namespace tractiond::network {
 
-/// What frames are charged for: it decides how much ZeroMQ keeps of them.
+/// What frames contain, which decides how much of them ZeroMQ keeps.
 enum class Charge {
-  kRequests,       ///< messages in a queue until somebody takes them
-  kSubscriptions,  ///< nodes of a tree, one for each byte, for as long as the connection lasts
+  kRequests,       ///< messages, in a queue until they are taken
+  kSubscriptions,  ///< nodes of a tree, one per byte, until the connection ends
 };
 
-/// Measures one connection from its first byte on. Contents are not looked at: they may be encrypted.
+/// Measures one connection from its first byte on. Ignores contents, which may be encrypted.
 class FrameMeter {
  public:
   struct Reading {
-    std::uint32_t frames = 0;      ///< that began, and may be kept
-    std::uint64_t cost_bytes = 0;  ///< of memory, for these, as if they had come whole
+    std::uint32_t frames = 0;      ///< number that began, and may be kept
+    std::uint64_t cost_bytes = 0;  ///< memory of these, as if they were complete
     bool isOld = false;            ///< the peer speaks an older protocol than ZMTP 3.0, whose frames this cannot read
   };
 
-  /// Reads what came next of the connection.
+  /// Reads the next bytes of the connection.
   Reading read(std::span<const std::uint8_t> bytes, Charge charge);
 
  private:
@@ -35,7 +35,7 @@ class FrameMeter {
   std::array<std::uint8_t, 9> header_{};
   std::size_t headerSize_ = 0;         ///< bytes of it that have come
   std::uint64_t body_ = 0, left_ = 0;  ///< bytes of the frame's body, and of those that have not come
-  bool undecided_ = false;             ///< a command; the length of its name, which comes next, says which
+  bool undecided_ = false;             ///< a command, whose kind is known by the length of its name
 };
 
 }  // namespace tractiond::network

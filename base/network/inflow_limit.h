@@ -1,6 +1,6 @@
-// Bounds the memory that peers make ZeroMQ hold. ZeroMQ collects the parts of a message until its last, and whole
-// messages until they are taken, without a limit of its own. So its reads are looked at (recv() of this program is
-// ours): a peer whose frames would cost too much is cut off before ZeroMQ sees them
+// Bounds the memory that peers make ZeroMQ hold. ZeroMQ collects the parts of a message until the last, and complete
+// messages until they are taken, without a limit of its own. Therefore this program's own recv() measures what ZeroMQ
+// reads: a peer whose frames would cost too much is cut off before ZeroMQ sees them
 // (docs/decisions/0030-unfinished-messages.md).
 #pragma once
 
@@ -12,39 +12,40 @@
 
 namespace tractiond::network::inflow {
 
-inline constexpr std::uint64_t kMost_bytes = 1 << 20;          ///< of one connection
-inline constexpr std::uint64_t kMostTogether_bytes = 8 << 20;  ///< of all; beyond it the one that holds most is ended
+inline constexpr std::uint64_t kMost_bytes = 1 << 20;  ///< limit of one connection
+inline constexpr std::uint64_t kMostTogether_bytes =
+    8 << 20;  ///< limit of all connections; beyond it the largest is ended
 
 // Every function is thread-safe.
 
-/// Watches the connections that are accepted at this endpoint (tcp://ADDRESS:PORT, ipc://PATH), from now on.
+/// Starts to watch the connections that are accepted at this endpoint (tcp://ADDRESS:PORT, ipc://PATH).
 void watch(const std::string& endpoint, Charge charge);
-/// Ends that. When no endpoint is left, forgets what the connections of all were charged.
+/// Ends watch(). After the last endpoint, forgets the costs of all connections.
 void unwatch(const std::vector<std::string>& endpoints);
 
-/// Releases what a connection was charged for a message of so many parts: it was taken out of ZeroMQ's queues, and
-/// nothing of it is kept. \param fd of the connection, as ZeroMQ says
+/// Releases the cost of a message of so many parts, which was taken out of ZeroMQ's queues and is not kept.
+/// \param fd of the connection, from ZeroMQ
 void release(int fd, std::size_t parts);
 
-/// Releases what connections that have ended were charged: ZeroMQ has no more messages of this kind in its queues.
+/// Releases the costs of connections that have ended: ZeroMQ has no more messages of this kind in its queues.
 void releaseEnded(Charge charge);
 
-/// Number of connections that were ended since the start of the program.
+/// Returns the number of connections that were ended since the start of the program.
 std::uint64_t ended();
 
-/// Tells people of the connections that are ended from its construction on, and once where the limits are not in force.
+/// Reports the connections that were ended since its construction, and once if the limits are not in force.
 /// Thread-bound.
 class Report {
  public:
-  /// Gives memory of connections that were ended back to the system; once a second, if called more often.
-  /// \return what was done, a line for people; empty: nothing, or the last line was less than a minute ago
+  /// Returns memory of ended connections to the system, at most once a second. Returns a line for the log; empty: there
+  /// is nothing to report, or the last line was less than a minute ago.
   std::string look(std::int64_t now_ns);
 
  private:
   std::uint64_t seen_ = ended(), told_ = seen_;
   std::int64_t looked_ns_ = 0, told_ns_ = 0;
   bool saidBypassed_ = false;
-  int trims_ = 0;  ///< still to come: ZeroMQ takes its time to free
+  int trims_ = 0;  ///< number still to be done: ZeroMQ frees memory later
 };
 
 }  // namespace tractiond::network::inflow

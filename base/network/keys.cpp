@@ -46,7 +46,7 @@ bool canOthersWrite(const struct stat& of) {
 
 Error openToOthers(const fs::path& path, const std::string& what) {
   return {.exitCode = EX_NOPERM,
-          .what = "anybody on this machine can write into this " + what + ", so nothing in it is believed",
+          .what = "every user of this machine can write into this " + what + ", so nothing in it is believed",
           .where = path.string(),
           .remedy = "chmod o-w it, and look at what it allows"};
 }
@@ -55,7 +55,7 @@ tl::expected<AllowedKey, Error> loadAllowed(const fs::path& path) {
   AllowedKey allowed{.name = path.stem().string(), .key = {}};
   if (!traction::isValidName(allowed.name)) {
     return tl::unexpected(Error{.exitCode = EX_CONFIG,
-                                .what = "the file's name is nobody's: 1 to 24 of A-Z, a-z, 0-9, _ and -",
+                                .what = "the file's name is not a client's: 1 to 24 of A-Z, a-z, 0-9, _ and -",
                                 .where = path.string()});
   }
   auto file = TomlTable::load(path.string());
@@ -171,7 +171,7 @@ tl::expected<void, Error> save(const fs::path& path, const KeyPair& keys, mode_t
                                 .where = path.string(),
                                 .remedy = "a key is not replaced: remove it first, or choose another file"});
   }
-  std::string text = "# Whoever has this file can say that he is you.\npublic = \"" + keys.publicKey +
+  std::string text = "# Keep this file secret: it is the proof of your identity.\npublic = \"" + keys.publicKey +
                      "\"\nsecret = \"" + keys.secretKey + "\"\n";
   if (!keys.serverKey.empty()) text += "server = \"" + keys.serverKey + "\"\n";
   return write(path, text, mode);
@@ -197,9 +197,9 @@ tl::expected<void, Error> revoke(const fs::path& directory, const std::string& n
   if (unlink(path.c_str()) == 0) return {};
   if (errno != ENOENT) return tl::unexpected(unusable(path, errno));
   return tl::unexpected(Error{.exitCode = EX_NOINPUT,
-                              .what = "nobody called \"" + name + "\" is allowed",
+                              .what = "no client \"" + name + "\" is allowed",
                               .where = directory.string(),
-                              .remedy = "tractionctl keys list tells who is"});
+                              .remedy = "tractionctl keys list prints the allowed clients"});
 }
 
 bool KeyDirectory::refresh() {

@@ -27,7 +27,7 @@ std::uint64_t ReplyBudget::forgetRead(int fd, Connection& connection) const {
 
 void ReplyBudget::forgetRead() {
   all_bytes_ = 0;
-  for (auto& [who, share] : waiting_) {
+  for (auto& [requester, share] : waiting_) {
     share.bytes = 0;
     for (auto one = share.connections.begin(); one != share.connections.end();) {
       const std::uint64_t bytes = forgetRead(one->first, one->second);
@@ -39,16 +39,16 @@ void ReplyBudget::forgetRead() {
   std::erase_if(waiting_, [](const auto& of) { return of.second.connections.empty(); });
 }
 
-bool ReplyBudget::allows(const std::string& who, std::uint64_t bytes) const {
-  const auto share = waiting_.find(who);
+bool ReplyBudget::allows(const std::string& requester, std::uint64_t bytes) const {
+  const auto share = waiting_.find(requester);
   const std::uint64_t each_bytes = share == waiting_.end() ? 0 : share->second.bytes;
   return each_bytes == 0 || (each_bytes + bytes <= mostEach_bytes_ && all_bytes_ + bytes <= most_bytes_);
 }
 
-std::shared_ptr<ReplyBudget::Reply> ReplyBudget::add(const std::string& who, int fd, std::uint64_t bytes) {
+std::shared_ptr<ReplyBudget::Reply> ReplyBudget::add(const std::string& requester, int fd, std::uint64_t bytes) {
   auto reply = std::make_shared<Reply>();
   reply->bytes = bytes;
-  Share& share = waiting_[who];
+  Share& share = waiting_[requester];
   share.connections[fd].queued.push_back(reply);
   share.bytes += bytes;
   all_bytes_ += bytes;

@@ -1,4 +1,4 @@
-// How many bytes of replies wait for peers that do not read them.
+// Bounds the bytes of replies that wait for peers which do not read them.
 #pragma once
 
 #include <atomic>
@@ -11,35 +11,35 @@
 
 namespace tractiond::network {
 
-/// Of each who asks (a key, a user, an address) and of all together. Thread-bound.
+/// Bounds the replies of each requester (a key, a user, an address) and of all together. Thread-bound.
 class ReplyBudget {
  public:
-  /// A reply on its way.
+  /// A reply that has not arrived yet.
   struct Reply {
     std::atomic<bool> queued{true};  ///< ZeroMQ has it; cleared by its thread
     std::uint64_t bytes = 0;
   };
 
-  /// \param hasUnread says whether the kernel holds something of a connection that its peer has not read.
+  /// \param hasUnread returns whether the kernel holds bytes of a connection that the peer has not read
   ReplyBudget(std::uint64_t most_bytes, std::uint64_t mostEach_bytes, std::function<bool(int fd)> hasUnread = isUnread)
       : most_bytes_(most_bytes)
       , mostEach_bytes_(mostEach_bytes)
       , hasUnread_(std::move(hasUnread)) {}
 
-  /// Returns whether so many bytes more may wait for `who`. One reply of any size may wait where none does.
-  bool allows(const std::string& who, std::uint64_t bytes) const;
+  /// Returns whether so many bytes more may wait for a requester. A single reply may have any size.
+  bool allows(const std::string& requester, std::uint64_t bytes) const;
 
-  /// Forgets the replies that ZeroMQ has let go and whose connections hold nothing unread. Takes a system call for each
-  /// connection: to be called once in a turn of requests, not for each of them.
+  /// Forgets the replies that ZeroMQ has freed and whose connections hold nothing unread. Makes a system call for each
+  /// connection: should be called once per turn, not for each request.
   void forgetRead();
 
   /// Counts a reply until it is forgotten. \param fd of its connection
-  std::shared_ptr<Reply> add(const std::string& who, int fd, std::uint64_t bytes);
+  std::shared_ptr<Reply> add(const std::string& requester, int fd, std::uint64_t bytes);
 
  private:
   struct Connection {
-    std::vector<std::shared_ptr<Reply>> queued;  ///< by ZeroMQ
-    std::uint64_t written_bytes = 0;             ///< to the connection, and perhaps not read
+    std::vector<std::shared_ptr<Reply>> queued;  ///< held by ZeroMQ
+    std::uint64_t written_bytes = 0;             ///< handed to the kernel, and perhaps not read
   };
   struct Share {
     std::map<int, Connection> connections;  ///< by file descriptor
@@ -51,7 +51,7 @@ class ReplyBudget {
 
   std::uint64_t most_bytes_, mostEach_bytes_;
   std::function<bool(int fd)> hasUnread_;
-  std::map<std::string, Share> waiting_;  ///< by who asked
+  std::map<std::string, Share> waiting_;  ///< by requester
   std::uint64_t all_bytes_ = 0;           ///< of all shares
 };
 

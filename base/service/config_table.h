@@ -17,19 +17,19 @@
 
 namespace tractiond {
 
-/// One of a few words.
+/// A value that is one of a few words.
 struct Choice {
   std::vector<std::string> words;
   std::function<std::string()> get;
   std::function<void(const std::string&)> set;
 };
 
-/// A list of keys that are not known here, each with a value of its own.
+/// A list of keys that this program does not know, each with a value.
 struct Entries {
   using Entry = std::pair<std::string, TomlTable::Scalar>;
   std::function<std::vector<Entry>()> get;
   std::function<void(Entry)> add;
-  std::string_view example;  ///< lines of comment, above the key in the text of a configuration file
+  std::string_view example;  ///< lines of comment above the key in a configuration file
 };
 
 /// One key of the configuration file. Values point into a configuration.
@@ -39,9 +39,9 @@ struct Key {
   std::string_view help;  ///< one line
   std::variant<bool*, int*, double*, std::optional<double>*, std::string*, std::vector<std::string>*, Entries, Choice>
       value;
-  Range range{0, 0};                                       ///< of numbers, as in the file
-  std::function<std::string()> fault = [] { return ""; };  ///< what is wrong with the value, if anything
-  bool live = false;                                       ///< changes while the program runs
+  Range range{0, 0};                                       ///< allowed values of a number, as in the file
+  std::function<std::string()> fault = [] { return ""; };  ///< returns what is wrong with the value; empty: nothing
+  bool live = false;                                       ///< whether the value may change while the program runs
 };
 
 Choice choiceOf(std::string& value, std::vector<std::string> words);
@@ -64,30 +64,30 @@ Choice choiceOf(Enum& value, std::vector<std::pair<std::string, Enum>> meanings)
   return result;
 }
 
-/// 127.…, localhost, a file: other hosts do not reach it.
+/// Returns whether other hosts cannot reach an endpoint: 127.…, localhost, a file.
 bool isOnThisHost(std::string_view endpoint);
 
-/// "\"text\"", as TOML wants it.
+/// Returns a text as a string of TOML, in quotes.
 std::string quoted(const std::string& text);
 
-/// The text of a configuration file with every key and its meaning, behind `introduction`. \param standards the same
-/// keys of a default configuration
+/// Returns the text of a configuration file with every key and its meaning, after `introduction`. \param standards the
+/// same keys of a default configuration
 std::string tableText(const std::string& introduction, const std::vector<Key>& keys, const std::vector<Key>& standards);
 
-/// A key that is not the same in two configurations, with its values as they are written.
+/// A key whose value differs between two configurations, with both values as they are written.
 struct Change {
   std::string key;  ///< "camera.exposure_us"
   std::string before, after;
   bool live = false;  ///< as in Key
 };
 
-/// Of two tables of the same keys.
+/// Lists the keys whose values differ between two tables of the same keys.
 std::vector<Change> changesBetween(const std::vector<Key>& before, const std::vector<Key>& after);
 
-/// What is wrong with a file of words.
+/// Converts a fault of a configuration file into an error.
 Error asError(const FileError& error);
 
-/// Reads every key of the table from a file; what is absent keeps its value. EX_CONFIG for what is wrong in it.
+/// Reads every key of the table from a file; a missing key keeps its value. Fails with EX_CONFIG if the file is wrong.
 tl::expected<void, Error> readTable(TomlTable& root, const std::vector<Key>& keys);
 
 }  // namespace tractiond

@@ -57,7 +57,7 @@ struct LineWriter::Shared {
   void tellLost() {
     if (lostHere == 0) return;
     waiting += options.prefix + std::to_string(std::exchange(lostHere, 0)) +
-               " lines of this log are lost: whoever reads it was too slow\n";
+               " lines of this log are lost: the reader was too slow\n";
   }
 
   void put(std::string_view text) {

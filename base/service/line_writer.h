@@ -1,4 +1,4 @@
-// The log's way out: nobody who logs waits for who reads.
+// Writes the log, so that no thread that logs waits for the reader.
 #pragma once
 
 #include <chrono>
@@ -11,35 +11,34 @@
 namespace tractiond {
 
 struct LineWriterOptions {
-  std::size_t most_bytes = std::size_t{256} << 10;  ///< that wait for the reader; what comes on top is lost
-  std::chrono::milliseconds patience{500};          ///< at the end, for what still waits
-  std::string prefix = "tractiond: ";               ///< of the line that says how many are lost
+  std::size_t most_bytes = std::size_t{256} << 10;  ///< that may wait for the reader; further lines are lost
+  std::chrono::milliseconds patience{500};          ///< time to write the rest at the end
+  std::string prefix = "tractiond: ";               ///< of the line that states the number of lost lines
 };
 
-/// Writes lines to a descriptor from a thread of its own. A pipe that is full, or a terminal that stands still, holds
-/// up that thread and nobody else: lines for which there is no room are counted, and a line in their place says how
-/// many.
+/// Writes lines to a descriptor on a thread of its own. A full pipe, or a terminal that is stopped, blocks that thread
+/// alone: lines without room are counted, and a line in their place states their number.
 class LineWriter {
  public:
-  /// \param descriptor stays open for as long as the process lives
+  /// \param descriptor must stay open until the process ends
   explicit LineWriter(int descriptor, const LineWriterOptions& options = {});
   LineWriter(const LineWriter&) = delete;
   LineWriter& operator=(const LineWriter&) = delete;
-  /// As drain().
+  /// Calls drain().
   ~LineWriter();
 
-  /// Waits for the reader, no longer than its patience. Nothing is written after it. Any thread.
+  /// Waits for the reader, for `patience` at most. Nothing is written after it. Any thread.
   void drain();
 
-  /// Any thread. \param line without its end
+  /// Queues a line, without its end. Any thread.
   void write(std::string_view line);
 
-  /// Lines lost since the start. Any thread.
+  /// Returns the number of lines lost since the start. Any thread.
   std::uint64_t lost() const;
 
  private:
   struct Shared;
-  std::shared_ptr<Shared> shared_;  // with the thread, which a reader that stands still may keep beyond this
+  std::shared_ptr<Shared> shared_;  // shared with the thread, which may live longer while the reader stands still
 };
 
 }  // namespace tractiond

@@ -13,9 +13,9 @@ namespace traction::cli {
 
 namespace {
 
-constexpr int kWhole = 21;   ///< rows of an instrument with all its numbers
-constexpr int kShort = 5;    ///< with the main ones
-constexpr int kLedger = 40;  ///< columns
+constexpr int kWhole = 21;   ///< rows of an instrument with all its figures
+constexpr int kShort = 5;    ///< rows of an instrument with its main figures
+constexpr int kLedger = 40;  ///< columns of the ledger
 
 using Count = unsigned long long;
 
@@ -29,7 +29,7 @@ struct Row {
   Tone tone = Tone::kPlain;
 };
 
-/// Frames of one kind.
+/// Number of frames of one kind.
 struct Account {
   std::string name;
   std::uint64_t total = 0;
@@ -63,7 +63,7 @@ std::vector<Account> accountsOf(const Scene& scene) {
 std::string complaint(const Watched& one, std::int64_t now_ns) {
   if (!one.failure.empty()) return printable(one.failure);
   std::string text;
-  for (const std::string& problem : problems(one.scene, now_ns)) text += (text.empty() ? "" : "; ") + problem;
+  for (const Problem& problem : problems(one.scene, now_ns)) text += (text.empty() ? "" : "; ") + sentence(problem);
   return text;
 }
 
@@ -82,7 +82,7 @@ std::string stateOf(const Watched& one, std::int64_t now_ns) {
                     one.scene.isStatusOld(now_ns));
 }
 
-/// The parts of a row about the field, or about the status, with brackets where they are old.
+/// Makes the rows about the field and the status; figures that are out of date are in brackets.
 class Numbers {
  public:
   Numbers(const Scene& scene, std::int64_t now_ns)
@@ -225,7 +225,7 @@ std::vector<Row> rowsOf(const Watched& one, std::int64_t now_ns) {
           subscribersOf(one)};
 }
 
-/// "lost 12: 10 stale (2.5/s), 2 never arrived".
+/// Returns the row of the losses: "lost 12: 10 stale (2.5/s), 2 never arrived".
 Row lossesInWords(const Scene& scene, bool isOld) {
   std::string causes;
   std::uint64_t sum = 0;
@@ -251,7 +251,7 @@ void drawHead(Canvas& canvas, int row, const Watched& one, bool isWell, std::int
   if (start > column + 1) canvas.text(start, row, where, kDim);
 }
 
-/// In as many rows as it takes, at most `most`; returns how many those are.
+/// Draws the complaint in at most `most` rows. Returns the number of rows.
 int drawComplaint(Canvas& canvas, int row, const std::string& complaint, int most) {
   if (complaint.empty()) return canvas.text(1, row, "no flags", kDim), 1;
   std::string line = "!";

@@ -28,7 +28,7 @@ class Guide {
       , asks_(!options.yes && isatty(STDIN_FILENO) != 0) {}
 
   void run() {
-    control_.description();  // somebody is there: before anybody is asked to do anything
+    control_.description();  // fails if no daemon answers, before the operator is asked to do anything
     if (wants("geometry")) geometry();
     if (wants("noise")) noise();
     if (wants("weights")) weights();

@@ -16,7 +16,7 @@ using Kind = CameraFeature::Kind;
 
 constexpr std::size_t kWidestValue = 28;
 
-/// A camera's text, without what a terminal would take for a command.
+/// Returns a camera's text without the characters that a terminal would execute.
 std::string plain(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
@@ -30,7 +30,7 @@ std::optional<double> asNumber(const std::string& text) {
   return number;
 }
 
-/// "4000" and "4000.0" are the same number.
+/// Returns whether two texts are the same number, such as "4000" and "4000.0".
 bool isSame(const std::string& one, const std::string& other) {
   if (one == other) return true;
   const auto a = asNumber(one), b = asNumber(other);

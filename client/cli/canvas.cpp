@@ -9,7 +9,7 @@ namespace traction::cli {
 
 namespace {
 
-/// What resembles a glyph in ASCII, one character.
+/// Returns the ASCII character that resembles a glyph.
 std::string asciiOf(const std::string& glyph) {
   if (glyph.size() == 1) return glyph;
   constexpr std::array<std::pair<std::string_view, char>, 28> kAlike = {
@@ -20,7 +20,7 @@ std::string asciiOf(const std::string& glyph) {
   for (const auto& [unicode, ascii] : kAlike) {
     if (glyph == unicode) return {ascii};
   }
-  // Braille, by the halves of the character in which there are dots.
+  // Braille, by the halves of the character that have dots.
   if (glyph.size() == 3 && glyph[0] == '\xe2' && (glyph[1] & 0xfc) == 0xa0) {
     const int dots = ((glyph[1] & 3) << 6) | (glyph[2] & 63);
     constexpr int kUpper = 1 | 2 | 8 | 16;
@@ -30,7 +30,7 @@ std::string asciiOf(const std::string& glyph) {
   return "?";
 }
 
-/// Of the 6 x 6 x 6 cube.
+/// Returns the index in the terminal's cube of 6 x 6 x 6 colours.
 int paletteIndex(Colour24 colour) {
   constexpr std::array<int, 6> kLevels = {0, 95, 135, 175, 215, 255};
   const auto nearest = [&](int value) {

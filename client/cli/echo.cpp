@@ -49,7 +49,7 @@ void echo(const SubscriberOptions& options, unsigned topics, long count) {
         ++printed;
         continue;
       }
-      // The reader stalls: what has come is in its way.
+      // The reader stalls.
       for (unprinted = 1; subscriber.receive(0ms);) ++unprinted;  // a description among them counts, too
     }
   } catch (const OutputError& error) {

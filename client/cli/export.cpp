@@ -28,7 +28,7 @@ namespace traction::cli {
 
 namespace {
 
-/// The messages of a recording that tell of forces.
+/// Reads the fields of a recording.
 class Source {
  public:
   explicit Source(const std::string& file)
@@ -63,12 +63,12 @@ class Source {
   recording::Reader reader_;
 };
 
-/// What is there, before it is written.
+/// Survey of a recording before it is exported.
 struct Survey {
   std::string sensor;
   std::uint64_t fields = 0;
   std::size_t nodes = 0;
-  std::optional<Description> description;  ///< the last
+  std::optional<Description> description;  ///< the newest
   recording::Extent extent;
 };
 
@@ -102,12 +102,12 @@ Survey surveyOf(const Source& source, const std::string& file, const std::string
   return survey;
 }
 
-/// [N^2] -> [N], of one component.
+/// Returns the standard deviation of one component [N], from a covariance [N^2].
 double deviationOf(const Covariance& covariance, std::size_t axis) {
   return std::sqrt(std::max(0.0, covariance.noise.at(4 * axis) + covariance.systematic.at(4 * axis)));
 }
 
-/// A line of comma-separated values.
+/// Writes a line of comma-separated values.
 class Line {
  public:
   template <typename Number>
@@ -166,7 +166,7 @@ void writeCsv(const Source& source, const Survey& survey, const std::string& pat
 /// An array with a row for each field.
 struct Column {
   NpzWriter::Array array;
-  std::function<std::string(const recording::Message&, const Field&)> row;  ///< its bytes; none: zeros
+  std::function<std::string(const recording::Message&, const Field&)> row;  ///< returns the row's bytes; empty: zeros
 };
 
 template <typename Number>
@@ -189,7 +189,7 @@ constexpr const char* kType<std::uint8_t> = "|u1";
 template <>
 constexpr const char* kType<bool> = "|b1";
 
-/// Of one number.
+/// Makes an array of one number per field.
 template <typename Get>
 Column scalar(const std::string& name, Get get) {
   using Number = std::invoke_result_t<Get, const recording::Message&, const Field&>;
@@ -199,7 +199,7 @@ Column scalar(const std::string& name, Get get) {
           }};
 }
 
-/// Of doubles.
+/// Makes an array of doubles.
 template <typename Get>
 Column block(const std::string& name, std::vector<std::size_t> shape, Get get) {
   return {{name, "<f8", 0, std::move(shape), 8}, [get](const recording::Message&, const Field& field) {
@@ -251,7 +251,7 @@ std::vector<Column> columnsOf(std::size_t nodes) {
   return columns;
 }
 
-/// Of the nodes, gel frame [m]; empty: nobody has told.
+/// Returns the nodes' positions, gel frame [m]; empty: no description was recorded.
 std::vector<std::array<float, 3>> positionsOf(const Survey& survey) {
   if (!survey.description) return {};
   if (survey.description->body) return survey.description->body->nodePositions_m;

@@ -4,8 +4,81 @@
 #include "traction/v1/status.pb.h"
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 namespace traction::cli {
+
+namespace {
+
+void add(std::vector<Problem>& all, Health health, const std::string& what) {
+  all.push_back({health, printable(what)});
+}
+
+/// Adds what only a status tells. \param told what has been said already
+void addDoubts(const v1::Status& status, const std::string& told, std::vector<Problem>& all) {
+  const std::string& remark = status.markers().remark();
+  if (!remark.empty() && remark != told) add(all, Health::kDoubtful, remark);
+  if (const std::string refused = refusedOf(status); !refused.empty())
+    add(all, Health::kDoubtful, "real time is not granted: " + refused);
+}
+
+/// Returns why the newest field has no valid forces.
+std::string whyInvalid(const Scene& scene) {
+  if (scene.status && !(*scene.status)->invalid_why().empty()) return (*scene.status)->invalid_why();
+  return (scene.field->header.flags & kGelMismatch) != 0 ? "the gel file does not fit the picture"
+                                                         : "too few markers are seen";
+}
+
+}  // namespace
+
+const char* nameOf(Health health) {
+  constexpr std::array kNames = {"measuring", "doubtful", "no_forces", "no_fields"};
+  return kNames.at(static_cast<std::size_t>(health));
+}
+
+std::string sentence(const Problem& problem) {
+  return (problem.health == Health::kNoForces ? "no valid forces: " : "") + problem.what;
+}
+
+Health healthOf(const std::vector<Problem>& problems) {
+  Health worst = Health::kMeasuring;
+  for (const Problem& one : problems) worst = std::max(worst, one.health);
+  return worst;
+}
+
+std::vector<Problem> problems(const v1::Status& status) {
+  std::vector<Problem> all;
+  const std::string why = whyNoField(status);
+  if (!why.empty()) {
+    add(all, Health::kNoFields, why);
+  } else if (status.rates().received_hz() == 0.0) {
+    add(all, Health::kNoFields, "the camera sends no frames");
+  } else if (status.rates().published_hz() == 0.0) {
+    add(all, Health::kNoFields, "no field is made of the frames");
+  }
+  if (!status.invalid_why().empty()) add(all, Health::kNoForces, status.invalid_why());
+  addDoubts(status, why, all);
+  return all;
+}
+
+std::vector<Problem> problems(const Scene& scene, std::int64_t now_ns) {
+  constexpr std::int64_t kRestartIsNews_ns = 10'000'000'000;
+  std::vector<Problem> all;
+  const Scene::Trouble trouble = scene.trouble(now_ns);
+  if (!trouble.what.empty()) {
+    add(all, Health::kNoFields, scene.sentence(trouble));
+  } else if (!scene.field->valid) {
+    add(all, Health::kNoForces, whyInvalid(scene));
+  }
+  if (scene.restarted_ns != 0 && now_ns - scene.restarted_ns < kRestartIsNews_ns)
+    add(all, Health::kDoubtful, "tractiond restarted");
+  if (trouble.what.empty()) {
+    for (const std::string& flag : words(scene.recentFlags(now_ns))) add(all, Health::kDoubtful, flag);
+  }
+  if (scene.status) addDoubts(*scene.status->message, trouble.what, all);
+  return all;
+}
 
 bool isWithoutGel(const v1::Status& status) {
   return status.markers().layers().empty() && !status.markers().remark().empty();
@@ -48,46 +121,6 @@ std::string refusedOf(const v1::Status& status) {
     add("processors " + scheduling.asked_cpus());
   if (scheduling.asked_lock() && scheduling.locked_bytes() == 0) add("memory");
   return text;
-}
-
-std::string whyNoForces(const Scene& scene, std::int64_t now_ns) {
-  const Scene::Trouble trouble = scene.trouble(now_ns);
-  if (!trouble.what.empty()) return scene.sentence(trouble);
-  if (scene.field->valid) return "";
-  if (scene.status && !(*scene.status)->invalid_why().empty()) return printable((*scene.status)->invalid_why());
-  return (scene.field->header.flags & kGelMismatch) != 0 ? "the gel file does not fit the picture"
-                                                         : "too few markers are seen";
-}
-
-std::vector<std::string> warnings(const Scene& scene, std::int64_t now_ns) {
-  constexpr std::int64_t kRestartIsNews_ns = 10'000'000'000;
-  std::vector<std::string> texts;
-  if (scene.restarted_ns != 0 && now_ns - scene.restarted_ns < kRestartIsNews_ns)
-    texts.push_back("tractiond restarted");
-  if (!scene.field || !scene.trouble(now_ns).what.empty()) return texts;
-  for (const std::string& one : words(scene.field->header.flags)) texts.push_back(one);
-  return texts;
-}
-
-std::vector<std::string> problems(const Scene& scene, std::int64_t now_ns) {
-  std::vector<std::string> all;
-  const auto add = [&](const std::string& what) { all.push_back(printable(what)); };
-  const Scene::Trouble trouble = scene.trouble(now_ns);
-  if (!trouble.what.empty()) {
-    add(scene.sentence(trouble));
-  } else {
-    if (!scene.field->valid) {
-      const bool isKnown = scene.status && !(*scene.status)->invalid_why().empty();
-      add("no valid forces" + (isKnown ? ": " + (*scene.status)->invalid_why() : ""));
-    }
-    for (const std::string& flag : words(scene.recentFlags(now_ns))) add(flag);
-  }
-  if (!scene.status) return all;
-  const std::string& remark = (*scene.status)->markers().remark();
-  if (!remark.empty() && remark != trouble.what) add(remark);
-  if (const std::string refused = refusedOf(*scene.status->message); !refused.empty())
-    add("real time is not granted: " + refused);
-  return all;
 }
 
 }  // namespace traction::cli

@@ -1,4 +1,5 @@
-// Decides what is wrong with an instrument, by its status and its fields: for status, watch and top alike.
+// Decides what is wrong with an instrument, by its status and its fields: for status, metrics, doctor, watch, top and
+// the viewer's page alike.
 #pragma once
 
 #include "client/cli/scene.h"
@@ -7,6 +8,35 @@
 #include <vector>
 
 namespace traction::cli {
+
+/// How well an instrument measures, best first.
+enum class Health {
+  kMeasuring,  ///< nothing is wrong
+  kDoubtful,   ///< forces are published as valid; something is wrong that may concern them
+  kNoForces,   ///< fields are published, without valid forces
+  kNoFields,
+};
+
+/// Returns "measuring", "doubtful", "no_forces" or "no_fields".
+const char* nameOf(Health health);
+
+/// Something that is wrong.
+struct Problem {
+  Health health = Health::kDoubtful;  ///< at best, as long as this is wrong
+  std::string what;                   ///< printable: "the camera is lost, no field for 12.3 s"
+};
+
+/// Returns a problem as a text of its own: "no valid forces: too few markers are seen".
+std::string sentence(const Problem& problem);
+
+/// Returns everything that a status says is wrong, most important first.
+std::vector<Problem> problems(const v1::Status& status);
+
+/// Returns everything that is wrong now, most important first, by the messages that have come.
+std::vector<Problem> problems(const Scene& scene, std::int64_t now_ns);
+
+/// Returns the health of an instrument with these problems.
+Health healthOf(const std::vector<Problem>& problems);
 
 /// Returns whether the daemon runs without a gel file, and therefore publishes no field.
 bool isWithoutGel(const v1::Status& status);
@@ -19,14 +49,5 @@ std::string whyNoField(const v1::Status& status);
 
 /// Returns what was configured for real time and not granted: "priority 20, memory"; empty: nothing.
 std::string refusedOf(const v1::Status& status);
-
-/// Returns why there are no valid forces that are current; empty: there are.
-std::string whyNoForces(const Scene& scene, std::int64_t now_ns);
-
-/// Returns warnings on the newest field, most important first: a recent restart, and its flags.
-std::vector<std::string> warnings(const Scene& scene, std::int64_t now_ns);
-
-/// Returns everything that is wrong, most important first, as printable text.
-std::vector<std::string> problems(const Scene& scene, std::int64_t now_ns);
 
 }  // namespace traction::cli

@@ -17,7 +17,7 @@ namespace traction::cli {
 
 namespace {
 
-/// What is there, and behind each message what Foxglove draws of it.
+/// Copies the messages, and adds the drawings for Foxglove behind each.
 class Illustrated {
  public:
   Illustrated(const std::string& path, const std::string& sensor)

@@ -2,6 +2,9 @@
 
 #include "client/cli/json_writer.h"
 #include "client/cli/reflection.h"
+#include "client/cli/scene.h"
+
+#include <array>
 
 namespace traction::cli {
 
@@ -20,15 +23,11 @@ void put(Json& json, const char* topic, const Header& header) {
   json.key("calibration").string(toHex(header.calibration));
   json.key("zero").string(toHex(header.zero));
   json.key("flags").open('[');
-  if (header.flags & kZeroUnverified) json.string("zero_unverified");
-  if (header.flags & kFewMarkers) json.string("few_markers");
-  if (header.flags & kDiscontinuity) json.string("discontinuity");
-  if (header.flags & kReacquiring) json.string("reacquiring");
-  if (header.flags & kTorn) json.string("torn");
-  if (header.flags & kUnexplained) json.string("unexplained");
-  if (header.flags & kOutOfRange) json.string("out_of_range");
-  if (header.flags & kGelMismatch) json.string("gel_mismatch");
-  if (header.flags & kDoubtedOrigin) json.string("doubted_origin");
+  for (std::uint32_t bit = 1; bit != 0; bit <<= 1U) {
+    for (const FlagText& each : kFlagTexts) {
+      if (each.flag == bit && (header.flags & bit) != 0) json.string(each.name);
+    }
+  }
   json.close(']');
   json.key("camera_frame_id").number(header.cameraFrameId);
   json.key("frame_number").number(header.frameNumber);
@@ -59,19 +58,8 @@ void put(Json& json, std::string_view key, const Covariance& covariance) {
 }
 
 const char* nameOf(Method method) {
-  switch (method) {
-  case Method::kNone:
-    return "none";
-  case Method::kNoContact:
-    return "no_contact";
-  case Method::kContact:
-    return "contact";
-  case Method::kWholeFace:
-    return "whole_face";
-  case Method::kBlend:
-    return "blend";
-  }
-  return "none";
+  constexpr std::array kNames = {"none", "no_contact", "contact", "whole_face", "blend"};
+  return kNames.at(static_cast<std::size_t>(method));
 }
 
 void put(Json& json, const Contact& contact) {
@@ -120,7 +108,7 @@ void put(Json& json, const Markers& markers) {
   json.key("marker_valid").booleans(markers.valid);
 }
 
-/// RFC 4648.
+/// Encodes as base64 (RFC 4648).
 std::string toBase64(const std::vector<std::uint8_t>& bytes) {
   constexpr std::string_view kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;
@@ -160,6 +148,40 @@ void put(Json& json, const Zero& zero) {
   json.key("requested_by").string(zero.requestedBy);
 }
 
+void put(Json& json, const Camera& camera) {
+  json.key("camera").open('{');
+  json.key("vendor").string(camera.vendor);
+  json.key("model").string(camera.model);
+  json.key("serial").string(camera.serial);
+  json.key("pixel_format").string(camera.pixelFormat);
+  json.key("width_px").number(camera.width_px);
+  json.key("height_px").number(camera.height_px);
+  json.key("focal_px").number(camera.focal_px);
+  json.key("aspect").number(camera.aspect);
+  json.key("principal_px").numbers(camera.principal_px);
+  json.key("k1").number(camera.k1);
+  json.key("k2").number(camera.k2);
+  json.key("position_m").numbers(camera.position_m);
+  json.key("rotation_rad").numbers(camera.rotation_rad);
+  json.key("gel_index").number(camera.gelIndex);
+  json.key("window_index").number(camera.windowIndex);
+  json.key("window_thickness_m").number(camera.windowThickness_m);
+  json.close('}');
+}
+
+void put(Json& json, const Solver& solver) {
+  json.key("solver").open('{');
+  json.key("mechanics").string(solver.mechanics);
+  json.key("regularisation").string(solver.regularisation);
+  json.key("strength").number(solver.strength);
+  json.key("contact_aware").boolean(solver.contactAware);
+  json.key("noise_px").number(solver.noise_px);
+  json.key("force_scale_N").number(solver.forceScale_N);
+  json.key("detection_limit_tangential_N").number(solver.detectionLimitTangential_N);
+  json.key("detection_limit_normal_N").number(solver.detectionLimitNormal_N);
+  json.close('}');
+}
+
 void put(Json& json, const Description& description) {
   put(json, "description", description.header);
   json.key("software_version").string(description.softwareVersion);
@@ -186,35 +208,8 @@ void put(Json& json, const Description& description) {
   json.key("nodes").open('{');
   put(json, description.nodes);
   json.close('}');
-  const Camera& camera = description.camera;
-  json.key("camera").open('{');
-  json.key("vendor").string(camera.vendor);
-  json.key("model").string(camera.model);
-  json.key("serial").string(camera.serial);
-  json.key("pixel_format").string(camera.pixelFormat);
-  json.key("width_px").number(camera.width_px);
-  json.key("height_px").number(camera.height_px);
-  json.key("focal_px").number(camera.focal_px);
-  json.key("aspect").number(camera.aspect);
-  json.key("principal_px").numbers(camera.principal_px);
-  json.key("k1").number(camera.k1);
-  json.key("k2").number(camera.k2);
-  json.key("position_m").numbers(camera.position_m);
-  json.key("rotation_rad").numbers(camera.rotation_rad);
-  json.key("gel_index").number(camera.gelIndex);
-  json.key("window_index").number(camera.windowIndex);
-  json.key("window_thickness_m").number(camera.windowThickness_m);
-  json.close('}');
-  json.key("solver").open('{');
-  json.key("mechanics").string(description.solver.mechanics);
-  json.key("regularisation").string(description.solver.regularisation);
-  json.key("strength").number(description.solver.strength);
-  json.key("contact_aware").boolean(description.solver.contactAware);
-  json.key("noise_px").number(description.solver.noise_px);
-  json.key("force_scale_N").number(description.solver.forceScale_N);
-  json.key("detection_limit_tangential_N").number(description.solver.detectionLimitTangential_N);
-  json.key("detection_limit_normal_N").number(description.solver.detectionLimitNormal_N);
-  json.close('}');
+  put(json, description.camera);
+  put(json, description.solver);
   json.key("calibration_time_ns").number(description.calibration.time_ns);
   json.key("rest_pose");
   if (description.zero) {
@@ -291,34 +286,17 @@ void put(Json& json, const Status& status) {
 }
 
 const char* nameOf(CameraFeature::Kind kind) {
-  using Kind = CameraFeature::Kind;
-  switch (kind) {
-  case Kind::kInteger:
-    return "integer";
-  case Kind::kFloat:
-    return "float";
-  case Kind::kBoolean:
-    return "boolean";
-  case Kind::kEnumeration:
-    return "enumeration";
-  case Kind::kString:
-    return "string";
-  case Kind::kCommand:
-    return "command";
-  case Kind::kRegister:
-    return "register";
-  case Kind::kUnknown:
-    break;
-  }
-  return "unknown";
+  constexpr std::array kNames = {"unknown",     "integer", "float",   "boolean",
+                                 "enumeration", "string",  "command", "register"};
+  return kNames.at(static_cast<std::size_t>(kind));
 }
 
 const char* nameOf(CameraFeature::Access access) {
-  constexpr std::array<const char*, 4> kNames = {"none", "read", "write", "read-write"};
-  return kNames[static_cast<std::size_t>(access)];
+  constexpr std::array kNames = {"none", "read", "write", "read-write"};
+  return kNames.at(static_cast<std::size_t>(access));
 }
 
-/// False: the text is no such number.
+/// Returns false if the text is not such a number.
 template <typename Number>
 bool putNumber(Json& json, const std::string& text) {
   Number number{};
@@ -379,19 +357,8 @@ std::string object(const Any& any) {
 }  // namespace
 
 const char* nameOf(Colour colour) {
-  switch (colour) {
-  case Colour::kBlue:
-    return "blue";
-  case Colour::kRed:
-    return "red";
-  case Colour::kGreen:
-    return "green";
-  case Colour::kGrey:
-    return "grey";
-  case Colour::kUnknown:
-    break;
-  }
-  return "unknown";
+  constexpr std::array kNames = {"unknown", "blue", "red", "green", "grey"};
+  return kNames.at(static_cast<std::size_t>(colour));
 }
 
 std::string toHex(const Id& id) {

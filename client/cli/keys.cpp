@@ -30,7 +30,7 @@ void checkName(const std::string& name) {
   throw KeyError(EX_USAGE, "'" + name + "' is no name for a key: 1 to 24 of A-Z a-z 0-9 _ - are");
 }
 
-/// Z85 has no single quote, and much that a shell takes for something else.
+/// Quotes a key for a shell: Z85 has no single quote, but many characters that a shell interprets.
 std::string quoted(const std::string& key) {
   return "'" + key + "'";
 }
@@ -40,7 +40,7 @@ std::string hostName() {
   return gethostname(name.data(), name.size() - 1) == 0 && name[0] != '\0' ? name.data() : "HOST";
 }
 
-/// The keys, and on standard error what is wrong with some of them.
+/// Returns the keys, and prints the faults of their files on standard error.
 files::KeyDirectory directoryOf(const fs::path& path) {
   files::KeyDirectory directory(path);
   directory.refresh();

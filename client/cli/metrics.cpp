@@ -1,5 +1,6 @@
 #include "client/cli/metrics.h"
 
+#include "client/cli/health.h"
 #include "client/cli/instances.h"
 #include "client/cli/json.h"
 #include "client/cli/output.h"
@@ -143,7 +144,7 @@ class Samples {
   std::map<std::string, std::string> text_;
 };
 
-/// The request is read to its empty line, else the answer would be cut short by what is left of it.
+/// Reads the request up to its empty line. Closing a connection with unread bytes would cut the answer short.
 void skipRequest() {
   constexpr std::size_t kMost = 16'384;
   std::size_t size = 0;
@@ -161,6 +162,9 @@ std::string metricsText(const std::vector<Measured>& all) {
     if (!one.status) continue;
     const Header& header = one.status->header;
     of.add("info", ",sensor=\"" + escaped(header.sensor) + "\",boot=\"" + toHex(header.boot) + "\"", "1");
+    const Health health = healthOf(problems(*one.status->message));
+    for (const Health each : {Health::kMeasuring, Health::kDoubtful, Health::kNoForces, Health::kNoFields})
+      of.add("health", std::string(",state=\"") + nameOf(each) + "\"", each == health ? "1" : "0");
     of.add(*reflected(*one.status->message));
   }
   std::string text;
@@ -171,6 +175,7 @@ std::string metricsText(const std::vector<Measured>& all) {
   };
   family("up", "gauge", "1 where the daemon answers");
   family("info", "gauge", "What runs: always 1");
+  family("health", "gauge", "1 for how well it measures, by its status");
   const google::protobuf::FileOptions& options = statusDescriptor().file()->options();
   for (int i = 0; i < options.ExtensionSize(v1::family); ++i) {
     constexpr std::array kKinds = {"untyped", "gauge", "counter", "histogram"};

@@ -9,8 +9,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kPatience = 3s;      ///< for the connection, and for a first message
-constexpr auto kBetweenNotes = 1s;  ///< of losses
+constexpr auto kPatience = 3s;      ///< for the connection and a first message
+constexpr auto kBetweenNotes = 1s;  ///< between two reports of losses
 
 void say(const std::string& what) {
   std::fprintf(stderr, "tractionctl: %s\n", what.c_str());
@@ -22,6 +22,10 @@ const Header& headerOf(const Message& message) {
   return std::visit([](const auto& any) -> const Header& { return any.header; }, message);
 }
 
+Error noPublisher(const std::string& endpoints) {
+  return {ErrorCode::kNoAnswer, "no publisher at " + endpoints + "; is tractiond running?"};
+}
+
 Notes::Notes(const Subscriber& subscriber, std::string onSilence, std::string onLoss)
     : subscriber_(subscriber)
     , onSilence_(std::move(onSilence))
@@ -30,7 +34,7 @@ Notes::Notes(const Subscriber& subscriber, std::string onSilence, std::string on
 void Notes::look(bool isConnected, Clock::time_point now) {
   const bool late = now - start_ >= kPatience;
   if (!wasConnected_ && !isConnected && late) {
-    throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + subscriber_.endpoint() + "; is tractiond running?");
+    throw noPublisher(subscriber_.endpoint());
   }
   if (wasConnected_ && isConnected != isConnected_)
     say(isConnected ? "tractiond is back" : "tractiond is gone; waiting for it");

@@ -1,6 +1,7 @@
 // Notes on standard error about a stream that is being recorded or printed.
 #pragma once
 
+#include "traction/error.h"
 #include "traction/subscriber.h"
 
 #include <chrono>
@@ -11,6 +12,9 @@
 namespace traction::cli {
 
 const Header& headerOf(const Message& message);
+
+/// Returns the error that no publisher was found.
+Error noPublisher(const std::string& endpoints);
 
 /// Reports connection, restarts, silence and losses of one subscriber. Not thread-safe.
 class Notes {

@@ -19,13 +19,13 @@ static_assert(std::endian::native == std::endian::little, "rows are written as t
 
 using recording::Output;
 
-constexpr std::size_t kWaiting = 1 << 16;  ///< bytes of a member that are written at once
+constexpr std::size_t kWaiting = 1 << 16;  ///< bytes of a member that are collected before they are written
 constexpr std::uint16_t kZip64 = 45;       ///< the version of the format that has sizes of eight bytes
-constexpr std::uint16_t kDate = 0x21;      ///< 1980-01-01: the file itself has a better one
+constexpr std::uint16_t kDate = 0x21;      ///< 1980-01-01
 constexpr std::uint32_t kElsewhere = UINT32_MAX;
 constexpr std::uint16_t kLocalExtra = 2 + 2 + 8 + 8, kCentralExtra = kLocalExtra + 8;
 
-/// The head of a .npy, version 1: a multiple of 64 bytes.
+/// Returns the header of a .npy file, version 1: a multiple of 64 bytes.
 std::string headOf(const NpzWriter::Array& array) {
   std::string shape = std::to_string(array.rows) + ",";
   for (const std::size_t size : array.row) shape += " " + std::to_string(size) + ",";

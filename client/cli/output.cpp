@@ -17,14 +17,14 @@ namespace traction::cli {
 
 namespace {
 
-constexpr int kPatience_ms = 100;  ///< before it is looked whether a signal came
+constexpr int kPatience_ms = 100;  ///< between two checks for a signal
 
 [[noreturn]] void fail(int error) {
-  if (error == EPIPE) throw OutputError("nobody reads standard output any more");
+  if (error == EPIPE) throw OutputError("standard output has no reader any more");
   throw OutputError(std::string("standard output cannot be written: ") + std::strerror(error));
 }
 
-/// True: some bytes can be written without waiting.
+/// Returns whether some bytes can be written without waiting.
 bool waitForReader() {
   pollfd output{STDOUT_FILENO, POLLOUT, 0};
   const int ready = poll(&output, 1, kPatience_ms);

@@ -89,19 +89,19 @@ Canvas draw(const Scene& scene, int width, int height, Scale& scale, std::int64_
 
 std::string summary(const Scene& scene, std::int64_t now_ns) {
   std::string line = format("%6.1f/s", scene.rate_hz(now_ns));
-  const std::string why = whyNoForces(scene, now_ns);
-  if (why.empty()) {
+  const std::vector<Problem> wrong = problems(scene, now_ns);
+  if (healthOf(wrong) < Health::kNoForces) {
     const Vector3& force = scene.field->resultant_N;
     line += format("  force %+.3f %+.3f %+.3f N  total %.3f N  markers %u  residual %.3f px", force[0], force[1],
                    force[2], length(force), scene.field->validMarkers, scene.field->residual_px);
   } else {
-    line += "  no force: " + why;
+    line += "  no force: " + wrong.front().what;
   }
   if (const auto latency = scene.latency(now_ns)) {
     line += format("  latency %.2f ms p50 %.2f ms p99", latency->p50_ms, latency->p99_ms);
   }
   line += format("  lost %llu", static_cast<unsigned long long>(scene.lost));
-  for (const std::string& text : warnings(scene, now_ns)) line += "  ! " + text;
+  for (const Problem& one : wrong) line += one.health == Health::kDoubtful ? "  ! " + one.what : "";
   return line;
 }
 

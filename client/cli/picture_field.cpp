@@ -162,14 +162,16 @@ DrawnField drawField(Canvas& canvas, const Scene& scene, const Layout& layout, i
   const int bottom = row + layout.height() - 1;
   canvas.text(column + layout.width() - 5, bottom, " x → ", kDim);
   int next = column + 2;
-  for (const std::string& text : warnings(scene, now_ns)) {
-    if (next + columnsOf(text) + 5 > column + layout.width()) break;
-    next = canvas.text(next, row, " ! " + text + " ", kWarning);
+  const std::vector<Problem> wrong = problems(scene, now_ns);
+  for (const Problem& one : wrong) {
+    if (one.health != Health::kDoubtful) continue;
+    if (next + columnsOf(one.what) + 5 > column + layout.width()) break;
+    next = canvas.text(next, row, " ! " + one.what + " ", kWarning);
   }
   const int left = column + 1, top = row + 1;
   canvas.fill(left, top, layout.width() - 2, layout.height() - 2, {kPlain.ink, shade(0.0)});
 
-  std::string why = whyNoForces(scene, now_ns);
+  std::string why = healthOf(wrong) < Health::kNoForces ? "" : wrong.front().what;
   DrawnField drawn;
   if (scene.field && scene.field->valid && scene.description) {
     const Grid& nodes = scene.description->nodes;

@@ -11,7 +11,7 @@ namespace traction::cli {
 
 namespace {
 
-constexpr double kSmallestForce_N = 0.1;  ///< of a resultant whose direction is shown
+constexpr double kSmallestForce_N = 0.1;  ///< smaller resultants are shown without direction
 
 /// Draws the tangential part of the resultant as an arrow in a circle, whose radius stands for the length of the
 /// resultant.
@@ -96,7 +96,7 @@ class Panel {
   int column_, row_, width_, bottom_;
 };
 
-/// Rows of the numbers on the link, and of the pictures.
+/// Rows of the figures of the link, and of the pictures.
 constexpr int kNumbers = 6, kPictures = 6;
 
 void drawForce(Panel& panel, const Scene& scene, std::int64_t now_ns, const std::string& untold) {

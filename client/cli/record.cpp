@@ -13,8 +13,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kTurn = 20ms;  ///< by this a chunk may be late
-constexpr int kQueue = 4000;  ///< messages while the disk is slow: half a minute of 60 frames/s
+constexpr auto kTurn = 20ms;  ///< by which a chunk may be late
+constexpr int kQueue = 4000;  ///< messages that may wait for a slow disk: half a minute at 60 frames/s
 
 }  // namespace
 
@@ -41,7 +41,7 @@ void record(const SubscriberOptions& options, const std::string& file, const std
       tape.look();
     }
     if (tape.isEmpty() && !subscriber.isConnected()) {
-      throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + subscriber.endpoint() + "; is tractiond running?");
+      throw noPublisher(subscriber.endpoint());
     }
   } catch (const Error&) {
     if (!tape.isEmpty()) tape.close();

@@ -32,7 +32,7 @@ struct Topic {
   std::string name, type, sensor;
   std::uint64_t messages = 0;
   std::uint64_t lost = 0;      ///< by gaps in the sequence
-  std::uint64_t restarts = 0;  ///< how often the sequence began again
+  std::uint64_t restarts = 0;  ///< number of times that the sequence began again
   std::uint64_t begin_ns = 0, end_ns = 0;
   std::uint32_t sequence = 0;  ///< of the last
 

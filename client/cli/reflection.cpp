@@ -18,7 +18,7 @@ namespace {
 
 namespace protobuf = google::protobuf;
 
-/// The descriptors that are part of the program.
+/// Returns the descriptors that are part of the program.
 class Schema {
  public:
   Schema() {

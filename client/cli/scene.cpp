@@ -16,7 +16,7 @@ constexpr std::int64_t kWindow_ns = 2'000'000'000;
 constexpr std::int64_t kSample_ns = 250'000'000;
 constexpr std::size_t kSamples = 240;
 
-/// A field is of now for three times as long as the next one usually takes, within these.
+/// Limits of the time for which a field is current: three times the usual time between two fields.
 constexpr double kShortestPatience_s = 0.4;
 constexpr double kLongestPatience_s = 3.0;
 constexpr std::int64_t kStatusPatience_ns = 1'450'000'000;
@@ -35,20 +35,9 @@ double length(const Vector3& vector) {
 }
 
 std::vector<std::string> words(std::uint32_t flags) {
-  constexpr std::array<std::pair<std::uint32_t, const char*>, 9> kWords = {{
-      {kDoubtedOrigin, "perhaps not the camera's picture: its packets came twice or early"},
-      {kZeroUnverified, "zero not verified"},
-      {kFewMarkers, "too few markers"},
-      {kReacquiring, "markers labelled anew"},
-      {kTorn, "picture torn"},
-      {kUnexplained, "no forces explain this picture"},
-      {kGelMismatch, "not the gel of the gel file: see tractionctl status"},
-      {kOutOfRange, "beyond the range of known uncertainty"},
-      {kDiscontinuity, "frames were lost before this one"},
-  }};
   std::vector<std::string> all;
-  for (const auto& [flag, said] : kWords) {
-    if ((flags & flag) != 0) all.emplace_back(said);
+  for (const FlagText& each : kFlagTexts) {
+    if ((flags & each.flag) != 0) all.emplace_back(each.words);
   }
   return all;
 }
@@ -133,7 +122,7 @@ std::string Scene::reason(std::int64_t now_ns) const {
   default:
     return "tractiond is starting";
   }
-  // What the status says is of the second before it: perhaps of when fields still came.
+  // A status describes the second before it, in which fields may still have come.
   if (field && statusArrival_ns_ < fieldArrival_ns_ + 1'000'000'000) return kNoField;
   if (isWithoutGel(told)) return told.markers().remark();
   if (told.rates().received_hz() == 0.0) return "the camera sends no frames";
@@ -174,7 +163,7 @@ double Scene::rate_hz(std::int64_t now_ns) const {
                                    [&](const Arrival& arrival) { return now_ns - arrival.at_ns <= kWindow_ns; });
   const auto count = arrivals_.end() - recent;
   if (count < 2) return 0.0;
-  // Between arrivals, not over the window: right from the second field on; and it falls when they stay away.
+  // Counted between arrivals, not over the window: correct from the second field on, and falls when no more come.
   const double gap_s =
       static_cast<double>(arrivals_.back().at_ns - recent->at_ns) / static_cast<double>(count - 1) * 1e-9;
   const double silence_s = static_cast<double>(now_ns - arrivals_.back().at_ns) * 1e-9;

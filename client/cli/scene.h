@@ -3,6 +3,7 @@
 
 #include "traction/subscriber.h"
 
+#include <array>
 #include <deque>
 #include <string>
 #include <vector>
@@ -76,6 +77,24 @@ class Scene {
 
 /// Returns the Euclidean norm.
 double length(const Vector3& vector);
+
+struct FlagText {
+  Flag flag;
+  const char* name;   ///< as in JSON
+  const char* words;  ///< for people
+};
+/// Most important first.
+inline constexpr std::array<FlagText, 9> kFlagTexts = {{
+    {kDoubtedOrigin, "doubted_origin", "perhaps not the camera's picture: its packets came twice or early"},
+    {kZeroUnverified, "zero_unverified", "zero not verified"},
+    {kFewMarkers, "few_markers", "too few markers"},
+    {kReacquiring, "reacquiring", "markers labelled anew"},
+    {kTorn, "torn", "picture torn"},
+    {kUnexplained, "unexplained", "no forces explain this picture"},
+    {kGelMismatch, "gel_mismatch", "not the gel of the gel file: see tractionctl status"},
+    {kOutOfRange, "out_of_range", "beyond the range of known uncertainty"},
+    {kDiscontinuity, "discontinuity", "frames were lost before this one"},
+}};
 
 /// Returns words for the flags, most important first. \param flags or-ed Flag
 std::vector<std::string> words(std::uint32_t flags);

@@ -1,4 +1,4 @@
-// A picture of the camera as a PNG file, with rings around what was found.
+// Writes a picture of the camera as a PNG file, with rings around markers and spots.
 #include "client/cli/commands.h"
 #include "client/cli/output.h"
 #include "client/src/printable.h"
@@ -20,14 +20,14 @@ struct Ink {
   std::uint8_t red, green, blue;
 };
 
-/// Not the markers' own colours, which would not show on them.
+/// Colours of the rings, which differ from those of the markers.
 constexpr Ink kBlue = {90, 220, 255}, kRed = {255, 190, 60}, kLost = {255, 40, 255}, kExpected = {240, 240, 240};
 
 Ink inkOf(Colour colour) {
   return colour == Colour::kRed ? kRed : kBlue;
 }
 
-/// Red, green, blue, to be drawn upon. Places are the camera's pixels.
+/// An RGB picture to draw on. Places are pixels of the camera.
 class Drawing {
  public:
   explicit Drawing(const Snapshot& snapshot)
@@ -117,7 +117,7 @@ void mark(Drawing& drawing, const Snapshot& snapshot) {
   }
 }
 
-/// Empty: the picture has the camera's own pixels.
+/// Returns a note on the scale; empty: the picture has the camera's own pixels.
 std::string reducedInWords(const Snapshot& snapshot) {
   if (snapshot.reduced == 1) return "";
   return " (" + std::to_string(snapshot.reduced) +

@@ -65,7 +65,7 @@ struct Repeater::Impl {
 Repeater::Repeater(const std::string& endpoint)
     : impl_(std::make_unique<Impl>()) {
   impl_->socket.set(zmq::sockopt::linger, 1000);
-  impl_->socket.set(zmq::sockopt::xpub_verbose, true);  // who comes later is told of, too
+  impl_->socket.set(zmq::sockopt::xpub_verbose, true);  // reports later subscribers, too
   openAt(endpoint, [&] { impl_->socket.bind(endpoint); });
 }
 

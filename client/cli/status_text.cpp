@@ -14,7 +14,7 @@ namespace traction::cli {
 
 namespace {
 
-/// In the order in which they are printed; others come last.
+/// Heads in the order in which they are printed; others follow.
 constexpr std::array<std::string_view, 9> kHeads = {"rate",    "latency", "frames",    "fields", "camera",
                                                     "markers", "zero",    "real time", "log"};
 constexpr std::size_t kHeadWidth = 10;

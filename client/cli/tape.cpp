@@ -26,13 +26,13 @@ std::int64_t timeOf(clockid_t clock) {
   return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
-/// The name of the message's type in the schemas.
+/// Returns the name of the message's type in the schemas.
 std::string typeOf(const Message& message) {
   constexpr std::array kTypes = {"Field", "Markers", "Description", "Status", "Preview"};  // as in Message
   return std::string("traction.v1.") + kTypes.at(message.index());
 }
 
-/// The CLOCK_MONOTONIC time in a line that traction-twin wrote [ns]; 0 if the line has none.
+/// Returns the CLOCK_MONOTONIC time in a line of traction-twin [ns]; 0 if the line has none.
 std::int64_t monotonicOf(std::string_view truth) {
   constexpr std::string_view kKey = "\"monotonic_ns\":";
   const std::size_t at = truth.find(kKey);

@@ -2,6 +2,7 @@
 
 #include "client/cli/board.h"
 #include "client/cli/instances.h"
+#include "client/cli/notes.h"
 #include "client/cli/output.h"
 #include "client/cli/receiver.h"
 #include "client/cli/terminal.h"
@@ -23,13 +24,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kPage = 60ms;      ///< from one to the next: what is old shows within half a second
-constexpr auto kLine = 1s;        ///< from one to the next
-constexpr auto kPatience = 3s;    ///< for a connection, and for first numbers
-constexpr auto kRecount = 500ms;  ///< of the subscribers
+constexpr auto kPage = 60ms;      ///< between two pages; old figures are marked within half a second
+constexpr auto kLine = 1s;        ///< between two lines
+constexpr auto kPatience = 3s;    ///< for a connection, and for the first figures
+constexpr auto kRecount = 500ms;  ///< between two counts of the subscribers
 constexpr std::size_t kCounts = 4;
 
-/// One instrument, received and looked at.
+/// Receives the messages of one instrument.
 class Watcher {
  public:
   Watcher(const SubscriberOptions& options, const std::string& name)
@@ -51,9 +52,9 @@ class Watcher {
     return watched_;
   }
 
-  /// Somebody was there once.
+  /// Returns whether a publisher was ever connected.
   bool isKnown() const { return isKnown_; }
-  /// All kinds of numbers have come, those by the second, too; or none will.
+  /// Returns whether all figures have come, or none will.
   bool isComplete() const {
     const Scene& scene = watched_.scene;
     if (!watched_.failure.empty()) return true;
@@ -63,7 +64,8 @@ class Watcher {
   const std::string& endpoint() const { return receiver_.endpoint(); }
 
  private:
-  /// The fewest of the last counts: the daemon connects to itself again and again, for a moment, to see that it can.
+  /// Takes the smallest of the last counts: the daemon connects to itself for a moment, again and again, as a liveness
+  /// check.
   void recount(Clock::time_point now) {
     recount_ = now + kRecount;
     const auto count = subscribersOf(receiver_.endpoint());
@@ -105,15 +107,15 @@ Watchers watchersFor(const SubscriberOptions& options, const TopCommand& command
   return all;
 }
 
-void expectSomebody(const Watchers& all, Clock::duration elapsed) {
-  const bool somebody = std::any_of(all.begin(), all.end(), [](const auto& one) { return one->isKnown(); });
-  if (somebody || elapsed < kPatience) return;
+void expectPublisher(const Watchers& all, Clock::duration elapsed) {
+  const bool isAnyKnown = std::any_of(all.begin(), all.end(), [](const auto& one) { return one->isKnown(); });
+  if (isAnyKnown || elapsed < kPatience) return;
   std::string where;
   for (const auto& one : all) where += (where.empty() ? "" : ", ") + one->endpoint();
-  throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + where + "; is tractiond running?");
+  throw noPublisher(where);
 }
 
-/// Calls show(what is known, now, time until the next call) until it returns false, the time is over or a signal came.
+/// Calls show(instruments, now, time until the next call) until it returns false, the time is over or a signal came.
 template <typename Show>
 void loop(const Watchers& all, double seconds, Show&& show) {
   const Clock::time_point start = Clock::now();
@@ -121,7 +123,7 @@ void loop(const Watchers& all, double seconds, Show&& show) {
     const Clock::time_point now = Clock::now();
     std::vector<Watched> known;
     for (const auto& one : all) known.push_back(one->look(now));
-    expectSomebody(all, now - start);
+    expectPublisher(all, now - start);
     next = std::max(next + kPage, now);  // a terminal that was slow does not get many pages at once
     if (!show(known, now, next - now) || std::chrono::duration<double>(now - start).count() >= seconds) return;
   }

@@ -1,4 +1,5 @@
 #include "client/cli/commands.h"
+#include "client/cli/notes.h"
 #include "client/cli/output.h"
 #include "client/cli/picture.h"
 #include "client/cli/receiver.h"
@@ -13,13 +14,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kPicture = 40ms;  ///< from one to the next
+constexpr auto kPicture = 40ms;  ///< between two pictures
 constexpr auto kPatience = 3s;   ///< for the connection
-
-void expectSomebody(const Receiver& receiver, const Scene& scene, Clock::duration elapsed) {
-  if (scene.lastArrival_ns != 0 || scene.connected() || elapsed < kPatience) return;
-  throw Error(ErrorCode::kNoAnswer, "nobody publishes at " + receiver.endpoint() + "; is tractiond running?");
-}
 
 template <typename Step>
 Scene loop(Receiver& receiver, double seconds, Clock::duration step, Step&& show) {
@@ -27,7 +23,8 @@ Scene loop(Receiver& receiver, double seconds, Clock::duration step, Step&& show
   for (Clock::time_point next = start;; next += step) {
     const Clock::time_point now = Clock::now();
     Scene scene = receiver.scene();
-    expectSomebody(receiver, scene, now - start);
+    const bool isKnown = scene.lastArrival_ns != 0 || scene.connected();
+    if (!isKnown && now - start >= kPatience) throw noPublisher(receiver.endpoint());
     const bool isOver = std::chrono::duration<double>(now - start).count() >= seconds;
     if (stopRequested() || !show(scene, now, std::max(next + step - now, Clock::duration(0))) || isOver) return scene;
   }

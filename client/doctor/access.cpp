@@ -51,12 +51,19 @@ void checkGroup(const Patient& patient, List& findings) {
   }
 }
 
+/// Returns the command that sets owner and mode of a file.
+std::string ownCommand(const std::string& owner, const std::string& mode, const std::string& file) {
+  std::string command = "sudo chown ";
+  command.append(owner).append(1, ' ').append(file).append(" && sudo chmod ").append(mode).append(1, ' ').append(file);
+  return command;
+}
+
 void checkKeys(const Patient& patient, List& findings) {
   const std::string folder = tractiond::network::kKeyDirectory;
   const Box::Look look = patient.box.look(folder);
   constexpr unsigned kOthersWrite = 022, kOthers = 007, kGroupReads = 040;
   if (look.error == ENOENT) {
-    findings.push_back({"keys", Verdict::kOk, "there are none: nobody comes in from other hosts"});
+    findings.push_back({"keys", Verdict::kOk, "there are none: clients of other hosts cannot connect"});
     return;
   }
   if (look.error != 0) {
@@ -64,8 +71,9 @@ void checkKeys(const Patient& patient, List& findings) {
     return;
   }
   if (look.user != 0 || (look.mode & kOthersWrite) != 0) {
-    findings.push_back({"keys", Verdict::kFail, "others than root can write in " + folder + ", and let themselves in",
-                        "sudo chown root " + folder + " && sudo chmod 755 " + folder});
+    findings.push_back({"keys", Verdict::kFail,
+                        "others than root can write in " + folder + ", and thereby allow clients",
+                        ownCommand("root", "755", folder)});
     return;
   }
   const auto gateway = idOf(patient.box, "/etc/group", "traction-gateway");
@@ -77,22 +85,22 @@ void checkKeys(const Patient& patient, List& findings) {
     const bool isSecret = name == "gateway.secret";
     if (isSecret && ((one.mode & (kOthers | kOthersWrite)) != 0 || one.user != 0)) {
       findings.push_back({"keys", Verdict::kFail, "others can read or change the box's secret key " + file,
-                          "sudo chown root:traction-gateway " + file + " && sudo chmod 640 " + file});
+                          ownCommand("root:traction-gateway", "640", file)});
       return;
     }
     if (isSecret && (!gateway || one.group != *gateway || (one.mode & kGroupReads) == 0)) {
       findings.push_back({"keys", Verdict::kFail, "the gateway may not read " + file,
-                          "sudo chown root:traction-gateway " + file + " && sudo chmod 640 " + file});
+                          ownCommand("root:traction-gateway", "640", file)});
       return;
     }
     if (!isSecret && (one.user != 0 || (one.mode & kOthersWrite) != 0)) {
-      findings.push_back({"keys", Verdict::kFail, "others than root can change " + file,
-                          "sudo chown root " + file + " && sudo chmod 644 " + file});
+      findings.push_back(
+          {"keys", Verdict::kFail, "others than root can change " + file, ownCommand("root", "644", file)});
       return;
     }
     keys += isSecret ? 0 : 1;
   }
-  findings.push_back({"keys", Verdict::kOk, std::to_string(keys) + " may come in"});
+  findings.push_back({"keys", Verdict::kOk, std::to_string(keys) + " clients may connect"});
 }
 
 void checkOwnKey(const Patient& patient, List& findings) {
@@ -105,7 +113,7 @@ void checkOwnKey(const Patient& patient, List& findings) {
   } else if ((look.mode & 077U) != 0) {
     findings.push_back({"your key", Verdict::kFail, "others can read " + file, "chmod 600 " + file});
   } else {
-    findings.push_back({"your key", Verdict::kOk, "nobody else can read it"});
+    findings.push_back({"your key", Verdict::kOk, "no other user can read it"});
   }
 }
 

@@ -1,5 +1,7 @@
 #include "client/doctor/box.h"
 
+#include "traction/control.h"
+
 #include <fcntl.h>
 #include <poll.h>
 #include <spawn.h>
@@ -86,6 +88,14 @@ std::optional<bool> Box::keepsTime() const {
   timex asked{};
   if (adjtimex(&asked) < 0) return std::nullopt;
   return (asked.status & STA_UNSYNC) == 0;
+}
+
+Box::Answer Box::status(const std::string& instance) const try {
+  ControlOptions options;
+  options.instance = instance;
+  return {Control(options).status(), {}};
+} catch (const Error& error) {
+  return {{}, error.what()};
 }
 
 std::optional<Box::Ran> Box::run(const std::vector<std::string>& words) const {

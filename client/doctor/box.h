@@ -2,6 +2,8 @@
 // own.
 #pragma once
 
+#include "traction/status.h"
+
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -54,6 +56,13 @@ class Box {
   };
   /// A program and its arguments; none: it is not there, or takes longer than 10 s.
   virtual std::optional<Ran> run(const std::vector<std::string>& words) const;
+
+  struct Answer {
+    std::optional<traction::Status> status;
+    std::string why;  ///< there is no status
+  };
+  /// Asks the daemon of an instance for its status.
+  virtual Answer status(const std::string& instance) const;
 
   /// The kernel says that somebody keeps the time of day; none: it does not say.
   virtual std::optional<bool> keepsTime() const;

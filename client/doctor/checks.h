@@ -63,6 +63,7 @@ void checkNetwork(const Patient& patient, const Instance& instance, std::vector<
 void checkAccess(const Patient& patient, std::vector<Finding>& findings);
 void checkCompetitors(const Patient& patient, std::vector<Finding>& findings);
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
+void checkMeasurement(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
 
 std::vector<Finding> examine(const Box& box, const std::string& program, const std::string& instance);
 

@@ -93,12 +93,14 @@ std::map<int, std::set<std::string>> listeners(const Box& box) {
   return all;
 }
 
-/// Of the processes whose descriptors may be seen, the one that has the socket.
+/// Returns the process that has the socket, if its descriptors may be seen.
 const Process* ownerOf(const Patient& patient, const std::string& inode) {
+  const std::string socket = "socket:[" + inode + "]";
   for (const Process& process : patient.processes) {
-    const std::string folder = "/proc/" + std::to_string(process.id) + "/fd";
+    std::string folder = "/proc/";
+    folder.append(std::to_string(process.id)).append("/fd/");
     for (const std::string& descriptor : patient.box.list(folder)) {
-      if (patient.box.target(folder + "/" + descriptor) == "socket:[" + inode + "]") return &process;
+      if (patient.box.target(folder + descriptor) == socket) return &process;
     }
   }
   return nullptr;

@@ -109,7 +109,7 @@ void readSettings(const Patient& patient, Instance& instance) {
 Patient admit(const Box& box, const std::string& program, const std::string& instance) {
   Patient patient{box, program, processesOf(box), {}};
   for (const std::string& name : instance.empty() ? namesOf(patient) : std::set<std::string>{instance}) {
-    Instance one{name, std::string(kFolder) + "/" + name + ".toml", {}, {}, {}};
+    Instance one{name, std::string(kFolder).append("/").append(name).append(".toml"), {}, {}, {}};
     for (const Process& process : patient.processes) {
       if (isDaemon(process) && instanceOf(process) == name) one.processes.push_back(process.id);
     }
@@ -145,6 +145,7 @@ std::vector<Finding> examine(const Box& box, const std::string& program, const s
     const std::size_t before = findings.size();
     checkService(patient, one, findings);
     checkNetwork(patient, one, findings);
+    checkMeasurement(patient, one, findings);
     for (std::size_t i = before; i < findings.size(); ++i) findings[i].instance = one.name;
   }
   return findings;

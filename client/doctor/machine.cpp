@@ -17,7 +17,8 @@ void checkGovernor(const Patient& patient, List& findings) {
   std::string other;
   for (const std::string& name : patient.box.list(folder)) {
     if (name.rfind("cpu", 0) != 0 || name.find_first_of("0123456789") != 3) continue;
-    const auto governor = patient.box.line(folder + "/" + name + "/cpufreq/scaling_governor");
+    std::string file = folder;
+    const auto governor = patient.box.line(file.append("/").append(name).append("/cpufreq/scaling_governor"));
     if (!governor) continue;
     ++processors;
     if (*governor == "performance") continue;

@@ -29,14 +29,16 @@ std::string reportText(const std::vector<Finding>& findings) {
   const auto nameOf = [](const Finding& one) {
     return one.instance.empty() ? one.check : one.instance + ": " + one.check;
   };
+  constexpr std::size_t kVerdictWidth = 6;
   std::size_t widest = 0;
   for (const Finding& one : findings) widest = std::max(widest, nameOf(one).size());
   std::string text;
   for (const Finding& one : findings) {
-    const std::string word = wordOf(one.verdict), name = nameOf(one);
-    text += word + std::string(6 - word.size(), ' ') + name + std::string(widest + 2 - name.size(), ' ') +
-            printable(one.found) + "\n";
-    if (!one.mend.empty()) text += std::string(6, ' ') + printable(one.mend) + "\n";
+    std::string word = wordOf(one.verdict), name = nameOf(one);
+    word.resize(kVerdictWidth, ' ');
+    name.resize(widest + 2, ' ');
+    text.append(word).append(name).append(printable(one.found)).append(1, '\n');
+    if (!one.mend.empty()) text.append(kVerdictWidth, ' ').append(printable(one.mend)).append(1, '\n');
   }
   return text;
 }

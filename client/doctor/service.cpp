@@ -179,9 +179,10 @@ std::set<int> cpusOf(const std::string& list) {
   std::set<int> cpus;
   std::istringstream items(list);
   for (std::string item; std::getline(items, item, ',');) {
-    const auto dash = item.find('-');
-    const int last = std::atoi(item.c_str() + (dash == std::string::npos ? 0 : dash + 1));
-    for (int cpu = std::atoi(item.c_str()); cpu <= last; ++cpu) cpus.insert(cpu);
+    char* behind = nullptr;
+    const long first = std::strtol(item.c_str(), &behind, 10);
+    const long last = *behind == '-' ? std::strtol(behind + 1, nullptr, 10) : first;
+    for (long cpu = first; cpu <= last; ++cpu) cpus.insert(static_cast<int>(cpu));
   }
   return cpus;
 }

@@ -130,7 +130,7 @@ export class Subscriber {
       const [place, jpeg] = split(bytes);
       return {kind: "picture", ...JSON.parse(place), jpeg};
     }
-    if (topic === "view/time" || topic === "view/recorder") return {kind: topic.slice(5), ...JSON.parse(text.decode(bytes))};
+    if (/^view\/(time|recorder|health)$/.test(topic)) return {kind: topic.slice(5), ...JSON.parse(text.decode(bytes))};
     if (topic !== "" && !topic.startsWith(root)) {
       throw new TractionError("version", `what comes is ${printable(topic)}, this library reads ${root}`);
     }

@@ -33,7 +33,7 @@ void expectSocket(const std::string& endpoint) {
                                           "--groups tractiond USER)");
   }
   if (!std::filesystem::is_socket(path, ignored)) {
-    throw Error(ErrorCode::kNoAnswer, "nobody is at " + endpoint + "; is tractiond running?");
+    throw Error(ErrorCode::kNoAnswer, "nothing answers at " + endpoint + "; is tractiond running?");
   }
 }
 
@@ -63,7 +63,7 @@ void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
               isSomebody
                   ? "who is at " + options.endpoint +
                         " takes no requests; is it the endpoint 'control' of a tractiond? A gateway asks for a key"
-                  : "nobody is at " + options.endpoint + "; is tractiond running?");
+                  : "nothing answers at " + options.endpoint + "; is tractiond running?");
 }
 
 /// Waits for the reply. \throws Error kNoAnswer if it does not arrive in time or the peer disconnects first

@@ -51,7 +51,7 @@ std::string sentence(const CLI::ParseError& error, const CLI::App& app, const st
     const std::string word = first != words.end() ? *first : extras.at(0);
     const std::string names = namesOf(*last);
     if (word.rfind('-', 0) == 0 || names.empty()) return command + " does not understand '" + word + "'" + help;
-    return "'" + word + "' is none of " + names + help;
+    return "'" + word + "' is not one of " + names + help;
   }
   if (code == CLI::ExitCodes::ArgumentMismatch) return what.substr(0, what.find(':')) + " needs a value" + help;
   return what + help;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "client/viewer/forwarder.h"
+#include "client/viewer/health_feed.h"
 #include "client/viewer/playing.h"
 #include "client/viewer/recording.h"
 #include "client/viewer/session.h"
@@ -22,9 +23,8 @@ namespace traction::view {
 struct Hub {
   void deliver(unsigned kind, const Frame& frame) {
     // Kept for new sessions, as the daemon sends these rarely.
-    for (const unsigned kept : {unsigned{kDescription}, unsigned{kStatus}, unsigned{kPlaces}, unsigned{kRecorder}}) {
-      if (kind == kept) last[kind] = frame;
-    }
+    constexpr unsigned kKept = unsigned{kDescription} | kStatus | kPlaces | kRecorder | kHealth;
+    if ((kind & kKept) != 0) last[kind] = frame;
     for (const auto& session : sessions) session->offer(kind, frame);
   }
 
@@ -37,7 +37,8 @@ struct Hub {
   std::atomic<int> backlog{0};
   int questions = 0;
   std::unique_ptr<Forwarder> forwarder;
-  std::unique_ptr<Source> source;  // behind the forwarder, which its thread uses
+  std::unique_ptr<HealthFeed> health;
+  std::unique_ptr<Source> source;  // behind the two, which its thread uses
   std::shared_ptr<Recording> recording;
   boost::asio::thread_pool asker{1};
 };

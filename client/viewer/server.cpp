@@ -1,5 +1,6 @@
 #include "client/viewer/server.h"
 
+#include "client/cli/receiver.h"
 #include "client/cli/recordings.h"
 #include "client/viewer/foxglove_server.h"
 #include "client/viewer/http_listener.h"
@@ -165,8 +166,12 @@ class Server {
               ",\"stream\":\"/stream/" + std::to_string(i) + "\",\"control\":" + (control ? "true" : "false") +
               ",\"record\":" + (hasRecordings() && !options_.readOnly ? "true" : "false") + "}";
     }
+    std::string flags;
+    for (const cli::FlagText& each : cli::kFlagTexts) {
+      flags += std::string(flags.empty() ? "" : ",") + jsonText(each.name) + ":" + jsonText(each.words);
+    }
     return "{\"version\":\"" TRACTION_VERSION "\",\"recordings\":" + std::string(hasRecordings() ? "true" : "false") +
-           ",\"sensors\":[" + list + "]}\n";
+           ",\"flags\":{" + flags + "},\"sensors\":[" + list + "]}\n";
   }
 
   Hub* findHub(std::string_view path) {
@@ -317,13 +322,19 @@ class Server {
         hub.deliver(kind, frame);
       });
     };
-    hub.source.reset();  // waits for the thread that uses the forwarder
+    hub.source.reset();  // waits for the thread that uses the two
     hub.forwarder = std::make_unique<Forwarder>(deliver);
+    hub.health = std::make_unique<HealthFeed>(deliver);
     try {
       hub.source = std::make_unique<Source>(
           hub.options.subscription,
           Source::Handlers{
-              .pass = [&hub](const Message& message, const Raw& raw) { hub.forwarder->pass(message, raw); },
+              .pass =
+                  [&hub](const Message& message, const Raw& raw) {
+                    hub.forwarder->pass(message, raw);
+                    hub.health->take(message);
+                  },
+              .turn = [&hub](bool isConnected) { hub.health->turn(isConnected, cli::nanoseconds(Clock::now())); },
               .fail =
                   [deliver](const Error& error, const Raw& raw) {
                     // Passes on a message that this program cannot decode: the client may be able to.

@@ -38,6 +38,7 @@ unsigned kindNamed(std::string_view name) {
   if (name == "picture") return kPicture;
   if (name == "places") return kPlaces;
   if (name == "surface") return kSurface;
+  if (name == "health") return kHealth;
   return 0;
 }
 

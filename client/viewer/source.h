@@ -22,6 +22,8 @@ class Source {
   /// Called on the source's thread.
   struct Handlers {
     std::function<void(const Message& message, const Raw& raw)> pass;
+    /// Called after each message, and at least every 0.1 s. \param isConnected to the publisher
+    std::function<void(bool isConnected)> turn = [](bool) {};
     /// \param raw is the message that could not be decoded; its bytes are empty if the error is not about a message
     std::function<void(const Error& error, const Raw& raw)> fail;
   };

@@ -21,7 +21,7 @@ struct StepLinks {
   std::int64_t (*clock)();                                        ///< [ns]
 };
 
-/// Answers each step once, unless another one replaces it before. The destructor waits for work that is under way.
+/// Answers each step once, unless another one replaces it before. Must not be destroyed while work is under way.
 /// Thread-bound.
 class StepRunner {
  public:

@@ -1,4 +1,4 @@
-// What the files that know Aravis share. Internal to this folder.
+// Helpers shared by the files that use Aravis. Internal to this folder.
 #pragma once
 
 #include "base/error.h"
@@ -24,14 +24,14 @@
 
 namespace tractiond::capture {
 
-/// Of a GObject.
+/// Deleter of a GObject.
 struct Unref {
   void operator()(void* object) const { g_object_unref(object); }
 };
 template <class T>
 using Ref = std::unique_ptr<T, Unref>;
 
-/// A GError that is freed; into() is the last argument of Aravis's functions.
+/// Owns a GError. into() is passed as the last argument of Aravis's functions.
 class Failure {
  public:
   Failure() = default;
@@ -44,7 +44,7 @@ class Failure {
   }
   explicit operator bool() const { return error_ != nullptr; }
   std::string text() const { return error_ == nullptr ? "unknown error" : error_->message; }
-  /// The camera did not answer: that is no refusal.
+  /// Returns whether the camera did not answer, which is not a refusal.
   bool noAnswer() const;
 
  private:
@@ -53,20 +53,20 @@ class Failure {
 
 tl::unexpected<Error> failed(int exitCode, std::string what, std::string remedy = {});
 
-std::string text(const char* string);  ///< null: empty
+std::string text(const char* string);  ///< Returns an empty string for nullptr.
 std::string number(double value);
 std::string joined(const std::vector<std::string>& items);
-/// Frees Aravis's arrays of borrowed strings.
+/// Copies an array of strings that Aravis lent, and frees the array.
 std::vector<std::string> taken(const char** names, guint count);
 
-/// Returns early when asked to stop.
+/// Sleeps until `until_ns`, or until a stop is requested.
 void pauseUntil(std::int64_t until_ns, const std::stop_token& stop);
 
 // ---- aravis_network.cpp: answers
 
-/// Keeps answers that are not the camera's from its control channel, and has it given back by a process that aborts.
-/// Aravis hides the socket, which is told by being new: to be made before the camera is opened, by the only thread that
-/// opens sockets. What is read while it is opened, its description, is not guarded.
+/// Keeps answers of other senders from a camera's control channel, and lets a process that aborts release the camera.
+/// Aravis hides the socket; it is recognised as the new one. Must therefore be created before the camera is opened, by
+/// the only thread that opens sockets. The description, which is read while the camera is opened, is not guarded.
 class ControlGuard {
  public:
   ControlGuard();
@@ -74,21 +74,21 @@ class ControlGuard {
   ControlGuard& operator=(const ControlGuard&) = delete;
   ~ControlGuard();
   tl::expected<void, Error> guard(ArvGvDevice* device);
-  /// The device will be closed: a process that ends by a signal no longer says so to the camera.
+  /// Must be called before the device is closed: a process that ends by a signal then no longer releases the camera.
   void disarm();
-  /// Datagrams that the kernel kept from it; as long as the device is open.
+  /// Returns the number of datagrams that the kernel has dropped. The device must be open.
   std::uint64_t refused() const;
 
  private:
-  std::vector<std::uint64_t> before_;  ///< inodes of the sockets that there were
+  std::vector<std::uint64_t> before_;  ///< inodes of the sockets that were open before
   int descriptor_ = -1;
 };
 
 // ---- aravis_find.cpp
 
-/// EX_UNAVAILABLE: it is not there, or does not answer. EX_TEMPFAIL: another client holds it, and did not leave within
-/// 8 s, longer than a camera keeps to a client that died (3 s by default). EX_NOPERM: its USB device may not be opened.
-/// \param guard made before; guards a GigE Vision camera from here on
+/// Opens a camera. Errors: EX_UNAVAILABLE if it is absent or does not answer; EX_TEMPFAIL if another client controls it
+/// for longer than 8 s, which is more than the heartbeat timeout of a client that died (3 s by default); EX_NOPERM if
+/// its USB device may not be opened. \param guard created before the call; guards a GigE Vision camera from here on
 tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening,
                                                   ControlGuard& guard);
 
@@ -99,27 +99,28 @@ CameraName nameOf(ArvCamera* camera);
 
 // ---- aravis_feature.cpp
 
-/// Writes one feature, waits for a command to be done; the line for the list of settings. EX_CONFIG names what would be
-/// allowed, EX_UNAVAILABLE: the camera does not answer.
+/// Writes one feature; waits until a command is done. Returns a line for the list of settings. Errors: EX_CONFIG with
+/// the values that are allowed; EX_UNAVAILABLE if the camera does not answer.
 tl::expected<std::string, Error> writeFeature(ArvDevice* device, const Feature& feature);
-/// What writing it again would bring back; none: a command, or it cannot be read or written now.
+/// Returns the value of a feature, for restoring it; none for a command, or if it cannot be read or written now.
 std::optional<Feature> standingAt(ArvDevice* device, const char* name);
 bool hasFeature(ArvDevice* device, const char* name);
-/// The first of these that the camera has; empty: none.
+/// Returns the first of these features that the camera has; empty: it has none.
 std::string firstFeature(ArvDevice* device, std::initializer_list<const char*> names);
-/// The text of an element within a node of the camera's description; empty: there is none.
+/// Returns the text of an element within a node of the camera's description; empty: there is none.
 std::string elementText(ArvGcNode* node, const char* element);
-/// Empty: it has no such feature, or it cannot be read now.
+/// Returns a feature's value; empty: there is no such feature, or it cannot be read now.
 std::string readFeature(ArvDevice* device, const std::string& name);
-/// The answer to a question of people's. \param configured what the configuration sets
+/// Answers an operator's request. \param configured features that the configuration sets
+/// \param first names and values of features before requests changed them
 tl::expected<CameraReport, std::string> serveFeatures(ArvCamera* camera, const CameraStep& step,
                                                       const std::vector<Feature>& configured,
                                                       std::vector<std::pair<std::string, std::string>>& first);
 
-/// A quantity that cameras spell in several ways, in one unit: ExposureTime, ExposureTimeAbs in us; Gain, GainRaw.
+/// A quantity that cameras name in several ways, in one unit: ExposureTime, ExposureTimeAbs in us; Gain, GainRaw.
 struct Quantity {
-  std::string feature;   ///< the first of its names that the camera has; empty: none
-  double perUnit = 1.0;  ///< the camera's number for one of ours
+  std::string feature;   ///< name in this camera; empty: the camera lacks it
+  double perUnit = 1.0;  ///< the camera's number per unit of ours
 };
 Quantity exposureOf(ArvDevice* device);
 Quantity gainOf(ArvDevice* device);
@@ -127,42 +128,42 @@ std::optional<double> readQuantity(ArvDevice* device, const Quantity& quantity);
 
 // ---- aravis_settings.cpp
 
-/// Makes every setting in order; adds what the camera made of them to the info. \param before what the session before
-/// this one found the camera at: kept where the configuration leaves it open. \param undo written in reverse, it brings
-/// back what the camera stood at before, but for what commands have done
+/// Writes every setting in order, and adds the values that the camera accepted to the info. \param before values that
+/// the session before found: kept where the configuration leaves them open. \param undo the earlier values; writing
+/// them in reverse order restores the camera, except for the effects of commands
 tl::expected<void, Error> applySettings(ArvCamera* camera, const CameraOptions& options, const Standing* before,
                                         CameraInfo& info, std::vector<Feature>& undo);
 
-/// A format as the camera spells it, with its code where that cannot be read.
+/// Returns the camera's name of a format, with its code if the format cannot be read.
 std::string formatInWords(const std::string& name, std::int64_t code);
-/// What the camera offers now, in words; and those of them that can be read, the best first.
+/// Return the formats that the camera offers now: all of them, in words; those that can be read, best first.
 std::vector<std::string> offeredFormats(ArvCamera* camera);
 std::vector<const PixelFormatTraits*> readableFormats(ArvCamera* camera);
-/// The best: as few bytes as colours need, then as few bits.
+/// Sorts formats by preference: those of few bytes that keep the colours first, then by their number of bits.
 void bestFirst(std::vector<const PixelFormatTraits*>& formats);
 
 // ---- aravis_read.cpp
 
-/// The picture as it will be sent; enters it, rate and exposure in the info. EX_CONFIG: a format that cannot be read.
+/// Reads size and format of the pictures, frame rate and exposure into the info. Error: EX_CONFIG if the format cannot
+/// be read.
 tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info);
 
-/// Reads packet counters, which are added to those of `before`, PTP and temperature; registers that the camera does not
-/// have stay empty. Of a camera that is gone each register takes seconds: reads no further one once it is known to be
-/// lost.
+/// Reads packet counters, which are added to those of `before`, PTP and temperature. Values that the camera lacks stay
+/// empty. Each register of a camera that is gone takes seconds: reads no further one once isLost() returns true.
 CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard, const CameraLink& before,
                     const std::function<bool()>& isLost);
 
 // ---- aravis_clock.cpp
 
-/// Asks a camera what its clock shows, eight times a second, on a thread of its own, "camera-clock": a camera that
-/// hangs keeps Aravis waiting for seconds, and whoever asks it.
+/// Reads a camera's clock eight times a second, on the thread "camera-clock": a read of a camera that hangs blocks for
+/// seconds.
 class AskedClock {
  public:
-  /// None: the camera's description knows of no latch for its clock, or the camera refuses. Takes three answers. The
-  /// device outlives this.
+  /// Starts to read the clock, which takes three answers. Returns nullptr if the camera's description has no latch for
+  /// the clock, or the camera refuses. The device must outlive this.
   static std::unique_ptr<AskedClock> open(ArvDevice* device);
 
-  /// The newest answers; false: there are none since. For one thread, waits for nobody.
+  /// Takes the newest answers. Returns false if there are none since the last call. For one thread; does not wait.
   bool take(ClockFit& fit) { return fit_.take(fit); }
 
  private:
@@ -170,38 +171,38 @@ class AskedClock {
   void run(const std::stop_token& stop, ClockAsker asker);
 
   Mailbox<ClockFit> fit_;
-  std::jthread thread_;  ///< the last member: it ends first
+  std::jthread thread_;  ///< the last member, as it uses the others
 };
 
 // ---- camera_list.cpp
 
-/// Vendor and model by the camera's description.
+/// Returns vendor and model by the camera's description.
 std::pair<std::string, std::string> makeOf(ArvDevice* device);
-/// Empty: nothing is known against it.
+/// Returns a warning about the byte order of the camera's registers; empty: there is no reason for one.
 std::string byteOrderNote(ArvDevice* device);
 
 // ---- aravis_network.cpp
 
-/// To be tried in turn, from the largest that the interface carries to the safest.
+/// Returns the packet sizes to try in turn, from the largest that the interface carries to the safest [bytes].
 tl::expected<std::vector<int>, Error> packetSizes(ArvCamera* camera, const CameraOptions& options);
 
-/// Returns what the kernel granted.
+/// Sets the size of the socket's receive buffer. Returns the size that the kernel granted [bytes].
 int setReceiveBuffer(ArvStream* stream, int size_bytes);
 
-/// From here on the kernel lets through to the stream what its camera can have sent, and nothing that came before is
-/// left. To be called before the stream has buffers: until then Aravis throws away every packet.
+/// Lets the kernel drop each datagram that the stream's camera cannot have sent, and drops those that have arrived.
+/// Must be called before the stream has buffers: until then Aravis discards every packet.
 tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shape);
-/// Packets that the kernel kept from the stream: not the camera's, or there was no room for them.
+/// Returns the number of packets that the kernel dropped: from another sender, or without room in the buffer.
 std::uint64_t packetsRefused(ArvStream* stream);
 
-/// Received by the kernel, and not yet by Aravis.
+/// Returns the number of bytes that the kernel has received and Aravis has not read yet.
 std::uint32_t bytesWaiting(ArvStream* stream);
-/// As far as the camera says.
+/// Returns the shape of the stream, as far as the camera tells it.
 StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t payload_bytes);
 
 bool packetSocketAllowed();
 
-/// Empty if the kernel gives USB devices that much.
+/// Returns a warning if the kernel grants USB devices less memory than that; else empty.
 std::string usbMemoryWarning(std::size_t needed_bytes);
 
 }  // namespace tractiond::capture

@@ -284,7 +284,7 @@ AravisDriver::Proof AravisDriver::awaitWholeFrame() const {
 std::string AravisDriver::doubt() {
   const bool isGigE = framePackets_ != 0;
   ProcessorWait wait(receivingThread_.load(std::memory_order_relaxed));
-  switch (judgeSilence({
+  switch (causeOfSilence({
       .received = [&] { return isGigE ? arv_stream_get_info_uint64_by_name(stream_.get(), "n_received_packets") : 0; },
       .hasPacketsWaiting = [&] { return isGigE && bytesWaiting(stream_.get()) != 0; },
       .isWaitingForProcessor = [&] { return wait.lasts(); },

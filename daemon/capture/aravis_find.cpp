@@ -92,8 +92,8 @@ tl::expected<Ref<ArvCamera>, Error> find(const CameraOptions& options, const std
   return camera;
 }
 
-/// Aravis opens a camera that another client controls as if nothing were amiss. Who holds it is not read while waiting:
-/// some cameras take that register's reading, by anybody, for their holder's heartbeat (Aravis's fake does).
+/// Aravis opens a camera that another client controls without an error. The controlling client is not read while
+/// waiting: some cameras, such as Aravis's fake, take any reading of that register for that client's heartbeat.
 bool takeControl(ArvGvDevice* device, std::int64_t until_ns, const std::stop_token& stop) {
   while (!arv_gv_device_is_controller(device) && !arv_gv_device_take_control(device, nullptr)) {
     if (stop.stop_requested() || monotonicNow() > until_ns) return false;
@@ -144,11 +144,11 @@ tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, 
   if (!arv_gv_device_is_controller(ARV_GV_DEVICE(device))) {
     const CameraName name = nameOf(camera->get());
     const std::string held = "camera " + name.id + " at " + name.address + " is held by another client";
-    if (opening.say) opening.say(Weight::kWarning, held);
+    if (opening.say) opening.say(LogLevel::kWarning, held);
     if (!takeControl(ARV_GV_DEVICE(device), until_ns, opening.stop))
       return failed(EX_TEMPFAIL, held, "close that client");
   }
-  // It may still send to who held it before and died; some go on with that (Aravis's fake does).
+  // It may still send to a client that died; some cameras continue with that, such as Aravis's fake.
   arv_camera_stop_acquisition(camera->get(), nullptr);
   return camera;
 }

@@ -113,7 +113,7 @@ Result Setter::set(const Feature& feature) {
 Result Setter::setFormat(const std::string& name) {
   const std::string what = "the camera refuses camera.pixel_format = \"" + name + "\": ";
   const PixelFormatTraits* known = pixelFormatByName(name);
-  if (known == nullptr) return failed(EX_CONFIG, what + "it is none of " + joined(pixelFormatNames()));
+  if (known == nullptr) return failed(EX_CONFIG, what + "it is not one of " + joined(pixelFormatNames()));
   Failure failure;
   if (arv_camera_get_pixel_format(camera_, failure.into()) != known->code()) {
     guint count = 0;
@@ -314,7 +314,7 @@ Result Setter::setPtp() {
   for (const char* mode : {"Slave", "SlaveOnly", "Auto", "On"})
     if (std::find(modes.begin(), modes.end(), mode) != modes.end()) return set({"PtpMode", std::string(mode)});
   return failed(EX_CONFIG,
-                "camera.ptp = true: the camera's PtpMode is none that follows a master; it offers " + joined(modes));
+                "camera.ptp = true: the camera's PtpMode cannot follow a master; it offers " + joined(modes));
 }
 
 Result Setter::setLink(const CameraOptions& options) {

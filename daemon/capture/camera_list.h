@@ -1,4 +1,4 @@
-// What cameras are in sight, and what keeps each from being opened.
+// Lists the cameras that can be found, and what prevents each from being opened.
 #pragma once
 
 #include "daemon/capture/camera_info.h"
@@ -9,29 +9,30 @@
 
 namespace tractiond::capture {
 
-/// All cameras that answer; looks for about a second. `withFake` includes Aravis's in-process test camera.
+/// Returns all cameras that answer within about a second. \param withFake includes Aravis's in-process test camera
 std::vector<CameraName> listCameras(bool withFake = false);
 
 struct CameraSight {
   CameraName name;
   std::string obstacle;            ///< why it cannot be opened; empty: it can
-  std::string remedy;              ///< of that
-  std::vector<std::string> notes;  ///< what else should be known
+  std::string remedy;              ///< what removes the obstacle
+  std::vector<std::string> notes;  ///< other facts for the operator
 };
 
-/// As listCameras, and USB cameras that may not be opened. Opens each for a moment, so that it knows.
-/// \param inspector as CameraOptions has it
+/// Returns the cameras of listCameras(), and USB cameras that may not be opened. Opens each camera for a moment.
+/// \param inspector as in CameraOptions
 std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withFake);
 
-/// How `cameras` share a link of `link_bytes_per_s`, in words, with the keys that make them.
+/// Returns a sentence on how `cameras` share a link of `link_bytes_per_s`, with the configuration keys to set.
 std::string shareAdvice(int cameras, double link_bytes_per_s, int packet_bytes);
 
-/// USB3 Vision cameras by their interface class, from the kernel's tables. \param sys normally /sys; \param dev /dev
 struct UsbCamera {
   std::string vendor, product, serial;
   std::filesystem::path node;  ///< /dev/bus/usb/001/004
   bool permitted = false;
 };
+/// Returns the USB3 Vision cameras by their interface class, from the kernel's tables.
+/// \param sys normally /sys \param dev normally /dev
 std::vector<UsbCamera> usbCameras(const std::filesystem::path& sys = "/sys", const std::filesystem::path& dev = "/dev");
 
 }  // namespace tractiond::capture

@@ -1,4 +1,4 @@
-// How a camera is chosen and set.
+// Options by which a camera is chosen and set.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace tractiond::capture {
 
 enum class PacketSocket { kOff, kAuto, kOn };
 
-/// A GenICam feature by its name in the camera. `true` for a command executes it.
+/// A GenICam feature, by its name in the camera, and its value. `true` executes a command.
 struct Feature {
   std::string name;
   std::variant<bool, std::int64_t, double, std::string> value;
@@ -20,48 +20,49 @@ struct Feature {
 struct CameraOptions {
   /// Device id, "Vendor-Serial", IP address or MAC address; empty: the first camera found.
   std::string id = {};
-  /// Raw pictures from this file ("-": standard input) take a camera's place; empty: they do not. From the command
+  /// File of raw pictures that replaces a camera ("-": standard input); empty: a camera is used. Set by the command
   /// line.
   std::string images = {};
-  /// A camera that is not there yet is waited for; false: that is an error.
+  /// Whether to wait for a camera that is absent; false: its absence is an error.
   bool wait = true;
 
-  /// First of all, in the order of the file: any sequence, commands included.
+  /// Written before all other settings, in the order of the configuration, commands included.
   std::vector<Feature> features = {};
 
-  // Then these in their order. Zero, empty, or -1 for an offset: as the camera stands.
+  // Written next, in this order. Zero, empty, or -1 for an offset: the camera's own value is kept.
   std::string pixelFormat = {};    ///< a name of records/pixel_format.h
   int width = 0, height = 0;       ///< px
   int offsetX = -1, offsetY = -1;  ///< px
   double frameRate_Hz = 0.0;
-  double exposure_us = 0.0;              ///< whatever the camera's name for it; switches its automatic off
-  std::optional<double> gain = {};       ///< in the camera's own unit; likewise
+  double exposure_us = 0.0;              ///< under any name that cameras use; switches automatic exposure off
+  std::optional<double> gain = {};       ///< in the camera's own unit; switches automatic gain off
   std::string trigger = {};              ///< "off", "software", or the source's name in the camera: "Line1"
-  std::string strobeLine = {};           ///< follows the exposure: "Line2"
-  bool ptp = false;                      ///< the camera's clock follows its network's
+  std::string strobeLine = {};           ///< output that is active during the exposure: "Line2"
+  bool ptp = false;                      ///< synchronises the camera's clock with its network (IEEE 1588)
   double packetDelay_ns = 0.0;           ///< between two packets of a network camera
-  int throughput_bytes_per_s = 0;        ///< that the camera sends at most
+  int throughput_bytes_per_s = 0;        ///< limit of what the camera sends; 0: the camera's own
   std::vector<std::string> chunks = {};  ///< sent with each frame: "ExposureTime", "Gain", "Timestamp" ...
 
-  /// With headers. 0: the interface's MTU, at most 9000; smaller if no whole frame arrives so.
+  /// With headers. 0: the interface's MTU, at most 9000; smaller if no whole frame arrives with it.
   int packetSize_bytes = 0;
-  /// Nine frames of 640 x 480 RGB8: rides out a stall of 150 ms at 60 frames/s.
+  /// Default: nine frames of 640 x 480 RGB8, enough for a stall of 150 ms at 60 frames/s.
   int receiveBuffer_bytes = 8 << 20;
-  /// A packet that was asked for again and has not come, or a frame that goes on no more, is asked for after this. At
-  /// Aravis's default of 20 ms a repaired frame is 60 ms late; a camera that pauses for longer is asked for what it has
-  /// not sent yet, and may then send nothing of that frame again.
+  /// Time after which a resend request is repeated, or the rest of a frame that has stopped is requested. With Aravis's
+  /// default of 20 ms a repaired frame is 60 ms late. A camera that pauses for longer within a frame gets requests for
+  /// packets that it has not sent yet, and may then send nothing more of that frame.
   int packetTimeout_us = 5'000;
-  /// A frame whose packets stay away for longer is given up.
+  /// Time without a packet after which a frame is given up.
   int frameRetention_us = 100'000;
-  /// Needs CAP_NET_RAW, and delivers late or nothing on loopback.
+  /// Needs CAP_NET_RAW. On a loopback interface it delivers late or not at all.
   PacketSocket packetSocket = PacketSocket::kOff;
-  /// One fills, the others are in the pipeline. More only add lag when it stalls.
+  /// One is being filled, the others are in the pipeline. More of them only add delay after a stall.
   int buffers = 10;
-  /// Without a frame for longer the camera counts as lost. 0: only if it says so (a trigger that may pause).
+  /// Time without a frame after which the camera counts as lost; 0: it is lost only if the driver reports it, for
+  /// triggers that may pause.
   int silenceTimeout_ms = 2'000;
-  /// Evaluates the camera's description first, in a process of its own: tractiond's path. Empty: nobody does.
+  /// Path of tractiond, which evaluates the camera's description in a child process first; empty: not evaluated.
   std::string inspector = {};
-  /// Aravis's in-process test camera may be opened.
+  /// Whether Aravis's in-process test camera may be opened.
   bool fakeInterface = false;
 };
 

@@ -48,9 +48,8 @@ void standAt(ArvDevice* device, const PixelFormatTraits& format) {
     arv_gc_integer_set_value(ARV_GC_INTEGER(behind), format.code(), nullptr);
 }
 
-}  // namespace
-
-tl::expected<CameraPlan, Error> planCamera(const std::string& file, const CameraOptions& options) {
+/// Reads a description, without what tools print before it.
+tl::expected<std::string, Error> readDescription(const std::string& file) {
   constexpr std::size_t kLargest_bytes = 64 << 20;
   std::ifstream stream(file, std::ios::binary);
   if (!stream) return tl::unexpected(Error{.exitCode = EX_NOINPUT, .what = "it cannot be read", .where = file});
@@ -58,39 +57,36 @@ tl::expected<CameraPlan, Error> planCamera(const std::string& file, const Camera
   const auto refuse = [&](std::string what) {
     return tl::unexpected(Error{.exitCode = EX_DATAERR, .what = std::move(what), .where = file});
   };
-  if (xml.size() > kLargest_bytes) return refuse("a description of " + std::to_string(xml.size()) + " bytes is none");
-  // What tools print before the description itself.
+  if (xml.size() > kLargest_bytes)
+    return refuse("a description of " + std::to_string(xml.size()) + " bytes is too long");
   const std::size_t begin = xml.find('<');
   if (begin == std::string::npos) return refuse("it is no GenICam description");
   xml.erase(0, begin);
+  return xml;
+}
 
-  // What is wrong is said below, in one line.
-  g_log_set_handler(
-      "XML", GLogLevelFlags(G_LOG_LEVEL_MASK), [](auto...) {}, nullptr);
-  Failure failure;
-  const Ref<ArvDevice> device = makePaperDevice(xml, failure);
-  if (!device) return refuse(failure.text());
-  const Ref<ArvCamera> camera(arv_camera_new_with_device(device.get(), failure.into()));
-  if (!camera) return refuse("Aravis does not open it: " + failure.text());
-
-  CameraPlan plan;
-  std::tie(plan.vendor, plan.model) = makeOf(device.get());
-  plan.rate = orNone(firstFeature(device.get(), {"AcquisitionFrameRate", "AcquisitionFrameRateAbs", "FPS"}));
-  plan.exposure = orNone(exposureOf(device.get()).feature);
-  plan.gain = orNone(gainOf(device.get()).feature);
-  plan.trigger = orNone(joined(namesOf(entriesOf(device.get(), "TriggerSource"))));
-  plan.clock = orNone(firstFeature(device.get(), {"PtpEnable", "GevIEEE1588", "PtpMode"}));
-  plan.link = orNone(firstFeature(device.get(), {"DeviceLinkThroughputLimit", "GevSCPD"}));
-  const ChunkDescription chunks = describeChunks(device.get());
-  plan.chunks = joined(chunks.names);
+/// Fills in the names of the camera's features, and notes on what is missing.
+void planFeatures(ArvDevice* device, CameraPlan& plan) {
+  std::tie(plan.vendor, plan.model) = makeOf(device);
+  plan.rate = orNone(firstFeature(device, {"AcquisitionFrameRate", "AcquisitionFrameRateAbs", "FPS"}));
+  plan.exposure = orNone(exposureOf(device).feature);
+  plan.gain = orNone(gainOf(device).feature);
+  plan.trigger = orNone(joined(namesOf(entriesOf(device, "TriggerSource"))));
+  plan.clock = orNone(firstFeature(device, {"PtpEnable", "GevIEEE1588", "PtpMode"}));
+  plan.link = orNone(firstFeature(device, {"DeviceLinkThroughputLimit", "GevSCPD"}));
+  const ChunkDescription chunks = describeChunks(device);
+  plan.chunks = orNone(joined(chunks.names));
   for (const std::string& unread : chunks.unread) plan.notes.push_back(unread + " is computed: it is left out");
-  plan.chunks = orNone(plan.chunks);
-  if (const std::string note = byteOrderNote(device.get()); !note.empty()) plan.notes.push_back(note);
-  if (!hasFeature(device.get(), "TLParamsLocked")) plan.notes.emplace_back("it has no TLParamsLocked");
+  if (const std::string note = byteOrderNote(device); !note.empty()) plan.notes.push_back(note);
+  if (!hasFeature(device, "TLParamsLocked")) plan.notes.emplace_back("it has no TLParamsLocked");
+}
 
+/// Fills in the pixel formats that can be read, best first, and lets the device stand at the first. Returns why there
+/// is none.
+std::string planFormats(ArvDevice* device, CameraPlan& plan) {
   std::vector<const PixelFormatTraits*> readable;
   std::vector<std::string> foreign;
-  for (const Entry& one : entriesOf(device.get(), "PixelFormat")) {
+  for (const Entry& one : entriesOf(device, "PixelFormat")) {
     const PixelFormatTraits* known = pixelFormatByCode(static_cast<std::uint32_t>(one.value));
     if (known != nullptr)
       readable.push_back(known);
@@ -99,24 +95,48 @@ tl::expected<CameraPlan, Error> planCamera(const std::string& file, const Camera
   }
   bestFirst(readable);
   for (const PixelFormatTraits* format : readable) plan.formats.emplace_back(format->name);
+  if (readable.empty() && foreign.empty()) return "it has no PixelFormat: it describes no camera";
+  if (readable.empty()) {
+    return "none of its pixel formats can be read: " + joined(foreign) +
+           "; those that can: " + std::string(kPixelFormatsInWords);
+  }
+  if (!foreign.empty()) plan.notes.push_back("formats that cannot be read: " + joined(foreign));
+  standAt(device, *readable.front());
+  return {};
+}
+
+}  // namespace
+
+tl::expected<CameraPlan, Error> planCamera(const std::string& file, const CameraOptions& options) {
+  const auto xml = readDescription(file);
+  if (!xml) return tl::unexpected(xml.error());
+  // What is wrong is said below, in one line.
+  g_log_set_handler(
+      "XML", GLogLevelFlags(G_LOG_LEVEL_MASK), [](auto...) {}, nullptr);
+  Failure failure;
+  const auto refuse = [&](std::string what) {
+    return tl::unexpected(Error{.exitCode = EX_DATAERR, .what = std::move(what), .where = file});
+  };
+  const Ref<ArvDevice> device = makePaperDevice(*xml, failure);
+  if (!device) return refuse(failure.text());
+  const Ref<ArvCamera> camera(arv_camera_new_with_device(device.get(), failure.into()));
+  if (!camera) return refuse("Aravis does not open it: " + failure.text());
+
+  CameraPlan plan;
+  planFeatures(device.get(), plan);
   const auto refusedFor = [&](std::string what) {
     return tl::unexpected(Error{.exitCode = EX_CONFIG, .what = std::move(what), .where = file});
   };
-  if (readable.empty() && foreign.empty()) return refusedFor("it has no PixelFormat: it describes no camera");
-  if (readable.empty())
-    return refusedFor("none of its pixel formats can be read: " + joined(foreign) +
-                      "; those that can: " + std::string(kPixelFormatsInWords));
-  if (!foreign.empty()) plan.notes.push_back("formats that cannot be read: " + joined(foreign));
+  if (const std::string why = planFormats(device.get(), plan); !why.empty()) return refusedFor(why);
   plan.format = options.pixelFormat;
   if (!plan.format.empty() && std::find(plan.formats.begin(), plan.formats.end(), plan.format) == plan.formats.end())
     return refusedFor("the camera refuses camera.pixel_format = \"" + plan.format + "\": it offers " +
                       joined(plan.formats));
 
-  standAt(device.get(), *readable.front());
   CameraOptions others = options;
   others.pixelFormat.clear();
   CameraInfo info;
-  std::vector<Feature> undo;  // a description is nobody's camera
+  std::vector<Feature> undo;  // not used: there is no camera to restore
   if (auto set = applySettings(camera.get(), others, nullptr, info, undo); !set)
     return refusedFor(set.error().message());
   if (!plan.format.empty()) plan.settings.push_back("PixelFormat = " + plan.format);

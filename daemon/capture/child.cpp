@@ -104,7 +104,7 @@ ChildEnd runChild(const std::vector<std::string>& arguments, const ChildOptions&
       break;
     }
   }
-  // Who has closed both, and lives on, has its time, too.
+  // A child that has closed both, and lives on, has its time limit, too.
   int status = 0;
   pid_t ended = 0;
   while (end.how == How::kExit && (ended = waitpid(child, &status, WNOHANG)) == 0) {

@@ -9,7 +9,7 @@ namespace tractiond::capture {
 namespace {
 
 constexpr double kReach_ns = 30e9;
-/// Of a clock whose resolution is not known yet.
+/// Assumed resolution of a clock, until it is known.
 constexpr std::int64_t kCoarse_ns = 1'000'000;
 constexpr int kDifferences = 2;
 constexpr double kPerNs = 1e-9;

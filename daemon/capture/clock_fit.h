@@ -1,4 +1,4 @@
-// A clock that can be asked, on the host's: both sides of every moment of it.
+// Maps a device clock that can be read onto the host's clock, with bounds on both sides.
 #pragma once
 
 #include <array>
@@ -8,8 +8,8 @@
 
 namespace tractiond::capture {
 
-/// What a clock showed, at some moment between two looks at the host's. The host's is CLOCK_MONOTONIC_RAW: nobody sets
-/// it, and nobody slews it.
+/// A reading of the device clock, taken between two readings of the host's clock, CLOCK_MONOTONIC_RAW, which is never
+/// set or slewed.
 struct ClockReading {
   std::int64_t device_ns = 0;
   std::int64_t before_ns = 0, after_ns = 0;
@@ -37,19 +37,19 @@ class ClockFit {
   explicit ClockFit(const Options& options)
       : options_(options) {}
 
-  /// In turn. A reading that no clock within the options can have given after those before says that the clock was set:
-  /// those before are forgotten.
+  /// Adds the next reading. If no clock within the options can show it after the earlier ones, the clock was set, and
+  /// the earlier ones are discarded.
   void add(const ClockReading& reading);
 
-  /// When the clock showed this; none: it has not been read within half a minute of that, or not twice since it was
-  /// set. \param resolution_ns what it is rounded to, up or down
+  /// Returns when the clock showed this. Returns nothing if it was not read within half a minute of it, or not twice
+  /// since it was set. \param resolution_ns to which `device_ns` was rounded, up or down
   std::optional<Span> at(std::int64_t device_ns, std::int64_t resolution_ns = 0) const;
 
-  std::size_t readings() const { return count_; }  ///< that it rests on
+  std::size_t readings() const { return count_; }  ///< number in use
 
  private:
   static constexpr std::size_t kMost = 64;
-  /// From the newest reading: its place on the device's clock, and there the bounds of y.
+  /// A reading relative to the newest one: its place on the device clock, and the bounds of y there.
   struct Bound {
     double x_ns = 0, low_ns = 0, high_ns = 0;
   };
@@ -64,7 +64,7 @@ class ClockFit {
   std::array<Bound, kMost> bounds_{};
   double slowest_ = 0, fastest_ = 0;  ///< y' at the newest reading
   std::int64_t resolution_ns_ = 0;    ///< all differences of readings are multiples of it
-  int differences_ = 0;               ///< that it was learnt from, up to enough
+  int differences_ = 0;               ///< number from which it was learnt, up to a sufficient one
 };
 
 }  // namespace tractiond::capture

@@ -1,4 +1,4 @@
-// Is a camera's description one that can be evaluated at all? Internal to this folder.
+// Checks whether a camera's description can be evaluated safely. Internal to this folder.
 #pragma once
 
 #include "daemon/capture/aravis.h"
@@ -18,9 +18,9 @@ std::vector<std::string> elementTexts(ArvGcNode* node, std::initializer_list<con
 /// Returns why the text of a description is not whole, as a sentence; empty: it is.
 std::string faultOfText(std::string_view xml);
 
-/// Returns why a description must not be evaluated, as a sentence; empty: it may be. A value depends on itself, which
-/// Aravis would follow without end; a register takes more memory than any camera has. Reads the lengths that the camera
-/// itself tells.
+/// Returns why a description must not be evaluated, as a sentence; empty: it may be. The reasons: a value depends on
+/// itself, which Aravis would follow without end; a register takes more memory than any camera has. Reads lengths that
+/// the camera itself tells.
 std::string faultOf(ArvGc* description);
 
 }  // namespace tractiond::capture

@@ -1,4 +1,4 @@
-// The camera's clock on the host's: when, on CLOCK_MONOTONIC, was the picture taken?
+// Maps the camera's clock onto CLOCK_MONOTONIC: when was a picture taken?
 #pragma once
 
 #include "base/clock.h"
@@ -15,19 +15,19 @@ namespace tractiond::capture {
 /// Thread-bound. Allocates nothing.
 ///
 /// host - device = offset + drift (host - origin) + delay, delay >= 0: the line below all points.
-/// What one-way stamps cannot show is the shortest delay itself (exposure, read-out and transport of the luckiest
-/// frame): the mapped time is late by it, and no earliest moment is known.
+/// One-way stamps cannot show the shortest delay itself (exposure, read-out and transport of the fastest frame): the
+/// mapped time is late by it, and no earliest moment is known.
 class DeviceClock {
  public:
   struct Options {
-    std::int64_t window_ns = 1'000'000'000;  ///< of each window the frame with the shortest delay counts
+    std::int64_t window_ns = 1'000'000'000;  ///< the frame with the shortest delay of each window is used
     double largestDrift = 500e-6;            ///< camera crystals stay below 100 ppm; NTP slews up to 500 ppm
   };
   struct Moment {
-    /// On the arrivals' clock; not after the arrival, and never before the moment before it.
+    /// On the clock of the arrivals. Not after the arrival, and not before the moment of the previous frame.
     std::int64_t captured_ns = 0;
-    /// Half width. kBoth: a bound on either side. kLatest: the upper side is a bound; the lower one holds beside the
-    /// shortest delay, or, where earlier frames showed how long frames are under way, for all but some in a hundred.
+    /// Half width. kBoth: a bound on either side. kLatest: the upper side is a bound; the lower side leaves out the
+    /// shortest delay, or, if earlier frames have shown the delays, holds for all but some in a hundred frames.
     std::int64_t error_ns = 0;
     CaptureBound bound = CaptureBound::kLatest;
   };
@@ -36,19 +36,19 @@ class DeviceClock {
   explicit DeviceClock(const Options& options)
       : options_(options) {}
 
-  /// For every new frame in turn. \param step of its id since the one before
+  /// Adds the next new frame. \param step of its id since the last one
   Moment add(std::int64_t device_ns, std::int64_t host_ns, std::uint64_t step = 1);
 
-  /// The camera's clock was set, or the camera is another one.
+  /// Must be called when the camera's clock was set, or the camera is another one.
   void restart() { *this = DeviceClock(options_, lastCaptured_ns_); }
 
-  /// All differences of stamps from an even pace are multiples of it; 0: there were none.
+  /// Returns the number of which all differences of stamps from an even pace are multiples; 0: there were none.
   std::int64_t resolution() const { return resolution_ns_; }
   double drift() const { return drift_; }  ///< seconds the host's clock gains per second of the camera's
 
  private:
   struct Point {
-    double host_ns = 0, lead_ns = 0;  ///< both from the origin; lead: host - device
+    double host_ns = 0, lead_ns = 0;  ///< relative to the origin; lead: host - device
   };
   static constexpr std::size_t kWindows = 16;
 
@@ -73,15 +73,15 @@ class DeviceClock {
   std::int64_t lastCaptured_ns_ = INT64_MIN;
 };
 
-/// When a frame was taken: by the camera's clock where that is believed, from both sides where it can be asked, else
-/// from above where it says more than the host's does; else when it reached the host, less the delay that frames dated
-/// from both sides had until lately. Thread-bound. Allocates nothing.
+/// Dates frames. By the camera's clock if it is believed: with bounds on both sides if the clock can be read, else with
+/// the upper bound if that is better than the host's. Otherwise by the arrival, less the delay that frames with both
+/// bounds had recently. Thread-bound. Allocates nothing.
 class CaptureClock {
  public:
-  /// What the camera's clock answered lately; without readings: it is not asked.
+  /// Takes over the newest readings of the camera's clock; without readings: it cannot be read.
   void learn(const ClockFit& fit) { fit_ = fit; }
 
-  /// For every new frame in turn. \param awaited it came while we waited for it: nothing was queued before it
+  /// Dates the next new frame. \param awaited it arrived while pop() waited: the queue was empty before
   DeviceClock::Moment add(Arrival arrival, const Judgement& judgement, bool awaited);
 
  private:
@@ -96,18 +96,18 @@ class CaptureClock {
 
   DeviceClock device_;
   ClockFit fit_;
-  HostMoment former_, latter_;  ///< arrivals of some tenths of a second ago
+  HostMoment former_, latter_;  ///< arrivals, some tenths of a second ago
   double rate_ = 0;             ///< seconds that CLOCK_MONOTONIC gained since then per second of CLOCK_MONOTONIC_RAW
   std::int64_t lastHost_ns_ = 0, lastCaptured_ns_ = INT64_MIN;
   std::int64_t pace_ns_ = 0;     ///< mean time between two ids; 0: not known
   std::int64_t scatter_ns_ = 0;  ///< largest difference from it, slowly forgotten
   std::int64_t queued_ns_ = 0;   ///< how long a frame may have waited before it was popped
-  int frames_ = 0;               ///< that the scatter has been seen over, up to enough
+  int frames_ = 0;               ///< number that the scatter was measured over, up to a sufficient one
   std::int64_t mapped_ = 0;      ///< frames since the device clock's start
-  std::int64_t excess_ns_ = 0;   ///< the shortest delay of these may be above the shortest that there is by so much
+  std::int64_t excess_ns_ = 0;   ///< by which the shortest delay of these may exceed the shortest possible one
   std::int64_t shortest_ns_ = 0, longest_ns_ = 0;  ///< delays of frames dated from both sides, slowly forgotten
-  std::int64_t delayed_ns_ = 0;                    ///< when there was the last one
-  int delays_ = 0;                                 ///< frames that they were seen of, up to enough
+  std::int64_t delayed_ns_ = 0;                    ///< time of the last of these
+  int delays_ = 0;                                 ///< number of frames that showed them, up to a sufficient one
 };
 
 }  // namespace tractiond::capture

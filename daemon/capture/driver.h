@@ -1,5 +1,5 @@
-// One half of a source of pictures: whatever opens, pops, gives back and closes. Aravis is one; memory and pipes are
-// others. The other half, camera.h, is the same for all of them.
+// Interface of a driver, which opens a source of pictures, pops buffers, takes them back and closes the source: Aravis,
+// pictures in memory, a pipe. camera.h makes a source of frames of any of them.
 #pragma once
 
 #include "base/error.h"
@@ -20,82 +20,85 @@
 
 namespace tractiond::capture {
 
-/// One buffer as it came, good or bad.
+/// One buffer as the driver delivered it, intact or not.
 struct Buffer {
   Arrival arrival;
-  const std::uint8_t* data = nullptr;  ///< of a complete one
+  const std::uint8_t* data = nullptr;  ///< valid if the buffer is complete
   int stride = 0;                      ///< bytes from row to row
   FrameExtras extras;                  ///< what the camera sent beside the picture
-  bool awaited = false;                ///< it came while pop() waited: nothing was queued before it
+  bool awaited = false;                ///< it arrived while pop() waited: the queue was empty before
   void* handle = nullptr;
 };
 
 enum class Popped {
   kBuffer,
-  kNothing,  ///< in time
-  kGone,     ///< the camera is no longer ours
-  kEnd,      ///< there will be no more, by nature
+  kNothing,  ///< nothing arrived in time
+  kGone,     ///< the camera is lost, or another client controls it
+  kEnd,      ///< the source has ended: a file, a pipe
 };
 
 /// An opened camera. pop(), giveBack() and takeClock() are called by the capture thread; link(), serve() and the
-/// destructor by the thread "camera-calls", as they may take seconds where the camera is gone; all else by the
-/// camera-keeper, also while one of those calls lasts.
+/// destructor by the thread "camera-calls", as they may take seconds if the camera is gone; all others by the
+/// camera-keeper, also during one of those calls.
 class Driver {
  public:
-  virtual ~Driver() = default;  ///< closes; may block for seconds where the camera is dead
+  virtual ~Driver() = default;  ///< Closes the source. May block for seconds if the camera is gone.
 
   virtual const CameraInfo& info() const = 0;
 
-  /// Allocates nothing, takes no lock of ours, logs nothing.
+  /// Waits at most `timeout` for a buffer. Allocates nothing, takes no lock of ours, logs nothing.
   virtual Popped pop(Buffer& buffer, std::chrono::milliseconds timeout) = 0;
   virtual void giveBack(void* handle) = 0;
 
-  /// What the camera's clock showed lately; false: nothing new, or it is not asked. Waits for nobody.
+  /// Takes the newest reading of the camera's clock. Returns false if there is no new one, or the clock is not read.
+  /// Does not wait.
   virtual bool takeClock(ClockFit& /*fit*/) { return false; }
 
-  /// What becomes of a buffer that is given back when its driver is gone.
+  /// Releases a buffer that is given back after its driver has been destroyed.
   using Discard = void (*)(void* handle);
   virtual Discard discard() const = 0;
 
-  /// Why it ended: after kEnd. EX_OK: that was all.
+  /// Returns why the source has ended, after kEnd; EX_OK: all pictures were delivered.
   virtual Error end() const { return {.exitCode = EX_OK}; }
 
-  /// No picture comes: why it is given up, in words; empty: the camera is there, or cannot be asked. Takes four tenths
-  /// of a second at most.
+  /// Liveness check, when no picture arrives. Returns why the camera is to be given up, in words; empty: it answers, or
+  /// cannot be asked. Takes 0.4 s at most.
   virtual std::string doubt() { return ""; }
 
-  /// The camera has fallen silent: it is not asked to stop when this is destroyed, and link() reads no further
-  /// register. Any thread.
+  /// Marks the camera as silent: the destructor does not ask it to stop, and link() reads no further register. Any
+  /// thread.
   virtual void markSilent() {}
 
-  /// Puts back what opening it has set, but for what commands have done; it is not used after that. May block.
+  /// Restores the values that opening the camera has changed, except for the effects of commands. The driver must not
+  /// be used after that. May block.
   virtual void undo() {}
 
-  /// Returns the state of the link. Packets are counted on from `before`, the state at the end of the session before.
+  /// Returns the state of the link. Counts of packets are added to `before`, the state at the end of the last session.
   /// May block.
   virtual CameraLink link(const CameraLink& /*before*/) { return {}; }
 
-  /// What people ask of a camera while it streams; a sentence where it cannot be done. May block.
+  /// Serves an operator's request while the camera streams. Returns a sentence if it cannot be served. May block.
   virtual tl::expected<CameraReport, std::string> serve(const CameraStep& /*step*/) {
     return tl::unexpected<std::string>("this source of pictures has no features");
   }
 };
 
-/// What people should read of a camera.
-enum class Weight { kInfo, kWarning };
-using Say = std::function<void(Weight, const std::string& line)>;
+/// Level of a line for the log.
+enum class LogLevel { kInfo, kWarning };
+using Say = std::function<void(LogLevel, const std::string& line)>;
 
 /// How a driver is to be opened.
 struct Opening {
-  const CameraInfo* before = nullptr;  ///< the session before: the same camera and picture are wanted; none: the first
-  int attempt = 0;                     ///< since that, from 0 on
+  const CameraInfo* before =
+      nullptr;      ///< the last session, whose camera and picture are required; nullptr: this is the first
+  int attempt = 0;  ///< number of attempts since then
   std::stop_token stop = {};
   Say say = {};
-  std::function<void()> found = {};  ///< to be called when a camera is there, before it is set up
+  std::function<void()> found = {};  ///< called when a camera has been found, before it is set up
 };
 
-/// Blocks. Exit codes of the errors: EX_UNAVAILABLE (it is not there, or does not answer: worth another try), all
-/// others (a new try would fail as well), EX_OK (stop was asked).
+/// Opens a driver; blocks. Exit codes of the errors: EX_UNAVAILABLE if the source is absent or does not answer, and
+/// another try may succeed; EX_OK if a stop was requested; all others if a new try would fail as well.
 using OpenDriver = std::function<tl::expected<std::unique_ptr<Driver>, Error>(const Opening&)>;
 
 }  // namespace tractiond::capture

@@ -201,7 +201,7 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
   const std::uint64_t thrown = thrownBefore(next, step);
   weigh(next.host_ns, step);
   judgement.outnumbered = next.host_ns < doubtUntil_ns_;
-  // Which of the two came first nobody knows: it may be none of the camera's.
+  // It is not known which of the two came first: this one may be forged.
   judgement.doubted = judgement.outnumbered || std::exchange(repeated_, false);
   judgement.doubted |= next.host_ns < provedAt_ns_;
   judgement.missing += thrown;
@@ -258,20 +258,7 @@ Judgement FrameGate::judge(const Arrival& arrival) {
 
   if (!current_) return accept(begin(arrival), 1, true, false);
   const Fit fit = reopened_ ? Fit::kNone : follows(*current_, arrival);
-  if (fit != Fit::kNone) {
-    Track next = *current_;
-    extend(next, arrival, fit);
-    const bool believed = current_->distrust == 0;
-    // A clock that stands still has not jumped: it is none.
-    const bool jumped = believed && fit == Fit::kByTheHosts && arrival.device_ns != current_->device_ns;
-    const bool early = isEarly(arrival);
-    countSurplus(arrival.host_ns);
-    Judgement judgement = accept(next, static_cast<std::uint64_t>(advance(current_->id, arrival.id)),
-                                 believed != (next.distrust == 0), jumped);
-    judgement.doubted |= early;
-    return judgement;
-  }
-
+  if (fit != Fit::kNone) return acceptNext(arrival, fit);
   const Fit further = candidate_ ? follows(*candidate_, arrival) : Fit::kNone;
   if (further == Fit::kNone)
     candidate_ = begin(arrival);
@@ -282,25 +269,43 @@ Judgement FrameGate::judge(const Arrival& arrival) {
   // Frames reach the host less evenly than the camera takes them, hence one less than the candidate has. A current
   // track that is shorter than a candidate proves nothing.
   const bool fellSilent = current_->length < kAgreeing || arrival.host_ns - heard_ns_ >= (kAgreeing - 1) * frameTime();
-  if (reopened_ || (candidate_->length >= kAgreeing && fellSilent)) {
-    // The ids may still be those of the same count: after a pause of the host, or of the cable. Twice the time: frames
-    // reach the host less evenly than the camera takes them.
-    const std::int64_t step = advance(current_->id, arrival.id);
-    std::int64_t period = current_->period_ns > 0 ? current_->period_ns : candidate_->period_ns;
-    if (current_->distrust > 0) period = current_->pace_ns;
-    const std::int64_t twice = 2 * (arrival.host_ns - current_->host_ns);
-    const bool counts = step > 0 && static_cast<std::uint64_t>(step) <= largestStep(period, twice);
-    // If the frames before were the camera's and these are not, its next ones show it.
-    previous_.reset();
-    if (!reopened_) {
-      previous_ = current_;
-      provedAt_ns_ = arrival.host_ns + kProof * frameTime();
-    }
-    return accept(*candidate_, counts ? static_cast<std::uint64_t>(step) : 1, true, true);
-  }
+  if (reopened_ || (candidate_->length >= kAgreeing && fellSilent)) return acceptCandidate(arrival);
   const bool older = advance(current_->id, arrival.id) <= 0 ||
                      (current_->distrust == 0 && difference(arrival.device_ns, current_->device_ns) <= 0);
   return refuse(older ? Verdict::kStale : Verdict::kImplausible);
+}
+
+/// Accepts a frame that continues the current track.
+Judgement FrameGate::acceptNext(const Arrival& arrival, Fit fit) {
+  Track next = *current_;
+  extend(next, arrival, fit);
+  const bool believed = current_->distrust == 0;
+  // A clock that stands still has not jumped.
+  const bool jumped = believed && fit == Fit::kByTheHosts && arrival.device_ns != current_->device_ns;
+  const bool early = isEarly(arrival);
+  countSurplus(arrival.host_ns);
+  Judgement judgement = accept(next, static_cast<std::uint64_t>(advance(current_->id, arrival.id)),
+                               believed != (next.distrust == 0), jumped);
+  judgement.doubted |= early;
+  return judgement;
+}
+
+/// Replaces the current track by the candidate, which ends with this frame.
+Judgement FrameGate::acceptCandidate(const Arrival& arrival) {
+  // The ids may still be those of the same count: after a pause of the host, or of the cable. Twice the time: frames
+  // reach the host less evenly than the camera takes them.
+  const std::int64_t step = advance(current_->id, arrival.id);
+  std::int64_t period = current_->period_ns > 0 ? current_->period_ns : candidate_->period_ns;
+  if (current_->distrust > 0) period = current_->pace_ns;
+  const std::int64_t twice = 2 * (arrival.host_ns - current_->host_ns);
+  const bool counts = step > 0 && static_cast<std::uint64_t>(step) <= largestStep(period, twice);
+  // If the frames before were the camera's and these are not, its next ones show it.
+  previous_.reset();
+  if (!reopened_) {
+    previous_ = current_;
+    provedAt_ns_ = arrival.host_ns + kProof * frameTime();
+  }
+  return accept(*candidate_, counts ? static_cast<std::uint64_t>(step) : 1, true, true);
 }
 
 void count(const Judgement& judgement, Ledger& ledger) {

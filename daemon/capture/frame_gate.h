@@ -13,18 +13,18 @@
 
 namespace tractiond::capture {
 
-/// What the driver says of one buffer.
+/// One buffer, as the driver describes it.
 struct Arrival {
   bool complete = false;  ///< the driver's status
   PictureShape shape;
   std::uint64_t id = 0;        ///< the camera's frame counter
-  std::int64_t device_ns = 0;  ///< the camera's clock; whatever it says
+  std::int64_t device_ns = 0;  ///< the camera's clock
   std::int64_t host_ns = 0;    ///< CLOCK_MONOTONIC when the buffer was taken from the driver; never falls
   std::int64_t raw_ns = 0;     ///< CLOCK_MONOTONIC_RAW at the same moment; 0: the driver has one clock
   std::uint64_t content = 0;   ///< a hash of what is in the picture
-  std::uint64_t thrown = 0;    ///< frames' worth of packets that the driver threw away since the buffer before
-  double late = 0.0;           ///< likewise, of packets that came when their frame was no longer awaited, unasked
-  double twice = 0.0;          ///< likewise, of packets of one frame that came twice, unasked
+  std::uint64_t thrown = 0;    ///< packets that the driver dropped since the last buffer, in frames
+  double late = 0.0;           ///< likewise, packets of frames that were no longer awaited, without a resend request
+  double twice = 0.0;          ///< likewise, duplicate packets of a frame, without a resend request
   bool repeated = false;       ///< duplicates or late packets that may be answers to our own resend requests
 };
 
@@ -32,15 +32,15 @@ enum class Verdict { kNew, kIncomplete, kWrongSize, kWrongFormat, kStale, kImpla
 
 struct Judgement {
   Verdict verdict = Verdict::kIncomplete;
-  bool outnumbered = false;  ///< of late more packets or pictures came in the camera's name than it sends
-  // The rest is meant for kNew only.
-  std::uint64_t frameNumber = 0;  ///< from 1 on; jumps where the ids say that frames were not used or never arrived
-  std::uint64_t missing = 0;      ///< frames since the last new one of which nothing arrived, or not past the driver
-  bool discontinuity = false;     ///< the frame number jumped, or the ids or the camera's clock start afresh
-  bool newTimeline = false;       ///< what was learnt of the camera's clock no longer holds
-  bool timed = false;             ///< the camera's clock can be believed; false: it is absent, coarse, or goes wrong
-  std::uint64_t step = 1;         ///< of the ids since the last new one; 1 where they start afresh
-  bool doubted = false;           ///< so, or it came before the camera can have sent it, or some of it twice
+  bool outnumbered = false;  ///< recently more packets or pictures came in the camera's name than it sends
+  // The rest is valid for kNew alone.
+  std::uint64_t frameNumber = 0;  ///< from 1 on; jumps if frames were not used or never arrived, by their ids
+  std::uint64_t missing = 0;      ///< frames since the last new one that did not arrive, or not beyond the driver
+  bool discontinuity = false;     ///< the frame number jumped, or the ids or the camera's clock began anew
+  bool newTimeline = false;       ///< what was learnt about the camera's clock is no longer valid
+  bool timed = false;             ///< the camera's clock is reliable; false: it is absent, coarse or wrong
+  std::uint64_t step = 1;         ///< of the ids since the last new one; 1 if they began anew
+  bool doubted = false;  ///< outnumbered, or it came before the camera can have sent it, or parts of it came twice
 };
 
 /// Thread-bound. Allocates nothing.
@@ -55,13 +55,15 @@ class FrameGate {
     std::int64_t ahead_ns = 50'000'000;
     /// One that falls behind by more has stepped as well, or the host slept. Above any delay of a working host.
     std::int64_t behind_ns = 1'000'000'000;
-    /// How late a camera that stamps by its own operating system may stamp a frame: ids may outrun the time by that.
+    /// How late a camera may stamp a frame that stamps by its own operating system: ids may be ahead of the time by
+    /// that.
     std::int64_t stampJitter_ns = 8'000'000;
-    /// No camera is faster: bounds a gap of ids while the frame period is not known yet.
+    /// Period of the fastest camera: bounds a gap of ids as long as the frame period is unknown.
     std::int64_t shortestPeriod_ns = 100'000;
-    /// After more came in the camera's name than it sends, pictures are doubted for so long.
+    /// For so long pictures are doubted after more came in the camera's name than it sends.
     std::int64_t doubt_ns = 2'000'000'000;
-    /// Whole pictures that are remembered: more than the driver has buffers, each of which may come out again.
+    /// Number of complete pictures that are remembered: more than the driver's buffers, each of which may be delivered
+    /// again.
     std::size_t memory = 256;
   };
 
@@ -72,11 +74,11 @@ class FrameGate {
 
   Judgement judge(const Arrival& arrival);
 
-  /// The camera was opened again: the next whole picture that is not an old one begins a new timeline.
+  /// Must be called when the camera was opened again: the next complete new picture begins a new timeline.
   void restart() { reopened_ = true; }
 
  private:
-  /// A line of frames that agree with each other.
+  /// A sequence of frames that agree with each other.
   struct Track {
     std::uint64_t id = 0;
     std::int64_t device_ns = 0, host_ns = 0;
@@ -101,6 +103,8 @@ class FrameGate {
   void countSurplus(std::int64_t host_ns);
   std::int64_t frameTime() const;
   std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const;
+  Judgement acceptNext(const Arrival& arrival, Fit fit);
+  Judgement acceptCandidate(const Arrival& arrival);
   Judgement accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped);
   std::uint64_t thrownBefore(const Track& next, std::uint64_t step) const;
   void markArrived(const Arrival& arrival);
@@ -124,14 +128,14 @@ class FrameGate {
   double late_ = 0.0, twice_ = 0.0;   ///< likewise
   bool repeated_ = false;
   double repeatedLately_ = 0.0;     ///< frames
-  double broken_ = 0.0;             ///< frames given up of late, whose packets may still come
+  double broken_ = 0.0;             ///< recent frames that were given up, whose packets may still come
   std::int64_t doubtUntil_ns_ = 0;  ///< host's clock
   std::int64_t provedAt_ns_ = 0;    ///< likewise: until then frames of a track that replaced another are doubted
   std::vector<Seen> history_;       ///< the last whole pictures, a ring
   std::size_t historyCount_ = 0;
 };
 
-/// Enters one judgement in the ledger.
+/// Counts a judgement in the ledger.
 void count(const Judgement& judgement, Ledger& ledger);
 
 }  // namespace tractiond::capture

@@ -48,8 +48,8 @@ GvcpSearch::~GvcpSearch() {
   if (socket_ >= 0) close(socket_);
 }
 
-/// From a port that nobody knows yet: who floods the one before does not drown the answer. The kernel drops what others
-/// send than the camera at this address; empty: nothing.
+/// Uses a new port, which no other host knows: a flood at the last one does not drown the answer. The kernel drops what
+/// others send than the camera at this address; empty: nothing.
 void GvcpSearch::listenTo(const std::string& address) {
   sockaddr_in nobody{};
   nobody.sin_family = AF_UNSPEC;  // gives the port back, too

@@ -1,4 +1,4 @@
-// Which GigE Vision cameras answer on the networks of this host. Aravis asks too, but takes a second for it.
+// Finds the GigE Vision cameras on the networks of this host. Aravis can do so, too, but takes a second.
 #pragma once
 
 #include <chrono>
@@ -9,27 +9,29 @@
 
 namespace tractiond::capture {
 
-/// Asks by discovery packets of the control protocol (GVCP): a camera answers them whoever controls it. Thread-bound.
+/// Sends discovery packets of the control protocol (GVCP), which a camera answers even if another client controls it.
+/// Thread-bound.
 class GvcpSearch {
  public:
-  /// \param port of the cameras: the protocol's, but in tests
+  /// \param port of the cameras; tests use another one than the protocol's
   explicit GvcpSearch(std::uint16_t port = 3956);
   ~GvcpSearch();
   GvcpSearch(const GvcpSearch&) = delete;
   GvcpSearch& operator=(const GvcpSearch&) = delete;
 
-  /// A camera's hardware address and serial number: no other has both.
+  /// A camera's hardware address and serial number, which identify it.
   using Identity = std::string;
 
-  /// That of the camera at this IPv4 address; empty: nobody answers there in time. Asks once more in half of the time.
+  /// Returns the identity of the camera at this IPv4 address; empty: no answer in time. Asks again after half of the
+  /// time.
   Identity ask(const std::string& address, std::chrono::milliseconds timeout);
 
-  /// The address at which the camera answers: the one it had, asked again and again, or another on this host's
-  /// networks, asked once. Empty: none in time, or stop was asked.
+  /// Returns the address at which the camera answers. Asks its last address again and again, and all of this host's
+  /// networks once. Empty: no answer in time, or a stop was requested.
   std::string locate(const Identity& camera, const std::string& lastAddress, std::chrono::milliseconds timeout,
                      const std::stop_token& stop);
 
-  /// False where there was no descriptor left: then nobody seems to answer.
+  /// Returns false if no socket could be opened: then no camera seems to answer.
   bool usable() const { return socket_ >= 0; }
 
  private:

@@ -65,7 +65,7 @@ std::int64_t Keeper::search() {
   begin(rules_.slowest);
   renew();
   Opening opening{.before = before_.get(), .attempt = attempt_, .stop = stop_.get_token()};
-  opening.say = [this](Weight weight, const std::string& line) { tell(weight, line); };
+  opening.say = [this](LogLevel level, const std::string& line) { tell(level, line); };
   opening.found = [this] { show(CameraState::kConnecting, ""); };
   phase_ = Phase::kOpened;
   opened_ = open_(opening);
@@ -100,11 +100,11 @@ std::optional<Error> Keeper::examine(CameraInfo& seen) {
 }
 
 std::int64_t Keeper::offer(std::shared_ptr<const CameraInfo> seen) {
-  if (before_ && !renewed_) tell(Weight::kWarning, "camera " + before_->name.id + " is back");
+  if (before_ && !renewed_) tell(LogLevel::kWarning, "camera " + before_->name.id + " is back");
   {
     const std::lock_guard lock(mutex_);
     info_ = before_ = std::move(seen);
-    if (!stop_.stop_requested()) {  // else nobody would take it, or give it back
+    if (!stop_.stop_requested()) {  // else no thread would take it, or give it back
       doubted_.store(-1, std::memory_order_relaxed);
       session_.store(before_->session, std::memory_order_relaxed);
       lent_.store(true, std::memory_order_relaxed);
@@ -123,7 +123,7 @@ std::int64_t Keeper::offer(std::shared_ptr<const CameraInfo> seen) {
 
 std::int64_t Keeper::heedProblem(const Error& problem) {
   if (former_ && problem.exitCode != EX_UNAVAILABLE && problem.exitCode != EX_TEMPFAIL) {
-    tell(Weight::kWarning,
+    tell(LogLevel::kWarning,
          "the camera does not take what is new in the configuration, and is opened as before: " + problem.message());
     open_ = std::exchange(former_, {});
     refusedLast_ = true;
@@ -143,7 +143,7 @@ std::int64_t Keeper::heedProblem(const Error& problem) {
   }
   show(isFirst ? CameraState::kWaiting : CameraState::kLost, line);
   if (line != std::exchange(told_, line))
-    tell(isFirst ? Weight::kInfo : Weight::kWarning, (isFirst ? "waiting for a camera: " : "") + line);
+    tell(isFirst ? LogLevel::kInfo : LogLevel::kWarning, (isFirst ? "waiting for a camera: " : "") + line);
   const std::lock_guard lock(mutex_);
   tried_ = true;
   changed_.notify_all();
@@ -250,7 +250,7 @@ std::int64_t Keeper::lose() {
     show(CameraState::kConnecting, "");
   } else {
     show(CameraState::kLost, why);
-    tell(Weight::kWarning, "camera " + driver_->info().name.id + " is lost: " + why);
+    tell(LogLevel::kWarning, "camera " + driver_->info().name.id + " is lost: " + why);
   }
   close(kPatience);
   attempt_ = 0;
@@ -298,7 +298,7 @@ void Keeper::warnOfForgery() {
   const std::int64_t before_ns = std::exchange(toldOf_ns_, last_ns);
   if (before_ns != 0 && last_ns - before_ns < kCalm_ns) return;
   tell(
-      Weight::kWarning,
+      LogLevel::kWarning,
       "more packets or pictures come in the camera's name than it sends: another host sends as the camera, the network "
       "duplicates packets, or packets come so late that they were requested again");
 }
@@ -310,15 +310,15 @@ void Keeper::show(CameraState now, const std::string& why) {
   vitals_.put(newest_);  // while the other side takes one, the next look brings it
 }
 
-void Keeper::tell(Weight weight, const std::string& line) {
+void Keeper::tell(LogLevel level, const std::string& line) {
   const std::lock_guard lock(hooksMutex_);
-  if (say_) say_(weight, line);
+  if (say_) say_(level, line);
 }
 
 void Keeper::tellOf(const CameraInfo& opened) {
-  tell(Weight::kInfo, opened.summary());
-  for (const std::string& setting : opened.settings) tell(Weight::kInfo, "camera: " + setting);
-  for (const std::string& warning : opened.warnings) tell(Weight::kWarning, warning);
+  tell(LogLevel::kInfo, opened.summary());
+  for (const std::string& setting : opened.settings) tell(LogLevel::kInfo, "camera: " + setting);
+  for (const std::string& warning : opened.warnings) tell(LogLevel::kWarning, warning);
 }
 
 // ---------------------------------------------------------------- the capture thread

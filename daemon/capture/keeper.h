@@ -117,7 +117,7 @@ class Keeper {
   void refuseQuestion(const std::string& why);
   void warnOfForgery();
   void show(CameraState now, const std::string& why);
-  void tell(Weight weight, const std::string& line);
+  void tell(LogLevel level, const std::string& line);
   void tellOf(const CameraInfo& opened);
 
   const CameraRules rules_;

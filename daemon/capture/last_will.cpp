@@ -33,7 +33,7 @@ struct Order {
 };
 
 struct Will {
-  std::mutex mutex;               ///< of who writes it
+  std::mutex mutex;               ///< guards writing
   int executor = -1;              ///< leads to it
   std::atomic<pid_t> process{0};  ///< the executor's; 0: not asked for; -errno: it could not be started; kEnded
   std::atomic<int> socket{-1};
@@ -61,7 +61,7 @@ void execute(int signal, siginfo_t* info, void* /*context*/) {
   const int socket = will().socket.exchange(-1);
   if (socket >= 0) giveFree(socket, static_cast<std::uint32_t>(camera >> 16), static_cast<std::uint16_t>(camera));
   for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &will().before[i], nullptr);
-  // An instruction that failed fails again; what somebody sent has to be sent again.
+  // A failing instruction fails again; a signal that was sent has to be sent again.
   if (info->si_code <= 0) raise(signal);
 }
 
@@ -98,7 +98,7 @@ void tellExecutor(int executor, const Order& order, int socket) {
   constexpr int kTimes = 3, kBetween_ms = 5;  // a datagram may be lost
   constexpr int kOrders = STDERR_FILENO + 1;
   prctl(PR_SET_NAME, "tr-last-will");
-  // Closes all else that was inherited: whoever reads a pipe of the other process's waits for the last writer to close
+  // Closes all else that was inherited: a reader of one of the other process's pipes waits until the last writer closes
   // it.
   if (orders != kOrders) dup2(orders, kOrders);
   close_range(kOrders + 1, ~0U, 0);

@@ -1,4 +1,4 @@
-// Pictures in memory as a camera: for benchmarks, replay and tests.
+// A driver of pictures in memory, for benchmarks and tests.
 #pragma once
 
 #include "base/clock.h"
@@ -14,20 +14,20 @@ namespace tractiond::capture {
 struct Pictures {
   int width = 0, height = 0;  ///< px
   PixelFormat format = PixelFormat::kRgb8;
-  std::vector<std::vector<std::uint8_t>> data;  ///< each without padding
+  std::vector<std::vector<std::uint8_t>> data;  ///< one element per picture, without padding
 };
 
 void sleepUntilMonotonic(std::int64_t until_ns);
 
 struct MemoryOptions {
-  std::uint64_t loops = 1;     ///< 0: for ever
-  std::int64_t period_ns = 0;  ///< 0: as fast as they are asked for; it then never times out
+  std::uint64_t loops = 1;     ///< number of times that the pictures are delivered; 0: without end
+  std::int64_t period_ns = 0;  ///< time between pictures; 0: as fast as they are popped, without timeouts
   std::function<std::int64_t()> now = monotonicNow;
   std::function<void(std::int64_t until_ns)> sleepUntil = sleepUntilMonotonic;
 };
 
-/// Hands out the pictures themselves, so any number may be out. They must outlive the driver. Each is a new one by its
-/// id and by its time, that of the host.
+/// Returns a driver that lends the pictures themselves, any number at a time. They must outlive the driver. Each has a
+/// new id, and the host's time.
 OpenDriver fromMemory(const Pictures& pictures, const MemoryOptions& options = {});
 
 }  // namespace tractiond::capture

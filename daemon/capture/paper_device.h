@@ -1,4 +1,4 @@
-// A device of which there is only a description: registers that remember what was written. Internal to this folder.
+// Simulates a device by its description: registers keep what is written. Internal to this folder.
 #pragma once
 
 #include "daemon/capture/aravis.h"
@@ -7,7 +7,7 @@
 
 namespace tractiond::capture {
 
-/// Registers begin as 0, but for those that say what a camera can do: all bits are 1. \param xml is kept
+/// Creates the device. Registers are 0, except for those that state abilities, whose bits are all 1. Keeps `xml`.
 Ref<ArvDevice> makePaperDevice(const std::string& xml, Failure& failure);
 
 }  // namespace tractiond::capture

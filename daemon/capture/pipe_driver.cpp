@@ -122,7 +122,7 @@ void PipeDriver::handOn(std::vector<std::uint8_t>& picture, Buffer& buffer) {
   buffer.arrival.shape = info_.shape;
   buffer.arrival.id = ++count_;
   buffer.arrival.host_ns = monotonicNow();
-  buffer.arrival.device_ns = 0;  // nobody says when they were taken
+  buffer.arrival.device_ns = 0;  // the time of exposure is unknown
   buffer.data = picture.data();
   buffer.stride = traitsOf(info_.format).stride(info_.shape.width);
   buffer.awaited = true;

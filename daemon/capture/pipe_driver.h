@@ -1,5 +1,5 @@
-// Raw pictures from a pipe or a file as a camera: whatever ffmpeg, GStreamer or a v4l2 tool writes, one picture after
-// another without anything between them.
+// A driver of raw pictures from a pipe or a file, as ffmpeg, GStreamer or a v4l2 tool writes them: one picture after
+// another, with nothing between them.
 #pragma once
 
 #include "daemon/capture/driver.h"
@@ -13,12 +13,12 @@ struct PipeOptions {
   std::string format;         ///< a name of records/pixel_format.h
   int width = 0, height = 0;  ///< px
   int buffers = 10;
-  double frameRate_Hz = 0.0;  ///< at most; 0: as fast as they are taken
+  double frameRate_Hz = 0.0;  ///< highest rate; 0: as fast as they are popped
 };
 
-/// EX_CONFIG: size or format are missing; EX_NOINPUT: the file cannot be opened. The pictures are counted from 1, and
-/// dated by the host when they are whole and their time has come. An end within a picture, or before the first, is
-/// EX_DATAERR, one between two is EX_OK.
+/// Returns the driver. Errors: EX_CONFIG if size or format are missing; EX_NOINPUT if the file cannot be opened. Counts
+/// the pictures from 1, and dates each with the host's time when it is complete and due. The file's end is EX_DATAERR
+/// within a picture or before the first one, and else EX_OK.
 OpenDriver fromPipe(const PipeOptions& options);
 
 }  // namespace tractiond::capture

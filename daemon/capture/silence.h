@@ -1,4 +1,4 @@
-// Frames are missing: has the camera gone, does the thread hang that receives its packets, or is it only late?
+// Finds out why no frames come: the camera is gone, the thread that receives its packets hangs, or they are only late.
 #pragma once
 
 #include <cstdint>
@@ -9,27 +9,27 @@ namespace tractiond::capture {
 
 enum class Silence { kAlive, kThreadHangs, kNoAnswer };
 
-/// What is known of a stream. Called within judgeSilence(), on its thread.
+/// Observations of a stream. Called within causeOfSilence(), on its thread.
 struct StreamSigns {
-  std::function<std::uint64_t()> received;      ///< packets since its start, taken from the kernel
-  std::function<bool()> hasPacketsWaiting;      ///< the kernel holds some
-  std::function<bool()> isWaitingForProcessor;  ///< the receiving thread has been, since the call before
-  std::function<bool()> answers;                ///< the camera does, within its time
-  std::function<void()> pause;                  ///< of 50 ms
+  std::function<std::uint64_t()> received;      ///< number of packets that the thread has taken since the start
+  std::function<bool()> hasPacketsWaiting;      ///< tells whether the kernel holds packets for the thread
+  std::function<bool()> isWaitingForProcessor;  ///< tells whether the thread has waited since the last call
+  std::function<bool()> answers;                ///< tells whether the camera answers in time
+  std::function<void()> pause;                  ///< sleeps 50 ms
 };
 
-/// Says why frames are missing. The receiving thread hangs if packets wait, it takes none of them, and it does not wait
-/// for a processor, in five pauses; a camera has gone if it does not answer, and none of its packets comes meanwhile.
-/// Returns after 40 pauses at most.
-Silence judgeSilence(const StreamSigns& signs);
+/// Returns the cause. The thread hangs if, in five pauses, packets wait, it takes none of them, and it does not wait
+/// for a processor. The camera is gone if it does not answer, and none of its packets arrives meanwhile. Takes 40
+/// pauses at most.
+Silence causeOfSilence(const StreamSigns& signs);
 
-/// Notices when the kernel keeps a thread of this process from running. Thread-bound.
+/// Notices that a thread of this process waits for a processor. Thread-bound.
 class ProcessorWait {
  public:
   explicit ProcessorWait(int threadId);
 
-  /// Returns whether the thread wants to run, and has not run since the call before (or the construction). False where
-  /// the kernel does not say.
+  /// Returns whether the thread is ready to run, and has not run since the last call or the construction. Returns false
+  /// if the kernel does not tell.
   bool lasts();
 
  private:

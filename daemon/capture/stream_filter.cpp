@@ -69,7 +69,7 @@ std::vector<sock_filter> streamFilter(const StreamShape& shape) {
     program.jump(BPF_JGT, most, Program::kRefuse, then);
   };
 
-  // Whoever sent it.
+  // From any sender.
   program.load(BPF_W, static_cast<std::uint32_t>(SKF_NET_OFF) + 12);
   program.jump(BPF_JEQ, shape.cameraAddress, Program::kNext, Program::kRefuse);
   if (shape.cameraPort != 0) {

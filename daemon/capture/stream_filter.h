@@ -1,8 +1,8 @@
-// Which datagrams may reach the stream: those that its camera can have sent.
+// Lets only datagrams reach the stream that its camera can have sent.
 //
-// Aravis 0.8.26 takes what comes to its port for the camera's, whoever sent it, and believes its lengths and numbers:
-// one packet ends the process. So the kernel throws away what cannot be right before Aravis sees it, by a classic BPF
-// program, for which nobody needs a privilege.
+// Aravis 0.8.26 accepts packets of any sender, and believes their lengths and numbers: one malformed packet ends the
+// process. Therefore the kernel drops malformed packets before Aravis sees them, by a classic BPF program, which needs
+// no privilege.
 #pragma once
 
 #include <linux/filter.h>
@@ -13,28 +13,28 @@
 
 namespace tractiond::capture {
 
-/// What a stream of pictures looks like on the wire (GigE Vision 2.2, part GVSP).
+/// Shape of a stream of pictures on the wire (GigE Vision 2.2, part GVSP).
 struct StreamShape {
   std::uint32_t cameraAddress = 0;  ///< IPv4, 127.0.0.1 as 0x7f000001
-  std::uint16_t cameraPort = 0;     ///< from which it sends; 0: it does not say
+  std::uint16_t cameraPort = 0;     ///< source port of the stream; 0: not known
   int packetSize_bytes = 1500;      ///< the largest packet, with the headers of IP, UDP and GVSP
   std::size_t payload_bytes = 0;    ///< of the largest frame: picture and chunk data
   bool extendedIds = false;         ///< 64-bit block ids and 32-bit packet ids
 
-  /// Bytes of GVSP's own header, and of a frame in each of its packets but the last.
+  // Bytes of a packet's GVSP header, and of the picture in each data packet but the last.
   int headerBytes() const { return extendedIds ? 20 : 8; }
   int blockBytes() const { return packetSize_bytes - 28 - headerBytes(); }
-  /// Packets of data in the largest frame: leader and trailer come on top.
+  /// Returns the number of data packets in the largest frame, without leader and trailer.
   std::uint32_t blocks() const {
     const auto block = static_cast<std::size_t>(blockBytes());
     return static_cast<std::uint32_t>((payload_bytes + block - 1) / block);
   }
 };
 
-/// The program for SO_ATTACH_FILTER on a UDP socket. It takes leaders of pictures (with or without chunk data) with
-/// packet id 0, data with ids from 1 to blocks() that are no longer than a block, trailers with ids from 2 to
-/// blocks() + 1, and the camera's word that a packet cannot be sent again: all from the camera's address and port, and
-/// with ids of the one width. \param shape packetSize_bytes of at least 100, payload_bytes of at least 1
+/// Returns the program for SO_ATTACH_FILTER on a UDP socket. It accepts leaders of pictures (with or without chunk
+/// data) with packet id 0, data packets with ids from 1 to blocks() that are no longer than a block, trailers with ids
+/// from 2 to blocks() + 1, and the message that a packet cannot be resent: all from the camera's address and port, and
+/// with ids of one width. \param shape packetSize_bytes of at least 100, payload_bytes of at least 1
 std::vector<sock_filter> streamFilter(const StreamShape& shape);
 
 }  // namespace tractiond::capture

@@ -316,7 +316,7 @@ void Publisher::publish(const TractionField& field) {
   self.serve();
 }
 
-void Publisher::wait(int fd, std::chrono::milliseconds timeout) {
+void Publisher::serve(int fd, std::chrono::milliseconds timeout) {
   Impl& self = *impl_;
   const std::int64_t now = self.options.monotonicClock();
   const auto until = [&](std::int64_t last_ns, std::chrono::milliseconds interval) {

@@ -39,28 +39,28 @@ struct PublishOptions {
   std::int64_t (*realClock)() = realNow;
 };
 
-/// Thread-bound: publish() and wait() belong to one thread. describe(), lastStatus() and lastDescription() may be
+/// Thread-bound: publish() and serve() belong to one thread. describe(), lastStatus() and lastDescription() may be
 /// called from one other, offerPreview() from one more.
 class Publisher {
  public:
-  /// `measure` is called from the publishing thread before each status; it must not wait. The ledger outlives this.
+  /// \param measure called on the publishing thread before each status; must not wait \param ledger must outlive this
   static tl::expected<std::unique_ptr<Publisher>, Error>
   open(const PublishOptions& options, const Description& description, const Ledger& ledger, Measure measure);
   ~Publisher();
 
-  /// Sends a field (stream and latest) and its markers. Never waits: who is too slow loses messages.
+  /// Sends a field (stream and latest) and its markers. Never waits: a slow subscriber loses messages.
   void publish(const TractionField& field);
 
-  /// Sleeps until `fd` (-1: none) is readable, something is due, or the time is over; serves subscribers meanwhile.
-  void wait(int fd, std::chrono::milliseconds timeout);
+  /// Serves subscribers until `fd` (-1: none) is readable, something is due, or the time is over.
+  void serve(int fd, std::chrono::milliseconds timeout);
 
-  /// Replaces the description; it is sent within the next wait() or publish(). The identity stays as it was.
+  /// Replaces the description; it is sent within the next serve() or publish(). The identity stays as it was.
   void describe(const Description& description);
 
-  /// Somebody's subscription names previews. Thread-safe.
+  /// Returns whether a subscription names previews. Thread-safe.
   bool previewWanted() const;
 
-  /// Takes a picture to be sent within the next wait() or publish(). False: that before has not been sent yet, or too
+  /// Takes a picture to be sent within the next serve() or publish(). False: that before has not been sent yet, or too
   /// many wait for slow subscribers.
   bool offerPreview(const Preview& preview);
 

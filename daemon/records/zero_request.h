@@ -1,4 +1,4 @@
-// What is asked of the zero.
+// A request for a zero.
 #pragma once
 
 #include <string>
@@ -6,9 +6,9 @@
 namespace tractiond {
 
 struct ZeroRequest {
-  bool anyway = false;  ///< also if something seems to touch the gel
-  bool undo = false;    ///< instead: the zero before comes into force again
-  std::string asker{};  ///< who asks, for people
+  bool anyway = false;  ///< even if something seems to touch the gel
+  bool undo = false;    ///< restores the previous zero instead
+  std::string asker{};  ///< requester, for the log
 };
 
 }  // namespace tractiond

@@ -5,6 +5,7 @@
 #include "daemon/solve/inverse_cache.h"
 #include "daemon/solve/rest_places.h"
 
+#include <functional>
 #include <memory>
 
 namespace tractiond::solve {
@@ -34,11 +35,13 @@ struct SolverAtRest {
 };
 
 /// Makes the solver for the places that the zero shows, from what makeSolver() has left in the state directory. Takes
-/// some seconds. Must only be called if followsRest(). \param place_px, present as in RestPose
+/// some seconds. Must only be called if followsRest(). Fails after the next step, of a second at most, when `stopping`
+/// returns true. \param place_px, present as in RestPose
 /// \param detectionLimit_N of the solver for the gel file's places; scatter changes it little
 tl::expected<SolverAtRest, Error>
 makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, const std::filesystem::path& stateDirectory,
                  std::span<const float> place_px, std::span<const std::uint8_t> present,
-                 const std::array<double, 2>& detectionLimit_N, const Remark& remark = {});
+                 const std::array<double, 2>& detectionLimit_N, const Remark& remark = {},
+                 const std::function<bool()>& stopping = {});
 
 }  // namespace tractiond::solve

@@ -1,4 +1,4 @@
-// Spots of one colour anywhere in the picture, without knowing where to look.
+// Detects spots of one colour in the whole picture, without a guess.
 #pragma once
 
 #include "daemon/track/centre.h"
@@ -15,17 +15,17 @@ struct Spot {
   float amplitude = 0.0F;    ///< levels
 };
 
-/// Thread-bound. Allocates only in the constructor. Takes milliseconds: for the start and after gaps.
+/// Thread-bound. Allocates only in the constructor. Takes milliseconds: used at the start and after gaps.
 class Detector {
  public:
-  /// Size of the picture, and how many markers a colour has.
+  /// Arguments: size of the picture [px], and the number of markers of a colour.
   Detector(int width_px, int height_px, int markers);
 
-  /// Strongest first; at most four times as many as there are markers. `marker` need only be about right. `other` may
-  /// be none: then no spot is refused for its colour.
+  /// Returns the spots, strongest first, at most four times as many as there are markers. `marker` need only be roughly
+  /// right. Without `other` no spot is rejected because of its colour.
   std::span<const Spot> find(const Plane& own, const Plane& other, const MarkerTemplate& marker);
 
-  /// Nearer to the picture's border markers may not be found.
+  /// Returns the distance from the picture's border within which markers may not be found [px].
   static float border_px(const Plane& plane, const MarkerTemplate& marker);
 
  private:

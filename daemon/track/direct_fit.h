@@ -1,4 +1,4 @@
-// Least squares over the samples themselves, for the few markers that the tables of a MarkerTemplate are not made for:
+// Fits centres by least squares over the samples, for the few markers that the tables of a MarkerTemplate do not cover:
 // those whose window leaves the picture, and those whose disc is deformed.
 #pragma once
 
@@ -14,14 +14,14 @@ inline float clippedMargin(const MarkerTemplate& marker) {
 
 /// Fits a centre as fitCentres() does, from those samples of the window that the picture has. `centre` tells where the
 /// search starts, and receives the result; its variance grows with the share of the window that is missing. Not found
-/// where a part of the disc is outside the picture.
+/// if a part of the disc is outside the picture.
 ///
 /// Takes 10 to 40 us a step, a hundred times as long as a centre whose window is whole: a gel has few of these markers.
 /// Reentrant; allocates nothing.
 void fitClippedCentre(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk, const Guess& guess,
                       Centre& centre);
 
-/// As amplitudeAt().
+/// Returns the amplitude, as amplitudeAt() does.
 float clippedAmplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, float v);
 
 /// Fits a centre as fitCentres() does, where the disc may be larger or smaller than the template's and an ellipse, too.

@@ -17,7 +17,7 @@
 
 namespace tractiond::track {
 
-/// What followers of the same pictures share: the picture, and memory that none of them keeps from one to the next.
+/// Shared by followers of the same pictures: the picture, and scratch memory.
 struct FollowerWorkspace {
   explicit FollowerWorkspace(const sensor::Sensor& sensor);
 
@@ -27,57 +27,58 @@ struct FollowerWorkspace {
   PointGrid grid;
 };
 
-/// Thread-bound. A copy goes on from where the original is; assigning a follower of the same sensor allocates only for
-/// what markers look like. look() allocates only where it learns that: in the first picture in which markers are found,
-/// and after learnAnew().
+/// Thread-bound. A copy continues from the state of the original; the assignment of a follower of the same sensor
+/// allocates only for the markers' appearance. look() allocates only when it learns the appearance: in the first
+/// picture in which markers are found, and after learnAnew().
 class Follower {
  public:
   /// One layer of markers.
   struct Layer {
-    std::size_t index;  ///< of its planes
+    std::size_t index;  ///< of its planes in the workspace
     Lattice lattice;
-    int rank;     ///< in a rest pose's cross-talk
-    bool nearer;  ///< to the camera than the other layer: its markers hide the other's
+    int rank;     ///< index in a rest pose's cross-talk
+    bool nearer;  ///< nearer to the camera than the other layer, whose markers it hides
     Trust trust;
     double described_px;                ///< radius
     Plane plane = {}, otherPlane = {};  ///< of this frame
-    std::vector<Spot> spots = {};       ///< where they were last sought in the whole picture
-    LatticeSeen seen = {};              ///< when the markers were labelled last
+    std::vector<Spot> spots = {};       ///< of the last search of the whole picture
+    LatticeSeen seen = {};              ///< at the last labelling
     MarkerTemplate rough = {};          ///< for spots whose blur is not known yet
-    float roughScale = 0.0F;            ///< of the plane that it is for; 0: none yet
+    float roughScale = 0.0F;            ///< scale of its plane; 0: there is no template yet
   };
 
-  /// The sensor is trackable(). `workspace` must outlive the follower and its copies; a rest pose averages `zeroFrames`
-  /// frames.
+  /// \param sensor must be trackable() \param zeroFrames number of frames that a rest pose averages
+  /// \param workspace must outlive the follower and its copies
   Follower(const sensor::Sensor& sensor, int zeroFrames, FollowerWorkspace& workspace);
 
-  /// Measures from this pose from now on; the markers' places are kept. The pose has as many markers as the sensor.
+  /// Replaces the pose that displacements are measured from; keeps the markers' places. The pose must have as many
+  /// markers as the sensor.
   void adopt(const RestPose& pose);
 
-  /// Takes the cross-talk of the layers from a pose that was taken in an earlier run.
+  /// Takes over the layers' cross-talk of a pose that was taken in an earlier run.
   void setCrossTalk(const RestPose& pose);
 
-  /// Exchanges what the markers look like; allocates nothing. What both leave unexplained is learned anew.
+  /// Exchanges the appearance of the markers; allocates nothing. Misfits are learned anew.
   void exchangeAppearance(Appearance& other);
 
-  /// Learns in the next picture in which markers are found what they look like, cross-talk and each one's own shape
-  /// included, and seeks all markers from now on, the absent ones, too.
+  /// Learns the appearance, the cross-talk and each marker's own shape in the next picture in which markers are found,
+  /// and seeks all markers from now on, including the absent ones.
   void learnAnew();
 
-  /// Learns from the picture that was looked at last how far markers typically are from discs.
+  /// Learns how far markers typically are from discs, from the last picture.
   void learnShape() { errors_.learnShape(centres_, valid_); }
 
-  /// Finds the markers in the workspace's picture. `discontinuity`: it may be far from the one before. Returns whether
-  /// they were labelled anew.
+  /// Finds the markers in the workspace's picture. Returns whether they were labelled anew. \param discontinuity the
+  /// picture may differ much from the last one
   bool look(bool discontinuity);
 
-  // Of the picture that was looked at last, by marker.
-  std::span<const Vector> place_px() const { return place_; }  ///< of a lost one: where its neighbours say it is
+  // Results of the last look(), by marker.
+  std::span<const Vector> place_px() const { return place_; }  ///< of a lost one: interpolated from its neighbours
   std::span<const Vector> displacement_px() const { return displacement_; }
   std::span<const float> variance_px2() const { return errors_.variance_px2(); }
   std::span<const Centre> centres() const { return centres_; }
   std::span<const std::uint8_t> valid() const { return valid_; }
-  bool following() const { return following_; }  ///< the markers are known from one picture to the next
+  bool following() const { return following_; }  ///< whether markers are followed from picture to picture
   bool torn() const { return torn_; }
 
   /// Returns whether as many columns and rows were seen as the sensor has.
@@ -88,14 +89,14 @@ class Follower {
   std::span<const Vector> nominal_px() const { return nominal_; }  ///< places by the sensor's description
   float spacing_px() const { return spacing_px_; }
 
-  /// Returns a layer's elements of what is given by marker.
+  /// Returns the elements of a layer, of an array by marker.
   template <typename T>
   static std::span<const T> ofLayer(std::span<const T> all, const Layer& layer) {
     return all.subspan(static_cast<std::size_t>(layer.lattice.first), static_cast<std::size_t>(layer.lattice.count()));
   }
 
  private:
-  /// Least amplitude of a marker that is believed, relative to rest.
+  /// Smallest amplitude of a marker, relative to rest.
   static constexpr float kDim = 0.5F;
 
   bool acquire();
@@ -134,7 +135,7 @@ class Follower {
   float spacing_px_;
   Reference reference_;
   bool newAppearance_ = false;  ///< since the picture before
-  bool seeksAll_ = false;       ///< and learns cross-talk and each marker's own shape
+  bool seeksAll_ = false;       ///< and learns cross-talk and each marker's own shape, too
 
   // Per marker.
   std::vector<Vector> place_, previous_, velocity_;
@@ -142,7 +143,7 @@ class Follower {
   std::vector<std::uint8_t> valid_, wasValid_, stepped_;  ///< stepped: valid now and in the picture before
   std::vector<std::uint8_t> mixed_, attempts_;
   std::vector<Vector> slope_;              ///< of the surroundings' brightness [levels / px]
-  std::vector<std::uint8_t> slopeFrames_;  ///< that it is the mean of; 0: of this picture alone
+  std::vector<std::uint8_t> slopeFrames_;  ///< number averaged; 0: this picture alone
   std::vector<Vector> labelPlace_;
   std::vector<std::uint8_t> labelled_;
   std::vector<int> lostFor_;  ///< pictures

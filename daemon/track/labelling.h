@@ -1,4 +1,4 @@
-// Which spot is which marker.
+// Assigns spots to markers.
 #pragma once
 
 #include "daemon/records/gel_report.h"
@@ -11,9 +11,9 @@
 namespace tractiond::track {
 
 struct LabelOptions {
-  bool seenBefore = false;  ///< the reference is that of an earlier picture, from which this one is not far
-  double least = 0.3;       ///< of a layer's markers
-  float border_px = 0.0F;   ///< of the picture, where spots may not be found
+  bool seenBefore = false;  ///< the reference is an earlier picture, which differs little
+  double least = 0.3;       ///< smallest share of a layer's markers that must be labelled
+  float border_px = 0.0F;   ///< margin of the picture in which spots may not be found
 };
 
 /// Thread-bound. Allocates only in the constructor.
@@ -21,20 +21,20 @@ class Labeller {
  public:
   Labeller(const std::vector<Lattice>& lattices, int width_px, int height_px, int spots);
 
-  /// `spots`: what was found of each layer's colour. `reference_px`: where the markers are expected, all layers. The
-  /// picture may lie anywhere against it, and be turned and scaled, and the gel deformed, as long as neighbours'
-  /// displacements differ by less than about 0.4 of the spacing. Writes places and `labelled` (0 or 1), all layers.
-  /// False: some layer shows fewer than options.least of its markers; the outputs then mean nothing.
+  /// Assigns the spots of each layer's colour to markers, which are expected at `reference_px` (all layers). The
+  /// picture may be shifted, rotated and scaled against the reference, and the gel deformed, as long as displacements
+  /// of neighbours differ by less than about 0.4 of the spacing. Writes places and `labelled` (0 or 1) of all layers.
+  /// Returns false, with undefined outputs, if a layer shows fewer than options.least of its markers.
   bool label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px,
              const LabelOptions& options, std::span<Vector> place_px, std::span<std::uint8_t> labelled);
 
-  /// By the last label() that succeeded, one per layer.
+  /// Returns the extents that the last successful label() found, one per layer.
   std::span<const LatticeSeen> seen() const { return seen_; }
 
  private:
-  /// A lattice that continues that of a layer by `slack` on all sides, and a sum over each rectangle of it.
+  /// A layer's lattice, extended by `slack` on all sides, with sums over its rectangles.
   struct Wide {
-    int columns = 0, rows = 0;  ///< of the layer's lattice
+    int columns = 0, rows = 0;  ///< size of the layer's lattice
     int slackX = 0, slackY = 0;
     Lattice lattice;  ///< first = 0
 
@@ -44,7 +44,7 @@ class Labeller {
     int yOf(int shift) const { return shift / shiftsX() - slackY; }
   };
 
-  /// All labels moved by (x, y): how well the picture fits, and how far it then lies from the reference.
+  /// A shift of all labels by (x, y): how well the picture then fits, and its distance from the reference.
   struct Shift {
     float score = 0.0F;
     int x = 0, y = 0;
@@ -53,21 +53,21 @@ class Labeller {
 
   /// One layer while it is labelled.
   struct Work {
-    Lattice lattice;  ///< the true one
+    Lattice lattice;  ///< without extension
     Wide wide;
     float spacing = 0.0F;           ///< px
-    std::vector<Vector> reference;  ///< continued beyond the true lattice
+    std::vector<Vector> reference;  ///< extended beyond the lattice
     std::vector<Vector> displacement;
-    std::vector<int> spot;                 ///< of a node; -1: none
+    std::vector<int> spot;                 ///< by node; -1: none
     std::vector<std::uint8_t> has;         ///< spot >= 0
     std::vector<std::uint8_t> tried;       ///< number of labelled neighbours when it was last tried
     std::vector<std::uint8_t> neighbours;  ///< labelled ones among the eight nearest
-    std::vector<int> open;                 ///< nodes without a spot beside one with
-    std::vector<std::uint8_t> taken;       ///< of a spot
-    std::vector<std::uint8_t> visible;     ///< of a node: its place is well within the picture
-    std::vector<int> hasSum, missingSum;   ///< of all nodes before, both ways: with a spot; visible without one
+    std::vector<int> open;                 ///< nodes without a spot that have a neighbour with one
+    std::vector<std::uint8_t> taken;       ///< by spot: it is assigned
+    std::vector<std::uint8_t> visible;     ///< by node: its place is well within the picture
+    std::vector<int> hasSum, missingSum;   ///< cumulative counts of nodes: with a spot; visible, without one
     std::vector<Vector> displacementSum;
-    std::vector<Shift> shifts;  ///< the best, best first
+    std::vector<Shift> shifts;  ///< the best ones, best first
     Shift chosen;
   };
 

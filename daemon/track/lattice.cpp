@@ -150,7 +150,7 @@ int Trust::dropOutliers(std::span<const Vector> displacement, std::span<std::uin
 }
 
 int Trust::keepLargestPiece(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
-  // Neighbours across a corner and across one gap hang together, too.
+  // Neighbours across a corner and across one gap are connected, too.
   constexpr std::array<std::array<int, 2>, 12> kLinks = {
       {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}, {2, 0}, {-2, 0}, {0, 2}, {0, -2}}};
   std::fill(piece_.begin(), piece_.end(), -1);
@@ -179,14 +179,14 @@ int Trust::keepLargestPiece(std::span<const Vector> displacement, std::span<std:
     }
     ++pieces;
   }
-  int dropped = 0;
-  for (int node = 0; node < lattice_.count(); ++node) {
-    if (valid[lattice_.first + node] && piece_[node] != largest) {
-      valid[lattice_.first + node] = 0;
-      ++dropped;
-    }
-  }
-  // Neighbours that contradict each other within the piece hang together by a detour: one is wrong, who knows which.
+  for (int node = 0; node < lattice_.count(); ++node) piece_[node] = piece_[node] == largest ? 0 : 1;
+  const int dropped = dropMarked(valid);
+  return dropped + dropContradicting(displacement, valid);
+}
+
+/// Drops neighbours that contradict each other within a piece, where a detour connects them: which of the two is wrong
+/// is not known.
+int Trust::dropContradicting(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
   std::fill(piece_.begin(), piece_.end(), 0);
   for (int row = 0; row < lattice_.rows; ++row) {
     for (int column = 0; column < lattice_.columns; ++column) {
@@ -202,11 +202,16 @@ int Trust::keepLargestPiece(std::span<const Vector> displacement, std::span<std:
       if (row + 1 < lattice_.rows) check(node + lattice_.columns);
     }
   }
+  return dropMarked(valid);
+}
+
+/// Drops the valid nodes whose piece_ is 1, and returns their number.
+int Trust::dropMarked(std::span<std::uint8_t> valid) {
+  int dropped = 0;
   for (int node = 0; node < lattice_.count(); ++node) {
-    if (piece_[node] == 1) {
-      valid[lattice_.first + node] = 0;
-      ++dropped;
-    }
+    if (piece_[node] != 1 || !valid[lattice_.first + node]) continue;
+    valid[lattice_.first + node] = 0;
+    ++dropped;
   }
   return dropped;
 }

@@ -1,4 +1,4 @@
-// The grids of markers as neighbourhoods: what a marker's neighbours say of it.
+// The grids of markers, and what the neighbours of a marker imply about it.
 #pragma once
 
 #include "daemon/records/gel_report.h"
@@ -29,20 +29,20 @@ struct Lattice {
   bool has(int column, int row) const { return column >= 0 && column < columns && row >= 0 && row < rows; }
 };
 
-/// Returns `seen`, but at least the columns and rows between the first and the last of which half of the markers are
-/// `there`, by marker: what hid them when the picture was labelled has gone. Reentrant; allocates nothing.
+/// Returns `seen`, extended to the columns and rows between the first and the last of which half of the markers are
+/// `there` (by marker): they were hidden when the picture was labelled. Reentrant; allocates nothing.
 LatticeSeen extentWith(const LatticeSeen& seen, const Lattice& lattice, std::span<const std::uint8_t> there);
 
-/// Returns the number of markers that are not `there` although at least four of the eight nodes around each of them
-/// are: what they would show, their neighbours show too. Reentrant; allocates nothing.
+/// Returns the number of isolated gaps: markers that are not `there`, while at least four of the eight nodes around
+/// them are and replace their information. Reentrant; allocates nothing.
 int isolatedGaps(const Lattice& lattice, std::span<const std::uint8_t> there);
 
-/// One per layer, in their order.
+/// Returns the lattices of the layers, in their order.
 std::vector<Lattice> latticesOf(const sensor::Sensor& sensor);
 
-/// The value that a smooth field has at (column, row), which itself is left out: a plane fitted to the valid nodes up
-/// to two steps away, the near ones weighing more. `nodes` counts the valid ones among the eight nearest; nothing where
-/// that is 0. Reentrant.
+/// Returns the value of a smooth field at (column, row) without that node itself: a plane fitted to the valid nodes up
+/// to two steps away, with larger weights of near ones. `nodes` receives the number of valid nodes among the eight
+/// nearest; without any, returns nothing. Reentrant.
 struct Expectation {
   Vector value;
   int nodes = 0;
@@ -50,16 +50,15 @@ struct Expectation {
 std::optional<Expectation> expectation(const Lattice& lattice, int column, int row, std::span<const Vector> field,
                                        std::span<const std::uint8_t> valid);
 
-/// Finds markers that were taken for others. In a smooth field neighbours' displacements differ by less than half the
-/// spacing, even where it is steep; a swap is an error of a whole one. What does not belong to the largest piece that
-/// hangs together is not trusted.
-/// Thread-bound. Allocates only in the constructor.
+/// Finds markers that were mistaken for others. In a smooth field displacements of neighbours differ by less than half
+/// the spacing, even at steep places; a swap is an error of a whole spacing. Markers outside of the largest connected
+/// piece are rejected. Thread-bound. Allocates only in the constructor.
 class Trust {
  public:
   Trust(const Lattice& lattice, float spacing_px);
 
-  /// Sets valid to 0 where the displacement contradicts its surroundings. Returns how many. Looks only at this
-  /// lattice's nodes. `thorough`: look for pieces that hang apart even where no neighbours contradict each other.
+  /// Sets `valid` to 0 for nodes of this lattice whose displacement contradicts its surroundings. Returns their number.
+  /// \param thorough looks for separate pieces even if no neighbours contradict each other
   int prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough);
 
  private:
@@ -69,6 +68,8 @@ class Trust {
   bool anyContradiction(std::span<const Vector> displacement, std::span<const std::uint8_t> valid) const;
   int dropOutliers(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
   int keepLargestPiece(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
+  int dropContradicting(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
+  int dropMarked(std::span<std::uint8_t> valid);
 
   Lattice lattice_;
   float limit2_;            ///< px^2

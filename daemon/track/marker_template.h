@@ -1,11 +1,11 @@
-// What a marker looks like, and the weights that read its place from the samples around it.
+// The appearance of a marker, and the weights that determine its place from the samples around it.
 //
 // A marker is a disc blurred by a Gaussian, T(r). Near the place c its window of n samples is
 //   I = b + s . (x - c) + a T(|x - c|) + a d . grad_c T + e laplacian(T),
 // linear in b, the slope s, a, a d, and e, which stands for more or less blur. For every 1/8 sample of c the functions
 // T, dT/du, dT/dv, laplacian, x, y are made orthonormal to each other and to the constant, in this order: six rows of n
 // weights. Amplitude a, offset d, slope and residual follow from their dot products with the window; e is of no
-// interest but keeps a lens out of focus from being taken for a slope or an odd shape. That is least squares; for white
+// interest but keeps a lens out of focus from being taken for a slope or an odd shape. This is least squares; for white
 // noise and a known slope it reaches the Cramer-Rao bound (docs/mathematics.md, 3).
 #pragma once
 
@@ -56,17 +56,18 @@ class MarkerTemplate {
   const Phase& phase(int index) const { return phases_[index]; }  ///< index = down * kPhases + across
   const float* weights(int index) const { return weights_.front().lane + index * kRows * samples(); }
 
-  /// T at distance r; 0 beyond the window.
+  /// Returns T at distance r; 0 beyond the window.
   double at(double r) const;
 
-  /// Values at (x, y) [samples] from the marker's centre of the constant, T, -dT/dx, -dT/dy, laplacian(T), x and y.
+  /// Returns the constant, T, -dT/dx, -dT/dy, laplacian(T), x and y at (x, y) [samples] from the marker's centre.
   Functions functionsAt(double x, double y) const;
 
-  /// Derivatives of T by what deforms the disc, at (x, y) [samples] from its centre: by its radius, and by the two
-  /// directions in which an ellipse is elongated.
+  /// Returns the derivatives of T at (x, y) [samples] from its centre by the disc's radius, and by its elongation to an
+  /// ellipse in two directions.
   Eigen::Matrix<double, 1, 3> deformationsAt(double x, double y) const;
 
-  /// Phase of a window in which functionsAt() has the QR factor `triangle`, upper triangular; without `cover`.
+  /// Returns the phase, without `cover`, of a window in which functionsAt() has the QR factor `triangle` (upper
+  /// triangular).
   static Phase phaseOf(const Triangle& triangle);
 
  private:

@@ -1,4 +1,4 @@
-// The rest picture as the sensor's description has it: what the tracker starts from.
+// The rest picture by the sensor's description, from which the tracker starts.
 #pragma once
 
 #include "base/error.h"
@@ -13,20 +13,20 @@
 
 namespace tractiond::track {
 
-/// What the tracker cannot do: more than two layers or two that look alike, a grid below 4 x 4, markers smaller than a
-/// pixel's width in radius or so large or close that their windows meet.
+/// Fails if the tracker cannot track the sensor: more than two layers, or two that look alike; a grid below 4 x 4;
+/// markers with a radius below one pixel, or so large or close that their windows overlap.
 tl::expected<void, Error> trackable(const sensor::Sensor& sensor);
 
-/// What it cannot do with pictures of this format: two layers that only colours tell apart, in a grey picture.
+/// Fails also if it cannot track pictures of this format: two layers that differ in colour alone, in a grey picture.
 tl::expected<void, Error> trackable(const sensor::Sensor& sensor, PixelFormat format);
 
-/// Of all markers [px].
+/// Returns the places of all markers [px].
 std::vector<Vector> nominalPlaces(const sensor::Sensor& sensor);
 
-/// In the picture [px].
+/// Returns the radius of a layer's markers in the picture [px].
 double markerRadius(const sensor::Sensor& sensor, const sensor::MarkerLayer& layer);
 
-/// Between neighbours in the lattice where that is least [px].
+/// Returns the smallest distance between neighbours of a lattice [px].
 float smallestSpacing(std::span<const Vector> places_px, std::span<const Lattice> lattices);
 
 }  // namespace tractiond::track

@@ -1,4 +1,4 @@
-// The samples of one colour within a picture, read where they are: no demosaic.
+// The samples of one colour of a picture, read in place without demosaicing.
 #pragma once
 
 #include <array>
@@ -17,16 +17,16 @@ struct Plane {
   int width = 0, height = 0;            ///< samples of this colour
   float scale = 1.0F;                   ///< px from sample to sample: 2 on a Bayer mosaic
   float u0 = 0.0F, v0 = 0.0F;           ///< px
-  /// From a sample to those of the other colour whose mean is taken for the other colour at its place, in samples.
-  /// (On a Bayer mosaic red and blue are each other's diagonal neighbours.)
+  /// Offsets [samples] to the samples of the other colour whose mean stands for that colour at this place. (On a Bayer
+  /// mosaic red and blue are diagonal neighbours.)
   std::array<std::ptrdiff_t, 4> other{};
-  float otherNoise = 1.0F;  ///< variance of that mean, of a sample's
-  float sign = 1.0F;        ///< -1: the markers are darker than what surrounds them
+  float otherNoise = 1.0F;  ///< variance of that mean, relative to a sample's
+  float sign = 1.0F;        ///< -1: the markers are darker than their surroundings
   float gain = 1.0F;        ///< levels per unit of a sample; 1 where that has 8 bits
   float noise = 1.0F;       ///< variance of a sample, of that of one of the camera's: below 1 where several were added
   float unit = 1.0F;        ///< levels in 1/255 of the format's range
 
-  /// Levels.
+  /// Returns a sample [levels].
   float at(std::ptrdiff_t x, std::ptrdiff_t y) const {
     const std::uint8_t* row = first + y * stride;
     return wide ? gain * static_cast<float>(reinterpret_cast<const std::uint16_t*>(row)[x * step])

@@ -1,4 +1,4 @@
-// What the tracker needs of a picture, whatever its format: a plane for each layer of markers.
+// Provides a plane for each layer of markers, from pictures of any format.
 #pragma once
 
 #include "daemon/records/frame.h"
@@ -11,26 +11,26 @@
 
 namespace tractiond::track {
 
-/// Planes lie in the camera's own buffer where its samples have 8 or 16 bits and the light wanted is one that it has.
-/// Packed samples are unpacked once per picture. Made once per picture, too, are green and grey of a Bayer mosaic
-/// (means of the two greens, of all four, in the middle of their two by two pixels), grey of RGB (the mean of the
-/// three), and red, green and blue of YUV.
+/// Planes lie in the camera's own buffer if its samples have 8 or 16 bits and it has the wanted colour. Once per
+/// picture, packed samples are unpacked, and other colours computed: green and grey of a Bayer mosaic (means of the two
+/// greens, of all four samples, in the middle of two by two pixels), grey of RGB (the mean of the three), and red,
+/// green and blue of YUV.
 ///
 /// Thread-bound. read() allocates only for the first picture of a format and size.
 class Planes {
  public:
-  /// One or two layers, as trackable() has them.
+  /// The layers must be trackable().
   explicit Planes(std::span<const sensor::MarkerLayer> layers);
 
-  /// The planes are valid until the next call, and as long as the frame's memory.
+  /// Reads a frame. The planes are valid until the next call, and as long as the frame's memory.
   void read(const Frame& frame);
 
-  /// Where the layer's markers stand out.
+  /// Returns the plane in which the layer's markers have the most contrast.
   const Plane& own(std::size_t layer) const { return layers_[layer].own; }
-  /// Where they should not, or less: the other layer's colour, or one in which glare would show; with the sign of the
-  /// layer itself. Null for grey markers and in a grey picture.
+  /// Returns the plane in which they should have little contrast: of the other layer's colour, or one that shows glare;
+  /// with the sign of the layer itself. Null for grey markers and in a grey picture.
   const Plane& other(std::size_t layer) const { return layers_[layer].other; }
-  /// The picture tells two layers apart by their colours, and mixes them.
+  /// Returns whether the picture distinguishes two layers by colour, with cross-talk.
   bool mixes() const { return mixes_; }
 
  private:
@@ -51,7 +51,7 @@ class Planes {
   bool mixes_ = false;
 };
 
-/// A colour of a picture that has it as such: no packed format, no green of a mosaic, no colour of YUV.
+/// Returns a colour that the picture contains as samples: not for packed formats, green of a mosaic, colours of YUV.
 Plane planeOf(const Frame& frame, sensor::Colour colour);
 
 }  // namespace tractiond::track

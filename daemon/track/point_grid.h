@@ -1,4 +1,4 @@
-// Points in the picture by square cells, to find those near a place.
+// Sorts points of the picture into square cells, to find those near a place.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ class PointGrid {
 
   void clear() { std::fill(first_.begin(), first_.end(), -1); }
 
-  /// Points outside the picture count to its border cells.
+  /// Adds a point. Points outside the picture belong to its border cells.
   void add(int point, float u, float v) {
     int& first = first_[row(v) * columns_ + column(u)];
     next_[point] = first;

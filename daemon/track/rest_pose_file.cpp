@@ -16,7 +16,7 @@ namespace {
 constexpr std::array<char, 8> kMagic = {'t', 'r', 'a', 'c', 'r', 'e', 's', 't'};
 constexpr std::uint32_t kVersion = 4;
 constexpr std::uint32_t kWithoutOddity = 3;  ///< the version that did not say how odd each marker is
-constexpr std::uint32_t kWithoutCamera = 2;  ///< the version that did not say whose camera it was
+constexpr std::uint32_t kWithoutCamera = 2;  ///< the version without the camera's name
 constexpr std::size_t kLongestName = 4096;
 
 struct Header {
@@ -30,7 +30,7 @@ struct Header {
   std::array<float, 2> crossTalk{};
   std::uint32_t requested = 0;
   std::uint32_t camera = 0;  ///< bytes of its name, behind the arrays
-  std::uint32_t asker = 0;   ///< bytes of who asked for the zero, behind that
+  std::uint32_t asker = 0;   ///< bytes of the requester's name, behind that
 };
 static_assert(sizeof(Header) == 88);  // no padding
 

@@ -21,7 +21,7 @@ constexpr int kLeastColumns = 4;              // that have all six markers
 constexpr float kDeviations = 8.0F, kFaintDeviations = 8.0F;
 // Share of the plain differences' energy. A row that is cut through shows less of the step.
 constexpr float kFaint = 0.15F, kClear = 0.35F, kPlain = 0.6F;
-constexpr float kLeast_px2 = 0.01F;          // squared step, mean over the columns: smaller ones harm nobody
+constexpr float kLeast_px2 = 0.01F;          // squared step, mean over the columns: smaller ones are harmless
 constexpr int kMostRunning = 3;              // then the picture has changed for good
 constexpr float kSeen = 0.8F, kLost = 0.2F;  // of the markers on the two sides
 

@@ -51,7 +51,7 @@ Outcome Tracker::track(const Frame& frame, MarkerField& field) {
   reportSight();
   heedVerdict();
   write(frame.info, relabelled, field);
-  const bool tracked = follower_.reference().isZero && (!options_.awaitJudge || verdict_.zero == zero_);
+  const bool tracked = follower_.reference().isZero && (!options_.awaitsGelCheck || verdict_.zero == zero_);
   takeZero(frame.info);
   return tracked ? Outcome::kTracked : Outcome::kNoRestPose;
 }

@@ -1,4 +1,4 @@
-// From pictures to marker displacements.
+// Measures displacements of markers in pictures.
 #pragma once
 
 #include "base/mailbox.h"
@@ -18,42 +18,42 @@
 namespace tractiond::track {
 
 struct TrackOptions {
-  int zeroFrames = 30;            ///< averaged for a rest pose: its error is then a fifth of one frame's
-  double minValidFraction = 0.5;  ///< of the markers; below, the field is flagged kFewMarkers and no zero is taken
-  /// The first zero, or a restored one, is used after judge() has been called for it; a requested one only after
+  int zeroFrames = 30;            ///< number averaged for a rest pose: 30 reduce the error to a fifth
+  double minValidFraction = 0.5;  ///< of the markers; fewer set kFewMarkers, and no zero is taken
+  /// The first zero, or a restored one, is used after setGelFits() has been called for it; a requested one only after
   /// putInForce().
-  bool awaitJudge = false;
+  bool awaitsGelCheck = false;
 };
 
 enum class Outcome {
   kTracked,     ///< the field holds this frame
-  kNoRestPose,  ///< the first rest pose is still being taken, or not judged yet: there is nothing to displace from
+  kNoRestPose,  ///< the first rest pose is being taken, or awaits setGelFits()
 };
 
-/// Thread-bound but for the functions marked thread-safe. track() allocates nothing, except in the first frame of a
-/// pixel format and in frames in which it learns what markers look like: the first in which markers are found, and the
-/// first after requestZero().
+/// Thread-bound, except for the functions marked thread-safe. track() allocates nothing, except in the first frame of a
+/// pixel format and in frames in which it learns the appearance of markers: the first in which markers are found, and
+/// the first after requestZero().
 ///
-/// A requested zero is a candidate: a second follower learns what markers look like, and the zero is taken from its
-/// places, while the first one goes on with the zero in force. A candidate that is refused leaves nothing behind.
+/// A requested zero is a candidate: a second follower learns the appearance of the markers, and the zero is taken from
+/// its places, while the first follower continues with the zero in force. A refused candidate has no effect.
 ///
 /// A zero is verified, and the fields carry no kZeroUnverified, once
 /// - a zero was taken in this run because requestZero() was called, or
-/// - the restored rest pose had been requested, and since the start ten frames running have shown displacements no
-///   larger than three deviations of the noise (rms over the markers): the unloaded picture agrees with it.
+/// - the restored rest pose had been requested, and since the start ten frames in a row have shown displacements of at
+///   most three deviations of the noise (rms over the markers): the unloaded picture agrees with it.
 class Tracker {
  public:
-  /// The sensor is trackable(), with the pictures' format as well.
+  /// The sensor must be trackable(), also with the pictures' format.
   Tracker(const sensor::Sensor& sensor, const TrackOptions& options);
 
-  /// Before the first frame. The pose has as many markers as the sensor.
+  /// Restores a zero. Must be called before the first frame. The pose must have as many markers as the sensor.
   void restore(const RestPose& pose);
 
-  /// `field` has been sized for all markers. The frame has the size of the sensor's camera.
+  /// Measures a frame, which must have the size of the sensor's camera. `field` must have room for all markers.
   Outcome track(const Frame& frame, MarkerField& field);
 
-  /// Takes a new zero from the next frames, at most 2 zeroFrames; the old one stays in force meanwhile, with awaitJudge
-  /// until putInForce(). What markers look like is learned anew for it, as the lens may have been refocused.
+  /// Takes a new zero from the next frames, at most 2 zeroFrames; the old one stays in force meanwhile, with
+  /// awaitsGelCheck until putInForce(). The appearance is learned anew for it, as the lens may have been refocused.
   /// Thread-safe.
   void requestZero() { zeroState_.store(ZeroState::kRequested, std::memory_order_relaxed); }
 
@@ -62,43 +62,45 @@ class Tracker {
   /// takeRestPose() returns it as soon as track() has returned. Thread-safe.
   bool cancelZero();
 
-  /// Thread-safe.
+  /// Returns the state of the last zero. Thread-safe.
   ZeroState zeroState() const { return zeroState_.load(std::memory_order_relaxed); }
 
-  /// Number of still frames that a zero is averaged over.
+  /// Returns the number of still frames that a zero averages.
   int zeroFrames() const { return options_.zeroFrames; }
 
-  /// The newest finished rest pose, once, for keeping. Thread-safe, for one thread.
+  /// Takes the newest finished rest pose, once. Thread-safe, for one thread.
   bool takeRestPose(RestPose& pose) { return finished_.take(pose); }
 
   /// Puts a zero in force from the next frame on: the one that takeRestPose() returned last, or an earlier one. An
   /// earlier one is verified if it was when it was replaced last, and the appearance of the markers is restored with
-  /// it. Called with the zero that is in force, it rejects the one that was taken since. \param fits as in judge()
+  /// it. Called with the zero that is in force, it rejects the one that was taken since. \param fits as in setGelFits()
   /// \return false: try again later. Thread-safe, for one thread.
   bool putInForce(const RestPose& pose, bool fits) { return decisions_.put({pose, fits}); }
 
-  /// Does the gel file fit the picture that this zero was taken from? Where it does not, the fields carry kGelMismatch.
-  /// Ignored unless the zero is in force. Thread-safe, for one thread.
-  void judge(const Id& zero, bool fits);
+  /// States whether the gel file fits the picture of this zero. If not, the fields carry kGelMismatch. Ignored unless
+  /// the zero is in force. Thread-safe, for one thread.
+  void setGelFits(const Id& zero, bool fits);
 
-  /// There is a zero, and none has been judged yet: track() would find no displacements. Called from track()'s thread.
+  /// Returns whether there is a zero, and none has been judged yet: track() would return kNoRestPose. For track()'s
+  /// thread.
   bool awaitsFirstVerdict();
 
-  /// What the frame tracked last heeded of the calls above. Valid until the next.
+  /// Returns which of the calls above have taken effect with the last frame. Valid until the next frame.
   const TrackerInputs& inputs() const { return inputs_; }
-  /// Before track(): the frame heeds these, as one before heeded them. Nobody else calls anything meanwhile.
+  /// Repeats what took effect with a recorded frame. Must be called before track(), while no other thread calls
+  /// anything.
   void repeat(const TrackerInputs& inputs);
 
-  /// Of the newest frame, once. Thread-safe, for one thread.
+  /// Takes what was seen in the newest frame, once. Thread-safe, for one thread.
   bool takeSight(MarkerSight& sight) { return sights_.take(sight); }
 
-  /// Makes the room that show() needs. Allocates; reentrant.
+  /// Allocates the room that show() needs. Reentrant.
   void prepare(Snapshot& snapshot) const;
-  /// Where the markers are in the frame tracked last: all of a snapshot but the picture.
+  /// Fills in the places of the markers in the last frame: all of a snapshot except the picture.
   void show(Snapshot& snapshot) const;
 
  private:
-  /// A zero that the tracker can go back to.
+  /// A zero that can be restored.
   struct Standing {
     Id zero{};
     bool verified = false;
@@ -124,12 +126,12 @@ class Tracker {
   int markers_;
   FollowerWorkspace workspace_;
   Follower follower_;   ///< measures from the zero in force
-  Follower candidate_;  ///< beside it, of the zero that was requested, while that is taken
+  Follower candidate_;  ///< of the requested zero, while that is taken
 
   Id zero_{};  ///< in force
   bool zeroWasRequested_ = false, verified_ = false;
   Standing before_;   ///< of the zero that this one replaced
-  int agreeing_ = 0;  ///< frames running that agree with the restored pose
+  int agreeing_ = 0;  ///< number of frames in a row that agree with the restored pose
 
   ZeroTaker taker_;
   PixelNoise pixelNoise_;
@@ -139,8 +141,8 @@ class Tracker {
   bool poseWaits_ = false;
   std::atomic<ZeroState> zeroState_{ZeroState::kNone};
   Mailbox<RestPose> finished_;
-  std::optional<std::int64_t> proposed_ns_;  ///< when the zero was taken that waits for putInForce()
-  Appearance proposed_;                      ///< what markers look like for it
+  std::optional<std::int64_t> proposed_ns_;  ///< time of the zero that awaits putInForce()
+  Appearance proposed_;                      ///< appearance of the markers for it
 
   struct Decision {
     RestPose zero;
@@ -153,12 +155,12 @@ class Tracker {
     Id zero{};
     bool fits = false;
   };
-  Verdict verdict_;  ///< on the zero in force; of another: not known
+  Verdict verdict_;  ///< on the zero in force; if it has another id: not known
   Mailbox<Verdict> verdicts_;
   Verdict heard_;
-  bool newVerdict_ = false;  ///< heard, not heeded yet
+  bool newVerdict_ = false;  ///< received, without effect yet
   TrackerInputs inputs_;
-  bool forgo_ = false;  ///< the zero that would be finished with the next frame
+  bool forgo_ = false;  ///< drops the zero that the next frame would finish
   MarkerSight sight_;
   Mailbox<MarkerSight> sights_;
 };

@@ -80,7 +80,7 @@ void Tracker::takeZero(const FrameInfo& info) {
     proposed_ns_ = pose_.taken_ns;
     candidate_.exchangeAppearance(proposed_);
   }
-  if (!options_.awaitJudge || isFirst) install(pose_);
+  if (!options_.awaitsGelCheck || isFirst) install(pose_);
   if (!takingRequested_) follower_.learnShape();
   poseWaits_ = !finished_.put(pose_);
 }
@@ -175,15 +175,15 @@ void Tracker::repeat(const TrackerInputs& inputs) {
   if (inputs.zeroBegun) requestZero();
   forgo_ = inputs.zeroForgone;
   if (inputs.adopted) putInForce(inputs.zero, inputs.judged && inputs.fits);
-  if (inputs.judged) judge(inputs.judgedZero, inputs.fits);
+  if (inputs.judged) setGelFits(inputs.judgedZero, inputs.fits);
 }
 
 bool Tracker::awaitsFirstVerdict() {
   if (verdicts_.take(heard_)) newVerdict_ = true;
-  return options_.awaitJudge && follower_.reference().isZero && !newVerdict_ && verdict_.zero == Id{};
+  return options_.awaitsGelCheck && follower_.reference().isZero && !newVerdict_ && verdict_.zero == Id{};
 }
 
-void Tracker::judge(const Id& zero, bool fits) {
+void Tracker::setGelFits(const Id& zero, bool fits) {
   while (!verdicts_.put({zero, fits})) std::this_thread::yield();  // just being taken: some instructions
 }
 

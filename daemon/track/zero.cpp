@@ -111,7 +111,7 @@ bool ZeroTaker::moved() {
   const auto frames = static_cast<float>(seen_);
   if (commonSquare_ / frames - common_.squared() / (frames * frames) > kShake_px * kShake_px) return true;
 
-  // The median ratio of spread to what unit noise would give is the noise, whoever moved.
+  // The noise is the median ratio of the spread to that of unit noise, even if some markers moved.
   ratios_.clear();
   for (const Sums& sums : sums_) {
     if (sums.count >= kPresent * seen_) {

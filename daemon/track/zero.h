@@ -1,4 +1,4 @@
-// Taking the rest pose: markers watched over N frames, averaged if they kept still.
+// Takes a rest pose: averages the markers over N frames in which they keep still.
 #pragma once
 
 #include "daemon/records/marker_field.h"
@@ -43,10 +43,10 @@ class ZeroTaker {
   /// Returns the number of frames since start(); after kMoving, of those before the markers moved.
   int stillFrames() const { return seen_ - (hasMoved_ ? 1 : 0); }
 
-  // After kTaken.
+  // Valid after kTaken.
 
-  /// Fills in position, amplitude, presence and oddity of a layer's markers; the pose has its shot noise already. Those
-  /// that were not seen, or have dust on them, are absent, and are put where they were before, moved as their
+  /// Fills in position, amplitude, presence and oddity of a layer's markers; the pose must have its shot noise. Markers
+  /// that were not seen, or have dust on them, are absent; their places are the earlier ones, moved as their
   /// neighbours.
   void finish(const Lattice& lattice, RestPose& pose);
   float noise() const;  ///< of a pixel [levels]
@@ -54,8 +54,8 @@ class ZeroTaker {
 
  private:
   struct Sums {
-    Vector origin;        ///< first place [px]
-    Vector sum;           ///< of what follows, from the origin, less the whole picture's motion [px]
+    Vector origin;        ///< the first place [px]
+    Vector sum;           ///< of the later places, relative to the origin and to the motion of the whole picture [px]
     float square = 0.0F;  ///< [px^2]
     float amplitude = 0.0F;
     float variance = 0.0F;  ///< for unit noise

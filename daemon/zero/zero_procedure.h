@@ -1,8 +1,18 @@
-// A zero from the request to the answer: taken by the tracker, judged, kept on the disk, and put in force.
+// Processes a request for a zero: the tracker takes it, the gel file is compared with it, it is written to the disk,
+// and it comes into force.
 //
-//   request -> taking -> judging -> keeping -> in force -> answer
+//   state     event                                                  next state
+//   Idle      a zero is requested                                    Taking
+//             an undo is requested                                   Keeping the previous zero
+//   Taking    the tracker has taken the zero, which is not refused   Keeping
+//             it is the first zero                                   Idle; in force at once, and written meanwhile
+//             the zero is refused; no frames, or too slow; the disk  Idle
+//             is stuck with an earlier zero
+//   Keeping   the zero is on the disk                                Idle; in force
+//             it could not be written, or not within a minute        Idle
 //
-// A zero that is refused on the way leaves the previous one in force, in the tracker and on the disk.
+// Each way back to Idle answers the request. A zero that is refused on the way leaves the previous one in force, in the
+// tracker and on the disk.
 #pragma once
 
 #include "base/counter.h"
@@ -12,23 +22,24 @@
 #include "daemon/records/marker_field.h"
 #include "daemon/records/zero_request.h"
 #include "daemon/track/zero.h"
+#include "daemon/zero/zero_writer.h"
 #include "sensor/sensor.h"
 
 #include <tl/expected.hpp>
 
 #include <functional>
-#include <future>
 #include <optional>
 #include <string>
+#include <variant>
 
 namespace tractiond::zero {
 
-/// Reason of a request's end where the tracker sees no frames.
+/// Why a request fails if the tracker gets no frames.
 inline constexpr const char* kNoFrames = "no frames come from the camera";
 
-/// What a ZeroProcedure works with. Called on its thread; everything outlives it.
+/// What a ZeroProcedure works with. Called on its thread; must outlive it.
 struct ZeroLinks {
-  // The tracker's.
+  // Functions of the tracker.
   std::function<void()> request;
   std::function<bool()> cancel;
   std::function<track::ZeroState()> state;
@@ -37,14 +48,12 @@ struct ZeroLinks {
   std::function<bool(const RestPose&, bool fits)> putInForce;
 
   /// Compares a zero with the gel file. Called once for every zero that is kept or comes into force, the restored one
-  /// included, and before the disk is asked to keep it: what presses later hides markers.
-  std::function<GelReport(const RestPose&)> judge;
-  /// Tells the tracker and the status what judge() has returned for a zero that comes into force.
-  std::function<void(const RestPose&, const GelReport&)> tellJudgement;
+  /// included, and before it is written to the disk: a later load hides markers.
+  std::function<GelReport(const RestPose&)> compare;
+  /// Tells the tracker and the status what compare() has returned for a zero that comes into force.
+  std::function<void(const RestPose&, const GelReport&)> report;
   std::function<void(const RestPose&)> describe;  ///< publishes the description with the zero in force
-  /// Starts to write the zero into the state directory, and the previous zero if there is one. The future is ready when
-  /// both are on the disk.
-  std::function<std::future<tl::expected<void, Error>>(const RestPose&, const RestPose* before)> keep;
+  ZeroWriter::Start keep;
 
   std::function<void(const tl::expected<RestPose, std::string>&, const std::string& remark)> answer;
 };
@@ -54,7 +63,7 @@ struct ZeroLinks {
 class ZeroProcedure {
  public:
   /// The sensor in force and `frames`, the number that the tracker has looked at, outlive this. `onChange` is called
-  /// before another zero comes into force or is refused by its judge.
+  /// before another zero comes into force, or is refused.
   ZeroProcedure(const sensor::Sensor& sensor, int zeroFrames, std::int64_t (*clock)(), const Counter& frames,
                 ZeroLinks links, std::function<void()> onChange);
 
@@ -73,52 +82,48 @@ class ZeroProcedure {
   /// Does what is due. Must be called in each turn of the control loop.
   void turn();
 
-  /// Tells the rate of the frames; 0: not known.
+  /// Sets the rate of the frames [Hz]; 0: not known.
   void setRate(double rate_Hz) { rate_Hz_ = rate_Hz; }
 
-  /// The zero in force, if there is one.
+  /// Returns the zero in force, if there is one.
   const std::optional<RestPose>& inForce() const { return zero_; }
 
-  /// A request that comes now is answered within this time [s].
+  /// Returns the time within which a request that comes now is answered [s].
   double answeredWithin_s() const { return takenWithin_s() + 1e-9 * static_cast<double>(kKeptWithin_ns); }
 
   /// Requests fail when the tracker has seen no frame for this long.
   static constexpr std::int64_t kNoFrames_ns = 5'000'000'000;
   /// A zero that has not been written to the disk after this time is refused.
-  static constexpr std::int64_t kKeptWithin_ns = 60'000'000'000;
+  static constexpr std::int64_t kKeptWithin_ns = ZeroWriter::kWithin_ns;
 
  private:
-  using Kept = tl::expected<void, Error>;
-
-  /// The request that is to be answered.
-  struct Open {
-    std::int64_t until_ns;  ///< by then its zero has been taken
+  /// No request is open.
+  struct Idle {};
+  /// The tracker averages frames. The zero that it has taken waits while an earlier one is being written.
+  struct Taking {
+    std::int64_t until_ns;  ///< by then the tracker has taken the zero
     FrameWatch frames;
   };
-
-  /// A zero that is being written to the disk.
+  /// The zero has been judged, and is being written to the disk.
   struct Keeping {
-    std::future<Kept> done;
-    std::int64_t until_ns;
-    bool isAwaited;          ///< the open request is answered when it is done
-    bool isRefused = false;  ///< the request has been refused because the disk took too long
-    std::function<void(const Kept&)> then;
+    RestPose zero;
+    GelReport report;
+    std::string doubt, moved;
   };
 
   void undo();
   void heedTaken();
   void adoptFirst(const GelReport& report, const std::string& doubt);
-  void tellTaken(const std::string& doubt, const std::string& moved) const;
+  void logTaken(const std::string& doubt, const std::string& moved) const;
   void refuseTaken(const std::string& reason);
-  void keep(const RestPose& zero, const RestPose* before, bool isAwaited, std::function<void(const Kept&)> then);
-  void watchKeeping();
-  void rewrite();
-  void tellRewritten(const Kept& kept);
+  void keep(Keeping keeping, std::int64_t until_ns);
+  void heedWriter();
   void putInForce(const RestPose& zero, const GelReport& report);
-  void heedJudgement(const RestPose& zero, const GelReport& report);
+  void takeReport(const RestPose& zero, const GelReport& report);
   void handOver();
-  void watchTaking();
+  void watchTaking(Taking& taking);
   void answer(const tl::expected<RestPose, std::string>& result, const std::string& remark = "");
+  const RestPose* before() const { return before_ ? &*before_ : nullptr; }
   double takenWithin_s() const;
 
   const sensor::Sensor& sensor_;
@@ -126,19 +131,17 @@ class ZeroProcedure {
   std::int64_t (*const clock_)();
   const Counter& frames_;
   ZeroLinks links_;
+  ZeroWriter writer_;
   std::function<void()> onChange_;
   double rate_Hz_ = 0.0;
 
   std::optional<RestPose> zero_;  ///< in force
   std::optional<RestPose> before_;
   bool fits_ = true;          ///< the gel file fits zero_
-  bool isHandedOver_ = true;  ///< the tracker has zero_
-  std::optional<Open> open_;
+  bool isHandedOver_ = true;  ///< to the tracker; false: tried again in the next turn
+  std::variant<Idle, Taking, Keeping> state_;
   ZeroRequest request_;  ///< the newest
   RestPose taken_;       ///< by the tracker
-  std::optional<Keeping> keeping_;
-  std::optional<std::int64_t> rewriteAt_ns_;  ///< none: the zero in force is on the disk, or is being written
-  bool isUnwritten_ = false;                  ///< the log says that it could not be written
 };
 
 }  // namespace tractiond::zero

@@ -1,4 +1,4 @@
-// The two zeros in the state directory: the one in force, and the one that it replaced.
+// Reads and writes the two zeros in the state directory: the one in force, and the one that it replaced.
 #pragma once
 
 #include "daemon/track/rest_pose_file.h"
@@ -8,14 +8,14 @@
 
 namespace tractiond::zero {
 
-/// Whose the zeros are.
+/// What zeros belong to.
 struct ZeroOwner {
   const sensor::Sensor& sensor;
   PixelFormat format;
   std::string camera;
 };
 
-/// Writes the zero, after the one that it replaces. A loss of power in between leaves the latter in both files.
+/// Writes the zero that is replaced, then the new one. A loss of power in between leaves the former in both files.
 tl::expected<void, Error> saveZeros(const std::filesystem::path& stateDirectory, const RestPose& zero,
                                     const RestPose* before, const ZeroOwner& owner);
 
@@ -28,8 +28,8 @@ struct RestoredZero {
 /// zero may not have.
 tl::expected<RestoredZero, Error> restoreZero(const std::filesystem::path& stateDirectory, const ZeroOwner& owner);
 
-/// Reads the zero that `restored` replaced, which serves to undo. None where it is `restored` itself: the power was
-/// lost while a new zero was written.
+/// Reads the zero that `restored` replaced, for an undo. Returns nothing if it is `restored` itself: power was lost
+/// while a new zero was written.
 tl::expected<std::optional<RestPose>, Error> loadEarlierZero(const std::filesystem::path& stateDirectory,
                                                              const std::optional<RestPose>& restored,
                                                              const ZeroOwner& owner);

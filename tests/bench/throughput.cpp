@@ -106,7 +106,7 @@ int main(int argc, char** argv) {
   description.identity.sensor = "bench";
   auto publisher = publish::Publisher::open(options, description, ledger, [](auto&) {});
   if (!publisher) return std::cerr << publisher.error().message() << "\n", 1;
-  for (int i = 0; i < 10; ++i) (*publisher)->wait(-1, std::chrono::milliseconds(100));  // the subscriber joins
+  for (int i = 0; i < 10; ++i) (*publisher)->serve(-1, std::chrono::milliseconds(100));  // the subscriber joins
 
   auto source = capture::Camera::open(capture::fromMemory(movie, {.loops = kLoops}), {}, ledger);
   if (!source) return std::cerr << source.error().message() << "\n", 1;
@@ -117,7 +117,7 @@ int main(int argc, char** argv) {
                        MarkerField& field) { return tracker.track(frame, field) == track::Outcome::kTracked; },
           .solve = [&](const MarkerField& markers, TractionField& field) { solver.solve(markers, field); },
           .publish = [&](const TractionField& field) { (*publisher)->publish(field); },
-          .waitToPublish = [&](int fd, std::chrono::milliseconds timeout) { (*publisher)->wait(fd, timeout); },
+          .serveSubscribers = [&](int fd, std::chrono::milliseconds timeout) { (*publisher)->serve(fd, timeout); },
           .control = {},
       },
       PipelineOptions{.markers = sensor.markerCount(), .nodes = sensor.nodes.count(), .whenFull = WhenFull::kWait},
@@ -125,7 +125,7 @@ int main(int argc, char** argv) {
   pipeline.start();
   pipeline.finish();
   int status = 0;
-  for (int i = 0; i < 20; ++i) (*publisher)->wait(-1, std::chrono::milliseconds(100));  // what is queued goes out
+  for (int i = 0; i < 20; ++i) (*publisher)->serve(-1, std::chrono::milliseconds(100));  // what is queued goes out
   waitpid(child, &status, 0);
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }

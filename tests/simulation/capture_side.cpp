@@ -10,8 +10,8 @@ CaptureSide::CaptureSide(Camera& camera, Ledger& ledger, Journal& journal, const
     , connection_{camera}
     , camera_(capture::Camera::withoutThread(
           fromSimulation(connection_), {.buffers = kBuffers}, ledger,
-          [&journal](capture::Weight weight, const std::string& line) {  // as Instrument does
-            journal.say((weight == capture::Weight::kWarning ? "log: warning: " : "log: ") + line);
+          [&journal](capture::LogLevel level, const std::string& line) {  // as Instrument does
+            journal.say((level == capture::LogLevel::kWarning ? "log: warning: " : "log: ") + line);
           }))
     , looks_ns_(now())
     , came_ns_(now()) {}

@@ -110,7 +110,7 @@ capture::OpenDriver fromSimulation(Connection& connection, bool isRefused) {
     if (!ask(camera, kSearch_ns)) return refused(EX_UNAVAILABLE, "camera Simulated-1 does not answer", kAddress);
     if (camera.isHeld()) {
       const std::string held = fmt::format("camera Simulated-1 at {} is held by another client", kAddress);
-      opening.say(capture::Weight::kWarning, held);
+      opening.say(capture::LogLevel::kWarning, held);
       spent_ns() += std::min(camera.heldFor_ns(), kTakesControl_ns);
       if (camera.heldFor_ns() > kTakesControl_ns) return refused(EX_TEMPFAIL, held, "close that client");
     }

@@ -49,7 +49,7 @@ Stages Life::stages() {
                 around_.fields.heed(field, truths_[field.markers.info.frameNumber % kNumbers]);
                 worked_ = true;
               },
-          .waitToPublish = [](int, auto) {},
+          .serveSubscribers = [](int, auto) {},
           .control =
               [this](auto) {
                 meetCamera();
@@ -76,12 +76,12 @@ ProcedureLinks Life::links() {
                          tracker_.putInForce(pose);
                          return true;
                        },
-                   .judge =
+                   .compare =
                        [this](const RestPose& pose) {
                          around_.zeros.judge(pose);
                          return GelReport();
                        },
-                   .tellJudgement = [this](const RestPose& pose, const GelReport&) { tracker_.judge(pose.id); },
+                   .report = [this](const RestPose& pose, const GelReport&) { tracker_.judge(pose.id); },
                    .describe = [this](const RestPose& pose) { around_.zeros.describe(pose); },
                    .keep = [this](const RestPose& pose,
                                   const RestPose* before) { return around_.zeros.keep(pose, before); },

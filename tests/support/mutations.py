@@ -69,8 +69,8 @@ ROOMS = {
     ],
     "track": [
         ("release", "track", "daemon/track/tracker_zero.cpp", "a zero is in force before anybody has judged it",
-         "if (!options_.awaitJudge || isFirst) install(pose_);",
-         "if (options_.awaitJudge || isFirst) install(pose_);"),
+         "if (!options_.awaitsGelCheck || isFirst) install(pose_);",
+         "if (options_.awaitsGelCheck || isFirst) install(pose_);"),
         ("release", "track_centre", "daemon/track/centre.cpp", "a mosaic's centres are told to be better than they are",
          "noise * plane.scale * plane.scale / (amplitude * amplitude);",
          "noise * plane.scale / (amplitude * amplitude);"),

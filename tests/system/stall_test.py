@@ -15,7 +15,7 @@ import steady
 WATCHDOG_S = 0.8  # WatchdogSec= of the unit
 NOTICED_S = 1.0 + steady.STEADY_S
 # Fields flow without them, or again within four seconds. Besides, of those with the program's name: the log's, not the main one.
-MENDED = {"tr-preview", "libusb_event", "camera-keeper", "camera-calls", "arv_gv_stream", "ZMQbg/Reaper"}
+MENDED = {"tr-preview", "tr-disk", "tr-compute", "libusb_event", "camera-keeper", "camera-calls", "arv_gv_stream", "ZMQbg/Reaper"}
 
 
 class Stalls(steady.TestCase):

@@ -227,6 +227,20 @@ class Viewer(TestCase):
                 break
         self.is_well(view)
 
+    def test_pages_hear_the_verdict_on_the_instrument(self):
+        """While it measures by a zero that no operator has taken, and when the camera is lost. Flags have words."""
+        twin = self.rig.twin("idle", truth=False)
+        view = self.view(self.rig.daemon())
+        flags = json.load(urllib.request.urlopen(view.url + "sensors"))["flags"]
+        self.assertEqual(flags["torn"], "picture torn")
+        connection = self.upgrade(view, "/stream/0?topics=health")
+        for health, words in (("doubtful", "zero not verified"), ("no_fields", "the camera is lost")):
+            told = {"health": "", "problems": []}
+            while told["health"] != health or not any(one.startswith(words) for one in told["problems"]):
+                told = json.loads(self.heard(connection, "view/health"))
+                connection.send(b"next")
+            twin.kill()
+
     def test_who_may_record_and_how_it_ends(self):
         folder = self.rig.folder / "recordings"
         folder.mkdir()

@@ -6,7 +6,7 @@ import re
 import unittest
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
-SAYS = re.compile(r"""spdlog::(?:warn|error)\( | warnings\.push_back\( | Weight::kWarning, | failed\(\s*EX_\w+\s*, |
+SAYS = re.compile(r"""spdlog::(?:warn|error)\( | warnings\.push_back\( | LogLevel::kWarning, | failed\(\s*EX_\w+\s*, |
                       \.what\s*= | Error\{\s*EX_\w+, | giveUp\( | EX_\w+\s*:\s*EX_\w+,""", re.X)
 STRING = r'"((?:[^"\\]|\\.)*)"'
 SHORTEST = 12  # letters that tell a message from others
@@ -62,7 +62,7 @@ class Operations(unittest.TestCase):
         families = re.findall(r'name: "([a-z_]+)" kind: KIND_([A-Z]+)',
                               (SOURCE / "proto/traction/v1/status.proto").read_text())
         self.assertGreater(len(families), 20)
-        known = {"traction_up", "traction_info"}
+        known = {"traction_up", "traction_info", "traction_health"}
         known |= {"traction_" + name for name, kind in families if kind != "HISTOGRAM"}
         known |= {f"traction_{name}_{part}" for name, kind in families if kind == "HISTOGRAM"
                   for part in ("bucket", "sum", "count")}

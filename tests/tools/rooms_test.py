@@ -34,6 +34,14 @@ class Rooms(unittest.TestCase):
         found = {room: others for room, others in includes().items() if others and room != "daemon"}
         self.assertEqual(found, said)
 
+    def test_threads_are_those_of_the_page(self):
+        page = (SOURCE / "docs/architecture.md").read_text()
+        said = {name for cell in re.findall(r"^\| (`.+`) \| ours \|", page, re.M) for name in re.findall(r"`(.+?)`", cell)}
+        code = "".join(path.read_text() for room in ("base", "daemon")
+                       for path in (SOURCE / room).rglob("*") if path.suffix in (".h", ".cpp"))
+        processes = {"tr-last-will"}
+        self.assertEqual(set(re.findall(r'"((?:tr|camera)-[a-z-]+)"', code)) - processes, said)
+
 
 if __name__ == "__main__":
     unittest.main()

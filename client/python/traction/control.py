@@ -107,7 +107,7 @@ class Control:
         except OSError as error:
             is_there, is_open = isinstance(error, PermissionError), False
         if not is_there:
-            raise NoAnswer(f"nobody is at {self.endpoint}; is tractiond running?")
+            raise NoAnswer(f"nothing answers at {self.endpoint}; is tractiond running?")
         if not is_open:
             raise NoAnswer(f"you may not ask at {self.endpoint}: only the user that tractiond runs as and its group may "
                            "(usermod --append --groups tractiond USER)")
@@ -123,4 +123,4 @@ class Control:
                 is_somebody = is_somebody or event == zmq.EVENT_DISCONNECTED  # without a handshake
         raise NoAnswer(f"who is at {self.endpoint} takes no requests; is it the endpoint 'control' of a tractiond? A "
                        "gateway asks for a key" if is_somebody else
-                       f"nobody is at {self.endpoint}; is tractiond running?")
+                       f"nothing answers at {self.endpoint}; is tractiond running?")

@@ -40,7 +40,7 @@ def load_keys(path: str | os.PathLike[str], server_key: str = "") -> Keys:
     if stat.S_IMODE(mode) & (0o037 if owner == 0 else 0o077):  # root's file may be read by its group: the gateway's
         raise BadKeys(f"{path}: others can read this secret key; chmod 600 it, or better make a new one")
     for name in table.keys() - {"public", "secret", "server"}:
-        raise BadKeys(f"{path}: '{name}' is none of public, secret, server")
+        raise BadKeys(f"{path}: '{name}' is not one of public, secret, server")
     for name in ("public", "secret", *table):
         if not _is_key(table.get(name)):
             raise BadKeys(f"{path}: {name} is not a key: 40 letters of Z85, as tractionctl keys new prints them")

@@ -167,7 +167,7 @@ TEST_F(AravisCameraTest, EndsWhileItWaitsForACamera) {
 TEST_F(AravisCameraTest, WaitsForACameraThatComesLater) {
   options_.wait = true;
   std::vector<std::string> said;
-  auto opened = openWith(ledger_, [&](Weight, const std::string& line) { said.push_back(line); });
+  auto opened = openWith(ledger_, [&](LogLevel, const std::string& line) { said.push_back(line); });
   ASSERT_TRUE(opened) << opened.error().message();
   camera_ = std::move(*opened);
   EXPECT_THAT(said, ElementsAre(HasSubstr("waiting for a camera")));
@@ -193,7 +193,7 @@ TEST_F(AravisCameraTest, TakesTheCameraOverWhenItsHolderLeaves) {
   Ledger other;
   std::promise<void> held;
   auto second = std::async(std::launch::async, [&] {
-    return openWith(other, [&, told = false](Weight, const std::string&) mutable {
+    return openWith(other, [&, told = false](LogLevel, const std::string&) mutable {
       if (!std::exchange(told, true)) held.set_value();
     });
   });

@@ -132,7 +132,7 @@ class OddCamera : public testing::Test {
           return std::make_unique<ScriptedDriver>(script_);
         },
         rules, ledger_,
-        [this](Weight, const std::string& line) {
+        [this](LogLevel, const std::string& line) {
           const std::lock_guard lock(script_.mutex);
           said_.push_back(line);
         },

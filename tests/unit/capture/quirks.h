@@ -47,7 +47,7 @@ class Quirks : public testing::Test {
   }
   void open() {
     auto camera = Camera::open(fromAravis(options_), {.wait = false, .silenceTimeout_ms = options_.silenceTimeout_ms},
-                               ledger_, [this](Weight, const std::string& line) {
+                               ledger_, [this](LogLevel, const std::string& line) {
                                  const std::lock_guard lock(saidMutex_);
                                  said_.push_back(line);
                                });

@@ -27,16 +27,16 @@ struct Scene {
   std::uint64_t late = 0;
 
   Silence judge() {
-    return judgeSilence({.received = [this] { return (pauses >= takes ? 100U : 0U) + late; },
-                         .hasPacketsWaiting = [this] { return waiting; },
-                         .isWaitingForProcessor = [this] { return pauses <= runs; },
-                         .answers =
-                             [this] {
-                               late = comesWithTheQuestion;
-                               waiting = waitsAfterwards;
-                               return answers;
-                             },
-                         .pause = [this] { ++pauses; }});
+    return causeOfSilence({.received = [this] { return (pauses >= takes ? 100U : 0U) + late; },
+                           .hasPacketsWaiting = [this] { return waiting; },
+                           .isWaitingForProcessor = [this] { return pauses <= runs; },
+                           .answers =
+                               [this] {
+                                 late = comesWithTheQuestion;
+                                 waiting = waitsAfterwards;
+                                 return answers;
+                               },
+                           .pause = [this] { ++pauses; }});
   }
 };
 

@@ -2,11 +2,13 @@
 #pragma once
 
 #include "client/doctor/checks.h"
+#include "traction/v1/status.pb.h"
 
 #include <unistd.h>
 
 #include <fstream>
 #include <map>
+#include <memory>
 
 namespace traction::doctor {
 
@@ -55,6 +57,12 @@ class FakeBox : public Box {
     return std::nullopt;
   }
 
+  Answer status(const std::string&) const override {
+    if (!published) return {{}, "no answer"};
+    return {Status{{}, std::make_shared<v1::Status>(*published)}, {}};
+  }
+
+  std::optional<v1::Status> published;  ///< by the daemon of each instance; none: it does not answer
   std::optional<Space> room = Space{false, std::uint64_t{1} << 40};
   std::optional<bool> timeIsKept = true;
   std::map<std::string, Ran> programs;  ///< by a part of their command lines

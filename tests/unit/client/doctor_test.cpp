@@ -30,6 +30,7 @@ class DrawnBox {
     drawOthers();
     drawInstance();
     drawNetwork();
+    drawMeasurement();
   }
 
   FakeBox box;
@@ -440,6 +441,31 @@ class DrawnBox {
         });
   }
 
+  void drawMeasurement() {
+    const auto good = [this] {
+      v1::Status status;
+      status.set_camera(v1::CAMERA_STATE_STREAMING);
+      status.mutable_rates()->set_received_hz(60.0);
+      status.mutable_rates()->set_published_hz(60.0);
+      box.published = status;
+    };
+    draw("measurement", good, [&] {
+      good();
+      switch (one(5)) {
+      case 0:
+        return box.published->set_camera(v1::CAMERA_STATE_LOST);
+      case 1:
+        return box.published->set_invalid_why("too few markers");
+      case 2:
+        return box.published->mutable_rates()->set_received_hz(0.0);
+      case 3:
+        return box.published->mutable_rates()->set_published_hz(0.0);
+      default:
+        return box.published->mutable_markers()->set_remark("the gel file does not fit the picture");
+      }
+    });
+  }
+
   std::mt19937 random_;
   bool onNetwork_ = false, hasUser_ = true;
   std::string name_, camera_, packetSocket_;
@@ -485,8 +511,19 @@ TEST(Doctor, ABoxThatShowsNothingIsNotKnown) {
   const auto findings = examine(box, kDaemon, "");
   EXPECT_EQ(checksOf(findings, {Verdict::kUnknown}),
             (std::set<std::string>{"clock source", "time of day", "service", "state directory", "limits", "real time",
-                                   "network"}));
+                                   "network", "measurement"}));
   EXPECT_EQ(checksOf(findings, {Verdict::kWarn, Verdict::kFail}), std::set<std::string>{"user and group"});
+}
+
+TEST(Doctor, ADaemonThatDoesNotAnswerIsNotKnown) {
+  FakeBox box;
+  box.start(700, "tractiond", {kDaemon});
+  const auto findings = examine(box, kDaemon, "");
+  const auto found =
+      std::find_if(findings.begin(), findings.end(), [](const Finding& one) { return one.check == "measurement"; });
+  ASSERT_NE(found, findings.end());
+  EXPECT_EQ(found->verdict, Verdict::kUnknown);
+  EXPECT_EQ(found->found, "not known: no answer");
 }
 
 TEST(Doctor, AWrongConfigurationIsNamedAndItsNetworkNotKnown) {

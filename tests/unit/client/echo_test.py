@@ -84,7 +84,7 @@ class Echo(Case):
                     time.sleep(draw.uniform(0, 0.3))
                     os.close(reader)
                     self.ends(child, "(connected, but nothing of this topic comes .*\ntractionctl: )?"  # where it took 3 s to come here
-                                     "nobody reads standard output any more; [0-9]+ messages printed")
+                                     "standard output has no reader any more; [0-9]+ messages printed")
 
     def stalled(self, number):
         """Publishes past a reader that stalls: for the whole burst where `number` is 0, else at random. Returns the last number

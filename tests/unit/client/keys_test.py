@@ -61,7 +61,7 @@ class Keys(Case):
             self.assertEqual([(one["key"], one["permission"]) for one in known],
                              [(key, "control" if "--control" in words else "read")])
         code, _, err = ctl("status", "--host", "127.0.0.1:1", "--key", self.own, "--server-key", key)
-        self.assertEqual((code, err.count("nobody is at")), (69, 1), err)
+        self.assertEqual((code, err.count("nothing answers at")), (69, 1), err)
 
     def test_mistakes_are_told(self):
         key = zmq.curve_keypair()[0].decode()
@@ -74,7 +74,7 @@ class Keys(Case):
         self.fails(USAGE, "no name for a key", "keys", "allow", "a b", key, *self.box)
         self.fails(USAGE, "is not a key: 40 letters of Z85; .*single quotes", "keys", "allow", "bob", key[1:], *self.box)
         self.fails(DATA, 'this key is "ada"\'s', "keys", "allow", "bob", key, *self.box)
-        self.fails(NO_INPUT, 'nobody called "bob" is allowed', "keys", "revoke", "bob", *self.box)
+        self.fails(NO_INPUT, 'no client "bob" is allowed', "keys", "revoke", "bob", *self.box)
         self.fails(USAGE, "missing command, one of new, allow, revoke, list", "keys")
         self.fails(CONFIG, "cannot be read", "status", "--host", "127.0.0.1", "--key", "/nowhere")
         self.fails(CONFIG, "server key 'x' is not a key", "status", "--host", "127.0.0.1", "--key", self.own,

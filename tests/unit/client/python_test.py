@@ -226,9 +226,9 @@ class Control(Case):
         with socket.socket() as nobody:
             nobody.bind(("127.0.0.1", 0))  # and does not listen
             endpoint = f"tcp://127.0.0.1:{nobody.getsockname()[1]}"
-            with self.assertRaisesRegex(traction.NoAnswer, f"nobody is at {endpoint}; is tractiond running"):
+            with self.assertRaisesRegex(traction.NoAnswer, f"nothing answers at {endpoint}; is tractiond running"):
                 traction.Control(endpoint=endpoint, timeout=0.2).status()
-        with self.assertRaisesRegex(traction.NoAnswer, "nobody is at ipc:///nowhere"):
+        with self.assertRaisesRegex(traction.NoAnswer, "nothing answers at ipc:///nowhere"):
             traction.Control(endpoint="ipc:///nowhere").status()
         _, stream = self.bind()
         with self.assertRaisesRegex(traction.NoAnswer, "takes no requests; is it the endpoint 'control'"):
@@ -281,7 +281,7 @@ class Keys(Case):
         self.assertEqual(load(f'{pair}server = "{self.server.decode()}"\n'), self.keys())
         self.assertEqual(load(pair), traction.Keys("", public, secret))
         for text, mode, why in ((pair, 0o604, "others can read"), ("public = 1", 0o600, "public is not a key"),
-                                (pair + "x = 1\n", 0o600, "'x' is none of"), ("=", 0o600, ""),
+                                (pair + "x = 1\n", 0o600, "'x' is not one of"), ("=", 0o600, ""),
                                 (pair.replace(public, self.server.decode()), 0o600, "does not belong to the secret one")):
             with self.assertRaisesRegex(traction.BadKeys, f"{path}: .*{why}") as caught:
                 load(text, mode)

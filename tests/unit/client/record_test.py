@@ -158,7 +158,7 @@ class Record(Case):
         self.fails(CANNOT_CREATE, "is there already", "recover", path, path)
         self.fails(CANNOT_CREATE, "No such file", "record", self.folder / "no" / "a", *self.publisher())
         self.fails(CANNOT_CREATE, "No such file", "export", path, self.folder / "no" / "a.csv")
-        self.fails(UNAVAILABLE, "nobody publishes", "record", self.folder / "b", "--connect", "ipc:///tmp/no-such-one")
+        self.fails(UNAVAILABLE, "no publisher at", "record", self.folder / "b", "--connect", "ipc:///tmp/no-such-one")
         self.assertFalse((self.folder / "b").exists())
         self.assertTrue(self.info(path)["closed"])
 

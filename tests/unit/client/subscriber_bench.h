@@ -61,7 +61,7 @@ class SubscriberTest : public testing::Test {
     std::optional<Kind> found;
     const bool arrived = eventually([&] {
       TestClock::advance(50ms);
-      publisher_->wait(-1, 0ms);
+      publisher_->serve(-1, 0ms);
       publisher_->publish(field_);
       while (auto message = subscriber.receive(5ms)) {
         if (auto* kind = std::get_if<Kind>(&*message)) {

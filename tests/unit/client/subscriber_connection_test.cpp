@@ -145,7 +145,7 @@ std::jthread publishing(tractiond::publish::Publisher& publisher, const traction
   return std::jthread([&](const std::stop_token& stop) {
     for (; !stop.stop_requested(); std::this_thread::sleep_for(5ms)) {
       TestClock::advance(5ms);
-      publisher.wait(-1, 0ms);
+      publisher.serve(-1, 0ms);
       publisher.publish(field);
     }
   });

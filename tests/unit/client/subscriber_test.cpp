@@ -109,7 +109,7 @@ TEST_F(SubscriberTest, DescriptionArrivesFirstAndNumberByNumber) {
   std::optional<Message> first;
   while (!first) {
     TestClock::advance(50ms);
-    publisher_->wait(-1, 5ms);
+    publisher_->serve(-1, 5ms);
     first = subscriber.receive(5ms);
   }
   ASSERT_TRUE(std::holds_alternative<traction::Description>(*first));
@@ -193,7 +193,7 @@ TEST_F(SubscriberTest, PreviewsAreMadeForWhoWantsThem) {
   Subscriber subscriber(at(stream_, kPreview));
   std::optional<Message> message;
   for (int i = 0; i < 1000 && !message; ++i) {
-    publisher_->wait(-1, 0ms);
+    publisher_->serve(-1, 0ms);
     publisher_->publish(field_);
     if (publisher_->previewWanted()) {
       publisher_->offerPreview(

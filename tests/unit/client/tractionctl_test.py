@@ -144,7 +144,7 @@ class Tractionctl(Case):
             endpoint = f"tcp://127.0.0.1:{nobody.getsockname()[1]}"
             # Answers to them are waited for for 10 min, longer than HUNG_S, 60 s and 15 s.
             for command in (["calibrate", "noise"], ["camera"], ["zero"]):
-                self.fails(UNAVAILABLE, rf"nobody is at {endpoint}; is tractiond running\?", *command, "--control",
+                self.fails(UNAVAILABLE, rf"nothing answers at {endpoint}; is tractiond running\?", *command, "--control",
                            endpoint)
 
     @suite.realtime
@@ -153,7 +153,7 @@ class Tractionctl(Case):
             nobody.bind(("127.0.0.1", 0))  # and does not listen
             for command in (["zero"], ["calibrate", "noise"], ["camera"]):
                 start = time.monotonic()
-                self.fails(UNAVAILABLE, "nobody is at tcp", *command, "--control",
+                self.fails(UNAVAILABLE, "nothing answers at tcp", *command, "--control",
                            f"tcp://127.0.0.1:{nobody.getsockname()[1]}")
                 self.assertLess(time.monotonic() - start, 10)  # 3 s
 
@@ -179,11 +179,11 @@ class Tractionctl(Case):
 
     def test_wrong_words_are_a_usage_error(self):
         self.fails(USAGE, "a command is needed")
-        self.fails(USAGE, "'nonsense' is none of watch, top, echo, .*; see tractionctl --help", "nonsense")
+        self.fails(USAGE, "'nonsense' is not one of watch, top, echo, .*; see tractionctl --help", "nonsense")
         self.fails(USAGE, "tractionctl status does not understand '--topic'; see tractionctl status --help", "status",
                    "--topic", "x")
         self.fails(USAGE, "tractionctl zero does not understand 'now'", "zero", "now")
-        self.fails(USAGE, "'nonsense' is none of list, get, set,", "camera", "nonsense")
+        self.fails(USAGE, "'nonsense' is not one of list, get, set,", "camera", "nonsense")
         self.fails(USAGE, "--instance needs a value; see tractionctl --help", "--instance")
         self.fails(USAGE, "--seconds needs a value; see tractionctl watch --help", "watch", "--seconds")
         for count in ("x", "1.5", "-1", "1e3", "99999999999999999999"):

@@ -180,7 +180,7 @@ TEST(Config, RefusesAWordThatIsNoneOfThoseKnown) {
   EXPECT_EQ(errorOf("[solve]\nmodel = \"sphere\"\n"),
             "test.toml:2: solve.model = \"sphere\" must be one of \"block\", \"half-space\"");
   EXPECT_EQ(errorOf("[camera]\npixel_format = \"Mono9\"\n")
-                .rfind("test.toml:2: camera.pixel_format \"Mono9\" is none that can be read: Mono, ", 0),
+                .rfind("test.toml:2: camera.pixel_format \"Mono9\" is not supported; supported formats: Mono, ", 0),
             0U);
   EXPECT_NE(errorOf("[log]\nlevel = \"loud\"\n"), "");
 }

@@ -16,7 +16,7 @@ using track::Tracking;
 /// A tracker, and the watch that judges its zeros.
 struct Bench {
   Bench()
-      : tracking(scene, {.awaitJudge = true})
+      : tracking(scene, {.awaitsGelCheck = true})
       , watch(scene.sensor, tracking.tracker, status, [](const auto&) {}) {}
 
   void shoot(int frames, bool discontinuity = false) {
@@ -32,8 +32,8 @@ struct Bench {
     for (int i = 0; i < 80; ++i) {
       tracking(scene.shoot());
       if (!tracking.tracker.takeRestPose(pose)) continue;
-      report = watch.judge(pose);
-      watch.tellJudgement(pose, report);
+      report = watch.compare(pose);
+      watch.report(pose, report);
       tracking.tracker.putInForce(pose, report.fits());
       return report.remark;
     }

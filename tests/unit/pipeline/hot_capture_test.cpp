@@ -52,7 +52,7 @@ TEST(HotCapture, AllocatesAndLocksNothing) {
                            .track = [](const Frame&, MarkerField&) { return true; },
                            .solve = [](const MarkerField&, TractionField&) {},
                            .publish = [](const TractionField&) {},
-                           .waitToPublish = [](int, auto) { std::this_thread::yield(); },
+                           .serveSubscribers = [](int, auto) { std::this_thread::yield(); },
                            .control = {}},
                     {.markers = 1, .nodes = 1}, ledger, turns);
   pipeline.start();

@@ -124,7 +124,7 @@ void runCounted(WhenFull whenFull) {
                                  mark[2]();
                                  (*publisher)->publish(field);
                                },
-                           .waitToPublish = [&](int fd, auto timeout) { (*publisher)->wait(fd, timeout); },
+                           .serveSubscribers = [&](int fd, auto timeout) { (*publisher)->serve(fd, timeout); },
                            .control = {},
                            .preview = [&](auto timeout) { previewer.turn(timeout); }},
                     {.markers = sensor.markerCount(), .nodes = sensor.nodes.count(), .whenFull = whenFull}, ledger,

@@ -59,7 +59,7 @@ TEST(NoGel, EachFrameOfAnySizeIsCountedAndNoFieldIsPublished) {
                      .track = [&](const Frame& frame, MarkerField& markers) { return noGel.track(frame, markers); },
                      .solve = [&](const auto& markers, auto& field) { noGel.solve(markers, field); },
                      .publish = [&](const TractionField&) { ++published; },
-                     .waitToPublish =
+                     .serveSubscribers =
                          [](int fd, std::chrono::milliseconds timeout) {
                            pollfd item{fd, POLLIN, 0};
                            poll(&item, 1, static_cast<int>(timeout.count()));

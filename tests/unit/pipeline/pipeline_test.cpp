@@ -97,7 +97,7 @@ struct Work {
               slow[2]();
               published.push_back(field);
             },
-        .waitToPublish = pollFor,
+        .serveSubscribers = pollFor,
         .control = {},
     });
   }

@@ -122,64 +122,63 @@ struct ProceduresBench {
   std::string remark;
   std::vector<calibrate::Result> stepAnswers;
 
-  Procedures procedures{
-      sensor,
-      {.zeroFrames = zeroFrames, .directory = "/nowhere", .clock = [] { return now_ns; }},
-      {.frames = frames,
-       .markers = markers,
-       .watched = watched,
-       .zero = {.request = [this] { tracker.state = track::ZeroState::kRequested; },
-                .cancel = [this] { return tracker.cancel(); },
-                .state = [this] { return tracker.state; },
-                .take =
-                    [this](RestPose& pose) {
-                      const bool there = tracker.finished.has_value();
-                      if (there) pose = *std::exchange(tracker.finished, std::nullopt);
-                      return there;
-                    },
-                .putInForce =
-                    [this](const RestPose& pose, bool fits) {
-                      if (busy) return false;
-                      adopted = pose;
-                      adoptedFits = fits;
-                      return true;
-                    },
-                .judge =
-                    [this](const RestPose& pose) {
-                      ++judged;
-                      lastJudged = pose.id;
-                      GelReport report;
-                      report.remark = doubt;
-                      return report;
-                    },
-                .tellJudgement = [this](const RestPose& pose, const GelReport&) { judgementOf = pose.id; },
-                .describe =
-                    [this](const RestPose& pose) {
-                      described = pose;
-                      if (onDescribed) onDescribed(pose);
-                    },
-                .keep =
-                    [this](const RestPose& pose, const RestPose* before) {
-                      disk.emplace_back();
-                      auto done = disk.back().get_future();
-                      kept = pose;
-                      keptBefore = before ? std::optional(*before) : std::nullopt;
-                      if (!diskHangs) writeOne();
-                      return done;
-                    },
-                .answer =
-                    [this](const auto& result, const std::string& said) {
-                      zeroAnswers.push_back(result);
-                      remark = said;
-                    }},
-       .startWork =
-           [this](const auto& work) {
-             works.emplace_back(work);
-             auto done = works.back().get_future();
-             if (!workTakesLong) doWork();
-             return done;
-           },
-       .answerCalibration = [this](const auto& result) { stepAnswers.push_back(result); }}};
+  Procedures procedures{sensor,
+                        {.zeroFrames = zeroFrames, .directory = "/nowhere", .clock = [] { return now_ns; }},
+                        {.frames = frames,
+                         .markers = markers,
+                         .watched = watched,
+                         .zero = {.request = [this] { tracker.state = track::ZeroState::kRequested; },
+                                  .cancel = [this] { return tracker.cancel(); },
+                                  .state = [this] { return tracker.state; },
+                                  .take =
+                                      [this](RestPose& pose) {
+                                        const bool there = tracker.finished.has_value();
+                                        if (there) pose = *std::exchange(tracker.finished, std::nullopt);
+                                        return there;
+                                      },
+                                  .putInForce =
+                                      [this](const RestPose& pose, bool fits) {
+                                        if (busy) return false;
+                                        adopted = pose;
+                                        adoptedFits = fits;
+                                        return true;
+                                      },
+                                  .compare =
+                                      [this](const RestPose& pose) {
+                                        ++judged;
+                                        lastJudged = pose.id;
+                                        GelReport report;
+                                        report.remark = doubt;
+                                        return report;
+                                      },
+                                  .report = [this](const RestPose& pose, const GelReport&) { judgementOf = pose.id; },
+                                  .describe =
+                                      [this](const RestPose& pose) {
+                                        described = pose;
+                                        if (onDescribed) onDescribed(pose);
+                                      },
+                                  .keep =
+                                      [this](const RestPose& pose, const RestPose* before) {
+                                        disk.emplace_back();
+                                        auto done = disk.back().get_future();
+                                        kept = pose;
+                                        keptBefore = before ? std::optional(*before) : std::nullopt;
+                                        if (!diskHangs) writeOne();
+                                        return done;
+                                      },
+                                  .answer =
+                                      [this](const auto& result, const std::string& said) {
+                                        zeroAnswers.push_back(result);
+                                        remark = said;
+                                      }},
+                         .startWork =
+                             [this](const auto& work) {
+                               works.emplace_back(work);
+                               auto done = works.back().get_future();
+                               if (!workTakesLong) doWork();
+                               return done;
+                             },
+                         .answerCalibration = [this](const auto& result) { stepAnswers.push_back(result); }}};
 };
 
 }  // namespace tractiond

@@ -25,7 +25,7 @@ class RestSolverTest : public testing::Test {
     EXPECT_NE(mkdtemp(name.data()), nullptr);
     directory_ = name;
     drawn_ = solve::makeSolver(sensor_, options_, directory_).value().solver;
-    rest_.emplace(sensor_, options_, directory_, drawn_->detectionLimit_N());
+    rest_.emplace(sensor_, options_, directory_, drawn_->detectionLimit_N(), worker_);
   }
   ~RestSolverTest() override { fs::remove_all(directory_); }
 
@@ -54,6 +54,7 @@ class RestSolverTest : public testing::Test {
   solve::SolveOptions options_;
   fs::path directory_;
   std::shared_ptr<solve::FieldSolver> drawn_;
+  BackgroundThread worker_{"test"};
   std::optional<RestSolver> rest_;
 };
 
@@ -93,6 +94,30 @@ TEST_F(RestSolverTest, TheNewestZeroWaits) {
   EXPECT_LE(rest_->done(), 5U);
   rest_->take(solver);
   EXPECT_NE(solver, drawn_);
+}
+
+TEST_F(RestSolverTest, AStopGivesUpTheSolverThatIsBeingMade) {
+  std::shared_ptr<solve::FieldSolver> solver = drawn_;
+  std::promise<void> begin;
+  worker_.run([begun = begin.get_future().share()] { begun.wait(); });
+  rest_->heed(zero());
+  rest_->stop();
+  begin.set_value();
+  settle();
+  EXPECT_EQ(rest_->done(), 1U);
+  rest_->take(solver);
+  EXPECT_EQ(solver, drawn_);
+}
+
+/// Before the first step, after it, and after the second.
+TEST_F(RestSolverTest, BetweenItsStepsAStopIsNoticed) {
+  const RestPose pose = zero();
+  for (int steps = 0; steps <= 3; ++steps) {
+    int asked = 0;
+    const auto made = solve::makeSolverAtRest(sensor_, options_, directory_, pose.position_px, pose.present,
+                                              drawn_->detectionLimit_N(), {}, [&] { return asked++ == steps; });
+    EXPECT_EQ(made.has_value(), steps == 3) << steps;
+  }
 }
 
 TEST_F(RestSolverTest, ItsDirectoryMayBeGone) {

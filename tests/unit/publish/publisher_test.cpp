@@ -42,7 +42,7 @@ class PublisherTest : public testing::Test {
     Parts parts;
     EXPECT_TRUE(test::eventually([&] {
       TestClock::advance(10ms);
-      publisher_->wait(-1, 10ms);
+      publisher_->serve(-1, 10ms);
       parts = subscriber.receive(0);
       return !parts.topic.empty();
     })) << "nothing arrived";
@@ -160,13 +160,13 @@ TEST_F(PublisherTest, DescriptionsAreNotSentMoreOftenThanTheInterval) {
   std::vector<std::unique_ptr<TestSubscriber>> others;
   for (int i = 0; i < 50; ++i) {  // time stands still
     others.push_back(std::make_unique<TestSubscriber>(stream_, ""));
-    publisher_->wait(-1, 10ms);
+    publisher_->serve(-1, 10ms);
   }
   EXPECT_TRUE(witness->receive(0).topic.empty());
   TestClock::advance(100ms);
   Parts parts;
   EXPECT_TRUE(test::eventually([&] {  // as soon as one of the subscriptions has arrived
-    publisher_->wait(-1, 10ms);
+    publisher_->serve(-1, 10ms);
     parts = witness->receive(0);
     return !parts.topic.empty();
   }));
@@ -179,14 +179,14 @@ TEST_F(PublisherTest, StatusComesOnceASecondWithAndWithoutFields) {
   const auto subscriber = join(kRoot + "status/");
   const auto status = [&] { return parse<pb::Status>(subscriber->receive()); };
   TestClock::advance(1000ms);
-  publisher_->wait(-1, 0ms);
+  publisher_->serve(-1, 0ms);
   const auto first = status();
 
   ledger_.received.add(30);
   ledger_.published.add(30);
   for (int i = 0; i < 30; ++i) publisher_->publish(field_);
   TestClock::advance(999ms);
-  publisher_->wait(-1, 0ms);
+  publisher_->serve(-1, 0ms);
   EXPECT_TRUE(subscriber->receive(0).topic.empty());
   TestClock::advance(1ms);
   publisher_->publish(field_);
@@ -202,7 +202,7 @@ TEST_F(PublisherTest, StatusComesOnceASecondWithAndWithoutFields) {
   EXPECT_GE(second.uptime_s(), 2.0);
 
   TestClock::advance(1000ms);
-  publisher_->wait(-1, 0ms);
+  publisher_->serve(-1, 0ms);
   const auto third = status();
   EXPECT_EQ(third.latencies().total().max_s(), 0.0);
   EXPECT_EQ(third.rates().published_hz(), 0.0);
@@ -214,7 +214,7 @@ TEST_F(PublisherTest, StatusComesOnceASecondWithAndWithoutFields) {
 TEST_F(PublisherTest, WaitEndsWhenTheDescriptorIsReadable) {
   open();
   const int fd = eventfd(1, EFD_CLOEXEC);
-  publisher_->wait(fd, 1h);
+  publisher_->serve(fd, 1h);
   close(fd);
 }
 
@@ -234,7 +234,7 @@ TEST_F(PublisherTest, PreviewIsSentWithWhereItLies) {
   for (std::uint64_t frame = 7; frame < 9; ++frame) {
     ASSERT_TRUE(publisher_->offerPreview(preview(frame)));
     EXPECT_FALSE(publisher_->offerPreview(preview(frame))) << "that before has not been sent";
-    publisher_->wait(-1, 0ms);
+    publisher_->serve(-1, 0ms);
     const Parts parts = subscriber->receive();
     EXPECT_EQ(parts.topic, kRoot + "preview/");
     EXPECT_EQ(parts.time, "1700000000.000000001");
@@ -265,7 +265,7 @@ TEST_F(PublisherTest, PreviewsAreWantedAsLongAsASubscriptionNamesThem) {
   EXPECT_FALSE(publisher_->previewWanted());
   const auto soon = [&](bool wanted) {
     EXPECT_TRUE(test::eventually([&] {
-      publisher_->wait(-1, 10ms);
+      publisher_->serve(-1, 10ms);
       return publisher_->previewWanted() == wanted;
     }));
   };
@@ -276,12 +276,12 @@ TEST_F(PublisherTest, PreviewsAreWantedAsLongAsASubscriptionNamesThem) {
   // Served until all their subscriptions are known.
   for (bool got = false; !got;) {
     publisher_->offerPreview(preview(1));
-    publisher_->wait(-1, 1ms);
+    publisher_->serve(-1, 1ms);
     got = !shorter->receive(1).topic.empty();
   }
   one.reset();
   same.reset();
-  for (int i = 0; i < 20; ++i) publisher_->wait(-1, 10ms);
+  for (int i = 0; i < 20; ++i) publisher_->serve(-1, 10ms);
   EXPECT_TRUE(publisher_->previewWanted());
   shorter->socket().set(zmq::sockopt::unsubscribe, kRoot + "p");
   soon(false);
@@ -296,7 +296,7 @@ TEST_F(PublisherTest, SubscriptionsThatComeAndGoEndNoConnection) {
   const auto subscriber = join(kRoot + "field/"), other = join(kRoot + "preview/");
   for (int round = 0; round < 40; ++round) {
     TestClock::advance(2s);  // no more than a peer may subscribe within a second
-    publisher_->wait(-1, 0ms);
+    publisher_->serve(-1, 0ms);
     for (int i = 0; i < 20; ++i) {
       subscriber->socket().set(zmq::sockopt::subscribe, kRoot + "preview/");
       subscriber->socket().set(zmq::sockopt::unsubscribe, kRoot + "preview/");
@@ -318,7 +318,7 @@ TEST_F(PublisherTest, PreviewsOfASlowReaderAreBounded) {
   int sent = 0;
   for (int i = 0; i < 1000; ++i) {
     sent += publisher_->offerPreview(large) ? 1 : 0;
-    publisher_->wait(-1, 0ms);
+    publisher_->serve(-1, 0ms);
   }
   EXPECT_LT(sent, 200) << "64, and what the kernel holds";
   const auto reader = join(kRoot + "field/");
@@ -421,7 +421,7 @@ class HostilePeer : public PublisherTest, public testing::WithParamInterface<con
 
   void expectCutOff(Hostile& hostile) {
     EXPECT_TRUE(test::eventually([&] {
-      publisher_->wait(-1, 10ms);
+      publisher_->serve(-1, 10ms);
       return hostile.isCutOff();
     })) << "still connected";
   }

@@ -69,7 +69,7 @@ TEST(Zero, TheOldStaysInForceUntilTheNewIsComplete) {
 }
 
 TrackOptions judged() {
-  return {.zeroFrames = kZeroFrames, .awaitJudge = true};
+  return {.zeroFrames = kZeroFrames, .awaitsGelCheck = true};
 }
 
 /// Takes the first zero, which is judged to fit.
@@ -77,7 +77,7 @@ RestPose takeJudgedZero(Scene& scene, Tracking& tracking) {
   RestPose zero;
   shoot(scene, tracking, kZeroFrames + 1);
   EXPECT_TRUE(tracking.tracker.takeRestPose(zero));
-  tracking.tracker.judge(zero.id, true);
+  tracking.tracker.setGelFits(zero.id, true);
   return zero;
 }
 
@@ -88,7 +88,7 @@ TEST(Zero, ThatIsAskedForWaitsForItsJudgeWhileTheOneBeforeIsMeasuredFrom) {
   RestPose first, second;
   ASSERT_TRUE(tracking.tracker.takeRestPose(first));
   EXPECT_EQ(tracking(scene.shoot()), Outcome::kNoRestPose);
-  tracking.tracker.judge(first.id, true);
+  tracking.tracker.setGelFits(first.id, true);
   EXPECT_EQ(tracking(scene.shoot()), Outcome::kTracked);
 
   scene.displace(press(2.0));
@@ -96,7 +96,7 @@ TEST(Zero, ThatIsAskedForWaitsForItsJudgeWhileTheOneBeforeIsMeasuredFrom) {
   tracking.tracker.requestZero();
   shoot(scene, tracking, kZeroFrames);
   ASSERT_TRUE(tracking.tracker.takeRestPose(second));
-  tracking.tracker.judge(second.id, false);  // it is not in force yet
+  tracking.tracker.setGelFits(second.id, false);  // it is not in force yet
   for (int i = 0; i < 40; ++i) {
     ASSERT_EQ(tracking(scene.shoot()), Outcome::kTracked);
     ASSERT_EQ(tracking.field.zero, first.id);

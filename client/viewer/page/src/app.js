@@ -6,7 +6,7 @@ import {Contours} from "./contours.js";
 import {Film, savePicture} from "./export.js";
 import {Flow} from "./flow.js";
 import {Model} from "./model.js";
-import {showContacts, showFacts, showForce, showState} from "./numbers.js";
+import {flagWords, showContacts, showFacts, showForce, showState} from "./numbers.js";
 import {Overhead} from "./overhead.js";
 import {History, Plot} from "./plot.js";
 import {Choice, RecordButton, TimeBar} from "./recordings.js";
@@ -25,7 +25,7 @@ class Sensor {
     this.history = new History();
     this.subscriber = new Subscriber({
       url: new URL(stream, location.href).href,
-      topics: ["field", "markers", "description", "status", "picture", "places", "surface"],
+      topics: ["field", "markers", "description", "status", "picture", "places", "surface", "health"],
       onConnected: (is) => { this.model.isConnected = is; },
       onError: (error) => { this.model.error = error.message; },
       onMessage: (message) => this.#take(message),
@@ -53,6 +53,7 @@ class Sensor {
       case "places": model.takePlaces(message); break;
       case "time": model.time = message; break;
       case "recorder": model.recorder = message; break;
+      case "health": model.health = message; break;
       default: return;
     }
     if (this === chosen) isNew = true;
@@ -243,7 +244,8 @@ for (const button of document.querySelectorAll("[data-plot]")) {
 
 async function start() {
   window.traction = {model: null, views, get sensors() { return sensors.map((sensor) => sensor.model); }};
-  const {sensors: list, recordings: hasRecordings} = await (await fetch("sensors")).json();
+  const {sensors: list, recordings: hasRecordings, flags} = await (await fetch("sensors")).json();
+  Object.assign(flagWords, flags);
   sensors = list.map((entry) => new Sensor(entry));
   if (sensors.length > 1) {
     $("sensors").append(...sensors.map((sensor) => {

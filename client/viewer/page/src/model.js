@@ -15,6 +15,7 @@ export class Model {
     this.isConnected = false;
     this.error = "";
     this.time = null;  // of a recording: where it has got to
+    this.health = null;  // of a live sensor: how well it measures, and what is wrong
     this.recorder = null;  // what is being recorded
     this.places_px = new Float32Array();  // of nodes in the camera's picture
     this.positions_mm = new Float32Array();  // x, y, z of nodes

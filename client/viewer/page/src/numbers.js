@@ -2,17 +2,8 @@
 import {say as set} from "./canvas.js";
 import {deviations} from "./model.js";
 
-const flagWords = {
-  zero_unverified : "the zero is not confirmed",
-  few_markers : "too few markers are found",
-  discontinuity : "frames were lost, or a clock jumped",
-  reacquiring : "markers were labelled anew",
-  torn : "the picture is inconsistent: some rows are shifted or of another frame",
-  unexplained : "displacements that no forces can cause",
-  out_of_range : "beyond the range in which the uncertainty is known",
-  gel_mismatch : "the picture contradicts the gel file",
-  doubted_origin : "the picture may come from another sender",
-};
+export const flagWords = {};  // by their names, from the server
+const lamps = {measuring: "good", doubtful: "warn", no_forces: "bad", no_fields: "warn"};
 const cameraWords = {unknown: "not opened yet", waiting: "waiting for it", streaming: "streaming", lost: "lost, looking for it",
   connecting: "connecting"};
 // Numbers of the ledger that are no losses, or are told elsewhere; all others are shown.
@@ -45,19 +36,25 @@ function element(name, inner = "") {
 
 /** Returns the state of the instrument, for the lamp: [colour, words]. */
 export function stateOf(model) {
-  const silent = performance.now() - (model.arrivals.at(-1)?.[0] ?? -Infinity) > 1500;
-  const camera = model.status?.camera;
   if (!model.isConnected) return ["bad", "no connection to traction-view"];
   if (model.error) return ["bad", model.error];
   if (model.time?.trouble) return ["warn", `a recording; ${model.time.trouble}`];
   if (model.time) return [ "good", model.time.speed > 0 ? "a recording" : "a recording, paused" ];
-  if (!model.status && !model.field) return ["warn", "waiting for tractiond"];
-  if (camera && camera !== "streaming") return ["warn", `camera: ${cameraWords[camera]}${model.status.camera_why ? ` (${model.status.camera_why})` : ""}`];
-  if (!model.hasGel) return ["warn", "no gel: nothing is measured; set sensor.gel_file"];
-  if (silent) return [ "warn", "no fields arrive" ];
-  if (model.field && !model.field.valid) return ["bad", `fields are not valid${model.status?.invalid_why ? `: ${model.status.invalid_why}` : ""}`];
-  if (model.field?.header.flags.length) return ["warn", "measuring, with reservations"];
-  return ["good", "measuring"];
+  if (!model.health) return ["warn", "waiting for tractiond"];
+  const {health, problems} = model.health;
+  const words = {measuring: "measuring", doubtful: "measuring, with reservations", no_forces: `no valid forces: ${problems[0]}`};
+  return [lamps[health], words[health] ?? problems[0]];
+}
+
+/** Returns what is wrong beside what the lamp says. */
+function doubtsOf(model) {
+  if (!model.health) {  // a recording
+    const flags = (model.field?.header.flags ?? []).map((flag) => flagWords[flag] ?? flag);
+    const remark = model.hasGel && model.status?.markers.remark;
+    return remark ? [...flags, remark] : flags;
+  }
+  const {health, problems} = model.health;
+  return health === "no_forces" || health === "no_fields" ? problems.slice(1) : problems;
 }
 
 export function showState(model) {
@@ -134,8 +131,7 @@ export function showFacts(model) {
     set(list.children[2 * i], name);
     set(list.children[2 * i + 1], facts[name]);
   });
-  const words = (field?.header.flags ?? []).map((flag) => flagWords[flag] ?? flag);
-  if (status?.markers.remark && model.hasGel) words.push(status.markers.remark);  // without a gel the lamp states it
+  const words = doubtsOf(model);
   const lines = rows($("flags"), words.length, () => element("li"));
   words.forEach((text, i) => set(lines[i], text));
 }

@@ -1,0 +1,26 @@
+#include "client/viewer/health_feed.h"
+
+#include "client/cli/health.h"
+
+namespace traction::view {
+
+void HealthFeed::take(const Message& message) {
+  if ((kindOf(message) & (unsigned{kField} | kDescription | kStatus)) != 0) scene_.add(message);
+}
+
+void HealthFeed::turn(bool isConnected, std::int64_t now_ns) {
+  constexpr std::int64_t kPause_ns = 250'000'000;
+  scene_.setConnected(isConnected, now_ns);
+  if (now_ns - toldAt_ns_ < kPause_ns) return;
+  const std::vector<cli::Problem> problems = cli::problems(scene_, now_ns);
+  std::string list;
+  for (const cli::Problem& one : problems) list += (list.empty() ? "" : ",") + jsonText(one.what);
+  std::string text =
+      std::string(R"({"health":")") + cli::nameOf(cli::healthOf(problems)) + R"(","problems":[)" + list + "]}";
+  if (text == told_) return;
+  told_ = std::move(text);
+  toldAt_ns_ = now_ns;
+  deliver_(kHealth, makeFrame("view/health", told_));
+}
+
+}  // namespace traction::view

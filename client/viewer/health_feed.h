@@ -1,0 +1,32 @@
+// Tells browsers what is wrong with a sensor, as tractionctl top does.
+#pragma once
+
+#include "client/cli/scene.h"
+#include "client/viewer/frame.h"
+
+#include <cstdint>
+#include <string>
+
+namespace traction::view {
+
+/// Thread-bound.
+class HealthFeed {
+ public:
+  explicit HealthFeed(Deliver deliver)
+      : deliver_(std::move(deliver)) {}
+
+  void take(const Message& message);
+
+  /// Delivers kHealth if something has changed, at most four times a second. Must be called some times a second.
+  /// \param isConnected  to the publisher
+  /// \param now_ns       CLOCK_MONOTONIC
+  void turn(bool isConnected, std::int64_t now_ns);
+
+ private:
+  Deliver deliver_;
+  cli::Scene scene_;
+  std::string told_;
+  std::int64_t toldAt_ns_ = 0;
+};
+
+}  // namespace traction::view

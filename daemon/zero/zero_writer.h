@@ -1,0 +1,68 @@
+// Writes zeros to the disk: a requested one before it comes into force, and the one in force until the disk has it.
+#pragma once
+
+#include "base/error.h"
+#include "daemon/records/marker_field.h"
+
+#include <tl/expected.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <future>
+#include <optional>
+
+namespace tractiond::zero {
+
+/// Writes one zero at a time. A requested zero whose write failed or took too long may be on the disk all the same:
+/// the zero in force is due to be written over it. Thread-bound.
+class ZeroWriter {
+ public:
+  using Written = tl::expected<void, Error>;
+  /// Starts to write the zero into the state directory, and the previous zero if there is one. The future is ready when
+  /// both are on the disk.
+  using Start = std::function<std::future<Written>(const RestPose& zero, const RestPose* before)>;
+
+  ZeroWriter(std::int64_t (*clock)(), Start start);
+
+  /// Starts to write a requested zero, which is refused if it is not on the disk at `until_ns`. Must not be called
+  /// while isBusy().
+  void writeRequested(const RestPose& zero, const RestPose* before, std::int64_t until_ns);
+
+  /// Starts to write the zero in force. Must not be called while isBusy().
+  void writeInForce(const RestPose& zero, const RestPose* before);
+
+  /// Ends a write that is done. Returns the outcome of the requested zero, once.
+  std::optional<Written> turn();
+
+  bool isBusy() const { return state_ != State::kIdle; }
+  /// Returns whether a write has been under way for too long.
+  bool isStuck() const { return isBusy() && clock_() > until_ns_; }
+  /// Returns whether the zero in force should be written now.
+  bool isDue() const { return !isBusy() && dueAt_ns_ && clock_() >= *dueAt_ns_; }
+
+  /// A write that takes longer is stuck [ns].
+  static constexpr std::int64_t kWithin_ns = 60'000'000'000;
+  /// What has happened to a zero whose write is stuck.
+  static const char* const kNotWritten;
+
+ private:
+  enum class State {
+    kIdle,       ///< nothing is being written
+    kInForce,    ///< the zero in force is being written
+    kRequested,  ///< a requested zero is being written
+    kRefused,    ///< a requested zero is still being written, and was refused because that takes too long
+  };
+
+  void start(State state, const RestPose& zero, const RestPose* before, std::int64_t until_ns);
+  void log(const Written& written);
+
+  std::int64_t (*const clock_)();
+  Start start_;
+  State state_ = State::kIdle;
+  std::future<Written> done_;
+  std::int64_t until_ns_ = 0;
+  std::optional<std::int64_t> dueAt_ns_;  ///< none: the zero in force is on the disk, or is being written
+  bool isFailureLogged_ = false;
+};
+
+}  // namespace tractiond::zero
