@@ -77,7 +77,7 @@ class Scene {
 /// Returns the Euclidean norm.
 double length(const Vector3& vector);
 
-/// Returns words for the flags, most important first. \param flags or-ed Flag
+/// Returns one text per set flag, most important first; unknown bits have none. \param flags or-ed Flag
 std::vector<std::string> words(std::uint32_t flags);
 
 /// Returns a duration as text: "2.3 s", "12 s", "5 min".
