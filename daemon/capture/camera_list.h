@@ -1,4 +1,4 @@
-// What cameras are in sight, and what keeps each from being opened.
+// Lists the cameras that answer, and what prevents each from being opened.
 #pragma once
 
 #include "daemon/capture/camera_info.h"
@@ -9,29 +9,32 @@
 
 namespace tractiond::capture {
 
-/// All cameras that answer; looks for about a second. `withFake` includes Aravis's in-process test camera.
+/// Returns all cameras that answer. Blocks for about a second. \param withFake includes Aravis's in-process test camera
 std::vector<CameraName> listCameras(bool withFake = false);
 
 struct CameraSight {
   CameraName name;
   std::string obstacle;            ///< why it cannot be opened; empty: it can
-  std::string remedy;              ///< of that
-  std::vector<std::string> notes;  ///< what else should be known
+  std::string remedy;              ///< for the obstacle
+  std::vector<std::string> notes;  ///< warnings, one sentence each
 };
 
-/// As listCameras, and USB cameras that may not be opened. Opens each for a moment, so that it knows.
-/// \param inspector as CameraOptions has it
+/// Returns the cameras of listCameras() and the USB cameras that this process may not open. Opens each camera for a
+/// moment to find its obstacle. Blocks for seconds. \param inspector CameraOptions::inspector
 std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withFake);
 
-/// How `cameras` share a link of `link_bytes_per_s`, in words, with the keys that make them.
+/// Describes how several cameras can share a link, with the keys of the configuration to set. Returns an empty text for
+/// fewer than two cameras, or if the rate of the link is 0 (not known).
 std::string shareAdvice(int cameras, double link_bytes_per_s, int packet_bytes);
 
-/// USB3 Vision cameras by their interface class, from the kernel's tables. \param sys normally /sys; \param dev /dev
+/// A USB3 Vision camera in the kernel's tables.
 struct UsbCamera {
   std::string vendor, product, serial;
   std::filesystem::path node;  ///< /dev/bus/usb/001/004
-  bool permitted = false;
+  bool permitted = false;      ///< whether this process may open it
 };
+/// Returns the USB3 Vision cameras, found by their interface class. \param sys other than /sys, \param dev other than
+/// /dev in tests
 std::vector<UsbCamera> usbCameras(const std::filesystem::path& sys = "/sys", const std::filesystem::path& dev = "/dev");
 
 }  // namespace tractiond::capture

@@ -1,4 +1,4 @@
-// How a camera is chosen and set.
+// Options that choose a camera and set its features.
 #pragma once
 
 #include <cstdint>
@@ -20,48 +20,47 @@ struct Feature {
 struct CameraOptions {
   /// Device id, "Vendor-Serial", IP address or MAC address; empty: the first camera found.
   std::string id = {};
-  /// Raw pictures from this file ("-": standard input) take a camera's place; empty: they do not. From the command
-  /// line.
+  /// File of raw pictures that replaces the camera ("-": standard input); empty: none. From the command line.
   std::string images = {};
-  /// A camera that is not there yet is waited for; false: that is an error.
+  /// Whether to wait for a camera that is not there yet; false: that is an error.
   bool wait = true;
 
-  /// First of all, in the order of the file: any sequence, commands included.
+  /// Written before everything else, in the order of the file; commands are executed.
   std::vector<Feature> features = {};
 
-  // Then these in their order. Zero, empty, or -1 for an offset: as the camera stands.
+  // Written then, in this order. Zero, empty, or -1 for an offset: not written, the camera keeps its value.
   std::string pixelFormat = {};    ///< a name of records/pixel_format.h
   int width = 0, height = 0;       ///< px
   int offsetX = -1, offsetY = -1;  ///< px
   double frameRate_Hz = 0.0;
-  double exposure_us = 0.0;              ///< whatever the camera's name for it; switches its automatic off
-  std::optional<double> gain = {};       ///< in the camera's own unit; likewise
+  double exposure_us = 0.0;              ///< for any name of the feature; switches automatic exposure off
+  std::optional<double> gain = {};       ///< in the camera's own unit; switches automatic gain off
   std::string trigger = {};              ///< "off", "software", or the source's name in the camera: "Line1"
-  std::string strobeLine = {};           ///< follows the exposure: "Line2"
-  bool ptp = false;                      ///< the camera's clock follows its network's
+  std::string strobeLine = {};           ///< output line that is active during the exposure: "Line2"
+  bool ptp = false;                      ///< true: the camera's clock follows the network's PTP master
   double packetDelay_ns = 0.0;           ///< between two packets of a network camera
-  int throughput_bytes_per_s = 0;        ///< that the camera sends at most
+  int throughput_bytes_per_s = 0;        ///< upper limit of what the camera sends
   std::vector<std::string> chunks = {};  ///< sent with each frame: "ExposureTime", "Gain", "Timestamp" ...
 
-  /// With headers. 0: the interface's MTU, at most 9000; smaller if no whole frame arrives so.
+  /// Size with headers. 0: the interface's MTU, at most 9000; smaller if no whole frame arrives with that.
   int packetSize_bytes = 0;
-  /// Nine frames of 640 x 480 RGB8: rides out a stall of 150 ms at 60 frames/s.
+  /// Holds nine frames of 640 x 480 RGB8: enough for a stall of 150 ms at 60 frames/s.
   int receiveBuffer_bytes = 8 << 20;
-  /// A packet that was asked for again and has not come, or a frame that goes on no more, is asked for after this. At
-  /// Aravis's default of 20 ms a repaired frame is 60 ms late; a camera that pauses for longer is asked for what it has
-  /// not sent yet, and may then send nothing of that frame again.
+  /// Time without a packet of a frame after which a resend is requested, also again. At Aravis's default of 20 ms a
+  /// repaired frame is 60 ms late; a camera that pauses for longer is asked for packets that it has not sent yet, and
+  /// may then send nothing of that frame again.
   int packetTimeout_us = 5'000;
-  /// A frame whose packets stay away for longer is given up.
+  /// Time without a packet of a frame after which the frame is given up.
   int frameRetention_us = 100'000;
-  /// Needs CAP_NET_RAW, and delivers late or nothing on loopback.
+  /// Packet sockets need CAP_NET_RAW, and deliver late or nothing on loopback.
   PacketSocket packetSocket = PacketSocket::kOff;
-  /// One fills, the others are in the pipeline. More only add lag when it stalls.
+  /// One fills, the others are in the pipeline. More only add lag when the pipeline stalls.
   int buffers = 10;
-  /// Without a frame for longer the camera counts as lost. 0: only if it says so (a trigger that may pause).
+  /// Time without a frame after which the camera counts as lost. 0: only if it reports so (a trigger that may pause).
   int silenceTimeout_ms = 2'000;
-  /// Evaluates the camera's description first, in a process of its own: tractiond's path. Empty: nobody does.
+  /// Program that evaluates the camera's description in a process of its own first: tractiond's path. Empty: skip this.
   std::string inspector = {};
-  /// Aravis's in-process test camera may be opened.
+  /// Whether Aravis's in-process test camera may be opened.
   bool fakeInterface = false;
 };
 

@@ -1,4 +1,4 @@
-// A program as a child with limits: what ends it, or keeps it busy, costs the parent nothing.
+// Runs a program as a child process with limits, so that its crash or endless loop does not affect the parent.
 #pragma once
 
 #include <chrono>
@@ -9,9 +9,9 @@
 namespace tractiond::capture {
 
 struct ChildOptions {
-  std::string program = "/proc/self/exe";  ///< path, not looked for in PATH; this one, also when its file was replaced
+  std::string program = "/proc/self/exe";  ///< path, not searched in PATH; the default is this very program
   std::chrono::milliseconds patience{10'000};
-  std::size_t most_bytes = std::size_t{1} << 20;  ///< of its output, and of its errors
+  std::size_t most_bytes = std::size_t{1} << 20;  ///< limit of its output, and of its errors
 };
 
 struct ChildEnd {
@@ -21,16 +21,16 @@ struct ChildEnd {
   std::string output, errors;  ///< as far as they were read
 };
 
-/// Starts it with these arguments and without standard input, reads what it prints, and kills it after its time. Blocks
-/// until it has ended. Any thread.
+/// Starts the program without standard input and reads its output. Kills it after `patience`, when it prints more than
+/// `most_bytes`, or when a stop is requested. Blocks until it has ended. Any thread.
 ChildEnd runChild(const std::vector<std::string>& arguments, const ChildOptions& options,
                   const std::stop_token& stop = {});
 
-/// In the child, first of all: takes from the process what no description needs. 1 GiB of address space beyond what it
-/// has, 5 s of processor time, no core dump, no file to write to; it dies with its parent.
+/// Limits this process; the child must call it first. Allows 1 GiB of address space beyond the present size, 5 s of
+/// processor time, no core dump and no writing to files; the kernel ends the process with its parent.
 void limitChild();
 
-/// Why a child gave no answer, as the end of a sentence: "crashes (signal 11)"; empty: it ended by itself.
+/// Describes why a child gave no answer, as the end of a sentence: "crashes (signal 11)". Empty if it ended by itself.
 std::string misdeed(const ChildEnd& end);
 
 }  // namespace tractiond::capture

@@ -1,4 +1,4 @@
-// Is a camera's description one that can be evaluated at all? Internal to this folder.
+// Checks whether a camera's description can be evaluated safely. Internal to this folder.
 #pragma once
 
 #include "daemon/capture/aravis.h"

@@ -1,5 +1,5 @@
-// One half of a source of pictures: whatever opens, pops, gives back and closes. Aravis is one; memory and pipes are
-// others. The other half, camera.h, is the same for all of them.
+// Interface of what delivers buffers with pictures: a camera by Aravis, pictures in memory, a pipe. camera.h makes
+// frames of them, in the same way for all.
 #pragma once
 
 #include "base/error.h"
@@ -23,79 +23,84 @@ namespace tractiond::capture {
 /// One buffer as it came, good or bad.
 struct Buffer {
   Arrival arrival;
-  const std::uint8_t* data = nullptr;  ///< of a complete one
+  const std::uint8_t* data = nullptr;  ///< the picture; set if arrival.complete, valid until giveBack()
   int stride = 0;                      ///< bytes from row to row
   FrameExtras extras;                  ///< what the camera sent beside the picture
   bool awaited = false;                ///< it came while pop() waited: nothing was queued before it
-  void* handle = nullptr;
+  void* handle = nullptr;              ///< for giveBack()
 };
 
 enum class Popped {
   kBuffer,
-  kNothing,  ///< in time
-  kGone,     ///< the camera is no longer ours
-  kEnd,      ///< there will be no more, by nature
+  kNothing,  ///< no buffer came within the timeout
+  kGone,     ///< this process no longer controls the camera
+  kEnd,      ///< there will be no more buffers, as at the end of a file; see end()
 };
 
-/// An opened camera. pop(), giveBack() and takeClock() are called by the capture thread; link(), serve() and the
-/// destructor by the thread "camera-calls", as they may take seconds where the camera is gone; all else by the
-/// camera-keeper, also while one of those calls lasts.
+/// An opened camera. The capture thread calls pop(), giveBack() and takeClock(); the thread "camera-calls" calls
+/// link(), serve() and the destructor, as they may take seconds if the camera is gone; the camera-keeper calls
+/// everything else, also while one of those calls lasts.
 class Driver {
  public:
-  virtual ~Driver() = default;  ///< closes; may block for seconds where the camera is dead
+  virtual ~Driver() = default;  ///< Closes the camera; may block for seconds if it does not answer.
 
+  /// Returns what was agreed upon when the camera was opened; it does not change.
   virtual const CameraInfo& info() const = 0;
 
-  /// Allocates nothing, takes no lock of ours, logs nothing.
+  /// Waits at most `timeout` for the next buffer. Fills `buffer` if it returns kBuffer; the caller must then give it
+  /// back. Allocates nothing, takes no lock of this program, logs nothing.
   virtual Popped pop(Buffer& buffer, std::chrono::milliseconds timeout) = 0;
+  /// Gives a buffer back for reuse. \param handle Buffer::handle
   virtual void giveBack(void* handle) = 0;
 
-  /// What the camera's clock showed lately; false: nothing new, or it is not asked. Waits for nobody.
+  /// Takes the newest readings of the camera's clock. Returns false if there are none since the last call, or if the
+  /// clock cannot be read. Does not wait.
   virtual bool takeClock(ClockFit& /*fit*/) { return false; }
 
-  /// What becomes of a buffer that is given back when its driver is gone.
+  /// Returns the function that frees a buffer whose driver has been destroyed.
   using Discard = void (*)(void* handle);
   virtual Discard discard() const = 0;
 
-  /// Why it ended: after kEnd. EX_OK: that was all.
+  /// Returns the reason for kEnd; EX_OK: all pictures were delivered. Must only be called after kEnd.
   virtual Error end() const { return {.exitCode = EX_OK}; }
 
-  /// No picture comes: why it is given up, in words; empty: the camera is there, or cannot be asked. Takes four tenths
-  /// of a second at most.
+  /// Liveness check, called if no picture comes. Returns why the camera is lost, as text; empty if it is alive or
+  /// cannot be asked. Takes at most 0.4 s.
   virtual std::string doubt() { return ""; }
 
-  /// The camera has fallen silent: it is not asked to stop when this is destroyed, and link() reads no further
+  /// Notes that the camera does not answer: the destructor then does not ask it to stop, and link() reads no further
   /// register. Any thread.
   virtual void markSilent() {}
 
-  /// Puts back what opening it has set, but for what commands have done; it is not used after that. May block.
+  /// Restores what opening has set, except what commands have done. Only the destructor may follow. May block.
   virtual void undo() {}
 
   /// Returns the state of the link. Packets are counted on from `before`, the state at the end of the session before.
   /// May block.
   virtual CameraLink link(const CameraLink& /*before*/) { return {}; }
 
-  /// What people ask of a camera while it streams; a sentence where it cannot be done. May block.
+  /// Carries out an operator's request while the camera streams. The error is a sentence. May block.
   virtual tl::expected<CameraReport, std::string> serve(const CameraStep& /*step*/) {
     return tl::unexpected<std::string>("this source of pictures has no features");
   }
 };
 
-/// What people should read of a camera.
+/// Level of a line for the log.
 enum class Weight { kInfo, kWarning };
+/// Writes a line about a camera to the log.
 using Say = std::function<void(Weight, const std::string& line)>;
 
-/// How a driver is to be opened.
+/// Parameters of opening a driver.
 struct Opening {
-  const CameraInfo* before = nullptr;  ///< the session before: the same camera and picture are wanted; none: the first
-  int attempt = 0;                     ///< since that, from 0 on
-  std::stop_token stop = {};
-  Say say = {};
-  std::function<void()> found = {};  ///< to be called when a camera is there, before it is set up
+  const CameraInfo* before = nullptr;  ///< session whose camera and picture are wanted again; nullptr: the first one
+  int attempt = 0;                     ///< number of tries since that session, from 0
+  std::stop_token stop = {};           ///< ends the wait for the camera
+  Say say = {};                        ///< may be empty
+  std::function<void()> found = {};    ///< called when a camera is there, before it is set up; may be empty
 };
 
-/// Blocks. Exit codes of the errors: EX_UNAVAILABLE (it is not there, or does not answer: worth another try), all
-/// others (a new try would fail as well), EX_OK (stop was asked).
+/// Opens a driver; blocks. Exit codes of its errors: EX_UNAVAILABLE (the camera is absent or does not answer: another
+/// try may succeed), EX_OK (a stop was requested), all others (another try would fail as well).
 using OpenDriver = std::function<tl::expected<std::unique_ptr<Driver>, Error>(const Opening&)>;
 
 }  // namespace tractiond::capture

@@ -1,4 +1,4 @@
-// Which GigE Vision cameras answer on the networks of this host. Aravis asks too, but takes a second for it.
+// Finds GigE Vision cameras on the networks of this host. Aravis can do that as well, but takes a second.
 #pragma once
 
 #include <chrono>
@@ -9,27 +9,28 @@
 
 namespace tractiond::capture {
 
-/// Asks by discovery packets of the control protocol (GVCP): a camera answers them whoever controls it. Thread-bound.
+/// Sends discovery packets of the control protocol (GVCP), which a camera answers whichever client controls it.
+/// Thread-bound.
 class GvcpSearch {
  public:
-  /// \param port of the cameras: the protocol's, but in tests
+  /// \param port of the cameras; another than the protocol's in tests
   explicit GvcpSearch(std::uint16_t port = 3956);
   ~GvcpSearch();
   GvcpSearch(const GvcpSearch&) = delete;
   GvcpSearch& operator=(const GvcpSearch&) = delete;
 
-  /// A camera's hardware address and serial number: no other has both.
+  /// A camera's hardware address and serial number, which together are unique.
   using Identity = std::string;
 
-  /// That of the camera at this IPv4 address; empty: nobody answers there in time. Asks once more in half of the time.
+  /// Returns the identity of the camera at an IPv4 address; empty if none answers in time. Asks again at half the time.
   Identity ask(const std::string& address, std::chrono::milliseconds timeout);
 
-  /// The address at which the camera answers: the one it had, asked again and again, or another on this host's
-  /// networks, asked once. Empty: none in time, or stop was asked.
+  /// Waits until a camera answers, and returns its IPv4 address. Asks repeatedly at its last address, and once at all
+  /// others on this host's networks. Returns an empty text after the timeout, or when a stop is requested.
   std::string locate(const Identity& camera, const std::string& lastAddress, std::chrono::milliseconds timeout,
                      const std::stop_token& stop);
 
-  /// False where there was no descriptor left: then nobody seems to answer.
+  /// Returns false if no socket could be opened; no camera is found then.
   bool usable() const { return socket_ >= 0; }
 
  private:

@@ -1,4 +1,4 @@
-// What becomes of a buffer that was popped: judged by the frame gate, counted in the ledger, dated, made a frame.
+// Makes frames of popped buffers: the frame gate judges each, the ledger counts it, the capture clock dates it.
 #pragma once
 
 #include "daemon/capture/camera_info.h"
@@ -15,14 +15,15 @@ namespace tractiond::capture {
 /// Thread-bound. judge() allocates nothing.
 class Intake {
  public:
-  /// The ledger outlives this.
+  /// The ledger must outlive this.
   explicit Intake(Ledger& ledger)
       : ledger_(ledger) {}
 
-  /// Begins a session of the camera. \param buffers of the driver: the gate remembers more pictures than that
+  /// Begins a session of the camera; must be called before judge(). \param buffers number of buffers of the driver
   void begin(const CameraInfo& info, int buffers);
 
-  /// Judges and counts a buffer of the session. Fills the frame where the verdict is kNew.
+  /// Judges and counts a buffer of the session. If the verdict is kNew, fills the frame; else leaves it as it is. The
+  /// frame borrows the buffer's memory, and its token is the buffer's handle. \param driver that the buffer comes from
   Judgement judge(const Buffer& buffer, Driver& driver, Frame& frame);
 
  private:

@@ -1,4 +1,4 @@
-// A device of which there is only a description: registers that remember what was written. Internal to this folder.
+// Makes a device without a camera: its registers remember what was written to them. Internal to this folder.
 #pragma once
 
 #include "daemon/capture/aravis.h"
@@ -7,7 +7,8 @@
 
 namespace tractiond::capture {
 
-/// Registers begin as 0, but for those that say what a camera can do: all bits are 1. \param xml is kept
+/// Makes a device with this description. Its registers are 0 at first; all bits are 1 in those that report abilities of
+/// a camera. Returns nullptr and sets `failure` if the description is faulty. \param xml is copied
 Ref<ArvDevice> makePaperDevice(const std::string& xml, Failure& failure);
 
 }  // namespace tractiond::capture

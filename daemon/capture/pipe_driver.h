@@ -1,5 +1,5 @@
-// Raw pictures from a pipe or a file as a camera: whatever ffmpeg, GStreamer or a v4l2 tool writes, one picture after
-// another without anything between them.
+// Delivers raw pictures from a pipe or a file as a camera does: output of ffmpeg, GStreamer or a v4l2 tool, one picture
+// directly after another.
 #pragma once
 
 #include "daemon/capture/driver.h"
@@ -13,12 +13,13 @@ struct PipeOptions {
   std::string format;         ///< a name of records/pixel_format.h
   int width = 0, height = 0;  ///< px
   int buffers = 10;
-  double frameRate_Hz = 0.0;  ///< at most; 0: as fast as they are taken
+  double frameRate_Hz = 0.0;  ///< upper limit; 0: as fast as they are taken
 };
 
-/// EX_CONFIG: size or format are missing; EX_NOINPUT: the file cannot be opened. The pictures are counted from 1, and
-/// dated by the host when they are whole and their time has come. An end within a picture, or before the first, is
-/// EX_DATAERR, one between two is EX_OK.
+/// Returns a function that opens a driver for the file. It fails with EX_CONFIG if size or format are missing, and with
+/// EX_NOINPUT if the file cannot be opened. Ids count from 1. The time stamp is 0, as it is not known; a picture
+/// arrives when it is whole and its time has come. Driver::end() is EX_OK after a whole picture, else EX_DATAERR, also
+/// for an empty file.
 OpenDriver fromPipe(const PipeOptions& options);
 
 }  // namespace tractiond::capture

@@ -1,4 +1,4 @@
-// Frames are missing: has the camera gone, does the thread hang that receives its packets, or is it only late?
+// Decides why frames are missing: the camera is gone, the thread that receives its packets hangs, or it is only late.
 #pragma once
 
 #include <cstdint>
@@ -9,27 +9,27 @@ namespace tractiond::capture {
 
 enum class Silence { kAlive, kThreadHangs, kNoAnswer };
 
-/// What is known of a stream. Called within judgeSilence(), on its thread.
+/// Observations of a stream. judgeSilence() calls them on its thread.
 struct StreamSigns {
-  std::function<std::uint64_t()> received;      ///< packets since its start, taken from the kernel
-  std::function<bool()> hasPacketsWaiting;      ///< the kernel holds some
-  std::function<bool()> isWaitingForProcessor;  ///< the receiving thread has been, since the call before
-  std::function<bool()> answers;                ///< the camera does, within its time
-  std::function<void()> pause;                  ///< of 50 ms
+  std::function<std::uint64_t()> received;      ///< Returns the number of packets taken from the kernel so far.
+  std::function<bool()> hasPacketsWaiting;      ///< Returns whether the kernel holds packets.
+  std::function<bool()> isWaitingForProcessor;  ///< Returns ProcessorWait::lasts() of the receiving thread.
+  std::function<bool()> answers;                ///< Returns whether the camera answers within its time.
+  std::function<void()> pause;                  ///< Waits 50 ms.
 };
 
-/// Says why frames are missing. The receiving thread hangs if packets wait, it takes none of them, and it does not wait
-/// for a processor, in five pauses; a camera has gone if it does not answer, and none of its packets comes meanwhile.
+/// Decides why frames are missing. kThreadHangs: for five pauses packets wait, the receiving thread takes none of them,
+/// and it does not wait for a processor. kNoAnswer: the camera does not answer, and no packet arrives meanwhile.
 /// Returns after 40 pauses at most.
 Silence judgeSilence(const StreamSigns& signs);
 
-/// Notices when the kernel keeps a thread of this process from running. Thread-bound.
+/// Detects that a thread of this process is ready to run but gets no processor. Thread-bound.
 class ProcessorWait {
  public:
   explicit ProcessorWait(int threadId);
 
-  /// Returns whether the thread wants to run, and has not run since the call before (or the construction). False where
-  /// the kernel does not say.
+  /// Returns whether the thread is ready to run and has not run since the call before (or the construction). False if
+  /// the kernel does not report it.
   bool lasts();
 
  private:
