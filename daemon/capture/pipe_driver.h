@@ -18,8 +18,8 @@ struct PipeOptions {
 
 /// Returns a function that opens a driver for the file. It fails with EX_CONFIG if size or format are missing, and with
 /// EX_NOINPUT if the file cannot be opened. Ids count from 1. The time stamp is 0, as it is not known; a picture
-/// arrives when it is whole and its time has come. Driver::end() is EX_OK after a whole picture, else EX_DATAERR, also
-/// for an empty file.
+/// arrives when it is whole and its time has come. Driver::end() is EX_OK if the file ends after a whole picture,
+/// EX_DATAERR if within one or before the first, EX_IOERR if it cannot be read.
 OpenDriver fromPipe(const PipeOptions& options);
 
 }  // namespace tractiond::capture

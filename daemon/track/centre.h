@@ -1,4 +1,4 @@
-// Sub-pixel centres: Gauss-Newton steps of the matched template, from a guess.
+// Fits sub-pixel centres of markers by Gauss-Newton steps of the matched template, from a guess.
 #pragma once
 
 #include "daemon/track/marker_template.h"
@@ -8,22 +8,22 @@
 
 namespace tractiond::track {
 
-/// Where to look.
+/// Start of a fit.
 struct Guess {
   float u = 0.0F, v = 0.0F;            ///< px
-  float minAmplitude = 0.0F;           ///< levels; below, there is no marker here
-  bool mixed = false;                  ///< a marker of the other colour is near: take its cross-talk out
-  std::uint8_t size = 0;               ///< which of the templates
+  float minAmplitude = 0.0F;           ///< least amplitude of a marker [levels]
+  bool mixed = false;                  ///< true: a marker of the other colour is near; its cross-talk is removed
+  std::uint8_t size = 0;               ///< index of the template
   float slopeU = 0.0F, slopeV = 0.0F;  ///< of the surroundings' brightness [levels / px]
 };
 
-/// What is there.
+/// Result of a fit.
 struct Centre {
-  float u = 0.0F, v = 0.0F;  ///< px; where not found, where the search ended
+  float u = 0.0F, v = 0.0F;  ///< px; if not found, where the search ended
   float amplitude = 0.0F;    ///< levels above the surroundings; below them where the plane's markers are dark
-  float misfit = 0.0F;       ///< mean square of what the template does not explain, as of plain samples [levels^2]
+  float misfit = 0.0F;       ///< mean square residual of the template, as of plain samples [levels^2]
   float blurred = 0.0F;      ///< root of the sum of squares that more or less blur would explain [levels]
-  float variance = 0.0F;     ///< of u and of v for unit noise [px^2 / level^2], the guessed slope being right
+  float variance = 0.0F;     ///< of u and of v for unit noise [px^2 / level^2], if the guessed slope is right
   float slopeU = 0.0F, slopeV = 0.0F;  ///< of the surroundings, as this window shows it [levels / px]
   float slopeVariance = 0.0F;          ///< of the two for unit noise [1 / px^2]
   float slopeShare = 0.0F;             ///< added to the variance if the guessed slope was as uncertain as this window's
@@ -37,18 +37,20 @@ struct CrossTalk {
   float other = 0.0F;  ///< of the other colour in this plane
 };
 
-/// One centre per guess, each with the template that it names. Where the plane's markers are dark, amplitudes and
-/// slopes are those of its negative. A marker is caught from about its own radius away. Reentrant; allocates nothing.
+/// Fits one centre per guess, each with the template that its `size` names. If the plane's markers are dark, amplitudes
+/// and slopes are those of its negative. A marker is found from about its own radius away. Reentrant; allocates
+/// nothing. \param crossTalk used for guesses that are `mixed` \param centres as many as guesses; all are written
 void fitCentres(const Plane& plane, std::span<const MarkerTemplate> markers, const CrossTalk& crossTalk,
                 std::span<const Guess> guesses, std::span<Centre> centres);
 
-/// All with one template.
+/// Fits all centres with one template; Guess::size must be 0.
 inline void fitCentres(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
                        std::span<const Guess> guesses, std::span<Centre> centres) {
   fitCentres(plane, {&marker, 1}, crossTalk, guesses, centres);
 }
 
-/// The template's amplitude at exactly this place, no steps. 0 where a part of the disc is outside the picture.
+/// Returns the template's amplitude at exactly this place [levels], without steps. Returns 0 if a part of the disc is
+/// outside the picture.
 float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, float v);
 
 }  // namespace tractiond::track

@@ -1,4 +1,4 @@
-// How far a marker's centre may be off, and what is no marker at all.
+// Estimates the errors of the markers' centres, and rejects what is not a marker.
 #pragma once
 
 #include "daemon/records/marker_field.h"
@@ -12,42 +12,46 @@
 
 namespace tractiond::track {
 
-/// Thread-bound. Allocates only in the constructor. Arrays are by marker.
+/// Thread-bound. Allocates only in the constructor. Arrays are by marker. `shape` is how far a marker is from a disc:
+/// the rms misfit of its template beyond the noise, as a share of the amplitude.
 class CentreErrors {
  public:
-  /// A rest pose averages `zeroFrames` frames.
+  /// \param zeroFrames number of frames that a rest pose averages
   CentreErrors(int markers, float spacing_px, int zeroFrames);
 
-  /// The noise and the markers' shapes in force.
+  /// Takes the noise and the markers' shapes from the zero in force.
   void adopt(const RestPose& pose);
-  float noise() const { return noise_; }  ///< standard deviation of a pixel [levels]
-  /// What a typical camera's is, as long as none is known. `unit`: levels in 1/255 of the range.
+  float noise() const { return noise_; }  ///< Returns the standard deviation of a pixel [levels].
+  /// Sets the noise to that of a typical camera, unless adopt() was called. \param unit levels in 1/255 of the range
   void setUnit(float unit);
 
-  /// How far this gel's markers typically are from discs: from the present frame's.
+  /// Learns the typical shape of this gel's markers from the present frame.
   void learnShape(std::span<const Centre> centres, std::span<const std::uint8_t> valid);
+  /// Forgets the typical shape.
   void forgetShape();
-  /// How far each of them is, as long as a zero is taken that will tell: from the present frame's.
+  /// Learns the shape of each marker from the present frame, for as long as a zero that will state it is being taken.
   void learnOwnShapes(std::span<const Centre> centres, std::span<const std::uint8_t> valid);
-  /// Those of the zero in force again.
+  /// Restores the shape of each marker from the zero in force.
   void restoreOwnShapes();
 
-  /// Could what was fitted be this marker?
+  /// Returns whether the fitted centre can be this marker, by its misfit.
   bool isMarker(int marker, const Centre& centre) const;
 
-  /// The variances of a layer's valid centres. A marker that has not the shape that it should have under its strain
-  /// (dust at its edge, the fringe of a reflection, white pixels) is pulled aside: it counts for less or, where it is
-  /// odder than that, is made invalid. `pixels`: of the template; `frames`: that the marker was followed for, up to
-  /// 2 kMemory - 1; `adoptDeformed`: fits a marker's disc as an ellipse of any size and, where that leaves at most so
-  /// much, makes its centre the marker's and returns true. Called for at most 64 markers, for those that are strained.
+  /// Computes the variances of a layer's valid centres. A marker whose shape does not fit its strain (dust at its edge,
+  /// the fringe of a reflection, white pixels) is displaced by that: its variance is increased or, if the misfit is too
+  /// large, `valid` is set to 0.
+  /// \param pixels used samples of the template \param frames for which the marker was followed, up to 2 kMemory - 1
+  /// \param adoptDeformed fits a marker's disc as an ellipse of any size; if its misfit is at most the second argument,
+  /// makes its centre the marker's and returns true. Called for strained markers, at most 64
   void weigh(const Lattice& lattice, int pixels, std::span<const Centre> centres, std::span<const Vector> displacement,
              std::span<const float> restAmplitude, std::span<const std::uint8_t> frames,
              const std::function<bool(int, float)>& adoptDeformed, std::span<std::uint8_t> valid);
+  /// Returns the variance of each of a centre's two coordinates, as weigh() computed it.
   std::span<const float> variance_px2() const { return variance_; }
 
-  /// Frames over which means forget: they are as good as those of twice as many.
+  /// Time constant of the running means [frames]; they are as good as plain means of twice as many.
   static constexpr int kMemory = 8;
-  /// Of the newest frame in such a mean, of which it is the n-th.
+  /// Returns the weight of the n-th frame, the newest, in such a mean.
   static float weightOf(int n);
 
  private:

@@ -17,7 +17,7 @@
 
 namespace tractiond::track {
 
-/// What followers of the same pictures share: the picture, and memory that none of them keeps from one to the next.
+/// What followers of the same pictures share: the picture, and memory that is scratch between two calls of look().
 struct FollowerWorkspace {
   explicit FollowerWorkspace(const sensor::Sensor& sensor);
 
@@ -27,57 +27,69 @@ struct FollowerWorkspace {
   PointGrid grid;
 };
 
-/// Thread-bound. A copy goes on from where the original is; assigning a follower of the same sensor allocates only for
-/// what markers look like. look() allocates only where it learns that: in the first picture in which markers are found,
-/// and after learnAnew().
+/// Follows the markers of a reference from picture to picture. Thread-bound. A copy continues independently from the
+/// original's state; assigning a follower of the same sensor allocates only for the markers' appearance. look()
+/// allocates only where it learns the appearance: in the first picture in which markers are found, and after
+/// learnAnew().
 class Follower {
  public:
   /// One layer of markers.
   struct Layer {
-    std::size_t index;  ///< of its planes
-    Lattice lattice;
-    int rank;     ///< in a rest pose's cross-talk
-    bool nearer;  ///< to the camera than the other layer: its markers hide the other's
+    std::size_t index;  ///< of the layer in the sensor, and of its planes
+    Lattice lattice;    ///< indices of its markers
+    int rank;           ///< index in RestPose::crossTalk
+    bool nearer;        ///< to the camera than the other layer: its markers hide the other's
     Trust trust;
-    double described_px;                ///< radius
-    Plane plane = {}, otherPlane = {};  ///< of this frame
-    std::vector<Spot> spots = {};       ///< where they were last sought in the whole picture
+    double described_px;                ///< radius of its markers by the sensor's description
+    Plane plane = {}, otherPlane = {};  ///< of this picture
+    std::vector<Spot> spots = {};       ///< found when the whole picture was searched last
     LatticeSeen seen = {};              ///< when the markers were labelled last
     MarkerTemplate rough = {};          ///< for spots whose blur is not known yet
-    float roughScale = 0.0F;            ///< of the plane that it is for; 0: none yet
+    float roughScale = 0.0F;            ///< scale of the plane that `rough` is for; 0: none yet
   };
 
-  /// The sensor is trackable(). `workspace` must outlive the follower and its copies; a rest pose averages `zeroFrames`
-  /// frames.
+  /// The sensor must be trackable(). `workspace` must outlive the follower and its copies. \param zeroFrames number of
+  /// frames that a rest pose averages
   Follower(const sensor::Sensor& sensor, int zeroFrames, FollowerWorkspace& workspace);
 
-  /// Measures from this pose from now on; the markers' places are kept. The pose has as many markers as the sensor.
+  /// Makes `pose` the reference and recomputes the displacements from it; the markers' places are kept. The pose must
+  /// have as many markers as the sensor.
   void adopt(const RestPose& pose);
 
   /// Takes the cross-talk of the layers from a pose that was taken in an earlier run.
   void setCrossTalk(const RestPose& pose);
 
-  /// Exchanges what the markers look like; allocates nothing. What both leave unexplained is learned anew.
+  /// Exchanges the appearance of the markers with `other`; allocates nothing. Forgets the learned deviations from
+  /// discs.
   void exchangeAppearance(Appearance& other);
 
-  /// Learns in the next picture in which markers are found what they look like, cross-talk and each one's own shape
-  /// included, and seeks all markers from now on, the absent ones, too.
+  /// Makes look() learn the appearance, with cross-talk and each marker's own shape, from the next picture in which
+  /// markers are found. From now on also seeks the markers that the reference lacks.
   void learnAnew();
 
-  /// Learns from the picture that was looked at last how far markers typically are from discs.
+  /// Learns from the last picture how far markers typically are from discs.
   void learnShape() { errors_.learnShape(centres_, valid_); }
 
-  /// Finds the markers in the workspace's picture. `discontinuity`: it may be far from the one before. Returns whether
-  /// they were labelled anew.
+  /// Finds the markers in the workspace's picture, which must have been read. \param discontinuity true: the picture
+  /// may be far from the one before, so the whole of it is searched \return whether the markers were labelled anew
   bool look(bool discontinuity);
 
-  // Of the picture that was looked at last, by marker.
-  std::span<const Vector> place_px() const { return place_; }  ///< of a lost one: where its neighbours say it is
+  // Results of the last look(), by marker in the order of sensor::markerPositions. The spans stay in place. Only
+  // place_px() and valid() have a meaning for markers that are not valid.
+
+  /// Returns the places; for a lost marker the place that its neighbours suggest.
+  std::span<const Vector> place_px() const { return place_; }
+  /// Returns the displacements from the reference's places; from the first labelled picture before there is a zero.
   std::span<const Vector> displacement_px() const { return displacement_; }
+  /// Returns the variance of each of a displacement's two coordinates.
   std::span<const float> variance_px2() const { return errors_.variance_px2(); }
+  /// Returns the fits of the marker's template.
   std::span<const Centre> centres() const { return centres_; }
+  /// Returns 1 for each marker that was found, else 0.
   std::span<const std::uint8_t> valid() const { return valid_; }
-  bool following() const { return following_; }  ///< the markers are known from one picture to the next
+  /// Returns whether enough markers were found for the next picture to be followed from this one.
+  bool following() const { return following_; }
+  /// Returns whether the picture is torn: some rows are shifted or belong to another frame.
   bool torn() const { return torn_; }
 
   /// Returns whether as many columns and rows were seen as the sensor has.
@@ -85,10 +97,12 @@ class Follower {
 
   const Reference& reference() const { return reference_; }
   std::span<const Layer> layers() const { return layers_; }
-  std::span<const Vector> nominal_px() const { return nominal_; }  ///< places by the sensor's description
+  /// Returns the places of the untouched markers by the sensor's description.
+  std::span<const Vector> nominal_px() const { return nominal_; }
+  /// Returns the smallest distance between neighbours of a layer, by the description.
   float spacing_px() const { return spacing_px_; }
 
-  /// Returns a layer's elements of what is given by marker.
+  /// Returns the part of `all`, which is by marker, that belongs to a layer.
   template <typename T>
   static std::span<const T> ofLayer(std::span<const T> all, const Layer& layer) {
     return all.subspan(static_cast<std::size_t>(layer.lattice.first), static_cast<std::size_t>(layer.lattice.count()));

@@ -1,4 +1,4 @@
-// Which spot is which marker.
+// Labels spots: decides which spot is which marker.
 #pragma once
 
 #include "daemon/records/gel_report.h"
@@ -11,24 +11,26 @@
 namespace tractiond::track {
 
 struct LabelOptions {
-  bool seenBefore = false;  ///< the reference is that of an earlier picture, from which this one is not far
-  double least = 0.3;       ///< of a layer's markers
-  float border_px = 0.0F;   ///< of the picture, where spots may not be found
+  bool seenBefore = false;  ///< true: the reference is of an earlier picture, from which this one is not far
+  double least = 0.3;       ///< share of a layer's markers that must be labelled
+  float border_px = 0.0F;   ///< width of the picture's border in which spots may be missed
 };
 
 /// Thread-bound. Allocates only in the constructor.
 class Labeller {
  public:
+  /// \param spots largest number of spots per layer
   Labeller(const std::vector<Lattice>& lattices, int width_px, int height_px, int spots);
 
-  /// `spots`: what was found of each layer's colour. `reference_px`: where the markers are expected, all layers. The
-  /// picture may lie anywhere against it, and be turned and scaled, and the gel deformed, as long as neighbours'
-  /// displacements differ by less than about 0.4 of the spacing. Writes places and `labelled` (0 or 1), all layers.
-  /// False: some layer shows fewer than options.least of its markers; the outputs then mean nothing.
+  /// Labels the spots. The picture may be shifted, turned and scaled against the reference, and the gel deformed, as
+  /// long as neighbours' displacements differ by less than about 0.4 of the spacing. Returns false, with undefined
+  /// outputs, if some layer shows fewer than options.least of its markers.
+  /// \param spots per layer, those of its colour \param reference_px expected places, by marker of all layers
+  /// \param place_px place of each labelled marker; the others stay as they are \param labelled 1: labelled, 0: not
   bool label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px,
              const LabelOptions& options, std::span<Vector> place_px, std::span<std::uint8_t> labelled);
 
-  /// By the last label() that succeeded, one per layer.
+  /// Returns the columns and rows that the last successful label() saw, one per layer.
   std::span<const LatticeSeen> seen() const { return seen_; }
 
  private:

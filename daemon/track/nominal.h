@@ -1,4 +1,4 @@
-// The rest picture as the sensor's description has it: what the tracker starts from.
+// Computes the rest picture from the sensor's description: what the tracker starts from. Reentrant.
 #pragma once
 
 #include "base/error.h"
@@ -13,20 +13,21 @@
 
 namespace tractiond::track {
 
-/// What the tracker cannot do: more than two layers or two that look alike, a grid below 4 x 4, markers smaller than a
-/// pixel's width in radius or so large or close that their windows meet.
+/// Checks whether the tracker can follow the sensor's markers. Fails for more than two layers or two that look alike, a
+/// grid below 4 x 4, and markers with a radius below a pixel's width or so large or close that their windows meet.
 tl::expected<void, Error> trackable(const sensor::Sensor& sensor);
 
-/// What it cannot do with pictures of this format: two layers that only colours tell apart, in a grey picture.
+/// Checks whether the tracker can follow them in pictures of this format. Fails for two layers that only colours tell
+/// apart, in a grey picture.
 tl::expected<void, Error> trackable(const sensor::Sensor& sensor, PixelFormat format);
 
-/// Of all markers [px].
+/// Returns the places of all markers in the picture [px].
 std::vector<Vector> nominalPlaces(const sensor::Sensor& sensor);
 
-/// In the picture [px].
+/// Returns the radius of a layer's markers in the picture [px].
 double markerRadius(const sensor::Sensor& sensor, const sensor::MarkerLayer& layer);
 
-/// Between neighbours in the lattice where that is least [px].
+/// Returns the smallest distance between neighbours in a lattice [px].
 float smallestSpacing(std::span<const Vector> places_px, std::span<const Lattice> lattices);
 
 }  // namespace tractiond::track

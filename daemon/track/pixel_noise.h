@@ -1,4 +1,4 @@
-// How the noise of a pixel grows with its light, from the same pixels of successive still pictures.
+// Measures how the noise of a pixel grows with its brightness, from the same pixels of successive still pictures.
 #pragma once
 
 #include "daemon/track/lattice.h"
@@ -14,15 +14,16 @@ class PixelNoise {
  public:
   explicit PixelNoise(int markers);
 
+  /// Forgets the frames added so far.
   void start();
 
-  /// One layer of one frame; the same layers in the same order in each frame. `first`: the layer's first marker.
-  /// `between`: from a marker to bare gel [px]. Nothing but pixels whose place is flat is looked at, so that a faint
-  /// motion is no noise.
+  /// Adds one layer of one frame; each frame must add the same layers in the same order. Uses only pixels where the
+  /// picture is flat, so that a small motion does not count as noise.
+  /// \param first index of the layer's first marker \param between offset from a marker to bare gel [px]
   void add(const Plane& plane, int first, std::span<const Vector> place_px, Vector between,
            std::span<const std::uint8_t> valid);
 
-  /// Variance of one of the camera's samples per level of brightness [levels]; 0 where none shows.
+  /// Returns the variance of one of the camera's samples per level of brightness [levels]; 0 if it does not grow.
   float perLevel() const;
 
  private:

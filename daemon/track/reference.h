@@ -1,4 +1,4 @@
-// What markers are followed by: the pose that they are displaced from, and what they look like.
+// What a follower refers to: the pose that displacements are measured from, and the appearance of the markers.
 #pragma once
 
 #include "daemon/track/centre.h"
@@ -9,14 +9,14 @@
 
 namespace tractiond::track {
 
-/// What the markers look like in the picture. Of M markers.
+/// Appearance of the markers in the picture. M is the number of markers.
 struct Appearance {
   struct Layer {
     std::vector<MarkerTemplate> markers;  ///< the first is of the typical size
     CrossTalk crossTalk;
-    double radius_px = 0.0;  ///< of the typical size; as described until it is learned
+    double radius_px = 0.0;  ///< of the typical size; by the description until it is learned
   };
-  bool isKnown = false;            ///< false: only the radii mean something
+  bool isKnown = false;            ///< false: only the radii are valid
   std::vector<Layer> layers;       ///< in the order of the sensor's
   std::vector<std::uint8_t> size;  ///< M: which of its layer's templates fits the marker
 };

@@ -1,14 +1,14 @@
-// What identifies a rest pose.
+// Identifies and checks a rest pose. Reentrant.
 #pragma once
 
 #include "daemon/records/marker_field.h"
 
 namespace tractiond::track {
 
-/// Hash of everything in the pose but its id. Allocates nothing.
+/// Returns the hash of everything in the pose except its id. Allocates nothing.
 Id idOf(const RestPose& pose);
 
-/// Its numbers can be those of a rest pose; its sizes and its id are not looked at.
+/// Returns whether the numbers can be those of a rest pose. Does not check sizes and id.
 bool isSane(const RestPose& pose);
 
 }  // namespace tractiond::track

@@ -1,4 +1,4 @@
-// Pictures that do not hang together: rows of another moment, or moved aside.
+// Finds torn pictures: some rows are of another moment, or shifted.
 #pragma once
 
 #include "daemon/track/lattice.h"
@@ -13,16 +13,16 @@ class TearFinder {
  public:
   explicit TearFinder(const std::vector<Lattice>& lattices);
 
-  /// The next frame's displacements of all layers. True: it is torn across, between two rows of markers with at least
-  /// three on either side, by half a pixel or more. A torn frame is no reference for the next one,
-  /// unless three were torn running.
+  /// Returns whether the next frame is torn: between two rows of markers, with at least three rows on either side, the
+  /// displacements of all layers step by half a pixel or more. A frame that is not torn becomes the reference for the
+  /// next one. After three torn frames in a row the next frame counts as not torn.
   bool torn(std::span<const Vector> displacement_px, std::span<const float> variance_px2,
             std::span<const std::uint8_t> valid);
 
-  /// After a gap: the next frame is compared with nothing.
+  /// Forgets the reference, after a gap: the next frame is not compared.
   void forget() { known_ = false; }
 
-  /// Of the last whole frame.
+  // Displacements in the last frame that was not torn, and which of them are valid.
   std::span<const Vector> reference_px() const { return reference_; }
   std::span<const std::uint8_t> referenceValid() const { return referenceValid_; }
 

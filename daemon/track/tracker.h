@@ -1,4 +1,4 @@
-// From pictures to marker displacements.
+// Computes the displacements of the markers from pictures, and takes zeros.
 #pragma once
 
 #include "base/mailbox.h"
@@ -18,8 +18,8 @@
 namespace tractiond::track {
 
 struct TrackOptions {
-  int zeroFrames = 30;            ///< averaged for a rest pose: its error is then a fifth of one frame's
-  double minValidFraction = 0.5;  ///< of the markers; below, the field is flagged kFewMarkers and no zero is taken
+  int zeroFrames = 30;            ///< averaged for a rest pose; its error is then a fifth of one frame's
+  double minValidFraction = 0.5;  ///< share of valid markers below which fields get kFewMarkers and no zero is taken
   /// The first zero, or a restored one, is used after judge() has been called for it; a requested one only after
   /// putInForce().
   bool awaitJudge = false;
@@ -27,15 +27,15 @@ struct TrackOptions {
 
 enum class Outcome {
   kTracked,     ///< the field holds this frame
-  kNoRestPose,  ///< the first rest pose is still being taken, or not judged yet: there is nothing to displace from
+  kNoRestPose,  ///< the first rest pose is still being taken, or not judged yet: displacements are not valid
 };
 
-/// Thread-bound but for the functions marked thread-safe. track() allocates nothing, except in the first frame of a
-/// pixel format and in frames in which it learns what markers look like: the first in which markers are found, and the
+/// Thread-bound, except for the functions marked thread-safe. track() allocates nothing, except in the first frame of a
+/// pixel format and in frames in which it learns the markers' appearance: the first in which markers are found, and the
 /// first after requestZero().
 ///
-/// A requested zero is a candidate: a second follower learns what markers look like, and the zero is taken from its
-/// places, while the first one goes on with the zero in force. A candidate that is refused leaves nothing behind.
+/// A requested zero is a candidate: a second follower learns the appearance, and the zero is taken from its places,
+/// while the first one continues with the zero in force. A refused candidate leaves no trace.
 ///
 /// A zero is verified, and the fields carry no kZeroUnverified, once
 /// - a zero was taken in this run because requestZero() was called, or
@@ -43,58 +43,62 @@ enum class Outcome {
 ///   larger than three deviations of the noise (rms over the markers): the unloaded picture agrees with it.
 class Tracker {
  public:
-  /// The sensor is trackable(), with the pictures' format as well.
+  /// The sensor must be trackable(), also with the pictures' format.
   Tracker(const sensor::Sensor& sensor, const TrackOptions& options);
 
-  /// Before the first frame. The pose has as many markers as the sensor.
+  /// Sets the zero of an earlier run. May only be called before the first frame. The pose must have as many markers as
+  /// the sensor.
   void restore(const RestPose& pose);
 
-  /// `field` has been sized for all markers. The frame has the size of the sensor's camera.
+  /// Finds the markers in a frame and fills `field` with their displacements from the zero in force and the flags.
+  /// \param frame of the size of the sensor's camera \param field resize()d for all markers
   Outcome track(const Frame& frame, MarkerField& field);
 
-  /// Takes a new zero from the next frames, at most 2 zeroFrames; the old one stays in force meanwhile, with awaitJudge
-  /// until putInForce(). What markers look like is learned anew for it, as the lens may have been refocused.
+  /// Requests a new zero from the next frames, at most 2 zeroFrames. The old one stays in force meanwhile; with
+  /// awaitJudge until putInForce(). The appearance is learned anew for it, as the lens may have been refocused.
   /// Thread-safe.
   void requestZero() { zeroState_.store(ZeroState::kRequested, std::memory_order_relaxed); }
 
-  /// Cancels the request: no zero will come of it. Returns false if there is no request to cancel: the automatic first
-  /// zero cannot be cancelled, and after a requestZero() that has not failed, its zero has been taken, and
-  /// takeRestPose() returns it as soon as track() has returned. Thread-safe.
+  /// Cancels a request. Returns false if there is none to cancel: the automatic first zero cannot be cancelled; nor can
+  /// a requested one that has been taken, which takeRestPose() returns as soon as track() has returned. Thread-safe.
   bool cancelZero();
 
-  /// Thread-safe.
+  /// Returns the state of the last zero. Thread-safe.
   ZeroState zeroState() const { return zeroState_.load(std::memory_order_relaxed); }
 
-  /// Number of still frames that a zero is averaged over.
+  /// Returns the number of still frames that a zero is averaged over.
   int zeroFrames() const { return options_.zeroFrames; }
 
-  /// The newest finished rest pose, once, for keeping. Thread-safe, for one thread.
+  /// Takes the newest finished rest pose. Returns false if there is none since the last call. Thread-safe, for one
+  /// thread.
   bool takeRestPose(RestPose& pose) { return finished_.take(pose); }
 
   /// Puts a zero in force from the next frame on: the one that takeRestPose() returned last, or an earlier one. An
-  /// earlier one is verified if it was when it was replaced last, and the appearance of the markers is restored with
-  /// it. Called with the zero that is in force, it rejects the one that was taken since. \param fits as in judge()
-  /// \return false: try again later. Thread-safe, for one thread.
+  /// earlier one is verified if it was when it was replaced last, and its appearance is restored. With the zero that is
+  /// in force, rejects the one that was taken since. \param fits as in judge() \return false: a former call is just
+  /// being read, try again. Thread-safe, for one thread.
   bool putInForce(const RestPose& pose, bool fits) { return decisions_.put({pose, fits}); }
 
-  /// Does the gel file fit the picture that this zero was taken from? Where it does not, the fields carry kGelMismatch.
-  /// Ignored unless the zero is in force. Thread-safe, for one thread.
+  /// States whether the gel file fits the picture that a zero was taken from; if not, the fields carry kGelMismatch.
+  /// Has no effect unless the zero is in force. Thread-safe, for one thread.
   void judge(const Id& zero, bool fits);
 
-  /// There is a zero, and none has been judged yet: track() would find no displacements. Called from track()'s thread.
+  /// Returns whether there is a zero and judge() has not been called for it yet, so that track() would return
+  /// kNoRestPose. Must be called on the thread of track().
   bool awaitsFirstVerdict();
 
-  /// What the frame tracked last heeded of the calls above. Valid until the next.
+  /// Returns which of the calls above took effect with the last frame, for a recording. Valid until the next track().
   const TrackerInputs& inputs() const { return inputs_; }
-  /// Before track(): the frame heeds these, as one before heeded them. Nobody else calls anything meanwhile.
+  /// Makes the next frame apply recorded inputs, in place of calls of the functions above, of which none may come.
   void repeat(const TrackerInputs& inputs);
 
-  /// Of the newest frame, once. Thread-safe, for one thread.
+  /// Takes what the newest frame showed of the markers. Returns false if there is no new one since the last call.
+  /// Thread-safe, for one thread.
   bool takeSight(MarkerSight& sight) { return sights_.take(sight); }
 
-  /// Makes the room that show() needs. Allocates; reentrant.
+  /// Reserves the memory that show() needs. Allocates; reentrant.
   void prepare(Snapshot& snapshot) const;
-  /// Where the markers are in the frame tracked last: all of a snapshot but the picture.
+  /// Fills a prepared snapshot with the markers and spots of the last frame; leaves its picture as it is.
   void show(Snapshot& snapshot) const;
 
  private:
