@@ -1,4 +1,4 @@
-// The command line.
+// Command line of tractiond.
 #pragma once
 
 #include "daemon/instance.h"
@@ -11,17 +11,17 @@ namespace tractiond {
 
 struct Arguments {
   Places places;
-  std::string
-      inspected;  ///< camera whose description is to be evaluated: this is a child of tractiond; empty: it is not
-  bool limited = false;     ///< likewise, with --plan
-  std::string description;  ///< of a camera, to say what would be done with it; empty: none
-  std::string images;       ///< empty: a camera
+  std::string inspected;    ///< not empty: this is a child process that evaluates the description of this camera
+  bool limited = false;     ///< true: this is the child process of --plan
+  std::string description;  ///< file of a camera's description for --plan; empty: none
+  std::string images;       ///< file of raw pictures; empty: a camera
   RecordOptions record;
-  ReplayOptions replay;  ///< no file: nothing is replayed
+  ReplayOptions replay;  ///< with an empty file nothing is replayed
   bool checkConfig = false, printConfig = false, listCameras = false;
 };
 
-/// Or an exit code: 0 when help or the version was asked for and printed, EX_USAGE for an error that was printed.
+/// Parses the command line. On failure returns an exit code: 0 after printing help or the version, EX_USAGE after
+/// printing an error.
 tl::expected<Arguments, int> parseArguments(int argc, char** argv);
 
 }  // namespace tractiond

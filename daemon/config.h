@@ -1,4 +1,4 @@
-// What can be configured: one struct, and one table that says of every key its default, unit, range and meaning.
+// The configuration: one struct, and one table with default, unit, range and meaning of every key.
 #pragma once
 
 #include "base/service/config_table.h"
@@ -16,14 +16,15 @@
 
 namespace tractiond {
 
-/// As sensor.gel_file: pictures can be seen, and nothing is measured.
+/// Value of sensor.gel_file with which pictures can be seen and nothing is measured.
 inline constexpr std::string_view kNoGelFile = "none";
 
 /// The defaults are those of the rooms' options.
 struct Config {
   struct Sensor {
     std::string name;     ///< in topics and messages; empty: the instance's
-    std::string gelFile;  ///< empty: the paper's gel; kNoGelFile: there is none
+    std::string gelFile;  ///< empty: the built-in gel, that of the paper; kNoGelFile: none
+    /// Returns whether gelFile is the name of a file.
     bool namesGelFile() const { return !gelFile.empty() && gelFile != kNoGelFile; }
   } sensor;
   capture::CameraOptions camera;
@@ -31,20 +32,21 @@ struct Config {
   solve::SolveOptions solve;
   publish::PublishOptions publish;
   PreviewOptions preview;
-  RecordOptions record;                       ///< of the command line
-  bool insecure = false;                      ///< endpoints may be beyond this host
-  std::vector<std::string> controlEndpoints;  ///< empty, as those in `publish`: the instance's
+  RecordOptions record;                       ///< from the command line
+  bool insecure = false;                      ///< true: endpoints may be reachable from other hosts
+  std::vector<std::string> controlEndpoints;  ///< empty, like those in `publish`: those of the instance
   RealtimeOptions realtime;
   std::string logLevel = "info";
 };
 
-/// Every key, section after section: parsing, checking and printing all go by it.
+/// Returns the table of all keys, section by section, bound to the fields of `config`, which must outlive it. Parsing,
+/// checking and printing use it.
 std::vector<Key> keysOf(Config& config);
 
-/// As those of their tables.
+/// Lists the keys whose values differ.
 std::vector<Change> changesBetween(const Config& before, const Config& after);
 
-/// The text of a configuration file with every key and its meaning. parse() gives the same configuration back.
+/// Returns the text of a configuration file with every key and its meaning. parseConfig() restores `config` from it.
 std::string configText(const Config& config);
 
 }  // namespace tractiond

@@ -1,5 +1,5 @@
-// Whether the markers are found and are those of the gel file; what the picture shows where they are not; why there is
-// no first zero.
+// Checks whether the markers are found and are those of the gel file, and explains in log and status what the picture
+// shows if not, and why there is no first zero.
 #pragma once
 
 #include "base/clock.h"
@@ -15,30 +15,30 @@
 namespace tractiond {
 
 struct GelWatchOptions {
-  double patience_s = 1.0;                 ///< for which markers must be missing before the picture is looked at
-  double between_s = 5.0;                  ///< two looks
-  double betweenLines_s = 30.0;            ///< two lines in the log of the same kind
-  double longestWait_s = 3.0;              ///< for a frame, when a snapshot is asked for
+  double patience_s = 1.0;                 ///< time for which markers must be missing before the picture is examined
+  double between_s = 5.0;                  ///< time between two examinations
+  double betweenLines_s = 30.0;            ///< time between two log lines of the same kind
+  double longestWait_s = 3.0;              ///< longest wait for a frame after askSnapshot()
   std::int64_t (*clock)() = monotonicNow;  ///< [ns]
 };
 
-/// Bound to the control thread, but for takeFrame().
+/// Bound to the control thread, except for takeFrame().
 class GelWatch {
  public:
-  /// Sensor, tracker and status outlive this. `answer`: what came of askSnapshot(), within a turn().
+  /// Sensor, tracker and status must outlive this. \param answer called within turn() with the answer to askSnapshot()
   GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<traction::v1::MarkerStatus>& status,
            std::function<void(const Snapshots::Result&)> answer, const GelWatchOptions& options = {});
 
-  /// Compares the gel file with a zero. Pictures that come later are not compared: a load hides markers, too.
+  /// Compares the gel file with a zero. Later pictures are not compared, as a load hides markers, too.
   GelReport judge(const RestPose& zero);
 
-  /// Tells the tracker and the status what judge() has returned for a zero that comes into force.
+  /// Reports the result of judge() for a zero that comes into force to the tracker and the status.
   void tellJudgement(const RestPose& zero, GelReport report);
 
-  /// Somebody wants to see the next picture.
+  /// Requests a snapshot of the next frame.
   void askSnapshot() { snapshots_.ask(); }
 
-  /// Does what is due.
+  /// Does what is due. Must be called in each turn of the control loop.
   void turn();
 
   /// Returns whether a zero is being taken: the thread that judges it should not sleep.
@@ -47,7 +47,7 @@ class GelWatch {
     return state == track::ZeroState::kTaking || state == track::ZeroState::kTakingFirst;
   }
 
-  /// On the tracking thread, after the frame was tracked: copies it if a picture is wanted. Allocates nothing.
+  /// Copies the frame if a picture is wanted. For the tracking thread, after the frame was tracked. Allocates nothing.
   void takeFrame(const Frame& frame);
 
  private:

@@ -1,5 +1,5 @@
-// What an instrument does with its frames. There are two kinds: Measurement, and NoGel, which shows pictures and
-// measures nothing.
+// Interface of what an instrument does with its frames. There are two kinds: Measurement, and NoGel, which shows
+// pictures and measures nothing.
 #pragma once
 
 #include "daemon/capture/camera_info.h"
@@ -18,7 +18,7 @@
 
 namespace tractiond {
 
-/// The instrument around a processing, which it outlives.
+/// The parts of the instrument that a processing uses; they outlive it.
 struct Surroundings {
   const Config& config;  ///< completed
   const std::filesystem::path& stateDirectory;
@@ -27,7 +27,7 @@ struct Surroundings {
   publish::Description& description;  ///< the control thread's once the pipeline runs
   publish::Publisher& publisher;
   publish::ControlServer& control;
-  std::function<bool()> stopping;  ///< tells whether the pipeline is being stopped. Thread-safe
+  std::function<bool()> stopping;  ///< Returns whether the pipeline is being stopped. Thread-safe.
 };
 
 /// Each group of functions is called by the thread that its comment names.
@@ -35,22 +35,25 @@ class Processing {
  public:
   virtual ~Processing() = default;
 
-  /// Tells how large the records are, and how frames are counted that track() does not use. Before the pipeline is
-  /// made.
+  /// Returns the sizes of the records, and the counter of frames for which track() returns false. Called before the
+  /// pipeline is made.
   virtual PipelineOptions pipelineOptions() const = 0;
 
   // camera-keeper
 
-  /// Judges a camera, for each session before its first frame. An error of the first session ends the instrument.
+  /// Checks the camera of a session; called for each session before its first frame. An error in the first session ends
+  /// the instrument; after one in a later session the camera is opened again.
   virtual tl::expected<void, Error> welcome(const capture::CameraInfo& info) = 0;
 
-  // tr-track, tr-solve, tr-publish, as Stages says: nothing is allocated or locked
+  // tr-track, tr-solve, tr-publish, each on its own thread; see Stages. They allocate and lock nothing.
 
+  /// Implements Stages::track: returns false if there is nothing to publish of this frame.
   virtual bool track(const Frame& frame, MarkerField& markers) = 0;
+  /// Implements Stages::solve.
   virtual void solve(const MarkerField& markers, TractionField& field) = 0;
-  /// Called for each field that was published.
+  /// Called by tr-publish for each field that was published.
   virtual void takeField(const TractionField& field) = 0;
-  /// Sets what it knows in a status, which keeps what was set before.
+  /// Called by tr-publish. Sets the fields of a status that belong to the processing; leaves the others as they are.
   virtual void measure(traction::v1::Status& status) = 0;
 
   // tr-control
@@ -61,21 +64,21 @@ class Processing {
   virtual void beginZero(const ZeroRequest& request) = 0;
   virtual void beginStep(const CalibrationStep& step) = 0;
   virtual void askSnapshot() = 0;
-  /// Does what is due.
+  /// Does what is due. Called in each turn of the control loop.
   virtual void turn() = 0;
-  /// Tells whether turn() should be called for every frame.
+  /// Returns whether turn() should be called for every frame.
   virtual bool hurried() const = 0;
 
   // tr-record
 
-  /// Tells whether recordTurn() is to be called; before the pipeline is made.
+  /// Returns whether recordTurn() is to be called. Called before the pipeline is made.
   virtual bool isRecording() const = 0;
-  /// As Stages::record.
+  /// Implements Stages::record.
   virtual void recordTurn(std::chrono::milliseconds timeout) = 0;
 
   // main
 
-  /// Closes what was recorded, when the pipeline has stopped.
+  /// Closes the recording, if there is one. Called when the pipeline has stopped.
   virtual tl::expected<void, Error> finish() = 0;
 };
 

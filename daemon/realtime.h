@@ -1,5 +1,5 @@
-// Real time: how the kernel runs the threads that a frame passes, and memory that stays. It may refuse what is asked;
-// so what holds is read back from it.
+// Real-time scheduling of the threads that a frame passes, and locked memory. The kernel may refuse a setting, so the
+// settings in force are read back.
 #pragma once
 
 #include "base/fixed_text.h"
@@ -17,41 +17,42 @@ class Scheduling;
 
 namespace tractiond {
 
-/// By default nothing is asked for.
+/// By default nothing is requested.
 struct RealtimeOptions {
-  int priority = 0;         ///< SCHED_FIFO, of the threads that a frame passes; 0: run as all others
-  std::string cpus = {};    ///< these may run on, in the kernel's list format: "0-2,5"; empty: any
-  bool lockMemory = false;  ///< what has been touched is not taken away again
+  int priority = 0;         ///< SCHED_FIFO priority of the threads that a frame passes; 0: the default scheduling
+  std::string cpus = {};    ///< processors for these threads, in the kernel's list format: "0-2,5"; empty: any
+  bool lockMemory = false;  ///< true: memory that has been touched stays resident
 };
 
-/// The kernel's list format. Fails, in words, for what is none; an empty one has no processor.
+/// Parses a list of processors in the kernel's format. Fails with a sentence; an empty list has no processor.
 tl::expected<cpu_set_t, std::string> parseCpus(const std::string& list);
-/// Allocates nothing beyond the text that it returns; a list without end is cut between two items.
+/// Returns processors in the kernel's list format. A list that is too long is cut between two items. Does not allocate.
 FixedText<120> cpusText(const cpu_set_t& cpus);
 
-/// Of one process. Thread-safe.
+/// Settings of this process. Thread-safe.
 class Realtime {
  public:
-  /// \param options with a list of processors that can be read
+  /// \param options with `cpus` that parseCpus() accepts
   explicit Realtime(RealtimeOptions options);
 
-  /// From here on, if it is asked for. Needs CAP_IPC_LOCK or no limit (RLIMIT_MEMLOCK): below a limit, memory that is
-  /// wanted later would be refused, and libraries end the process then.
+  /// Locks memory from now on, if the options request it; report() tells of a failure. Needs CAP_IPC_LOCK or no limit
+  /// (RLIMIT_MEMLOCK): with a limit, later memory would be refused, and libraries end the process then.
   void lockMemory();
 
-  /// The calling thread, under the name that it has, is one that a frame passes, until leave().
+  /// Applies the options to the calling thread, as one that a frame passes, until leave(). Registers its present name.
   void enter();
+  /// Removes the calling thread from the registered ones; its scheduling stays.
   void leave();
-  /// A library's thread, which sends what the others made: one step below them, so that whoever floods it keeps no
-  /// frame waiting. It lives as long as this.
+  /// Applies the options to a library's thread that sends messages, with a priority one below the others, so that a
+  /// client that floods it does not delay frames. The thread must live as long as this.
   void adopt(int threadId);
 
-  /// Sets what was asked and what the kernel says now. Waits for nobody; allocates nothing once the message has the
-  /// room. \return false: another thread is at it, and nothing is set
+  /// Sets in `status` what was requested and what is in force now. Does not wait; allocates nothing once the message
+  /// has its memory. \return false: another thread is using this object, and nothing is set
   bool read(traction::v1::Scheduling& status);
 
-  /// One line of what was granted, and a warning with what mends it for each thing that was not; nothing where nothing
-  /// is asked.
+  /// Logs one line about what was granted, and a warning with its remedy for each thing that was not. Logs nothing if
+  /// nothing is requested.
   void report();
 
  private:
@@ -72,7 +73,8 @@ class Realtime {
   int memoryError_ = 0;
 };
 
-/// The thread of this process that has the name; 0: none has it within 100 ms, as one that has just been started.
+/// Returns the id of the thread of this process with that name; waits up to 100 ms for one that has just been started.
+/// Returns 0 if there is none.
 int threadCalled(const std::string& name);
 
 }  // namespace tractiond

@@ -1,4 +1,5 @@
-// Records what is tracked and what comes of it, so that the same fields can be computed again: docs/recordings.md.
+// Records the frames that are tracked and their fields, so that the same fields can be computed again:
+// docs/recordings.md.
 #pragma once
 
 #include "base/clock.h"
@@ -23,43 +24,44 @@
 namespace tractiond {
 
 struct RecordOptions {
-  std::string file;      ///< new; empty: nothing is recorded
-  double rate_Hz = 0.0;  ///< of pictures, at most; 0: all of them
-  bool packed = false;   ///< pictures are compressed
+  std::string file;      ///< must not exist yet; empty: nothing is recorded
+  double rate_Hz = 0.0;  ///< upper limit of recorded pictures; 0: all of them
+  bool packed = false;   ///< true: pictures are compressed
 };
 
-/// Who tells what besides frames and fields. Both are called from the recorder's thread.
+/// Inputs besides frames and fields. Called from the recorder's thread.
 struct RecordLinks {
-  std::function<std::string()> description;  ///< the newest, as bytes of the message; each once
+  std::function<std::string()> description;  ///< Returns the newest one as bytes; written when it changes.
   std::int64_t (*monotonicClock)() = monotonicNow;
   std::int64_t (*realClock)() = realNow;
 };
 
-/// Bound to its thread, but for what is marked. A disk that is too slow loses pictures, one that is full ends the
-/// recording: both are told in the log, and nobody waits.
+/// Bound to its thread, except where stated. If the disk is too slow, pictures are lost; if it is full, the recording
+/// ends. Both are logged, and no other thread waits.
 class Recorder {
  public:
-  /// EX_CANTCREAT: also where the file is there already.
+  /// Creates the file. EX_CANTCREAT, also if the file exists. \param markers, nodes number of markers and nodes
   static tl::expected<std::unique_ptr<Recorder>, Error>
   open(const RecordOptions& options, const publish::Identity& identity, int markers, int nodes, RecordLinks links);
-  ~Recorder();  ///< removes a file in which there is neither picture nor field
+  ~Recorder();  ///< Removes a file that has neither a picture nor a field.
 
-  /// Once, before the first frame. Any thread.
+  /// Records what is needed to compute the fields again. Must be called once, before the first frame. Any thread.
   void begin(const publish::Beginning& beginning);
 
-  /// On the tracking thread, after the frame was tracked. Allocates in the first frames, which make the room.
+  /// Queues a frame. For the tracking thread, after the frame was tracked. Allocates in the first frames only.
   void takeFrame(const Frame& frame, const TrackerInputs& inputs);
 
-  /// On the publishing thread. Allocates nothing.
+  /// Queues a field. For the publishing thread. Allocates nothing.
   void takeField(const TractionField& field);
 
-  /// Writes what is due; sleeps at most so long when there is nothing.
+  /// Writes what is queued; if there is nothing, sleeps until there is, at most `timeout`.
   void turn(std::chrono::milliseconds timeout);
 
-  /// When nobody takes anything any more: the rest, and the file's end. What has gone wrong, if anything has.
+  /// Writes the rest and the end of the file. The other functions must not be called any more. Returns the first error
+  /// of the recording, if there was one.
   tl::expected<void, Error> close();
 
-  /// What is in the file, for people.
+  /// Describes what is in the file, for an operator.
   std::string account() const;
 
  private:

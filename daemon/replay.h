@@ -1,4 +1,4 @@
-// A recording's pictures through the same stages once more.
+// Passes a recording's pictures through the daemon's stages again.
 #pragma once
 
 #include "base/error.h"
@@ -13,14 +13,14 @@ namespace tractiond {
 
 struct ReplayOptions {
   std::string file;
-  double rate = 1.0;    ///< times as fast as it was; 0: as fast as possible
-  bool ownGel = false;  ///< gel, [track] and [solve] are those of the configuration; else those of the recording
+  double rate = 1.0;    ///< multiple of the original speed; 0: as fast as possible
+  bool ownGel = false;  ///< true: gel, [track] and [solve] of the configuration; false: those of the recording
 };
 
-/// Publishes at the instance's endpoints, and records where the configuration says so, until the recording ends or a
-/// signal comes. All times in the messages are those of the recording. EX_NOINPUT: it cannot be read; EX_DATAERR: it is
-/// no recording, has no pictures, or is damaged (also after what is whole was replayed); EX_PROTOCOL: of a newer
-/// version; EX_CONFIG: of another sensor than the gel file's.
+/// Replays a recording until it ends or a stop signal arrives: publishes at the instance's endpoints, and records if
+/// the configuration states a file. Times in the messages are those of the recording. EX_NOINPUT: the recording cannot
+/// be read. EX_DATAERR: it is not a recording, has no pictures, or is damaged; in the last case its whole part has been
+/// replayed. EX_PROTOCOL: it is of a newer version. EX_CONFIG: it is of another sensor than the gel file's.
 tl::expected<void, Error> replay(const Config& config, const Places& places, const ReplayOptions& options);
 
 }  // namespace tractiond

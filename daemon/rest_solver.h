@@ -1,4 +1,4 @@
-// Solvers for the places of the markers that zeros show (solve/rest_places.h), made while others are at work.
+// Makes solvers for the places of the markers that zeros show (solve/rest_places.h), while the former solver is used.
 #pragma once
 
 #include "base/mailbox.h"
@@ -12,27 +12,30 @@
 
 namespace tractiond {
 
-/// Bound to the control thread, but for what says otherwise. The destructor waits for a solver that is being made.
+/// Bound to the control thread, except where stated. The destructor waits for a solver that is being made.
 class RestSolver {
  public:
   /// \param detectionLimit_N of the solver for the gel file's places
   RestSolver(sensor::Sensor sensor, const solve::SolveOptions& options, std::filesystem::path stateDirectory,
              const std::array<double, 2>& detectionLimit_N);
 
-  /// A zero comes into force: a solver for it is made, on a thread of its own; before that, the one that is being made.
+  /// Requests a solver for a zero that comes into force. It is made on a thread of its own, after the one that is being
+  /// made; a newer zero replaces one that waits.
   void heed(const RestPose& zero);
 
-  /// Does what is due: begins with the next zero, and tells the log of the last one.
+  /// Logs the result of the solver that was made last, and starts on the next zero. Must be called in each turn of the
+  /// control loop.
   void turn();
 
-  /// On the solving thread, before a frame: replaces `solver` by one that is ready, if there is one. Allocates and
-  /// frees nothing; the replaced one is freed when the next zero's is ready.
+  /// Replaces `solver` by the newest one that is ready, if there is one. For the solving thread, before a frame.
+  /// Allocates and frees nothing; the replaced solver is freed when the next zero's is ready.
   void take(std::shared_ptr<solve::FieldSolver>& solver) { ready_.swap(solver); }
 
-  /// Nothing is being made or waits.
+  /// Returns whether no solver is being made or waits to be made.
   bool idle() const { return !next_ && !making_.valid(); }
 
-  /// Number of zeros that were heeded, and are done with. Any thread.
+  /// Returns the number of zeros whose solver was made or could not be made. A zero that a newer one has replaced
+  /// before its turn does not count. Any thread.
   std::uint64_t done() const { return done_.load(std::memory_order_acquire); }
 
  private:
