@@ -1,12 +1,12 @@
-// Something a thread can sleep on, also together with sockets.
+// An event that a thread can wait for, also together with sockets.
 #pragma once
 
 #include <chrono>
 
 namespace tractiond {
 
-/// An eventfd of the operating system; in the simulated world (tests/simulation) a flag, and nobody sleeps. Any thread,
-/// also a signal handler, signals; what is signalled before wait() is not lost. Thread-safe.
+/// An eventfd of the operating system; in the simulated world (tests/simulation) a flag, with which no thread sleeps.
+/// signal() may be called by any thread and by a signal handler; a signal given before wait() is not lost. Thread-safe.
 class Event {
  public:
   /// Throws std::system_error when the process has no file descriptor left.
@@ -15,15 +15,17 @@ class Event {
   Event(const Event&) = delete;
   Event& operator=(const Event&) = delete;
 
+  /// Signals the event and wakes a thread in wait().
   void signal() noexcept;
 
-  /// Returns when signalled (true), after `timeout`, or earlier for no reason (a signal handler ran).
+  /// Waits for a signal and clears it. Returns true if there was one, false after `timeout` or when a signal handler of
+  /// the process has interrupted the wait.
   bool wait(std::chrono::milliseconds timeout) noexcept;
 
-  /// Forgets the signals given so far: for those who poll fd() themselves.
+  /// Clears the event, for callers that poll fd() themselves.
   void clear() noexcept;
 
-  /// Readable while signalled.
+  /// Returns a descriptor that is readable while the event is signalled.
   int fd() const { return fd_; }
 
  private:

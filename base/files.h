@@ -1,5 +1,5 @@
-// The calls by which files of the state directory are read and written: of the operating system, or of a simulated disk
-// (tests/simulation), whichever is linked.
+// Reads and writes files of the state directory: by the operating system, or on a simulated disk (tests/simulation),
+// whichever is linked.
 #pragma once
 
 #include <sys/types.h>
@@ -10,7 +10,7 @@
 
 namespace tractiond::files {
 
-// As the calls of POSIX of the same names: -1 and errno on failure. Thread-safe.
+// These do the same as the POSIX calls of the same names: they return -1 and set errno on failure. Thread-safe.
 
 int open(const char* path, int flags, mode_t mode = 0);
 ssize_t read(int file, void* bytes, std::size_t count);
@@ -20,7 +20,7 @@ int close(int file);
 int rename(const char* from, const char* to);
 int unlink(const char* path);
 
-/// Tells whether an open file is a regular one.
+/// Returns whether an open file is a regular one.
 bool isRegular(int file);
 
 /// Creates a directory and those above it. An existing one is no error.

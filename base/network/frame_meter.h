@@ -8,22 +8,23 @@
 
 namespace tractiond::network {
 
-/// What frames are charged for: it decides how much ZeroMQ keeps of them.
+/// Kind of frames, which decides how much memory ZeroMQ keeps of them.
 enum class Charge {
-  kRequests,       ///< messages in a queue until somebody takes them
+  kRequests,       ///< messages in a queue until the program takes them
   kSubscriptions,  ///< nodes of a tree, one for each byte, for as long as the connection lasts
 };
 
-/// Measures one connection from its first byte on. Contents are not looked at: they may be encrypted.
+/// Measures one connection from its first byte on. Ignores the contents of frames, which may be encrypted.
+/// Thread-bound.
 class FrameMeter {
  public:
   struct Reading {
-    std::uint32_t frames = 0;      ///< that began, and may be kept
-    std::uint64_t cost_bytes = 0;  ///< of memory, for these, as if they had come whole
-    bool isOld = false;            ///< the peer speaks an older protocol than ZMTP 3.0, whose frames this cannot read
+    std::uint32_t frames = 0;      ///< number of frames that began and that ZeroMQ may keep
+    std::uint64_t cost_bytes = 0;  ///< memory for these, as if they had arrived completely
+    bool isOld = false;            ///< the peer uses a protocol older than ZMTP 3.0, whose frames cannot be measured
   };
 
-  /// Reads what came next of the connection.
+  /// Measures the next bytes of the connection.
   Reading read(std::span<const std::uint8_t> bytes, Charge charge);
 
  private:

@@ -12,32 +12,34 @@
 
 namespace tractiond::network::inflow {
 
-inline constexpr std::uint64_t kMost_bytes = 1 << 20;          ///< of one connection
-inline constexpr std::uint64_t kMostTogether_bytes = 8 << 20;  ///< of all; beyond it the one that holds most is ended
+inline constexpr std::uint64_t kMost_bytes = 1 << 20;          ///< limit of one connection
+inline constexpr std::uint64_t kMostTogether_bytes = 8 << 20;  ///< of all; above it the largest connection is ended
 
 // Every function is thread-safe.
 
-/// Watches the connections that are accepted at this endpoint (tcp://ADDRESS:PORT, ipc://PATH), from now on.
+/// Applies the limits to the connections that are accepted at this endpoint (tcp://ADDRESS:PORT, ipc://PATH) from now
+/// on.
 void watch(const std::string& endpoint, Charge charge);
-/// Ends that. When no endpoint is left, forgets what the connections of all were charged.
+/// Ends watch(). When no endpoint is left, forgets all charges.
 void unwatch(const std::vector<std::string>& endpoints);
 
-/// Releases what a connection was charged for a message of so many parts: it was taken out of ZeroMQ's queues, and
-/// nothing of it is kept. \param fd of the connection, as ZeroMQ says
+/// Releases the charge of a connection for one message, which the caller has taken out of ZeroMQ's queues.
+/// \param fd of the connection, as ZeroMQ reports it \param parts number of parts of the message
 void release(int fd, std::size_t parts);
 
-/// Releases what connections that have ended were charged: ZeroMQ has no more messages of this kind in its queues.
+/// Releases the charges of connections that have ended. Must be called when ZeroMQ has no more messages of this kind in
+/// its queues.
 void releaseEnded(Charge charge);
 
-/// Number of connections that were ended since the start of the program.
+/// Returns the number of connections that were ended since the start of the program.
 std::uint64_t ended();
 
-/// Tells people of the connections that are ended from its construction on, and once where the limits are not in force.
+/// Reports the connections that are ended after its construction, and once that the limits are not in force, if so.
 /// Thread-bound.
 class Report {
  public:
-  /// Gives memory of connections that were ended back to the system; once a second, if called more often.
-  /// \return what was done, a line for people; empty: nothing, or the last line was less than a minute ago
+  /// Gives memory of ended connections back to the system, at most once a second.
+  /// \return a line for the log; empty if there is nothing to report, or if the last line was less than a minute ago
   std::string look(std::int64_t now_ns);
 
  private:

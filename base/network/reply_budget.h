@@ -1,4 +1,4 @@
-// How many bytes of replies wait for peers that do not read them.
+// Limits the bytes of replies that wait for peers that do not read them.
 #pragma once
 
 #include <atomic>
@@ -11,7 +11,7 @@
 
 namespace tractiond::network {
 
-/// Of each who asks (a key, a user, an address) and of all together. Thread-bound.
+/// Counts for each requester (a key, a user, an address) and for all together. Thread-bound.
 class ReplyBudget {
  public:
   /// A reply on its way.
@@ -20,17 +20,18 @@ class ReplyBudget {
     std::uint64_t bytes = 0;
   };
 
-  /// \param hasUnread says whether the kernel holds something of a connection that its peer has not read.
+  /// \param most_bytes limit of all requesters together \param mostEach_bytes of one
+  /// \param hasUnread returns whether the kernel holds bytes of a connection that its peer has not read
   ReplyBudget(std::uint64_t most_bytes, std::uint64_t mostEach_bytes, std::function<bool(int fd)> hasUnread = isUnread)
       : most_bytes_(most_bytes)
       , mostEach_bytes_(mostEach_bytes)
       , hasUnread_(std::move(hasUnread)) {}
 
-  /// Returns whether so many bytes more may wait for `who`. One reply of any size may wait where none does.
+  /// Returns whether a reply of `bytes` may wait for `who` in addition. If none waits, a reply of any size may.
   bool allows(const std::string& who, std::uint64_t bytes) const;
 
-  /// Forgets the replies that ZeroMQ has let go and whose connections hold nothing unread. Takes a system call for each
-  /// connection: to be called once in a turn of requests, not for each of them.
+  /// Forgets the replies that ZeroMQ has written and whose connections hold nothing unread. Takes a system call for
+  /// each connection: it should be called once for all requests of a turn, not for each.
   void forgetRead();
 
   /// Counts a reply until it is forgotten. \param fd of its connection

@@ -1,4 +1,4 @@
-// The log's way out: nobody who logs waits for who reads.
+// Writes the log's lines, so that no thread that logs waits for the reader.
 #pragma once
 
 #include <chrono>
@@ -11,30 +11,29 @@
 namespace tractiond {
 
 struct LineWriterOptions {
-  std::size_t most_bytes = std::size_t{256} << 10;  ///< that wait for the reader; what comes on top is lost
-  std::chrono::milliseconds patience{500};          ///< at the end, for what still waits
-  std::string prefix = "tractiond: ";               ///< of the line that says how many are lost
+  std::size_t most_bytes = std::size_t{256} << 10;  ///< queued for the reader; further lines are lost
+  std::chrono::milliseconds patience{500};          ///< longest wait of drain()
+  std::string prefix = "tractiond: ";               ///< of the line that states how many lines were lost
 };
 
-/// Writes lines to a descriptor from a thread of its own. A pipe that is full, or a terminal that stands still, holds
-/// up that thread and nobody else: lines for which there is no room are counted, and a line in their place says how
-/// many.
+/// Writes lines to a descriptor from a thread of its own. A full pipe or a stopped terminal blocks only that thread:
+/// lines for which there is no room are counted, and a line in their place states how many were lost.
 class LineWriter {
  public:
   /// \param descriptor stays open for as long as the process lives
   explicit LineWriter(int descriptor, const LineWriterOptions& options = {});
   LineWriter(const LineWriter&) = delete;
   LineWriter& operator=(const LineWriter&) = delete;
-  /// As drain().
+  /// Calls drain().
   ~LineWriter();
 
-  /// Waits for the reader, no longer than its patience. Nothing is written after it. Any thread.
+  /// Waits until the queued lines are written, at most for `patience`. Later lines are not written. Any thread.
   void drain();
 
-  /// Any thread. \param line without its end
+  /// Queues a line; does not wait. Any thread. \param line without its line end
   void write(std::string_view line);
 
-  /// Lines lost since the start. Any thread.
+  /// Returns the number of lines lost since the start. Any thread.
   std::uint64_t lost() const;
 
  private:
