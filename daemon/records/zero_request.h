@@ -1,4 +1,4 @@
-// What is asked of the zero.
+// A request for a zero.
 #pragma once
 
 #include <string>
@@ -6,9 +6,9 @@
 namespace tractiond {
 
 struct ZeroRequest {
-  bool anyway = false;  ///< also if something seems to touch the gel
-  bool undo = false;    ///< instead: the zero before comes into force again
-  std::string asker{};  ///< who asks, for people
+  bool anyway = false;  ///< true: takes the zero even if something seems to touch the gel
+  bool undo = false;    ///< true: restores the zero before instead
+  std::string asker{};  ///< client that asks, as text
 };
 
 }  // namespace tractiond
