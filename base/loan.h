@@ -22,7 +22,7 @@ class Loan {
   /// Returns the record if it is lent; nullptr if nothing is wanted.
   T* lent() { return lent_.load(std::memory_order_acquire) ? &record_ : nullptr; }  // partner: lend()
   /// Returns the filled record to the owner.
-  void giveBack() { lent_.store(false, std::memory_order_release); }                // partner: own()
+  void giveBack() { lent_.store(false, std::memory_order_release); }  // partner: own()
 
  private:
   T record_;

@@ -24,7 +24,7 @@ enum Kinds : unsigned {
       1024,      ///< "view/surface": the sequence of a field as uint64, then x, y, z of node after node, float32 [mm]
   kTime = 2048,  ///< "view/time": the position of a recording that is played, JSON
   kRecorder = 4096,  ///< "view/recorder": the recording that is being made, JSON
-  kPicture = 8192,  ///< "view/picture": where it lies in the camera's picture, JSON, a zero byte, a preview as JPEG
+  kPicture = 8192,   ///< "view/picture": where it lies in the camera's picture, JSON, a zero byte, a preview as JPEG
   kAllKinds = kAllTopics | kErrors | kPlaces | kSurface | kTime | kRecorder,
 };
 inline constexpr unsigned kKindCount = 14;

@@ -13,8 +13,8 @@ namespace tractiond::calibrate {
 /// Limits beyond which the gel is reported as another one. The deviations are the gel file's [uncertainty], which does
 /// not cover the pattern. After a calibration the pose is known so well that heat would be reported: hence the floors.
 struct GelCheckOptions {
-  double alarm = 5.0;   ///< deviations: a gel as uncertain as its file states is reported once in 2e5 zeros
-  double pitch = 3e-4;  ///< deviation of the pitch, relative
+  double alarm = 5.0;             ///< deviations: a gel as uncertain as its file states is reported once in 2e5 zeros
+  double pitch = 3e-4;            ///< deviation of the pitch, relative
   double offset = 0.1e-3;         ///< of a layer's place against the first, in x and in y [m]
   double leastPosition = 0.1e-3;  ///< floor of the deviation of the camera's position [m] ...
   double leastRotation = 1e-3;    ///< ... rotation [rad] ...

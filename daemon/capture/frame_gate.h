@@ -23,10 +23,10 @@ struct Arrival {
   std::int64_t raw_ns = 0;     ///< CLOCK_MONOTONIC_RAW at the same moment; 0: the driver has one clock
   std::uint64_t content = 0;   ///< hash of the picture
   // Packets since the buffer before, in frames' worth.
-  std::uint64_t thrown = 0;    ///< discarded by the driver
-  double late = 0.0;           ///< arrived after their frame was given up, without a resend request
-  double twice = 0.0;          ///< arrived twice within one frame, without a resend request
-  bool repeated = false;       ///< duplicates or late packets that may be answers to our own resend requests
+  std::uint64_t thrown = 0;  ///< discarded by the driver
+  double late = 0.0;         ///< arrived after their frame was given up, without a resend request
+  double twice = 0.0;        ///< arrived twice within one frame, without a resend request
+  bool repeated = false;     ///< duplicates or late packets that may be answers to our own resend requests
 };
 
 /// kStale: the picture was seen before, or is older than the last new one. kImplausible: its id or time does not

@@ -19,11 +19,11 @@ struct Guess {
 
 /// Result of a fit.
 struct Centre {
-  float u = 0.0F, v = 0.0F;  ///< px; if not found, where the search ended
-  float amplitude = 0.0F;    ///< levels above the surroundings; below them where the plane's markers are dark
-  float misfit = 0.0F;       ///< mean square residual of the template, as of plain samples [levels^2]
-  float blurred = 0.0F;      ///< root of the sum of squares that more or less blur would explain [levels]
-  float variance = 0.0F;     ///< of u and of v for unit noise [px^2 / level^2], if the guessed slope is right
+  float u = 0.0F, v = 0.0F;            ///< px; if not found, where the search ended
+  float amplitude = 0.0F;              ///< levels above the surroundings; below them where the plane's markers are dark
+  float misfit = 0.0F;                 ///< mean square residual of the template, as of plain samples [levels^2]
+  float blurred = 0.0F;                ///< root of the sum of squares that more or less blur would explain [levels]
+  float variance = 0.0F;               ///< of u and of v for unit noise [px^2 / level^2], if the guessed slope is right
   float slopeU = 0.0F, slopeV = 0.0F;  ///< of the surroundings, as this window shows it [levels / px]
   float slopeVariance = 0.0F;          ///< of the two for unit noise [1 / px^2]
   float slopeShare = 0.0F;             ///< added to the variance if the guessed slope was as uncertain as this window's
