@@ -10,6 +10,7 @@
 
 namespace traction::cli {
 
+/// Returns the header of a message of any type; it refers to the message.
 const Header& headerOf(const Message& message);
 
 /// Reports connection, restarts, silence and losses of one subscriber. Not thread-safe.
