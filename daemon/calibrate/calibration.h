@@ -32,7 +32,7 @@ struct CalibrationOptions {
   StiffnessOptions stiffness = {};
 };
 
-using Result = tl::expected<CalibrationReport, std::string>;  ///< the error is a sentence for people
+using Result = tl::expected<CalibrationReport, std::string>;  ///< the error is a sentence for the operator
 
 /// A step that runs ends within its seconds and grace_s, measured by the frames' times. If no frames come, the caller
 /// must call drop().

@@ -26,7 +26,7 @@ struct Stiffness {
   double deviation = 0.0;      ///< of it, relative
   double linearity = 0.0;      ///< largest deviation of a reading from proportion, relative
   std::vector<double> ofEach;  ///< Young's modulus by each weight alone [Pa]
-  std::string contradiction;   ///< empty: the weights agree; else a sentence for people
+  std::string contradiction;   ///< sentence for the operator; empty: the weights agree
 };
 
 /// Estimates E. The force that is read is proportional to the assumed modulus, so each weight gives
