@@ -63,7 +63,7 @@ class Json {
     first_ = true;
     return *this;
   }
-  /// Closes it with '}' or ']'.
+  /// Closes the object with '}' or the array with ']' that was opened last.
   Json& close(char bracket) {
     text_ += bracket;
     first_ = false;
