@@ -13,17 +13,18 @@
 namespace tractiond {
 
 /// Does work in the order given, on a thread of its own. In the simulated world (tests/simulation) the work is done at
-/// once, and the time that it takes passes later. Thread-bound.
+/// once, and the time that it takes passes later. Thread-bound: all functions are for the owner's thread.
 class BackgroundThread {
  public:
   /// Starts the thread. The name has at most 15 characters. `idle`, if there is one, is signalled each time all the
   /// work is done.
   explicit BackgroundThread(const char* name, std::shared_ptr<Event> idle = {});
-  /// Does not wait: the thread does the rest of the work, and ends.
+  /// Does not wait: the thread finishes the work that is left, and ends. The work must not refer to the owner.
   ~BackgroundThread();
   BackgroundThread(const BackgroundThread&) = delete;
   BackgroundThread& operator=(const BackgroundThread&) = delete;
 
+  /// Queues work and returns at once.
   void run(std::function<void()> work);
   /// As run(). Returns a future of what `work` returns; its destructor does not wait.
   template <typename Work>

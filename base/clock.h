@@ -1,4 +1,4 @@
-// The host's clocks in nanoseconds.
+// Reads the host's clocks, in nanoseconds.
 #pragma once
 
 #include <cstdint>
@@ -10,21 +10,25 @@ namespace tractiond {
 /// Thread-safe.
 std::int64_t clockNow(clockid_t clock);
 
+/// Returns CLOCK_MONOTONIC.
 inline std::int64_t monotonicNow() {
   return clockNow(CLOCK_MONOTONIC);
 }
+/// Returns CLOCK_MONOTONIC_RAW, which is neither set nor slewed.
 inline std::int64_t rawNow() {
   return clockNow(CLOCK_MONOTONIC_RAW);
 }
+/// Returns CLOCK_REALTIME: the time of day since 1970.
 inline std::int64_t realNow() {
   return clockNow(CLOCK_REALTIME);
 }
 
-/// One moment on two clocks: CLOCK_MONOTONIC, which runs as fast as the time of day is corrected, and
-/// CLOCK_MONOTONIC_RAW, which is never corrected.
+/// One moment on two clocks: CLOCK_MONOTONIC, whose rate follows the corrections of the time of day, and
+/// CLOCK_MONOTONIC_RAW, which is not corrected.
 struct HostMoment {
   std::int64_t monotonic_ns = 0, raw_ns = 0;
 };
+/// Reads both clocks within 1 us, or, after four interrupted attempts, less closely. Thread-safe.
 inline HostMoment hostNow() {
   constexpr std::int64_t kUndisturbed_ns = 1000;
   HostMoment moment;

@@ -6,9 +6,10 @@
 
 namespace tractiond {
 
-/// Written by one thread, read by any. Relaxed: a counter orders nothing.
+/// Written by one thread, read by any. Relaxed: a counter does not order other memory accesses.
 class Counter {
  public:
+  /// Adds n. Must only be called by one thread.
   void add(std::uint64_t n = 1) { value_.store(value_.load(std::memory_order_relaxed) + n, std::memory_order_relaxed); }
   std::uint64_t get() const { return value_.load(std::memory_order_relaxed); }
 

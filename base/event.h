@@ -5,8 +5,8 @@
 
 namespace tractiond {
 
-/// An eventfd of the operating system; in the simulated world (tests/simulation) a flag, for which no thread sleeps.
-/// May be signalled in a signal handler. A signal before wait() is not lost. Thread-safe.
+/// An eventfd of the operating system; in the simulated world (tests/simulation) a flag, with which no thread sleeps.
+/// signal() may be called by any thread and by a signal handler; a signal given before wait() is not lost. Thread-safe.
 class Event {
  public:
   /// \throws std::system_error if the process has no file descriptor left
@@ -15,12 +15,14 @@ class Event {
   Event(const Event&) = delete;
   Event& operator=(const Event&) = delete;
 
+  /// Signals the event and wakes a thread in wait().
   void signal() noexcept;
 
-  /// Waits at most `timeout` for a signal. Returns whether there was one; may return false early.
+  /// Waits for a signal and clears it. Returns true if there was one, false after `timeout` or when a signal handler of
+  /// the process has interrupted the wait.
   bool wait(std::chrono::milliseconds timeout) noexcept;
 
-  /// Forgets the signals given so far. For callers that poll fd() themselves.
+  /// Clears the event, for callers that poll fd() themselves.
   void clear() noexcept;
 
   /// Returns a descriptor that is readable while the event is signalled.

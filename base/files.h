@@ -1,5 +1,5 @@
-// Calls that read and write files of the state directory: those of the operating system, or of a simulated disk
-// (tests/simulation), whichever is linked.
+// Reads and writes files of the state directory: by the operating system, or on a simulated disk (tests/simulation),
+// whichever is linked.
 #pragma once
 
 #include <sys/types.h>
@@ -10,7 +10,7 @@
 
 namespace tractiond::files {
 
-// Like the POSIX calls of the same names: return -1 and set errno on failure. Thread-safe.
+// These do the same as the POSIX calls of the same names: they return -1 and set errno on failure. Thread-safe.
 
 int open(const char* path, int flags, mode_t mode = 0);
 ssize_t read(int file, void* bytes, std::size_t count);

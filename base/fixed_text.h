@@ -1,4 +1,4 @@
-// Text of limited length, without memory of its own.
+// Text with memory of fixed size within the object.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +16,13 @@ class FixedText {
   FixedText() = default;
   explicit FixedText(std::string_view text) { assign(text); }
 
+  /// Replaces the text. Allocates nothing.
   void assign(std::string_view text) {
     size_ = std::min(text.size(), kRoom);
     while (size_ < text.size() && size_ > 0 && (static_cast<unsigned char>(text[size_]) & 0xC0U) == 0x80U) --size_;
     std::copy_n(text.begin(), size_, text_.begin());
   }
+  /// Returns the text; valid as long as the object is neither changed nor destroyed.
   std::string_view view() const { return {text_.data(), size_}; }
 
  private:

@@ -1,4 +1,4 @@
-// 128-bit hashes for ids and checksums: XXH3. They do not protect against an attacker.
+// 128-bit hashes for ids and checksums: XXH3. Not secure against an attacker.
 #pragma once
 
 #include <xxhash.h>
@@ -16,6 +16,7 @@ namespace tractiond {
 
 using Hash128 = std::array<std::uint8_t, 16>;
 
+/// Converts a hash of the library to its 16 bytes, big endian.
 inline Hash128 canonical(XXH128_hash_t number) {
   XXH128_canonical_t digits;
   XXH128_canonicalFromHash(&digits, number);
@@ -24,7 +25,7 @@ inline Hash128 canonical(XXH128_hash_t number) {
   return hash;
 }
 
-/// Hashes values one after another. The result depends on their bytes, lengths and order.
+/// Hashes values one after another; the result depends on their bytes and order. Thread-bound.
 class Hasher {
  public:
   Hasher()
@@ -32,35 +33,37 @@ class Hasher {
     XXH3_128bits_reset(state_.get());
   }
 
+  /// Adds bytes without their number.
   void bytes(const void* data, std::size_t size) { XXH3_128bits_update(state_.get(), data, size); }
 
-  /// Adds the bytes of a number or an enum. Structs do not compile, as their padding is undefined.
+  /// Adds the bytes of a number or enum. Does not compile for structs: their padding is not defined.
   template <typename T>
   requires std::is_arithmetic_v<T> || std::is_enum_v<T>
   void value(T value) { bytes(&value, sizeof value); }
 
-  /// Adds the length, then the content.
+  /// Adds the length, then the elements.
   template <typename T>
   requires std::is_arithmetic_v<T>
   void range(std::span<const T> values) {
     value(static_cast<std::uint64_t>(values.size()));
     bytes(values.data(), values.size_bytes());
   }
+  /// Adds the length, then the characters.
   void text(std::string_view text) { range(std::span<const char>(text.data(), text.size())); }
 
-  /// Returns the hash of what was added so far, big-endian, as XXH3 prints it.
+  /// Returns the hash of everything added so far, big endian, as XXH3 prints it. More may be added afterwards.
   Hash128 digest() const { return canonical(XXH3_128bits_digest(state_.get())); }
 
  private:
   std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state_;
 };
 
-/// Returns the hash of some bytes. Allocates nothing.
+/// Returns the hash of bytes. Reentrant; allocates nothing.
 inline Hash128 hash128(const void* data, std::size_t size) {
   return canonical(XXH3_128bits(data, size));
 }
 
-/// Returns 32 lower-case hexadecimal digits.
+/// Returns a hash as 32 lower-case hexadecimal digits.
 inline std::string toHex(const Hash128& hash) {
   std::string text;
   for (const auto byte : hash) {

@@ -1,7 +1,7 @@
-// Connects two stages: a few slots travel from the producer to the consumer and back, and are reused.
+// Joins two stages by a few reused slots that travel from the producer to the consumer and back.
 //
-// Two rings of slot pointers, one in each direction. If the producer finds no free slot, it takes back the oldest one
-// that waits: the newest wins, every eviction is counted in one place, and no slot is lost.
+// Two rings of slot pointers, one in each direction. When the producer finds no free slot it takes the oldest waiting
+// one back itself: the newest wins, every eviction is counted in one place, and no slot is lost.
 #pragma once
 
 #include "base/counter.h"
@@ -23,16 +23,17 @@ enum class WhenFull {
   kWait,         ///< replay and measurement: nothing may be lost
 };
 
-/// One producer thread, one consumer thread, kSlots elements: each side holds at most one, the others wait in the link
-/// or are free. Allocates and locks nothing after construction. Atomic and Wake are replaced in interleavings_test.cpp
-/// alone.
+/// Queue of kSlots elements for one producer thread and one consumer thread. Each side may hold one slot; the others
+/// wait in the link or are free. Allocates and locks nothing after construction. Atomic and Wake are replaced only in
+/// interleavings_test.cpp.
 template <typename T, std::size_t kSlots, template <typename> typename Atomic = std::atomic, typename Wake = Event>
 class Link {
   static_assert(kSlots >= 3, "one slot for each side and one on its way");
 
  public:
-  /// \param blank sizes the slots \param evicted counted by the producer's thread \param reclaimed called by that
-  /// thread with each slot that comes back, consumed or evicted, before it is reused
+  /// \param evicted counts evicted elements, on the producer's thread \param blank copied into each slot, to size it
+  /// \param reclaimed called on the producer's thread with each slot that comes back, consumed or evicted, before it is
+  /// used again
   Link(
       WhenFull whenFull, Counter& evicted, const T& blank = {}, std::function<void(T&)> reclaimed = [](T&) {})
       : whenFull_(whenFull)
@@ -49,8 +50,8 @@ class Link {
     while (T* slot = free_.pop()) takeBack(slot);
   }
 
-  /// Returns a slot to fill. If none is free, evicts the oldest that waits; with kWait, returns nullptr: call
-  /// waitForRoom(). A slot that is not pushed must be returned with putBack().
+  /// Returns a slot to fill, which holds an old element; push() or putBack() must follow. If none is free, evicts the
+  /// oldest waiting one, or, with kWait, returns nullptr: see waitForRoom().
   T* acquire() {
     for (;;) {
       reclaim();
@@ -64,17 +65,20 @@ class Link {
     }
   }
 
+  /// Hands an acquired slot to the consumer and wakes it.
   void push(T* slot) {
     [[maybe_unused]] const bool pushed = waiting_.push(slot);
     assert(pushed && "the ring has room for all slots");
     filled_.signal();
   }
 
+  /// Returns an acquired slot unused.
   void putBack(T* slot) { spare_[spares_++] = slot; }
 
+  /// Sleeps until the consumer releases a slot or the time is over; it may wake early. For kWait only.
   void waitForRoom(std::chrono::milliseconds timeout) { freed_.wait(timeout); }
 
-  /// Ends the link: nothing more may be pushed. The consumer still gets what waits.
+  /// States that nothing more will be pushed, and wakes the consumer, which still gets what waits.
   void close() {
     // release: partner is the acquire in drained(). A thread that sees the end sees all that was pushed before.
     closed_.store(true, std::memory_order_release);
@@ -83,9 +87,10 @@ class Link {
 
   // --- called by the consumer
 
-  /// Returns the oldest slot that waits; nullptr: none now.
+  /// Returns the oldest waiting slot; nullptr if none waits. release() must follow.
   T* take() { return waiting_.pop(); }
 
+  /// Gives a taken slot back for reuse.
   void release(T* slot) {
     [[maybe_unused]] const bool pushed = free_.push(slot);
     assert(pushed && "the ring has room for all slots");
@@ -95,17 +100,18 @@ class Link {
   /// Sleeps until something is pushed, the link is closed or the time is over; may wake early.
   void wait(std::chrono::milliseconds timeout) { filled_.wait(timeout); }
 
-  // For callers that wait for more than this link: poll fd() for reading, then call awake().
+  /// Returns a descriptor to poll for reading, for a consumer that waits for more than this link; awake() must be
+  /// called after it was readable.
   int fd() const { return filled_.fd(); }
   void awake() { filled_.clear(); }
 
-  /// Returns whether the producer has closed the link. If it is called before take() and returns true, nullptr of
-  /// take() means that all has been taken.
+  /// Returns whether the producer has closed the link. If it is called before take(): true and then nullptr means that
+  /// everything has been taken.
   bool closed() const { return closed_.load(std::memory_order_acquire); }  // partner: the release in close()
 
   // --- called when both threads have been joined
 
-  /// Takes back all slots. Returns the number of those that had not been taken.
+  /// Takes back all slots that are still in the link. Returns how many elements had not been taken.
   std::size_t discard() {
     reclaim();
     std::size_t count = 0;

@@ -1,26 +1,28 @@
-// A record that one thread lends to another, which fills it at the next opportunity and gives it back.
+// A record that its owner lends to another thread, which fills it at the next opportunity and gives it back.
 #pragma once
 
 #include <atomic>
 
 namespace tractiond {
 
-/// Wait-free. The owner allocates the record; the filler only writes into it, and reads one atomic while nothing is
-/// lent. Atomic is replaced in interleavings_test.cpp alone.
+/// Wait-free, for two threads. The owner allocates all memory of the record; the filler only writes into it, and reads
+/// a single atomic while nothing is wanted. Atomic is replaced only in interleavings_test.cpp.
 template <typename T, template <typename> typename Atomic = std::atomic>
 class Loan {
  public:
-  // Called by the owner.
+  // For the owner.
 
-  /// Returns nullptr while the record is lent.
+  /// Returns the record; nullptr while it is lent.
   T* own() { return lent_.load(std::memory_order_acquire) ? nullptr : &record_; }  // partner: giveBack()
-  void lend() { lent_.store(true, std::memory_order_release); }                    // partner: lent()
+  /// Lends the record: the owner must not touch it until own() returns it again.
+  void lend() { lent_.store(true, std::memory_order_release); }  // partner: lent()
 
-  // Called by the filler.
+  // For the filler.
 
-  /// Returns nullptr unless the record is lent.
+  /// Returns the record if it is lent; nullptr if nothing is wanted.
   T* lent() { return lent_.load(std::memory_order_acquire) ? &record_ : nullptr; }  // partner: lend()
-  void giveBack() { lent_.store(false, std::memory_order_release); }                // partner: own()
+  /// Returns the filled record to the owner.
+  void giveBack() { lent_.store(false, std::memory_order_release); }  // partner: own()
 
  private:
   T record_;

@@ -1,4 +1,4 @@
-// A slot in which one thread leaves its newest value for another.
+// A slot through which one thread passes its newest value to another.
 #pragma once
 
 #include <atomic>
@@ -6,16 +6,17 @@
 
 namespace tractiond {
 
-/// Wait-free. One thread puts, one takes. A value that was not taken is overwritten. Atomic is replaced in
-/// interleavings_test.cpp alone.
+/// Wait-free. One thread calls put(), one other take() or swap(). A value that was not taken is overwritten. Atomic is
+/// replaced only in interleavings_test.cpp.
 template <typename T, template <typename> typename Atomic = std::atomic>
 class Mailbox {
  public:
+  /// \param room value of the empty slot, to reserve its memory
   explicit Mailbox(T room = {})
       : slot_(std::move(room)) {}
 
-  /// Copies the value into the slot, without allocation if the slot has the room. Returns false while the other thread
-  /// takes: try again later.
+  /// Copies a value into the slot; does not allocate if the slot's T has the memory. Returns false, and changes
+  /// nothing, if the other thread is taking at this moment: try again later.
   bool put(const T& value) {
     State seen = state_.load(std::memory_order_relaxed);
     // acquire: a take() or swap() that emptied the slot is done with it (its release store).
@@ -27,12 +28,13 @@ class Mailbox {
     return true;
   }
 
+  /// Copies the value out of the slot and empties it. Returns false if the slot is empty, or being written.
   bool take(T& value) {
     return empty([&] { value = slot_; });
   }
 
-  /// Takes the value by swapping, which never allocates. The slot gets the room of `value`: put() allocates if that is
-  /// too small.
+  /// Does the same as take() by swapping, which never allocates. The slot gets the memory of `value`; put() allocates
+  /// if that is too small.
   bool swap(T& value) {
     return empty([&] {
       using std::swap;

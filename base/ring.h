@@ -11,14 +11,14 @@
 
 namespace tractiond {
 
-/// push() is for one thread, pop() for any. Lock-free: a pop is retried only if another thread's pop succeeded. Atomic
-/// is replaced in interleavings_test.cpp alone.
+/// push() is for one thread, pop() for any. Lock-free: a pop is retried only when another thread's pop succeeded. Does
+/// not own the elements. Atomic is replaced only in interleavings_test.cpp.
 template <typename T, std::size_t kCapacity, template <typename> typename Atomic = std::atomic>
 class Ring {
   static_assert(kCapacity > 0 && (kCapacity & (kCapacity - 1)) == 0, "a power of two: the index is a mask");
 
  public:
-  /// Returns false if the ring is full.
+  /// Adds an element. Returns false if the ring is full.
   bool push(T* element) noexcept {
     const auto tail = tail_.load(std::memory_order_relaxed);  // written by this thread alone
     // acquire: partner is the release of the CAS in pop(). The taker has read the cell before we overwrite it.
@@ -29,7 +29,7 @@ class Ring {
     return true;
   }
 
-  /// Returns the oldest element; nullptr if the ring is empty.
+  /// Removes the oldest element and returns it; nullptr if the ring is empty.
   T* pop() noexcept {
     auto head = head_.load(std::memory_order_relaxed);  // a guess: the CAS checks it
     for (;;) {

@@ -1,4 +1,4 @@
-// Reads and replaces small files as a whole.
+// Reads and replaces small files as a whole. Reentrant.
 #pragma once
 
 #include "base/files.h"
@@ -16,7 +16,7 @@
 
 namespace tractiond {
 
-/// Reads all bytes of a regular file; fails for a pipe or a device, which has no end. The error is the reason.
+/// Returns all bytes of a file. Fails if it is not a regular one: a pipe or a device has no end.
 inline tl::expected<std::vector<char>, std::error_code> readWholeFile(const std::filesystem::path& path) {
   const int file = files::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return tl::unexpected(std::error_code(errno, std::generic_category()));
@@ -53,9 +53,9 @@ inline std::error_code synchroniseNames(const std::filesystem::path& directory) 
   return error;
 }
 
-/// Replaces a file atomically, also if power is lost: writes a new file, synchronises it, renames it over the old one
-/// and synchronises the directory. If only the last step fails, the file is replaced, but may be the old one after a
-/// loss of power.
+/// Replaces or creates a file as a whole or not at all, also if power is lost: writes PATH.unfinished, synchronises it,
+/// renames it to PATH and synchronises the directory. If only the last step fails, the file is replaced, but a loss of
+/// power may undo that. \param mode permissions, from which the process's umask is subtracted
 inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::span<const char> bytes,
                                         mode_t mode = 0644) {
   const std::filesystem::path unfinished = path.string() + ".unfinished";

@@ -1,4 +1,4 @@
-// The command line.
+// Command line of tractiond.
 #pragma once
 
 #include "daemon/instance.h"
@@ -11,16 +11,16 @@ namespace tractiond {
 
 struct Arguments {
   Places places;
-  std::string inspected;    ///< camera whose description this child of tractiond evaluates; empty: it is not a child
-  bool limited = false;     ///< whether this is a child that evaluates --plan
+  std::string inspected;    ///< not empty: this is a child process that evaluates the description of this camera
+  bool limited = false;     ///< true: this is the child process of --plan
   std::string description;  ///< file of a camera's description for --plan; empty: none
-  std::string images;       ///< empty: a camera
+  std::string images;       ///< file of raw pictures; empty: a camera
   RecordOptions record;
-  ReplayOptions replay;  ///< no file: nothing is replayed
+  ReplayOptions replay;  ///< with an empty file nothing is replayed
   bool checkConfig = false, printConfig = false, listCameras = false;
 };
 
-/// Parses the command line. Otherwise returns an exit code: 0 after printing help or the version, EX_USAGE after
+/// Parses the command line. On failure returns an exit code: 0 after printing help or the version, EX_USAGE after
 /// printing an error.
 tl::expected<Arguments, int> parseArguments(int argc, char** argv);
 

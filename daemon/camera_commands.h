@@ -1,4 +1,4 @@
-// What `tractiond` prints about cameras. All return an exit code.
+// Commands of `tractiond` that print something about cameras. All return an exit code of sysexits.h.
 #pragma once
 
 #include "daemon/capture/camera_options.h"
@@ -7,14 +7,14 @@
 
 namespace tractiond {
 
-/// Prints the cameras that are found, and why one cannot be opened.
+/// Prints the cameras that are found and, for each that cannot be opened, why.
 int listCameras(const capture::CameraOptions& options);
 
-/// Prints how a camera would be set, from a file with its GenICam description. A description can end the process that
-/// evaluates it.
+/// Prints how a camera would be set, from a file with its GenICam description. A damaged description can crash this
+/// process.
 int planCamera(const std::string& file, const capture::CameraOptions& options);
 
-/// The same in a child process with limits, which is started with these arguments.
+/// Runs planCamera() in a child process with limits, and prints its output. \param argc, argv those of this process
 int planCameraInChild(int argc, char** argv, const std::string& file);
 
 }  // namespace tractiond

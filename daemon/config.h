@@ -1,4 +1,4 @@
-// The configuration: a struct, and a table of all keys with their defaults, units, ranges and meanings.
+// The configuration: one struct, and one table with default, unit, range and meaning of every key.
 #pragma once
 
 #include "base/service/config_table.h"
@@ -16,14 +16,15 @@
 
 namespace tractiond {
 
-/// Value of sensor.gel_file with which pictures are shown, and nothing is measured.
+/// Value of sensor.gel_file with which pictures can be seen and nothing is measured.
 inline constexpr std::string_view kNoGelFile = "none";
 
 /// Defaults are those of the folders' options.
 struct Config {
   struct Sensor {
     std::string name;     ///< in topics and messages; empty: the instance's
-    std::string gelFile;  ///< empty: the paper's gel; kNoGelFile: there is none
+    std::string gelFile;  ///< empty: the built-in gel, that of the paper; kNoGelFile: none
+    /// Returns whether gelFile is the name of a file.
     bool namesGelFile() const { return !gelFile.empty() && gelFile != kNoGelFile; }
   } sensor;
   capture::CameraOptions camera;
@@ -31,20 +32,21 @@ struct Config {
   solve::SolveOptions solve;
   publish::PublishOptions publish;
   PreviewOptions preview;
-  RecordOptions record;                       ///< of the command line
-  bool insecure = false;                      ///< endpoints may be beyond this host
-  std::vector<std::string> controlEndpoints;  ///< empty, as those in `publish`: the instance's
+  RecordOptions record;                       ///< from the command line
+  bool insecure = false;                      ///< true: endpoints may be reachable from other hosts
+  std::vector<std::string> controlEndpoints;  ///< empty, like those in `publish`: those of the instance
   RealtimeOptions realtime;
   std::string logLevel = "info";
 };
 
-/// Returns every key, by section. Parsing, checking and printing use it.
+/// Returns the table of all keys, section by section, bound to the fields of `config`, which must outlive it. Parsing,
+/// checking and printing use it.
 std::vector<Key> keysOf(Config& config);
 
-/// Lists the keys whose values differ between two configurations.
+/// Lists the keys whose values differ.
 std::vector<Change> changesBetween(const Config& before, const Config& after);
 
-/// Returns the text of a configuration file with every key and its meaning. Parsing it returns the same configuration.
+/// Returns the text of a configuration file with every key and its meaning. parseConfig() restores `config` from it.
 std::string configText(const Config& config);
 
 }  // namespace tractiond

@@ -10,12 +10,13 @@
 
 namespace tractiond {
 
-/// Parses a configuration; a missing key has its default. Errors name the file as `name`: "name:line: what". They have
-/// EX_CONFIG: syntax, an unknown key (with the nearest known one), a wrong type, a value out of range.
+/// Parses a configuration. Missing keys keep their defaults; the gel file's name stays as it is written. EX_CONFIG:
+/// wrong syntax, an unknown key (the error states the nearest known one), a wrong type, a value out of its range.
+/// \param name of the file in errors: "name:line: what"
 tl::expected<Config, Error> parseConfig(std::istream& text, const std::string& name);
 
-/// Loads a configuration file. The gel file's name is relative to its directory; a file called none is ./none. Fails
-/// with EX_NOINPUT if there is no such file or it cannot be read.
+/// Reads a configuration file. Resolves the gel file's name relative to the file's directory, except "none" (a file of
+/// that name is ./none). EX_NOINPUT: the file is missing or cannot be read. EX_CONFIG as parseConfig().
 tl::expected<Config, Error> loadConfig(const std::string& path);
 
 }  // namespace tractiond

@@ -1,4 +1,4 @@
-// Reads the gel file of a configuration, describes it, and copies it into recordings.
+// Reads the gel file of a configuration, and describes it for messages and recordings.
 #pragma once
 
 #include "base/error.h"
@@ -14,18 +14,18 @@
 
 namespace tractiond {
 
-/// Returns the gel file's sensor; the built-in one for an empty name. Fails also for a sensor that cannot be tracked,
-/// and for kNoGelFile.
+/// Reads the sensor of a gel file; an empty name is the built-in gel. Also fails for a sensor that is not
+/// track::trackable(), for a calibrated file that was changed, and for kNoGelFile.
 tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile);
 
-/// Does the same, but returns nothing for kNoGelFile.
+/// Does the same as loadSensor(), but returns nothing for kNoGelFile.
 tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& gelFile);
 
-/// Sets sensor and solver in a description.
+/// Sets the fields of a description that depend on sensor and solver.
 void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve);
 
-/// Copies the gel file and the influence file that it names, as they are on the disk. Empty: the built-in gel, or the
-/// file has gone.
+/// Copies the gel file and the influence file that it names, as they are on the disk, into `beginning`. They stay empty
+/// for the built-in gel, and if a file is missing.
 void readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile, publish::Beginning& beginning);
 
 }  // namespace tractiond

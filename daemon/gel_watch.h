@@ -1,4 +1,5 @@
-// Watches whether the markers are found and agree with the gel file; finds out why not, and why there is no first zero.
+// Checks whether the markers are found and are those of the gel file, and explains in log and status what the picture
+// shows if not, and why there is no first zero.
 #pragma once
 
 #include "base/clock.h"
@@ -14,17 +15,17 @@
 namespace tractiond {
 
 struct GelWatchOptions {
-  double patience_s = 1.0;                 ///< time that markers must be missing before the picture is examined
-  double between_s = 5.0;                  ///< between two examinations
-  double betweenLines_s = 30.0;            ///< between two lines of the same kind in the log
-  double longestWait_s = 3.0;              ///< for a frame, after a request for a snapshot
+  double patience_s = 1.0;                 ///< time for which markers must be missing before the picture is examined
+  double between_s = 5.0;                  ///< time between two examinations
+  double betweenLines_s = 30.0;            ///< time between two log lines of the same kind
+  double longestWait_s = 3.0;              ///< longest wait for a frame after askSnapshot()
   std::int64_t (*clock)() = monotonicNow;  ///< [ns]
 };
 
 /// Bound to the control thread, except for takeFrame().
 class GelWatch {
  public:
-  /// Sensor, tracker and status must outlive this. \param answer receives the result of askSnapshot(), within a turn()
+  /// Sensor, tracker and status must outlive this. \param answer called within turn() with the answer to askSnapshot()
   GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<traction::v1::MarkerStatus>& status,
            std::function<void(const Snapshots::Result&)> answer, const GelWatchOptions& options = {});
 
@@ -37,7 +38,7 @@ class GelWatch {
   /// Requests a snapshot of the next picture.
   void askSnapshot() { snapshots_.ask(); }
 
-  /// Does what is due.
+  /// Does what is due. Must be called in each turn of the control loop.
   void turn();
 
   /// Returns whether a zero is being taken: the control thread should then take short turns.

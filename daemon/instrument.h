@@ -1,4 +1,4 @@
-// Everything that one instance runs, made from a configuration.
+// Makes and runs all parts of one instance from a configuration.
 #pragma once
 
 #include "base/network/connection_limit.h"
@@ -25,25 +25,28 @@
 
 namespace tractiond {
 
-/// Thread-bound; threads of the pipeline call its parts.
+/// Thread-bound, except for what the pipeline's threads do within.
 class Instrument {
  public:
-  /// Makes first what fails fast: the gel, the directories, the sockets; then the inverse (seconds, once per gel) and
-  /// the camera. After an error nothing remains. \param logLinesLost returns a number for the status; called on the
-  /// publisher's thread once a second
+  /// Makes the parts: first those that fail fast (the gel, the directories, the sockets), then the inverse (seconds,
+  /// once per gel) and the camera. On an error nothing is left behind. \param config not completed() yet
+  /// \param logLinesLost returns the number of lost log lines; called by the publishing thread once a second
   static tl::expected<std::unique_ptr<Instrument>, Error> make(const Config& config, const Places& places,
                                                                std::function<std::uint64_t()> logLinesLost = {});
   ~Instrument();
 
+  /// Starts the pipeline's threads.
   void start();
+  /// Returns the hooks for run(), without `reload`. Their functions use this object.
   ServiceHooks hooks();
 
-  /// Applies the changes of a configuration, and returns them: "camera.gain = 2 (was 1)". Applies none, and fails, if
-  /// one of them is wrong or needs a restart. If the camera refuses them, the log says so, and it is opened as before.
+  /// Applies the changes of a configuration, or none of them if one is wrong or needs a restart: the error states
+  /// which. If the camera refuses its changes, that is logged and the camera is opened as before. \return the changes:
+  /// "camera.gain = 2 (was 1)"
   tl::expected<std::vector<std::string>, Error> reload(const Config& completed);
 
-  /// Stops the pipeline and checks the ledger. Fails with the error that ended the pipeline, or with EX_SOFTWARE if the
-  /// ledger does not balance.
+  /// Stops the pipeline and checks the ledger. Fails with the error for which the source ended by itself, or with
+  /// EX_SOFTWARE if the ledger does not balance.
   tl::expected<void, Error> stop();
 
  private:

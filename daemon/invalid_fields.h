@@ -1,4 +1,4 @@
-// Why fields have no forces, and which key decides.
+// Explains to an operator why fields have no forces, and which key of the configuration decides.
 #pragma once
 
 #include "daemon/records/traction_field.h"
@@ -16,10 +16,10 @@ class InvalidFields {
       : minValidFraction_(track.minValidFraction)
       , solve_(solve) {}
 
-  /// One that is not valid. Allocates nothing.
+  /// Adds a field that is not valid. Allocates nothing.
   void add(const TractionField& field);
 
-  /// Of the newest that was added since the last call, for people; empty: none was.
+  /// Returns the explanation of the newest field that was added since the last call; empty if none was.
   std::string take();
 
  private:

@@ -1,4 +1,4 @@
-// Frames become forces: tracker, solver, the zero's procedures, the watch over the gel file, and the recorder.
+// Makes forces of frames: tracker, solver, procedures of the zero, checks of the gel file, and the recorder.
 #pragma once
 
 #include "base/background_thread.h"

@@ -1,4 +1,4 @@
-// Where there is no gel file: the camera's pictures can be seen, and nothing is measured.
+// Processing without a gel file: the camera's pictures can be seen, and nothing is measured.
 #pragma once
 
 #include "daemon/processing.h"
@@ -10,7 +10,7 @@
 
 namespace tractiond {
 
-/// The control server's.
+/// Answers of the control server.
 struct NoGelLinks {
   std::function<void(const Snapshots::Result&)> answerSnapshot;
   std::function<void(const std::string&reason)> refuseZero, refuseCalibration;
@@ -21,7 +21,7 @@ class NoGel : public Processing {
  public:
   explicit NoGel(NoGelLinks links);
 
-  /// What the status says, for people.
+  /// Text of the status that explains this to an operator.
   static const std::string_view kWhy;
 
   PipelineOptions pipelineOptions() const override { return {.notTracked = &Ledger::noGel}; }

@@ -1,4 +1,4 @@
-// The page: stages, the links between them, the threads they run on, and the order in which these start and stop.
+// The stages, the links between them, the threads they run on, and the order in which these start and stop.
 //
 //   capture ──frames──> track ──markers──> solve ──fields──> publish          control
 //
@@ -18,21 +18,21 @@
 
 namespace tractiond {
 
-/// What is done with a frame. Each function is called from its own thread only, and never after stop() or finish().
+/// The functions of the stages. Each is called from a thread of its own, and never after stop() or finish().
 struct Stages {
   capture::FrameSource& source;
-  std::function<bool(const Frame&, MarkerField&)> track;  ///< false: there is nothing to publish of this frame
+  std::function<bool(const Frame&, MarkerField&)> track;  ///< Returns false if there is nothing to publish of a frame.
   std::function<void(const MarkerField&, TractionField&)> solve;
   std::function<void(const TractionField&)> publish;
   /// Between two fields: sleeps until the descriptor is readable or the time is over, and serves subscribers meanwhile.
   std::function<void(int fd, std::chrono::milliseconds)> serveSubscribers;
   /// One turn of what people ask of the daemon; sleeps at most as long as told. Empty: no such thread.
   std::function<void(std::chrono::milliseconds)> control;
-  /// The same of pictures for people. Empty: no such thread.
+  /// Takes one turn of making previews, in the same way. Empty: no such thread.
   std::function<void(std::chrono::milliseconds)> preview = {};
-  /// The same of what is recorded; has had its last turn when finish() returns. Empty: no such thread.
+  /// Takes one turn of recording, in the same way; its last turn is over when finish() returns. Empty: no such thread.
   std::function<void(std::chrono::milliseconds)> record = {};
-  /// By each thread that a frame passes, before its first turn; all have called it when start() returns. Or empty.
+  /// Called by each thread that a frame passes before its first turn; all have when start() returns. May be empty.
   std::function<void()> enter = {};
 };
 
@@ -46,33 +46,33 @@ struct PipelineOptions {
 
 enum class Stage { kCapture, kTrack, kSolve, kPublish, kControl };
 
-/// Thread-bound: all from one thread.
+/// Thread-bound, except for the functions marked thread-safe.
 class Pipeline {
  public:
-  /// Allocates every record that will travel. Stages, ledger and turns outlive the pipeline.
+  /// Allocates every record that will travel. Stages, ledger and turns must outlive the pipeline.
   Pipeline(Stages stages, const PipelineOptions& options, Ledger& ledger, Turns& turns);
-  ~Pipeline();  ///< stops
+  ~Pipeline();  ///< Calls stop().
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
 
+  /// Starts the threads.
   void start();
-  /// In two phases: first the source is asked no more, and each stage in its turn works off what lies before it and
-  /// closes the link behind it; then the threads are joined, and what should still be in a link is counted as
-  /// discarded.
+  /// Stops in two phases: first the source is no longer asked, and each stage in turn processes what waits before it
+  /// and closes the link behind it; then the threads are joined, and what is still in a link is counted as discarded.
   void stop();
-  /// Waits until the source ends by itself, then as stop().
+  /// Waits until the source ends by itself, then does the same as stop().
   void finish();
 
   /// Takes one turn of a stage and counts it for the watchdog, as the stage's thread does; for callers without threads.
   /// Sleeps at most `timeout` if there is nothing to do. Returns false if the stage has ended: it must not be called
-  /// again. Not to be mixed with start(); when all stages have ended, call settle().
+  /// again. Must not be mixed with start(); when all stages have ended, settle() must be called.
   bool turn(Stage stage, std::chrono::milliseconds timeout);
-  /// Lets capture and control end with their next turns; the other stages follow.
+  /// Makes capture and control end with their next turns; the other stages follow. Thread-safe.
   void requestStop() { stopping_.store(true, std::memory_order_relaxed); }
-  /// Counts what is still in a link as discarded. Called by finish() when the threads are joined.
+  /// Counts what is still in a link as discarded. finish() calls it when the threads are joined.
   void settle();
 
-  /// Returns whether the pipeline is stopping: what waits for another thread must give up. Thread-safe.
+  /// Returns whether the pipeline is stopping: a function that waits for another thread must give up. Thread-safe.
   bool stopping() const { return stopping_.load(std::memory_order_relaxed); }
 
   /// Returns whether the source has ended by itself: there are no more frames, or it has failed. Frames may still be in
@@ -106,10 +106,11 @@ class Pipeline {
   std::thread captureThread_, trackThread_, solveThread_, publishThread_, controlThread_, previewThread_, recordThread_;
 };
 
-/// The same stages in one thread, one frame after the other, until the source ends. No control stage.
+/// Runs the stages in the calling thread, one frame after the other, until the source ends. Calls only track,
+/// solve and publish.
 void runInline(const Stages& stages, const PipelineOptions& options, Ledger& ledger);
 
-/// received = published + each named loss. Holds when nothing is in flight.
+/// Returns whether received = published + all losses. Must hold when no frame is in flight.
 bool balanced(const Ledger& ledger);
 
 }  // namespace tractiond

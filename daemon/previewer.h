@@ -1,4 +1,5 @@
-// The newest picture, for subscribers to previews: copied on the tracking thread, reduced on a thread of its own.
+// Makes previews, reduced pictures for display, while a client subscribes to them: the tracking thread copies a frame,
+// the previewer's own thread reduces the copy.
 #pragma once
 
 #include "base/event.h"
@@ -14,21 +15,23 @@
 namespace tractiond {
 
 struct PreviewOptions {
-  double rate_Hz = 10.0;  ///< of pictures, at most
-  int width_px = 320;     ///< at most
+  double rate_Hz = 10.0;  ///< upper limit of the rate of previews
+  int width_px = 320;     ///< upper limit of their width
 };
 
-/// Bound to its thread, but for takeFrame().
+/// Bound to its thread, except for takeFrame().
 class Previewer {
  public:
-  /// The publisher outlives this.
+  /// The publisher must outlive this. \param clock [ns]
   Previewer(publish::Publisher& publisher, const PreviewOptions& options, std::int64_t (*clock)() = monotonicNow);
 
-  /// On the tracking thread, after the frame was tracked: copies it if a picture is wanted. Allocates nothing.
-  /// \param markers of the frame; null: it has not been tracked
+  /// Copies the frame if turn() has asked for one. For the tracking thread, after the frame was tracked. Allocates
+  /// nothing. \param markers of the frame; nullptr: it has not been tracked
   void takeFrame(const Frame& frame, const MarkerField* markers);
 
-  /// Does what is due, or sleeps until something is, not longer than this.
+  /// Hands a frame that was copied, reduced, to the publisher, and asks takeFrame() for the next one when that is due.
+  /// Then sleeps until a frame is copied or one is due, at most `timeout`. Does nothing else while no client subscribes
+  /// to previews.
   void turn(std::chrono::milliseconds timeout);
 
  private:

@@ -1,4 +1,4 @@
-// Runs zeros and calibration steps, and watches the drift of the zero.
+// Handles requests for zeros and calibration steps, and measures the drift of the zero.
 #pragma once
 
 #include "base/clock.h"
@@ -19,22 +19,22 @@
 namespace tractiond {
 
 struct ProcedureOptions {
-  int zeroFrames = 30;                     ///< number that a zero averages
+  int zeroFrames = 30;                     ///< number of frames that a zero is averaged over
   std::filesystem::path directory;         ///< where a calibrated gel file goes
   std::int64_t (*clock)() = monotonicNow;  ///< [ns]
 };
 
-/// State of the procedures for the status.
+/// What the status reports of the procedures.
 struct Watched {
   RestDrift drift;
-  double zeroWithin_s = 0.0;  ///< a request for a zero that comes now is answered within this time [s]
+  double zeroWithin_s = 0.0;  ///< a request for a zero that arrives now is answered within this time [s]
 };
 
-/// Inputs, outputs and actions of the procedures. Called on their thread; must outlive them.
+/// Inputs, outputs and actions of the procedures. Called on their thread; everything must outlive them.
 struct ProcedureLinks {
-  const Counter& frames;          ///< that the tracker has looked at
-  Mailbox<MarkerField>& markers;  ///< the newest, in
-  Mailbox<Watched>& watched;      ///< the newest, out
+  const Counter& frames;          ///< number of frames that the tracker has processed
+  Mailbox<MarkerField>& markers;  ///< input: the newest
+  Mailbox<Watched>& watched;      ///< output: the newest
   zero::ZeroLinks zero;
 
   /// Starts work of a calibration step, which may take seconds or wait for a disk, on another thread.
@@ -50,9 +50,8 @@ class Procedures {
   /// The sensor in force must outlive this.
   Procedures(const sensor::Sensor& sensor, ProcedureOptions options, ProcedureLinks links);
 
-  /// Must be called when the camera has been opened first.
-  /// \param rate_Hz   of its frames; 0: not known
-  /// \param restored  the zero of an earlier run, if there is one
+  /// Takes the camera and the zeros of an earlier run. Must be called when the camera has been opened for the first
+  /// time. \param rate_Hz   of its frames; 0: not known \param restored  the zero of an earlier run, if there is one
   /// \param before    the zero that it replaced
   void welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
                const std::optional<RestPose>& before = {});
@@ -67,7 +66,7 @@ class Procedures {
   /// Does what is due. Called by the control thread in each turn of its loop.
   void turn();
 
-  /// Returns whether a step is running: turns should then be short enough for every frame.
+  /// Returns whether a step looks at frames, so that turn() should be called for every frame.
   bool hurried() const { return steps_.isLooking(); }
 
  private:

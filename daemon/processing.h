@@ -1,4 +1,5 @@
-// The interface of what processes frames: Measurement, or NoGel, which shows pictures and measures nothing.
+// Interface of what an instrument does with its frames. There are two kinds: Measurement, and NoGel, which shows
+// pictures and measures nothing.
 #pragma once
 
 #include "daemon/capture/camera_info.h"
@@ -17,7 +18,7 @@
 
 namespace tractiond {
 
-/// Parts of the instrument that a processing uses; they outlive it.
+/// The parts of the instrument that a processing uses; they outlive it.
 struct Surroundings {
   const Config& config;  ///< completed
   const std::filesystem::path& stateDirectory;
@@ -26,7 +27,7 @@ struct Surroundings {
   publish::Description& description;  ///< for the control thread alone once the pipeline runs
   publish::Publisher& publisher;
   publish::ControlServer& control;
-  std::function<bool()> stopping;  ///< returns whether the pipeline is being stopped. Thread-safe
+  std::function<bool()> stopping;  ///< Returns whether the pipeline is being stopped. Thread-safe.
 };
 
 /// The comment above each group of functions names the thread that calls it.
@@ -34,23 +35,25 @@ class Processing {
  public:
   virtual ~Processing() = default;
 
-  /// Returns the sizes of the records, and the counter of frames that track() does not use. Called before the pipeline
-  /// is made.
+  /// Returns the sizes of the records, and the counter of frames for which track() returns false. Called before the
+  /// pipeline is made.
   virtual PipelineOptions pipelineOptions() const = 0;
 
   // camera-keeper
 
-  /// Accepts or rejects a camera, for each session before its first frame. An error of the first session ends the
-  /// instrument.
+  /// Checks the camera of a session; called for each session before its first frame. An error in the first session ends
+  /// the instrument; after one in a later session the camera is opened again.
   virtual tl::expected<void, Error> welcome(const capture::CameraInfo& info) = 0;
 
-  // tr-track, tr-solve, tr-publish, as in Stages: must not allocate or lock
+  // tr-track, tr-solve, tr-publish, each on its own thread; see Stages. They allocate and lock nothing.
 
+  /// Implements Stages::track: returns false if there is nothing to publish of this frame.
   virtual bool track(const Frame& frame, MarkerField& markers) = 0;
+  /// Implements Stages::solve.
   virtual void solve(const MarkerField& markers, TractionField& field) = 0;
-  /// Called for each field that was published.
+  /// Called by tr-publish for each field that was published.
   virtual void takeField(const TractionField& field) = 0;
-  /// Sets its fields of a status, which keeps the others.
+  /// Called by tr-publish. Sets the fields of a status that belong to the processing; leaves the others as they are.
   virtual void measure(traction::v1::Status& status) = 0;
 
   // tr-control
@@ -68,14 +71,14 @@ class Processing {
 
   // tr-record
 
-  /// Returns whether recordTurn() must be called. Called before the pipeline is made.
+  /// Returns whether recordTurn() is to be called. Called before the pipeline is made.
   virtual bool isRecording() const = 0;
-  /// Records what is due: see Stages::record.
+  /// Implements Stages::record.
   virtual void recordTurn(std::chrono::milliseconds timeout) = 0;
 
   // main
 
-  /// Closes the recording. Called when the pipeline has stopped.
+  /// Closes the recording, if there is one. Called when the pipeline has stopped.
   virtual tl::expected<void, Error> finish() = 0;
 };
 

@@ -1,5 +1,5 @@
-// Real-time scheduling of the threads that a frame passes, and locked memory. The kernel may refuse both; what it
-// granted is read back.
+// Real-time scheduling of the threads that a frame passes, and locked memory. The kernel may refuse a setting, so the
+// settings in force are read back.
 #pragma once
 
 #include "base/fixed_text.h"
@@ -19,38 +19,40 @@ namespace tractiond {
 
 /// By default nothing is requested.
 struct RealtimeOptions {
-  int priority = 0;         ///< SCHED_FIFO priority of the threads that a frame passes; 0: none
-  std::string cpus = {};    ///< processors of these threads, in the kernel's list format: "0-2,5"; empty: any
-  bool lockMemory = false;  ///< keeps memory that was touched
+  int priority = 0;         ///< SCHED_FIFO priority of the threads that a frame passes; 0: the default scheduling
+  std::string cpus = {};    ///< processors for these threads, in the kernel's list format: "0-2,5"; empty: any
+  bool lockMemory = false;  ///< true: memory that has been touched stays resident
 };
 
-/// Parses the kernel's list format. Fails with a sentence; an empty list has no processor.
+/// Parses a list of processors in the kernel's format. Fails with a sentence; an empty list has no processor.
 tl::expected<cpu_set_t, std::string> parseCpus(const std::string& list);
-/// Formats a list of processors. Allocates only the result; cuts a very long list between two items.
+/// Returns processors in the kernel's list format. A list that is too long is cut between two items. Does not allocate.
 FixedText<120> cpusText(const cpu_set_t& cpus);
 
-/// Scheduling of this process. Thread-safe.
+/// Settings of this process. Thread-safe.
 class Realtime {
  public:
-  /// \param options with a valid list of processors
+  /// \param options with `cpus` that parseCpus() accepts
   explicit Realtime(RealtimeOptions options);
 
-  /// Locks memory from now on, if requested. Needs CAP_IPC_LOCK or no limit (RLIMIT_MEMLOCK): under a limit, later
-  /// allocations would be refused, at which libraries end the process.
+  /// Locks memory from now on, if the options request it; report() tells of a failure. Needs CAP_IPC_LOCK or no limit
+  /// (RLIMIT_MEMLOCK): with a limit, later memory would be refused, and libraries end the process then.
   void lockMemory();
 
-  /// Registers the calling thread, by its name, as one that a frame passes, until leave().
+  /// Applies the options to the calling thread, as one that a frame passes, until leave(). Registers its present name.
   void enter();
+  /// Removes the calling thread from the registered ones; its scheduling stays.
   void leave();
-  /// Adopts a library's thread that sends the results, one priority below the others, so that a flood of it does not
-  /// delay frames. It must live as long as this.
+  /// Applies the options to a library's thread that sends messages, with a priority one below the others, so that a
+  /// client that floods it does not delay frames. The thread must live as long as this.
   void adopt(int threadId);
 
-  /// Sets in the message what was requested and what the kernel reports now. Does not wait; allocates nothing once the
-  /// message has the room. Returns false, and sets nothing, while another thread uses it.
+  /// Sets in `status` what was requested and what is in force now. Does not wait; allocates nothing once the message
+  /// has its memory. \return false: another thread is using this object, and nothing is set
   bool read(traction::v1::Scheduling& status);
 
-  /// Logs what was granted, and a warning with a remedy for each refusal; nothing if nothing was requested.
+  /// Logs one line about what was granted, and a warning with its remedy for each thing that was not. Logs nothing if
+  /// nothing is requested.
   void report();
 
  private:
@@ -71,7 +73,8 @@ class Realtime {
   int memoryError_ = 0;
 };
 
-/// Returns the thread of this process with this name. Waits 100 ms for a thread that has just been started; 0: none.
+/// Returns the id of the thread of this process with that name; waits up to 100 ms for one that has just been started.
+/// Returns 0 if there is none.
 int threadCalled(const std::string& name);
 
 }  // namespace tractiond

@@ -1,4 +1,5 @@
-// Records pictures, inputs and fields, so that the same fields can be computed again: docs/recordings.md.
+// Records the frames that are tracked and their fields, so that the same fields can be computed again:
+// docs/recordings.md.
 #pragma once
 
 #include "base/clock.h"
@@ -23,43 +24,44 @@
 namespace tractiond {
 
 struct RecordOptions {
-  std::string file;      ///< a new file; empty: nothing is recorded
-  double rate_Hz = 0.0;  ///< of pictures, at most; 0: all of them
-  bool packed = false;   ///< pictures are compressed
+  std::string file;      ///< must not exist yet; empty: nothing is recorded
+  double rate_Hz = 0.0;  ///< upper limit of recorded pictures; 0: all of them
+  bool packed = false;   ///< true: pictures are compressed
 };
 
-/// Further inputs of a recording. Called on the recorder's thread.
+/// Inputs besides frames and fields. Called from the recorder's thread.
 struct RecordLinks {
-  std::function<std::string()> description;  ///< the newest, as bytes of the message; each once
+  std::function<std::string()> description;  ///< Returns the newest one as bytes; written when it changes.
   std::int64_t (*monotonicClock)() = monotonicNow;
   std::int64_t (*realClock)() = realNow;
 };
 
-/// Bound to its thread, except for functions that state another. A slow disk loses pictures, a full disk ends the
-/// recording: the log reports both, and no other thread waits.
+/// Bound to its thread, except where stated. If the disk is too slow, pictures are lost; if it is full, the recording
+/// ends. Both are logged, and no other thread waits.
 class Recorder {
  public:
-  /// Creates the file. Fails with EX_CANTCREAT, also if it exists.
+  /// Creates the file. EX_CANTCREAT, also if the file exists. \param markers, nodes number of markers and nodes
   static tl::expected<std::unique_ptr<Recorder>, Error>
   open(const RecordOptions& options, const publish::Identity& identity, int markers, int nodes, RecordLinks links);
-  ~Recorder();  ///< Removes a file without pictures and fields.
+  ~Recorder();  ///< Removes a file that has neither a picture nor a field.
 
-  /// Must be called once, before the first frame. Any thread.
+  /// Records what is needed to compute the fields again. Must be called once, before the first frame. Any thread.
   void begin(const publish::Beginning& beginning);
 
-  /// Takes a frame. For the tracking thread, after the frame was tracked. Allocates room in the first frames.
+  /// Queues a frame. For the tracking thread, after the frame was tracked. Allocates in the first frames only.
   void takeFrame(const Frame& frame, const TrackerInputs& inputs);
 
-  /// Takes a field. For the publishing thread. Allocates nothing.
+  /// Queues a field. For the publishing thread. Allocates nothing.
   void takeField(const TractionField& field);
 
-  /// Writes what is due; sleeps for `timeout` at most if there is nothing.
+  /// Writes what is queued; if there is nothing, sleeps until there is, at most `timeout`.
   void turn(std::chrono::milliseconds timeout);
 
-  /// Writes the rest, and the end of the file. Must be called when no thread adds anything. Returns the first error.
+  /// Writes the rest and the end of the file. The other functions must not be called any more. Returns the first error
+  /// of the recording, if there was one.
   tl::expected<void, Error> close();
 
-  /// Returns the number of pictures and fields in the file, as a sentence.
+  /// Describes what is in the file, for an operator.
   std::string account() const;
 
  private:

@@ -1,4 +1,4 @@
-// Computes a recording again: its pictures pass the same stages.
+// Passes a recording's pictures through the daemon's stages again.
 #pragma once
 
 #include "base/error.h"
@@ -13,14 +13,14 @@ namespace tractiond {
 
 struct ReplayOptions {
   std::string file;
-  double rate = 1.0;    ///< relative to the recorded speed; 0: as fast as possible
-  bool ownGel = false;  ///< uses gel, [track] and [solve] of the configuration instead of the recording's
+  double rate = 1.0;    ///< multiple of the original speed; 0: as fast as possible
+  bool ownGel = false;  ///< true: gel, [track] and [solve] of the configuration; false: those of the recording
 };
 
-/// Publishes at the instance's endpoints, and records if configured, until the recording ends or a signal comes. All
-/// times in the messages are those of the recording. Errors: EX_NOINPUT if it cannot be read; EX_DATAERR if it is no
-/// recording, has no pictures, or is damaged (after its intact part was replayed); EX_PROTOCOL if its version is newer;
-/// EX_CONFIG if it belongs to another sensor than the gel file's.
+/// Replays a recording until it ends or a stop signal arrives: publishes at the instance's endpoints, and records if
+/// the configuration states a file. Times in the messages are those of the recording. EX_NOINPUT: the recording cannot
+/// be read. EX_DATAERR: it is not a recording, has no pictures, or is damaged; in the last case its whole part has been
+/// replayed. EX_PROTOCOL: it is of a newer version. EX_CONFIG: it is of another sensor than the gel file's.
 tl::expected<void, Error> replay(const Config& config, const Places& places, const ReplayOptions& options);
 
 }  // namespace tractiond

@@ -1,4 +1,4 @@
-// Solvers for the places of the markers that zeros show (solve/rest_places.h), made on a background thread.
+// Makes solvers for the places of the markers that zeros show (solve/rest_places.h), while the former solver is used.
 #pragma once
 
 #include "base/background_thread.h"
@@ -13,8 +13,7 @@
 
 namespace tractiond {
 
-/// Bound to the control thread, except for functions that state another. The destructor waits for the step at which a
-/// solver that is being made can be given up.
+/// Bound to the control thread, except where stated. The destructor waits for a solver that is being made.
 class RestSolver {
  public:
   /// \param detectionLimit_N of the solver for the gel file's places
@@ -23,23 +22,26 @@ class RestSolver {
              const std::array<double, 2>& detectionLimit_N, BackgroundThread& worker);
   ~RestSolver();
 
-  /// Makes a solver for a zero that comes into force, when the one that is being made is done.
+  /// Requests a solver for a zero that comes into force. It is made after the one that is being made; a newer zero
+  /// replaces one that waits.
   void heed(const RestPose& zero);
 
   /// Gives up the solver that is being made, at its next step, and those that come later. Thread-safe.
   void stop() { stopping_.store(true, std::memory_order_relaxed); }
 
-  /// Does what is due: begins with the next zero, and logs the result of the last one.
+  /// Logs the result of the solver that was made last, and starts on the next zero. Must be called in each turn of the
+  /// control loop.
   void turn();
 
-  /// Replaces `solver` by one that is ready, if there is one. For the solving thread, before a frame. Allocates and
-  /// frees nothing; the replaced one is freed when the next zero's is ready.
+  /// Replaces `solver` by the newest one that is ready, if there is one. For the solving thread, before a frame.
+  /// Allocates and frees nothing; the replaced solver is freed when the next zero's is ready.
   void take(std::shared_ptr<solve::FieldSolver>& solver) { ready_.swap(solver); }
 
-  /// Returns whether nothing is being made or waits.
+  /// Returns whether no solver is being made or waits to be made.
   bool idle() const { return !next_ && !making_.valid(); }
 
-  /// Returns the number of zeros whose solvers are done. Any thread.
+  /// Returns the number of zeros whose solver was made or could not be made. A zero that a newer one has replaced
+  /// before its turn does not count. Any thread.
   std::uint64_t done() const { return done_.load(std::memory_order_acquire); }
 
  private:

@@ -1,4 +1,4 @@
-// Serves a camera, or computes a recording again. Both return an exit code.
+// Runs `tractiond`: serves a camera, or computes a recording again. Both return an exit code of sysexits.h.
 #pragma once
 
 #include "daemon/arguments.h"
@@ -8,16 +8,20 @@
 
 namespace tractiond {
 
-/// Prints an error that prevents the start, as the first line of a log, and returns its exit code.
+/// Prints an error that prevents the start to standard error, in the form of a log line, and returns its exit code.
 int failed(const Error& error);
 
-/// Reads the configuration, and adds the options of the command line. Errors: those of loadConfig().
+/// Reads the configuration file of `places`, or takes the defaults if that is empty, and adds what the command line
+/// states. Errors: those of loadConfig().
 tl::expected<Config, Error> configured(const Arguments& arguments, const Places& places);
 
-/// Serves until SIGTERM or SIGINT. Must be called by the main thread, before any other thread starts.
+/// Serves until SIGTERM or SIGINT, or until the source ends by itself: the pictures of a file are over, or the camera
+/// cannot be used. Reloads the configuration on SIGHUP. Logs the error if it returns one: that of the start, of the
+/// source, or EX_SOFTWARE if the ledger does not balance. A stop signal during a long start ends the process with
+/// EX_OK. Must be called by the main thread before this program starts its first thread. \param config not completed()
 int serve(const Arguments& arguments, const Config& config, const Places& places);
 
-/// Computes the recording that the arguments name again.
+/// Computes the recording that the arguments name again; see replay(). Logs the error if it returns one.
 int replayRecording(const Arguments& arguments, const Config& config, const Places& places);
 
 }  // namespace tractiond

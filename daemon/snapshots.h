@@ -1,4 +1,4 @@
-// Copies of single frames for the control thread: for requests of a snapshot, and for the daemon's own examinations.
+// Copies single frames for the control thread: for clients that request a snapshot, and for the daemon's own checks.
 #pragma once
 
 #include "base/clock.h"
@@ -12,32 +12,36 @@
 
 namespace tractiond {
 
-/// The copy and the requests that wait for it. Bound to the control thread, except for lent() and giveBack().
+/// Holds one copy and the open request for it. Bound to the control thread, except for lent() and giveBack().
 class Snapshots {
  public:
   using Result = tl::expected<const Snapshot*, std::string>;
 
-  /// \param answer          called in take() or turn() after ask(), with the copy, or why there is none
-  /// \param longestWait_s   for a frame, after a request
+  /// \param answer          called in take() or turn() with the answer to ask(): the copy, or why there is none
+  /// \param longestWait_s   time after ask() without a frame after which the answer is an error
   explicit Snapshots(std::function<void(const Result&)> answer, double longestWait_s = 3.0,
                      std::int64_t (*clock)() = monotonicNow);
 
-  /// Returns the record, to allocate room before the first turn.
+  /// Returns the copy, to reserve memory for the markers that it is to hold. May only be called before the first
+  /// turn().
   Snapshot& room() { return *loan_.own(); }
 
-  /// Requests a copy of the next frame.
+  /// Requests a copy of the next frame, which is given to `answer`. One request at a time.
   void ask() { askedAt_ns_ = clock_(); }
 
-  /// Returns the copy that was made since the last call, and answers the requests; null: there is none.
+  /// Returns the copy that has been made since the last call, and answers an open request with it; nullptr: there is
+  /// none. Valid until the next turn().
   const Snapshot* take();
 
-  /// Requests a copy of the next frame if there are requests or `isWanted`; refuses requests that have waited too long.
+  /// Asks the tracking thread for a copy of the next frame if a request is open or `isWanted`; answers a request that
+  /// has waited too long with an error.
   void turn(bool isWanted = false);
 
   // For the tracking thread.
 
-  /// Returns the room for a copy of the frame; null: none is wanted.
+  /// Returns the memory for a copy of the frame; nullptr if none is wanted.
   Snapshot* lent() { return loan_.lent(); }
+  /// Hands the copy over to the control thread.
   void giveBack() { loan_.giveBack(); }
 
  private:

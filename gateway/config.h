@@ -34,7 +34,8 @@ struct Config {
 /// Returns every key of the configuration file, section by section, bound to the fields of `config`.
 std::vector<Key> keysOf(Config& config);
 
-/// Returns the text of a configuration file that lists every key with its meaning.
+/// Returns the text of a configuration file with the values of `config` and the meaning, default and range of every
+/// key.
 std::string configText(const Config& config);
 
 /// Read a configuration. Missing keys keep their defaults. Errors: EX_CONFIG for invalid content, EX_NOINPUT if the

@@ -7,11 +7,12 @@
 
 namespace tractiond::gateway {
 
-/// Prints an error that prevents the start, as the first line of a log, and returns its exit code.
+/// Prints an error that prevents the start to standard error, in the form of a log line, and returns its exit code.
 int failed(const Error& error);
 
-/// Serves until SIGTERM or SIGINT, and returns an exit code. \param runtime directory of the instance's sockets. To be
-/// called by the main thread, before any other thread starts.
+/// Serves until SIGTERM or SIGINT, or until the relay fails; logs the error then. Returns an exit code of sysexits.h.
+/// Must be called by the main thread before this program starts its first thread. \param runtime directory of the
+/// instance's sockets
 int serve(const Config& config, const std::filesystem::path& runtime);
 
 }  // namespace tractiond::gateway

@@ -1,4 +1,5 @@
-// Numbers and strings in the layout of the file: little endian; a string follows its length in four bytes.
+// Writes and reads numbers and strings in the layout of the file: little endian; a string follows its length in four
+// bytes.
 #pragma once
 
 #include <concepts>
@@ -15,11 +16,13 @@ class Output {
   explicit Output(std::string& to)
       : to_(to) {}
 
+  /// Appends the bytes of a number.
   template <std::unsigned_integral Number>
   Output& number(Number value) {
     for (std::size_t i = 0; i < sizeof value; ++i) to_ += static_cast<char>(std::uint64_t{value} >> (8 * i) & 0xff);
     return *this;
   }
+  /// Appends bytes without their length.
   Output& bytes(std::string_view bytes) {
     to_ += bytes;
     return *this;
@@ -38,9 +41,10 @@ class Input {
   explicit Input(std::string_view bytes)
       : left_(bytes) {}
 
-  bool ok() const { return ok_; }
-  bool empty() const { return left_.empty(); }
+  bool ok() const { return ok_; }               ///< Returns whether all values taken so far were there.
+  bool empty() const { return left_.empty(); }  ///< Returns whether no bytes are left.
 
+  /// Takes a number.
   template <std::unsigned_integral Number>
   Number number() {
     std::uint64_t value = 0;
@@ -50,6 +54,7 @@ class Input {
     }
     return static_cast<Number>(value);
   }
+  /// Takes `count` bytes. The result refers to the input.
   std::string_view bytes(std::uint64_t count) {
     if (count > left_.size()) {
       ok_ = false;
@@ -62,6 +67,7 @@ class Input {
   }
   /// Takes a length of four bytes and as many bytes. The result refers to the input, as that of bytes().
   std::string_view text() { return bytes(number<std::uint32_t>()); }
+  /// Takes all bytes that are left.
   std::string_view rest() { return bytes(left_.size()); }
 
  private:

@@ -1,4 +1,4 @@
-// Files: one that only grows, and one that is only read.
+// Files of recordings: a new one that only grows, and an old one that is only read.
 #pragma once
 
 #include "base/error.h"
@@ -28,8 +28,8 @@ class Sink {
 /// A new file. Thread-bound. All functions but create() fail with EX_IOERR.
 class NewFile : public Sink {
  public:
-  /// Creates the file and makes its name durable. Error: EX_CANTCREAT, also if a file of this name exists: a recording
-  /// is never overwritten.
+  /// Creates the file in an existing directory and makes its name durable. Error: EX_CANTCREAT, also if a file of this
+  /// name exists: a recording is never overwritten.
   static tl::expected<NewFile, Error> create(const std::filesystem::path& path);
   ~NewFile() override;
   NewFile(NewFile&& other) noexcept;

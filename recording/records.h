@@ -87,7 +87,7 @@ struct Footer {
 /// Per message: log time, and offset in the chunk's records.
 using IndexEntries = std::vector<std::pair<std::uint64_t, std::uint64_t>>;
 
-// These append a whole record to `to`.
+// These append a whole record, with opcode and length, to `to`.
 void putHeader(std::string& to, std::string_view library);
 void put(std::string& to, const Schema& schema);
 void put(std::string& to, const Channel& channel);
@@ -96,8 +96,12 @@ void put(std::string& to, const Chunk& chunk);
 void putMessageIndex(std::string& to, std::uint16_t channel, const IndexEntries& entries);
 void put(std::string& to, const ChunkIndex& index);
 void put(std::string& to, const Statistics& statistics);
+/// States where a group of records of one kind lies in the summary. \param opcode kind of the group's records
+/// \param start offset of the group in the file [bytes] \param length of the group [bytes]
 void putSummaryOffset(std::string& to, Opcode opcode, std::uint64_t start, std::uint64_t length);
+/// Ends the data section; states no CRC of it.
 void putDataEnd(std::string& to);
+/// \param summaryStart, offsetStart offsets in the file of the summary and of its offset section; 0: none
 /// \param summary bytes from the summary's begin to the footer, which the CRC covers
 void putFooter(std::string& to, std::uint64_t summaryStart, std::uint64_t offsetStart, std::string_view summary);
 

@@ -30,8 +30,9 @@ class NumpyFile {
   NumpyFile(NumpyFile&&) = default;
   NumpyFile& operator=(NumpyFile&&) = default;
 
-  /// Returns an array of float64 or float32, little endian, in C or Fortran order. Fails if the array is missing, empty
-  /// or of another type, or if a value is not finite.
+  /// Returns an array in C order. The file may hold it as float64 or float32, little endian, in C or Fortran order.
+  /// Fails if the array is missing, empty or of another type, or if a value is not finite.
+  /// \param name that of savez()'s keyword, without ".npy"
   tl::expected<NumpyArray, FileError> numbers(const std::string& name) const;
 
   /// Returns a string. Fails if it is missing, not a single string, or not ASCII.

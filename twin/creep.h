@@ -20,6 +20,7 @@ class Creep {
   /// \param markers number of markers
   Creep(std::vector<CreepTerm> terms, Eigen::Index markers);
 
+  /// Returns whether there are no terms, so that now() stays zero.
   bool isNone() const { return terms_.empty(); }
 
   /// Advances to a time that is not before the previous one. u is interpolated linearly in between, and was zero before

@@ -66,7 +66,9 @@ std::string formatNames();
 const Format* formatByName(const std::string& name);
 const Format* formatByCode(std::uint32_t code);
 
+/// Returns whether the format is a Bayer mosaic.
 bool isBayer(Format format);
+/// Returns the samples per pixel: 3 for RGB and BGR, else 1.
 std::size_t samplesPerPixel(Format format);
 
 /// Returns the size of a picture [bytes].

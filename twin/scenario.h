@@ -94,7 +94,8 @@ struct Resultant {
   void add(const ContactState& contact);
 };
 
-// These read a scenario, in TOML. \param name names the file in errors
+// These read a scenario in TOML. They fail for wrong syntax, an unknown key, a wrong type and an impossible value.
+// \param name names the file in errors
 tl::expected<Scenario, tractiond::FileError> parseScenario(std::string_view text, const std::string& name);
 tl::expected<Scenario, tractiond::FileError> loadScenario(const std::string& path);
 

@@ -1,4 +1,4 @@
-// Times of the twin's pictures.
+// Computes the scenario times of the twin's pictures.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,8 @@ class SceneTime {
     return now_s;
   }
 
-  /// Reports that a picture was sent at `time_s` of a steady clock [s].
+  /// Reports that a picture was sent. If pictures are late by half a period or more in total, next() skips ahead by
+  /// that. A gap of more than 1.1 s counts as time without a client and does not. \param time_s of a steady clock [s]
   void wasSent(double time_s, double period_s) {
     const double gap_s = sent_s_ ? time_s - *sent_s_ : period_s;
     sent_s_ = time_s;

@@ -20,7 +20,7 @@ struct TruthOptions {
   bool markers = false;        ///< true: writes displacement_px
 };
 
-/// Thread-bound.
+/// Writes records to a file and a socket, as the options state. Thread-bound.
 class TruthWriter {
  public:
   /// Opens file and socket. Errors: EX_CANTCREAT for the file, EX_UNAVAILABLE or EX_USAGE for the endpoint.

@@ -23,14 +23,14 @@ std::uint64_t refused();
 /// Returns whether any connection came through accept() or accept4() of this program: those of ZeroMQ do.
 bool seesAccepts();
 
-/// Reports the connections that were refused since its construction. Thread-bound.
+/// Reports the connections that are refused after its construction. Thread-bound.
 class Report {
  public:
   /// \param mostLookedAt number of file descriptors that one call looks at
   explicit Report(std::size_t mostLookedAt = 512)
       : mostLookedAt_(mostLookedAt) {}
 
-  /// Returns a line for the log; empty: nothing was refused, or the last line was less than a minute ago.
+  /// Returns a line for the log; empty if nothing was refused, or if the last line was less than a minute ago.
   std::string look(std::int64_t now_ns);
 
  private:

@@ -1,18 +1,18 @@
-// The two ends of a connection: the local one shows the endpoint, the remote one the peer.
+// Names the two ends of a connection: the local end tells its endpoint, the other its peer.
 #pragma once
 
 #include <string>
 
 namespace tractiond::network {
 
-/// Returns "ipc://PATH" or ":PORT" of a connection; empty: not a connection, or one of another kind.
+/// Returns the local end of a connection, "ipc://PATH" or ":PORT"; empty if `fd` is not a connection of these kinds.
 std::string localEnd(int fd);
 
-/// Returns the same of an endpoint's connections.
+/// Returns the local end that an endpoint's connections have.
 std::string localEndOf(const std::string& endpoint);
 
-/// Returns the peer of a connection, for the log: "uid 1000, pid 4711", or an address. Empty: not a connection, or
-/// ended.
+/// Returns the peer of a connection as text for the log: "uid 1000, pid 4711", or an address. Empty if `fd` is not a
+/// connection, or it has ended.
 std::string peerOf(int fd);
 
 }  // namespace tractiond::network

@@ -8,22 +8,23 @@
 
 namespace tractiond::network {
 
-/// What frames contain, which decides how much of them ZeroMQ keeps.
+/// Kind of frames, which decides how much memory ZeroMQ keeps of them.
 enum class Charge {
-  kRequests,       ///< messages, in a queue until they are taken
-  kSubscriptions,  ///< nodes of a tree, one per byte, until the connection ends
+  kRequests,       ///< messages in a queue until the program takes them
+  kSubscriptions,  ///< nodes of a tree, one for each byte, for as long as the connection lasts
 };
 
-/// Measures one connection from its first byte on. Ignores contents, which may be encrypted.
+/// Measures one connection from its first byte on. Ignores the contents of frames, which may be encrypted.
+/// Thread-bound.
 class FrameMeter {
  public:
   struct Reading {
-    std::uint32_t frames = 0;      ///< number that began, and may be kept
-    std::uint64_t cost_bytes = 0;  ///< memory of these, as if they were complete
-    bool isOld = false;            ///< the peer speaks an older protocol than ZMTP 3.0, whose frames this cannot read
+    std::uint32_t frames = 0;      ///< number of frames that began and that ZeroMQ may keep
+    std::uint64_t cost_bytes = 0;  ///< memory for these, as if they had arrived completely
+    bool isOld = false;            ///< the peer uses a protocol older than ZMTP 3.0, whose frames cannot be measured
   };
 
-  /// Reads the next bytes of the connection.
+  /// Measures the next bytes of the connection.
   Reading read(std::span<const std::uint8_t> bytes, Charge charge);
 
  private:

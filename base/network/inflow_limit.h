@@ -12,33 +12,34 @@
 
 namespace tractiond::network::inflow {
 
-inline constexpr std::uint64_t kMost_bytes = 1 << 20;  ///< limit of one connection
-inline constexpr std::uint64_t kMostTogether_bytes =
-    8 << 20;  ///< limit of all connections; beyond it the largest is ended
+inline constexpr std::uint64_t kMost_bytes = 1 << 20;          ///< limit of one connection
+inline constexpr std::uint64_t kMostTogether_bytes = 8 << 20;  ///< of all; above it the largest connection is ended
 
 // Every function is thread-safe.
 
-/// Starts to watch the connections that are accepted at this endpoint (tcp://ADDRESS:PORT, ipc://PATH).
+/// Applies the limits to the connections that are accepted at this endpoint (tcp://ADDRESS:PORT, ipc://PATH) from now
+/// on.
 void watch(const std::string& endpoint, Charge charge);
-/// Ends watch(). After the last endpoint, forgets the costs of all connections.
+/// Ends watch(). When no endpoint is left, forgets all charges.
 void unwatch(const std::vector<std::string>& endpoints);
 
-/// Releases the cost of a message of so many parts, which was taken out of ZeroMQ's queues and is not kept.
-/// \param fd of the connection, from ZeroMQ
+/// Releases the charge of a connection for one message, which the caller has taken out of ZeroMQ's queues.
+/// \param fd of the connection, as ZeroMQ reports it \param parts number of parts of the message
 void release(int fd, std::size_t parts);
 
-/// Releases the costs of connections that have ended: ZeroMQ has no more messages of this kind in its queues.
+/// Releases the charges of connections that have ended. Must be called when ZeroMQ has no more messages of this kind in
+/// its queues.
 void releaseEnded(Charge charge);
 
 /// Returns the number of connections that were ended since the start of the program.
 std::uint64_t ended();
 
-/// Reports the connections that were ended since its construction, and once if the limits are not in force.
+/// Reports the connections that are ended after its construction, and once that the limits are not in force, if so.
 /// Thread-bound.
 class Report {
  public:
-  /// Returns memory of ended connections to the system, at most once a second. Returns a line for the log; empty: there
-  /// is nothing to report, or the last line was less than a minute ago.
+  /// Gives memory of ended connections back to the system, at most once a second.
+  /// \return a line for the log; empty if there is nothing to report, or if the last line was less than a minute ago
   std::string look(std::int64_t now_ns);
 
  private:

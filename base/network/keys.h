@@ -49,8 +49,8 @@ KeyPair newKeyPair();
 /// Returns the path of the gateway's own secret key in a directory of keys.
 std::filesystem::path serverKeyFile(const std::filesystem::path& directory);
 
-/// Reads a key pair. Errors: EX_NOINPUT if it cannot be read, EX_CONFIG if it is not a valid pair, EX_NOPERM if others
-/// can read the file (for root's file: others than its group).
+/// Reads a key pair. Errors: EX_NOINPUT if it cannot be read, EX_CONFIG if it is not a valid pair (the public key must
+/// belong to the secret one), EX_NOPERM if others than its owner can read the file (for root's file: and its group).
 tl::expected<KeyPair, Error> loadKeyPair(const std::filesystem::path& path);
 
 /// Writes a new file with mode 0600 and creates its directory. Errors: EX_CANTCREAT if the file exists or cannot be
@@ -61,7 +61,8 @@ tl::expected<void, Error> saveKeyPair(const std::filesystem::path& path, const K
 /// gateway's, can read it.
 tl::expected<void, Error> saveServerKey(const std::filesystem::path& directory, const KeyPair& keys);
 
-/// Writes NAME.key with mode 0644, replacing an existing file. Errors as of saveKeyPair(), but a file may exist.
+/// Writes NAME.key with mode 0644 and creates the directory; replaces an existing file as a whole. Errors are those of
+/// saveKeyPair(), except for an existing file. \param key must be valid: name and key are not checked
 tl::expected<void, Error> allow(const std::filesystem::path& directory, const AllowedKey& key);
 
 /// Deletes NAME.key. Errors: EX_NOINPUT if there is none; EX_NOPERM or EX_CANTCREAT if it cannot be deleted.

@@ -1,4 +1,4 @@
-// Bounds the bytes of replies that wait for peers which do not read them.
+// Limits the bytes of replies that wait for peers that do not read them.
 #pragma once
 
 #include <atomic>
@@ -11,7 +11,7 @@
 
 namespace tractiond::network {
 
-/// Bounds the replies of each requester (a key, a user, an address) and of all together. Thread-bound.
+/// Counts for each requester (a key, a user, an address) and for all together. Thread-bound.
 class ReplyBudget {
  public:
   /// A reply that has not arrived yet.
@@ -20,7 +20,8 @@ class ReplyBudget {
     std::uint64_t bytes = 0;
   };
 
-  /// \param hasUnread returns whether the kernel holds bytes of a connection that the peer has not read
+  /// \param most_bytes limit of all requesters together \param mostEach_bytes of one
+  /// \param hasUnread returns whether the kernel holds bytes of a connection that its peer has not read
   ReplyBudget(std::uint64_t most_bytes, std::uint64_t mostEach_bytes, std::function<bool(int fd)> hasUnread = isUnread)
       : most_bytes_(most_bytes)
       , mostEach_bytes_(mostEach_bytes)

@@ -17,14 +17,14 @@
 
 namespace tractiond {
 
-/// A value that is one of a few words.
+/// Value that is one of a few words.
 struct Choice {
   std::vector<std::string> words;
   std::function<std::string()> get;
   std::function<void(const std::string&)> set;
 };
 
-/// A list of keys that this program does not know, each with a value.
+/// Section with keys that are not known beforehand, each with a value.
 struct Entries {
   using Entry = std::pair<std::string, TomlTable::Scalar>;
   std::function<std::vector<Entry>()> get;
@@ -44,8 +44,10 @@ struct Key {
   bool live = false;                                       ///< whether the value may change while the program runs
 };
 
+/// Returns a choice that sets `value` to one of the words. `value` must outlive it.
 Choice choiceOf(std::string& value, std::vector<std::string> words);
 
+/// Returns a choice that sets `value` to the meaning of one of the words. `value` must outlive it.
 template <typename Enum>
 Choice choiceOf(Enum& value, std::vector<std::pair<std::string, Enum>> meanings) {
   Choice result;
@@ -64,30 +66,31 @@ Choice choiceOf(Enum& value, std::vector<std::pair<std::string, Enum>> meanings)
   return result;
 }
 
-/// Returns whether other hosts cannot reach an endpoint: 127.…, localhost, a file.
+/// Returns whether an endpoint cannot be reached from other hosts: ipc, or tcp at 127.…, [::1], localhost or lo.
 bool isOnThisHost(std::string_view endpoint);
 
-/// Returns a text as a string of TOML, in quotes.
+/// Returns a text as a TOML string, with quotes.
 std::string quoted(const std::string& text);
 
-/// Returns the text of a configuration file with every key and its meaning, after `introduction`. \param standards the
-/// same keys of a default configuration
+/// Returns the text of a configuration file with every key, its value and meaning, after `introduction`. \param
+/// standards the same keys of a default configuration, whose values are stated as defaults
 std::string tableText(const std::string& introduction, const std::vector<Key>& keys, const std::vector<Key>& standards);
 
-/// A key whose value differs between two configurations, with both values as they are written.
+/// A key whose values differ in two configurations.
 struct Change {
-  std::string key;  ///< "camera.exposure_us"
-  std::string before, after;
-  bool live = false;  ///< as in Key
+  std::string key;            ///< "camera.exposure_us"
+  std::string before, after;  ///< values as in the file
+  bool live = false;          ///< Key::live
 };
 
-/// Lists the keys whose values differ between two tables of the same keys.
+/// Lists the keys whose values differ, in the order of the tables, which must have the same keys.
 std::vector<Change> changesBetween(const std::vector<Key>& before, const std::vector<Key>& after);
 
-/// Converts a fault of a configuration file into an error.
+/// Converts an error in a configuration file: EX_NOINPUT if the file cannot be read, else EX_CONFIG.
 Error asError(const FileError& error);
 
-/// Reads every key of the table from a file; a missing key keeps its value. Fails with EX_CONFIG if the file is wrong.
+/// Reads every key of the table from a file; missing keys keep their values. Fails with EX_CONFIG for the first fault,
+/// also for an unknown key.
 tl::expected<void, Error> readTable(TomlTable& root, const std::vector<Key>& keys);
 
 }  // namespace tractiond

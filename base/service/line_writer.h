@@ -1,4 +1,4 @@
-// Writes the log, so that no thread that logs waits for the reader.
+// Writes the log's lines, so that no thread that logs waits for the reader.
 #pragma once
 
 #include <chrono>
@@ -11,13 +11,13 @@
 namespace tractiond {
 
 struct LineWriterOptions {
-  std::size_t most_bytes = std::size_t{256} << 10;  ///< that may wait for the reader; further lines are lost
-  std::chrono::milliseconds patience{500};          ///< time to write the rest at the end
-  std::string prefix = "tractiond: ";               ///< of the line that states the number of lost lines
+  std::size_t most_bytes = std::size_t{256} << 10;  ///< queued for the reader; further lines are lost
+  std::chrono::milliseconds patience{500};          ///< longest wait of drain()
+  std::string prefix = "tractiond: ";               ///< of the line that states how many lines were lost
 };
 
-/// Writes lines to a descriptor on a thread of its own. A full pipe, or a terminal that is stopped, blocks that thread
-/// alone: lines without room are counted, and a line in their place states their number.
+/// Writes lines to a descriptor from a thread of its own. A full pipe or a stopped terminal blocks only that thread:
+/// lines for which there is no room are counted, and a line in their place states how many were lost.
 class LineWriter {
  public:
   /// \param descriptor must stay open until the process ends
@@ -27,10 +27,10 @@ class LineWriter {
   /// Calls drain().
   ~LineWriter();
 
-  /// Waits for the reader, for `patience` at most. Nothing is written after it. Any thread.
+  /// Waits until the queued lines are written, at most for `patience`. Later lines are not written. Any thread.
   void drain();
 
-  /// Queues a line, without its end. Any thread.
+  /// Queues a line; does not wait. Any thread. \param line without its line end
   void write(std::string_view line);
 
   /// Returns the number of lines lost since the start. Any thread.

@@ -1,4 +1,4 @@
-// A program's log: lines of spdlog on standard error, formatted for the journal or for a terminal.
+// A program's log: spdlog's lines on standard error, in the form for the journal or for a terminal.
 #pragma once
 
 #include "base/service/line_writer.h"
@@ -11,11 +11,11 @@
 
 namespace tractiond {
 
-/// Returns a line with its prefix: the priority in systemd's journal, the program's name elsewhere.
+/// Returns a line with its prefix: the priority for systemd's journal, else the program's name.
 std::string logLine(std::string_view program, spdlog::level::level_enum level, std::string_view text);
 
-/// Sends spdlog's lines of this level ("debug", "info", "warning", "error") and above to standard error. No thread that
-/// logs waits for the reader.
+/// Makes spdlog write lines of this level ("debug", "info", "warning", "error") and above to standard error through the
+/// returned writer, so that no thread that logs waits for the reader.
 std::shared_ptr<LineWriter> startLog(const std::string& program, const std::string& level);
 
 }  // namespace tractiond

@@ -9,8 +9,9 @@
 
 namespace traction::cli {
 
-/// Carries out the steps in order and prints their reports together, as a table or one line of JSON; if a step fails,
-/// first those of the steps before it. \throws Error, OutputError
+/// Carries out the steps in order and prints their reports together, as a table or one line of JSON. If a step fails,
+/// prints the reports of the steps before it and throws its error, which names the step; later steps are not sent.
+/// \throws Error, OutputError
 void camera(const ControlOptions& control, const std::vector<CameraStep>& steps, bool json);
 
 /// Prints the features that the configuration sets or that were written, and the camera's temperature. \throws Error,

@@ -57,7 +57,7 @@ class Canvas {
   int text(int column, int row, std::string_view utf8, const Style& style = {}, Paper paper = Paper::kOfStyle);
   /// Fills a rectangle with spaces.
   void fill(int column, int row, int width, int height, const Style& style);
-  /// Draws the border of a rectangle.
+  /// Draws the border of a rectangle with rounded corners; the inside stays as it is. Width and height are at least 2.
   void frame(int column, int row, int width, int height, const Style& style);
 
   /// Returns the page as a terminal needs it, from the top left corner.
@@ -77,15 +77,17 @@ class Canvas {
   std::vector<Cell> cells_;
 };
 
-/// Dots at 2 x 4 per character, drawn as Braille characters.
+/// Dots at 2 x 4 per character, drawn as Braille characters. Dots outside are ignored.
 class Dots {
  public:
   Dots(int columns, int rows);
 
   int width() const { return 2 * columns_; }
   int height() const { return 4 * rows_; }
-  void set(int x, int y);  ///< y points down
+  void set(int x, int y);  ///< Sets a dot; y points down.
+  /// Sets the dots of a line from (x0, y0) to (x1, y1), ends included.
   void line(double x0, double y0, double x1, double y1);
+  /// Draws the characters that have dots onto the canvas, the top left one at (column, row).
   void paint(Canvas& canvas, int column, int row, const Style& style,
              Canvas::Paper paper = Canvas::Paper::kOfStyle) const;
 

@@ -6,8 +6,9 @@
 
 namespace traction::cli {
 
-/// Returns the instances with a control socket in a runtime directory and those with a configuration file. If there are
-/// none, returns the default instance, which may use TCP. Never empty.
+/// Returns the names of the instances with a control socket in a runtime directory and of those with a configuration
+/// file /etc/tractiond/NAME.toml. Directories that cannot be read count as empty. If there are none, returns "default",
+/// which may use TCP. Never empty.
 std::set<std::string> instancesHere();
 
 }  // namespace traction::cli

@@ -9,10 +9,12 @@
 
 namespace traction::cli {
 
+// These return a JSON object without a line end. Numbers that are not finite become null.
 std::string toJson(const Message& message);
 std::string toJson(const Status& status);
 std::string toJson(const Description& description);
 std::string toJson(const ZeroResult& result);
+/// \param step name of the step, part of the object
 std::string toJson(const std::string& step, const CalibrationReport& report);
 
 /// Writes each value as a number, true, false or text, by its kind; null if there is none.

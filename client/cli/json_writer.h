@@ -13,10 +13,11 @@
 
 namespace traction::cli {
 
-/// Appends values one after another and inserts commas. It does not check the structure. Not-finite numbers become
-/// null.
+/// Appends values one after another and inserts commas. Does not check the structure; text must be valid UTF-8. Each
+/// function returns this object.
 class Json {
  public:
+  /// Writes the key of the next value, within an object.
   Json& key(std::string_view name) {
     separate();
     quote(name);
@@ -25,6 +26,7 @@ class Json {
     return *this;
   }
 
+  /// Writes a number in its shortest exact form; null if it is not finite.
   template <typename Number>
   Json& number(Number value) {
     separate();
@@ -54,18 +56,21 @@ class Json {
     return *this;
   }
 
+  /// Opens an object '{' or an array '['.
   Json& open(char bracket) {
     separate();
     text_ += bracket;
     first_ = true;
     return *this;
   }
+  /// Closes the object with '}' or the array with ']' that was opened last.
   Json& close(char bracket) {
     text_ += bracket;
     first_ = false;
     return *this;
   }
 
+  // Write arrays.
   template <typename Range>
   Json& numbers(const Range& values) {
     open('[');
@@ -82,6 +87,7 @@ class Json {
     for (const std::string& value : values) string(value);
     return close(']');
   }
+  /// Writes an array of arrays of numbers.
   template <typename Range>
   Json& vectors(const Range& values) {
     open('[');

@@ -11,6 +11,7 @@
 
 namespace traction::cli {
 
+/// Returns the header of a message of any type; it refers to the message.
 const Header& headerOf(const Message& message);
 
 /// Returns the error that no publisher was found.

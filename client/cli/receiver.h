@@ -13,6 +13,7 @@ namespace traction::cli {
 
 using Clock = std::chrono::steady_clock;  ///< CLOCK_MONOTONIC, as the messages' times
 
+/// Returns a time as nanoseconds of CLOCK_MONOTONIC.
 std::int64_t nanoseconds(Clock::time_point time);
 
 /// Receives on a thread of its own during its lifetime.

@@ -22,10 +22,8 @@ class RecordingError : public std::runtime_error {
 
 // All functions below \throw RecordingError.
 
-/// Records every message of the chosen topics into a new file until a signal or until the time is over. \param truth
-/// endpoint of a traction-twin's true states; empty: none
-/// \param seconds duration
-/// \throws Error
+/// Records every message of the chosen topics into a new file until a signal or until the time is over. \throws Error
+/// \param truth endpoint of a traction-twin's true states; empty: none \param seconds duration
 void record(const SubscriberOptions& options, const std::string& file, const std::string& truth, double seconds);
 
 /// Sends the recorded stream at an endpoint of its own, at `speed` times its own rate, once a client subscribes.

@@ -96,7 +96,7 @@ inline constexpr std::array<FlagText, 9> kFlagTexts = {{
     {kDiscontinuity, "discontinuity", "frames were lost before this one"},
 }};
 
-/// Returns words for the flags, most important first. \param flags or-ed Flag
+/// Returns one text per set flag, most important first; unknown bits have none. \param flags or-ed Flag
 std::vector<std::string> words(std::uint32_t flags);
 
 /// Returns a duration as text: "2.3 s", "12 s", "5 min".

@@ -17,11 +17,14 @@ class Tape {
   /// Creates a new file.
   explicit Tape(const std::string& path);
 
-  /// Adds a message.
+  /// Adds a message with its sequence number. Log time: when it arrived. Publish time: captureTime_ns(), or the log
+  /// time if that is not known and for descriptions and statuses. \param raw topic and bytes of `message`
   void add(const Message& message, const Raw& raw);
-  /// Adds a line of JSON from traction-twin.
+  /// Adds a line of JSON from traction-twin, without its line end, to the topic "truth/". The JSON is not checked. Log
+  /// time: now; publish time: the line's "monotonic_ns" if that is within the last 10 s of this host's clock, else the
+  /// log time.
   void addTruth(const std::string& line);
-  /// Writes a chunk that is due. Must be called in every turn of the receiving loop.
+  /// Writes the buffered messages if they are due. Must be called in every turn of the receiving loop.
   void look();
   /// Writes what is buffered, and the end of the recording.
   void close();

@@ -51,7 +51,7 @@ class Terminal {
 
 /// Makes SIGINT, SIGTERM and SIGHUP set stopRequested() instead of ending the process.
 void rememberSignals();
-/// Returns whether one of these signals has arrived. Requires rememberSignals().
+/// Returns whether one of these signals has ever arrived; it is never reset. Requires rememberSignals().
 bool stopRequested();
 
 }  // namespace traction::cli

@@ -1,5 +1,5 @@
-// The box that is looked at: its files below a root, and the few things that are no files. Tests make boxes of their
-// own.
+// Reads the machine that `tractionctl doctor` examines: its files below a root, and what is not a file. Tests replace
+// it.
 #pragma once
 
 #include "traction/status.h"
@@ -12,7 +12,7 @@
 
 namespace traction::doctor {
 
-/// Thread-compatible. Paths are those that the box itself has: "/proc/net/route".
+/// The examined machine. Reentrant. Paths are those of that machine, without the root: "/proc/net/route".
 class Box {
  public:
   explicit Box(std::filesystem::path root = "/")
@@ -26,35 +26,39 @@ class Box {
     int error = 0;  ///< errno; ENOENT: there is no such file
     explicit operator bool() const { return error == 0; }
   };
-  /// At most 1 MiB.
+  /// Reads a file, about 1 MiB of it at most. Does not wait for a pipe or a device.
   Reading read(const std::string& path) const;
-  /// The first line, without blanks at its ends; none: it cannot be read.
+  /// Returns the first line without blanks at its ends; nothing if the file cannot be read.
   std::optional<std::string> line(const std::string& path) const;
+  /// Returns the number that the first line consists of; nothing if it is not a number.
   std::optional<double> number(const std::string& path) const;
-  /// Names in a directory, sorted; none where it cannot be read.
+  /// Returns the names in a directory, sorted; none if it cannot be read.
   std::vector<std::string> list(const std::string& path) const;
-  /// Where a symbolic link points to.
+  /// Returns the target of a symbolic link; empty if it cannot be read.
   std::string target(const std::string& path) const;
+  /// Returns whether the path, with its symbolic links followed, exists and can be reached.
   bool exists(const std::string& path) const { return look(path).error == 0; }
 
   struct Look {
     int error = 0;                                ///< errno; 0: the rest is known
     std::uint32_t user = 0, group = 0, mode = 0;  ///< mode: permissions alone
   };
+  /// Returns owner, group and permissions of a file, with symbolic links followed.
   virtual Look look(const std::string& path) const;
 
   struct Space {
     bool readOnly = false;
     std::uint64_t free_bytes = 0;
   };
-  /// Of the file system that it is on; none: not known.
+  /// Returns the space of the file system that the path is on; nothing if it is not known.
   virtual std::optional<Space> space(const std::string& path) const;
 
   struct Ran {
     int exitCode = 0;
     std::string output, complaint;  ///< standard output and error
   };
-  /// A program and its arguments; none: it is not there, or takes longer than 10 s.
+  /// Runs a program with its arguments and waits for it. Returns nothing if it cannot be started, is ended by a signal,
+  /// or takes longer than 10 s; it is then killed.
   virtual std::optional<Ran> run(const std::vector<std::string>& words) const;
 
   struct Answer {
@@ -64,7 +68,7 @@ class Box {
   /// Asks the daemon of an instance for its status.
   virtual Answer status(const std::string& instance) const;
 
-  /// The kernel says that somebody keeps the time of day; none: it does not say.
+  /// Returns whether the kernel reports the time of day as synchronised; nothing if it does not tell.
   virtual std::optional<bool> keepsTime() const;
 
  private:
@@ -79,10 +83,12 @@ struct Process {
   std::string name;                ///< at most 15 letters
   std::vector<std::string> words;  ///< of its command line
 };
+/// Returns the processes that /proc lists.
 std::vector<Process> processesOf(const Box& box);
 
-/// Between blanks.
+/// Splits a line at its blanks; no word is empty.
 std::vector<std::string> wordsOf(const std::string& line);
+/// Splits a text at its line ends.
 std::vector<std::string> linesOf(const std::string& text);
 
 }  // namespace traction::doctor

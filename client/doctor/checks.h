@@ -1,4 +1,4 @@
-// What is looked at on a box, and what is found.
+// Checks of the machine that tractiond runs on, and their findings.
 #pragma once
 
 #include "client/doctor/box.h"
@@ -37,7 +37,7 @@ struct Instance {
   std::vector<int> processes;  ///< of tractiond
 };
 
-/// Everything that more than one check needs.
+/// What more than one check needs. Borrows the box.
 struct Patient {
   const Box& box;
   std::string program;  ///< tractiond
@@ -45,19 +45,20 @@ struct Patient {
   std::vector<Instance> instances;
 };
 
-/// \param program path of tractiond \param instance the only one to be looked at; empty: all
+/// Collects the processes and the instances with their settings. The box must outlive the result.
+/// \param program path of tractiond \param instance the only one to examine; empty: all
 Patient admit(const Box& box, const std::string& program, const std::string& instance);
 
-/// An id of the machine's own user, or of a group, by a file like /etc/passwd; none: there is none of the name.
+/// Returns the id of a user or group from a file like /etc/passwd or /etc/group; nothing if the name is not in it.
 std::optional<std::uint32_t> idOf(const Box& box, const std::string& file, const std::string& name);
 
-/// camera.id is an address in a network.
+/// Returns whether a camera.id is an IP or MAC address.
 bool isAddress(const std::string& cameraId);
 
-/// Not all instances' cameras are in a network, and the machine has USB.
+/// Returns whether the machine has USB and some instance's camera is not given by an address.
 bool mayUseUsb(const Patient& patient);
 
-// Each appends its findings.
+// Each appends its findings; they do not set Finding::instance.
 void checkMachine(const Patient& patient, std::vector<Finding>& findings);
 void checkNetwork(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
 void checkAccess(const Patient& patient, std::vector<Finding>& findings);
@@ -65,13 +66,15 @@ void checkCompetitors(const Patient& patient, std::vector<Finding>& findings);
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
 void checkMeasurement(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
 
+/// Carries out all checks, those of the machine first, then those of each instance. Parameters are those of admit().
 std::vector<Finding> examine(const Box& box, const std::string& program, const std::string& instance);
 
-/// One line a check, and one more for what mends it.
+/// Returns the report as text: one line per check, followed by one with what mends it.
 std::string reportText(const std::vector<Finding>& findings);
+/// Returns the report as JSON.
 std::string reportJson(const std::vector<Finding>& findings);
 
-/// 0: nothing is wrong, 1: warnings, 2: something fails.
+/// Returns the program's exit code: 0 if nothing is wrong, 1 for warnings, 2 if a check fails.
 int exitCodeOf(const std::vector<Finding>& findings);
 
 }  // namespace traction::doctor

@@ -1,4 +1,4 @@
-// Decoding that published messages and replies share. Only files that include this header see Protobuf.
+// Decodes the parts that published messages and replies share. Only files that include this header see Protobuf.
 #pragma once
 
 #include "traction/control.h"
@@ -12,13 +12,14 @@ namespace traction {
 
 namespace pb = traction::v1;
 
-// The functions below throw Error kMalformed for invalid messages. A colour of a later daemon becomes kUnknown.
-/// Throws `what` as an error unless `condition` holds.
+// Reentrant. The functions below throw Error kMalformed for invalid messages.
+
+/// Throws Error kMalformed with the text `what` unless `condition` holds.
 inline void require(bool condition, const char* what) {
   if (!condition) throw Error(ErrorCode::kMalformed, what);
 }
 
-/// Parses one Protobuf message.
+/// Parses one Protobuf message from all of `bytes`.
 template <typename Parsed>
 Parsed parse(std::string_view bytes) {
   Parsed message;
@@ -27,9 +28,13 @@ Parsed parse(std::string_view bytes) {
   return message;
 }
 
+/// Converts a colour; one that only a later daemon knows becomes kUnknown.
 Colour colourOf(pb::Colour colour);
+/// Converts a zero.
 Zero zeroOf(const pb::Zero& from);
+/// Converts a description and sets sameHost by comparing the daemon's host with this one.
 Description descriptionOf(const pb::Description& from);
+/// Takes over a status; fails if a histogram has another number of counts than its bounds need.
 Status statusOf(pb::Status from);
 
 }  // namespace traction

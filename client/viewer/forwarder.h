@@ -1,4 +1,4 @@
-// Passes messages to browsers, and computes from them what a page would take too long for, or too many bytes.
+// Passes messages to browsers, and computes from them what would take a page too long or too many bytes.
 #pragma once
 
 #include "client/viewer/frame.h"
@@ -17,10 +17,12 @@ class Forwarder {
       : deliver_(std::move(deliver)) {}
 
   /// Delivers the message as published; then kPlaces of a description, kSurface of a field and kPicture of a preview.
-  /// Delivers kPreview, kSurface and kPicture only once they are wanted.
+  /// Delivers kPreview, kSurface and kPicture only once they are wanted; all other kinds always.
+  /// Calls `deliver` on this thread, before it returns. \param raw topic and bytes of `message`
   void pass(const Message& message, const Raw& raw);
 
-  /// Adds kinds that are delivered from now on. The matrix for kSurface takes seconds and memory. Thread-safe.
+  /// Adds kinds (or-ed) to those that are wanted; none can be taken back. Matters for kPreview, kSurface and kPicture
+  /// only. The matrix for kSurface takes seconds and memory. Thread-safe.
   void want(unsigned kinds) { wanted_ |= kinds; }
 
  private:

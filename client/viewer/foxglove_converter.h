@@ -45,9 +45,9 @@ inline constexpr std::array<ChannelType, 9> kChannelTypes = {{{kFields, "field",
                                                               {kPictures, "picture", "foxglove.RawImage"},
                                                               {kLogs, "log", "foxglove.Log"}}};
 
-/// "traction/v1/SENSOR/field/", "foxglove/SENSOR/scene"
+/// Returns the topic of a sensor's channel: "traction/v1/SENSOR/field/", "foxglove/SENSOR/scene".
 std::string topicOf(const std::string& sensor, const ChannelType& type);
-/// A FileDescriptorSet that defines the channel's message.
+/// Returns a serialised FileDescriptorSet that defines the channel's message.
 std::string_view schemaOf(const ChannelType& type);
 
 /// A message for the subscribers of one channel.
@@ -57,12 +57,12 @@ struct Sample {
   /// Messages of a channel that replace each other have the same slot: the gel and the forces of a scene have two, as a
   /// client keeps both.
   unsigned slot = 0;
-  bool isLasting = false;        ///< holds until the next one of its slot: new subscribers are sent it at once
-  std::uint64_t logTime_ns = 0;  ///< when it was received, since 1970
+  bool isLasting = false;        ///< valid until the next one of its slot: each new subscriber receives it at once
+  std::uint64_t logTime_ns = 0;  ///< when it was converted [ns since 1970]
   std::shared_ptr<const std::string> data;
 };
 
-/// Makes samples of the messages of one source, of the channels that are wanted. Thread-bound except for want().
+/// Converts the messages of one source to samples of the channels that are wanted. Thread-bound except for want().
 class Converter {
  public:
   using Deliver = std::function<void(const Sample& sample)>;
@@ -70,10 +70,13 @@ class Converter {
   explicit Converter(Deliver deliver)
       : deliver_(std::move(deliver)) {}
 
-  /// Chooses which kinds of samples are made. Descriptions, statuses and the gel of the scene always are: they are
-  /// rare, and lasting. Thread-safe.
+  /// Sets the kinds of samples to make, instead of those of the last call; none at first. Descriptions, statuses and
+  /// the gel of the scene are always made: they are rare, and lasting. Thread-safe.
   void want(unsigned kinds) { wanted_ = kinds; }
 
+  /// Calls `deliver` on this thread, before it returns, with each sample of the message: the message as published and
+  /// its drawings. Ignores a message whose sensor has an invalid name; draws for the first 64 sensors only.
+  /// \param raw topic and bytes of `message`
   void pass(const Message& message, const Raw& raw);
 
  private:

@@ -38,7 +38,7 @@ struct Refused {
 };
 using ClientMessage = std::variant<Subscribe, Unsubscribe, Refused>;
 
-/// Parses a text message.
+/// Parses a text message. Never fails: what cannot be understood or is not offered is Refused.
 ClientMessage parseText(std::string_view text);
 /// Parses a binary message, all of which need capabilities that are not offered.
 Refused parseBinary(std::string_view bytes);
@@ -47,15 +47,18 @@ Refused parseBinary(std::string_view bytes);
 
 enum class Level { kInfo = 0, kWarning = 1, kError = 2 };
 
-/// \param session identifies the start of the program, within which channel ids keep their meaning
+/// Returns the text message serverInfo, the first one of a connection. \param session identifies this start of the
+/// program; channel ids keep their meaning as long as it stays the same
 std::string serverInfo(const std::string& name, const std::string& session);
+/// Returns the text message that advertises the channels.
 std::string advertise(const std::vector<Channel>& channels);
-/// \param id of the matter, if it is not empty: a later status with the same id replaces this one
+/// Returns the text message that shows `message` to the client's user. \param id if it is not empty, a later status
+/// with the same id replaces this one
 std::string status(Level level, const std::string& message, const std::string& id = "");
 
 inline constexpr std::size_t kDataHeaderSize = 13;
-/// The bytes of MessageData before the payload.
-/// \param logTime_ns since 1970
+/// Returns the bytes of the binary message MessageData that precede the payload.
+/// \param logTime_ns ns since 1970
 std::array<char, kDataHeaderSize> dataHeader(std::uint32_t subscription, std::uint64_t logTime_ns);
 
 // The handshake.

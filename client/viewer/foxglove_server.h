@@ -1,5 +1,4 @@
-// A server of the Foxglove WebSocket protocol: what sensors publish, live, for Foxglove and Lichtblick. It only
-// publishes.
+// Serves what sensors publish, live, by the Foxglove WebSocket protocol, for Foxglove and Lichtblick. Only publishes.
 #pragma once
 
 #include "client/viewer/foxglove_session.h"
@@ -38,7 +37,7 @@ class FoxgloveServer {
 
   /// Starts accepting clients.
   void start();
-  /// "ws://127.0.0.1:8765"
+  /// Returns the URL that clients connect to: "ws://127.0.0.1:8765".
   std::string url() const { return "ws://" + listener_.authority(); }
 
  private:

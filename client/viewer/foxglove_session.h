@@ -23,17 +23,18 @@ namespace traction::view::foxglove {
 
 /// Sends a client the newest message of each channel that it subscribed to, as fast as it reads.
 ///
-/// What is on the way to the client is bounded: behind the messages goes a WebSocket ping, and no message is sent while
-/// more than kWindow bytes have been sent since the last ping that was answered. A message that waits is replaced by a
-/// newer one of its slot, so that a slow client gets fewer messages, not older ones. Thread-bound: runs on the
-/// context's thread.
+/// What is on the way to the client is bounded: a WebSocket ping follows the messages, and no sample is sent while
+/// kWindow bytes or more have been sent since the last ping that was answered. A sample that waits is replaced by a
+/// newer one of its slot, so that a slow client gets fewer samples, not older ones. Only log lines are not replaced: up
+/// to 64 of them wait, then the oldest is dropped. Thread-bound: runs on the context's thread.
 class Session : public std::enable_shared_from_this<Session> {
  public:
   struct Handlers {
-    /// Subscribes to a channel. Returns why not; empty if it is done.
+    /// Called when the client subscribes to a channel. Returns why it cannot; empty if it can.
     std::function<std::string(Session& session, std::uint32_t channel)> subscribed;
+    /// Called for each subscription that ends, also when the connection closes.
     std::function<void(std::uint32_t channel)> unsubscribed;
-    std::function<void(const Session* session)> closed;
+    std::function<void(const Session* session)> closed;  ///< called once, when the connection has closed
   };
 
   static constexpr std::size_t kWindow = 512 * 1024;
@@ -42,10 +43,11 @@ class Session : public std::enable_shared_from_this<Session> {
 
   /// Accepts the handshake. \param greeting text messages that are sent first
   void start(const Request& request, std::string_view subprotocol, std::deque<std::string> greeting);
-  /// Sends a text message, before all samples.
+  /// Queues a text message, which is sent before all samples that wait. Closes the connection if 1,000 wait already.
   void tell(std::string message);
-  /// Sends a sample when the client has room for it, if it is subscribed to the channel.
+  /// Queues a sample for a client that is subscribed to the channel; has no effect otherwise.
   void offer(std::uint32_t channel, const Sample& sample);
+  /// Returns whether this client is subscribed to the channel.
   bool isSubscribed(std::uint32_t channel) const { return subscribers_.contains(channel); }
   /// Liveness check: closes the connection if, for kPatience, the client has acknowledged no bytes and answered no
   /// ping, while a message or an unanswered ping was outstanding. Must be called about once a second: bytes that are

@@ -13,6 +13,7 @@ namespace traction::view {
 /// A message on the wire: topic, a zero byte, bytes. Shared by the sessions that send it.
 using Frame = std::shared_ptr<const std::string>;
 
+/// Copies topic and bytes into a frame.
 Frame makeFrame(std::string_view topic, std::string_view bytes);
 
 /// Kinds of frames, beside Topics; or-ed.
@@ -29,16 +30,18 @@ enum Kinds : unsigned {
 };
 inline constexpr unsigned kKindCount = 15;
 
+/// Returns the kind of a published message: its bit of Topics.
 unsigned kindOf(const Message& message);
 
-/// Of an Error, as clients in other languages call it.
+/// Returns the name of an error code that clients in other languages use: "no_answer".
 const char* nameOf(ErrorCode code);
+/// Returns a frame of kErrors.
 Frame errorFrame(const Error& error);
 
-/// A JSON string.
+/// Returns `text` as a JSON string, quotes included; control characters become blanks.
 std::string jsonText(std::string_view text);
 
-/// On any thread.
+/// Called on the thread of the part that delivers. \param kind one bit of Topics or Kinds
 using Deliver = std::function<void(unsigned kind, const Frame& frame)>;
 
 }  // namespace traction::view

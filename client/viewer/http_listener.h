@@ -17,7 +17,7 @@
 
 namespace traction::view {
 
-/// A WebSocket client that owes something and takes nothing for this long is closed.
+/// A WebSocket client is closed if it reads nothing for this long while messages for it are outstanding.
 inline constexpr std::chrono::seconds kPatience{15};
 /// Send buffer of a WebSocket [bytes]. Messages in it grow old while a slow client reads; newer ones cannot replace
 /// them.
@@ -49,7 +49,7 @@ class HttpListener {
 
   /// Starts accepting connections.
   void start();
-  /// "127.0.0.1:9880", "[::1]:9880"; "localhost:9880" if it listens at every address.
+  /// Returns the address in URLs: "127.0.0.1:9880", "[::1]:9880"; "localhost:9880" if it listens at every address.
   std::string authority() const;
 
   // For HttpConnection.

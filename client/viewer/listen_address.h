@@ -31,6 +31,8 @@ struct ListenAddress {
 /// \return empty if the text has none of these forms
 std::optional<ListenAddress> parseListenAddress(const std::string& text, const ListenAddress& defaults);
 
+/// Returns whether `address` is an IPv4 address in 127.0.0.0/8 or ::1. False for any other text, also "localhost" and
+/// IPv4 addresses written as IPv6.
 bool isLoopback(const std::string& address);
 
 /// Returns whether a request's Host header names this server: an IP address, localhost, or one of `names`, with or

@@ -11,7 +11,7 @@ struct PageFile {
   std::string_view gzip;  ///< its content
 };
 
-/// Null: there is none of this path.
+/// Returns the file of a path; nullptr if there is none. The files live as long as the program.
 const PageFile* findPageFile(std::string_view path);
 
 }  // namespace traction::view

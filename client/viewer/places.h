@@ -7,7 +7,8 @@
 
 namespace traction::view {
 
-/// u, v [px] of node after node, through gel, window and lens as the description has them. Empty: there are none.
+/// Returns u, v of node after node [px], projected through gel, window and lens of the description. Empty without
+/// nodes, and if the description is implausible, for example with a camera inside the gel.
 std::vector<float> nodePlaces_px(const Description& description);
 
 }  // namespace traction::view

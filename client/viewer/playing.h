@@ -15,7 +15,7 @@
 namespace traction::view {
 
 /// Plays the messages of the recording's first sensor, from the beginning and at the pace of the recording, until
-/// play() is called.
+/// play() is called. At the end it waits for play().
 class Playing {
  public:
   /// \param deliver is called on the player's own thread
@@ -26,11 +26,12 @@ class Playing {
   Playing(const Playing&) = delete;
   Playing& operator=(const Playing&) = delete;
 
-  /// Continues at `from_s` after the beginning [s], at `speed` times the pace of the recording; at speed 0 it shows
-  /// that moment and pauses. Thread-safe.
+  /// Continues at `from_s` after the beginning [s], limited to the recording, at `speed` times its pace; at speed 0 it
+  /// shows that moment and pauses. Returns at once; a later call replaces a request that has not begun. Thread-safe.
   void play(double from_s, double speed);
 
-  /// Adds kinds that are delivered from now on. Thread-safe.
+  /// Adds kinds (or-ed) to those that are wanted. Only kPreview, kSurface and kPicture must be: all other kinds are
+  /// always delivered. Thread-safe.
   void want(unsigned kinds) { forwarder_.want(kinds); }
 
  private:

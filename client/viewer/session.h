@@ -33,15 +33,19 @@ SessionOptions parseSession(std::string_view query);
 class Session : public std::enable_shared_from_this<Session> {
  public:
   struct Handlers {
+    /// Called for "ask ID QUESTION". \param id 1 to 16 digits, which the answer repeats
     std::function<void(Session& from, const std::string& id, const std::string& question)> ask;
+    /// Called for "play SECONDS SPEED". \param from_s finite \param speed from 0 to 64
     std::function<void(double from_s, double speed)> play;
     std::function<void(const Session* session)> gone;  ///< called once, when the connection has closed
   };
 
   Session(boost::asio::ip::tcp::socket&& socket, const SessionOptions& options, Handlers handlers);
 
+  /// Accepts the handshake and starts to read and send.
   void start(const boost::beast::http::request<boost::beast::http::string_body>& request);
-  /// Sends the frame, when the client has room, if the client wants its kind.
+  /// Queues the frame as SessionOptions::newest says, if the client wants its kind; has no effect otherwise. In both
+  /// modes it waits for the handshake and while another frame is being written. \param kind one bit of Kinds
   void offer(unsigned kind, const Frame& frame);
   /// Sends the frame before all that wait. Closes the connection of a client that leaves 16 answers unread.
   void answer(const Frame& frame);

@@ -12,11 +12,12 @@
 namespace traction::view {
 
 struct SourceOptions {
-  std::string name;  ///< shown to people
+  std::string name;  ///< shown to the user
   SubscriberOptions subscription;
   std::optional<ControlOptions> control;  ///< empty: no endpoint for requests is known
 };
 
+/// Receives from its construction to its destruction. Thread-bound.
 class Source {
  public:
   /// Called on the source's thread.

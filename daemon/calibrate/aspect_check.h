@@ -1,4 +1,4 @@
-// Does the picture have another scale in u than in v, against the gel file?
+// Checks whether the ratio of the picture's scales in u and v (its aspect) differs from the gel file's.
 #pragma once
 
 #include "sensor/sensor.h"
@@ -33,14 +33,14 @@ struct AspectSeen {
       0.0;  ///< residual of the best camera with the file's aspect; infinite: there is none, or it was not sought
   double residual_px = 0.0;  ///< of the best camera
 
-  std::string what() const;    ///< what the picture shows, for people
-  std::string remedy() const;  ///< the key and its value
+  std::string what() const;    ///< Describes the difference to an operator.
+  std::string remedy() const;  ///< Describes what to do: the key of the gel file and its value, or what to measure.
 };
 
-/// Fits pose, lens and pattern to the markers' places twice (fitGeometry), with the file's aspect and with any, and
-/// compares. A tilt, another focal length, distance or distortion do not count as another aspect: each of the two fits
-/// is free to take them up. Where few markers of one layer are seen at a slant, a longer lens and another aspect look
-/// alike, and nothing differs. A tenth of a second. Reentrant.
+/// Fits pose, lens and pattern to the markers' places twice (fitGeometry), with the file's aspect and with a free one,
+/// and compares the two. A tilt, another focal length, distance or distortion do not count as another aspect: both fits
+/// are free to take them up. Where few markers of one layer are seen at a slant, a longer lens and another aspect look
+/// alike, and `differs` is false. Takes a tenth of a second. Reentrant.
 /// \param start the file's lens and aspect, and a pose from which the fits start \param place_px 2 M, as in RestPose
 /// \param first the aspect that the search starts from \return nothing where no aspect explains the places
 std::optional<AspectSeen> seenAspect(const sensor::Sensor& start, double first, std::span<const float> place_px,

@@ -1,4 +1,4 @@
-// A calibration while it runs: what has been measured so far, and what is being measured.
+// Carries out the steps of a calibration and keeps what has been measured.
 #pragma once
 
 #include "base/error.h"
@@ -32,34 +32,36 @@ struct CalibrationOptions {
   StiffnessOptions stiffness = {};
 };
 
-using Result = tl::expected<CalibrationReport, std::string>;  ///< the error is a sentence for people
+using Result = tl::expected<CalibrationReport, std::string>;  ///< the error is a sentence for the operator
 
-/// A step that runs ends within its seconds and grace_s, by the frames' times, with a reason if it is an error; for a
-/// step that gets no frames, drop() is whoever gives them's.
+/// A step that runs ends within its seconds and grace_s, measured by the frames' times. If no frames come, the caller
+/// must call drop().
 ///
 /// Steps may be repeated and come in any order; each replaces its part of the sensor in force, and what was not
-/// measured stays as it is. The sensor in force itself does not change: the file counts from the next start.
+/// measured stays as it is. The sensor in force itself does not change: the gel file applies from the next start.
 /// Thread-bound.
 class Calibration {
  public:
-  /// The sensor in force outlives this.
+  /// The sensor in force must outlive this.
   explicit Calibration(const sensor::Sensor& inForce, const CalibrationOptions& options = {});
   ~Calibration();
 
-  /// Carries a step out, or begins it (nothing): then its frames are to be given to add(). A step that runs is
-  /// dropped. The first weight takes seconds of work. \param zero in force; \param camera id; \param directory for the
-  /// file.
+  /// Carries out a step and returns its result, or begins one that looks at frames and returns nothing: its frames go
+  /// to add(). Drops a step that runs. The first weight takes seconds of work, kFinish waits for the disk.
+  /// \param zero in force; nullptr: none yet \param camera see cameraId() \param directory for the gel file
   std::optional<Result> begin(const CalibrationStep& step, const RestPose* zero, const std::string& camera,
                               const std::filesystem::path& directory);
 
+  /// Returns whether a step looks at frames.
   bool running() const { return running_.has_value(); }
 
   /// Returns whether add() may take about a second with the next frame, as it may complete the reading of a weight.
   bool nextTakesLong() const;
 
+  /// Ends the step that runs without a result; what earlier steps measured stays.
   void drop() { running_.reset(); }
 
-  /// A frame for the step that runs; what came of it, once it is over: then it may have taken a second of work.
+  /// Gives a frame to the step that runs. Returns its result when it ends, else nothing; see nextTakesLong().
   std::optional<Result> add(const MarkerField& field);
 
  private:
@@ -94,13 +96,14 @@ class Calibration {
   std::unique_ptr<Weighing> weighing_;
 };
 
-/// Of all that the file says but the hash itself: 32 hexadecimal digits.
+/// Returns the hash of everything that the gel file states except the hash itself, as 32 hexadecimal digits.
 std::string calibrationHash(const sensor::Sensor& sensor);
 
-/// A calibrated sensor must be as it was written; one that is not calibrated always is.
+/// Fails with EX_CONFIG if a calibrated sensor's hash does not fit its contents: the file was changed by hand. Succeeds
+/// for a sensor that is not calibrated. \param path for the error
 tl::expected<void, Error> verifyCalibration(const sensor::Sensor& sensor, const std::string& path);
 
-/// What a gel file calls a camera; as `tractiond --cameras` does, but for characters that TOML would have to escape.
+/// Returns the name of a camera in gel files, "VENDOR-SERIAL"; '_' replaces characters that TOML would have to escape.
 std::string cameraId(const std::string& vendor, const std::string& serial);
 
 }  // namespace tractiond::calibrate

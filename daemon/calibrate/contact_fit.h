@@ -1,4 +1,4 @@
-// One weight on the gel: where it stands and what it weighs in newtons of the elasticity assumed.
+// Measures one weight on the gel: its place, and its force under the assumed elasticity.
 #pragma once
 
 #include "daemon/calibrate/picture_motion.h"
@@ -8,7 +8,7 @@
 
 namespace tractiond::calibrate {
 
-/// What a contact does to the markers, measured; Young's modulus is the gel's.
+/// The contact that explains the markers' displacements best, with the Young's modulus of the gel file.
 struct ContactReading {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();       ///< [N]
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< [N^2], by the scatter of the residual
@@ -24,17 +24,18 @@ struct ContactReading {
 /// Gauss-Newton over place and radius, the rest is linear. Reentrant; immutable after construction.
 class ContactFit {
  public:
-  /// The sensor is a block. Seconds of work with the BLAS's threads. The camera's pose need not be the sensor's in
-  /// later calls.
+  /// Computes the gel's mechanics: takes seconds, with the BLAS's threads. The sensor must be a block. Later calls may
+  /// use another camera pose than the sensor's.
   explicit ContactFit(const sensor::Sensor& sensor, const sensor::elastic::Progress& progress = {});
 
-  /// variance_px2: of each marker's coordinates; nothing where no single contact of 0.5 to 15 mm explains anything.
+  /// Fits the contact. Returns nothing if no single contact with a radius of 0.5 to 15 mm explains the displacements.
+  /// \param motion deviations of the picture's motion \param variance_px2 M, variance of each of a marker's coordinates
   std::optional<ContactReading> operator()(const sensor::Camera& camera, const sensor::PictureMotion& motion,
                                            const Displacements& displacements,
                                            std::span<const float> variance_px2) const;
 
-  /// 2 M x 3 [px/N]: unit forces along x, y, z on a contact of shape (x, y, radius), the markers being `deeper` [m]
-  /// than described.
+  /// Returns the displacements by unit forces along x, y, z on a contact, 2 M x 3 [px/N]. \param shape x, y, radius [m]
+  /// \param deeper depth of the markers beyond that of the gel file [m]
   Eigen::MatrixXd fields(const sensor::Camera& camera, const Eigen::Vector3d& shape, double deeper = 0.0) const {
     return unitFields(sensor::Projection(camera, sensor_.gel.size.z()), shape, false, deeper);
   }

@@ -1,4 +1,4 @@
-// Watches the rest pose drift while nothing touches. It never mends it: a zero is taken when a person asks.
+// Measures how the rest pose drifts while nothing touches. It does not correct the zero: an operator must request one.
 #pragma once
 
 #include "daemon/calibrate/picture_motion.h"
@@ -14,17 +14,20 @@ struct DriftOptions {
   double largest = 5.0;        ///< deviations of the picture's motion that are worth a warning
 };
 
-/// Thread-bound.
+/// Thread-bound. The sensor must outlive it.
 class DriftWatch {
  public:
   explicit DriftWatch(const sensor::Sensor& sensor, const DriftOptions& options = {});
 
+  /// Adds a frame to the means. Ignores a frame with a touch or with too few markers. Starts anew when the zero
+  /// changes.
   void add(const MarkerField& field);
 
+  /// Returns the means; seen_ns is 0 until a frame without a touch was added since the zero.
   const RestDrift& drift() const { return drift_; }
 
-  /// The drift is larger than the sensor's picture motion explains. True once; again after it has been small or a zero
-  /// has been taken.
+  /// Returns whether the drift exceeds what the sensor's picture motion explains. Returns true once, and again only
+  /// after the drift has fallen below half of that limit or a zero has been taken.
   bool takeWarning();
 
  private:

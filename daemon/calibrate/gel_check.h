@@ -1,5 +1,5 @@
-// Does the rest picture show the gel of the gel file? It knows the number of markers, their pitch, how far apart in
-// depth the layers lie, and where the camera is.
+// Checks whether the rest picture shows the gel of the gel file: the number of markers, their pitch, the distance of
+// the layers in depth, and the camera's pose.
 #pragma once
 
 #include "daemon/records/gel_report.h"
@@ -10,11 +10,11 @@
 
 namespace tractiond::calibrate {
 
-/// What is worth an alarm. The deviations of the numbers themselves are the gel file's [uncertainty]; it says nothing
-/// of the pattern. After a calibration it knows the pose so well that heat would be an alarm: hence the floors.
+/// Limits beyond which the gel is reported as another one. The deviations are the gel file's [uncertainty], which does
+/// not cover the pattern. After a calibration the pose is known so well that heat would be reported: hence the floors.
 struct GelCheckOptions {
-  double alarm = 5.0;   ///< deviations: a gel that is as uncertain as its file says is called wrong once in 2e5 zeros
-  double pitch = 3e-4;  ///< deviation of the pitch, relative
+  double alarm = 5.0;             ///< deviations: a gel as uncertain as its file states is reported once in 2e5 zeros
+  double pitch = 3e-4;            ///< deviation of the pitch, relative
   double offset = 0.1e-3;         ///< of a layer's place against the first, in x and in y [m]
   double leastPosition = 0.1e-3;  ///< floor of the deviation of the camera's position [m] ...
   double leastRotation = 1e-3;    ///< ... rotation [rad] ...
@@ -26,9 +26,9 @@ struct GelCheckOptions {
   double largestResidual = 0.1;   ///< of the spacing, root mean square: more is no such pattern
 };
 
-/// Fits the camera's pose and distortion, and the second layer's place and depth, to the markers' places, everything
-/// else being as the sensor has it, and compares. Where that leaves much, it tries another aspect (seenAspect). Tens of
-/// milliseconds. Reentrant. \param place_px 2 M, as in RestPose \param seen one per layer; empty: not known
+/// Fits the camera's pose and distortion, and the second layer's place and depth, to the markers' places, and compares
+/// them with the sensor's. If a large residual remains, tries another aspect (seenAspect). Takes tens of milliseconds.
+/// Reentrant. \param place_px 2 M, as in RestPose \param seen one per layer; empty: not known
 GelReport checkGel(const sensor::Sensor& sensor, std::span<const float> place_px, std::span<const std::uint8_t> present,
                    std::span<const LatticeSeen> seen, const GelCheckOptions& options = {});
 

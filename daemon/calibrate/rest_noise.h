@@ -1,4 +1,4 @@
-// What moves while nothing touches: each marker's own noise, and the picture as a whole.
+// Measures, while nothing touches, the noise of the markers and the motion of the whole picture.
 #pragma once
 
 #include "daemon/calibrate/picture_motion.h"
@@ -10,27 +10,29 @@ namespace tractiond::calibrate {
 struct RestNoiseOptions {
   int fewestFrames = 30;
   double allowance_px = 0.02;  ///< smooth displacement that is no touch: heat, creep
-  /// Below these a look of seconds cannot promise anything for the hours until the next zero.
+  /// Lower bounds of RestNoise::motion: seconds of measurement cannot promise less for the hours until the next zero.
   sensor::PictureMotion least = {.shift_px = 2e-3, .scale = 5e-6, .roll = 5e-6};
 };
 
 struct RestNoise {
-  int frames = 0;                ///< that counted
-  double centre_px = 0.0;        ///< deviation of a marker's coordinate in one frame, the picture's motion taken out
-  double overPromised = 0.0;     ///< that over what the tracker said of itself; 1: it spoke true
-  sensor::PictureMotion motion;  ///< deviations from the zero, the fit's own noise taken out
+  int frames = 0;                ///< number of frames used
+  double centre_px = 0.0;        ///< deviation of a marker's coordinate in one frame, without the picture's motion
+  double overPromised = 0.0;     ///< centre_px / the tracker's own estimate of it; 1: the tracker is right
+  sensor::PictureMotion motion;  ///< root mean squares from the zero, without the fit's own noise, at least `least`
   Bulge bulge;                   ///< of the mean displacement: found() if something touches
 };
 
-/// Thread-bound.
+/// Thread-bound. The sensor must outlive it.
 class RestNoiseMeter {
  public:
   explicit RestNoiseMeter(const sensor::Sensor& sensor, const RestNoiseOptions& options = {});
 
+  /// Adds a frame; ignores it if fewer than ten markers are valid.
   void add(const MarkerField& field);
+  /// Returns the number of frames used so far.
   int frames() const { return frames_; }
 
-  /// After at least options.fewestFrames.
+  /// Evaluates the frames added so far; there must be at least options.fewestFrames.
   RestNoise summary() const;
 
  private:

@@ -25,15 +25,16 @@ struct StepLinks {
 /// Thread-bound.
 class StepRunner {
  public:
-  /// The sensor in force outlives this.
+  /// The sensor in force must outlive this.
   StepRunner(const sensor::Sensor& inForce, const CalibrationOptions& options, StepLinks links);
 
-  /// Begins a step. It replaces one that has not been answered, which is dropped without an answer, and waits for work
-  /// that is under way. `zero`: in force, if there is one; `camera`: its id; `directory`: for the gel file.
+  /// Begins a step; returns at once. It replaces a step that has not been answered, which is dropped without an answer;
+  /// if work is under way, the new step begins when that has ended. Parameters are those of Calibration::begin().
   void begin(const CalibrationStep& step, const std::optional<RestPose>& zero, const std::string& camera,
              const std::filesystem::path& directory);
 
-  /// Ends a step that looks at frames, or will, with this error. Work that ends without looking is answered as usual.
+  /// Ends a step that looks at frames, or is going to, with this error. A step that ends without frames is answered as
+  /// usual.
   void drop(const std::string& reason);
 
   /// Gives a frame to the step that looks at frames, if there is one.
@@ -45,8 +46,8 @@ class StepRunner {
   /// Returns whether a step looks at frames.
   bool isLooking() const { return !work_ && calibration_.running(); }
 
-  /// Work that takes longer is answered with an error; what becomes of it later is dropped. A small machine needs a
-  /// minute for the mechanics.
+  /// Work that takes longer is answered with an error, and its later result is dropped. A small machine needs a minute
+  /// for the mechanics.
   static constexpr std::int64_t kWorkWithin_ns = 240'000'000'000;
 
  private:

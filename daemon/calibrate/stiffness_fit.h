@@ -1,4 +1,4 @@
-// Young's modulus from known weights.
+// Estimates Young's modulus from known weights.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ struct StiffnessOptions {
   double contradiction = 0.1;  ///< weights that differ by more from proportion are wrong, or the gel is far from linear
 };
 
-/// A known weight, and what it reads with the Young's modulus assumed.
+/// A known weight, and the force that is read with the assumed Young's modulus.
 struct WeighedForce {
   double weight_N = 0.0;
   double read_N = 0.0;
@@ -26,12 +26,13 @@ struct Stiffness {
   double deviation = 0.0;      ///< of it, relative
   double linearity = 0.0;      ///< largest deviation of a reading from proportion, relative
   std::vector<double> ofEach;  ///< Young's modulus by each weight alone [Pa]
-  std::string contradiction;   ///< empty: the weights agree; else a sentence for people
+  std::string contradiction;   ///< sentence for the operator; empty: the weights agree
 };
 
-/// The force that is read is proportional to the modulus assumed, so E = assumed * weight / reading: a weighted mean of
-/// its logarithm over the weights. The weights may stand in any order; those whose readings only fit another order are
-/// called by name.
+/// Estimates E. The force that is read is proportional to the assumed modulus, so each weight gives
+/// E = assumed * weight / reading; the result is the weighted mean of the logarithms. The weights may come in any
+/// order; `contradiction` names weights that fit only if they were exchanged, and one whose reading is not above 0; the
+/// modulus is then 0. Reentrant. \param weights at least one \param assumed [Pa]
 Stiffness fitStiffness(const std::vector<WeighedForce>& weights, double assumed, const StiffnessOptions& options = {});
 
 }  // namespace tractiond::calibrate

@@ -1,5 +1,5 @@
-// Is the block as thick as the gel file says? The rest picture does not show it; the pattern of displacements under a
-// weight does: a thinner block moves less far away from the contact.
+// Checks the block's thickness against the gel file. The rest picture does not show it, but the pattern of
+// displacements under a weight does: a thinner block moves less at a distance from the contact.
 #pragma once
 
 #include "daemon/calibrate/contact_fit.h"
@@ -19,15 +19,16 @@ struct ThicknessReading {
   }
 };
 
-/// One more linear unknown beside those of ContactFit: what a change of the thickness does to the displacements, with
-/// nuisances for Poisson's ratio and each layer's depth, which the file's deviations hold. Reentrant; immutable after
+/// Adds a linear unknown to those of ContactFit, the effect of the thickness on the displacements, and nuisance
+/// parameters for Poisson's ratio and each layer's depth with the file's deviations. Reentrant; immutable after
 /// construction.
 class ThicknessCheck {
  public:
-  /// Twice the work of a ContactFit. `fit` is of the same sensor, and outlives this.
+  /// Takes twice as long as making a ContactFit. `fit` must be of the same sensor and must outlive this.
   ThicknessCheck(const sensor::Sensor& sensor, const ContactFit& fit, const sensor::elastic::Progress& progress = {});
 
-  /// As ContactFit, whose reading of the same displacements is given. Nothing where they say nothing of the thickness.
+  /// Estimates the thickness; parameters are those of ContactFit. Returns nothing if the displacements do not determine
+  /// it. \param reading that of ContactFit for the same displacements
   std::optional<ThicknessReading> operator()(const sensor::Camera& camera, const sensor::PictureMotion& motion,
                                              const Displacements& displacements, std::span<const float> variance_px2,
                                              const ContactReading& reading) const;

@@ -1,4 +1,6 @@
-// What one zero tells of another, and of the gel.
+// Compares a zero with the zero before it and with the gel file, and describes the differences to an operator.
+//
+// Reentrant. All texts are sentences without a full stop.
 #pragma once
 
 #include "daemon/calibrate/picture_motion.h"
@@ -9,17 +11,19 @@
 
 namespace tractiond::calibrate {
 
-/// How the whole picture has moved from one zero to another, for people; empty where no markers are in both.
+/// Describes shift, scale and roll of the whole picture from `before` to `after`. Returns an empty text if fewer than
+/// ten markers are in both.
 std::string movedBetween(const sensor::Sensor& sensor, const RestPose& before, const RestPose& after);
 
-/// What touches the gel in a zero and did not in the one before: empty, or a sentence for people. What moves the whole
-/// picture is no touch, nor is what heat and creep do.
+/// Describes a touch that `after` shows and `before` does not; empty if there is none, or if fewer than ten markers are
+/// in both. Motion of the whole picture is not a touch, nor is a smooth displacement as small as heat and creep cause.
 std::string touchSince(const sensor::Sensor& sensor, const RestPose& before, const RestPose& after);
 
-/// What seems to touch the gel in this zero, by the gel file alone: empty, or a sentence for people.
+/// Describes what seems to touch the gel in this zero, judged by the gel file alone (fitGeometry). Returns an empty
+/// text if nothing does, if the fit fails, and for a body with an influence file.
 std::string touchIn(const sensor::Sensor& sensor, const RestPose& zero);
 
-/// A sentence for people.
+/// Describes a bulge as a touch, with its place and size. The bulge must be found(): this function does not check it.
 std::string touching(const Bulge& bulge);
 
 }  // namespace tractiond::calibrate

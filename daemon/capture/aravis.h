@@ -1,4 +1,7 @@
-// Helpers shared by the files that use Aravis. Internal to this folder.
+// Declares what the files that include Aravis share. Internal to this folder.
+//
+// Functions without a remark on errors do not fail: what cannot be read is left empty. Those that take a camera, device
+// or stream borrow it, may ask the camera over the network, and block until it answers or Aravis gives up.
 #pragma once
 
 #include "base/error.h"
@@ -24,14 +27,14 @@
 
 namespace tractiond::capture {
 
-/// Deleter of a GObject.
+/// Drops a reference to a GObject.
 struct Unref {
   void operator()(void* object) const { g_object_unref(object); }
 };
 template <class T>
 using Ref = std::unique_ptr<T, Unref>;
 
-/// Owns a GError. into() is passed as the last argument of Aravis's functions.
+/// Owns a GError. into() is the last argument of Aravis's functions; it discards the error before.
 class Failure {
  public:
   Failure() = default;
@@ -44,39 +47,42 @@ class Failure {
   }
   explicit operator bool() const { return error_ != nullptr; }
   std::string text() const { return error_ == nullptr ? "unknown error" : error_->message; }
-  /// Returns whether the camera did not answer, which is not a refusal.
+  /// Returns whether the camera did not answer, as opposed to refusing. False without an error.
   bool noAnswer() const;
 
  private:
   GError* error_ = nullptr;
 };
 
+/// Makes an error without a place.
 tl::unexpected<Error> failed(int exitCode, std::string what, std::string remedy = {});
 
-std::string text(const char* string);  ///< Returns an empty string for nullptr.
-std::string number(double value);
-std::string joined(const std::vector<std::string>& items);
-/// Copies an array of strings that Aravis lent, and frees the array.
+std::string text(const char* string);                       ///< Copies a string; nullptr becomes an empty one.
+std::string number(double value);                           ///< Returns a number with up to 10 digits, as text.
+std::string joined(const std::vector<std::string>& items);  ///< Joins texts with ", ".
+/// Copies the strings of an array that Aravis has returned, and frees the array. \param names nullptr: no strings
 std::vector<std::string> taken(const char** names, guint count);
 
-/// Sleeps until `until_ns`, or until a stop is requested.
+/// Waits until a time of CLOCK_MONOTONIC [ns]. Returns early when a stop is requested.
 void pauseUntil(std::int64_t until_ns, const std::stop_token& stop);
 
 // ---- aravis_network.cpp: answers
 
-/// Keeps answers of other senders from a camera's control channel, and lets a process that aborts release the camera.
-/// Aravis hides the socket; it is recognised as the new one. Must therefore be created before the camera is opened, by
-/// the only thread that opens sockets. The description, which is read while the camera is opened, is not guarded.
+/// Keeps answers of other hosts from the camera's control channel, and gives the camera free if this process aborts.
+/// Aravis hides the socket; the guard finds it as the one opened since the guard was made. So it must be made before
+/// the camera is opened, on the only thread that opens sockets. What is read while the camera is opened (its
+/// description) is not guarded. Thread-bound.
 class ControlGuard {
  public:
   ControlGuard();
   ControlGuard(const ControlGuard&) = delete;
   ControlGuard& operator=(const ControlGuard&) = delete;
   ~ControlGuard();
+  /// Guards the socket of a device that was opened since. Fails with EX_OSERR.
   tl::expected<void, Error> guard(ArvGvDevice* device);
-  /// Must be called before the device is closed: a process that ends by a signal then no longer releases the camera.
+  /// Must be called before the device is closed: an aborting process then no longer gives the camera free.
   void disarm();
-  /// Returns the number of datagrams that the kernel has dropped. The device must be open.
+  /// Returns the number of datagrams that the kernel rejected; 0 unless the device is guarded and open.
   std::uint64_t refused() const;
 
  private:
@@ -86,9 +92,12 @@ class ControlGuard {
 
 // ---- aravis_find.cpp
 
-/// Opens a camera. Errors: EX_UNAVAILABLE if it is absent or does not answer; EX_TEMPFAIL if another client controls it
-/// for longer than 8 s, which is more than the heartbeat timeout of a client that died (3 s by default); EX_NOPERM if
-/// its USB device may not be opened. \param guard created before the call; guards a GigE Vision camera from here on
+/// Finds the camera that CameraOptions::id names and opens it, after CameraOptions::inspector has evaluated its
+/// description. For a GigE Vision camera, then also guards its control channel, takes control, and stops an acquisition
+/// that an earlier client left running. Blocks for seconds. EX_UNAVAILABLE: the camera is absent, does not answer, may
+/// not be opened, or has a faulty description. EX_TEMPFAIL: another client holds it and has not left within 8 s (a
+/// camera keeps to a dead client for 3 s by default), or a stop was requested meanwhile. EX_OSERR: the guard failed.
+/// \param opening `stop` ends the wait early, `say` is told of another client \param guard made before this call
 tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening,
                                                   ControlGuard& guard);
 
@@ -99,53 +108,63 @@ CameraName nameOf(ArvCamera* camera);
 
 // ---- aravis_feature.cpp
 
-/// Writes one feature; waits until a command is done. Returns a line for the list of settings. Errors: EX_CONFIG with
-/// the values that are allowed; EX_UNAVAILABLE if the camera does not answer.
+/// Writes one feature and reads it back, or executes a command and waits up to 10 s until it is done. Returns the line
+/// for CameraInfo::settings. EX_CONFIG: the camera refuses; the error states what it allows. EX_UNAVAILABLE: no answer.
 tl::expected<std::string, Error> writeFeature(ArvDevice* device, const Feature& feature);
-/// Returns the value of a feature, for restoring it; none for a command, or if it cannot be read or written now.
+/// Returns a feature with its present value, which restores it when written. Returns nothing for a command and for a
+/// feature that is absent or cannot be both read and written now.
 std::optional<Feature> standingAt(ArvDevice* device, const char* name);
+/// Returns whether the camera has the feature and it is available now.
 bool hasFeature(ArvDevice* device, const char* name);
-/// Returns the first of these features that the camera has; empty: it has none.
+/// Returns the first of these names that hasFeature(); empty if the camera has none.
 std::string firstFeature(ArvDevice* device, std::initializer_list<const char*> names);
-/// Returns the text of an element within a node of the camera's description; empty: there is none.
+/// Returns the text of the first element of this name within a node of the camera's description; empty without one.
 std::string elementText(ArvGcNode* node, const char* element);
-/// Returns a feature's value; empty: there is no such feature, or it cannot be read now.
+/// Returns a feature's value as text; empty if the camera has no such feature or it cannot be read now.
 std::string readFeature(ArvDevice* device, const std::string& name);
-/// Answers an operator's request. \param configured features that the configuration sets
-/// \param first names and values of features before requests changed them
+/// Carries out an operator's request to the camera. The error is a sentence. \param configured what the configuration
+/// sets \param first values before the first write of this session, by name; added to
 tl::expected<CameraReport, std::string> serveFeatures(ArvCamera* camera, const CameraStep& step,
                                                       const std::vector<Feature>& configured,
                                                       std::vector<std::pair<std::string, std::string>>& first);
 
-/// A quantity that cameras name in several ways, in one unit: ExposureTime, ExposureTimeAbs in us; Gain, GainRaw.
+/// A quantity whose feature has several names and units among cameras. Its unit here: exposure in us, gain the
+/// camera's.
 struct Quantity {
-  std::string feature;   ///< name in this camera; empty: the camera lacks it
-  double perUnit = 1.0;  ///< the camera's number per unit of ours
+  std::string feature;   ///< the first of its names that the camera has; empty: none
+  double perUnit = 1.0;  ///< the camera's number for one unit: 1e-3 if it counts ms
 };
-Quantity exposureOf(ArvDevice* device);
-Quantity gainOf(ArvDevice* device);
+Quantity exposureOf(ArvDevice* device);  ///< Finds ExposureTime, ExposureTimeAbs or ExposureTimeRaw.
+Quantity gainOf(ArvDevice* device);      ///< Finds Gain, GainRaw or GainAbs.
+/// Reads a quantity in its unit; returns nothing if the camera has none or it cannot be read.
 std::optional<double> readQuantity(ArvDevice* device, const Quantity& quantity);
 
 // ---- aravis_settings.cpp
 
-/// Writes every setting in order, and adds the values that the camera accepted to the info. \param before values that
-/// the session before found: kept where the configuration leaves them open. \param undo the earlier values; writing
-/// them in reverse order restores the camera, except for the effects of commands
+/// Makes every setting in the order of CameraOptions, until one fails. Adds the values read back to info.settings and
+/// deviations to info.warnings, and sets info.triggered. EX_CONFIG: the camera refuses or lacks a setting;
+/// EX_UNAVAILABLE: it does not answer.
+/// \param before values of the session before, restored where the configuration sets none; nullptr: no session before
+/// \param undo features are added to it, also on failure; written in reverse order they restore the camera, except what
+/// commands have done
 tl::expected<void, Error> applySettings(ArvCamera* camera, const CameraOptions& options, const Standing* before,
                                         CameraInfo& info, std::vector<Feature>& undo);
 
-/// Returns the camera's name of a format, with its code if the format cannot be read.
+/// Describes a pixel format: `name` if this program can read the format, else "NAME (0x0108000B)", or the code alone if
+/// the name is empty. \param name as the camera spells it \param code of the PFNC
 std::string formatInWords(const std::string& name, std::int64_t code);
-/// Return the formats that the camera offers now: all of them, in words; those that can be read, best first.
+/// Returns formatInWords() of each format that the camera offers now.
 std::vector<std::string> offeredFormats(ArvCamera* camera);
+/// Returns those of the offered formats that this program can read, sorted by bestFirst().
 std::vector<const PixelFormatTraits*> readableFormats(ArvCamera* camera);
-/// Sorts formats by preference: those of few bytes that keep the colours first, then by their number of bits.
+/// Sorts formats: with colours before grey, then by few bits per sample, then by few bits per pixel.
 void bestFirst(std::vector<const PixelFormatTraits*>& formats);
 
 // ---- aravis_read.cpp
 
-/// Reads size and format of the pictures, frame rate and exposure into the info. Error: EX_CONFIG if the format cannot
-/// be read.
+/// Reads the format and size of the picture that the camera will send, and rate, exposure and gain, into `info`.
+/// EX_CONFIG: this program cannot read the format. EX_UNAVAILABLE: the camera does not tell, or claims a side of more
+/// than 65535 pixels.
 tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info);
 
 /// Reads packet counters, which are added to those of `before`, PTP and temperature. Values that the camera lacks stay
@@ -155,15 +174,15 @@ CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& gu
 
 // ---- aravis_clock.cpp
 
-/// Reads a camera's clock eight times a second, on the thread "camera-clock": a read of a camera that hangs blocks for
-/// seconds.
+/// Reads a camera's clock eight times a second on a thread of its own, "camera-clock", as a camera that hangs makes
+/// each reading wait for seconds.
 class AskedClock {
  public:
-  /// Starts to read the clock, which takes three answers. Returns nullptr if the camera's description has no latch for
-  /// the clock, or the camera refuses. The device must outlive this.
+  /// Reads the clock three times and starts the thread. Returns nullptr if the description has no latch for the clock,
+  /// the camera refuses, or the clock stands still. The device must outlive the result.
   static std::unique_ptr<AskedClock> open(ArvDevice* device);
 
-  /// Takes the newest answers. Returns false if there are none since the last call. For one thread; does not wait.
+  /// Takes the newest readings. Returns false if there are none since the last call. For one thread; does not wait.
   bool take(ClockFit& fit) { return fit_.take(fit); }
 
  private:
@@ -178,31 +197,37 @@ class AskedClock {
 
 /// Returns vendor and model by the camera's description.
 std::pair<std::string, std::string> makeOf(ArvDevice* device);
-/// Returns a warning about the byte order of the camera's registers; empty: there is no reason for one.
+/// Returns a warning if the camera is known for a byte order of registers that its description states wrongly; else an
+/// empty text.
 std::string byteOrderNote(ArvDevice* device);
 
 // ---- aravis_network.cpp
 
-/// Returns the packet sizes to try in turn, from the largest that the interface carries to the safest [bytes].
+/// Returns the packet sizes to try in turn [bytes with headers], from the largest that interface and camera carry to
+/// the safest; only CameraOptions::packetSize_bytes if that is set. EX_CONFIG if that exceeds the interface's MTU. For
+/// a GigE Vision camera.
 tl::expected<std::vector<int>, Error> packetSizes(ArvCamera* camera, const CameraOptions& options);
 
-/// Sets the size of the socket's receive buffer. Returns the size that the kernel granted [bytes].
+/// Sets the size of a GigE Vision stream's receive buffer. Returns the size that the kernel granted [bytes]; 0: not
+/// known.
 int setReceiveBuffer(ArvStream* stream, int size_bytes);
 
-/// Lets the kernel drop each datagram that the stream's camera cannot have sent, and drops those that have arrived.
-/// Must be called before the stream has buffers: until then Aravis discards every packet.
+/// Makes the kernel pass only packets to a GigE Vision stream that its camera can have sent (streamFilter()), and
+/// discards those that came before. Must be called before the stream has buffers: until then Aravis discards every
+/// packet. Fails with EX_OSERR.
 tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shape);
-/// Returns the number of packets that the kernel dropped: from another sender, or without room in the buffer.
+/// Returns the number of packets that the kernel dropped: not the camera's, or the receive buffer was full.
 std::uint64_t packetsRefused(ArvStream* stream);
 
-/// Returns the number of bytes that the kernel has received and Aravis has not read yet.
+/// Returns the memory of packets that the kernel has received and Aravis has not yet [bytes]; 0: none, or not known.
 std::uint32_t bytesWaiting(ArvStream* stream);
-/// Returns the shape of the stream, as far as the camera tells it.
+/// Asks a GigE Vision camera for what its packets look like. A port that it does not report is 0.
 StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t payload_bytes);
 
+/// Returns whether this process may open packet sockets.
 bool packetSocketAllowed();
 
-/// Returns a warning if the kernel grants USB devices less memory than that; else empty.
+/// Returns a warning with its remedy if the kernel gives USB devices less memory than that; else an empty text.
 std::string usbMemoryWarning(std::size_t needed_bytes);
 
 }  // namespace tractiond::capture

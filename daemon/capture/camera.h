@@ -30,7 +30,8 @@ class Camera : public FrameSource {
   /// Creates a camera without the keeper's thread, for a caller that calls keeperTurn() itself.
   static std::unique_ptr<Camera> withoutThread(OpenDriver driver, const CameraRules& rules, Ledger& ledger,
                                                Say say = {}, Welcome welcome = {});
-  /// Takes a turn of the keeper: see Keeper::turn().
+  /// Takes one turn of the keeper, for a camera of withoutThread(). Returns when the next turn is due, by
+  /// CameraRules::clock [ns]; Keeper::kNever: the keeper has ended. See Keeper::turn().
   std::int64_t keeperTurn() { return keeper_->turn(); }
   /// Takes at most half a second, whatever the camera does. Every frame must have been recycled.
   ~Camera() override;

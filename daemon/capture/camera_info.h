@@ -1,4 +1,4 @@
-// What a camera is called, and what was agreed upon with it.
+// Names of a camera, and what was agreed upon with it when it was opened.
 #pragma once
 
 #include "daemon/records/frame.h"
@@ -20,7 +20,7 @@ struct CameraName {
   std::string protocol;  ///< "GigEVision", "USB3Vision" or "Fake"
 };
 
-/// As the camera stood when it was opened; none: the camera does not tell, or chooses by itself.
+/// Values of the camera when it was opened; none: the camera does not report it, or controls it automatically.
 struct Standing {
   std::optional<double> exposure_us, gain, frameRate_Hz;
 };
@@ -35,7 +35,7 @@ struct PictureShape {
 
 struct CameraInfo {
   CameraName name;
-  std::string identity;  ///< as a network camera says when it is searched for; empty: it does not
+  std::string identity;  ///< GvcpSearch::Identity of a network camera; empty: not known
   unsigned session = 0;  ///< from 1 on: how often it has been opened
   PictureShape shape;
   PixelFormat format = PixelFormat::kRgb8;
@@ -51,7 +51,7 @@ struct CameraInfo {
   Standing standing;                  ///< what the configuration left open
   std::vector<std::string> warnings;  ///< one line each, with the remedy
 
-  std::string summary() const;  ///< one line for people
+  std::string summary() const;  ///< Describes the camera in one line for the log.
 };
 
 }  // namespace tractiond::capture

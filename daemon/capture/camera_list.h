@@ -1,4 +1,4 @@
-// Lists the cameras that can be found, and what prevents each from being opened.
+// Lists the cameras that answer, and what prevents each from being opened.
 #pragma once
 
 #include "daemon/capture/camera_info.h"
@@ -9,30 +9,32 @@
 
 namespace tractiond::capture {
 
-/// Returns all cameras that answer within about a second. \param withFake includes Aravis's in-process test camera
+/// Returns all cameras that answer. Blocks for about a second. \param withFake includes Aravis's in-process test camera
 std::vector<CameraName> listCameras(bool withFake = false);
 
 struct CameraSight {
   CameraName name;
   std::string obstacle;            ///< why it cannot be opened; empty: it can
-  std::string remedy;              ///< what removes the obstacle
-  std::vector<std::string> notes;  ///< other facts for the operator
+  std::string remedy;              ///< for the obstacle
+  std::vector<std::string> notes;  ///< warnings, one sentence each
 };
 
-/// Returns the cameras of listCameras(), and USB cameras that may not be opened. Opens each camera for a moment.
-/// \param inspector as in CameraOptions
+/// Returns the cameras of listCameras() and the USB cameras that this process may not open. Opens each camera for a
+/// moment to find its obstacle. Blocks for seconds. \param inspector CameraOptions::inspector
 std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withFake);
 
-/// Returns a sentence on how `cameras` share a link of `link_bytes_per_s`, with the configuration keys to set.
+/// Describes how several cameras can share a link, with the keys of the configuration to set. Returns an empty text for
+/// fewer than two cameras, or if the rate of the link is 0 (not known).
 std::string shareAdvice(int cameras, double link_bytes_per_s, int packet_bytes);
 
+/// A USB3 Vision camera in the kernel's tables.
 struct UsbCamera {
   std::string vendor, product, serial;
   std::filesystem::path node;  ///< /dev/bus/usb/001/004
-  bool permitted = false;
+  bool permitted = false;      ///< whether this process may open it
 };
-/// Returns the USB3 Vision cameras by their interface class, from the kernel's tables.
-/// \param sys normally /sys \param dev normally /dev
+/// Returns the USB3 Vision cameras, found by their interface class. \param sys other than /sys, \param dev other than
+/// /dev in tests
 std::vector<UsbCamera> usbCameras(const std::filesystem::path& sys = "/sys", const std::filesystem::path& dev = "/dev");
 
 }  // namespace tractiond::capture

@@ -1,4 +1,4 @@
-// Predicts from a camera's description alone how the camera would be set: a simulated device opens the file.
+// Shows what would be set on a camera, from the file of its description alone, without the camera.
 #pragma once
 
 #include "base/error.h"
@@ -13,17 +13,17 @@ namespace tractiond::capture {
 
 struct CameraPlan {
   std::string vendor, model;
-  std::vector<std::string> settings;  ///< to be made, as "Name = value"
-  std::string format;                 ///< requested; empty: the camera's own, or the first of `formats` that it has
-  std::vector<std::string> formats;   ///< in the file, and readable; best first
+  std::vector<std::string> settings;  ///< settings that would be made, as "Name = value"
+  std::string format;                 ///< format that is asked for; empty: the camera's own, or the first of `formats`
+  std::vector<std::string> formats;   ///< formats that the file names and this program can read, best first
   std::string rate, exposure, gain, trigger, clock, chunks, link;  ///< the features that would be used, or "none"
   std::vector<std::string> notes;
 };
 
-/// Plans the settings of a camera. A file describes a family of cameras: a model may lack some of the formats and
-/// triggers in it. Names, kinds and refusals are those of the file; numbers are not: registers hold zeros, and those
-/// that state abilities hold ones. Errors: EX_NOINPUT, EX_DATAERR if the file cannot be opened; EX_CONFIG with what the
-/// camera would refuse.
+/// Makes the settings of `options` on a device without a camera, and returns them. A file describes a family of
+/// cameras: one model may have fewer formats and triggers than it names. Names, kinds and refusals are the file's;
+/// numbers that are read are not the camera's, as registers begin as makePaperDevice() sets them. EX_NOINPUT,
+/// EX_DATAERR: the file cannot be opened or is not a description. EX_CONFIG: the camera would refuse a setting.
 tl::expected<CameraPlan, Error> planCamera(const std::string& file, const CameraOptions& options);
 
 }  // namespace tractiond::capture

@@ -1,4 +1,4 @@
-// Where a camera's description says that the numbers lie in its chunks. Internal to this folder.
+// Finds in a camera's description where the numbers lie in its chunks. Internal to this folder.
 #pragma once
 
 #include "daemon/capture/aravis.h"
@@ -11,10 +11,11 @@ namespace tractiond::capture {
 
 struct ChunkDescription {
   std::vector<ChunkField> fields;
-  std::vector<std::string> names;   ///< of these
-  std::vector<std::string> unread;  ///< what the camera may send and cannot be read: it is computed, not stored
+  std::vector<std::string> names;   ///< features of `fields`, in the same order
+  std::vector<std::string> unread;  ///< features that the camera may send but that are computed, so cannot be read
 };
 
+/// Reads the camera's description. A camera without chunks has none of these.
 ChunkDescription describeChunks(ArvDevice* device);
 
 }  // namespace tractiond::capture

@@ -1,4 +1,4 @@
-// What a camera sends behind the picture: its chunk data (GenICam GenTL / GigE Vision 2.0, "chunk data payload").
+// Reads the chunk data that a camera sends behind the picture (GenICam GenTL / GigE Vision 2.0, "chunk data payload").
 #pragma once
 
 #include "daemon/capture/camera_info.h"
@@ -25,16 +25,17 @@ struct ChunkField {
   double perUnit = 1.0;     ///< what one count is worth in the meaning's unit
 };
 
-/// What was found.
+/// Values found in the chunks.
 struct Chunks {
   FrameExtras extras;
   std::optional<std::int64_t> timestamp_ns;
   std::optional<std::uint64_t> frameId;
 };
 
-/// Reads a buffer's chunks from its end: each is data, id and length. Allocates nothing.
-/// \param bigEndian of ids and lengths: GigE Vision's are, USB3 Vision's not
-/// \return the bytes of the picture at the buffer's start, at least `picture`; none: that is no chunk data
+/// Reads a buffer's chunks from its end: each is data, id and length. Ignores chunks without a field. Allocates
+/// nothing. Reentrant. \param picture least size of the picture [bytes] \param bigEndian byte order of ids and lengths:
+/// true for GigE Vision, false for USB3 Vision \return size of the picture at the buffer's start [bytes], at least
+/// `picture`; nothing if there is no chunk data
 std::optional<std::size_t> readChunks(std::span<const std::uint8_t> buffer, std::size_t picture, bool bigEndian,
                                       std::span<const ChunkField> fields, Chunks& chunks);
 

@@ -1,4 +1,4 @@
-// Asks a camera what its clock shows, and learns from the answers.
+// Reads a camera's clock and fits the readings.
 #pragma once
 
 #include "daemon/capture/clock_fit.h"
@@ -10,29 +10,30 @@
 
 namespace tractiond::capture {
 
-/// A camera's counter that can be latched: it stores what it shows at that moment, to be read afterwards.
+/// A camera's counter that can be latched: it stores its value at that moment, which is read afterwards.
 struct LatchedCounter {
-  enum class Answer { kDone, kRefused, kNone };
+  enum class Answer { kDone, kRefused, kNone };  ///< kNone: no answer in time
   std::function<Answer()> latch;
   std::function<Answer(std::array<std::uint8_t, 8>& bytes)> read;
   std::uint64_t perSecond = 1'000'000'000;  ///< 1 to 10^9
   bool bigEndian = false;
 };
 
-/// Thread-bound; waits as long as the counter's functions do. Knows when to ask again, and leaves the waiting to
-/// others.
+/// Thread-bound; blocks as long as the counter's functions do. The caller waits between the readings.
 class ClockAsker {
  public:
-  /// \param rawNow CLOCK_MONOTONIC_RAW, or what takes its place in tests
+  /// \param rawNow returns CLOCK_MONOTONIC_RAW [ns]; a test's clock in tests
   ClockAsker(LatchedCounter counter, std::function<std::int64_t()> rawNow)
       : counter_(std::move(counter))
       , rawNow_(std::move(rawNow)) {}
 
-  /// Asks once. False: the camera gave no answer, or none that is one.
+  /// Reads the counter once and adds the reading to fit(). Returns false if there was no usable answer.
   bool ask();
-  /// After the answer before. Often until the drift is known, then eight times a second; seldom where none came.
+  /// Returns how long to wait before the next ask(): short until the drift is known, then 1/8 s; long without an
+  /// answer.
   std::int64_t pause_ns() const { return pause_ns_; }
-  /// The camera refused three times in a row: it cannot be asked. One that is silent may answer again.
+  /// Returns whether the camera refused three times in a row: its clock cannot be read. A camera that does not answer
+  /// has not refused.
   bool isRefused() const { return refusals_ >= kRefusals; }
 
   const ClockFit& fit() const { return fit_; }

@@ -1,4 +1,4 @@
-// Maps a device clock that can be read onto the host's clock, with bounds on both sides.
+// Maps a clock that can be read to the host's clock, with a lower and an upper bound.
 #pragma once
 
 #include <array>
@@ -8,8 +8,8 @@
 
 namespace tractiond::capture {
 
-/// A reading of the device clock, taken between two readings of the host's clock, CLOCK_MONOTONIC_RAW, which is never
-/// set or slewed.
+/// Reading of a clock at some moment between two readings of the host's. The host's clock is CLOCK_MONOTONIC_RAW, which
+/// is neither set nor slewed.
 struct ClockReading {
   std::int64_t device_ns = 0;
   std::int64_t before_ns = 0, after_ns = 0;
@@ -17,16 +17,16 @@ struct ClockReading {
 
 /// Reentrant; a copy is some kilobytes without pointers. Allocates nothing.
 ///
-/// host - device = y(device), with |y'| <= largestRate and |y''| <= wander. Each reading bounds y at its own place. Two
-/// bound the mean of y' between them, which y' at any other place differs from by wander times the way to their middle;
-/// and y elsewhere differs from the tangent by half of wander times the way squared. What all readings allow is the
-/// answer: no assumption is made of when, between the two looks, a clock was read (Marzullo and Owicki 1983; Cristian
-/// 1989).
+/// Model: host - device = y(device), with |y'| <= largestRate and |y''| <= wander. Each reading bounds y at its own
+/// place. Two readings bound the mean of y' between them; y' elsewhere differs from it by at most wander times the
+/// distance to their middle, and y differs from the tangent by at most half of wander times the distance squared. The
+/// result is what all readings allow, with no assumption about when between the two readings of the host's clock the
+/// device was read (Marzullo and Owicki 1983; Cristian 1989).
 class ClockFit {
  public:
   struct Options {
-    double largestRate = 1000e-6;  ///< a crystal's 500 ppm, and as many of the host's
-    double wander_per_s = 1e-6;    ///< of that rate: a crystal that warms by a degree a second
+    double largestRate = 1000e-6;  ///< 500 ppm of the device's crystal, and as much of the host's
+    double wander_per_s = 1e-6;    ///< change of the rate per second: a crystal that warms by a kelvin per second
   };
   /// On the host's clock, both included.
   struct Span {
@@ -37,15 +37,15 @@ class ClockFit {
   explicit ClockFit(const Options& options)
       : options_(options) {}
 
-  /// Adds the next reading. If no clock within the options can show it after the earlier ones, the clock was set, and
-  /// the earlier ones are discarded.
+  /// Adds the next reading. If it contradicts the readings before, the clock was set, and they are forgotten.
   void add(const ClockReading& reading);
 
-  /// Returns when the clock showed this. Returns nothing if it was not read within half a minute of it, or not twice
-  /// since it was set. \param resolution_ns to which `device_ns` was rounded, up or down
+  /// Returns when the clock showed `device_ns`. Returns nothing if that is more than 30 s from the newest reading, or
+  /// if there are fewer than two readings since the clock was set. \param resolution_ns rounding of `device_ns`, up or
+  /// down
   std::optional<Span> at(std::int64_t device_ns, std::int64_t resolution_ns = 0) const;
 
-  std::size_t readings() const { return count_; }  ///< number in use
+  std::size_t readings() const { return count_; }  ///< Returns the number of readings in use, at most 64.
 
  private:
   static constexpr std::size_t kMost = 64;

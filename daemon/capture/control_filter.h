@@ -1,7 +1,7 @@
-// Lets only the camera's answers reach the camera's control channel (GVCP).
+// Filters the datagrams of the camera's control channel (GVCP): only answers of that camera pass.
 //
-// Aravis 0.8.26 accepts any datagram at its port as the camera's answer if it has the number of the request, which has
-// 16 bits and is one more than the last. A forged answer that no client controls the camera makes Aravis give it up.
+// Aravis 0.8.26 accepts an answer from any sender if it has the number of the request, which has 16 bits and counts up.
+// A forged answer that no client controls the camera makes the camera count as lost.
 #pragma once
 
 #include <linux/filter.h>
@@ -11,9 +11,9 @@
 
 namespace tractiond::capture {
 
-/// Returns the program for SO_ATTACH_FILTER on a UDP socket. It accepts acknowledgements, pending acknowledgements and
-/// refusals (GigE Vision 2.2, part GVCP) of reads and writes of registers and memory, from that address and port.
-/// \param address IPv4, 127.0.0.1 as 0x7f000001
+/// Returns the program for SO_ATTACH_FILTER on a UDP socket. It passes acknowledgements, pending acknowledgements and
+/// refusals (GigE Vision 2.2, part GVCP) of reads and writes of registers and memory, from this address and port.
+/// \param address IPv4: 127.0.0.1 is 0x7f000001
 std::vector<sock_filter> controlFilter(std::uint32_t address, std::uint16_t port);
 
 }  // namespace tractiond::capture

@@ -1,4 +1,4 @@
-// Maps the camera's clock onto CLOCK_MONOTONIC: when was a picture taken?
+// Maps the camera's time stamps to CLOCK_MONOTONIC: estimates when each picture was taken.
 #pragma once
 
 #include "base/clock.h"
@@ -12,11 +12,11 @@
 
 namespace tractiond::capture {
 
-/// Thread-bound. Allocates nothing.
+/// Maps time stamps from arrivals alone. Thread-bound. Allocates nothing.
 ///
-/// host - device = offset + drift (host - origin) + delay, delay >= 0: the line below all points.
-/// One-way stamps cannot show the shortest delay itself (exposure, read-out and transport of the fastest frame): the
-/// mapped time is late by it, and no earliest moment is known.
+/// Fits host - device = offset + drift (host - origin) + delay, delay >= 0: a line below all points. One-way stamps
+/// cannot show the shortest delay itself (exposure, read-out and transport of the fastest frame): the mapped time is
+/// late by it, and has no lower bound.
 class DeviceClock {
  public:
   struct Options {
@@ -24,10 +24,10 @@ class DeviceClock {
     double largestDrift = 500e-6;            ///< camera crystals stay below 100 ppm; NTP slews up to 500 ppm
   };
   struct Moment {
-    /// On the clock of the arrivals. Not after the arrival, and not before the moment of the previous frame.
+    /// Estimate on the clock of the arrivals; not after the arrival, and not before that of the frame before.
     std::int64_t captured_ns = 0;
-    /// Half width. kBoth: a bound on either side. kLatest: the upper side is a bound; the lower side leaves out the
-    /// shortest delay, or, if earlier frames have shown the delays, holds for all but some in a hundred frames.
+    /// Half width of the uncertainty. kBoth: both sides are bounds. kLatest: the upper side is a bound; the lower one
+    /// does not include the shortest delay, or, where earlier frames have shown the delays, fails for a few per cent.
     std::int64_t error_ns = 0;
     CaptureBound bound = CaptureBound::kLatest;
   };
@@ -36,13 +36,14 @@ class DeviceClock {
   explicit DeviceClock(const Options& options)
       : options_(options) {}
 
-  /// Adds the next new frame. \param step of its id since the last one
+  /// Adds a frame and returns when it was taken. Must be called for every new frame in turn. \param device_ns its time
+  /// stamp \param host_ns its arrival \param step increase of its id since the frame before
   Moment add(std::int64_t device_ns, std::int64_t host_ns, std::uint64_t step = 1);
 
-  /// Must be called when the camera's clock was set, or the camera is another one.
+  /// Forgets the frames so far: the camera's clock was set, or the camera is another one.
   void restart() { *this = DeviceClock(options_, lastCaptured_ns_); }
 
-  /// Returns the number of which all differences of stamps from an even pace are multiples; 0: there were none.
+  /// Returns the resolution of the stamps [ns]: their differences from an even pace are multiples of it; 0: not known.
   std::int64_t resolution() const { return resolution_ns_; }
   double drift() const { return drift_; }  ///< seconds the host's clock gains per second of the camera's
 
@@ -73,15 +74,16 @@ class DeviceClock {
   std::int64_t lastCaptured_ns_ = INT64_MIN;
 };
 
-/// Dates frames. By the camera's clock if it is believed: with bounds on both sides if the clock can be read, else with
-/// the upper bound if that is better than the host's. Otherwise by the arrival, less the delay that frames with both
-/// bounds had recently. Thread-bound. Allocates nothing.
+/// Estimates when a frame was taken. Uses the camera's time stamp if Judgement::timed: with bounds on both sides
+/// (ClockFit) if the clock can be read, else with an upper bound (DeviceClock) if that is closer than the arrival. Else
+/// uses the arrival, less the delay of recent frames that had bounds on both sides. Thread-bound. Allocates nothing.
 class CaptureClock {
  public:
-  /// Takes over the newest readings of the camera's clock; without readings: it cannot be read.
+  /// Sets the newest readings of the camera's clock. Without readings the clock is not used as one that can be read.
   void learn(const ClockFit& fit) { fit_ = fit; }
 
-  /// Dates the next new frame. \param awaited it arrived while pop() waited: the queue was empty before
+  /// Adds a frame and returns when it was taken, on CLOCK_MONOTONIC. Must be called for every new frame in turn.
+  /// \param judgement with kNew \param awaited the frame came while pop() waited: nothing was queued before it
   DeviceClock::Moment add(Arrival arrival, const Judgement& judgement, bool awaited);
 
  private:

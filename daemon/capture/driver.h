@@ -1,5 +1,5 @@
-// Interface of a driver, which opens a source of pictures, pops buffers, takes them back and closes the source: Aravis,
-// pictures in memory, a pipe. camera.h makes a source of frames of any of them.
+// Interface of what delivers buffers with pictures: a camera by Aravis, pictures in memory, a pipe. camera.h makes
+// frames of them, in the same way for all.
 #pragma once
 
 #include "base/error.h"
@@ -23,61 +23,63 @@ namespace tractiond::capture {
 /// One buffer as the driver delivered it, intact or not.
 struct Buffer {
   Arrival arrival;
-  const std::uint8_t* data = nullptr;  ///< valid if the buffer is complete
+  const std::uint8_t* data = nullptr;  ///< the picture; set if arrival.complete, valid until giveBack()
   int stride = 0;                      ///< bytes from row to row
   FrameExtras extras;                  ///< what the camera sent beside the picture
-  bool awaited = false;                ///< it arrived while pop() waited: the queue was empty before
-  void* handle = nullptr;
+  bool awaited = false;                ///< it came while pop() waited: nothing was queued before it
+  void* handle = nullptr;              ///< for giveBack()
 };
 
 enum class Popped {
   kBuffer,
-  kNothing,  ///< nothing arrived in time
-  kGone,     ///< the camera is lost, or another client controls it
-  kEnd,      ///< the source has ended: a file, a pipe
+  kNothing,  ///< no buffer came within the timeout
+  kGone,     ///< this process no longer controls the camera
+  kEnd,      ///< there will be no more buffers, as at the end of a file; see end()
 };
 
-/// An opened camera. pop(), giveBack() and takeClock() are called by the capture thread; link(), serve() and the
-/// destructor by the thread "camera-calls", as they may take seconds if the camera is gone; all others by the
-/// camera-keeper, also during one of those calls.
+/// An opened camera. The capture thread calls pop(), giveBack() and takeClock(); the thread "camera-calls" calls
+/// link(), serve() and the destructor, as they may take seconds if the camera is gone; the camera-keeper calls
+/// everything else, also while one of those calls lasts.
 class Driver {
  public:
-  virtual ~Driver() = default;  ///< Closes the source. May block for seconds if the camera is gone.
+  virtual ~Driver() = default;  ///< Closes the camera; may block for seconds if it does not answer.
 
+  /// Returns what was agreed upon when the camera was opened; it does not change.
   virtual const CameraInfo& info() const = 0;
 
-  /// Waits at most `timeout` for a buffer. Allocates nothing, takes no lock of ours, logs nothing.
+  /// Waits at most `timeout` for the next buffer. Fills `buffer` if it returns kBuffer; the caller must then give it
+  /// back. Allocates nothing, takes no lock of this program, logs nothing.
   virtual Popped pop(Buffer& buffer, std::chrono::milliseconds timeout) = 0;
+  /// Gives a buffer back for reuse. \param handle Buffer::handle
   virtual void giveBack(void* handle) = 0;
 
-  /// Takes the newest reading of the camera's clock. Returns false if there is no new one, or the clock is not read.
-  /// Does not wait.
+  /// Takes the newest readings of the camera's clock. Returns false if there are none since the last call, or if the
+  /// clock cannot be read. Does not wait.
   virtual bool takeClock(ClockFit& /*fit*/) { return false; }
 
-  /// Releases a buffer that is given back after its driver has been destroyed.
+  /// Returns the function that frees a buffer whose driver has been destroyed.
   using Discard = void (*)(void* handle);
   virtual Discard discard() const = 0;
 
-  /// Returns why the source has ended, after kEnd; EX_OK: all pictures were delivered.
+  /// Returns the reason for kEnd; EX_OK: all pictures were delivered. Must only be called after kEnd.
   virtual Error end() const { return {.exitCode = EX_OK}; }
 
-  /// Liveness check, when no picture arrives. Returns why the camera is to be given up, in words; empty: it answers, or
-  /// cannot be asked. Takes 0.4 s at most.
+  /// Liveness check, called if no picture comes. Returns why the camera is lost, as text; empty if it is alive or
+  /// cannot be asked. Takes at most 0.4 s.
   virtual std::string doubt() { return ""; }
 
-  /// Marks the camera as silent: the destructor does not ask it to stop, and link() reads no further register. Any
-  /// thread.
+  /// Notes that the camera does not answer: the destructor then does not ask it to stop, and link() reads no further
+  /// register. Any thread.
   virtual void markSilent() {}
 
-  /// Restores the values that opening the camera has changed, except for the effects of commands. The driver must not
-  /// be used after that. May block.
+  /// Restores what opening has set, except what commands have done. Only the destructor may follow. May block.
   virtual void undo() {}
 
   /// Returns the state of the link. Counts of packets are added to `before`, the state at the end of the last session.
   /// May block.
   virtual CameraLink link(const CameraLink& /*before*/) { return {}; }
 
-  /// Serves an operator's request while the camera streams. Returns a sentence if it cannot be served. May block.
+  /// Carries out an operator's request while the camera streams. The error is a sentence. May block.
   virtual tl::expected<CameraReport, std::string> serve(const CameraStep& /*step*/) {
     return tl::unexpected<std::string>("this source of pictures has no features");
   }
@@ -85,20 +87,20 @@ class Driver {
 
 /// Level of a line for the log.
 enum class LogLevel { kInfo, kWarning };
+/// Writes a line about a camera to the log.
 using Say = std::function<void(LogLevel, const std::string& line)>;
 
-/// How a driver is to be opened.
+/// Parameters of opening a driver.
 struct Opening {
-  const CameraInfo* before =
-      nullptr;      ///< the last session, whose camera and picture are required; nullptr: this is the first
-  int attempt = 0;  ///< number of attempts since then
-  std::stop_token stop = {};
-  Say say = {};
-  std::function<void()> found = {};  ///< called when a camera has been found, before it is set up
+  const CameraInfo* before = nullptr;  ///< session whose camera and picture are wanted again; nullptr: the first one
+  int attempt = 0;                     ///< number of tries since that session, from 0
+  std::stop_token stop = {};           ///< ends the wait for the camera
+  Say say = {};                        ///< may be empty
+  std::function<void()> found = {};    ///< called when a camera is there, before it is set up; may be empty
 };
 
-/// Opens a driver; blocks. Exit codes of the errors: EX_UNAVAILABLE if the source is absent or does not answer, and
-/// another try may succeed; EX_OK if a stop was requested; all others if a new try would fail as well.
+/// Opens a driver; blocks. Exit codes of its errors: EX_UNAVAILABLE (the camera is absent or does not answer: another
+/// try may succeed), EX_OK (a stop was requested), all others (another try would fail as well).
 using OpenDriver = std::function<tl::expected<std::unique_ptr<Driver>, Error>(const Opening&)>;
 
 }  // namespace tractiond::capture

@@ -1,5 +1,5 @@
-// Is this buffer a new and whole picture? The driver's "success" does not say so: a camera driver can hand an old,
-// recycled buffer out again. See docs/decisions/0003-frame-gate.md.
+// Decides whether a buffer is a new and whole picture. The driver's "success" does not state that: a camera driver can
+// hand an old, recycled buffer out again. See docs/decisions/0003-frame-gate.md.
 #pragma once
 
 #include "daemon/capture/camera_info.h"
@@ -13,34 +13,37 @@
 
 namespace tractiond::capture {
 
-/// One buffer, as the driver describes it.
+/// What the driver reports of one buffer.
 struct Arrival {
-  bool complete = false;  ///< the driver's status
+  bool complete = false;  ///< the driver's status: all of the picture has arrived
   PictureShape shape;
   std::uint64_t id = 0;        ///< the camera's frame counter
-  std::int64_t device_ns = 0;  ///< the camera's clock
+  std::int64_t device_ns = 0;  ///< the camera's time stamp; any value
   std::int64_t host_ns = 0;    ///< CLOCK_MONOTONIC when the buffer was taken from the driver; never falls
   std::int64_t raw_ns = 0;     ///< CLOCK_MONOTONIC_RAW at the same moment; 0: the driver has one clock
-  std::uint64_t content = 0;   ///< a hash of what is in the picture
-  std::uint64_t thrown = 0;    ///< packets that the driver dropped since the last buffer, in frames
-  double late = 0.0;           ///< likewise, packets of frames that were no longer awaited, without a resend request
-  double twice = 0.0;          ///< likewise, duplicate packets of a frame, without a resend request
-  bool repeated = false;       ///< duplicates or late packets that may be answers to our own resend requests
+  std::uint64_t content = 0;   ///< hash of the picture
+  // Packets since the buffer before, in frames' worth.
+  std::uint64_t thrown = 0;  ///< discarded by the driver
+  double late = 0.0;         ///< arrived after their frame was given up, without a resend request
+  double twice = 0.0;        ///< arrived twice within one frame, without a resend request
+  bool repeated = false;     ///< duplicates or late packets that may be answers to our own resend requests
 };
 
+/// kStale: the picture was seen before, or is older than the last new one. kImplausible: its id or time does not
+/// continue the camera's.
 enum class Verdict { kNew, kIncomplete, kWrongSize, kWrongFormat, kStale, kImplausible };
 
 struct Judgement {
   Verdict verdict = Verdict::kIncomplete;
-  bool outnumbered = false;  ///< recently more packets or pictures came in the camera's name than it sends
-  // The rest is valid for kNew alone.
-  std::uint64_t frameNumber = 0;  ///< from 1 on; jumps if frames were not used or never arrived, by their ids
-  std::uint64_t missing = 0;      ///< frames since the last new one that did not arrive, or not beyond the driver
-  bool discontinuity = false;     ///< the frame number jumped, or the ids or the camera's clock began anew
-  bool newTimeline = false;       ///< what was learnt about the camera's clock is no longer valid
-  bool timed = false;             ///< the camera's clock is reliable; false: it is absent, coarse or wrong
-  std::uint64_t step = 1;         ///< of the ids since the last new one; 1 if they began anew
-  bool doubted = false;  ///< outnumbered, or it came before the camera can have sent it, or parts of it came twice
+  bool outnumbered = false;  ///< recently more packets or pictures arrived in the camera's name than it sends
+  // The rest is valid for kNew only.
+  std::uint64_t frameNumber = 0;  ///< from 1; jumps where ids show that frames were rejected or never arrived
+  std::uint64_t missing = 0;      ///< frames since the last new one that never arrived, or only at the driver
+  bool discontinuity = false;     ///< the frame number jumped, or the ids or the camera's clock start afresh
+  bool newTimeline = false;       ///< what was learnt of the camera's clock no longer holds
+  bool timed = false;             ///< the camera's time stamp is usable; false: it is absent, or its clock jumped
+  std::uint64_t step = 1;         ///< increase of the id since the last new one; 1 where the ids start afresh
+  bool doubted = false;           ///< the picture may come from another sender: kDoubtedOrigin
 };
 
 /// Thread-bound. Allocates nothing.
@@ -51,19 +54,18 @@ class FrameGate {
     /// nor its 64-bit one.
     bool zeroIsAnId = false;
     /// A camera clock that gains more than this on the host's has stepped: a picture cannot arrive before it is taken.
-    /// Above the jitter of a camera that stamps by its own operating system, and above a change of exposure time.
+    /// Larger than the jitter of a camera that stamps by its own operating system, and than a change of exposure time.
     std::int64_t ahead_ns = 50'000'000;
-    /// One that falls behind by more has stepped as well, or the host slept. Above any delay of a working host.
+    /// A camera clock that falls behind by more has stepped, or the host slept. Larger than any delay of a working
+    /// host.
     std::int64_t behind_ns = 1'000'000'000;
-    /// How late a camera may stamp a frame that stamps by its own operating system: ids may be ahead of the time by
-    /// that.
+    /// Largest delay with which a camera's operating system stamps a frame: ids may outrun the stamps by that.
     std::int64_t stampJitter_ns = 8'000'000;
-    /// Period of the fastest camera: bounds a gap of ids as long as the frame period is unknown.
+    /// Shortest frame period of any camera: bounds a gap of ids while the period is not known yet.
     std::int64_t shortestPeriod_ns = 100'000;
-    /// For so long pictures are doubted after more came in the camera's name than it sends.
+    /// Time for which pictures are doubted after more arrived in the camera's name than it sends.
     std::int64_t doubt_ns = 2'000'000'000;
-    /// Number of complete pictures that are remembered: more than the driver's buffers, each of which may be delivered
-    /// again.
+    /// Number of whole pictures that are remembered: more than the driver has buffers, each of which may come again.
     std::size_t memory = 256;
   };
 
@@ -72,9 +74,10 @@ class FrameGate {
       , options_(options)
       , history_(options.memory) {}
 
+  /// Judges the next buffer; must be called for every buffer in the order of arrival.
   Judgement judge(const Arrival& arrival);
 
-  /// Must be called when the camera was opened again: the next complete new picture begins a new timeline.
+  /// Notes that the camera was opened again: the next whole picture that was not seen before begins a new timeline.
   void restart() { reopened_ = true; }
 
  private:
@@ -135,7 +138,7 @@ class FrameGate {
   std::size_t historyCount_ = 0;
 };
 
-/// Counts a judgement in the ledger.
+/// Counts one judgement in the ledger: as received, and by its verdict.
 void count(const Judgement& judgement, Ledger& ledger);
 
 }  // namespace tractiond::capture

@@ -1,4 +1,4 @@
-// Where frames come from: a camera, a recording, memory.
+// Interface of a source of frames: a camera or a recording.
 #pragma once
 
 #include "daemon/records/frame.h"
@@ -19,10 +19,11 @@ class FrameSource {
  public:
   virtual ~FrameSource() = default;
 
-  /// Waits at most `timeout` for the next frame. Allocates nothing, locks nothing of ours, logs nothing.
+  /// Waits at most `timeout` for the next frame. Fills `frame` if it returns kFrame; its memory is borrowed until
+  /// recycle(). Allocates nothing, takes no lock of this program, logs nothing.
   virtual Next next(Frame& frame, std::chrono::milliseconds timeout) = 0;
 
-  /// Gives the memory of a frame back.
+  /// Gives the memory of a frame of next() back.
   virtual void recycle(Frame& frame) = 0;
 };
 

@@ -1,4 +1,4 @@
-// Finds the GigE Vision cameras on the networks of this host. Aravis can do so, too, but takes a second.
+// Finds GigE Vision cameras on the networks of this host. Aravis can do that as well, but takes a second.
 #pragma once
 
 #include <chrono>
@@ -9,29 +9,28 @@
 
 namespace tractiond::capture {
 
-/// Sends discovery packets of the control protocol (GVCP), which a camera answers even if another client controls it.
+/// Sends discovery packets of the control protocol (GVCP), which a camera answers whichever client controls it.
 /// Thread-bound.
 class GvcpSearch {
  public:
-  /// \param port of the cameras; tests use another one than the protocol's
+  /// \param port of the cameras; another than the protocol's in tests
   explicit GvcpSearch(std::uint16_t port = 3956);
   ~GvcpSearch();
   GvcpSearch(const GvcpSearch&) = delete;
   GvcpSearch& operator=(const GvcpSearch&) = delete;
 
-  /// A camera's hardware address and serial number, which identify it.
+  /// A camera's hardware address and serial number, which together are unique.
   using Identity = std::string;
 
-  /// Returns the identity of the camera at this IPv4 address; empty: no answer in time. Asks again after half of the
-  /// time.
+  /// Returns the identity of the camera at an IPv4 address; empty if none answers in time. Asks again at half the time.
   Identity ask(const std::string& address, std::chrono::milliseconds timeout);
 
-  /// Returns the address at which the camera answers. Asks its last address again and again, and all of this host's
-  /// networks once. Empty: no answer in time, or a stop was requested.
+  /// Waits until a camera answers, and returns its IPv4 address. Asks repeatedly at its last address, and once at all
+  /// others on this host's networks. Returns an empty text after the timeout, or when a stop is requested.
   std::string locate(const Identity& camera, const std::string& lastAddress, std::chrono::milliseconds timeout,
                      const std::stop_token& stop);
 
-  /// Returns false if no socket could be opened: then no camera seems to answer.
+  /// Returns false if no socket could be opened; no camera is found then.
   bool usable() const { return socket_ >= 0; }
 
  private:

@@ -1,4 +1,4 @@
-// Makes frames of popped buffers: the frame gate judges each, the ledger counts it, and a new one is dated.
+// Makes frames of popped buffers: the frame gate judges each, the ledger counts it, the capture clock dates it.
 #pragma once
 
 #include "daemon/capture/camera_info.h"
@@ -19,10 +19,11 @@ class Intake {
   explicit Intake(Ledger& ledger)
       : ledger_(ledger) {}
 
-  /// Begins a session of the camera. \param buffers number of the driver's buffers: the gate remembers more pictures
+  /// Begins a session of the camera; must be called before judge(). \param buffers number of buffers of the driver
   void begin(const CameraInfo& info, int buffers);
 
-  /// Judges and counts a buffer of the session. Fills in the frame if the verdict is kNew.
+  /// Judges and counts a buffer of the session. If the verdict is kNew, fills the frame; else leaves it as it is. The
+  /// frame borrows the buffer's memory, and its token is the buffer's handle. \param driver that the buffer comes from
   Judgement judge(const Buffer& buffer, Driver& driver, Frame& frame);
 
  private:

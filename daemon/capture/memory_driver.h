@@ -1,4 +1,4 @@
-// A driver of pictures in memory, for benchmarks and tests.
+// Delivers pictures in memory as a camera does: for benchmarks, replay and tests.
 #pragma once
 
 #include "base/clock.h"
@@ -17,17 +17,18 @@ struct Pictures {
   std::vector<std::vector<std::uint8_t>> data;  ///< one element per picture, without padding
 };
 
+/// Sleeps until a time of CLOCK_MONOTONIC [ns].
 void sleepUntilMonotonic(std::int64_t until_ns);
 
 struct MemoryOptions {
-  std::uint64_t loops = 1;     ///< number of times that the pictures are delivered; 0: without end
-  std::int64_t period_ns = 0;  ///< time between pictures; 0: as fast as they are popped, without timeouts
+  std::uint64_t loops = 1;     ///< how often the pictures are delivered; 0: without end
+  std::int64_t period_ns = 0;  ///< time between two pictures; 0: none, pop() then never times out
   std::function<std::int64_t()> now = monotonicNow;
   std::function<void(std::int64_t until_ns)> sleepUntil = sleepUntilMonotonic;
 };
 
-/// Returns a driver that lends the pictures themselves, any number at a time. They must outlive the driver. Each has a
-/// new id, and the host's time.
+/// Returns a function that opens a driver for the pictures. Its buffers point to the pictures themselves, so any number
+/// of them may be out; the pictures must outlive the driver. Ids count up, and time stamps are those of `now`.
 OpenDriver fromMemory(const Pictures& pictures, const MemoryOptions& options = {});
 
 }  // namespace tractiond::capture

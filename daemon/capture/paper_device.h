@@ -1,4 +1,4 @@
-// Simulates a device by its description: registers keep what is written. Internal to this folder.
+// Makes a device without a camera: its registers remember what was written to them. Internal to this folder.
 #pragma once
 
 #include "daemon/capture/aravis.h"
@@ -7,7 +7,8 @@
 
 namespace tractiond::capture {
 
-/// Creates the device. Registers are 0, except for those that state abilities, whose bits are all 1. Keeps `xml`.
+/// Makes a device with this description. Its registers are 0 at first; all bits are 1 in those that report abilities of
+/// a camera. Returns nullptr and sets `failure` if the description is faulty. \param xml is copied
 Ref<ArvDevice> makePaperDevice(const std::string& xml, Failure& failure);
 
 }  // namespace tractiond::capture

@@ -1,5 +1,5 @@
-// A driver of raw pictures from a pipe or a file, as ffmpeg, GStreamer or a v4l2 tool writes them: one picture after
-// another, with nothing between them.
+// Delivers raw pictures from a pipe or a file as a camera does: output of ffmpeg, GStreamer or a v4l2 tool, one picture
+// directly after another.
 #pragma once
 
 #include "daemon/capture/driver.h"
@@ -13,12 +13,13 @@ struct PipeOptions {
   std::string format;         ///< a name of records/pixel_format.h
   int width = 0, height = 0;  ///< px
   int buffers = 10;
-  double frameRate_Hz = 0.0;  ///< highest rate; 0: as fast as they are popped
+  double frameRate_Hz = 0.0;  ///< upper limit; 0: as fast as they are taken
 };
 
-/// Returns the driver. Errors: EX_CONFIG if size or format are missing; EX_NOINPUT if the file cannot be opened. Counts
-/// the pictures from 1, and dates each with the host's time when it is complete and due. The file's end is EX_DATAERR
-/// within a picture or before the first one, and else EX_OK.
+/// Returns a function that opens a driver for the file. It fails with EX_CONFIG if size or format are missing, and with
+/// EX_NOINPUT if the file cannot be opened. Ids count from 1. The time stamp is 0, as it is not known; a picture
+/// arrives when it is whole and its time has come. Driver::end() is EX_OK if the file ends after a whole picture,
+/// EX_DATAERR if within one or before the first, EX_IOERR if it cannot be read.
 OpenDriver fromPipe(const PipeOptions& options);
 
 }  // namespace tractiond::capture

@@ -1,4 +1,4 @@
-// Finds out why no frames come: the camera is gone, the thread that receives its packets hangs, or they are only late.
+// Decides why frames are missing: the camera is gone, the thread that receives its packets hangs, or it is only late.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ class ProcessorWait {
  public:
   explicit ProcessorWait(int threadId);
 
-  /// Returns whether the thread is ready to run, and has not run since the last call or the construction. Returns false
-  /// if the kernel does not tell.
+  /// Returns whether the thread is ready to run and has not run since the call before (or the construction). False if
+  /// the kernel does not report it.
   bool lasts();
 
  private:

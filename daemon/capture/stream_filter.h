@@ -1,8 +1,8 @@
-// Lets only datagrams reach the stream that its camera can have sent.
+// Filters the datagrams of a stream: only those that its camera can have sent pass.
 //
-// Aravis 0.8.26 accepts packets of any sender, and believes their lengths and numbers: one malformed packet ends the
-// process. Therefore the kernel drops malformed packets before Aravis sees them, by a classic BPF program, which needs
-// no privilege.
+// Aravis 0.8.26 accepts every datagram at its port as the camera's and does not check its lengths and numbers: one
+// packet can end the process. So the kernel drops impossible ones before Aravis sees them, by a classic BPF program,
+// which needs no privilege.
 #pragma once
 
 #include <linux/filter.h>
@@ -31,10 +31,10 @@ struct StreamShape {
   }
 };
 
-/// Returns the program for SO_ATTACH_FILTER on a UDP socket. It accepts leaders of pictures (with or without chunk
-/// data) with packet id 0, data packets with ids from 1 to blocks() that are no longer than a block, trailers with ids
-/// from 2 to blocks() + 1, and the message that a packet cannot be resent: all from the camera's address and port, and
-/// with ids of one width. \param shape packetSize_bytes of at least 100, payload_bytes of at least 1
+/// Returns the program for SO_ATTACH_FILTER on a UDP socket. It passes leaders of pictures (with or without chunk data)
+/// with packet id 0, data with ids from 1 to blocks() that are no longer than a block, trailers with ids from 2 to
+/// blocks() + 1, and reports that a packet cannot be resent: all from the camera's address and port, with ids of
+/// StreamShape's width. \param shape packetSize_bytes of at least 100, payload_bytes of at least 1
 std::vector<sock_filter> streamFilter(const StreamShape& shape);
 
 }  // namespace tractiond::capture

@@ -19,50 +19,52 @@
 
 namespace tractiond::publish {
 
-/// Called within serve(), on its thread.
+/// Handlers of the requests. Called within serve(), on its thread. Each of the last four must be answered once, by the
+/// function that its comment names, at once or later.
 struct ControlHandlers {
-  std::function<std::string()> status;       ///< Publisher::lastStatus
-  std::function<std::string()> description;  ///< Publisher::lastDescription
-  /// Begin to take a zero, or put the one before back. What came of it is told with answerZero(), at once or later;
-  /// who asks for the same meanwhile is not passed on and shares the answer.
+  std::function<std::string()> status;       ///< Returns Publisher::lastStatus().
+  std::function<std::string()> description;  ///< Returns Publisher::lastDescription().
+  /// Begins to take a zero, or to restore the one before: answerZero(). Equal requests that arrive meanwhile are not
+  /// passed on and share the answer.
   std::function<void(const ZeroRequest&)> zero;
-  /// Begin a step. What came of it is told with answerCalibration(), at once or later.
+  /// Begins a step of a calibration: answerCalibration().
   std::function<void(const CalibrationStep&)> calibrate = {};
-  /// Begin what is asked of the camera. What came of it is told with answerCamera(), at once or later; what is asked
-  /// meanwhile is passed on then.
+  /// Begins a request for the camera: answerCamera(). Requests that arrive meanwhile are passed on after the answer.
   std::function<void(const CameraStep&)> camera = {};
-  /// Get the next picture. It is told with answerSnapshot(), later; further askers meanwhile share the answer.
+  /// Requests the next picture: answerSnapshot(), later. Requests that arrive meanwhile share the answer.
   std::function<void()> snapshot = {};
 };
 
 /// Thread-bound. A request that is malformed, too large (64 KiB) or unknown is answered with an error or dropped.
 class ControlServer {
  public:
-  /// Endpoints as for the publisher.
+  /// Binds to the endpoints, whose form is that of PublishOptions::stream. Fails if one cannot be bound.
   static tl::expected<std::unique_ptr<ControlServer>, Error> open(const std::vector<std::string>& endpoints,
                                                                   ControlHandlers handlers);
   ~ControlServer();
 
-  /// Waits at most `timeout` for a request, and answers what has come.
+  /// Waits at most `timeout` for a request, and handles all that have arrived.
   void serve(std::chrono::milliseconds timeout);
 
-  /// The rest pose, or a sentence why there is none, for all who asked.
+  // The following have no effect if no client waits for the answer. An error is a sentence.
+
+  /// Sends the zero to all clients that wait for one. \param remark why it may be wrong; empty: no reason is known
   void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark = "");
 
-  /// What came of the last step, for whoever asked for it.
+  /// Sends the result of the last step to the client that requested it.
   void answerCalibration(const tl::expected<CalibrationReport, std::string>& result);
 
-  /// What came of what was asked of the camera last.
+  /// Sends the camera's answer to the client whose request was passed on last.
   void answerCamera(const tl::expected<CameraReport, std::string>& result);
 
-  /// The picture, or a sentence why there is none, for all who asked. \param layers of its markers
+  /// Sends the picture to all clients that wait for one. \param layers layers of its markers
   void answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
                       const std::vector<sensor::MarkerLayer>& layers);
 
-  /// Somebody waits for answerZero().
+  /// Returns whether a client waits for answerZero().
   bool zeroPending() const;
 
-  /// As bound.
+  /// Returns the endpoints as they were bound.
   const std::vector<std::string>& endpoints() const;
 
  private:

@@ -1,4 +1,4 @@
-// Who publishes, and what the numbers mean: the content of the description message.
+// Content of the description message: which daemon publishes, and what its numbers mean.
 #pragma once
 
 #include "daemon/records/marker_field.h"
@@ -9,11 +9,11 @@
 
 namespace tractiond::publish {
 
-/// Stands in every message.
+/// Part of every message.
 struct Identity {
-  std::string sensor;  ///< name from the config; traction::isValidName
+  std::string sensor;  ///< name from the configuration; valid by traction::isValidName
   Id boot{};           ///< of this start of the daemon: randomId()
-  Id calibration{};    ///< hash of what the forces rest on
+  Id calibration{};    ///< hash of what the forces are computed from
 };
 
 struct Description {
@@ -22,29 +22,29 @@ struct Description {
   Id host{};                             ///< hostId()
   std::optional<sensor::Sensor> sensor;  ///< empty: there is no gel, and nothing is measured
 
-  // As the camera says; empty: not seen yet.
+  // As the camera reports them; empty: no camera opened yet.
   std::string cameraVendor;
   std::string cameraModel;
   std::string cameraSerial;
   std::string pixelFormat;          ///< GenICam's name, "RGB8"
-  int width_px = 0, height_px = 0;  ///< of its picture; 0: not seen yet
+  int width_px = 0, height_px = 0;  ///< of its picture; 0: no camera opened yet
 
   std::string mechanics;       ///< "block", "half-space" or "influence file"
   std::string regularisation;  ///< name of the rule, "tikhonov"
-  double strength = 0.0;       ///< its parameter, of the largest singular value of the influence matrix [1]
+  double strength = 0.0;       ///< its parameter, relative to the largest singular value of the influence matrix
   bool contactAware = false;
-  double noise_px = 0.0;                     ///< of a marker's centre, reckoned with
-  double forceScale_N = 0.0;                 ///< least force of a node taken as usual
+  double noise_px = 0.0;                     ///< standard deviation of a marker's centre that the solver assumes
+  double forceScale_N = 0.0;                 ///< lower bound of the nodal force that the contact step expects
   std::array<double, 2> detectionLimit_N{};  ///< of a force on a node, along the surface and into it
 
-  std::int64_t calibrated_ns = 0;  ///< CLOCK_REALTIME when what identity.calibration names was made
+  std::int64_t calibrated_ns = 0;  ///< CLOCK_REALTIME when the numbers of identity.calibration were made
   std::optional<RestPose> zero;    ///< empty: none yet
 };
 
-/// 128 random bits.
+/// Returns 128 random bits.
 Id randomId();
 
-/// The boot id of the kernel; processes that share it share CLOCK_MONOTONIC. All zero where there is no /proc.
+/// Returns the boot id of the kernel; processes that share it share CLOCK_MONOTONIC. All zero without /proc.
 Id hostId();
 
 }  // namespace tractiond::publish

@@ -1,4 +1,4 @@
-// Durations of one reporting interval with their quantiles, and all since the start.
+// Collects durations: quantiles of one reporting interval, and a histogram since the start.
 #pragma once
 
 #include "traction/v1/status.pb.h"
@@ -10,9 +10,10 @@
 
 namespace tractiond::publish {
 
-/// Keeps the newest 2,048. Allocates nothing.
+/// Keeps the newest 2,048 durations of an interval. Thread-bound. Allocates nothing.
 class Durations {
  public:
+  /// Adds a duration.
   void add(std::int64_t ns) {
     values_[count_++ % values_.size()] = ns;
     const double value_s = static_cast<double>(ns) * 1e-9;
@@ -21,8 +22,8 @@ class Durations {
     sum_s_ += value_s;
   }
 
-  /// Sets the quantiles of what was added since the last call, 0 if that is nothing, and the histogram of all.
-  /// Allocates nothing after the first call with the same message.
+  /// Sets the quantiles of the durations since the last call, 0 if there are none, and the histogram of all. Allocates
+  /// nothing after the first call with the same message.
   void take(traction::v1::Quantiles& to) {
     traction::v1::Histogram& all = *to.mutable_since_start();
     all.mutable_bound_s()->Assign(kBounds_s.begin(), kBounds_s.end());

@@ -1,4 +1,5 @@
-// Subscribers that read nothing any more: stopped, hung, or gone without a word. What waits for each costs memory.
+// Ends the connections of subscribers that no longer read (stopped, hung, or gone without closing): the messages that
+// wait for each take memory.
 #pragma once
 
 #include <sys/types.h>
@@ -12,23 +13,23 @@
 
 namespace tractiond::publish {
 
-/// Thread-bound; waits for nobody. A subscriber that was cut off comes back by itself when it reads again.
+/// Thread-bound; does not wait. A subscriber whose connection was ended connects again when it continues to read.
 class FrozenPeers {
  public:
   /// Number of file descriptors that one call looks at: some 4 µs each on a busy machine.
   static constexpr int kMostAtOnce = 1024;
 
-  /// \param bound endpoints of ours
-  /// \param told what was done, a line for people
+  /// \param bound endpoints of this program, as bound
+  /// \param told called with a line for the log about what was done
   FrozenPeers(std::vector<std::string> bound, std::function<void(const std::string&)> told,
               int mostAtOnce = kMostAtOnce)
       : bound_(std::move(bound))
       , told_(std::move(told))
       , most_(mostAtOnce) {}
 
-  /// Ends the connections of which the kernel has held the same bytes for five seconds, and gives the memory of what
-  /// waited for them back. A round over all file descriptors begins each second, and takes several calls where there
-  /// are many.
+  /// Ends the connections whose unread bytes in the kernel have not changed for 5 s, and returns the memory of the
+  /// messages that waited for them. A round over all file descriptors begins each second; with many descriptors it
+  /// takes several calls.
   void look(std::int64_t now_ns);
 
  private:

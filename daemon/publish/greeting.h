@@ -1,4 +1,4 @@
-// Does ZeroMQ's own thread behind our sockets still work? Where it hangs, messages wait, and no call of ours fails.
+// Liveness check of ZeroMQ's own thread behind this program's sockets: if it hangs, messages wait, and no call fails.
 #pragma once
 
 #include <cstdint>
@@ -6,17 +6,18 @@
 
 namespace tractiond::publish {
 
-/// Whoever connects is greeted by that thread first (ZMTP 3.0). Thread-bound.
+/// Connects as a client: that thread sends a greeting to every new connection (ZMTP 3.0). Thread-bound.
 class Greeting {
  public:
-  /// \param endpoint ipc://PATH, as bound; of another nothing is known
+  /// \param endpoint ipc://PATH, as bound; other kinds are not checked
   explicit Greeting(const std::string& endpoint);
   ~Greeting();
   Greeting(Greeting&& other) noexcept;
   Greeting(const Greeting&) = delete;
   Greeting& operator=(const Greeting&) = delete;
 
-  /// Was the connection of the call before greeted? Makes the next one. Does not wait. True where that is not known.
+  /// Returns whether the connection that an earlier call made has been greeted, and if so makes the next one. Returns
+  /// true if there is no connection. Does not wait.
   bool came();
 
  private:

@@ -1,4 +1,4 @@
-// Sends fields, markers, description, status and previews to whoever subscribes.
+// Sends fields, markers, description, status and previews to subscribers.
 #pragma once
 
 #include "base/clock.h"
@@ -22,28 +22,29 @@ class Status;
 
 namespace tractiond::publish {
 
-/// Sets in a status what the publisher does not know by itself. The message is the one of the status before: what is
-/// not set stays as it was.
+/// Sets the fields of a status that the publisher does not know. The message is that of the status before: fields that
+/// are not set keep their values.
 using Measure = std::function<void(traction::v1::Status&)>;
 
 struct PublishOptions {
-  std::vector<std::string> stream;  ///< ZeroMQ endpoints; port * takes a free one; ipc directories exist
-  std::vector<std::string> latest;
-  /// Messages that wait for one slow subscriber before it loses some: two seconds of fields and markers at 60 frames/s,
-  /// 85 ms at 1,500; they hold 3 MB.
+  std::vector<std::string> stream;  ///< ZeroMQ endpoints; port * takes a free one; ipc directories must exist
+  std::vector<std::string> latest;  ///< likewise, of the newest field only
+  /// Messages that may wait for one slow subscriber; further ones are lost to it. Two seconds of fields and markers at
+  /// 60 frames/s, 85 ms at 1,500; they take 3 MB.
   int highWaterMark = 256;
   std::chrono::milliseconds statusInterval{1000};
-  /// New subscribers get the description at once, but all of them together not more often than this.
+  /// Shortest time between two descriptions sent for new subscribers, of all of them together.
   std::chrono::milliseconds descriptionInterval{100};
   std::int64_t (*monotonicClock)() = monotonicNow;
   std::int64_t (*realClock)() = realNow;
 };
 
-/// Thread-bound: publish() and serve() belong to one thread. describe(), lastStatus() and lastDescription() may be
-/// called from one other, offerPreview() from one more.
+/// publish() and wait() are for one thread. describe(), lastStatus() and lastDescription() may be called from one other
+/// thread, offerPreview() from one more.
 class Publisher {
  public:
-  /// \param measure called on the publishing thread before each status; must not wait \param ledger must outlive this
+  /// Binds to the endpoints. Fails if one cannot be bound. The ledger must outlive this.
+  /// \param measure called on the publishing thread before each status; must not wait
   static tl::expected<std::unique_ptr<Publisher>, Error>
   open(const PublishOptions& options, const Description& description, const Ledger& ledger, Measure measure);
   ~Publisher();
@@ -64,11 +65,12 @@ class Publisher {
   /// many wait for slow subscribers.
   bool offerPreview(const Preview& preview);
 
-  /// The messages as bytes, for the control socket.
+  /// Returns the status that was sent last, as bytes of the message.
   std::string lastStatus() const;
+  /// Returns the newest description, as bytes of the message.
   std::string lastDescription() const;
 
-  /// As bound.
+  /// Returns the endpoints as they were bound.
   const std::vector<std::string>& streamEndpoints() const;
   const std::vector<std::string>& latestEndpoints() const;
 

@@ -1,4 +1,4 @@
-// Records -> bytes of the messages of proto/traction/v1 that are published.
+// Encodes records as the messages of proto/traction/v1 that are published.
 #pragma once
 
 #include "daemon/publish/description.h"
@@ -18,7 +18,7 @@ class Status;
 
 namespace tractiond::publish {
 
-/// What the header of a message says besides the identity.
+/// Content of a message's header besides the identity.
 struct Heading {
   std::uint64_t sequence = 0;
   FrameInfo frame;
@@ -28,38 +28,39 @@ struct Heading {
   std::int64_t sentReal_ns = 0;  ///< CLOCK_REALTIME
 };
 
-/// A description is encoded once and sent many times.
+/// A description that is encoded once and sent many times. Thread-bound.
 class DescriptionMessage {
  public:
   DescriptionMessage(const Description& description, const std::vector<std::string>& topics);
   ~DescriptionMessage();
 
-  /// Fills the header anew; bytes of the message.
+  /// Sets the header. Returns the size of the message [bytes].
   std::size_t fill(const Heading& heading);
-  /// What was filled last.
+  /// Writes the message; `bytes` must have room for the size that fill() returned.
   void write(std::uint8_t* bytes) const;
-  std::string bytes() const;
+  std::string bytes() const;  ///< Returns the message.
 
  private:
   std::unique_ptr<traction::v1::Description> message_;
 };
 
-/// A picture is encoded beside the publishing thread.
+/// A preview message. Thread-bound, so that a preview can be encoded on another thread than the publishing one.
 class PreviewMessage {
  public:
   explicit PreviewMessage(const Identity& identity);
   ~PreviewMessage();
 
-  /// Of the heading the sequence and the time of sending count. \return bytes of the message, for write()
+  /// Sets the whole message. \param heading only its sequence and times of sending are used \return size [bytes]
   std::size_t fill(const Preview& preview, const Heading& heading);
+  /// Writes the message; `bytes` must have room for the size that fill() returned.
   void write(std::uint8_t* bytes) const;
 
  private:
   std::unique_ptr<traction::v1::Preview> message_;
 };
 
-/// Fills one message of each kind again and again in the same memory: after the first of a kind nothing is allocated.
-/// Each returns the size in bytes and must be followed by its write.
+/// Encodes messages, one of each kind, in the same memory every time: nothing is allocated after the first of a kind.
+/// Each fill function returns the size [bytes]; the write function of the same kind then writes as many. Thread-bound.
 class Wire {
  public:
   explicit Wire(const Identity& identity);
@@ -67,8 +68,8 @@ class Wire {
 
   std::size_t fill(const TractionField& field, const Heading& heading);
   std::size_t fill(const MarkerField& markers, const Heading& heading);
-  std::size_t fillStatus(const Ledger& ledger, const Heading& heading);  ///< sets ledger and header
-  /// Returns the status, of which everything but ledger and header is set outside, before fillStatus().
+  std::size_t fillStatus(const Ledger& ledger, const Heading& heading);  ///< Sets ledger and header of status().
+  /// Returns the status, for the caller to set everything except ledger and header before fillStatus().
   traction::v1::Status& status();
   void writeField(std::uint8_t* bytes) const;
   void writeMarkers(std::uint8_t* bytes) const;

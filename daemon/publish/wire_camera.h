@@ -1,4 +1,4 @@
-// Requests about a camera's features <-> records: the part of the wire that knows them.
+// Converts between records and the requests and replies about a camera's features.
 #pragma once
 
 #include "daemon/records/camera_features.h"
@@ -14,9 +14,10 @@ class CameraRequest;
 
 namespace tractiond::publish {
 
-/// From anybody: never trusted. The error is a sentence for the asker.
+/// Decodes an untrusted request. The error is a sentence for the client.
 tl::expected<CameraStep, std::string> decodeCameraStep(const traction::v1::CameraRequest& request);
 
+/// Encodes the camera's answer.
 void encode(const CameraReport& from, traction::v1::CameraReply& to);
 
 }  // namespace tractiond::publish

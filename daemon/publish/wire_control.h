@@ -1,4 +1,4 @@
-// Requests and replies of proto/traction/v1/control.proto <-> records.
+// Converts between records and the requests and replies of proto/traction/v1/control.proto. Reentrant.
 #pragma once
 
 #include "daemon/records/calibration.h"
@@ -18,25 +18,27 @@ namespace tractiond::publish {
 
 enum class Request { kStatus, kDescription, kZero, kCalibrate, kCamera, kSnapshot };
 
-/// A request with what it says.
+/// A request with its parameters.
 struct Asked {
   Request request = Request::kStatus;
-  ZeroRequest zero = {};             ///< kZero, without its asker
+  ZeroRequest zero = {};             ///< kZero, without `asker`
   CalibrationStep calibration = {};  ///< kCalibrate
   CameraStep camera = {};            ///< kCamera
-  std::string onBehalfOf = {};       ///< whom a gateway names as the asker, printable; empty: whoever sends it
+  std::string onBehalfOf = {};       ///< client that a gateway names, printable; empty: the sender itself
 };
 
-/// From anybody: never trusted. The error is a sentence for the asker.
+/// Decodes an untrusted request. The error is a sentence for the client.
 tl::expected<Asked, std::string> decodeRequest(std::string_view bytes);
 
-/// `message` is a Status or Description as it was sent, answering `request`.
+// These return the bytes of a reply.
+
+/// \param request kStatus or kDescription \param message the Status or Description as it was sent
 std::string encodeReply(Request request, std::string_view message);
-/// `remark`: why it may be wrong; empty: no reason is known.
+/// \param remark why the zero may be wrong; empty: no reason is known
 std::string encodeZeroReply(const RestPose& zero, std::string_view remark);
 std::string encodeCalibrationReply(const CalibrationReport& report);
 std::string encodeCameraReply(const CameraReport& report);
-/// Reduced until it has at most 16 MiB. \param layers of its markers
+/// Reduces the picture until it has at most 16 MiB. \param layers layers of its markers
 std::string encodeSnapshotReply(const Snapshot& snapshot, const std::vector<sensor::MarkerLayer>& layers);
 std::string encodeErrorReply(std::string_view error);
 

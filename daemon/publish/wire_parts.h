@@ -1,4 +1,4 @@
-// What several of the messages and replies have within them.
+// Encodes parts that several messages and replies have in common.
 #pragma once
 
 #include "daemon/publish/wire.h"
@@ -9,13 +9,15 @@
 
 namespace tractiond::publish {
 
-/// All of a header that does not change.
+/// Sets the fields of a header that do not change.
 void encode(const Identity& identity, traction::v1::Header& header);
-/// The rest of it.
+/// Sets the other fields of a header.
 void encode(const Heading& heading, traction::v1::Header& header);
 
+/// Encodes a zero.
 void encode(const RestPose& from, traction::v1::Zero& to);
 
+/// Returns the number of a colour in messages.
 traction::v1::Colour wireColour(sensor::Colour colour);
 
 }  // namespace tractiond::publish

@@ -1,4 +1,5 @@
-// What a recording has besides the topics of the stream, as bytes: with it the same fields can be computed again.
+// Encodes and decodes what a recording has besides the topics of the stream: with it the same fields can be computed
+// again.
 #pragma once
 
 #include "base/error.h"
@@ -19,39 +20,40 @@ class Picture;
 
 namespace tractiond::publish {
 
-/// All that fields rest on but the pictures.
+/// Everything that fields are computed from, except the pictures.
 struct Beginning {
-  std::string sensor;
+  std::string sensor;           ///< name
   std::string softwareVersion;  ///< of the daemon
-  Id calibration{};             ///< hash of what the forces rest on
+  Id calibration{};             ///< hash of what the forces are computed from
   std::string configuration;    ///< text of a file with every key
   std::string gel;              ///< text of the gel file; empty: the built-in one
   std::string influence;        ///< the influence file that it names; empty: none
   std::optional<RestPose> rest;
   std::string cameraVendor, cameraModel, cameraSerial;
-  /// Of a recording of version 1: a zero that was asked for came into force as soon as it had been taken.
+  /// True for recordings of version 1: a requested zero came into force as soon as it had been taken.
   bool adoptsAtOnce = false;
 };
 
+/// Returns the bytes of a beginning.
 std::string encode(const Beginning& beginning);
 
-/// EX_DATAERR: damaged; EX_PROTOCOL: of a newer version. The rest pose's numbers are not looked at, its sizes fit each
-/// other.
+/// Decodes untrusted bytes. EX_DATAERR: damaged; EX_PROTOCOL: of a newer version. Checks that the sizes within the rest
+/// pose fit each other, but not its numbers (track::isSane).
 tl::expected<Beginning, Error> decodeBeginning(std::string_view bytes);
 
-/// A picture that was tracked, and what the tracker was told then.
+/// A picture that was tracked, and the tracker's inputs for it.
 struct TrackedFrame : FrameCopy {
-  std::uint64_t number = 0;  ///< of those that were tracked, from 1
+  std::uint64_t number = 0;  ///< counts the tracked frames from 1
   TrackerInputs inputs;
 };
 
-/// Encodes in the same memory again and again.
+/// Encodes pictures in the same memory every time. Thread-bound.
 class PictureMessage {
  public:
   explicit PictureMessage(const Identity& identity);
   ~PictureMessage();
 
-  /// \param packed compressed, without a loss. Valid until the next.
+  /// Returns the bytes of a picture, valid until the next call. \param packed true: compresses the pixels without loss
   const std::string& encode(const TrackedFrame& frame, bool packed);
 
  private:
@@ -59,8 +61,9 @@ class PictureMessage {
   std::string bytes_, scratch_;
 };
 
-/// EX_DATAERR: damaged, or it cannot be read here. The frame then has as many bytes as its format, size and stride ask
-/// for; a rest pose's sizes fit each other.
+/// Decodes untrusted bytes into `frame`. EX_DATAERR: damaged, or of a pixel format that this program cannot read. On
+/// success the frame has the bytes that its format, size and stride need, and the sizes within a rest pose fit each
+/// other.
 tl::expected<void, Error> decodePicture(std::string_view bytes, TrackedFrame& frame);
 
 }  // namespace tractiond::publish

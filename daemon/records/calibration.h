@@ -1,4 +1,4 @@
-// What is asked of a calibration, and what it tells.
+// Requests and results of the steps of a calibration.
 #pragma once
 
 #include <string>
@@ -8,29 +8,29 @@ namespace tractiond {
 
 struct CalibrationStep {
   enum class Kind {
-    kGeometry,   ///< pose and distortion from the zero in force
-    kNoise,      ///< of markers and picture while nothing touches
-    kWeight,     ///< a known weight is put on, or stands there
-    kStiffness,  ///< Young's modulus from the weights read so far
+    kGeometry,   ///< estimates the camera's pose and distortion from the zero in force
+    kNoise,      ///< measures the noise of markers and picture while nothing touches
+    kWeight,     ///< waits until a known weight lies on the gel at rest, and reads it
+    kStiffness,  ///< estimates Young's modulus from the weights read so far
     kFinish,     ///< writes the gel file
   };
   Kind kind = Kind::kGeometry;
-  double seconds = 0.0;   ///< noise: to look; weight: to wait for it to come to rest
-  double weight_N = 0.0;  ///< weight
-  bool first = false;     ///< weight: forget those before
-  bool anyway = false;    ///< geometry, noise: also if something seems to touch
-  std::string name;       ///< finish: the file's name begins with it
+  double seconds = 0.0;   ///< kNoise: duration; kWeight: longest wait; 0: the default
+  double weight_N = 0.0;  ///< kWeight
+  bool first = false;     ///< kWeight: true discards the weights read before
+  bool anyway = false;    ///< kGeometry, kNoise: true proceeds even if something seems to touch
+  std::string name;       ///< kFinish: beginning of the file's name
 };
 
 struct CalibrationReport {
   struct Figure {
     std::string name;  ///< "focal_px"
     double value = 0.0;
-    double deviation = 0.0;  ///< standard, in the value's unit; 0: none is known
+    double deviation = 0.0;  ///< standard deviation, in the value's unit; 0: not known
   };
   std::vector<Figure> figures;
-  std::vector<std::string> remarks;  ///< for people
-  std::string path;                  ///< of the file that was written
+  std::vector<std::string> remarks;  ///< sentences for the operator
+  std::string path;                  ///< gel file that was written; empty: none
 };
 
 }  // namespace tractiond

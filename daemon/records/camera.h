@@ -8,7 +8,7 @@
 
 namespace tractiond {
 
-/// The numbers of the wire.
+/// The values are those of the messages.
 enum class CameraState : std::uint8_t {
   kUnknown = traction::v1::CAMERA_STATE_UNKNOWN,        ///< not searched for yet
   kWaiting = traction::v1::CAMERA_STATE_WAITING,        ///< not found yet; it is searched for
@@ -17,10 +17,10 @@ enum class CameraState : std::uint8_t {
   kConnecting = traction::v1::CAMERA_STATE_CONNECTING,  ///< found; it is being set up
 };
 
-/// A line of text for people.
+/// A line of text for the operator.
 using Line = FixedText<200>;
 
-/// Its text is valid UTF-8: pass what a camera says through Line.
+/// Its texts must be valid UTF-8: text of a camera must be passed through Line.
 using CameraLink = traction::v1::CameraLink;
 
 struct CameraVitals {

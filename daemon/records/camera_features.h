@@ -1,4 +1,4 @@
-// What is asked of a camera's features while it runs, and what it tells. Values are text, as GenICam writes them.
+// Requests about a camera's features while it streams, and its answers. Values are text, as GenICam writes them.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +10,18 @@ namespace tractiond {
 
 struct CameraStep {
   enum class Kind : std::uint8_t {
-    kList,          ///< the features that match
-    kRead,          ///< one feature
-    kWrite,         ///< one feature; tells how it reads then
-    kExecute,       ///< a command, to its end; tells what it changed
-    kBalanceWhite,  ///< once; tells the gains
-    kTrigger,       ///< one software trigger
+    kList,          ///< reports the features that match
+    kRead,          ///< reports one feature
+    kWrite,         ///< writes one feature and reports its value after that
+    kExecute,       ///< executes a command, waits until it is done, and reports what it changed
+    kBalanceWhite,  ///< balances white once and reports the gains
+    kTrigger,       ///< sends one software trigger
   };
   Kind kind = Kind::kList;
-  std::string name = {};                     ///< read, write, execute: "ExposureTime", "BalanceRatio[Red]"
-  std::string value = {};                    ///< write
-  std::string matching = {};                 ///< list: part of a name, in capitals or not; empty: all
-  std::vector<std::string> categories = {};  ///< list: in or below one of them; none: all
+  std::string name = {};                     ///< kRead, kWrite, kExecute: "ExposureTime", "BalanceRatio[Red]"
+  std::string value = {};                    ///< kWrite
+  std::string matching = {};                 ///< kList: part of a name, case-insensitive; empty: all
+  std::vector<std::string> categories = {};  ///< kList: features in or below one of these; empty: all
 };
 
 struct CameraFeature {
@@ -39,22 +39,22 @@ struct CameraFeature {
 
   std::string name = {};
   std::string value = {};  ///< a number with a point, true or false, an entry's name; empty: none, or it cannot be read
-  std::string unit = {};   ///< as the camera says
+  std::string unit = {};   ///< as the camera reports it
   Kind kind = Kind::kUnknown;
-  Access access = Access::kNone;  ///< now: what is locked while pictures stream cannot be written
+  Access access = Access::kNone;  ///< at this moment: a feature that is locked during streaming cannot be written
   std::optional<double> minimum = {}, maximum = {}, increment = {};  ///< of a number
   std::vector<std::string> entries = {};                             ///< of an enumeration, those available now
   std::string description = {};                                      ///< the camera's own words
-  std::string configured = {};             ///< what the configuration set it to; empty: it leaves it open
-  std::string first = {};                  ///< before the first write of this session; empty: it was not written
+  std::string configured = {};             ///< value that the configuration sets; empty: it sets none
+  std::string first = {};                  ///< value before the first write of this session; empty: not written
   std::string category = {};               ///< "AcquisitionControl"
-  std::vector<std::string> selected = {};  ///< of which choice the value is: "BalanceRatioSelector=Red"
+  std::vector<std::string> selected = {};  ///< selectors under which the value holds: "BalanceRatioSelector=Red"
 };
 
 struct CameraReport {
   std::vector<CameraFeature> features = {};
-  std::vector<std::string> remarks = {};  ///< for people
-  std::string camera = {};                ///< which it is: "Vendor-Serial"
+  std::vector<std::string> remarks = {};  ///< sentences for the operator
+  std::string camera = {};                ///< the camera that answered: "Vendor-Serial"
 };
 
 }  // namespace tractiond

@@ -8,27 +8,27 @@
 
 namespace tractiond {
 
-/// What is known of when a frame was captured. The numbers of the wire.
+/// Which bounds on a frame's capture time hold. The values are those of the messages.
 enum class CaptureBound : std::uint8_t {
-  kNone,    ///< nothing
-  kBoth,    ///< not earlier than captured_ns - capturedError_ns, nor later than captured_ns + capturedError_ns
-  kLatest,  ///< only the latter; earlier by the shortest delay from camera to host, which nobody has measured
+  kNone,    ///< none
+  kBoth,    ///< captured_ns - capturedError_ns and captured_ns + capturedError_ns
+  kLatest,  ///< only the upper one; the true time is earlier by the shortest delay from camera to host, not known
 };
 
 /// When a frame was made and when it reached each stage. CLOCK_MONOTONIC and CLOCK_REALTIME are of the daemon's host.
 /// Zero means unknown.
 struct FrameTimes {
-  std::int64_t device_ns = 0;         ///< the camera's own clock, as sent; its epoch is the camera's business
+  std::int64_t device_ns = 0;         ///< the camera's own clock, as sent; the camera defines its epoch
   std::int64_t received_ns = 0;       ///< CLOCK_MONOTONIC when the frame was popped from the camera driver
   std::int64_t receivedReal_ns = 0;   ///< CLOCK_REALTIME at the same moment
-  std::int64_t captured_ns = 0;       ///< device_ns on CLOCK_MONOTONIC, by the running mapping of the two clocks
-  std::int64_t capturedError_ns = 0;  ///< half width of that mapping
-  CaptureBound capturedBound = CaptureBound::kNone;  ///< which sides of it hold
+  std::int64_t captured_ns = 0;       ///< when the picture was taken, on CLOCK_MONOTONIC (CaptureClock)
+  std::int64_t capturedError_ns = 0;  ///< half width of the uncertainty of captured_ns
+  CaptureBound capturedBound = CaptureBound::kNone;  ///< which bounds hold
   std::int64_t tracked_ns = 0;                       ///< CLOCK_MONOTONIC when tracking was done
   std::int64_t solved_ns = 0;                        ///< CLOCK_MONOTONIC when solving was done
 };
 
-/// What a camera may send beside the picture (its chunk data).
+/// Data that a camera may send beside the picture (its chunk data).
 struct FrameExtras {
   double exposure_s = 0.0;  ///< 0: not sent
   double gain = 0.0;        ///< in the camera's own unit
@@ -40,10 +40,10 @@ struct FrameInfo {
   std::uint64_t cameraFrameId = 0;  ///< as the camera counts (16 bit on GigE Vision 1.x: it wraps)
   std::uint64_t frameNumber =
       0;  ///< counted up from the start of the daemon; jumps where the camera's ids say frames were lost
-  double exposure_s = 0.0;  ///< as sent with the frame, else as set; 0: the camera does not tell
+  double exposure_s = 0.0;  ///< as sent with the frame, else as set; 0: the camera does not report it
   FrameExtras extras;
   bool discontinuity = false;  ///< the ids or the clock jumped since the frame before: positions may have moved far
-  bool doubted = false;        ///< it may not be the camera's own
+  bool doubted = false;        ///< the picture may come from another sender: kDoubtedOrigin
   FrameTimes times;
 };
 
@@ -56,7 +56,7 @@ struct Frame {
   int stride = 0;             ///< bytes from row to row; 0: rows begin within bytes, with no gaps
   PixelFormat format = PixelFormat::kRgb8;
   void* token = nullptr;  ///< the source's own handle of the memory
-  unsigned session = 0;   ///< of the source, in which the handle means something
+  unsigned session = 0;   ///< session of the source in which the handle is valid
 };
 
 }  // namespace tractiond

@@ -1,4 +1,4 @@
-// A picture of one's own, of the camera's memory that is given back.
+// A copy of a frame in memory of its own, so that the camera's memory can be given back.
 #pragma once
 
 #include "daemon/records/frame.h"
@@ -9,12 +9,13 @@
 
 namespace tractiond {
 
-/// Who wants one makes the room; who takes one allocates nothing.
+/// The thread that wants a copy calls makeRoom(); the thread that calls take() does not allocate.
 struct FrameCopy {
-  std::vector<std::uint8_t> bytes;  ///< as the camera sent them
-  bool fits = false;                ///< there was room; else frame.size says how much is needed
-  Frame frame;                      ///< its data is `bytes`
+  std::vector<std::uint8_t> bytes;  ///< as the camera sent them; may be longer than the frame
+  bool fits = false;                ///< false: `bytes` was too short for the last frame, which was not copied
+  Frame frame;                      ///< its data is `bytes`; valid if `fits`
 
+  /// Copies a frame if `bytes` has room for it. Allocates nothing.
   void take(const Frame& from) {
     frame = from;
     frame.data = bytes.data();
@@ -23,7 +24,7 @@ struct FrameCopy {
     if (fits) std::memcpy(bytes.data(), from.data, from.size);
   }
 
-  /// For one like that which did not fit.
+  /// Makes room for frames of the size of the last one. Allocates.
   void makeRoom() { bytes.resize(frame.size); }
 };
 

@@ -1,11 +1,11 @@
-// Tells whether frames come.
+// Measures how long no frames have come.
 #pragma once
 
 #include "base/counter.h"
 
 namespace tractiond {
 
-/// When a counter of frames advanced last. Thread-bound.
+/// Notes when a counter of frames advanced last. Thread-bound.
 class FrameWatch {
  public:
   FrameWatch() = default;
@@ -13,7 +13,7 @@ class FrameWatch {
       : frames_(frames.get())
       , at_ns_(now_ns) {}
 
-  /// Returns how long the counter has not advanced [ns].
+  /// Returns for how long the counter has been seen not to advance, by the times of the calls [ns].
   std::int64_t idle_ns(const Counter& frames, std::int64_t now_ns) {
     if (frames_ != frames.get()) *this = {frames, now_ns};
     return now_ns - at_ns_;

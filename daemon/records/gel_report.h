@@ -1,4 +1,4 @@
-// What the rest picture says of the gel file.
+// Result of the comparison of a rest picture with the gel file.
 #pragma once
 
 #include <string>
@@ -6,26 +6,26 @@
 
 namespace tractiond {
 
-/// How many columns and rows of markers a layer shows, whatever its description says. Those that would lie outside the
-/// picture count as there.
+/// Number of columns and rows of markers that a layer shows, independent of its description. Those that would lie
+/// outside the picture count as seen.
 struct LatticeSeen {
   int columns = 0, rows = 0;
 };
 
 struct GelReport {
-  /// A number of the gel file, and what the picture shows instead.
+  /// A number of the gel file, and its value in the picture.
   struct Finding {
     std::string name;  ///< with its unit: "pitch_mm", "blue_columns"
     double expected = 0.0;
     double seen = 0.0;
-    double deviation = 0.0;  ///< standard, of the difference; 0: a number that is counted
+    double deviation = 0.0;  ///< standard deviation of the difference; 0: a number that is counted
     bool contradicts = false;
   };
   std::vector<Finding> findings;
-  std::string remark;  ///< for people: what does not fit, and what to do; empty: all fits
+  std::string remark;  ///< for the operator: what does not fit, and what to do; empty: everything fits
 
   bool fits() const { return remark.empty(); }
-  /// Returns a sentence for people; empty: the gel file fits.
+  /// Returns a sentence for the operator; empty if the gel file fits.
   std::string doubt() const;
 };
 

@@ -42,7 +42,7 @@ struct RestPose {
   std::int64_t taken_ns = 0;  ///< CLOCK_REALTIME of the last rest frame
   bool requested = false;     ///< true: a client requested it; false: taken automatically at the first start
   Id id{};                    ///< hash of all of the above
-  std::string requestedBy;    ///< who requested it, as text
+  std::string requestedBy;    ///< client that requested it, as text
 };
 
 /// Displacements of all markers in one frame. Sized once, reused.

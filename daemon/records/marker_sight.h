@@ -1,4 +1,4 @@
-// How many markers the tracker sees.
+// Numbers of markers that the tracker sees.
 #pragma once
 
 #include "daemon/records/gel_report.h"
@@ -7,23 +7,23 @@
 
 namespace tractiond {
 
-/// Of one frame.
+/// Numbers of one frame.
 struct MarkerSight {
   struct Layer {
-    int expected = 0;  ///< of the gel file
-    int found = 0;     ///< in this frame; before there is a zero as well
-    int inZero = 0;    ///< present in the zero in force
-    int spots = 0;     ///< of about a marker's look and colour, where they were last sought in the whole picture
+    int expected = 0;  ///< markers of the gel file
+    int found = 0;     ///< markers found in this frame, also before there is a zero
+    int inZero = 0;    ///< markers present in the zero in force; 0: no zero
+    int spots = 0;     ///< spots that resembled a marker when the whole picture was searched last
     LatticeSeen seen;  ///< when the markers were labelled last; 0: never
   };
   std::array<Layer, 2> layers{};
   int layerCount = 0;
-  bool following = false;  ///< the markers are known from one frame to the next
+  bool following = false;  ///< true: the markers are followed from one frame to the next
 
-  /// The search for a first zero; as it was at the end, once there is one.
+  /// The search for a first zero; does not change any more once there is one.
   struct FirstZero {
-    int frames = 0;     ///< in which markers were found while there was no zero
-    int mostStill = 0;  ///< longest row of them without motion
+    int frames = 0;     ///< frames in which markers were found while there was no zero
+    int mostStill = 0;  ///< most of them in a row without motion
   };
   FirstZero firstZero;
 };

@@ -1,4 +1,4 @@
-// The pixel formats that can be read: one table, by the names and numbers of the Pixel Format Naming Convention.
+// Table of the pixel formats that can be read, by the names and codes of the Pixel Format Naming Convention.
 #pragma once
 
 #include <cstddef>
@@ -85,8 +85,8 @@ enum class PixelColours : std::uint8_t {
   kUyvy,  ///< U Y0 V Y1
 };
 
-/// How samples lie in bytes. In all of them samples are unsigned, the least significant bits first where they share
-/// bytes or fill several, and nothing lies between rows.
+/// Layout of samples in bytes. In all layouts samples are unsigned, their least significant bits come first where they
+/// share bytes or fill several, and rows have no padding.
 enum class PixelPacking : std::uint8_t {
   kWhole,   ///< each sample in whole bytes of its own, the low one first; unused high bits are 0
   kStream,  ///< PFNC "p": one stream of bits without gaps, each byte filled from its lowest bit
@@ -106,25 +106,27 @@ struct PixelFormatTraits {
   bool isBayer() const { return colours >= PixelColours::kBayerRG && colours <= PixelColours::kBayerBG; }
   int full() const { return (1 << bits) - 1; }  ///< the brightest level
 
-  /// Bytes of a picture. Where `width` pixels do not fill whole bytes, rows begin within one.
+  /// Returns the size of a picture [bytes]. If `width` pixels do not fill whole bytes, rows begin within a byte.
   std::size_t size(int width, int height) const {
     const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     return (pixels * static_cast<std::size_t>(bitsPerPixel) + 7) / 8;
   }
-  /// Bytes from row to row; 0 where rows begin within a byte, or within a group of pixels that belong together.
+  /// Returns the bytes from row to row; 0 if rows begin within a byte, or within a group of pixels that share bytes.
   int stride(int width) const;
 };
 
-/// All, in the order in which they are listed for people.
+/// Returns all formats, in the order in which they are listed for the operator.
 std::span<const PixelFormatTraits> pixelFormats();
+/// Returns the names of pixelFormats().
 std::vector<std::string> pixelFormatNames();
 inline constexpr std::string_view kPixelFormatsInWords =
     "Mono, BayerRG, BayerGR, BayerGB, BayerBG with 8, 10, 10p, 10Packed, 12, 12p, 12Packed, 16; Mono14, Mono14p; "
     "RGB, BGR with 8, 10, 10p, 12, 12p, 16; YUV422_8, YUV422_8_UYVY";
 
+/// Returns the traits of a format.
 const PixelFormatTraits& traitsOf(PixelFormat format);
 
-/// Null: cannot be read.
+// Return the traits of a format, nullptr if it cannot be read.
 const PixelFormatTraits* pixelFormatByCode(std::uint32_t code);
 const PixelFormatTraits* pixelFormatByName(std::string_view name);
 

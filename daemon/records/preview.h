@@ -1,4 +1,4 @@
-// The newest picture, reduced, as it travels to whoever wants to see it.
+// The newest picture, reduced, as it travels to subscribers.
 #pragma once
 
 #include "daemon/records/marker_field.h"
@@ -8,10 +8,10 @@ namespace tractiond {
 
 struct Preview {
   PlainPicture picture;
-  int factor = 1;  ///< pixels of the camera to one of this picture, in each direction
+  int factor = 1;  ///< camera pixels per pixel of this picture, in each direction
   FrameInfo info;
-  std::uint32_t flags = 0;  ///< of the frame's markers
-  Id zero{};                ///< from which they are counted
+  std::uint32_t flags = 0;  ///< MarkerField::flags of the frame; 0: not tracked
+  Id zero{};                ///< MarkerField::zero of the frame
 };
 
 }  // namespace tractiond

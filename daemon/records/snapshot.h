@@ -1,4 +1,4 @@
-// A copy of one picture, and what the tracker made of it.
+// A copy of one picture with the markers that the tracker found in it, and reduction of pictures for display.
 #pragma once
 
 #include "daemon/records/frame_copy.h"
@@ -8,11 +8,11 @@
 
 namespace tractiond {
 
-/// What has become of a marker.
+/// State of a marker in a picture.
 enum class MarkerState : std::uint8_t {
-  kSought,  ///< markers are not known yet: its place is where the gel file has it
+  kSought,  ///< markers are not followed: its place is that of the zero, or of the gel file before there is a zero
   kFound,
-  kLost,    ///< present in the zero, not found now: its place is where its neighbours have it
+  kLost,    ///< present in the zero, not found now: its place is interpolated from its neighbours
   kAbsent,  ///< not seen when the zero was taken
 };
 
@@ -21,26 +21,28 @@ struct Snapshot : FrameCopy {
   std::vector<float> place_px;  ///< 2 M, (u, v)
   std::vector<MarkerState> state;
 
-  // Spots that look about like a marker of a layer, when the markers were last sought in the whole picture.
+  // Spots that resembled a marker of a layer when the whole picture was searched last.
   std::vector<float> spot_px;           ///< (u, v) of each
-  std::vector<std::uint8_t> spotLayer;  ///< of each
+  std::vector<std::uint8_t> spotLayer;  ///< index of its layer
 };
 
-/// 8 bits a channel, rows without padding.
+/// A picture with 8 bits per channel, rows without padding.
 struct PlainPicture {
   int width = 0, height = 0;  ///< px
   int channels = 3;           ///< 3: red, green, blue; 1: grey
   std::vector<std::uint8_t> levels;
 };
 
-/// Of any format that can be read: the high 8 bits; colours of a mosaic from each cell of 2 x 2 pixels. For eyes.
+/// Converts a frame of any format that can be read to a picture of the same size, for display: takes the high 8 bits;
+/// all four pixels of a cell of a mosaic get the cell's colour. Reentrant.
 PlainPicture plainPicture(const Frame& frame);
 
-/// Of half the width and height: means of 2 x 2 pixels.
+/// Returns the picture at half the width and height, rounded down: means of 2 x 2 pixels. Reentrant.
 PlainPicture halved(const PlainPicture& picture);
 
-/// Means of `factor` x `factor` pixels of the plain picture, of which whole ones alone count. `to` keeps its memory.
-/// \param factor from 1 to the smaller side of the picture
+/// Writes plainPicture() reduced by `factor` to `to`: means of factor x factor pixels; incomplete blocks at the right
+/// and the bottom are dropped. Width and height are those of the frame, divided by `factor` and rounded down. Reuses
+/// the memory of `to`. Reentrant. \param factor from 1 to the smaller side of the frame
 void reduce(const Frame& frame, int factor, PlainPicture& to);
 
 }  // namespace tractiond

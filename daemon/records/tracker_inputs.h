@@ -1,24 +1,25 @@
-// What a tracker is told from outside while pictures come.
+// Inputs of a tracker besides the frames, as they took effect with one frame.
 #pragma once
 
 #include "daemon/records/marker_field.h"
 
 namespace tractiond {
 
-/// As one frame heeded it. With all of them, the frames and the zero at the start the tracker does the same again.
+/// With the inputs of all frames, the frames and the first zero, the tracker computes the same fields again.
 struct TrackerInputs {
-  bool zeroBegun = false;    ///< a zero was asked for: it is taken from this frame on
-  bool zeroEnded = false;    ///< the one that was being taken has been taken back
-  bool zeroForgone = false;  ///< taken back while this frame was tracked, which would have been its last
-  bool adopted = false;      ///< `zero` comes into force: one that was asked for and is kept, or one of before
+  bool zeroBegun = false;    ///< a zero was requested: it is taken from this frame on
+  bool zeroEnded = false;    ///< the request whose zero was being taken has been cancelled
+  bool zeroForgone = false;  ///< it was cancelled while this frame was tracked, which would have completed the zero
+  bool adopted = false;      ///< `zero` comes into force: a requested one, or an earlier one
   bool judged = false;       ///< the zero `judgedZero` was compared with the gel file
-  bool fits = false;
+  bool fits = false;         ///< result of that comparison
   Id judgedZero{};
   RestPose zero;
 
+  /// Returns whether there is any input.
   bool any() const { return zeroBegun || zeroEnded || zeroForgone || adopted || judged; }
 
-  /// Those of the next frame come on top, where this one is left out.
+  /// Adds the inputs of the next frame, if the frame of these is not recorded.
   void add(const TrackerInputs& next) {
     zeroBegun = zeroBegun || next.zeroBegun;
     zeroEnded = zeroEnded || next.zeroEnded;
@@ -34,7 +35,7 @@ struct TrackerInputs {
     }
   }
 
-  /// Keeps the memory of `zero`.
+  /// Removes all inputs, but keeps the memory of `zero`.
   void clear() { zeroBegun = zeroEnded = zeroForgone = adopted = judged = fits = false; }
 };
 

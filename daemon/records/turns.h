@@ -1,4 +1,4 @@
-// How far the stages are: what the liveness check and the status read.
+// Progress of the stages, for the liveness check and the status.
 #pragma once
 
 #include "base/counter.h"

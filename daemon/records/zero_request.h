@@ -6,9 +6,9 @@
 namespace tractiond {
 
 struct ZeroRequest {
-  bool anyway = false;  ///< even if something seems to touch the gel
-  bool undo = false;    ///< restores the previous zero instead
-  std::string asker{};  ///< requester, for the log
+  bool anyway = false;  ///< true: takes the zero even if something seems to touch the gel
+  bool undo = false;    ///< true: restores the zero before instead
+  std::string asker{};  ///< client that asks, as text
 };
 
 }  // namespace tractiond

@@ -1,4 +1,4 @@
-// Estimates sub-pixel centres: Gauss-Newton steps of the matched template, from a guess.
+// Fits sub-pixel centres of markers by Gauss-Newton steps of the matched template, from a guess.
 #pragma once
 
 #include "daemon/track/marker_template.h"
@@ -8,23 +8,23 @@
 
 namespace tractiond::track {
 
-/// Where a marker is expected.
+/// Start of a fit.
 struct Guess {
   float u = 0.0F, v = 0.0F;            ///< px
-  float minAmplitude = 0.0F;           ///< levels; below it there is no marker
-  bool mixed = false;                  ///< a marker of the other colour is near, whose cross-talk is removed
+  float minAmplitude = 0.0F;           ///< least amplitude of a marker [levels]
+  bool mixed = false;                  ///< true: a marker of the other colour is near; its cross-talk is removed
   std::uint8_t size = 0;               ///< index of the template
   float slopeU = 0.0F, slopeV = 0.0F;  ///< of the surroundings' brightness [levels / px]
 };
 
-/// What was found.
+/// Result of a fit.
 struct Centre {
   float u = 0.0F, v = 0.0F;            ///< px; if not found, where the search ended
-  float amplitude = 0.0F;              ///< levels above the surroundings; below them for dark markers
-  float misfit = 0.0F;                 ///< mean square of the residuals, as for plain samples [levels^2]
+  float amplitude = 0.0F;              ///< levels above the surroundings; below them where the plane's markers are dark
+  float misfit = 0.0F;                 ///< mean square residual of the template, as of plain samples [levels^2]
   float blurred = 0.0F;                ///< root of the sum of squares that more or less blur would explain [levels]
-  float variance = 0.0F;               ///< of u and of v for unit noise, if the guessed slope is right [px^2 / level^2]
-  float slopeU = 0.0F, slopeV = 0.0F;  ///< of the surroundings, in this window [levels / px]
+  float variance = 0.0F;               ///< of u and of v for unit noise [px^2 / level^2], if the guessed slope is right
+  float slopeU = 0.0F, slopeV = 0.0F;  ///< of the surroundings, as this window shows it [levels / px]
   float slopeVariance = 0.0F;          ///< of the two for unit noise [1 / px^2]
   float slopeShare = 0.0F;             ///< added to the variance if the guessed slope was as uncertain as this window's
   float level = 0.0F;                  ///< brightness half-way up the marker's rim, where its place is seen [levels]
@@ -37,18 +37,20 @@ struct CrossTalk {
   float other = 0.0F;  ///< of the other colour in this plane
 };
 
-/// Estimates one centre per guess, with the template that the guess names. For dark markers, amplitudes and slopes are
-/// those of the negative. A guess may be wrong by about the marker's radius. Reentrant; allocates nothing.
+/// Fits one centre per guess, each with the template that its `size` names. If the plane's markers are dark, amplitudes
+/// and slopes are those of its negative. A marker is found from about its own radius away. Reentrant; allocates
+/// nothing. \param crossTalk used for guesses that are `mixed` \param centres as many as guesses; all are written
 void fitCentres(const Plane& plane, std::span<const MarkerTemplate> markers, const CrossTalk& crossTalk,
                 std::span<const Guess> guesses, std::span<Centre> centres);
 
-/// The same with one template for all.
+/// Fits all centres with one template; Guess::size must be 0.
 inline void fitCentres(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
                        std::span<const Guess> guesses, std::span<Centre> centres) {
   fitCentres(plane, {&marker, 1}, crossTalk, guesses, centres);
 }
 
-/// Returns the template's amplitude at exactly this place; 0 if a part of the disc is outside the picture.
+/// Returns the template's amplitude at exactly this place [levels], without steps. Returns 0 if a part of the disc is
+/// outside the picture.
 float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, float v);
 
 }  // namespace tractiond::track

@@ -12,40 +12,44 @@
 
 namespace tractiond::track {
 
-/// Thread-bound. Allocates only in the constructor. Arrays are by marker.
+/// Thread-bound. Allocates only in the constructor. Arrays are by marker. `shape` is how far a marker is from a disc:
+/// the rms misfit of its template beyond the noise, as a share of the amplitude.
 class CentreErrors {
  public:
   /// \param zeroFrames number of frames that a rest pose averages
   CentreErrors(int markers, float spacing_px, int zeroFrames);
 
-  // The noise and the markers' shapes in force.
+  /// Takes the noise and the markers' shapes from the zero in force.
   void adopt(const RestPose& pose);
-  float noise() const { return noise_; }  ///< standard deviation of a pixel [levels]
-  /// Sets the noise of a typical camera, until the noise is known. \param unit levels in 1/255 of the range
+  float noise() const { return noise_; }  ///< Returns the standard deviation of a pixel [levels].
+  /// Sets the noise to that of a typical camera, unless adopt() was called. \param unit levels in 1/255 of the range
   void setUnit(float unit);
 
-  /// Learns how far this gel's markers typically are from discs, from those of this frame.
+  /// Learns the typical shape of this gel's markers from the present frame.
   void learnShape(std::span<const Centre> centres, std::span<const std::uint8_t> valid);
+  /// Forgets the typical shape.
   void forgetShape();
-  /// Learns how far each marker is from a disc, from this frame, while a zero is taken.
+  /// Learns the shape of each marker from the present frame, for as long as a zero that will state it is being taken.
   void learnOwnShapes(std::span<const Centre> centres, std::span<const std::uint8_t> valid);
-  /// Restores the values of the zero in force.
+  /// Restores the shape of each marker from the zero in force.
   void restoreOwnShapes();
 
-  /// Returns whether what was fitted can be this marker.
+  /// Returns whether the fitted centre can be this marker, by its misfit.
   bool isMarker(int marker, const Centre& centre) const;
 
-  /// Estimates the variances of a layer's valid centres. The centre of a marker without the shape expected under its
-  /// strain (dust at its edge, the fringe of a reflection, white pixels) is biased: its variance grows, or it becomes
-  /// invalid. \param pixels number of pixels of the template \param frames for which the marker was followed, up to
-  /// 2 kMemory - 1 \param adoptDeformed fits a marker's disc as an ellipse of any size; if the misfit is at most the
-  /// given one, adopts its centre and returns true. Called for at most 64 strained markers.
+  /// Computes the variances of a layer's valid centres. A marker whose shape does not fit its strain (dust at its edge,
+  /// the fringe of a reflection, white pixels) is displaced by that: its variance is increased or, if the misfit is too
+  /// large, `valid` is set to 0.
+  /// \param pixels used samples of the template \param frames for which the marker was followed, up to 2 kMemory - 1
+  /// \param adoptDeformed fits a marker's disc as an ellipse of any size; if its misfit is at most the second argument,
+  /// makes its centre the marker's and returns true. Called for strained markers, at most 64
   void weigh(const Lattice& lattice, int pixels, std::span<const Centre> centres, std::span<const Vector> displacement,
              std::span<const float> restAmplitude, std::span<const std::uint8_t> frames,
              const std::function<bool(int, float)>& adoptDeformed, std::span<std::uint8_t> valid);
+  /// Returns the variance of each of a centre's two coordinates, as weigh() computed it.
   std::span<const float> variance_px2() const { return variance_; }
 
-  /// Time constant of the means, in frames: they are as good as means over twice as many frames.
+  /// Time constant of the running means [frames]; they are as good as plain means of twice as many.
   static constexpr int kMemory = 8;
   /// Returns the weight of the n-th frame, the newest, in such a mean.
   static float weightOf(int n);

@@ -1,4 +1,4 @@
-// Detects spots of one colour in the whole picture, without a guess.
+// Finds spots of one colour anywhere in the picture.
 #pragma once
 
 #include "daemon/track/centre.h"
@@ -15,17 +15,18 @@ struct Spot {
   float amplitude = 0.0F;    ///< levels
 };
 
-/// Thread-bound. Allocates only in the constructor. Takes milliseconds: used at the start and after gaps.
+/// Thread-bound. Allocates only in the constructor.
 class Detector {
  public:
-  /// Arguments: size of the picture [px], and the number of markers of a colour.
+  /// \param markers number of markers of a colour
   Detector(int width_px, int height_px, int markers);
 
-  /// Returns the spots, strongest first, at most four times as many as there are markers. `marker` need only be roughly
-  /// right. Without `other` no spot is rejected because of its colour.
+  /// Returns the spots of a plane, strongest first, at most four for each marker. Valid until the next call. Takes
+  /// milliseconds: for the start and after gaps. \param other plane in which spots of the colour are weaker; without
+  /// samples, no spot is rejected for its colour \param marker need only be about right
   std::span<const Spot> find(const Plane& own, const Plane& other, const MarkerTemplate& marker);
 
-  /// Returns the distance from the picture's border within which markers may not be found [px].
+  /// Returns the distance from the picture's border within which markers may be missed [px].
   static float border_px(const Plane& plane, const MarkerTemplate& marker);
 
  private:

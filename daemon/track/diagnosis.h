@@ -1,4 +1,4 @@
-// Finds out why markers are not found.
+// Explains to an operator why markers are not found.
 #pragma once
 
 #include "daemon/records/marker_sight.h"
@@ -9,8 +9,9 @@
 
 namespace tractiond::track {
 
-/// Describes what the picture shows: "blue: 3 of 576, red: 0 of 576; the picture is dark: its brightest pixel has 12 of
-/// 255". Allocates and takes up to a second: not for a thread that frames pass. Reentrant.
+/// Describes what was found and what the picture shows instead: "blue: 3 of 576, red: 0 of 576; the picture is dark:
+/// its brightest pixel has 12 of 255". Allocates and takes up to a second: not for the threads that process frames.
+/// Reentrant.
 std::string diagnose(const sensor::Sensor& sensor, const MarkerSight& sight, const PlainPicture& picture);
 
 }  // namespace tractiond::track

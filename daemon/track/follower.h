@@ -17,7 +17,7 @@
 
 namespace tractiond::track {
 
-/// Shared by followers of the same pictures: the picture, and scratch memory.
+/// What followers of the same pictures share: the picture, and memory that is scratch between two calls of look().
 struct FollowerWorkspace {
   explicit FollowerWorkspace(const sensor::Sensor& sensor);
 
@@ -27,58 +27,69 @@ struct FollowerWorkspace {
   PointGrid grid;
 };
 
-/// Thread-bound. A copy continues from the state of the original; the assignment of a follower of the same sensor
-/// allocates only for the markers' appearance. look() allocates only when it learns the appearance: in the first
-/// picture in which markers are found, and after learnAnew().
+/// Follows the markers of a reference from picture to picture. Thread-bound. A copy continues independently from the
+/// original's state; assigning a follower of the same sensor allocates only for the markers' appearance. look()
+/// allocates only where it learns the appearance: in the first picture in which markers are found, and after
+/// learnAnew().
 class Follower {
  public:
   /// One layer of markers.
   struct Layer {
-    std::size_t index;  ///< of its planes in the workspace
-    Lattice lattice;
-    int rank;     ///< index in a rest pose's cross-talk
-    bool nearer;  ///< nearer to the camera than the other layer, whose markers it hides
+    std::size_t index;  ///< of the layer in the sensor, and of its planes
+    Lattice lattice;    ///< indices of its markers
+    int rank;           ///< index in RestPose::crossTalk
+    bool nearer;        ///< to the camera than the other layer: its markers hide the other's
     Trust trust;
-    double described_px;                ///< radius
-    Plane plane = {}, otherPlane = {};  ///< of this frame
-    std::vector<Spot> spots = {};       ///< of the last search of the whole picture
-    LatticeSeen seen = {};              ///< at the last labelling
+    double described_px;                ///< radius of its markers by the sensor's description
+    Plane plane = {}, otherPlane = {};  ///< of this picture
+    std::vector<Spot> spots = {};       ///< found when the whole picture was searched last
+    LatticeSeen seen = {};              ///< when the markers were labelled last
     MarkerTemplate rough = {};          ///< for spots whose blur is not known yet
-    float roughScale = 0.0F;            ///< scale of its plane; 0: there is no template yet
+    float roughScale = 0.0F;            ///< scale of the plane that `rough` is for; 0: none yet
   };
 
-  /// \param sensor must be trackable() \param zeroFrames number of frames that a rest pose averages
-  /// \param workspace must outlive the follower and its copies
+  /// The sensor must be trackable(). `workspace` must outlive the follower and its copies. \param zeroFrames number of
+  /// frames that a rest pose averages
   Follower(const sensor::Sensor& sensor, int zeroFrames, FollowerWorkspace& workspace);
 
-  /// Replaces the pose that displacements are measured from; keeps the markers' places. The pose must have as many
-  /// markers as the sensor.
+  /// Makes `pose` the reference and recomputes the displacements from it; the markers' places are kept. The pose must
+  /// have as many markers as the sensor.
   void adopt(const RestPose& pose);
 
   /// Takes over the layers' cross-talk of a pose that was taken in an earlier run.
   void setCrossTalk(const RestPose& pose);
 
-  /// Exchanges the appearance of the markers; allocates nothing. Misfits are learned anew.
+  /// Exchanges the appearance of the markers with `other`; allocates nothing. Forgets the learned deviations from
+  /// discs.
   void exchangeAppearance(Appearance& other);
 
-  /// Learns the appearance, the cross-talk and each marker's own shape in the next picture in which markers are found,
-  /// and seeks all markers from now on, including the absent ones.
+  /// Makes look() learn the appearance, with cross-talk and each marker's own shape, from the next picture in which
+  /// markers are found. From now on also seeks the markers that the reference lacks.
   void learnAnew();
 
-  /// Learns how far markers typically are from discs, from the last picture.
+  /// Learns from the last picture how far markers typically are from discs.
   void learnShape() { errors_.learnShape(centres_, valid_); }
 
-  /// Finds the markers in the workspace's picture. Returns whether they were labelled anew. \param discontinuity the
-  /// picture may differ much from the last one
+  /// Finds the markers in the workspace's picture, which must have been read. \param discontinuity true: the picture
+  /// may be far from the one before, so the whole of it is searched \return whether the markers were labelled anew
   bool look(bool discontinuity);
 
-  // Results of the last look(), by marker.
-  std::span<const Vector> place_px() const { return place_; }  ///< of a lost one: interpolated from its neighbours
+  // Results of the last look(), by marker in the order of sensor::markerPositions. The spans stay in place. Only
+  // place_px() and valid() have a meaning for markers that are not valid.
+
+  /// Returns the places; for a lost marker the place that its neighbours suggest.
+  std::span<const Vector> place_px() const { return place_; }
+  /// Returns the displacements from the reference's places; from the first labelled picture before there is a zero.
   std::span<const Vector> displacement_px() const { return displacement_; }
+  /// Returns the variance of each of a displacement's two coordinates.
   std::span<const float> variance_px2() const { return errors_.variance_px2(); }
+  /// Returns the fits of the marker's template.
   std::span<const Centre> centres() const { return centres_; }
+  /// Returns 1 for each marker that was found, else 0.
   std::span<const std::uint8_t> valid() const { return valid_; }
-  bool following() const { return following_; }  ///< whether markers are followed from picture to picture
+  /// Returns whether enough markers were found for the next picture to be followed from this one.
+  bool following() const { return following_; }
+  /// Returns whether the picture is torn: some rows are shifted or belong to another frame.
   bool torn() const { return torn_; }
 
   /// Returns whether as many columns and rows were seen as the sensor has.
@@ -86,10 +97,12 @@ class Follower {
 
   const Reference& reference() const { return reference_; }
   std::span<const Layer> layers() const { return layers_; }
-  std::span<const Vector> nominal_px() const { return nominal_; }  ///< places by the sensor's description
+  /// Returns the places of the untouched markers by the sensor's description.
+  std::span<const Vector> nominal_px() const { return nominal_; }
+  /// Returns the smallest distance between neighbours of a layer, by the description.
   float spacing_px() const { return spacing_px_; }
 
-  /// Returns the elements of a layer, of an array by marker.
+  /// Returns the part of `all`, which is by marker, that belongs to a layer.
   template <typename T>
   static std::span<const T> ofLayer(std::span<const T> all, const Layer& layer) {
     return all.subspan(static_cast<std::size_t>(layer.lattice.first), static_cast<std::size_t>(layer.lattice.count()));

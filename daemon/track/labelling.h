@@ -1,4 +1,4 @@
-// Assigns spots to markers.
+// Labels spots: decides which spot is which marker.
 #pragma once
 
 #include "daemon/records/gel_report.h"
@@ -11,24 +11,26 @@
 namespace tractiond::track {
 
 struct LabelOptions {
-  bool seenBefore = false;  ///< the reference is an earlier picture, which differs little
-  double least = 0.3;       ///< smallest share of a layer's markers that must be labelled
-  float border_px = 0.0F;   ///< margin of the picture in which spots may not be found
+  bool seenBefore = false;  ///< true: the reference is of an earlier picture, from which this one is not far
+  double least = 0.3;       ///< share of a layer's markers that must be labelled
+  float border_px = 0.0F;   ///< width of the picture's border in which spots may be missed
 };
 
 /// Thread-bound. Allocates only in the constructor.
 class Labeller {
  public:
+  /// \param spots largest number of spots per layer
   Labeller(const std::vector<Lattice>& lattices, int width_px, int height_px, int spots);
 
-  /// Assigns the spots of each layer's colour to markers, which are expected at `reference_px` (all layers). The
-  /// picture may be shifted, rotated and scaled against the reference, and the gel deformed, as long as displacements
-  /// of neighbours differ by less than about 0.4 of the spacing. Writes places and `labelled` (0 or 1) of all layers.
-  /// Returns false, with undefined outputs, if a layer shows fewer than options.least of its markers.
+  /// Labels the spots. The picture may be shifted, turned and scaled against the reference, and the gel deformed, as
+  /// long as neighbours' displacements differ by less than about 0.4 of the spacing. Returns false, with undefined
+  /// outputs, if some layer shows fewer than options.least of its markers.
+  /// \param spots per layer, those of its colour \param reference_px expected places, by marker of all layers
+  /// \param place_px place of each labelled marker; the others stay as they are \param labelled 1: labelled, 0: not
   bool label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px,
              const LabelOptions& options, std::span<Vector> place_px, std::span<std::uint8_t> labelled);
 
-  /// Returns the extents that the last successful label() found, one per layer.
+  /// Returns the columns and rows that the last successful label() saw, one per layer.
   std::span<const LatticeSeen> seen() const { return seen_; }
 
  private:

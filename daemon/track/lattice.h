@@ -1,4 +1,4 @@
-// The grids of markers, and what the neighbours of a marker imply about it.
+// Grids of markers: checks and predicts a marker by its neighbours.
 #pragma once
 
 #include "daemon/records/gel_report.h"
@@ -30,35 +30,38 @@ struct Lattice {
 };
 
 /// Returns `seen`, extended to the columns and rows between the first and the last of which half of the markers are
-/// `there` (by marker): they were hidden when the picture was labelled. Reentrant; allocates nothing.
+/// `there`: they may have been hidden when the picture was labelled. Reentrant; allocates nothing.
+/// \param there by marker, 1: it is seen
 LatticeSeen extentWith(const LatticeSeen& seen, const Lattice& lattice, std::span<const std::uint8_t> there);
 
-/// Returns the number of isolated gaps: markers that are not `there`, while at least four of the eight nodes around
-/// them are and replace their information. Reentrant; allocates nothing.
+/// Returns the number of markers that are not `there` although at least four of the eight nodes around each of them
+/// are, so that their neighbours make up for them. Reentrant; allocates nothing.
 int isolatedGaps(const Lattice& lattice, std::span<const std::uint8_t> there);
 
-/// Returns the lattices of the layers, in their order.
+/// Returns the lattices of the sensor's layers, in their order.
 std::vector<Lattice> latticesOf(const sensor::Sensor& sensor);
 
-/// Returns the value of a smooth field at (column, row) without that node itself: a plane fitted to the valid nodes up
-/// to two steps away, with larger weights of near ones. `nodes` receives the number of valid nodes among the eight
-/// nearest; without any, returns nothing. Reentrant.
 struct Expectation {
   Vector value;
-  int nodes = 0;
+  int nodes = 0;  ///< valid ones among the eight nearest
 };
+/// Predicts the value of a smooth field at (column, row) from its neighbours: fits a plane to the valid nodes up to two
+/// steps away, with larger weights for near ones. Returns nothing if none of the eight nearest is valid. Reentrant.
+/// \param field, valid by marker; that of (column, row) itself is not used
 std::optional<Expectation> expectation(const Lattice& lattice, int column, int row, std::span<const Vector> field,
                                        std::span<const std::uint8_t> valid);
 
-/// Finds markers that were mistaken for others. In a smooth field displacements of neighbours differ by less than half
-/// the spacing, even at steep places; a swap is an error of a whole spacing. Markers outside of the largest connected
-/// piece are rejected. Thread-bound. Allocates only in the constructor.
+/// Finds markers that were taken for others. In a smooth field neighbours' displacements differ by less than half the
+/// spacing, even where it is steep; a swap is an error of a whole spacing. Only the largest connected piece of the
+/// lattice is trusted.
+/// Thread-bound. Allocates only in the constructor.
 class Trust {
  public:
   Trust(const Lattice& lattice, float spacing_px);
 
-  /// Sets `valid` to 0 for nodes of this lattice whose displacement contradicts its surroundings. Returns their number.
-  /// \param thorough looks for separate pieces even if no neighbours contradict each other
+  /// Sets `valid` to 0 where the displacement contradicts its surroundings, and returns for how many markers. Considers
+  /// only this lattice's nodes. \param thorough true: looks for separate pieces even if no neighbours contradict each
+  /// other
   int prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough);
 
  private:

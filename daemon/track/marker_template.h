@@ -1,4 +1,4 @@
-// The appearance of a marker, and the weights that determine its place from the samples around it.
+// Template of a marker, and the weights that compute its place from the samples around it.
 //
 // A marker is a disc blurred by a Gaussian, T(r). Near the place c its window of n samples is
 //   I = b + s . (x - c) + a T(|x - c|) + a d . grad_c T + e laplacian(T),
@@ -45,29 +45,35 @@ class MarkerTemplate {
   /// cut to it: the window does not grow further.
   MarkerTemplate(double radius, double blur);
 
+  /// Returns the largest radius that a template can have [samples].
   static double largestRadius() { return kMaxHalf - 3.0; }
 
-  double radius() const { return radius_; }
-  int half() const { return half_; }      ///< the window spans floor(c) - half + 1 ... floor(c) + half
-  int chunks() const { return chunks_; }  ///< of kLanes, per row
-  int samples() const { return 2 * half_ * chunks_ * kLanes; }    ///< with padding; a multiple of 16
-  int used() const { return 4 * half_ * half_; }                  ///< without
-  const float* mask() const { return mask_.data(); }              ///< of a row's last chunk: 1 used, 0 padding
-  const Phase& phase(int index) const { return phases_[index]; }  ///< index = down * kPhases + across
+  double radius() const { return radius_; }  ///< Returns the radius that is used [samples].
+  /// Returns half the width of the window, which spans floor(c) - half + 1 ... floor(c) + half in both directions.
+  int half() const { return half_; }
+  int chunks() const { return chunks_; }  ///< Returns the chunks of kLanes samples in a row of the window.
+  int samples() const { return 2 * half_ * chunks_ * kLanes; }  ///< Returns the window's size with padding, 16 k.
+  int used() const { return 4 * half_ * half_; }                ///< Returns the window's size without padding.
+  /// Returns kLanes numbers for the last chunk of a row: 1 for a sample that is used, 0 for padding.
+  const float* mask() const { return mask_.data(); }
+  /// Returns the phase of a centre. \param index (8ths of a sample down) * kPhases + (8ths of a sample across)
+  const Phase& phase(int index) const { return phases_[index]; }
+  /// Returns the weights of a phase: kRows rows of samples() numbers, each the window row by row with padding 0.
   const float* weights(int index) const { return weights_.front().lane + index * kRows * samples(); }
 
-  /// Returns T at distance r; 0 beyond the window.
+  /// Returns T at distance r [samples]; 0 beyond the window.
   double at(double r) const;
 
-  /// Returns the constant, T, -dT/dx, -dT/dy, laplacian(T), x and y at (x, y) [samples] from the marker's centre.
+  /// Returns the values of the constant, T, -dT/dx, -dT/dy, laplacian(T), x and y at (x, y) [samples] from the marker's
+  /// centre.
   Functions functionsAt(double x, double y) const;
 
-  /// Returns the derivatives of T at (x, y) [samples] from its centre by the disc's radius, and by its elongation to an
-  /// ellipse in two directions.
+  /// Returns the derivatives of T at (x, y) [samples] from the centre by what deforms the disc: by its radius, and by
+  /// the two directions in which an ellipse is elongated.
   Eigen::Matrix<double, 1, 3> deformationsAt(double x, double y) const;
 
-  /// Returns the phase, without `cover`, of a window in which functionsAt() has the QR factor `triangle` (upper
-  /// triangular).
+  /// Returns the phase of a window, without `cover`. \param triangle upper triangular QR factor of functionsAt() over
+  /// the window
   static Phase phaseOf(const Triangle& triangle);
 
  private:

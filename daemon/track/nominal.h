@@ -1,4 +1,4 @@
-// The rest picture by the sensor's description, from which the tracker starts.
+// Computes the rest picture from the sensor's description: what the tracker starts from. Reentrant.
 #pragma once
 
 #include "base/error.h"
@@ -13,20 +13,21 @@
 
 namespace tractiond::track {
 
-/// Fails if the tracker cannot track the sensor: more than two layers, or two that look alike; a grid below 4 x 4;
-/// markers with a radius below one pixel, or so large or close that their windows overlap.
+/// Checks whether the tracker can follow the sensor's markers. Fails for more than two layers or two that look alike, a
+/// grid below 4 x 4, and markers with a radius below a pixel's width or so large or close that their windows meet.
 tl::expected<void, Error> trackable(const sensor::Sensor& sensor);
 
-/// Fails also if it cannot track pictures of this format: two layers that differ in colour alone, in a grey picture.
+/// Checks whether the tracker can follow them in pictures of this format. Fails for two layers that only colours tell
+/// apart, in a grey picture.
 tl::expected<void, Error> trackable(const sensor::Sensor& sensor, PixelFormat format);
 
-/// Returns the places of all markers [px].
+/// Returns the places of all markers in the picture [px].
 std::vector<Vector> nominalPlaces(const sensor::Sensor& sensor);
 
 /// Returns the radius of a layer's markers in the picture [px].
 double markerRadius(const sensor::Sensor& sensor, const sensor::MarkerLayer& layer);
 
-/// Returns the smallest distance between neighbours of a lattice [px].
+/// Returns the smallest distance between neighbours in a lattice [px].
 float smallestSpacing(std::span<const Vector> places_px, std::span<const Lattice> lattices);
 
 }  // namespace tractiond::track

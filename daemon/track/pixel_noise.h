@@ -1,4 +1,4 @@
-// Estimates how the noise of a pixel grows with its brightness, from the same pixels of successive still pictures.
+// Measures how the noise of a pixel grows with its brightness, from the same pixels of successive still pictures.
 #pragma once
 
 #include "daemon/track/lattice.h"
@@ -14,15 +14,16 @@ class PixelNoise {
  public:
   explicit PixelNoise(int markers);
 
+  /// Forgets the frames added so far.
   void start();
 
-  /// Adds one layer of one frame; each frame must have the same layers in the same order. Uses pixels without a
-  /// brightness gradient alone, so that a small motion does not count as noise. \param first the layer's first marker
-  /// \param between vector from a marker to bare gel [px]
+  /// Adds one layer of one frame; each frame must add the same layers in the same order. Uses only pixels where the
+  /// picture is flat, so that a small motion does not count as noise.
+  /// \param first index of the layer's first marker \param between offset from a marker to bare gel [px]
   void add(const Plane& plane, int first, std::span<const Vector> place_px, Vector between,
            std::span<const std::uint8_t> valid);
 
-  /// Returns the variance of a camera's sample per level of brightness [levels]; 0: not measurable.
+  /// Returns the variance of one of the camera's samples per level of brightness [levels]; 0 if it does not grow.
   float perLevel() const;
 
  private:

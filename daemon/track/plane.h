@@ -26,7 +26,7 @@ struct Plane {
   float noise = 1.0F;       ///< variance of a sample, of that of one of the camera's: below 1 where several were added
   float unit = 1.0F;        ///< levels in 1/255 of the format's range
 
-  /// Returns a sample [levels].
+  /// Returns the brightness of sample (x, y) [levels], which must lie within width and height.
   float at(std::ptrdiff_t x, std::ptrdiff_t y) const {
     const std::uint8_t* row = first + y * stride;
     return wide ? gain * static_cast<float>(reinterpret_cast<const std::uint16_t*>(row)[x * step])

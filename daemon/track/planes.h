@@ -1,4 +1,4 @@
-// Provides a plane for each layer of markers, from pictures of any format.
+// Makes of a picture of any format what the tracker needs: a plane for each layer of markers.
 #pragma once
 
 #include "daemon/records/frame.h"
@@ -11,26 +11,26 @@
 
 namespace tractiond::track {
 
-/// Planes lie in the camera's own buffer if its samples have 8 or 16 bits and it has the wanted colour. Once per
-/// picture, packed samples are unpacked, and other colours computed: green and grey of a Bayer mosaic (means of the two
-/// greens, of all four samples, in the middle of two by two pixels), grey of RGB (the mean of the three), and red,
-/// green and blue of YUV.
+/// A plane lies in the camera's own buffer if its samples have 8 or 16 bits and the picture has the wanted colour as
+/// such. Else it is computed once per picture: unpacked samples of packed formats; green and grey of a Bayer mosaic
+/// (means of the two greens and of all four samples, in the middle of their two by two pixels); grey of RGB (mean of
+/// the three); red, green and blue of YUV.
 ///
 /// Thread-bound. read() allocates only for the first picture of a format and size.
 class Planes {
  public:
-  /// The layers must be trackable().
+  /// \param layers one or two, for which trackable() succeeds
   explicit Planes(std::span<const sensor::MarkerLayer> layers);
 
-  /// Reads a frame. The planes are valid until the next call, and as long as the frame's memory.
+  /// Makes the planes of a picture. They are valid until the next call, and as long as the frame's memory.
   void read(const Frame& frame);
 
-  /// Returns the plane in which the layer's markers have the most contrast.
+  /// Returns the plane in which the layer's markers stand out.
   const Plane& own(std::size_t layer) const { return layers_[layer].own; }
-  /// Returns the plane in which they should have little contrast: of the other layer's colour, or one that shows glare;
-  /// with the sign of the layer itself. Null for grey markers and in a grey picture.
+  /// Returns the plane in which they stand out less: the other layer's colour, or one in which glare would show. It has
+  /// the sign of the layer itself. Its `first` is nullptr for grey markers and in a grey picture.
   const Plane& other(std::size_t layer) const { return layers_[layer].other; }
-  /// Returns whether the picture distinguishes two layers by colour, with cross-talk.
+  /// Returns whether two layers are told apart by their colours, so that cross-talk must be removed.
   bool mixes() const { return mixes_; }
 
  private:
@@ -51,7 +51,7 @@ class Planes {
   bool mixes_ = false;
 };
 
-/// Returns a colour that the picture contains as samples: not for packed formats, green of a mosaic, colours of YUV.
+/// Returns the plane of a colour that the picture has as such: not for packed formats, green of a mosaic, or YUV.
 Plane planeOf(const Frame& frame, sensor::Colour colour);
 
 }  // namespace tractiond::track

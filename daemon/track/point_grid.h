@@ -17,16 +17,17 @@ class PointGrid {
       , first_(static_cast<std::size_t>(columns_ * rows_), -1)
       , next_(static_cast<std::size_t>(capacity), -1) {}
 
+  /// Removes all points.
   void clear() { std::fill(first_.begin(), first_.end(), -1); }
 
-  /// Adds a point. Points outside the picture belong to its border cells.
+  /// Adds a point, from 0 to capacity - 1. Points outside the picture are put into its border cells.
   void add(int point, float u, float v) {
     int& first = first_[row(v) * columns_ + column(u)];
     next_[point] = first;
     first = point;
   }
 
-  /// Calls visit(point) for all points within `reach` of (u, v), and some more.
+  /// Calls visit(point) for all points within `reach` of (u, v), and for some that are farther away.
   template <typename Visit>
   void near(float u, float v, float reach, Visit&& visit) const {
     const int right = column(u + reach), bottom = row(v + reach);

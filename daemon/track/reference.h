@@ -1,4 +1,4 @@
-// The reference that markers are followed by: the pose that displacements are measured from, and their appearance.
+// What a follower refers to: the pose that displacements are measured from, and the appearance of the markers.
 #pragma once
 
 #include "daemon/track/centre.h"
@@ -9,12 +9,12 @@
 
 namespace tractiond::track {
 
-/// Appearance of M markers in the picture.
+/// Appearance of the markers in the picture. M is the number of markers.
 struct Appearance {
   struct Layer {
     std::vector<MarkerTemplate> markers;  ///< the first is of the typical size
     CrossTalk crossTalk;
-    double radius_px = 0.0;  ///< of the typical size; as described until it is learned
+    double radius_px = 0.0;  ///< of the typical size; by the description until it is learned
   };
   bool isKnown = false;            ///< false: only the radii are valid
   std::vector<Layer> layers;       ///< in the order of the sensor's

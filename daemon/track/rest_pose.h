@@ -1,4 +1,4 @@
-// Identity and validity of a rest pose.
+// Identifies and checks a rest pose. Reentrant.
 #pragma once
 
 #include "daemon/records/marker_field.h"
@@ -8,7 +8,7 @@ namespace tractiond::track {
 /// Returns the hash of everything in the pose except its id. Allocates nothing.
 Id idOf(const RestPose& pose);
 
-/// Returns whether the numbers can be those of a rest pose; does not check sizes and id.
+/// Returns whether the numbers can be those of a rest pose. Does not check sizes and id.
 bool isSane(const RestPose& pose);
 
 }  // namespace tractiond::track

@@ -1,4 +1,4 @@
-// The file of a rest pose in the state directory, so that a load on the gel survives a restart.
+// Keeps the rest pose in the state directory, so that after a restart the forces are still those of the same load.
 #pragma once
 
 #include "base/error.h"
@@ -14,24 +14,25 @@
 
 namespace tractiond::track {
 
+/// Returns the path of the zero in force.
 std::filesystem::path restPosePath(const std::filesystem::path& stateDirectory);
 
-/// Returns the path of the previous zero.
+/// Returns the path of the zero that was in force before.
 std::filesystem::path earlierPosePath(const std::filesystem::path& stateDirectory);
 
-/// Returns the hash of what a rest pose belongs to: the marker layers, the size of the picture, and kind (mosaic, grey
-/// ...) and bits of its format.
+/// Returns the hash of what a rest pose belongs to: the marker layers, the size of the picture, and the kind (mosaic,
+/// grey ...) and bits of its format.
 Id restPoseOwner(const sensor::Sensor& sensor, PixelFormat format);
 
-/// Reads a rest pose; nothing if there is no file. Fails (EX_DATAERR, EX_NOINPUT) if the file cannot be read, is
-/// truncated or damaged, or belongs to another version, sensor, picture or camera: then a new zero must be taken.
+/// Reads a rest pose; returns nothing if there is no file. EX_NOINPUT: the file cannot be read. EX_DATAERR: it is cut
+/// short, damaged, of another version, or of another sensor, picture or camera; a new zero is needed then.
 /// \param camera its name, at most 4096 bytes
 tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem::path& path,
                                                           const sensor::Sensor& sensor, PixelFormat format,
                                                           const std::string& camera);
 
-/// Writes a rest pose atomically; it is on the disk when the function returns. Creates the directory if it is missing.
-/// Fails with EX_CANTCREAT.
+/// Writes a rest pose as a whole or not at all, replacing an existing file; it is on the disk when this returns.
+/// Creates the directory if it is missing. Fails with EX_CANTCREAT.
 tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const RestPose& pose,
                                        const sensor::Sensor& sensor, PixelFormat format, const std::string& camera);
 

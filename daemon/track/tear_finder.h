@@ -1,4 +1,4 @@
-// Detects torn pictures, of which some rows belong to another moment, or are shifted.
+// Finds torn pictures: some rows are of another moment, or shifted.
 #pragma once
 
 #include "daemon/track/lattice.h"
@@ -13,16 +13,16 @@ class TearFinder {
  public:
   explicit TearFinder(const std::vector<Lattice>& lattices);
 
-  /// Adds the displacements of all layers in the next frame. Returns whether it is torn, by half a pixel or more,
-  /// between two rows of markers with at least three rows on either side. A torn frame does not serve as the reference
-  /// of the next one, unless three in a row were torn.
+  /// Returns whether the next frame is torn: between two rows of markers, with at least three rows on either side, the
+  /// displacements of all layers step by half a pixel or more. A frame that is not torn becomes the reference for the
+  /// next one. After three torn frames in a row the next frame counts as not torn.
   bool torn(std::span<const Vector> displacement_px, std::span<const float> variance_px2,
             std::span<const std::uint8_t> valid);
 
-  /// Must be called after a gap: the next frame is not compared.
+  /// Forgets the reference, after a gap: the next frame is not compared.
   void forget() { known_ = false; }
 
-  // Of the last intact frame.
+  // Displacements in the last frame that was not torn, and which of them are valid.
   std::span<const Vector> reference_px() const { return reference_; }
   std::span<const std::uint8_t> referenceValid() const { return referenceValid_; }
 

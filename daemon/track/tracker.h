@@ -1,4 +1,4 @@
-// Measures displacements of markers in pictures.
+// Computes the displacements of the markers from pictures, and takes zeros.
 #pragma once
 
 #include "base/mailbox.h"
@@ -18,8 +18,8 @@
 namespace tractiond::track {
 
 struct TrackOptions {
-  int zeroFrames = 30;            ///< number averaged for a rest pose: 30 reduce the error to a fifth
-  double minValidFraction = 0.5;  ///< of the markers; fewer set kFewMarkers, and no zero is taken
+  int zeroFrames = 30;            ///< averaged for a rest pose; its error is then a fifth of one frame's
+  double minValidFraction = 0.5;  ///< share of valid markers below which fields get kFewMarkers and no zero is taken
   /// The first zero, or a restored one, is used after setGelFits() has been called for it; a requested one only after
   /// putInForce().
   bool awaitsGelCheck = false;
@@ -27,15 +27,15 @@ struct TrackOptions {
 
 enum class Outcome {
   kTracked,     ///< the field holds this frame
-  kNoRestPose,  ///< the first rest pose is being taken, or awaits setGelFits()
+  kNoRestPose,  ///< the first rest pose is still being taken, or not judged yet: displacements are not valid
 };
 
 /// Thread-bound, except for the functions marked thread-safe. track() allocates nothing, except in the first frame of a
-/// pixel format and in frames in which it learns the appearance of markers: the first in which markers are found, and
-/// the first after requestZero().
+/// pixel format and in frames in which it learns the markers' appearance: the first in which markers are found, and the
+/// first after requestZero().
 ///
-/// A requested zero is a candidate: a second follower learns the appearance of the markers, and the zero is taken from
-/// its places, while the first follower continues with the zero in force. A refused candidate has no effect.
+/// A requested zero is a candidate: a second follower learns the appearance, and the zero is taken from its places,
+/// while the first one continues with the zero in force. A refused candidate leaves no trace.
 ///
 /// A zero is verified, and the fields carry no kZeroUnverified, once
 /// - a zero was taken in this run because requestZero() was called, or
@@ -46,20 +46,21 @@ class Tracker {
   /// The sensor must be trackable(), also with the pictures' format.
   Tracker(const sensor::Sensor& sensor, const TrackOptions& options);
 
-  /// Restores a zero. Must be called before the first frame. The pose must have as many markers as the sensor.
+  /// Sets the zero of an earlier run. May only be called before the first frame. The pose must have as many markers as
+  /// the sensor.
   void restore(const RestPose& pose);
 
-  /// Measures a frame, which must have the size of the sensor's camera. `field` must have room for all markers.
+  /// Finds the markers in a frame and fills `field` with their displacements from the zero in force and the flags.
+  /// \param frame of the size of the sensor's camera \param field resize()d for all markers
   Outcome track(const Frame& frame, MarkerField& field);
 
-  /// Takes a new zero from the next frames, at most 2 zeroFrames; the old one stays in force meanwhile, with
-  /// awaitsGelCheck until putInForce(). The appearance is learned anew for it, as the lens may have been refocused.
+  /// Requests a new zero from the next frames, at most 2 zeroFrames. The old one stays in force meanwhile; with
+  /// awaitJudge until putInForce(). The appearance is learned anew for it, as the lens may have been refocused.
   /// Thread-safe.
   void requestZero() { zeroState_.store(ZeroState::kRequested, std::memory_order_relaxed); }
 
-  /// Cancels the request: no zero will come of it. Returns false if there is no request to cancel: the automatic first
-  /// zero cannot be cancelled, and after a requestZero() that has not failed, its zero has been taken, and
-  /// takeRestPose() returns it as soon as track() has returned. Thread-safe.
+  /// Cancels a request. Returns false if there is none to cancel: the automatic first zero cannot be cancelled; nor can
+  /// a requested one that has been taken, which takeRestPose() returns as soon as track() has returned. Thread-safe.
   bool cancelZero();
 
   /// Returns the state of the last zero. Thread-safe.

@@ -1,4 +1,4 @@
-// Unpacks packed samples into 16 bits each.
+// Unpacks packed samples.
 #pragma once
 
 #include "daemon/records/pixel_format.h"
@@ -8,9 +8,9 @@
 
 namespace tractiond::track {
 
-/// Unpacks `count` samples of 10, 12 or 14 bits from `from`. Layouts: GenICam Pixel Format Naming Convention 2.4,
-/// "p" (lsb packed), and GigE Vision 2.2 for its older "Packed" (described at PixelPacking). Reads no bytes
-/// beyond them. Reentrant; allocates nothing.
+/// Unpacks `count` samples of 10, 12 or 14 bits that begin at `from` to 16 bits each. Layouts: GenICam Pixel Format
+/// Naming Convention 2.4, "p" (lsb packed), and GigE Vision 2.2 for its older "Packed" (described at PixelPacking).
+/// Reads only the bytes that the samples fill. Reentrant; allocates nothing.
 void unpack(PixelPacking packing, int bits, const std::uint8_t* from, std::size_t count, std::uint16_t* to);
 
 }  // namespace tractiond::track

@@ -1,4 +1,4 @@
-// Takes a rest pose: averages the markers over N frames in which they keep still.
+// Takes the rest pose: averages the markers over N frames if they keep still.
 #pragma once
 
 #include "daemon/records/marker_field.h"
@@ -34,6 +34,7 @@ class ZeroTaker {
  public:
   ZeroTaker(int markers, int frames, double minValidFraction);
 
+  /// Begins anew.
   void start();
 
   /// Adds one frame. Returns kTaking until enough were seen, then kTaken, or the reason for a refusal as soon as it is
@@ -45,12 +46,12 @@ class ZeroTaker {
 
   // Valid after kTaken.
 
-  /// Fills in position, amplitude, presence and oddity of a layer's markers; the pose must have its shot noise. Markers
-  /// that were not seen, or have dust on them, are absent; their places are the earlier ones, moved as their
-  /// neighbours.
+  /// Fills in position, amplitude, presence and oddity of a layer's markers. The pose must be sized, hold the shot
+  /// noise, and hold earlier positions: a marker that was not seen or has dust on it becomes absent, and its earlier
+  /// position is moved as its neighbours are.
   void finish(const Lattice& lattice, RestPose& pose);
-  float noise() const;  ///< of a pixel [levels]
-  float light() const;  ///< at the markers' rims [levels]
+  float noise() const;  ///< Returns the standard deviation of a pixel [levels].
+  float light() const;  ///< Returns the mean brightness at the markers' rims [levels].
 
  private:
   struct Sums {

@@ -30,6 +30,7 @@ struct Folded {
   std::vector<unsigned> image;      ///< mirror image that maps `distinct` back to the point
 };
 
+/// Mirrors points into the quarter x, y >= 0 and merges those that coincide there.
 Folded fold(const Points& points);
 
 }  // namespace sensor::elastic
