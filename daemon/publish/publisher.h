@@ -39,8 +39,8 @@ struct PublishOptions {
   std::int64_t (*realClock)() = realNow;
 };
 
-/// publish() and wait() are for one thread. describe(), lastStatus() and lastDescription() may be called from one other
-/// thread, offerPreview() from one more.
+/// publish() and serve() are for one thread. describe(), lastStatus() and lastDescription() may be called from one
+/// other thread, offerPreview() from one more.
 class Publisher {
  public:
   /// Binds to the endpoints. Fails if one cannot be bound. The ledger must outlive this.
