@@ -35,8 +35,8 @@ struct SolverAtRest {
 };
 
 /// Makes the solver for the places that the zero shows, from what makeSolver() has left in the state directory. Takes
-/// some seconds. Must only be called if followsRest(). Fails after the next step, of a second at most, when `stopping`
-/// returns true. \param place_px, present as in RestPose
+/// some seconds. Must only be called if followsRest(). Fails after the next step when `stopping` returns true; the
+/// longest step, the factors, takes nine tenths of the time. \param place_px, present as in RestPose
 /// \param detectionLimit_N of the solver for the gel file's places; scatter changes it little
 tl::expected<SolverAtRest, Error>
 makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, const std::filesystem::path& stateDirectory,
