@@ -97,7 +97,9 @@ TEST_P(Kernels, MultiplyRowsByColumnsInDoublePrecision) {
           expected += static_cast<double>(a.row(rows[k])[j]) * x[kColumns * j + c];
         }
         EXPECT_NEAR(products[kStride * k + c], expected, 1e-12);
-        if (c == 0) EXPECT_NEAR(ofFirst[k], expected, 1e-12);
+        if (c == 0) {
+          EXPECT_NEAR(ofFirst[k], expected, 1e-12);
+        }
       }
     }
   }
