@@ -154,7 +154,7 @@ tl::expected<Content, std::string> load(const fs::path& path, const Id& id, int 
   forEachArray(content, [&size](auto array) { size += array.size_bytes(); });
   if (arrays.size() != size) return reject("of another size");
   forEachArray(content, [&arrays](auto array) {
-    std::memcpy(array.data(), arrays.data(), array.size_bytes());
+    if (!array.empty()) std::memcpy(array.data(), arrays.data(), array.size_bytes());
     arrays = arrays.subspan(array.size_bytes());
   });
   return content;
