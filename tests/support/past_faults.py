@@ -6,7 +6,8 @@ Each is one between the parts and the world: the simulation (docs/decisions/0034
 import collections
 
 GATE, CAMERA, KEEPER = "daemon/capture/frame_gate.cpp", "daemon/capture/camera.cpp", "daemon/capture/keeper.cpp"
-ZERO, STORE = "daemon/zero/zero_procedure.cpp", "daemon/zero/zero_store.cpp"
+ZERO, WRITER = "daemon/zero/zero_procedure.cpp", "daemon/zero/zero_writer.cpp"
+STORE = "daemon/zero/zero_store.cpp"
 CALIBRATION, STEPS = "daemon/calibrate/calibration.cpp", "daemon/calibrate/step_runner.cpp"
 
 # Edits: file, text that stands there once, what it becomes.
@@ -54,29 +55,34 @@ FAULTS = [Fault(*one) for one in [
         ("daemon/capture/keeper.h", "return !lent_.load(std::memory_order_relaxed) && clock_() > due_ns_;", "return false;"),
     ]),
     ("before-the-disk", "a00813e", "a zero is in force before it is on the disk", [
-        (ZERO, "  keep(taken_, &*zero_, true, [this, report, doubt, moved](const Kept& kept) {",
-         "  putInForce(taken_, report);\n"
-         "  keep(taken_, &*before_, true, [this, report, doubt, moved](const Kept& kept) {"),
+        (ZERO, "    return keep({.zero = taken_, .report = report,",
+         "    putInForce(taken_, report);\n"
+         "    return keep({.zero = taken_, .report = report,"),
+        (ZERO, "writer_.writeRequested(keeping.zero, &*zero_, until_ns);",
+         "writer_.writeRequested(keeping.zero, keeping.zero.id == zero_->id ? before() : &*zero_, until_ns);"),
     ]),
     ("answered-twice", "f602e20", "a step of a calibration answers an undo that is being written", [
-        (ZERO, "if (keeping_ && keeping_->isAwaited) return;  // the end of the write is the answer, also of an undo", ""),
+        (ZERO, "if (!std::holds_alternative<Taking>(state_)) return;  // the end of the write is the answer",
+         "if (std::holds_alternative<Idle>(state_)) return;\n"
+         "  if (std::holds_alternative<Keeping>(state_)) return links_.answer(tl::unexpected(reason), {});"),
     ]),
     ("judged-late", "490b865", "a zero is judged when it has been written", [
-        (ZERO, "[this, report = links_.judge(*before_)](const Kept& kept) {", "[this](const Kept& kept) {"),
-        (ZERO, "putInForce(*before_, report);", "putInForce(*before_, links_.judge(*before_));"),
-        (ZERO, "const GelReport report = links_.judge(taken_);", "const GelReport report = zero_ ? GelReport() : links_.judge(taken_);"),
-        (ZERO, "putInForce(taken_, report);", "putInForce(taken_, links_.judge(taken_));"),
+        (ZERO, ".report = links_.compare(*before_)", ".report = GelReport()"),
+        (ZERO, "const GelReport report = links_.compare(taken_);",
+         "const GelReport report = zero_ ? GelReport() : links_.compare(taken_);"),
+        (ZERO, "putInForce(kept.zero, kept.report);", "putInForce(kept.zero, links_.compare(kept.zero));"),
     ]),
     ("written-once", "86d8f71", "a zero in force that could not be written is not written later", [
-        (ZERO, "rewriteAt_ns_ = clock_() + kTryAgain_ns;", "rewriteAt_ns_.reset();"),
-        (ZERO, "if (keeping.isRefused || (!kept && keeping.isAwaited)) {", "if (keeping.isRefused) {"),
+        (WRITER, "if (!written) dueAt_ns_ = clock_() + kTryAgain_ns;", "if (!written && kTryAgain_ns < 0) dueAt_ns_ = clock_();"),
+        (WRITER, "if (ended == State::kRefused || !written) dueAt_ns_ = clock_();",
+         "if (ended == State::kRefused) dueAt_ns_ = clock_();"),
     ]),
     ("names-unsynchronised", "86d8f71", "a directory that could not be synchronised is taken for success", [
         ("base/whole_file.h", 'return synchroniseNames(path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));',
          'synchroniseNames(path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));\n  return {};'),
     ]),
     ("late-answer", "86d8f71", "a zero that waited for an earlier write has a minute of its own", [
-        (ZERO, "until_ns = std::min(until_ns, open_->until_ns + kKeptWithin_ns);", "until_ns += 0;"),
+        (ZERO, "std::min(clock_(), taking->until_ns) + kKeptWithin_ns;", "clock_() + kKeptWithin_ns;"),
     ]),
     ("undo-of-itself", "d272933", "after a loss of power between the two files an undo restores the zero in force", [
         (STORE, "if (earlier && *earlier && restored && (*earlier)->id == restored->id) return std::nullopt;",
@@ -88,8 +94,9 @@ FAULTS = [Fault(*one) for one in [
     ("refused-zero-comes", "3fa57ca", "a zero that was refused because no frames came is taken when they do", [
         (ZERO, "if (links_.cancel() || links_.state() != track::ZeroState::kTaken) answer(tl::unexpected(reason));",
          "answer(tl::unexpected(reason));"),
-        (ZERO, "if (taken_.requested && zero_ && !open_) return handOver();  // its request has been answered with an error",
-         ""),
+        (ZERO, "if (zero_ && !(taking && taken_.requested)) return handOver();", "if (zero_ && !taken_.requested) return handOver();"),
+        (ZERO, "std::min(clock_(), taking->until_ns) + kKeptWithin_ns;",
+         "(taking ? std::min(clock_(), taking->until_ns) : clock_()) + kKeptWithin_ns;"),
     ]),
     ("endless-step", "3fa57ca", "a step of a calibration that sees too few markers does not end", [
         (CALIBRATION, "if (!result) result = overdue(field);", ""),

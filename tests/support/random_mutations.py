@@ -23,6 +23,7 @@ PARTS = {
     "base/whole_file.h": POSES,
     "daemon/procedures.cpp": PROCEDURES,
     "daemon/zero/zero_procedure.cpp": PROCEDURES,
+    "daemon/zero/zero_writer.cpp": PROCEDURES,
     "daemon/zero/zero_store.cpp": POSES,
     "daemon/track/rest_pose_file.cpp": POSES,
     "daemon/calibrate/step_runner.cpp": PROCEDURES,
