@@ -72,24 +72,34 @@ TRACTION_INLINE double sumOf(const Doubles& numbers) {
   return (numbers[0] + numbers[1]) + (numbers[2] + numbers[3]);
 }
 
-TRACTION_INLINE double dot(const double* a, const double* b, int size) {
+/// Adds up the products of as many numbers as fill whole vectors. Returns how many these are.
+template <typename Number, typename Vector>
+TRACTION_INLINE std::ptrdiff_t sumProducts(const Number* a, const Number* b, std::ptrdiff_t size, Vector& sum) {
   constexpr int kChains = 4;  // that do not wait for each other
-  Doubles sums[kChains] = {}, left, right;
-  int i = 0;
-  for (; i + kChains * kDoubles <= size; i += kChains * kDoubles) {
+  constexpr std::ptrdiff_t kNumbers = sizeof(Vector) / sizeof(Number);
+  Vector sums[kChains] = {}, left, right;
+  std::ptrdiff_t i = 0;
+  for (; i + kChains * kNumbers <= size; i += kChains * kNumbers) {
 #pragma GCC unroll 4
     for (int k = 0; k < kChains; ++k) {
-      load(a + i + kDoubles * k, left);
-      load(b + i + kDoubles * k, right);
+      load(a + i + kNumbers * k, left);
+      load(b + i + kNumbers * k, right);
       sums[k] += left * right;
     }
   }
-  for (; i + kDoubles <= size; i += kDoubles) {
+  for (; i + kNumbers <= size; i += kNumbers) {
     load(a + i, left);
     load(b + i, right);
     sums[0] += left * right;
   }
-  double sum = sumOf((sums[0] + sums[1]) + (sums[2] + sums[3]));
+  sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  return i;
+}
+
+TRACTION_INLINE double dot(const double* a, const double* b, int size) {
+  Doubles sums;
+  std::ptrdiff_t i = sumProducts(a, b, size, sums);
+  double sum = sumOf(sums);
   for (; i < size; ++i) sum += a[i] * b[i];
   return sum;
 }
@@ -136,25 +146,10 @@ TRACTION_INLINE void addWeighed(int stride, std::size_t count, Row row, Coeffici
 
 /// Scalar product of a row of `stride` numbers.
 TRACTION_INLINE double product(const float* row, const float* vector, std::ptrdiff_t stride) {
-  constexpr int kChains = 4;  // that do not wait for each other
-  Floats sums[kChains] = {}, left, right;
-  std::ptrdiff_t j = 0;
-  for (; j + kChains * kFloats <= stride; j += kChains * kFloats) {
-#pragma GCC unroll 4
-    for (int i = 0; i < kChains; ++i) {
-      load(row + j + kFloats * i, left);
-      load(vector + j + kFloats * i, right);
-      sums[i] += left * right;
-    }
-  }
-  for (; j < stride; j += kFloats) {
-    load(row + j, left);
-    load(vector + j, right);
-    sums[0] += left * right;
-  }
-  sums[0] = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  Floats sums;
+  sumProducts(row, vector, stride, sums);
   double sum = 0.0;
-  for (int i = 0; i < kFloats; ++i) sum += static_cast<double>(sums[0][i]);
+  for (int i = 0; i < kFloats; ++i) sum += static_cast<double>(sums[i]);
   return sum;
 }
 

@@ -118,15 +118,8 @@ void ModelSolver::addSystematic(TractionField& field) const {
   }
   if (squares == 0.0) return;
   const double whole = square(sum) / squares / static_cast<double>(nodeForce_.size() / 3);
-  const Eigen::Vector3d at = rules_.centroid(field);
-  const auto add = [&](double share, std::span<const double> errors, std::span<const double> scatter) {
-    const WrenchCovariance covariance =
-        systematicCovariance(wrenchOf(field), at, uncertainty_, atoms_.pitch_m, errors, scatter);
-    for (std::size_t i = 0; i < covariance.size(); ++i) field.systematic[i] += share * covariance[i];
-  };
-  const SystematicErrors& errors = factors_.systematicErrors;
-  add(whole, errors.wholeFace, errors.wholeFaceScatter);
-  add(1.0 - whole, errors.contact, errors.contactScatter);
+  field.systematic = systematicCovariance(wrenchOf(field), rules_.centroid(field), uncertainty_, atoms_.pitch_m,
+                                          factors_.systematicErrors, whole);
 }
 
 /// Returns the covariance of the wrench of a force just below the limit, anywhere on the nodes.

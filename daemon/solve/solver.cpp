@@ -212,9 +212,8 @@ void Solver::combine(double share, TractionField& field) {
                                : Method::kWholeFace;
   field.valid = true;
   sum(field);
-  const SystematicErrors& errors = inverse_.systematicErrors;
-  addSystematic(whole, errors.wholeFace, errors.wholeFaceScatter, field);
-  addSystematic(share, errors.contact, errors.contactScatter, field);
+  field.systematic = systematicCovariance(wrenchOf(field), rules_.centroid(field), uncertainty_, pitch_m_,
+                                          inverse_.systematicErrors, whole);
   addDoubtAtRim(share, field);
   judge(squaredResidual, field);
 }
@@ -272,14 +271,6 @@ void Solver::addNoiseOfPatch(double share, const Contacts::AtRim& found, Tractio
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < 6; ++j) field.noise[6 * i + j] += share * covariance(i, j);
   }
-}
-
-void Solver::addSystematic(double share, std::span<const double> errors, std::span<const double> scatter,
-                           TractionField& field) const {
-  if (share == 0.0) return;
-  const WrenchCovariance covariance =
-      systematicCovariance(wrenchOf(field), rules_.centroid(field), uncertainty_, pitch_m_, errors, scatter);
-  for (std::size_t i = 0; i < covariance.size(); ++i) field.systematic[i] += share * covariance[i];
 }
 
 /// A contact may reach beyond the outermost nodes, which then stand for what lies there; unless it is a patch.

@@ -27,8 +27,6 @@ class Solver : public FieldSolver {
   void addNodes(double share, TractionField& field);
   void addNoiseOfPatch(double share, const Contacts::AtRim& found, TractionField& field) const;
   void sum(TractionField& field) const;
-  void addSystematic(double share, std::span<const double> errors, std::span<const double> scatter,
-                     TractionField& field) const;
   void addDoubtAtRim(double share, TractionField& field) const;
   void judge(double squaredResidual, TractionField& field) const;
 

@@ -160,11 +160,16 @@ std::vector<double> wholeFaceScatter(const Reading& wholeFace, const Eigen::Matr
   return sum.principal();
 }
 
-/// Covariance of a wrench by SystematicErrors::contactScatter or wholeFaceScatter, the force being at `at`.
-Matrix6 scatterCovariance(const Eigen::Vector3d& force, const Eigen::Vector3d& at, std::span<const double> scatter) {
+/// Covariance of a wrench by the arrays of SystematicErrors for a contact, or for the whole face.
+Matrix6 covarianceBy(std::span<const double> shared, std::span<const double> scatter, const Vector6& wrench,
+                     const Eigen::Vector3d& at) {
   Matrix6 covariance = Matrix6::Zero();
+  for (std::size_t k = 0; k < shared.size(); k += Matrix6::SizeAtCompileTime) {
+    const Vector6 error = Matrix6::Map(shared.data() + k) * wrench;
+    covariance += error * error.transpose();
+  }
   for (std::size_t k = 0; k < scatter.size(); k += Matrix63::SizeAtCompileTime) {
-    Vector6 error = Matrix63::Map(scatter.data() + k) * force;
+    Vector6 error = Matrix63::Map(scatter.data() + k) * wrench.head<3>();
     error.tail<3>() += at.cross(error.head<3>());
     covariance += error * error.transpose();
   }
@@ -311,7 +316,7 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
 
 WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const Eigen::Vector3d& at,
                                       const sensor::Uncertainty& uncertainty, double pitch_m,
-                                      std::span<const double> errors, std::span<const double> scatter) {
+                                      const SystematicErrors& errors, double whole) {
   const Vector6 w = Vector6::Map(wrench.data());
   const double force = w.head<3>().squaredNorm(), moment = w.tail<3>().squaredNorm();
   Matrix6 covariance = (uncertainty.youngsModulus * uncertainty.youngsModulus) * w * w.transpose();
@@ -319,11 +324,8 @@ WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const
   const double model = uncertainty.model * uncertainty.model;
   covariance.diagonal().head<3>().array() += model * force;
   covariance.diagonal().tail<3>().array() += model * (moment + pitch_m * pitch_m * force);
-  for (std::size_t k = 0; k < errors.size(); k += 36) {
-    const Vector6 error = Eigen::Map<const Matrix6>(errors.data() + k) * w;
-    covariance += error * error.transpose();
-  }
-  covariance += scatterCovariance(w.head<3>(), at, scatter);
+  if (whole < 1.0) covariance += (1.0 - whole) * covarianceBy(errors.contact, errors.contactScatter, w, at);
+  if (whole > 0.0) covariance += whole * covarianceBy(errors.wholeFace, errors.wholeFaceScatter, w, at);
   WrenchCovariance result;
   Eigen::Map<Matrix6>(result.data()) = covariance;
   return result;

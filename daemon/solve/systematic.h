@@ -19,10 +19,11 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
 /// is part of it.
 bool isWeighed(const sensor::Sensor& sensor);
 
-/// Covariance of the wrench (Fx .. Mz): by Young's modulus, what else the mechanics err by, and the two arrays of
-/// SystematicErrors for a contact, or for the whole face. \param at where the force is [m]
+/// Returns the covariance of the wrench (Fx .. Mz): by Young's modulus, by what else the mechanics err by, and by
+/// `errors`. \param at where the force is [m] \param whole share of the whole face in how it is read; the rest is a
+/// contact's
 WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const Eigen::Vector3d& at,
                                       const sensor::Uncertainty& uncertainty, double pitch_m,
-                                      std::span<const double> errors, std::span<const double> scatter);
+                                      const SystematicErrors& errors, double whole);
 
 }  // namespace tractiond::solve

@@ -13,6 +13,8 @@ import tempfile
 import textwrap
 import unittest
 
+import mutations
+import past_faults
 import random_mutations
 from deadline import HUNG_S
 from stubs import SOURCE, TOOLS, Stubs
@@ -343,6 +345,15 @@ class Tally(unittest.TestCase):
         code, text = self.gate([("ring", "run", self.OUTPUT["GoogleTest"])], "release ring 1\n")
         self.assertEqual(code, 0)
         self.assertIn("2 of them are not in tests/gate.txt yet", text)
+
+
+class ListedFaults(unittest.TestCase):
+    def test_each_fits_the_sources(self):
+        edits = [one[2:3] + one[4:6] for room in mutations.ROOMS.values() for one in room]
+        edits += [one for fault in past_faults.FAULTS for one in fault.edits]
+        for file, old, new in edits:
+            self.assertEqual((SOURCE / file).read_text().count(old), 1, f"{file}: {old}")
+            self.assertNotEqual(old, new)
 
 
 class RandomMutations(unittest.TestCase):

@@ -137,6 +137,15 @@ const SystematicErrors& thinErrors() {
   return errors;
 }
 
+/// Covariance of a contact's wrench by depths that scatter alone.
+Matrix6 byScatter(const SystematicErrors& errors, const std::array<double, 6>& wrench, const Eigen::Vector3d& at) {
+  sensor::Uncertainty none;
+  none.youngsModulus = none.model = 0.0;
+  SystematicErrors scatter;
+  scatter.contactScatter = errors.contactScatter;
+  return Matrix6::Map(systematicCovariance(wrench, at, none, thin().nodes.pitch, scatter, 0.0).data());
+}
+
 TEST(Systematic, AContactIsMisreadAsPredicted) {
   ASSERT_EQ(thinErrors().contact.size(), 36U * kCount);
   // The solver chooses its nodes by what it sees, the prediction those around a node; a press reaches furthest, and
@@ -202,16 +211,10 @@ TEST(Systematic, TheModelOfContactsMisreadsASmallContactAsTheNodesAroundIt) {
     const Matrix6 expected = error(nodes.contact, static_cast<int>(k));
     EXPECT_LT((error(model.contact, static_cast<int>(k)) - expected).norm(), 1e-3 * expected.norm() + 1e-9) << k;
   }
-  const auto byScatter = [&](const std::vector<double>& scatter) {
-    sensor::Uncertainty none;
-    none.youngsModulus = none.model = 0.0;
-    const WrenchCovariance covariance =
-        systematicCovariance({0.3, 0.0, 1.0, 0.0, 0.0, 0.0}, {0.01, 0.0, 0.0}, none, 3e-3, {}, scatter);
-    return Matrix6(Matrix6::Map(covariance.data()));
-  };
-  const Matrix6 expected = byScatter(nodes.contactScatter);
+  const std::array<double, 6> wrench = {0.3, 0.0, 1.0, 0.0, 0.0, 0.0};
+  const Matrix6 expected = byScatter(nodes, wrench, {0.01, 0.0, 0.0});
   EXPECT_GT(expected(2, 2), 0.0);
-  EXPECT_LT((byScatter(model.contactScatter) - expected).norm(), 1e-3 * expected.norm());
+  EXPECT_LT((byScatter(model, wrench, {0.01, 0.0, 0.0}) - expected).norm(), 1e-3 * expected.norm());
 }
 
 TEST(Systematic, ScatteredDepthsMisreadAContactAsPredicted) {
@@ -222,8 +225,6 @@ TEST(Systematic, ScatteredDepthsMisreadAContactAsPredicted) {
   const SolveOptions options;
   const SystematicErrors errors = systematicErrors(made, options, thinInverse());
   const auto variance_px2 = static_cast<float>(options.noise_px * options.noise_px);
-  sensor::Uncertainty scatterAlone = made.uncertainty;
-  scatterAlone.youngsModulus = scatterAlone.model = 0.0;
   Solver solver(thinInverse(), thin(), options);
   for (sensor::MarkerLayer& layer : made.layers) layer.depth += kScatter_m;
   const sensor::Points at = places();
@@ -242,9 +243,7 @@ TEST(Systematic, ScatteredDepthsMisreadAContactAsPredicted) {
         measured += misread.cwiseAbs2();
         std::array<double, 6> wrench{};
         Vector6::Map(wrench.data()) = kForce_N * units.col(column);
-        const WrenchCovariance covariance =
-            systematicCovariance(wrench, at.col(column / 3), scatterAlone, 3e-3, {}, errors.contactScatter);
-        predicted += Matrix6::Map(covariance.data()).diagonal();
+        predicted += byScatter(errors, wrench, at.col(column / 3)).diagonal();
       }
     }
     // 108 draws tell a deviation to a tenth. The solver chooses its nodes by what it sees.
@@ -259,7 +258,7 @@ TEST(Systematic, StiffnessScalesTheWholeWrench) {
   uncertainty.model = 0.0;
   uncertainty.youngsModulus = 0.02;
   const std::array<double, 6> wrench = {1.0, -2.0, 3.0, 0.01, 0.02, -0.03};
-  const WrenchCovariance covariance = systematicCovariance(wrench, {0.01, 0.02, 0.0}, uncertainty, 3e-3, {}, {});
+  const WrenchCovariance covariance = systematicCovariance(wrench, {0.01, 0.02, 0.0}, uncertainty, 3e-3, {}, 0.0);
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < 6; ++j) EXPECT_NEAR(covariance[6 * i + j], 4e-4 * wrench[i] * wrench[j], 1e-12);
   }
