@@ -114,7 +114,8 @@ tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) 
   if (!restored) return tl::unexpected(restored.error());
   restored_ = std::move(restored->zero);
   if (restored_) tracker_->restore(*restored_);
-  if (restored->unsynchronised)
+  isRestoredWritten_ = !restored->unsynchronised;
+  if (!isRestoredWritten_)
     spdlog::warn(
         "warning: the stored zero may not survive a power failure, as its directory cannot be synchronised: {}",
         restored->unsynchronised.message());
@@ -196,7 +197,7 @@ void Measurement::measure(traction::v1::Status& status) {
 void Measurement::meet(const capture::CameraInfo& info) {
   format_ = info.format;
   if (std::exchange(hasMet_, true)) return;
-  procedures_->welcome(cameraId_, info.frameRate_Hz, restored_, earlier_);
+  procedures_->welcome(cameraId_, info.frameRate_Hz, restored_, earlier_, isRestoredWritten_);
 }
 
 void Measurement::turn() {

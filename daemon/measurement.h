@@ -55,13 +55,14 @@ class Measurement : public Processing {
   sensor::Sensor sensor_;
   std::string cameraId_;                        // as restored_
   std::optional<RestPose> restored_, earlier_;  // written before the control thread meets the camera, read after
+  bool isRestoredWritten_ = true;               // so that a loss of power does not take it back; as restored_
   std::unique_ptr<track::Tracker> tracker_;
   std::shared_ptr<solve::FieldSolver> solver_;  // the solving thread's own once it runs
   // What is slow. A disk that hangs must not hold up what is computed, nor a computation of a minute the disk.
   BackgroundThread disk_{"tr-disk"}, compute_{"tr-compute"};
-  std::unique_ptr<RestSolver> restSolver_;      // none: what solves takes nothing from a zero but displacements
-  Mailbox<MarkerField> newestMarkers_;          // from the tracking thread to control
-  Mailbox<Watched> watched_;                    // from control to the publishing thread
+  std::unique_ptr<RestSolver> restSolver_;  // none: what solves takes nothing from a zero but displacements
+  Mailbox<MarkerField> newestMarkers_;      // from the tracking thread to control
+  Mailbox<Watched> watched_;                // from control to the publishing thread
   Mailbox<traction::v1::MarkerStatus> newestMarkerStatus_;  // the same
   Counter tracked_;                                         // frames that the tracker has looked at
   std::unique_ptr<Recorder> recorder_;

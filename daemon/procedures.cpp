@@ -28,7 +28,7 @@ Procedures::Procedures(const sensor::Sensor& sensor, ProcedureOptions options, P
 }
 
 void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
-                         const std::optional<RestPose>& before) {
+                         const std::optional<RestPose>& before, bool isWritten) {
   camera_ = cameraId;
   if (rate_Hz_ == 0.0) rate_Hz_ = rate_Hz;
   zero_.setRate(rate_Hz_);
@@ -37,7 +37,7 @@ void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std:
   } else {
     spdlog::info("no zero is kept: the first {} still frames are taken for it", options_.zeroFrames);
   }
-  zero_.welcome(restored, before);
+  zero_.welcome(restored, before, isWritten);
 }
 
 void Procedures::beginStep(const CalibrationStep& step) {

@@ -52,9 +52,9 @@ class Procedures {
 
   /// Takes the camera and the zeros of an earlier run. Must be called when the camera has been opened for the first
   /// time. \param rate_Hz   of its frames; 0: not known \param restored  the zero of an earlier run, if there is one
-  /// \param before    the zero that it replaced
+  /// \param before    the zero that it replaced \param isWritten  as for ZeroProcedure::welcome()
   void welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
-               const std::optional<RestPose>& before = {});
+               const std::optional<RestPose>& before = {}, bool isWritten = true);
 
   /// Handles a request for a zero: see ZeroProcedure::begin().
   void beginZero(const ZeroRequest& request) { zero_.begin(request); }

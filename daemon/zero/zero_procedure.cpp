@@ -31,7 +31,8 @@ ZeroProcedure::ZeroProcedure(const sensor::Sensor& sensor, int zeroFrames, std::
     , writer_(clock, links_.keep)
     , onChange_(std::move(onChange)) {}
 
-void ZeroProcedure::welcome(const std::optional<RestPose>& restored, const std::optional<RestPose>& before) {
+void ZeroProcedure::welcome(const std::optional<RestPose>& restored, const std::optional<RestPose>& before,
+                            bool isWritten) {
   zero_ = restored;
   before_ = before;
   if (!zero_) return;
@@ -40,6 +41,7 @@ void ZeroProcedure::welcome(const std::optional<RestPose>& restored, const std::
   const std::string doubt = both(report.doubt(), calibrate::touchIn(sensor_, *zero_));
   if (!doubt.empty()) spdlog::warn("warning: the stored zero may be wrong: {}", doubt);
   links_.describe(*zero_);
+  if (!isWritten) writer_.writeInForce(*zero_, this->before());
 }
 
 void ZeroProcedure::begin(const ZeroRequest& request) {

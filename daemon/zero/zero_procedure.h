@@ -68,8 +68,8 @@ class ZeroProcedure {
                 ZeroLinks links, std::function<void()> onChange);
 
   /// Must be called when the camera has been opened first. `restored`: the zero of an earlier run, if there is one;
-  /// `before`: the zero that it replaced.
-  void welcome(const std::optional<RestPose>& restored, const std::optional<RestPose>& before);
+  /// `before`: the zero that it replaced; `isWritten`: its name is synchronised, or else it is written again.
+  void welcome(const std::optional<RestPose>& restored, const std::optional<RestPose>& before, bool isWritten = true);
 
   /// Handles a request; the answer comes in the turn in which it is known. Must not be called while another request is
   /// open. The zero comes into force when it has been written to the disk; until then the previous one stays in force.

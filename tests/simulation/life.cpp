@@ -25,7 +25,7 @@ Life::Life(const Around& around)
 void Life::meetCamera() {
   if (hasMet_ || !camera_.hasOpened()) return;
   hasMet_ = true;
-  procedures_.welcome(kCamera, 60.0, restored_.zero, restored_.before);
+  procedures_.welcome(kCamera, 60.0, restored_.zero, restored_.before, restored_.isWritten);
 }
 
 /// The search for contacts takes most of the time.

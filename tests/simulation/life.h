@@ -82,8 +82,8 @@ class Life : public capture::FrameSource {
   Procedures procedures_;
   Zeros::Left restored_;
   std::uint64_t evicted_ = 0;  ///< by links, at the last look
-  bool hasMet_ = false;  ///< the procedures know the camera
-  bool worked_ = false;  ///< the stage that takes its turn has something to do
+  bool hasMet_ = false;        ///< the procedures know the camera
+  bool worked_ = false;        ///< the stage that takes its turn has something to do
 };
 
 }  // namespace tractiond::simulation

@@ -82,7 +82,7 @@ Zeros::Left Zeros::restore() {
   const auto before = zero::loadEarlierZero(kState, restored->zero, owner());
   journal_.law(before.has_value(), "the zero before survives the loss of power",
                before ? "" : before.error().message());
-  return {restored->zero, *before};
+  return {restored->zero, *before, !hasFailed_};
 }
 
 void Zeros::check(const std::optional<RestPose>& restored) {

@@ -33,6 +33,7 @@ class Zeros {
   /// Reads what an earlier life has left: the zero in force and the one before.
   struct Left {
     std::optional<RestPose> zero, before;
+    bool isWritten = true;  ///< the zero's name is synchronised
   };
   Left restore();
 

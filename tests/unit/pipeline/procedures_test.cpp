@@ -431,6 +431,20 @@ TEST(Procedures, AZeroThatWasRefusedIsOverwrittenAsSoonAsTheDiskTakesIt) {
   EXPECT_EQ(bench.zeroAnswers.size(), 1U);
 }
 
+TEST(Procedures, ARestoredZeroThatCouldNotBeSynchronisedIsWrittenUntilTheDiskTakesIt) {
+  ProceduresBench bench;
+  bench.keepFails = true;
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(2, true), bench.pose(1, true), false);
+  ASSERT_TRUE(bench.kept);
+  bench.keepFails = false;
+  bench.kept.reset();
+  bench.pass(10'000);
+  bench.turn();
+  ASSERT_TRUE(bench.kept);
+  EXPECT_EQ(bench.kept->id[0], 2);
+  EXPECT_EQ(bench.keptBefore->id[0], 1);
+}
+
 TEST(Procedures, AFirstZeroThatCouldNotBeWrittenIsWrittenLater) {
   ProceduresBench bench;
   bench.keepFails = true;
