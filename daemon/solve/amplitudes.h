@@ -18,12 +18,13 @@ class Amplitudes {
   /// call.
   void take(std::span<const float> displacement_px, std::span<const int> missing);
 
-  /// Gives the missing coordinates the displacements that forces of the usual size `force_N` and the picture's motion
-  /// explain best, those that would leave them no residual: d_m = K_mm d_m + K_mv d_v, K being what the fit makes of
-  /// displacements. Conjugate gradients, from the displacements of the last call on: each may name a better `force_N`.
+  /// Completes the displacements of the missing coordinates, so that they have no residual after a fit of forces of the
+  /// typical size `force_N` and of the picture's motion: d_m = K_mm d_m + K_mv d_v, where K maps displacements to their
+  /// fit. Uses conjugate gradients, starting from the displacements of the last call, so that it can be called again
+  /// with a better `force_N`.
   void complete(double force_N, double noise_px);
 
-  /// [px], r of them.
+  /// Returns the amplitudes, r of them [px].
   std::span<const double> values() const;
 
  private:
@@ -31,7 +32,7 @@ class Amplitudes {
   void project(std::span<const double> displacement, double* amplitudes);
 
   const Factors& factors_;
-  LineArray<double> there_, all_;  // amplitudes: of the coordinates that are there, of all
+  LineArray<double> there_, all_;  // amplitudes: of the coordinates that are not missing, of all
   LineArray<float> filtered_;      // amplitudes, scratch
   std::vector<double> gain_;       // r + 4, of the modes and the motion
   std::span<const int> missing_;

@@ -1,5 +1,6 @@
-// The field around round patches (docs/decisions/0020-one-inverse.md): the rounds on what they leave, with the patches
-// free to follow, then one posterior of everything for each roughness of the patches.
+// Computes the field around round patches (docs/decisions/0020-one-inverse.md). The rounds that choose atoms run on the
+// displacements without those of the patches, whose loads and places may still change. Then one posterior of atoms and
+// patches is computed for each roughness of the patches.
 #pragma once
 
 #include "daemon/solve/posterior.h"
@@ -7,11 +8,11 @@
 
 namespace tractiond::solve {
 
-/// A round contact within what was found; its roughness and what lies around it are not in its load.
+/// A round contact of the estimate. Its load excludes its roughness and the field around it.
 struct FoundPatch {
   RoundPatch patch;
-  int contact = 0;  ///< the first patch of the same contact; told if patches are likelier than the field alone
-  /// Of force, torsion, x, y, spread [N, N m, m, m, m^2], if there are patches at all.
+  int contact = 0;  ///< the first patch of the same contact; set if patches are likelier than the field alone
+  /// Covariance of force, torsion, x, y, spread [N, N m, m, m, m^2].
   Eigen::Matrix<double, kPatchLoads + kPatchPlaces, kPatchLoads + kPatchPlaces> covariance =
       decltype(covariance)::Zero();
 };
@@ -19,33 +20,37 @@ struct FoundPatch {
 /// Thread-bound. Allocates only when made.
 class AroundPatches {
  public:
-  /// rho of the patches, all alike before the picture.
+  /// Values of rho (ModelOptions::roughness) of the patches that are tried; equally probable a priori.
   static constexpr std::array kRoughness = {0.1, 0.2, 0.4, 0.8};
   static constexpr int kPerPatch = kPatchLoads + kPatchPlaces;
   static constexpr int kMostExtra = kPerPatch * RoundPatches::kMost;
 
-  /// All must outlive it.
+  /// All references must outlive it.
   AroundPatches(const Factors& factors, const Atoms& atoms, const ModelOptions& options, Prior& prior,
                 Selection& selection, Roughness& roughness);
 
-  /// `left`: the displacements without the patches', motion included; `products`: with the same coordinates missing;
-  /// `start`: what the modes tell of `left` without the motion. All must last. False: equations could not be solved.
+  /// Solves for the field. Returns false if equations could not be solved. All arguments must last until the last call
+  /// of the functions below. \param left RoundPatches::leave() with the motion \param products with the same missing
+  /// coordinates \param start moments of the atoms by the modes of RoundPatches::leave() without the motion
   bool solve(const Displacements& left, AtomProducts& products, const AtomMoments& start, const RoundPatches& patches);
 
-  // What solve() found with roughness `i`.
+  // Results of solve() with the roughness kRoughness[i].
+
   Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
-  /// Log evidence less what the patches' freedom to be anywhere and the choice of roughness cost.
+  /// Returns the log evidence, reduced for the free places of the patches and for the choice of roughness.
   double logEvidence(int i) { return posterior(i).logEvidence() - occam_; }
+  /// Returns force and moment of atoms and patches about the origin [N, N m].
   std::array<double, 6> wrench(int i);
-  /// Forces of the points (3P); a patch's own force is spread over those beneath it, their centroid being its place.
+  /// Computes the forces of the points (3P [N]). The force of a patch is spread over the points beneath it, so that
+  /// their centroid is its place.
   void pointForces_N(int i, std::span<double> forces);
 
   int patchCount() const { return static_cast<int>(patches_.size()); }
-  /// The mean of a patch over all roughnesses.
+  /// Returns a patch with its mean over all roughnesses.
   FoundPatch found(int patch);
 
-  /// Computes the shares of the points (P) in the force of a patch, their sum being 1. `centred`: with the patch's
-  /// place as their centroid.
+  /// Computes the shares of the points (P) in the force of a patch; their sum is 1. \param centred true: the centroid
+  /// of the shares is the place of the patch
   void spread(const PatchPlace& place, bool centred, std::span<double> share);
 
  private:

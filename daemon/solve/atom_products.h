@@ -1,7 +1,7 @@
-// Products of atoms with each other, with the motion and with a picture, over the coordinates that are there: B'B and
-// B'd of the normal equations with B = [P Q^1/2, H].
+// Computes products of atoms with each other, with the motion and with a picture, over the coordinates that are not
+// missing: B'B and B'd of the normal equations with B = [P Q^1/2, H].
 //
-// Those of an atom are computed when it is first asked for; all posteriors of a frame share them.
+// The products of an atom are computed when it is first added; all posteriors of a frame share them.
 #pragma once
 
 #include "daemon/solve/factors.h"
@@ -22,20 +22,22 @@ struct Displacements {
 /// Thread-bound. Allocates only when made.
 class AtomProducts {
  public:
-  /// Keeps the products of `most` atoms. `factors` must outlive it.
+  /// Makes room for the products of `most` atoms. `factors` must outlive it.
   AtomProducts(const Factors& factors, int most);
 
   /// Starts anew with a picture, which must last.
   void begin(const Displacements& picture);
 
-  /// Computes what is not there yet of the products among these atoms, at most as many as are kept. Those of others are
-  /// forgotten if there is no room.
+  /// Computes the products among these atoms, at most `most`, that are not known yet. Discards those of other atoms if
+  /// there is no room.
   void add(std::span<const int> atoms);
 
-  /// Index of the first component of an atom that was added. The motion's are 0 .. kMotions - 1.
+  /// Returns the index of the first of the three components of an atom that was added. The components of the motion
+  /// have the indices 0 .. kMotions - 1.
   int indexOf(int atom) const { return index_[static_cast<std::size_t>(atom)]; }
-  /// Products of a component with all others.
+  /// Returns the products of a component with all others, by their indices [px^2/N^2; with the motion px^2/N, px^2].
   const double* row(int index) const { return products_.data() + static_cast<std::ptrdiff_t>(index) * stride_; }
+  /// Returns the product of a component with the displacements [px^2/N; of the motion px^2].
   double withPicture(int index) const { return withPicture_[static_cast<std::size_t>(index)]; }
 
  private:
@@ -51,7 +53,7 @@ class AtomProducts {
   const int stride_;
   const Displacements* picture_ = nullptr;
   int size_ = 0;                    // components
-  std::vector<int> atoms_, index_;  // whose products are there; A: -1 if they are not
+  std::vector<int> atoms_, index_;  // atoms with products; A: index of an atom's first component, or -1
   LineArray<double> products_;      // stride x stride
   LineArray<double> missing_;       // panels
   std::vector<double> withPicture_;

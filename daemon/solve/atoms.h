@@ -1,5 +1,5 @@
-// The atoms of the model of contacts (docs/decisions/0020-one-inverse.md): forces that are spread over points of the
-// surface, from a single point to the whole face.
+// Makes the atoms of the model of contacts (docs/decisions/0020-one-inverse.md): forces that are spread over points of
+// the surface, from a single point to the whole face.
 #pragma once
 
 #include "sensor/sensor.h"
@@ -11,30 +11,30 @@
 
 namespace tractiond::solve {
 
-/// Atoms of one size, whose strengths follow each other.
+/// Atoms of one size. Neighbours among them have similar prior variances.
 struct Level {
-  int first = 0, end = 0;  ///< its atoms
-  double spacing_m = 0.0;  ///< of neighbours
-  double reach_m = 0.0;    ///< distance over which roughness averages the pressure beneath its atoms
-  bool ambiguous = false;  ///< the picture hardly tells its atoms apart
+  int first = 0, end = 0;  ///< its atoms: first .. end - 1
+  double spacing_m = 0.0;  ///< distance between neighbours
+  double reach_m = 0.0;    ///< distance over which Roughness averages the pressure beneath its atoms
+  bool ambiguous = false;  ///< the picture hardly distinguishes its atoms
 };
 
 /// P points and A atoms, the first P of which are the points themselves. Immutable once made; any thread may read it.
 struct Atoms {
   sensor::Points points;              ///< 3 x P [m], gel frame; of a block a grid row after row, as its nodes are
-  int columns = 0, rows = 0;          ///< of that grid; of a body 0
+  int columns = 0, rows = 0;          ///< size of that grid; 0 for a body
   double pitch_m = 0.0;               ///< of the nodes
   std::vector<int> nodes;             ///< P: index of the node at the point, or -1
   std::vector<int> nearest;           ///< P: the point on the nearest node
   sensor::Points places;              ///< 3 x A [m], centres of the atoms
   Eigen::SparseMatrix<double> shape;  ///< P x A: share of each point in an atom's force; the sum of a column is 1
   std::vector<Level> levels;
-  double depth_m = 0.0;  ///< of the nearest markers, which cannot tell forces apart that are closer than this
+  double depth_m = 0.0;  ///< depth of the nearest markers: they do not resolve forces that are closer together
 
   int pointCount() const { return static_cast<int>(shape.rows()); }
   int count() const { return static_cast<int>(shape.cols()); }
-  int nodeCount() const;
-  /// The node at which a point's force is published.
+  int nodeCount() const;  ///< Returns N.
+  /// Returns the index of the node at which a point's force is published.
   int nodeOf(int point) const { return nodes[nearest[point]]; }
 };
 
@@ -45,10 +45,11 @@ struct Atoms {
 /// points on the nodes.
 Atoms makeAtoms(const sensor::Sensor& sensor);
 
-/// Computes the forces of the points (3P) from those of the atoms (3A) [N].
+/// Computes the forces of the points (3P [N]) from the forces of the atoms (3A [N]).
 void addUp(const Atoms& atoms, std::span<const double> forces, std::span<double> pointForces);
 
-/// Computes the forces of the nodes (3N) from those of the points that are published there (3P) [N].
+/// Computes the forces of the nodes (3N [N]): each is the sum of the points (3P [N]) that Atoms::nodeOf() assigns to
+/// it.
 void addAtNodes(const Atoms& atoms, std::span<const double> pointForces, std::span<double> nodeForces);
 
 }  // namespace tractiond::solve

@@ -1,11 +1,12 @@
-// Forces for the nodes alone that carry something.
+// Computes the forces of only those nodes that carry a load.
 //
-// Most of the noise of a sum over all nodes comes from those that carry nothing. Where something touches is seen in two
-// strongly filtered maps of all nodes. They give every node a weight w in [0, 1], the scale of its expected force,
-// continuous in the picture, so that nothing jumps when a node comes or goes. With D = diag(w) over the nodes A, w > 0:
-//   minimise |d - H_A D x - P m|^2 + lambda^2 |x|^2 + n^2 m' Q^-1 m,    f_A = D x
-// over the valid rows, by normal equations whose matrix is looked up. lambda = n / tau, tau the expected force of a
-// node.
+// Most of the noise of a sum over all nodes comes from those that carry nothing. Two strongly filtered maps of all
+// nodes show where something touches. They give every node a weight w in [0, 1], the scale of its expected force. It is
+// continuous in the picture, so that no force jumps when a node is added or left out. With D = diag(w) over the nodes A
+// with w > 0, the step minimises
+//   |d - H_A D x - P m|^2 + lambda^2 |x|^2 + n^2 m' Q^-1 m,    f_A = D x
+// over the coordinates that are not missing, by normal equations whose matrix elements come from Inverse::gram.
+// lambda = n / tau, where tau is the expected force of a node.
 #pragma once
 
 #include "daemon/solve/hills.h"
@@ -26,53 +27,57 @@ class ContactStep final : public SolvedForces {
   static constexpr int kMostNodes = 96;
   static constexpr int kFewNodes = 64;
 
+  /// `inverse` must outlive it.
   ContactStep(const Inverse& inverse, const sensor::NodeGrid& nodes, const SolveOptions& options);
 
-  /// How many of the picture's amplitudes find() wants.
+  /// Returns the number of amplitudes that find() needs.
   int modes() const { return modeForces_.rows(); }
 
-  /// Finds the nodes from the picture's first amplitudes left' d (missing markers completed), a thousandth of the noise
-  /// being as good as none. Returns the share that solve()'s result deserves: 1 if the contact is small, 0 if it is too
-  /// large for solve().
+  /// Finds the nodes that carry a load. Returns the weight that the result of solve() should have against the fit of
+  /// all nodes: 1 if the contact is small, 0 if it is too large for solve(). \param amplitudes the first modes()
+  /// elements of left' d [px], missing markers completed; errors below a thousandth of the noise have no effect
   double find(std::span<const double> amplitudes, double noise_px);
 
-  /// The nodes that find() found, rising; none: nothing touches.
+  /// Returns the nodes of the last find(), ascending; none: nothing touches.
   std::span<const int> nodes() const { return {nodes_.data(), nodes_.size()}; }
 
-  /// w of every node of the face, of the last find().
+  /// Returns w of every node of the face, by the last find().
   std::span<const double> weights() const { return weight_; }
 
-  /// `displacement`: stride of the influence matrix, 0 where missing; `missing`: those coordinates; `squares`: the
-  /// displacements' sum of squares. False: the equations could not be solved. With `expected` forces of nodes() [N] the
-  /// penalty is lambda^2 |x - D^-1 expected|^2, and lambda `stiffness` times what it is otherwise.
+  /// Solves for the forces of nodes(). Returns false if the equations could not be solved.
+  /// \param displacement 2M [px], padded to the stride of the influence matrix, 0 where missing
+  /// \param missing coordinates without a displacement \param squares sum of the squared displacements [px^2]
+  /// \param expected prior mean of the forces of nodes() [N]: the penalty is then lambda^2 |x - D^-1 expected|^2
+  /// \param stiffness factor of lambda
   bool solve(const double* displacement, std::span<const int> missing, double squares,
              std::span<const double> expected = {}, double stiffness = 1.0);
 
-  // What solve() found.
+  // Results of the last solve().
   std::span<const double> forces() const { return {forces_.data(), 3 * nodes_.size()}; }  ///< of nodes() [N]
   std::span<const int> places() const override { return nodes(); }
   std::span<const double> forces_N() const override { return forces(); }
-  const std::array<double, kMotions>& motion() const { return motion_; }
-  double squaredResidual() const { return squaredResidual_; }  ///< [px^2]
-  double lambda() const { return lambda_; }                    ///< [px/N]
+  const std::array<double, kMotions>& motion() const { return motion_; }  ///< m, in the units of MotionPrior
+  double squaredResidual() const { return squaredResidual_; }             ///< [px^2]
+  double lambda() const { return lambda_; }                               ///< [px/N]
 
-  // What it was found from: weights times H'd of nodes(), then P'd; H'P, 3N x 4, and P'P of all markers.
-  std::span<const double> products() const { return right_; }
-  std::span<const double> motionCoupling() const { return motionCoupling_; }
-  std::span<const double> motionGram() const { return motionGram_; }
+  // Terms of the equations.
+  std::span<const double> products() const { return right_; }                 ///< D H'd of nodes(), then P'd
+  std::span<const double> motionCoupling() const { return motionCoupling_; }  ///< H'P of all markers, 3N x 4
+  std::span<const double> motionGram() const { return motionGram_; }          ///< P'P of all markers, 4 x 4
 
-  /// `functional` has an element for each of forces(), and is overwritten by what covariance() wants.
+  /// Overwrites a linear functional of the forces, one element for each of forces(), with the form that covariance()
+  /// needs. The array must hold kMostUnknowns elements.
   void prepare(double* functional) const;
-  /// Of two prepared functionals of the forces [N^2].
+  /// Returns the covariance of two prepared functionals [N^2].
   double covariance(const double* a, const double* b) const;
-  /// Of kColumns functionals of the forces, stored force after force and overwritten: row after row [N^2].
+  /// Implements SolvedForces::covariances.
   void covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const override;
-  /// Standard deviations of forces() [N].
+  /// Computes the standard deviations of forces() [N].
   void deviations(double* deviation);
-  /// Unknowns: what a functional's memory must hold.
+  /// The most unknowns of the equations.
   static constexpr int kMostUnknowns = 3 * kMostNodes + kMotions;
 
-  /// Force of a node that is found in half of the frames: along the surface, and into it [N].
+  /// Returns the force of a node that is found in half of the frames: along the surface, and into it [N].
   std::array<double, 2> detectionLimit_N() const { return detectionLimit_N_; }
 
  private:

@@ -1,4 +1,4 @@
-// Tells the contacts of one frame apart.
+// Separates the contacts of one frame.
 #pragma once
 
 #include "daemon/solve/contact_step.h"
@@ -16,18 +16,19 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class Contacts {
  public:
+  /// `inverse` must outlive it; `sensor` is the one it was computed for.
   Contacts(const Inverse& inverse, const sensor::Sensor& sensor);
 
-  /// Lists the contacts of what `step` solved from `picture`, strongest first, at most kMaxContacts. Returns their
-  /// number. A lone contact near the rim of the nodes is solved for again, around the patch that it looks like, as far
-  /// as the step is trusted: `trust` 0 leaves the step as it is, 1 trusts it wholly.
+  /// Lists the contacts in the forces that `step` solved from `picture`, strongest first, at most kMaxContacts. Returns
+  /// their number. A single contact near the rim of the nodes is solved for again in `step`, with the forces of a
+  /// fitted patch as its prior mean. \param trust weight of the step, 0 to 1: 0 leaves it as it is
   int list(ContactStep& step, const Picture& picture, double trust, std::array<Contact, kMaxContacts>& contacts);
 
-  /// What the last list() solved around.
+  /// The patch that the last list() took as the prior mean.
   struct AtRim {
-    double share = 0.0;  ///< how far it was expected; 0: nothing was
+    double share = 0.0;  ///< weight of the prior mean, 0 to 1; 0: there was none
     Patch patch;
-    Eigen::Matrix<double, 6, 6> covariance;  ///< as PatchFit's
+    Eigen::Matrix<double, 6, 6> covariance;  ///< PatchFit::covariance() of the patch
   };
   const AtRim& atRim() const { return atRim_; }
 

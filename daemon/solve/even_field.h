@@ -1,9 +1,10 @@
-// The field of one contact that presses evenly within its edge (docs/decisions/0020-one-inverse.md). Its footprint e, a
-// force of each point, is drawn from forces that were found, p and t being their means around a point, near and far:
+// Computes the field of one contact that presses evenly within its edge (docs/decisions/0020-one-inverse.md). Its
+// footprint e, a number for each point, is drawn from forces that were found; p and t are their means around a point
+// over a short and a long distance:
 //   e(c) = t clamp((p / t - c + w) / 2 w, 0, 1)        w: half of the width of the edge, c: where it is
 //   f = 3 e(c) u + (e(c - s) - e(c + s)) / 2 v + roughness        u, v ~ N(0, 1): three components each
-// of the connected points with the most force, with the edge free by s, and the roughness that every contact has.
-// Solved for a middle roughness first; then the footprint is drawn from what that finds, and solved for each roughness.
+// The footprint is the connected region with the most force; its edge may move by about s. The field is solved for a
+// medium roughness first. Then the footprint is drawn from the result, and the field is solved for each roughness.
 #pragma once
 
 #include "daemon/solve/posterior.h"
@@ -17,23 +18,25 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class EvenField {
  public:
-  /// rho, all alike before the picture.
+  /// Values of rho (ModelOptions::roughness) that are tried; equally probable a priori.
   static constexpr std::array kRoughness = {0.2, 0.4, 0.8};
 
-  /// All must outlive it. The points must be a grid.
+  /// All references but `options` must outlive it. The points must be a grid.
   EvenField(const Factors& factors, const Atoms& atoms, const ModelOptions& options, Selection& selection,
             Roughness& roughness);
 
-  /// `products` are those of the picture; `forces_N` of the points (3P), not all 0. The picture must last. False:
-  /// equations could not be solved.
+  /// Solves for the field. Returns false if equations could not be solved. \param picture must last until the last call
+  /// of the functions below \param products of the picture \param forces_N of the points (3P), from which the footprint
+  /// is drawn; not all 0
   bool solve(const Displacements& picture, AtomProducts& products, std::span<const double> forces_N);
 
-  // What solve() found with roughness `i`.
+  // Results of solve() with the roughness kRoughness[i].
+
   Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
-  /// Log evidence less what the choice of roughness costs, and one for each degree of freedom, as the footprint was
-  /// drawn from the picture.
+  /// Returns the log evidence, reduced for the choice of roughness and by kOptimism for each degree of freedom, as the
+  /// footprint was drawn from the picture.
   double logEvidence(int i);
-  /// Computes the forces of the points (3P).
+  /// Computes the forces of the points (3P [N]).
   void pointForces_N(int i, std::span<double> forces);
 
  private:

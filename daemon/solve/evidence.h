@@ -1,4 +1,4 @@
-// Starts the rounds with all atoms alike: f ~ N(0, tau^2), with the tau that maximises the evidence of the picture's
+// Starts the rounds with the same prior for all atoms, f ~ N(0, tau^2). tau maximises the evidence of the picture's
 // amplitudes c in the modes s:
 //   -1/2 sum [ln(s^2 tau^2 + n^2) + c^2 / (s^2 tau^2 + n^2)]
 #pragma once
@@ -10,14 +10,14 @@
 
 namespace tractiond::solve {
 
-/// What is known of the forces of all A atoms.
+/// Posterior moments of the forces of all A atoms.
 struct AtomMoments {
   std::vector<double> mean_N;    ///< 3A
   std::vector<double> known;     ///< A: degrees of freedom, 3 - tr(posterior covariance) / prior variance
   std::vector<double> noise_N2;  ///< A: variance of the mean by the picture's noise, sum of the components
 };
 
-/// Sizes the arrays for so many atoms, all 0.
+/// Sizes the arrays for a number of atoms; sets all elements to 0.
 void resize(AtomMoments& moments, int atoms);
 
 /// Returns |mean|^2 of an atom [N^2].
@@ -25,7 +25,7 @@ inline double squaredMean(const AtomMoments& moments, int atom) {
   return Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<std::ptrdiff_t>(atom)).squaredNorm();
 }
 
-/// Returns e of an atom: how far |mean|^2 exceeds `surety` deviations of the noise; 0 if it does not.
+/// Returns e of an atom [N^2]: |mean|^2 - surety^2 noise / 3, but at least 0.
 inline double evident(const AtomMoments& moments, int atom, double surety) {
   return std::max(0.0, squaredMean(moments, atom) -
                            surety * surety * moments.noise_N2[static_cast<std::size_t>(atom)] / 3.0);
@@ -34,16 +34,16 @@ inline double evident(const AtomMoments& moments, int atom, double surety) {
 /// Thread-bound. Allocates only when made.
 class Evidence {
  public:
-  /// Both must outlive it.
+  /// `factors` and `atoms` must outlive it.
   Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
 
-  /// Returns tau, the typical force of this picture [N]. `amplitudes`: r [px].
+  /// Returns tau, the typical force of this picture [N]. \param amplitudes c, r of them [px]
   double typicalForce_N(std::span<const double> amplitudes, double noise_px);
 
-  /// Fills `moments` from the amplitudes with that typical force.
+  /// Computes the moments of all atoms from the amplitudes, with the prior of their typicalForce_N().
   void start(std::span<const double> amplitudes, double noise_px, AtomMoments& moments);
 
-  /// Subtracts the amplitudes that the points' forces `forces_N` (3P) cause.
+  /// Subtracts from the amplitudes (r [px]) those that the forces of the points (3P) cause.
   void subtract(std::span<const double> forces_N, std::span<double> amplitudes);
 
  private:
@@ -51,8 +51,8 @@ class Evidence {
 
   const Factors& factors_;
   const Atoms& atoms_;
-  // For each tau / n: of every mode 1 / (s^2 tau^2 / n^2 + 1), and the sum of the logarithms; of every atom what is
-  // known of it, and the noise of its mean at 1 px.
+  // For each tau / n: 1 / (s^2 tau^2 / n^2 + 1) of every mode, and the sum of the logarithms; of every atom
+  // AtomMoments::known, and noise_N2 at 1 px.
   std::vector<double> ratios_;
   Eigen::MatrixXd unexplained_;  // r x ratios
   std::vector<double> logarithms_;

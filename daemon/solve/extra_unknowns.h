@@ -1,7 +1,7 @@
-// Unknowns of the posterior beside the atoms' forces and the motion, each ~ N(0, 1): what one unit of each does to the
-// markers, to the wrench and to the points' forces, and the products of it that the normal equations need.
+// Keeps the unknowns of the posterior besides the atoms' forces and the motion, each ~ N(0, 1): the effect of one unit
+// on the markers, on the wrench and on the points' forces, and its products for the normal equations.
 //
-// Products with an atom are computed when they are first asked for: all posteriors of a frame share them.
+// Products with an atom are computed when they are first needed: all posteriors of a frame share them.
 #pragma once
 
 #include "daemon/solve/atom_products.h"
@@ -11,34 +11,41 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class ExtraUnknowns {
  public:
-  /// Both must outlive it.
+  /// Makes room for `most` unknowns. `factors` and `atoms` must outlive it.
   ExtraUnknowns(const Factors& factors, const Atoms& atoms, int most);
 
-  /// Starts anew with `count` unknowns that do nothing.
+  /// Starts anew with `count` unknowns that have no effect.
   void begin(int count);
 
-  /// Sets what a unit of `unknown` does to the markers: `factor` times `displacement_px` (2M, 0 where missing).
-  void setDisplacement(int unknown, const double* displacement_px, double factor);
+  // For the caller, between begin() and multiply(): the effect of one unit of an unknown.
 
-  /// What a unit of `unknown` adds to the forces of the points (3P), and to the wrench. To be filled.
+  /// Sets the effect on the markers: `factor` times `displacement_px` (2M, 0 where missing).
+  void setDisplacement(int unknown, const double* displacement_px, double factor);
+  /// Returns the effect on the forces of the points (3P), which the caller fills in.
   std::span<double> pointForces_N(int unknown);
+  /// Returns the effect on force and moment about the origin [N, N m], which the caller fills in.
   Eigen::Matrix<double, 6, 1>& wrench(int unknown) { return wrench_[static_cast<std::size_t>(unknown)]; }
 
   /// Computes the products among the unknowns, with the motion and with `picture`, and the nodes' forces.
   void multiply(const Displacements& picture);
 
+  // For the posterior, after multiply().
+
   int count() const { return count_; }
   const Eigen::Matrix<double, 6, 1>& wrench(int unknown) const { return wrench_[static_cast<std::size_t>(unknown)]; }
   std::span<const double> pointForces_N(int unknown) const;
   std::span<const double> nodeForces_N(int unknown) const;  ///< of the points that are published at each node (3N)
-  /// Products of an atom's components with the unknowns, then with the picture: 3 rows of stride().
+  /// Returns the products of an atom's components with the unknowns, then with the picture: 3 rows of stride().
+  /// Computes them at the first call for the atom.
   const double* productsWith(int atom);
-  int stride() const { return stride_; }
+  int stride() const { return stride_; }  ///< Returns the elements of a row of productsWith().
+  /// Returns the product of the displacements of two unknowns [px^2].
   double product(int a, int b) const { return gram_[index(a, b)]; }
+  /// Returns the product of an unknown with one of the kMotions columns of P Q^1/2 [px^2].
   double withMotion(int unknown, int motion) const {
     return withMotion_[kColumns * static_cast<std::size_t>(unknown) + motion];
   }
-  /// The picture is one more column, with the index count().
+  /// Returns the product of an unknown with the picture [px^2], which is one more column, with the index count().
   double withDisplacement(int unknown) const { return product(unknown, count_); }
 
  private:
@@ -59,7 +66,7 @@ class ExtraUnknowns {
   std::vector<double> gram_;          // stride x stride
   std::vector<double> withMotion_;    // stride x kColumns: with the motion
   std::vector<double> withAtoms_;     // 3A x stride
-  std::vector<unsigned char> asked_;  // A: whether its products are there
+  std::vector<unsigned char> asked_;  // A: whether its products are computed
 };
 
 }  // namespace tractiond::solve

@@ -1,8 +1,8 @@
-// The influence of a sensor's atoms on its markers, factored once for all frames.
+// Factors the influence of a sensor's atoms on its markers, once for all frames.
 //
 //   d = H f + P m + noise    the displacements: forces f of the atoms, and motion m ~ N(0, Q) of the whole picture
-//   W = (1 + P Q P' / n^2)^-1    the weight of the displacements, n [px] being their noise
-//   W^1/2 H = U S V'         the influence that the motion leaves, its r largest singular values s [px/N]
+//   W = (1 + P Q P' / n^2)^-1    the weight of the displacements, whose noise is n [px]
+//   W^1/2 H = U S V'         the weighted influence, with its r largest singular values s [px/N]
 #pragma once
 
 #include "daemon/solve/atoms.h"
@@ -11,7 +11,7 @@
 
 namespace tractiond::solve {
 
-/// Of the three components of a force, or of two.
+/// A matrix over the three components of one force, or of two forces.
 using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 /// Of 2M coordinates, P points, A atoms, r modes. Immutable once made; any thread may read it.
@@ -22,7 +22,7 @@ struct Factors {
   std::vector<double> singularValues;  ///< r, falling [px/N]
   RowMatrix left;                      ///< [W^1/2 U, R], 2M x (r + 4): a picture's amplitudes are left' d [px]
   Eigen::Vector4d motionGain;          ///< D: W = 1 - R D R'
-  RowMatrix right;           ///< V of the points, 3P x r; an atom's is the mean of its points', by their shares
+  RowMatrix right;           ///< V of the points, 3P x r; that of an atom is the mean of its points', by their shares
   RowMatrix influence;       ///< H', 3A x 2M [px/N]
   std::vector<double> gram;  ///< H'H [px^2/N^2], the lower triangle of its Blocks row after row
   RowMatrix motion;          ///< (P Q^1/2)', 4 x 2M [px]
@@ -30,27 +30,27 @@ struct Factors {
   Eigen::Matrix4d motionGram;                                      ///< (P Q^1/2)' P Q^1/2 [px^2]
   SystematicErrors systematicErrors;
 
-  int coordinateCount() const { return left.rows(); }
-  int rank() const { return right.columns(); }
-  int pointCount() const { return right.rows() / 3; }
-  int atomCount() const { return influence.rows() / 3; }
+  int coordinateCount() const { return left.rows(); }     ///< 2M
+  int rank() const { return right.columns(); }            ///< r
+  int pointCount() const { return right.rows() / 3; }     ///< P
+  int atomCount() const { return influence.rows() / 3; }  ///< A
 
-  /// H'H of two atoms, a >= b.
+  /// Returns H'H of two atoms, a >= b [px^2/N^2].
   Eigen::Map<const Block> gramOf(int a, int b) const {
     const auto row = static_cast<std::size_t>(a), column = static_cast<std::size_t>(b);
     return Eigen::Map<const Block>(gram.data() + 9 * (row * (row + 1) / 2 + column));
   }
 };
 
-/// Computes the factors. `influence` is that of the points, 2M x 3P [px/N]; `force_N` as in Factors. Takes seconds, the
-/// BLAS's threads and about four times the memory of H; `id`, `computed_ns` and `systematicErrors` are left to the
-/// caller. Fails if the matrix is not finite or all zero. \param near factors of nearly the same influence, or null:
-/// modes are then looked for among combinations of theirs alone, in a third of the time
+/// Computes the factors in seconds, with the threads of the BLAS and about four times the memory of H. Leaves `id`,
+/// `computed_ns` and `systematicErrors` to the caller. Fails if the matrix is not finite or all zero.
+/// \param influence of the points, 2M x 3P [px/N] \param force_N as in Factors \param near factors of nearly the same
+/// influence: the modes are then combinations of its modes, which takes a third of the time; null: none
 tl::expected<Factors, Error> computeFactors(const Eigen::MatrixXd& influence, const Atoms& atoms,
                                             const MotionPrior& motion, double force_N, const ModelOptions& options,
                                             const Factors* near = nullptr);
 
-/// The same by the sensor's own mechanics.
+/// Computes the influence of the points by the sensor's mechanics, and the factors as above.
 tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
                                             const ModelOptions& options,
                                             const sensor::elastic::Progress& progress = {});

@@ -1,4 +1,4 @@
-// What is said of a field once its forces are known, whatever they were solved with.
+// Completes a field whose forces are known: centre of pressure, residual, flags. Independent of the solver.
 #pragma once
 
 #include "daemon/records/traction_field.h"
@@ -18,24 +18,27 @@ class FieldRules {
 
   const std::vector<std::array<double, 3>>& nodes() const { return nodes_; }  ///< places [m]
 
-  /// Makes a field that is not valid: all its numbers are 0.
+  /// Makes the field not valid and sets all its numbers to 0.
   static void clear(TractionField& field);
 
-  /// Gives the field's centre of pressure, from its wrench and noise.
+  /// Sets the centre of pressure from the field's resultant and moment, if the normal force exceeds its noise and
+  /// SolveOptions::minPressForCentre_N.
   void centre(TractionField& field) const;
 
-  /// Returns the centroid of the nodes, each weighed by the length of its force [m]; the origin if all are 0.
+  /// Returns the centroid of the nodes, weighted by the magnitudes of their forces [m]; the origin if all are 0.
   Eigen::Vector3d centroid(const TractionField& field) const;
 
-  /// Gives the residual and raises kUnexplained. `squaredResidual_px2`: over the used markers' coordinates.
+  /// Sets the residual; sets the flag kUnexplained if noise and model errors do not explain it. \param
+  /// squaredResidual_px2 sum over the coordinates of the used markers
   static void explain(double squaredResidual_px2, const UsedMarkers& markers, TractionField& field);
 
-  /// Returns whether a force of the node is larger than the range in which the uncertainty is known.
+  /// Returns whether a force on the node, by its square, is beyond the range in which the uncertainty is known.
   bool outOfRange(std::size_t node, double squaredForce_N2) const;
 
-  /// The same for a mean pressure on an area as large as a node's.
+  /// Returns the same for the mean pressure on an area of the size that a node stands for.
   bool outOfRange(double pressure_Pa) const { return pressure_Pa > largestPressure_Pa_; }
 
+  /// Returns whether residual, resultant and moment of the field, with their uncertainty, are finite.
   static bool finite(const TractionField& field);
 
  private:

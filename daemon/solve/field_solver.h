@@ -1,4 +1,4 @@
-// What fills a TractionField, whatever it solves with.
+// Interface of the solvers, which compute a TractionField from a MarkerField.
 #pragma once
 
 #include "daemon/records/ledger.h"
@@ -8,7 +8,7 @@
 
 namespace tractiond::solve {
 
-/// Thread-bound, but for the counters.
+/// Thread-bound, except for the counters.
 class FieldSolver {
  public:
   FieldSolver() = default;
@@ -16,18 +16,19 @@ class FieldSolver {
   FieldSolver(const FieldSolver&) = delete;
   FieldSolver& operator=(const FieldSolver&) = delete;
 
-  /// Fills a field that is sized for the markers and nodes, but for its times. Where too many markers are missing
-  /// (flag kFewMarkers) or a number is not finite, the field is not valid and all its numbers are 0. Allocates nothing.
+  /// Computes all of a field except its times. The field must be sized for the sensor's markers and nodes. If too many
+  /// markers are missing (flag kFewMarkers) or a number is not finite, the field is not valid and all its numbers are
+  /// 0. Allocates nothing.
   virtual void solve(const MarkerField& markers, TractionField& field) noexcept = 0;
 
-  /// Force that is found in half of the frames when a node carries it: along the surface, and into it [N].
+  /// Returns the force on a single node that is found in half of the frames: along the surface, and into it [N].
   virtual std::array<double, 2> detectionLimit_N() const = 0;
 
-  /// Fields by what became of them. Any thread may read them.
+  /// Numbers of fields. Any thread may read them.
   struct Counters {
-    Counter fewMarkers;  ///< not valid
-    Counter notFinite;   ///< not valid
-    Counter wholeFace;   ///< the contact step fell back, wholly or in part
+    Counter fewMarkers;  ///< not valid: too few markers
+    Counter notFinite;   ///< not valid: a number is not finite
+    Counter wholeFace;   ///< solved over the whole face, wholly or in part, in place of the contact step
   };
   const Counters& counters() const { return counters_; }
 

@@ -13,53 +13,61 @@
 
 namespace tractiond::solve {
 
-/// Forces at some places of a grid, and how well they are known.
+/// Forces at some places of a grid, with their covariance.
 class SolvedForces {
  public:
   virtual std::span<const int> places() const = 0;       ///< indices in the grid, each once
-  virtual std::span<const double> forces_N() const = 0;  ///< three of each place
-  /// Covariance of kColumns functionals of the forces, stored force after force and overwritten: row after row [N^2].
+  virtual std::span<const double> forces_N() const = 0;  ///< x, y, z of each place
+  /// Computes the covariance of kColumns linear functionals of forces_N(), row after row [N^2]. \param functionals
+  /// kColumns coefficients for each element of forces_N(); overwritten
   virtual void covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const = 0;
 
  protected:
   ~SolvedForces() = default;
 };
 
-/// Places row after row.
+/// A grid of places on the surface, row after row.
 struct PlaceGrid {
   int columns = 0, rows = 0;
-  sensor::Points positions, normals;
-  Eigen::VectorXd areas;  ///< that each stands for
+  sensor::Points positions, normals;  ///< [m], gel frame; unit vectors
+  Eigen::VectorXd areas;              ///< area that each place stands for [m^2]
 };
 
-/// Thread-bound. Allocates only when made.
+/// A hill is a region of the grid around a local maximum of the magnitude of the forces. Hills are merged where the
+/// valley between their peaks is not deep enough to be certain. Thread-bound. Allocates only when made.
 class Hills {
  public:
-  /// A contact's force exceeds so many of its standard deviations.
+  /// Least force of a contact, in its standard deviations.
   static constexpr double kLeast_deviations = 5.0;
 
-  /// `mostPlaces`: that forces are given at. `functionalRows`: numbers of a functional in SolvedForces::covariances().
+  /// \param mostPlaces largest number of SolvedForces::places() \param functionalRows length that
+  /// SolvedForces::covariances() needs of a functional
   Hills(PlaceGrid grid, int mostPlaces, int functionalRows);
 
-  /// Divides the forces.
+  /// Divides the forces into hills.
   void divide(const SolvedForces& forces);
 
-  /// Takes all forces for one hill.
+  /// Makes one hill of all forces.
   void unite(const SolvedForces& forces);
 
-  // Of the last divide() or unite().
-  int count() const { return static_cast<int>(peak_.size()); }   ///< highest peak first
-  bool stands(int hill) const { return parent_[hill] == hill; }  ///< it is no part of another
-  int hillOf(int index) const;                                   ///< of the index-th place
+  // Results of the last divide() or unite().
 
-  /// Returns the hill as a contact, from what the forces are now.
+  /// Returns the number of hills, merged ones included. Their order is that of their peaks, highest first.
+  int count() const { return static_cast<int>(peak_.size()); }
+  /// Returns whether the hill was not merged into another one.
+  bool stands(int hill) const { return parent_[hill] == hill; }
+  /// Returns the hill that a place belongs to, after merging. \param index in SolvedForces::places()
+  int hillOf(int index) const;
+
+  /// Returns the hill as a contact. \param forces at the same places as when they were divided; their values may differ
   Contact describe(const SolvedForces& forces, int hill);
 
-  /// Returns the force of a contact in its standard deviations, along the axis that is surest.
+  /// Returns the force of a contact in standard deviations, along the axis on which that is largest.
   static double surety(const Contact& contact);
 
-  /// Divides the forces, of which some are evident, and lists the contacts, strongest first, at most kMaxContacts: that
-  /// of the highest peak and those that are surer than kLeast_deviations. Returns their number.
+  /// Divides the forces and lists the contacts, strongest first, at most kMaxContacts: the hill of the highest peak,
+  /// and those with a surety() above kLeast_deviations. There must be at least one force. Returns the number of
+  /// contacts.
   int list(const SolvedForces& forces, std::array<Contact, kMaxContacts>& contacts);
 
   /// Sorts contacts, strongest first.
@@ -75,7 +83,7 @@ class Hills {
 
   const PlaceGrid grid_;
   const std::size_t functionalRows_;
-  std::vector<int> indexAt_;        ///< of every place of the grid among the given ones, -1: none
+  std::vector<int> indexAt_;        ///< of every place of the grid: its index in places(); -1: none
   std::vector<double> magnitude_;   ///< of the forces
   std::vector<int> order_, hill_;   ///< of the places: strongest first; the hill each belongs to
   std::vector<int> peak_, parent_;  ///< of each hill: its highest place; itself, or the hill it was merged into

@@ -1,4 +1,4 @@
-// The regularised inverse of an influence matrix, factored so that a frame streams few bytes.
+// Computes the regularised inverse of an influence matrix, factored so that little memory is read for a frame.
 //
 //   d = H f + P m + noise  the displacements: forces f, and motion m of the whole picture with covariance Q
 //   W = (1 + P Q P' / n^2)^-1                  the weight of the displacements, n [px] being their noise; P Q^1/2 / n
@@ -21,16 +21,16 @@
 
 namespace tractiond::solve {
 
-/// How the wrench (force and moment) of a load is misread by one standard deviation of each number that is not known
-/// better: 6 x 6 matrices, row after row, for the camera's position x, y, z, rotation x, y, z and focal length, and of
-/// a block Poisson's ratio, thickness and the depth of each layer.
+/// Errors of the computed wrench (force and moment) of a load by one standard deviation of each quantity that is not
+/// known exactly: 6 x 6 matrices, row after row, for the camera's position x, y, z, rotation x, y, z and focal length,
+/// and for a block's Poisson's ratio, thickness and depth of each layer.
 struct SystematicErrors {
-  std::vector<double> contact;    ///< by the nodes around a small contact
-  std::vector<double> wholeFace;  ///< by all nodes, which take part of a block's own bending for forces
+  std::vector<double> contact;    ///< if only the nodes around a small contact are solved for
+  std::vector<double> wholeFace;  ///< if all nodes are solved for: part of a block's own bending appears as forces
 
-  /// The same of depths that scatter from marker to marker (Uncertainty::markerDepth; empty where that is 0): 6 x 3
-  /// matrices E, row after row. A force F is misread by force and moment about its place with the covariance sum E F F'
-  /// E'.
+  /// Errors by depths that scatter from marker to marker (Uncertainty::markerDepth; empty where that is 0): 6 x 3
+  /// matrices E, row after row. A force F has an error of force and moment about its place with the covariance
+  /// sum E F F' E'.
   std::vector<double> contactScatter, wholeFaceScatter;
 };
 
@@ -54,7 +54,7 @@ struct Inverse {
   int forceCount() const { return right.columns(); }   ///< 3N
   int rank() const { return right.rows(); }
 
-  /// One element of `hat`, the share of coordinate j in the fit at coordinate i.
+  /// Returns the element (i, j) of `hat`, which is symmetric: the share of coordinate j in the fit at coordinate i.
   float hatAt(int i, int j) const {
     const auto [high, low] =
         i > j ? std::pair<std::size_t, std::size_t>(i, j) : std::pair<std::size_t, std::size_t>(j, i);
@@ -62,8 +62,9 @@ struct Inverse {
   }
 };
 
-/// `influence` is 2M x 3N [px/N]. Double precision, the BLAS's threads, about four times the matrix's memory; `id`,
-/// `computed_ns` and `systematicErrors` are left to the caller. Fails if the matrix is not finite or all zero.
+/// Computes the inverse of `influence`, 2M x 3N [px/N], in double precision. Uses the threads of the BLAS, and about
+/// four times the memory of the matrix. Leaves `id`, `computed_ns` and `systematicErrors` to the caller. Fails if the
+/// matrix is not finite or all zero.
 tl::expected<Inverse, Error> computeInverse(const Eigen::MatrixXd& influence, const MotionPrior& motion,
                                             const SolveOptions& options,
                                             const sensor::elastic::Progress& progress = {});

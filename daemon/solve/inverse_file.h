@@ -1,5 +1,4 @@
-// An inverse, or the factors of the model of contacts, as a file. In the machine's byte order, since the state stays on
-// its machine.
+// Reads and writes an inverse, or the factors of the model of contacts, as a file in the byte order of this machine.
 #pragma once
 
 #include "daemon/solve/factors.h"
@@ -13,11 +12,11 @@ namespace tractiond::solve {
 tl::expected<Inverse, std::string> loadInverse(const std::filesystem::path& path, const Id& id, int coordinateCount,
                                                int forceCount);
 
-/// Loads the factors of `atoms`; otherwise the same.
+/// Loads the factors of `atoms`. Fails in the same cases.
 tl::expected<Factors, std::string> loadFactors(const std::filesystem::path& path, const Id& id, int coordinateCount,
                                                const Atoms& atoms);
 
-/// Saves all or nothing: the file appears when it is whole and on the disk. Fails with the reason.
+// Write the file. It appears under its name when it is whole and on the disk. Fail with the reason.
 tl::expected<void, std::string> saveInverse(const std::filesystem::path& path, const Inverse& inverse);
 tl::expected<void, std::string> saveFactors(const std::filesystem::path& path, const Factors& factors);
 

@@ -1,4 +1,5 @@
-// The loops in which a frame's solving spends its time. All stream matrices row by row, in memory order.
+// Linear algebra of the solvers: the loops that take most of the time of a frame. All of them read matrices row by row,
+// in memory order. "On a line's boundary" means that an address is a multiple of 64 bytes, the size of a cache line.
 #pragma once
 
 #include <cstddef>
@@ -9,14 +10,15 @@
 
 namespace tractiond::solve {
 
-/// Floats a cache line holds: rows are padded with zeros to a multiple of it.
+/// Number of floats in a cache line. Rows are padded with zeros to a multiple of it.
 inline constexpr int kLineFloats = 16;
 
+/// Returns the padded number of columns.
 inline int padded(int columns) {
   return (columns + kLineFloats - 1) / kLineFloats * kLineFloats;
 }
 
-/// Memory for numbers that are streamed: on a cache line's boundary, zero at first.
+/// An array on a line's boundary, filled with zeros at first.
 template <typename Number>
 class LineArray {
  public:
@@ -53,7 +55,7 @@ class RowMatrix {
   LineArray<float> data_;
 };
 
-/// Rounds a matrix of doubles that has rows(), cols() and (row, column), as Eigen's have.
+/// Returns a matrix of doubles, such as Eigen's (rows(), cols(), (row, column)), rounded to floats.
 template <typename Source>
 RowMatrix toRows(const Source& source) {
   RowMatrix rows(static_cast<int>(source.rows()), static_cast<int>(source.cols()));
@@ -63,17 +65,19 @@ RowMatrix toRows(const Source& source) {
   return rows;
 }
 
-/// The upper left corner of a RowMatrix in half the bytes: integers with a factor for each row, off by at most 1/65534
-/// of the largest number in the row. Padded as that one.
+/// A matrix in half the bytes of a RowMatrix: 16-bit integers, with a factor for each row. The error is at most 1/65534
+/// of the largest number in the row. Rows are padded to the stride of a RowMatrix of as many columns.
 class CoarseMatrix {
  public:
   CoarseMatrix() = default;
+  /// Rounds the upper left corner of a matrix.
   CoarseMatrix(const RowMatrix& matrix, int rows, int columns);
 
   int rows() const { return static_cast<int>(factors_.size()); }
   int columns() const { return columns_; }
   int stride() const { return padded(columns_); }
   const std::int16_t* row(int index) const { return data_.data() + static_cast<std::ptrdiff_t>(index) * stride(); }
+  /// Returns the number by which the integers of a row must be multiplied.
   float factor(int index) const { return factors_[static_cast<std::size_t>(index)]; }
 
  private:
@@ -82,52 +86,56 @@ class CoarseMatrix {
   LineArray<std::int16_t> data_;
 };
 
-/// sum += sum over k of coefficients[k] * matrix.row(rows[k]); `sum` holds matrix.stride() floats on a line's boundary.
+/// Computes sum += sum over k of coefficients[k] * matrix.row(rows[k]). \param sum matrix.stride() elements on a line's
+/// boundary
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum);
-/// The same, coarsely; `sum` on a line's boundary.
+/// Computes the same in single precision. \param sum matrix.stride() elements on a line's boundary
 void addRows(const CoarseMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, float* sum);
 
-/// products[k] = matrix.row(rows[k]) . vector, of matrix.stride() floats on a line's boundary.
+/// Computes products[k] = matrix.row(rows[k]) . vector. \param vector matrix.stride() elements on a line's boundary
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const float* vector, double* products);
 
-/// The same in double precision throughout; `vector` has matrix.stride() elements.
+/// Computes the same in double precision. \param vector matrix.stride() elements
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const double* vector, double* products);
 
-/// Cholesky factor in place of a packed lower triangle, as solveLower() wants it. `scratch` holds kColumns * size
-/// doubles. False: not positive definite.
+// `lower` is the lower triangle of a symmetric matrix A of `size` rows, or its Cholesky factor L, A = L L'. It is
+// packed: row i starts at i (i + 1) / 2. The factor has the reciprocals of its diagonal elements in their place.
+
+/// Replaces A by L. Returns false if A is not positive definite. \param scratch kColumns * size elements
 bool factoriseLower(std::span<double> lower, int size, double* scratch);
 
-/// Columns first .. first + kColumns - 1 of L^-1, where there are so many, row after row as solveLowerColumns() wants
-/// them; the rows before `first` are left alone.
+/// Computes the columns first .. first + kColumns - 1 of L^-1, as far as they exist. Leaves the rows before `first`
+/// unchanged. \param columns size x kColumns, row after row
 void inverseColumns(std::span<const double> lower, int first, int size, double* columns);
 
-/// squares[i] = (i, i) of (L L')^-1; `scratch` as above.
+/// Computes the diagonal of A^-1 = (L L')^-1. \param scratch kColumns * size elements \param squares size elements
 void inverseDiagonal(std::span<const double> lower, int size, double* scratch, double* squares);
 
 inline double square(double x) {
   return x * x;
 }
 
-/// Scalar product.
+/// Returns the scalar product of two vectors of `size` elements.
 double dotProduct(const double* a, const double* b, int size);
 
-/// Solves L y = b in place. L is lower triangular and packed: row i starts at i (i + 1) / 2; its diagonal is stored as
-/// the reciprocal.
+/// Solves L y = b in place. \param vector b, then y; `size` elements
 void solveLower(std::span<const double> lower, int size, double* vector);
 
-/// Solves L Y = B in place for kColumns right-hand sides at once, stored row after row; fastest on a line's boundary.
+/// Number of columns that are processed together.
 inline constexpr int kColumns = 8;
+/// Solves L Y = B in place for kColumns right-hand sides. \param columns B, then Y: size x kColumns, row after row;
+/// fastest on a line's boundary
 void solveLowerColumns(std::span<const double> lower, int size, double* columns);
 
-/// products[stride * k + c] = matrix.row(rows[k]) . column c of kColumns columns of matrix.columns() numbers, stored
-/// so.
+/// Computes products[stride * k + c] = matrix.row(rows[k]) . column c. \param columns matrix.columns() x kColumns, row
+/// after row
 void multiplyRowsByColumns(const RowMatrix& matrix, std::span<const int> rows, const double* columns, double* products,
                            int stride);
 
-/// products = A'B, kColumns x kColumns row after row, of two such.
+/// Computes A'B of two matrices, size x kColumns, row after row. \param products kColumns x kColumns, row after row
 void multiplyColumns(const double* a, const double* b, int size, double* products);
 
-/// Solves L' x = y in place.
+/// Solves L' x = y in place. \param vector y, then x; `size` elements
 void solveLowerTransposed(std::span<const double> lower, int size, double* vector);
 
 }  // namespace tractiond::solve

@@ -1,4 +1,4 @@
-// The one place where a solver is chosen and made.
+// Chooses and makes a solver.
 #pragma once
 
 #include "daemon/solve/field_solver.h"
@@ -10,7 +10,7 @@
 
 namespace tractiond::solve {
 
-/// The hash of everything that the numbers of a solver with these options depend on: the calibration's id.
+/// Returns the id of the calibration: the hash of everything that the numbers of a solver with these options depend on.
 Id calibrationId(const sensor::Sensor& sensor, const SolveOptions& options);
 
 struct MadeSolver {
@@ -18,26 +18,26 @@ struct MadeSolver {
   std::int64_t computed_ns = 0;  ///< CLOCK_REALTIME when the numbers it solves with were computed
 };
 
-/// Makes the solver that SolveOptions::solving names, with what it needs from the state directory or computed. Fails
-/// where that cannot be computed.
+/// Makes the solver that SolveOptions::solving names. Reads its inverse or factors from the state directory, or
+/// computes them in seconds and caches them there. Fails if they cannot be computed. \param remark see inverse_cache.h
 tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const SolveOptions& options,
                                            const std::filesystem::path& stateDirectory,
                                            const sensor::elastic::Progress& progress = {}, const Remark& remark = {});
 
-/// Returns whether a solver with these options can be made for the places of the markers that a zero shows: the
-/// model's, of a block.
+/// Returns whether makeSolverAtRest() is possible: for a block that is solved with Solving::kModel.
 bool followsRest(const sensor::Sensor& sensor, const SolveOptions& options);
 
-/// A solver for the markers of a gel as it was made.
+/// A solver for the places that the markers have in the gel by its rest picture.
 struct SolverAtRest {
   std::unique_ptr<FieldSolver> solver;
   RestPlaces places;
 };
 
-/// Makes the solver for the places that the zero shows, from what makeSolver() has left in the state directory. Takes
-/// some seconds. Must only be called if followsRest(). Fails after the next step when `stopping` returns true; the
-/// longest step, the factors, takes nine tenths of the time. \param place_px, present as in RestPose
-/// \param detectionLimit_N of the solver for the gel file's places; scatter changes it little
+/// Makes the solver for the places of the markers that a zero shows, from the factors that makeSolver() has cached in
+/// the state directory. Takes some seconds. Must only be called if followsRest() is true. Checks `stopping` between its
+/// steps, and fails when it returns true; the longest step takes nine tenths of the time. \param place_px, present as
+/// in RestPose \param detectionLimit_N of the solver for the places of the gel file: it is taken over, as it changes
+/// little
 tl::expected<SolverAtRest, Error>
 makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, const std::filesystem::path& stateDirectory,
                  std::span<const float> place_px, std::span<const std::uint8_t> present,

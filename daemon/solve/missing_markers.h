@@ -1,11 +1,12 @@
-// Takes the coordinates of missing markers out of the equations.
+// Computes the displacements of missing markers that have the same effect as leaving their equations out.
 //
-// Let the missing coordinates have the displacements x that leave them no residual; then the full system's solution is
-// the solution without them. With c = U'd, where d is zero at the missing rows M, and the fit U G U'd:
-//   (I - U_M G U_M') x = U_M G c        a small system, positive definite, and constant while the same markers miss
+// If the missing coordinates have the displacements x for which they have no residual, then the solution of the full
+// system is the solution without them. With c = U'd, where d is zero at the missing rows M, and the fit U G U'd:
+//   (I - U_M G U_M') x = U_M G c        a small positive definite system, constant while the same markers are missing
 //   c <- c + U_M' x
-// Its Cholesky factor grows by two rows for a marker that goes missing. Where one comes back, the factor is cut before
-// that marker and grown again with those behind it, so markers that come and go gather at the cheap end.
+// Its Cholesky factor grows by two rows for each marker that is lost. When a marker is found again, the factor is cut
+// before it and grown again by the markers behind it. Markers that are often lost and found are therefore near the end,
+// where this is cheap.
 #pragma once
 
 #include "daemon/solve/inverse.h"
@@ -20,17 +21,18 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class MissingMarkers {
  public:
+  /// `inverse` must outlive it.
   explicit MissingMarkers(const Inverse& inverse);
 
-  /// Brings the factor up to date with `valid` (M, 0: missing). Returns false where rounding leaves nothing to solve
-  /// with; coordinates() is empty then. Costs nothing when the set is the same; at worst one factorisation, k^3 / 3 for
-  /// k coordinates.
+  /// Updates the factor for the markers that are missing (`valid`: M, 0: missing). Returns false if the system cannot
+  /// be solved because of rounding; coordinates() is then empty. Costs nothing if the set is the same; at worst one
+  /// factorisation, k^3 / 3 operations for k coordinates.
   bool update(std::span<const std::uint8_t> valid);
 
-  /// The missing coordinates (rows of U); their order is that of solve().
+  /// Returns the missing coordinates (rows of U) in the order of solve().
   std::span<const int> coordinates() const { return {coordinates_.data(), coordinates_.size()}; }
 
-  /// Solves for x in place.
+  /// Solves the system in place: U_M G c is replaced by x, one element for each of coordinates().
   void solve(double* rightHandSide) const;
 
  private:

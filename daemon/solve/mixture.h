@@ -1,4 +1,5 @@
-// The mean of several posteriors by their evidence, and its covariance: that within them and that between them.
+// Averages several posteriors, weighted by their evidence. The covariance of the mean has two parts: that within the
+// posteriors, and that between them.
 #pragma once
 
 #include "daemon/solve/posterior.h"
@@ -10,30 +11,34 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class Mixture {
  public:
-  /// For `most` posteriors. `atoms` must outlive it.
+  /// Makes room for `most` posteriors. `atoms` must outlive it.
   Mixture(const Atoms& atoms, int most);
 
-  /// Forgets all posteriors: everything is 0.
+  /// Removes all posteriors; all results are 0 afterwards.
   void clear();
 
-  /// Adds a posterior, which must last, and returns its forces of the points (3P), to be filled. `worth`: log evidence.
+  /// Adds a posterior, which must last. Returns the array of its points' forces (3P [N]), which the caller must fill.
+  /// \param worth log evidence \param wrench of the posterior [N, N m]
   std::span<double> add(Posterior& posterior, double worth, const std::array<double, 6>& wrench);
 
-  /// Computes the shares and the mean forces. To be called when all are there.
+  /// Computes share(), in proportion to exp(worth) and with the sum 1, and pointForces_N(). Must be called after the
+  /// last add() and before the functions below.
   void weigh();
 
-  int count() const { return count_; }
+  int count() const { return count_; }  ///< Returns the number of posteriors.
+  /// Returns the share of the i-th posterior, 0 to 1.
   double share(int i) const { return parts_[static_cast<std::size_t>(i)].share; }
-  std::span<const double> pointForces_N() const { return mean_; }
-  std::array<double, 6> wrench() const;
-  std::array<double, kMotions> motion() const;
-  double squaredResidual_px2() const;
+  std::span<const double> pointForces_N() const { return mean_; }  ///< Returns the mean forces of the points, 3P.
+  std::array<double, 6> wrench() const;         ///< Returns the mean force and moment about the origin [N, N m].
+  std::array<double, kMotions> motion() const;  ///< Returns the mean motion, in deviations of its prior.
+  double squaredResidual_px2() const;           ///< Returns the mean of the squared residuals.
+  /// Computes the covariance of wrench(), row after row [N^2, N^2 m, N^2 m^2].
   void wrenchCovariance(std::array<double, 36>& covariance);
 
-  /// Standard deviations of the forces of all nodes (3N), as Posterior::nodeDeviations_N().
+  /// Computes the standard deviations of the forces of all nodes (3N), as Posterior::nodeDeviations_N().
   void nodeDeviations_N(std::span<double> deviations);
 
-  /// Covariance of `count` functionals of the points' forces, as Posterior::covariance().
+  /// Computes the covariance of `count` functionals of the points' forces, as Posterior::covariance().
   void covariance(std::span<const double> weights, int count, std::span<double> covariance);
 
  private:
@@ -52,7 +57,7 @@ class Mixture {
   const Atoms& atoms_;
   std::vector<Part> parts_;
   int count_ = 0;
-  std::vector<double> mean_, away_;           // 3P: mean force, how a part's differs
+  std::vector<double> mean_, away_;           // 3P: mean force; difference of a part's force from it
   std::vector<double> deviation_, nodeAway_;  // 3N: of a part
 };
 

@@ -1,8 +1,8 @@
-// One statistical model of all contacts (docs/decisions/0020-one-inverse.md): the forces of atoms of several sizes,
-// each f_a ~ N(0, gamma_a Omega_a), whose priors follow the picture in a fixed number of rounds (Tipping 2001; MacKay;
-// Fang et al. 2015). From nothing but the frame; nothing is kept from one frame to the next.
+// Estimates forces by one statistical model of all contacts (docs/decisions/0020-one-inverse.md). Atoms of several
+// sizes have forces f_a ~ N(0, gamma_a Omega_a), whose priors are fitted to the picture in a fixed number of rounds
+// (Tipping 2001; MacKay; Fang et al. 2015). Each frame is solved on its own: nothing is kept for the next one.
 //
-// Not the daemon's unless SolveOptions::solving says so.
+// The daemon uses it only if SolveOptions::solving is kModel.
 #pragma once
 
 #include "daemon/solve/amplitudes.h"
@@ -18,10 +18,10 @@
 
 namespace tractiond::solve {
 
-/// Forces are those of the object on the gel, gel frame.
+/// Result of Model::solve(). Forces are those of the object on the gel, in the gel frame.
 struct Estimate {
   enum class Outcome {
-    kNothing,  ///< no force is evident; all numbers are 0 but the motion and what it leaves
+    kNothing,  ///< no force is evident; all numbers but motion and residual are 0
     kFound,
     kFailed,  ///< not finite, or the equations could not be solved; forces, wrench and residual are 0
   };
@@ -30,11 +30,11 @@ struct Estimate {
   std::array<double, 6> wrench{};         ///< force and moment about the origin [N, N m]
   std::array<double, 36> covariance{};    ///< of the wrench by noise and prior, row after row
   std::array<double, kMotions> motion{};  ///< of the picture, in deviations of its prior
-  double squaredResidual_px2 = 0.0;       ///< of the coordinates that are there
-  double degrees = 0.0;                   ///< of freedom that the forces took
-  int atoms = 0;                          ///< that have a force in the field alone
-  int rounds = 0;                         ///< that were done for it
-  int patchCount = 0;       ///< of the patches that were compared with the field without them; 0: none were
+  double squaredResidual_px2 = 0.0;       ///< sum over the coordinates that are not missing
+  double degrees = 0.0;                   ///< degrees of freedom that the forces use
+  int atoms = 0;                          ///< number of atoms with a force in the field without patches
+  int rounds = 0;                         ///< number of rounds that were needed for it
+  int patchCount = 0;                     ///< number of `patches`; 0: no patches were compared with the field alone
   double evenShare = 0.0;   ///< probability that one contact presses evenly
   double patchShare = 0.0;  ///< probability that there are patches rather than the field without them
   std::array<FoundPatch, RoundPatches::kMost> patches{};
@@ -43,29 +43,31 @@ struct Estimate {
 /// Thread-bound. Allocates only when made.
 class Model {
  public:
-  /// Of the field alone, without patches. All must outlive it.
+  /// Makes a model without patches and even contacts. `factors` and `atoms` must outlive it.
   Model(const Factors& factors, const Atoms& atoms, const ModelOptions& options = {});
 
-  /// With patches, where the sensor allows them. `sensor` is read here alone; the others must outlive it.
+  /// Makes a model with patches and even contacts, if PatchInfluence::possible(). `factors` and `atoms` must outlive
+  /// it; `sensor` is used by the constructor only.
   Model(const sensor::Sensor& sensor, const Factors& factors, const Atoms& atoms, const ModelOptions& options = {});
   Model(const Model&) = delete;  // its parts refer to each other
 
-  /// `displacement_px`: 2M, 0 where missing; `missing`: those coordinates, rising, pairs of whole markers; `noise_px`:
-  /// of this frame. `estimate.force_N` must have 3P elements.
+  /// Estimates the forces. `estimate.force_N` must have 3P elements. \param displacement_px 2M, 0 where missing
+  /// \param missing coordinates without a displacement, ascending, both of each marker \param noise_px standard
+  /// deviation of a coordinate in this frame
   void solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
              Estimate& estimate) noexcept;
 
-  // Of what solve() found last; all 0 unless its outcome was kFound.
+  // Results for the last solve(); all 0 unless its outcome was kFound.
 
-  /// Standard deviations of the forces of all nodes (3N), of noise and prior: sums of the points that are published
-  /// there (Atoms::nodeOf).
+  /// Computes the standard deviations of the forces of all nodes (3N [N]) by noise and prior. The force of a node is
+  /// the sum of the points that are published there (Atoms::nodeOf).
   void nodeDeviations_N(std::span<double> deviations) noexcept;
 
   /// Computes the shares of the points (P) in the force of a patch of the estimate; its place is their centroid.
   void shares(const RoundPatch& patch, std::span<double> shares) noexcept;
 
-  /// Covariance of `count` functionals of the points' forces, row after row. `weights`: 3P x count, row after row; at
-  /// most kColumns functionals.
+  /// Computes the covariance of `count` linear functionals of the points' forces, count x count, row after row.
+  /// \param weights 3P x count, row after row \param count at most kColumns
   void covariance(std::span<const double> weights, int count, std::span<double> covariance) noexcept;
 
  private:
@@ -111,9 +113,9 @@ class Model {
   // Of one frame.
   LineArray<double> displacement_;
   AtomMoments moments_, rest_;             // of all atoms: of the last round; of the residual
-  std::vector<double> first_;              // A: what the last look at the modes knew
+  std::vector<double> first_;              // A: AtomMoments::known of the last look() at the modes
   Chosen chosen_, smooth_;                 // smooth_: before roughness
-  double degrees_ = 0.0;                   // of freedom that the forces took
+  double degrees_ = 0.0;                   // degrees of freedom that the forces use
   std::vector<double> noise_;              // of the chosen atoms
   std::vector<double> pointForce_, left_;  // 3P; r
 };

@@ -1,9 +1,9 @@
 // Lists the contacts of an estimate of the statistical model (docs/decisions/0020-one-inverse.md).
 //
-// Where patches are likelier than the field alone, each is a contact, or those that are parts of one are. What is found
-// besides belongs to the contact that it lies at; if it is away from all, its hills are contacts of their own. Else the
-// contacts are the hills of the points' forces. All contacts, those that are too uncertain to be listed among them, add
-// up to the resultant.
+// If patches are likelier than the field alone, each patch, or each group of patches that are parts of one contact, is
+// a contact. Other forces nearby are added to it; the hills of forces away from all patches are further contacts.
+// Without patches the contacts are the hills of the points' forces. The sum of all contacts is the resultant, if those
+// that are too uncertain to be listed are included.
 #pragma once
 
 #include "daemon/solve/hills.h"
@@ -14,11 +14,11 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class ModelContacts {
  public:
-  /// `sensor` is read here alone; the others must outlive it.
+  /// `model` and `atoms` must outlive it; `sensor` is used by the constructor only.
   ModelContacts(Model& model, const Atoms& atoms, const sensor::Sensor& sensor);
 
-  /// Lists the contacts of what the model solved last, strongest first. `least_N`: less than that is not a contact of
-  /// its own beside patches. Returns their number.
+  /// Lists the contacts of the model's last estimate, strongest first. Returns their number. \param least_N beside
+  /// patches, least force of a contact without a patch
   int list(const Estimate& estimate, double least_N, std::array<Contact, kMaxContacts>& contacts);
 
  private:

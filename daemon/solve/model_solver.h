@@ -1,6 +1,6 @@
-// Fills a field by the one statistical model of all contacts (docs/decisions/0020-one-inverse.md).
+// Computes a field by one statistical model of all contacts (docs/decisions/0020-one-inverse.md).
 //
-// Not the daemon's unless SolveOptions::solving says so.
+// The daemon uses it only if SolveOptions::solving is kModel.
 #pragma once
 
 #include "daemon/solve/field_rules.h"
@@ -9,19 +9,20 @@
 
 namespace tractiond::solve {
 
-/// Thread-bound, but for the counters.
+/// Thread-bound, except for the counters.
 class ModelSolver : public FieldSolver {
  public:
-  /// `factors` and `atoms` must outlive the solver; `sensor` is the one they were computed for. Takes up to a second,
-  /// most of it for the detection limit if that is not given.
+  /// `factors` and `atoms` must outlive the solver. \param sensor that they were computed for
+  /// \param detectionLimit_N result of detectionLimit_N(); without it the constructor computes it, in up to a second
   ModelSolver(const Factors& factors, const Atoms& atoms, const sensor::Sensor& sensor,
               const SolveOptions& options = {}, const std::optional<std::array<double, 2>>& detectionLimit_N = {});
 
-  /// As FieldSolver says. What acts on points beyond the nodes is published at the nearest node; resultant and moment
-  /// are those of the points. Field::strength is 0: the prior has no single one.
+  /// Implements FieldSolver::solve. Publishes forces on points beyond the nodes at the nearest node; computes resultant
+  /// and moment from the points. Sets Field::strength to 0, as the prior has no single one.
   void solve(const MarkerField& markers, TractionField& field) noexcept override;
 
-  /// Median over nine nodes, each with noise of its own, of the force from which on the model finds something.
+  /// Returns the force from which on the model finds a contact: the median over nine nodes, each with its own noise;
+  /// along the surface, and into it [N].
   std::array<double, 2> detectionLimit_N() const override { return detectionLimit_N_; }
 
  private:
@@ -40,7 +41,7 @@ class ModelSolver : public FieldSolver {
   Model model_;
   ModelContacts contacts_;
   std::array<double, 2> detectionLimit_N_{};
-  WrenchCovariance unseen_{};  ///< of what may act where nothing is found
+  WrenchCovariance unseen_{};  ///< of forces that may act although none is found
   // Of one frame.
   UsedMarkers used_;
   std::vector<float> picture_;  ///< 2M [px]

@@ -1,17 +1,16 @@
-// The weight of displacements where the whole picture may move: W = (1 + P Q P' / n^2)^-1.
+// Computes the weight of displacements where the whole picture may move: W = (1 + P Q P' / n^2)^-1.
 #pragma once
 
 #include <Eigen/Core>
 
 namespace tractiond::solve {
 
-/// Shift of the picture along u and v, its scale and its roll.
+/// Number of motions: shift of the picture along u and v, its scale and its roll.
 inline constexpr int kMotions = 4;
 
-/// P and the diagonal of Q.
 struct MotionPrior {
-  Eigen::MatrixXd modes;      ///< 2M x 4
-  Eigen::Vector4d variances;  ///< 0: that motion does not happen
+  Eigen::MatrixXd modes;      ///< P, 2M x 4: displacements by a unit of each motion [px/px, px/px, px, px/rad]
+  Eigen::Vector4d variances;  ///< diagonal of Q [px^2, px^2, 1, rad^2]; 0: that motion does not happen
 };
 
 /// Immutable once made; any thread may read it.
@@ -20,12 +19,12 @@ class MotionWeight {
   /// \param noise_px n, the standard deviation of a coordinate
   MotionWeight(const MotionPrior& motion, double noise_px);
 
-  /// matrix = W^1/2 matrix, of 2M rows.
+  /// Multiplies W^1/2 by a matrix of 2M rows, in place.
   void apply(Eigen::MatrixXd& matrix) const;
 
-  /// R, 2M x 4: the left singular vectors of P Q^1/2 / n; a motion that does not happen has a zero column.
+  /// Returns R, 2M x 4: the left singular vectors of P Q^1/2 / n. A motion that does not happen makes a zero column.
   const Eigen::MatrixXd& axes() const { return axes_; }
-  /// D: W = 1 - R D R'.
+  /// Returns the diagonal of D in W = 1 - R D R'.
   Eigen::Vector4d gain() const { return squares_.array() / (1.0 + squares_.array()); }
 
  private:

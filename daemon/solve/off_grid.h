@@ -1,7 +1,8 @@
-// What a patch does otherwise than the shares of nodes that stand for it.
+// Computes the difference between the displacements by a round patch and by the forces on nodes that represent it.
 //
-// Nodes are two pitches above the nearest markers: interpolated between them, a patch is right to 1 % there. Among the
-// markers that is little, but where they see a contact from one side only, a fit makes ten times as much of it.
+// Nodes are two pitches above the nearest markers. A patch that is interpolated between them has an error of 1 % there.
+// That is small for a contact amid the markers, but the error of a fit is ten times as large at the rim, where markers
+// lie on one side of the contact only.
 #pragma once
 
 #include "daemon/solve/patch.h"
@@ -12,21 +13,22 @@
 
 namespace tractiond::solve {
 
-/// Of a block with a flat face: a half-space has the same difference, whose field ends within a few pitches.
-/// Thread-bound. Allocates only when made.
+/// Computes the difference by the equations of a half-space; that of a block is the same, as it vanishes within a few
+/// pitches. Thread-bound. Allocates only when made.
 class OffGrid {
  public:
+  /// \param sensor a block
   explicit OffGrid(const sensor::Sensor& sensor);
 
-  /// Where a patch and its stencil differ.
   struct Difference {
     std::vector<int> coordinates;  ///< of markers near the patch that are not missing
-    /// Of each coordinate, for each component of the force, what 1 N of the patch does more [px/N], and its derivatives
-    /// by column, row and spread: kinds[12 coordinate + 4 component + kind].
+    /// For each of `coordinates` and each component of the force: displacement by the patch less that by its Stencil
+    /// [px/N] (kind 0), and its derivatives by column, row and spread (1 to 3): kinds[12 coordinate + 4 component +
+    /// kind].
     std::vector<double> kinds;
   };
 
-  /// It lasts until the next call.
+  /// Returns the difference for a patch; its force is not used. Valid until the next call. \param missing coordinates
   const Difference& of(const Patch& patch, std::span<const int> missing);
 
  private:

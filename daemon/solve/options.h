@@ -1,4 +1,4 @@
-// What can be chosen about solving; fixed for the life of a solver.
+// Options of the solvers; fixed for the life of a solver.
 #pragma once
 
 #include "sensor/elastic/influence.h"
@@ -8,8 +8,8 @@
 namespace tractiond::solve {
 
 enum class Solving : std::uint8_t {
-  kContactStep,  ///< for the nodes that carry something, and by the whole face where these do not do
-  kModel,        ///< by one statistical model of all contacts: experimental, and slower
+  kContactStep,  ///< solves for the nodes that carry a load; for all nodes if the contact is too large for that
+  kModel,        ///< solves by one statistical model of all contacts; experimental and slower
 };
 
 struct SolveOptions {
@@ -31,15 +31,16 @@ struct SolveOptions {
   /// Standard deviation of a marker's centre in one frame [px], as calibrated; the frame's own scales the uncertainty.
   double noise_px = 0.018;
 
-  /// Solve for the nodes alone that carry something, as far as the contact is small enough.
+  /// false: never uses the contact step, but solves for all nodes.
   bool contactAware = true;
 
-  /// Force of a node that the search for contacts takes as usual [N]: small finds weak touches, large finds edges. At
-  /// these, a press of 5 gf is found with twice the margin, and a contact's support is 20 to 60 nodes.
+  /// Typical force of a node in the two maps of the search for contacts [N]: a small one finds weak touches, a large
+  /// one finds edges. With these values a press of 5 gf is twice as strong as needed, and a contact covers 20 to 60
+  /// nodes.
   double touchForce_N = 1e-3;
   double shapeForce_N = 9e-3;
 
-  /// Force of a node that the contact step takes as usual at least [N]; it follows stronger contacts.
+  /// Least expected force of a node in the contact step [N]; stronger contacts increase it.
   double forceScale_N = 10e-3;
 
   /// Share of the markers that may be missing; beyond, the field is not valid. Isolated gaps of the zero are not among

@@ -1,4 +1,4 @@
-// A round contact as forces on nodes.
+// Represents a round contact by forces on nodes.
 #pragma once
 
 #include <array>
@@ -12,15 +12,16 @@ struct Patch {
   std::array<double, 3> force_N{};
 };
 
-/// Shares of the 4 x 4 nodes around a place that do what a patch does: its moments up to the third. Of each node, the
-/// share and its derivatives by column, row and spread.
+/// Shares of the 4 x 4 nodes around a patch in its force, with which the moments of the patch are right up to the
+/// third.
 struct Stencil {
   static constexpr int kNodes = 16;
   Stencil() = default;
+  /// Computes the shares on a grid of nodes of this size.
   Stencil(const Patch& patch, int columns, int rows);
 
-  std::array<int, kNodes> node{};
-  std::array<std::array<double, 4>, kNodes> share{};
+  std::array<int, kNodes> node{};                     ///< indices of the nodes
+  std::array<std::array<double, 4>, kNodes> share{};  ///< of each: share, its derivatives by column, row and spread
 };
 
 }  // namespace tractiond::solve

@@ -1,10 +1,10 @@
-// Round patches fitted to the displacements themselves.
+// Fits round patches to the displacements themselves.
 //
-// The contact step's penalty blurs what it shows over some three nodes; the displacements tell much more, if it is
-// known that there are a few small contacts. A patch is its place, the spread of its pressure and its force; with the
-// picture's motion m,
-//   minimise |d - sum over the patches of U(place, spread) force - P m|^2 + n^2 m' Q^-1 m + spread's prior
-// over the valid rows, U being the influence of a round patch.
+// The penalty of the contact step blurs its forces over some three nodes. The displacements determine a few small
+// contacts much more sharply. A patch has a place, a spread of its pressure and a force; with the motion m of the
+// picture, the fit minimises
+//   |d - sum over the patches of U(place, spread) force - P m|^2 + n^2 m' Q^-1 m + prior of the spreads
+// over the coordinates that are not missing. U is the influence of a round patch.
 #pragma once
 
 #include "daemon/solve/contact_step.h"
@@ -20,12 +20,12 @@
 
 namespace tractiond::solve {
 
-/// What one frame shows.
+/// The displacements of one frame. Borrowed.
 struct Picture {
-  const double* displacement_px;  ///< stride of the influence matrix, 0 where missing
-  std::span<const int> missing;   ///< those coordinates
-  double squares_px2;             ///< of the displacements, their sum
-  double noise_px;
+  const double* displacement_px;  ///< 2M, padded to the stride of the influence matrix; 0 where missing
+  std::span<const int> missing;   ///< coordinates without a displacement
+  double squares_px2;             ///< sum of the squared displacements
+  double noise_px;                ///< n, the standard deviation of a coordinate
 };
 
 /// Thread-bound. Allocates only when made.
@@ -33,29 +33,32 @@ class PatchFit {
  public:
   static constexpr int kMostPatches = 4;
 
-  /// What is thought of a spread before, and its deviation [pitches^2]. A ball's contact of radius a has a^2 / 5.
+  /// Prior mean and standard deviation of a spread [pitches^2]. The contact of a ball, of radius a, has a^2 / 5.
   static constexpr double kSpread = 0.1, kSpreadDeviation = 0.25;
 
+  /// `inverse` must outlive it.
   PatchFit(const Inverse& inverse, const sensor::NodeGrid& nodes);
 
-  /// The frame that is fitted from now on; `step` has solved it.
+  /// Sets the frame for the following calls. `step` must have solved the same picture; both must last.
   void begin(const ContactStep& step, const Picture& picture);
 
-  /// Improves the patches by Gauss-Newton steps from where they are; forces are found, not wanted. False: what is left
-  /// is not below `most`.
+  /// Improves places and spreads of the patches, at most kMostPatches, by Gauss-Newton steps from their present values;
+  /// computes their forces, whose present values are ignored. Returns false if the equations cannot be solved or
+  /// chiSquared() does not fall below `most`.
   bool fit(std::span<Patch> patches, double most);
 
-  /// The same for one patch that is more than its nodes.
+  /// Fits a single patch in the same way, with the influence corrected by `offGrid` for what its nodes do otherwise.
   bool fit(Patch& patch, double most, OffGrid& offGrid);
 
-  /// Whether less than `most` is left if patch `first` and the next one are the ends of one straight contact, on which
-  /// force and spread change linearly from one end to the other; its force is the sum of theirs.
+  /// Returns whether chiSquared() falls below `most` if the patches `first` and `first` + 1 are the ends of one
+  /// straight contact, along which force and spread change linearly; its force is the sum of theirs. Changes the
+  /// patches.
   bool fitsBar(std::span<Patch> patches, int first, double most);
 
-  /// What the last fit() left, in squared deviations of the noise, priors included.
+  /// Returns the minimum of the last fit() or fitsBar() in units of n^2: residual and priors.
   double chiSquared() const { return chiSquared_; }
 
-  /// Covariance of a patch's force [N], column, row and spread [pitches, pitches^2], of the last fit().
+  /// Returns the covariance of a patch's force [N], column, row [pitches] and spread [pitches^2], by the last fit().
   Eigen::Matrix<double, 6, 6> covariance(int patch) const;
 
  private:
@@ -90,12 +93,11 @@ class PatchFit {
   const ContactStep* step_ = nullptr;
   OffGrid* offGrid_ = nullptr;  ///< of a fit()
   Picture picture_{};
-  std::vector<double> products_;       ///< H'd, as far as this frame has asked for it
-  std::vector<std::uint8_t> asked_;    ///< whether it has, for each node
-  std::vector<double> missing_;        ///< of each spot, missing coordinate, component and kind: what it does there
-  std::vector<double> motionMissing_;  ///< of each missing coordinate: what the motions do there
-  /// Where a patch is more than its nodes, of each coordinate: what the nodes do (then scratch), the patch, the
-  /// motions.
+  std::vector<double> products_;       ///< H'd, for the nodes for which this frame has needed it
+  std::vector<std::uint8_t> asked_;    ///< of each node: 1 if its products_ are computed
+  std::vector<double> missing_;        ///< influence of each spot, missing coordinate, component and kind
+  std::vector<double> motionMissing_;  ///< influence of the motions on each missing coordinate
+  /// Of each coordinate at which OffGrid corrects: influence of the nodes (then scratch), of the patch, of the motions.
   std::vector<double> near_, sum_, motionNear_;
   Eigen::Matrix<double, kMotions, kMotions> motionGram_;
   Eigen::Matrix<double, kMotions, 1> motionRight_;

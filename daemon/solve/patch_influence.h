@@ -1,8 +1,9 @@
-// Displacements that a round contact of any place and size causes (docs/decisions/0020-one-inverse.md).
+// Computes the displacements by a round contact of any place and size (docs/decisions/0020-one-inverse.md).
 //
-// A half-space's displacements are exact, at the centre of the patch and on a ring around it, whose shares give the
-// moments of a ball's pressure up to the fifth; a second ring carries the torsion. What the block adds to the
-// half-space is smooth: it is interpolated by cubics between the points of the atoms' grid.
+// The contact is replaced by point forces at its centre and on a ring around it, whose shares reproduce the moments of
+// the pressure of a ball up to the fifth; a second ring carries the torsion. Their displacements in a half-space are
+// exact. The difference between block and half-space is smooth: it is interpolated by cubics between the points of the
+// atoms' grid.
 #pragma once
 
 #include "daemon/solve/factors.h"
@@ -18,26 +19,27 @@ struct PatchPlace {
   double spread_m2 = 0.0;  ///< variance of the pressure's places along any direction; a ball's radius^2 / 5
 };
 
-/// Force [N] and torsion about the patch's own centre [N m].
+/// Force x, y, z [N] and torsion about the centre of the patch [N m].
 using PatchLoad = Eigen::Vector4d;
-inline constexpr int kPatchLoads = 4, kPatchPlaces = 3;
+inline constexpr int kPatchLoads = 4, kPatchPlaces = 3;  ///< numbers of a PatchLoad, of a PatchPlace
 
 /// Thread-bound. Allocates only when made.
 class PatchInfluence {
  public:
-  /// Returns whether the sensor has a half-space and enough points: a block, no body from a file.
+  /// Returns whether the atoms are those of a block with enough points; a body from a file has no half-space.
   static bool possible(const Atoms& atoms);
 
-  /// `sensor` is read here alone; the others must outlive it.
+  /// `atoms` and `factors` must outlive it; `sensor` is used by the constructor only.
   PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& factors);
 
-  /// Number of elements of a column: 2M, padded.
+  /// Returns the number of elements of a column: 2M, padded.
   int stride() const { return factors_.influence.stride(); }
 
-  /// Computes the displacements [px/N, px/(N m)] by each component of a load, kPatchLoads columns of stride().
+  /// Computes the displacements by a unit of each component of a load [px/N, px/(N m)]: kPatchLoads columns of stride()
+  /// elements, column after column.
   void columns(const PatchPlace& place, double* columns);
 
-  /// Computes the displacements by a load [px], one column.
+  /// Computes the displacements by a load [px]: one column of stride() elements.
   void displacement(const PatchPlace& place, const PatchLoad& load, double* column);
 
  private:

@@ -5,7 +5,7 @@
 //   Sigma = n^2 A^-1                            covariance of x
 //   known_a = 3 - tr Sigma_aa / gamma_a         degrees of freedom
 //   noise_a = n^2 tr [A^-1 - n^2 A^-1 C^-1 A^-1]_aa    variance of f by the picture's noise
-//   log evidence = -1/2 (|d - B x|^2 / n^2 + x' C^-1 x + log det(A C / n^2))    but for what is the same with any prior
+//   log evidence = -1/2 (|d - B x|^2 / n^2 + x' C^-1 x + log det(A C / n^2))    without terms that no prior changes
 #pragma once
 
 #include "daemon/solve/extra_unknowns.h"
@@ -17,51 +17,56 @@
 
 namespace tractiond::solve {
 
-/// The log evidence of a prior that was fitted to the picture is less by so much for each degree of freedom.
+/// Correction of the log evidence of a prior that was fitted to the picture, for each degree of freedom.
 inline constexpr double kOptimism = 1.0;
 
 /// Thread-bound. Allocates only when made.
 class Posterior {
  public:
-  /// Both must outlive it. `most`: atoms that fit() takes; `mostExtra`: extra unknowns.
+  /// `factors` and `atoms` must outlive it. \param most atoms that fit() takes \param mostExtra extra unknowns
   Posterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra = 0);
 
-  /// `products` are those of a picture with the same missing coordinates, and without `extra` of this one. `chosen` and
-  /// `extra`, whose products with this picture must have been computed, must live until the next fit(). False: the
-  /// equations could not be solved.
+  /// Computes the posterior. Returns false if the equations could not be solved. `chosen` and `extra` must live until
+  /// the next fit(). \param products of a picture with the same missing coordinates; without `extra`, of this picture
+  /// \param extra after ExtraUnknowns::multiply() with this picture; null: none
   bool fit(const Displacements& picture, AtomProducts& products, const Chosen& chosen, ExtraUnknowns* extra = nullptr);
 
-  // What fit() found, of the chosen atoms in their order.
+  // Results of the last fit().
+
+  /// Returns the forces of the chosen atoms, in their order.
   std::span<const double> forces_N() const { return {x_.data(), 3 * chosen_->atoms.size()}; }
-  /// Puts them in their places among all (3A); the others have none.
+  /// Computes the forces of all atoms (3A): 0 for those that were not chosen.
   void allForces_N(std::span<double> forces) const;
+  /// Returns known_a of the chosen atoms.
   std::span<const double> known();
+  /// Returns the values of the extra unknowns.
   std::span<const double> extra() const { return {x_.data() + 3 * chosen_->atoms.size(), extraCount()}; }
   double logEvidence() const { return logEvidence_; }
-  double squaredResidual_px2() const { return squaredResidual_; }
-  const std::array<double, kMotions>& motion() const { return motion_; }  ///< in its prior's deviations
+  double squaredResidual_px2() const { return squaredResidual_; }         ///< |d - B x|^2
+  const std::array<double, kMotions>& motion() const { return motion_; }  ///< in deviations of its prior
 
-  /// Noise of the chosen atoms; takes as long as fit().
+  /// Computes noise_a of the chosen atoms; takes as long as fit().
   void noise_N2(std::span<double> noise);
 
-  /// Puts what was found of the chosen atoms, and `noise`, in its place among all. Returns the degrees of freedom.
+  /// Copies the results of the chosen atoms, and `noise` (noise_N2()), into the moments of all atoms. Returns the
+  /// degrees of freedom, the sum of known_a.
   double keep(std::span<const double> noise, AtomMoments& moments);
 
-  /// Covariance of the wrench about the origin, row after row [N^2, N^2 m, N^2 m^2].
+  /// Computes the covariance of wrench(), row after row [N^2, N^2 m, N^2 m^2].
   void wrenchCovariance(std::array<double, 36>& covariance);
 
-  /// Covariance of the extra unknowns, row after row.
+  /// Computes the covariance of the extra unknowns, row after row.
   void extraCovariance(std::span<double> covariance);
 
-  /// Standard deviations of the forces of all nodes (3N), each the sum of the points that are published there; takes as
-  /// long as fit(). What no unknown covers has none.
+  /// Computes the standard deviations of the forces of all nodes (3N [N]); each force is the sum of the points that are
+  /// published there. Takes as long as fit(). A node on which no unknown acts has the deviation 0.
   void nodeDeviations_N(std::span<double> deviations);
 
-  /// Computes the covariance of `count` functionals of the points' forces, row after row. `weights`: 3P x count, row
-  /// after row; at most kColumns functionals.
+  /// Computes the covariance of `count` linear functionals of the points' forces, count x count, row after row.
+  /// \param weights 3P x count, row after row \param count at most kColumns
   void covariance(std::span<const double> weights, int count, std::span<double> covariance);
 
-  /// Force and moment about the origin [N, N m].
+  /// Returns force and moment about the origin [N, N m].
   std::array<double, 6> wrench() const;
 
  private:
@@ -92,7 +97,7 @@ class Posterior {
   const Chosen* chosen_ = nullptr;
   ExtraUnknowns* extra_ = nullptr;
   double noise_px_ = 0.0, squaredResidual_ = 0.0, logEvidence_ = 0.0;
-  bool diagonalInverted_ = false;       // what lies beside the diagonal of A^-1 was computed
+  bool diagonalInverted_ = false;       // the panels of A^-1 on its diagonal are computed
   std::vector<Block> tightness_;        // C^-1 of each atom
   std::vector<int> index_;              // of each atom in the products
   double logPrior_ = 0.0;               // log det C

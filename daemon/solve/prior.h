@@ -9,8 +9,8 @@
 
 namespace tractiond::solve {
 
-/// Returns the directions of an atom's force, a covariance of trace 3: those of `along`, and a share `turning` that is
-/// isotropic.
+/// Returns Omega, the covariance of an atom's force with the trace 3: `along`, scaled, with the weight 1 - `turning`,
+/// and the identity with the weight `turning`.
 inline Block directions(const Block& along, double turning) {
   const Block isotropic = Block::Identity();
   return (1.0 - turning) * 3.0 / along.trace() * along + turning * isotropic;
@@ -19,21 +19,22 @@ inline Block directions(const Block& along, double turning) {
 /// Thread-bound. Allocates only when made.
 class Prior {
  public:
+  /// Copies what it needs of `atoms`.
   Prior(const Atoms& atoms, const ModelOptions& options);
 
-  /// Finds what is evident, e_a = max(0, |mean_a|^2 - z^2 noise_a / 3), for direct(). Returns whether anything is.
+  /// Computes e_a = max(0, |mean_a|^2 - z^2 noise_a / 3) of all atoms, for direct(). Returns whether any is above 0.
   bool see(const AtomMoments& moments);
 
-  /// The same, and takes gamma_a = sum_b k_ab e_b / sum_b k_ab known_b, with
+  /// Does what see() does; also computes gamma_a = sum_b k_ab e_b / sum_b k_ab known_b, with
   /// k = exp(-r^2 / 2 (beta spacing)^2) within a level.
   bool follow(const AtomMoments& moments);
 
-  /// [N^2], A.
+  /// Returns gamma of all atoms (A), by the last follow().
   std::span<const double> gamma_N2() const { return gamma_; }
 
-  /// Gives the chosen atoms the directions of what is evident around them: Omega = (1 - epsilon) 3 C / tr C + epsilon,
-  /// C = sum_b exp(-r^2 / 2 l_a^2) e_b / |mean_b|^2 mean_b mean_b'. l_a is the markers' depth; with `wide`, half the
-  /// distance of the level's atoms if that is more.
+  /// Sets the covariances of the chosen atoms to gamma_a Omega_a: Omega_a = (1 - epsilon) 3 C / tr C + epsilon,
+  /// C = sum_b exp(-r^2 / 2 l_a^2) e_b / |mean_b|^2 mean_b mean_b'. l_a is the depth of the markers. \param wide true:
+  /// l_a is at least half the distance between the atoms of the level
   void direct(Chosen& chosen, bool wide) const;
 
  private:

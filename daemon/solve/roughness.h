@@ -6,12 +6,13 @@
 
 namespace tractiond::solve {
 
-/// Averages numbers of points over a distance: weights exp(-r^2 / 2 reach^2), whose sum is 1 at every point.
+/// Averages numbers of points over a distance, with the weights exp(-r^2 / 2 reach^2), whose sum is 1 at every point.
 class Spread {
  public:
+  /// Uses `atoms` in the constructor only.
   Spread(const Atoms& atoms, double reach_m);
 
-  /// \param from,to P numbers
+  /// Computes the averages. \param from, to P numbers each
   void average(const Eigen::VectorXd& from, Eigen::VectorXd& to);
 
  private:
@@ -26,17 +27,19 @@ class Roughness {
   /// `atoms` must outlive it.
   Roughness(const Atoms& atoms, const ModelOptions& options);
 
-  /// Returns gamma of all atoms: that of the chosen ones, plus (rho_a q_a)^2 / 3 for every atom. q_a is the force of
-  /// the atom under the harmonic mean of the pressure beneath it; an atom that is broader than the contact gets
-  /// nothing. A point beyond the nodes has at least the pressure of the nearest node: there a contact may go on as it
-  /// is at their edge. `mean_N`: of all atoms, 3A.
+  // The results are valid until the next call of any of these functions. q_a is the force that an atom has under the
+  // harmonic mean of the pressure beneath it; it is about 0 for an atom that is broader than the contact.
+
+  /// Returns gamma of all atoms (A [N^2]): that of the chosen ones, plus (rho_a q_a)^2 / 3 for every atom. A point
+  /// beyond the nodes has at least the pressure of the nearest node, as a contact may continue there. \param mean_N
+  /// forces of all atoms, 3A
   std::span<const double> add(std::span<const double> mean_N, const Chosen& chosen);
 
-  /// Returns (rho_a q_a)^2 / 3 of all atoms under the forces of the points (3P); rho_a is 1 where the picture hardly
-  /// tells, elsewhere `rho`.
+  /// Returns (rho_a q_a)^2 / 3 of all atoms (A [N^2]) under the forces of the points (3P). rho_a is `rho`, or 1 for
+  /// points beyond the nodes and for ambiguous levels.
   std::span<const double> of(std::span<const double> pointForces_N, double rho);
 
-  /// Returns q_a^2 / 3 of all atoms under the forces of the points (3P).
+  /// Returns q_a^2 / 3 of all atoms (A [N^2]) under the forces of the points (3P).
   std::span<const double> beneath(std::span<const double> pointForces_N);
 
  private:

@@ -1,8 +1,9 @@
-// Fits round patches to a picture (docs/decisions/0020-one-inverse.md): each a place, a spread, a force and a torsion;
-// with the picture's motion m in deviations of its prior,
-//   minimise |d - sum over the patches of U(place) load - P m|^2 / n^2 + |m|^2 + ((spread - s) / deviation of s)^2
-// over the coordinates that are there, U being PatchInfluence. To find out whether two are one straight contact, they
-// are fitted as its ends: force and spread change linearly from one to the other, the sum of the force being theirs.
+// Fits round patches to a picture (docs/decisions/0020-one-inverse.md). Each has a place, a spread, a force and a
+// torsion. With the motion m of the picture, in standard deviations of its prior, the fit minimises
+//   |d - sum over the patches of U(place) load - P m|^2 / n^2 + |m|^2 + ((spread - s) / deviation of s)^2
+// over the coordinates that are not missing. U is PatchInfluence. Whether two patches are one straight contact is
+// tested by fitting them as its ends: force and spread change linearly between them, and its force is the sum of
+// theirs.
 #pragma once
 
 #include "daemon/solve/extra_unknowns.h"
@@ -22,46 +23,52 @@ struct RoundPatch {
 class RoundPatches {
  public:
   static constexpr int kMost = 4;
-  /// A patch as broad as this is none [pitches^2].
+  /// Spread from which on a contact is not described as a round patch [pitches^2].
   static constexpr double kWidest = 1.5;
-  /// Prior deviations of what is found: of a load as a multiple of the force (and of a pitch, the torsion), of a place
-  /// [pitches].
+  /// Prior standard deviations around the patches that were found: of a load as a multiple of its force (of the
+  /// torsion: of force times pitch), of a place [pitches].
   static constexpr double kFreeLoad = 3.0, kFreePlace = 1.0;
 
   /// `sensor` is read here alone; the others must outlive it. PatchInfluence::possible() must be true.
   RoundPatches(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& factors);
 
-  /// Finds the patches of a picture, from the maxima of the pressure that its field's `forces_N` (3P) have, but for
-  /// those without which the rest is more likely. If the misfit is more than `enough`, fainter maxima are looked at,
-  /// too, and two patches in place of a long one, if they are two contacts. False: there are none or too many, they are
-  /// too broad or cannot be told apart. The picture must last as long as what was found is asked for.
+  /// Finds the patches of a picture. Starts from the maxima of the pressure in `forces_N` (3P, the field of the same
+  /// picture) and drops those without which the rest is more likely. If misfit() exceeds `enough`, also tries fainter
+  /// maxima, and two patches in place of a long one. Returns false if there are no patches or more than kMost, or if
+  /// they are too broad or cannot be told apart. The picture must last until the last call of the functions below.
   bool find(const Displacements& picture, std::span<const double> forces_N, double enough);
 
-  /// Finds out which patches are parts of one contact: those that overlap, and those that one straight contact explains
-  /// as well. May take several times as long as find().
+  /// Determines which patches are parts of one contact: those that overlap, and those that one straight contact
+  /// explains as well. `picture` as in find(). May take several times as long as find().
   void join(const Displacements& picture);
 
-  // What was found.
+  // Results of the last find(). Pointers and spans are valid until the next one.
+
   std::span<const RoundPatch> patches() const { return {now_.patches.data(), static_cast<std::size_t>(count_)}; }
-  double misfit() const { return now_.misfit; }  ///< the minimum
-  /// The first patch of the same contact, by the last join().
+  /// Returns the minimum of the expression at the top of this file.
+  double misfit() const { return now_.misfit; }
+  /// Returns the first patch of the contact that a patch is part of, by the last join().
   int contactOf(int patch) const { return contact_[static_cast<std::size_t>(patch)]; }
+  /// Returns the displacements by a unit of a patch's load (0 to 2: force [px/N]; 3: torsion [px/(N m)]): 2M, padded, 0
+  /// where missing.
   const double* column(int patch, int load) const { return column(now_, kPatchLoads * patch + load); }
-  /// Derivative of the displacements by x, y [px/m] or spread [px/m^2], 0 where missing.
+  /// Returns the derivatives of the displacements by a patch's place (0: x, 1: y [px/m]; 2: spread [px/m^2]): 2M,
+  /// padded, 0 where missing.
   const double* slope(int patch, int place) const { return slopeColumn(now_, kPatchPlaces * patch + place); }
 
-  /// Computes the displacements that the patches leave, and the same without the picture's motion. 2M, padded.
+  /// Subtracts the patches from the displacements. \param left_px remainder, which includes the picture's motion
+  /// \param still_px the same without the motion. Both 2M, padded.
   void leave(double* left_px, double* still_px) const;
 
  private:
-  /// Prior of a spread [pitches^2]. A ball's contact of radius a has a^2 / 5.
+  /// Prior mean s and standard deviation of a spread [pitches^2]. The contact of a ball, of radius a, has a^2 / 5.
   static constexpr double kSpread = 0.3, kSpreadDeviation = 0.6;
   static constexpr int kMostLinear = kPatchLoads * kMost + kMotions;
   static constexpr int kMostUnknowns = kMostLinear + kPatchPlaces * kMost;
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostUnknowns, kMostUnknowns>;
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostUnknowns, 1>;
 
-  /// Patches somewhere, with the loads that explain most.
+  /// Patches at some places, with the loads that fit best there.
   struct Fit {
     std::array<RoundPatch, kMost> patches;
     std::array<double, kMotions> motion{};

@@ -8,22 +8,26 @@
 
 namespace tractiond::solve {
 
-/// The atoms of a round, f_a ~ N(0, gamma_a Omega_a), rising.
+/// The atoms of a round, f_a ~ N(0, gamma_a Omega_a).
 struct Chosen {
-  std::vector<int> atoms;
-  std::vector<double> gamma_N2;      ///< variance of a component
-  std::vector<Block> covariance_N2;  ///< gamma Omega
+  std::vector<int> atoms;            ///< indices, ascending
+  std::vector<double> gamma_N2;      ///< of each: variance of a component
+  std::vector<Block> covariance_N2;  ///< of each: gamma Omega
 
+  /// Allocates memory for `most` atoms.
   void reserve(int most);
 };
 
 /// Thread-bound. Allocates only when made.
 class Selection {
  public:
+  /// Copies what it needs of `factors`.
   Selection(const Factors& factors, const ModelOptions& options);
 
-  /// Chooses the atoms with the `most` largest gamma |H|^2 / 3 that are above the floor. With `entering` it subtracts
-  /// the value of the next one, from gamma too, so that an atom enters with variance 0 and no force jumps.
+  /// Chooses atoms by their values gamma |H|^2 / 3 [px^2]: at most `most`, the largest ones, of those that exceed
+  /// ModelOptions::floor times noise_px^2. Fills in their indices and gamma, not their covariances. \param entering
+  /// true: subtracts the value of the next atom, also from gamma, so that an atom enters with the variance 0 and no
+  /// force jumps
   void choose(std::span<const double> gamma_N2, int most, bool entering, double noise_px, Chosen& chosen);
 
  private:

@@ -1,4 +1,4 @@
-// Marker displacements in, surface forces out, and how well they are known.
+// Computes the surface forces and their uncertainty from the marker displacements.
 #pragma once
 
 #include "daemon/solve/contact_step.h"
@@ -9,13 +9,14 @@
 
 namespace tractiond::solve {
 
-/// By the contact step, and by the whole face where that does not do. The residual is exact within about 1e-3 of the
-/// displacements' root mean square. Thread-bound, but for the counters.
+/// Solves by ContactStep, and for all nodes where the contact is too large for it. The residual is exact within about
+/// 1e-3 of the root mean square of the displacements. Thread-bound, except for the counters.
 class Solver : public FieldSolver {
  public:
   /// `inverse` must outlive the solver; `sensor` is the one it was computed for.
   Solver(const Inverse& inverse, const sensor::Sensor& sensor, const SolveOptions& options = {});
 
+  // Implement FieldSolver.
   void solve(const MarkerField& markers, TractionField& field) noexcept override;
   std::array<double, 2> detectionLimit_N() const override { return contact_.detectionLimit_N(); }
 
@@ -43,7 +44,7 @@ class Solver : public FieldSolver {
   std::vector<double> gain_;      // r + 4: s^2 / (s^2 + lambda^2), and the motion's
   std::vector<double> inverted_;  // r: gain / s [N/px]
   std::vector<int> everyMode_;    // 0 .. r-1
-  CoarseMatrix coarseLeft_;       // what the contact step's maps need of it
+  CoarseMatrix coarseLeft_;       // the columns of Inverse::left that the contact step's maps need
   LineArray<float> coarseSum_;
   // Of the fit of all nodes, at 1 px of noise and at 1 N of typical force: of the wrench, and squares for each force.
   WrenchCovariance wholeNoise_{}, wholeShrinkage_{};

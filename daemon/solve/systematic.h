@@ -1,4 +1,4 @@
-// The part of a force's uncertainty that is the same in every frame.
+// Computes the part of a force's uncertainty that is the same in every frame.
 #pragma once
 
 #include "daemon/records/traction_field.h"
@@ -7,21 +7,21 @@
 
 namespace tractiond::solve {
 
-/// Inverse::systematicErrors of `inverse`, which is the sensor's.
+/// Computes Inverse::systematicErrors of `inverse`, which must be that of the sensor.
 SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Inverse& inverse);
 
-/// The same of factors of the sensor's atoms. The whole face is read by all points, with the force of each expected to
-/// be SolveOptions::shapeForce_N.
+/// Computes Factors::systematicErrors of the factors of the sensor's atoms. For the whole face all points are solved
+/// for, with SolveOptions::shapeForce_N as the expected force of each.
 SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Factors& factors,
                                   const Atoms& atoms);
 
-/// Whether Young's modulus was measured with weights, and not before the camera's pose: then what would misread a press
-/// is part of it.
+/// Returns whether Young's modulus was measured with weights after the camera's pose: errors of the camera and the
+/// mechanics that scale a normal force are then compensated by it.
 bool isWeighed(const sensor::Sensor& sensor);
 
-/// Returns the covariance of the wrench (Fx .. Mz): by Young's modulus, by what else the mechanics err by, and by
-/// `errors`. \param at where the force is [m] \param whole share of the whole face in how it is read; the rest is a
-/// contact's
+/// Returns the covariance of the wrench (Fx .. Mz) by the errors of Young's modulus, of the mechanics, and by `errors`.
+/// \param at place of the force [m], gel frame \param whole share of SystematicErrors::wholeFace, 0 to 1; the rest is
+/// that of SystematicErrors::contact
 WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const Eigen::Vector3d& at,
                                       const sensor::Uncertainty& uncertainty, double pitch_m,
                                       const SystematicErrors& errors, double whole);

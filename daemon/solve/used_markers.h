@@ -14,20 +14,22 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class UsedMarkers {
  public:
+  /// \param markers M, the number of markers of the sensor
   UsedMarkers(int markers, const SolveOptions& options);
 
-  /// Takes the valid markers but for those whose variance is many times that of the others: the equations weigh all
-  /// alike. Returns whether they suffice.
+  /// Chooses the valid markers, except those whose variance is many times that of the others, as the equations weigh
+  /// all alike. Returns whether there are enough of them, by SolveOptions::fewestMarkers(); if not, the results below
+  /// have no meaning.
   bool take(const MarkerField& markers);
 
-  // Of the last take().
+  // Results of the last take(). Coordinate 2 m is u of marker m, 2 m + 1 is v.
   std::span<const std::uint8_t> used() const { return used_; }                ///< M, 1: the marker is used
-  std::span<const int> coordinates() const { return coordinates_; }           ///< of the used markers, rising
-  std::span<const float> displacements_px() const { return displacements_; }  ///< at these
-  std::span<const int> missing() const { return missing_; }                   ///< the other coordinates, rising
-  std::span<const double> row_px() const { return row_; }                     ///< 2M, padded; 0 where missing
-  double squares_px2() const { return squares_; }                             ///< of the displacements, their sum
-  double noise_px() const { return noise_px_; }                               ///< of this frame
+  std::span<const int> coordinates() const { return coordinates_; }           ///< of the used markers, ascending
+  std::span<const float> displacements_px() const { return displacements_; }  ///< one for each of coordinates()
+  std::span<const int> missing() const { return missing_; }                   ///< the other coordinates, ascending
+  std::span<const double> row_px() const { return row_; }  ///< displacements, 2M padded; 0 if missing
+  double squares_px2() const { return squares_; }          ///< sum of the squared displacements
+  double noise_px() const { return noise_px_; }            ///< standard deviation of a coordinate in this frame
 
  private:
   const SolveOptions options_;
