@@ -1,4 +1,4 @@
-// Makes forces of frames: tracker, solver, procedures of the zero, checks of the gel file, and the recorder.
+// Computes forces from frames: owns tracker, solver, procedures of the zero, checks of the gel file, and the recorder.
 #pragma once
 
 #include "base/background_thread.h"
@@ -18,13 +18,17 @@
 
 namespace tractiond {
 
+/// The processing of an instrument with a gel file.
 class Measurement : public Processing {
  public:
-  /// Makes the solver, which takes seconds once per gel, and completes the description.
+  /// Makes the solver, which takes seconds for a new gel and less afterwards, and completes the description. Fails if
+  /// the solver cannot be made.
   static tl::expected<std::unique_ptr<Processing>, Error> make(sensor::Sensor sensor, const Surroundings& around);
 
   /// Waits for the work that is under way: a zero that is being written, a step of a calibration.
   ~Measurement() override;
+
+  // Implement Processing, which describes each of these functions and names its thread.
 
   PipelineOptions pipelineOptions() const override;
   tl::expected<void, Error> welcome(const capture::CameraInfo& info) override;
@@ -51,29 +55,29 @@ class Measurement : public Processing {
   std::optional<RestPose> earlierZero(const capture::CameraInfo& info) const;
 
   Surroundings around_;
-  bool isFilm_;  // of a file's pictures each is measured
+  bool isFilm_;  // the pictures come from a file, and every one is measured
   sensor::Sensor sensor_;
   std::string cameraId_;                        // as restored_
   std::optional<RestPose> restored_, earlier_;  // written before the control thread meets the camera, read after
-  bool isRestoredWritten_ = true;               // so that a loss of power does not take it back; as restored_
+  bool isRestoredWritten_ = true;               // false: a loss of power may undo restored_; accessed as restored_
   std::unique_ptr<track::Tracker> tracker_;
-  std::shared_ptr<solve::FieldSolver> solver_;  // the solving thread's own once it runs
-  // What is slow. A disk that hangs must not hold up what is computed, nor a computation of a minute the disk.
+  std::shared_ptr<solve::FieldSolver> solver_;  // used by the solving thread alone once it runs
+  // Threads for slow work. They are separate, as a disk may hang, and a computation may take a minute.
   BackgroundThread disk_{"tr-disk"}, compute_{"tr-compute"};
-  std::unique_ptr<RestSolver> restSolver_;  // none: what solves takes nothing from a zero but displacements
+  std::unique_ptr<RestSolver> restSolver_;  // none: the solver does not depend on the places of markers in the zero
   Mailbox<MarkerField> newestMarkers_;      // from the tracking thread to control
   Mailbox<Watched> watched_;                // from control to the publishing thread
-  Mailbox<traction::v1::MarkerStatus> newestMarkerStatus_;  // the same
-  Counter tracked_;                                         // frames that the tracker has looked at
+  Mailbox<traction::v1::MarkerStatus> newestMarkerStatus_;  // from control to the publishing thread
+  Counter tracked_;                                         // frames that the tracker has processed
   std::unique_ptr<Recorder> recorder_;
 
-  // The control thread's own.
+  // Used by the control thread alone.
   std::unique_ptr<Procedures> procedures_;
   std::unique_ptr<GelWatch> gelWatch_;
-  bool hasMet_ = false;  // a camera
+  bool hasMet_ = false;  // meet() was called
   PixelFormat format_ = PixelFormat::kRgb8;
 
-  // The publishing thread's own.
+  // Used by the publishing thread alone.
   Watched lastWatched_;
   InvalidFields invalidFields_;
 };

@@ -10,27 +10,36 @@ namespace tractiond::capture {
 
 struct ChildOptions {
   std::string program = "/proc/self/exe";  ///< path, not searched in PATH; the default is this very program
-  std::chrono::milliseconds patience{10'000};
-  std::size_t most_bytes = std::size_t{1} << 20;  ///< limit of its output, and of its errors
+  std::chrono::milliseconds patience{10'000};     ///< longest run
+  std::size_t most_bytes = std::size_t{1} << 20;  ///< limit of its standard output, and of its standard error
 };
 
 struct ChildEnd {
-  enum class How { kExit, kSignal, kLate, kTooMuch, kStopped, kNotStarted };
+  enum class How {
+    kExit,
+    kSignal,      ///< ended by a signal that this process did not send
+    kLate,        ///< killed after `patience`
+    kTooMuch,     ///< killed because it printed more than `most_bytes`
+    kStopped,     ///< killed because a stop was requested
+    kNotStarted,  ///< could not be started
+  };
   How how = How::kNotStarted;
-  int code = 0;                ///< exit code, signal or errno
-  std::string output, errors;  ///< read so far
+  int code = 0;                ///< exit code for kExit, signal for kSignal, errno for kNotStarted; else 0
+  std::string output, errors;  ///< standard output and standard error, as far as they were read
 };
 
-/// Starts the program without standard input and reads its output. Kills it after `patience`, when it prints more than
-/// `most_bytes`, or when a stop is requested. Blocks until it has ended. Any thread.
+/// Runs the program with an empty standard input, and reads its output. Kills it after `patience`, when it prints more
+/// than `most_bytes`, or when a stop is requested. Blocks until it has ended. Reentrant. \param arguments without the
+/// name of the program
 ChildEnd runChild(const std::vector<std::string>& arguments, const ChildOptions& options,
                   const std::stop_token& stop = {});
 
-/// Limits this process; the child must call it first. Allows 1 GiB of address space beyond the present size, 5 s of
-/// processor time, no core dump and no writing to files; the kernel ends the process with its parent.
+/// Limits this process: 1 GiB of address space beyond the present size, 5 s of processor time, no core dump, no writing
+/// to files; the kernel ends the process when its parent ends. The child must call it first.
 void limitChild();
 
-/// Describes why a child gave no answer, as the end of a sentence: "crashes (signal 11)". Empty if it ended by itself.
+/// Returns why a child gave no answer, as the end of a sentence: "crashes what evaluates it (signal 11)"; empty for
+/// How::kExit.
 std::string misdeed(const ChildEnd& end);
 
 }  // namespace tractiond::capture

@@ -12,10 +12,11 @@
 
 namespace tractiond::track {
 
-/// Thread-bound. Allocates only in the constructor. Arrays are by marker. `shape` is how far a marker is from a disc:
-/// the rms misfit of its template beyond the noise, as a share of the amplitude.
+/// Thread-bound. Allocates only in the constructor. Arrays are by marker. The shape of a marker states how much it
+/// differs from a disc: the rms misfit of its template beyond the noise, as a share of the amplitude.
 class CentreErrors {
  public:
+  /// \param markers number of markers \param spacing_px smallest distance between neighbours of a layer
   /// \param zeroFrames number of frames that a rest pose averages
   CentreErrors(int markers, float spacing_px, int zeroFrames);
 
@@ -25,16 +26,16 @@ class CentreErrors {
   /// Sets the noise to that of a typical camera, unless adopt() was called. \param unit levels in 1/255 of the range
   void setUnit(float unit);
 
-  /// Learns the typical shape of this gel's markers from the present frame.
+  /// Learns the typical shape of this gel's markers from the present frame. \param valid 1: the marker was found
   void learnShape(std::span<const Centre> centres, std::span<const std::uint8_t> valid);
-  /// Forgets the typical shape.
+  /// Sets the typical shape to the largest one that a marker may have, until learnShape() is called.
   void forgetShape();
-  /// Learns the shape of each marker from the present frame, for as long as a zero that will state it is being taken.
+  /// Replaces the shape of each marker by that in the present frame. Used while a zero is taken, which will state it.
   void learnOwnShapes(std::span<const Centre> centres, std::span<const std::uint8_t> valid);
   /// Restores the shape of each marker from the zero in force.
   void restoreOwnShapes();
 
-  /// Returns whether the fitted centre can be this marker, by its misfit.
+  /// Returns whether the misfit of a fitted centre is small enough for this marker.
   bool isMarker(int marker, const Centre& centre) const;
 
   /// Computes the variances of a layer's valid centres. A marker whose shape does not fit its strain (dust at its edge,
@@ -66,7 +67,7 @@ class CentreErrors {
   float shotNoise_ = 0.0F;     ///< variance per level
   float light_ = 0.0F;         ///< levels at which noise_ is stated
   float typicalShape_ = 0.0F;  ///< rms misfit of most markers beyond the noise, share of the amplitude
-  std::vector<float> shape_;   ///< of each marker, likewise
+  std::vector<float> shape_;   ///< the same of each marker
   std::vector<float> restShape_;
   std::vector<float> excess_;  ///< of misfit, in noise variances, mean over the frames
   std::vector<float> variance_, shares_;
