@@ -40,9 +40,11 @@ struct Style {
   bool operator==(const Style& other) const = default;
 };
 
-/// A grid of characters, each one column wide. Whatever lies outside is clipped.
+/// A grid of characters, each one column wide. Columns and rows count from 0 at the top left corner. Whatever lies
+/// outside is clipped.
 class Canvas {
  public:
+  /// Makes a page of blanks. \param width columns \param height rows
   Canvas(int width, int height);
 
   int width() const { return width_; }
@@ -80,10 +82,11 @@ class Canvas {
 /// Dots at 2 x 4 per character, drawn as Braille characters. Dots outside are ignored.
 class Dots {
  public:
+  /// \param columns, rows size in characters
   Dots(int columns, int rows);
 
-  int width() const { return 2 * columns_; }
-  int height() const { return 4 * rows_; }
+  int width() const { return 2 * columns_; }  ///< in dots
+  int height() const { return 4 * rows_; }    ///< in dots
   void set(int x, int y);  ///< Sets a dot; y points down.
   /// Sets the dots of a line from (x0, y0) to (x1, y1), ends included.
   void line(double x0, double y0, double x1, double y1);

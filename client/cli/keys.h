@@ -24,20 +24,22 @@ class KeyError : public std::runtime_error {
 /// Returns $XDG_CONFIG_HOME/traction/key, or the same below ~/.config.
 std::filesystem::path usualKeyFile();
 
-// All functions below \throw KeyError.
-/// Writes a new key pair into a new file, and prints how to allow its public key on the gateway's machine.
+// All functions below throw KeyError: EX_USAGE for an invalid name or key, else the errors of base/network/keys.h. They
+// print on standard output. `directory` is the gateway's directory of keys.
+
+/// Writes a new key pair into a new file. Prints the command that allows its public key on the gateway's machine.
 void newKey(const std::string& name, const std::filesystem::path& file);
-/// Allows a key to read, or also to control. Creates the gateway's own key pair if there is none. Prints the command
-/// that a client connects with.
+/// Allows a key under a name: to read, or with `control` also to send requests. Replaces an earlier key of this name.
+/// Creates the gateway's own key pair if there is none. Prints the command with which a client connects.
 void allowKey(const std::filesystem::path& directory, const std::string& name, const std::string& key, bool control);
-/// Revokes the key of a name.
+/// Deletes the file of the key with this name; the gateway then closes its connections. Prints nothing.
 void revokeKey(const std::filesystem::path& directory, const std::string& name);
-/// Prints the gateway's public key, and the allowed keys with their permissions.
+/// Prints the gateway's public key, and the allowed keys with their permissions, as text or as JSON.
 void listKeys(const std::filesystem::path& directory, bool json);
 
-/// Returns the keys for a gateway; empty keys if neither argument is given and there is no usual file. \param serverKey
-/// empty: that of the file
-/// \param file empty: usualKeyFile()
+/// Returns the client's keys for a connection to a gateway; empty keys if neither argument is given and usualKeyFile()
+/// does not exist. \param serverKey public key of the gateway; empty: that of the file \param file empty:
+/// usualKeyFile()
 Keys keysFor(const std::string& serverKey, const std::filesystem::path& file);
 
 }  // namespace traction::cli

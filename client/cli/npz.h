@@ -25,7 +25,7 @@ class NpzWriter {
     std::vector<std::size_t> row;   ///< other dimensions
     std::size_t element_bytes = 8;  ///< size of one element
 
-    std::size_t rowBytes() const;
+    std::size_t rowBytes() const;  ///< size of one row [bytes]
   };
 
   /// Creates or replaces the file. \throws NpzError

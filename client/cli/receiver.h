@@ -28,6 +28,7 @@ class Receiver {
   /// Returns the current scene. Thread-safe. Rethrows what receiving has thrown.
   Scene scene();
 
+  /// Returns the endpoint that is subscribed to.
   const std::string& endpoint() const { return subscriber_.endpoint(); }
 
  private:

@@ -20,21 +20,23 @@ class RecordingError : public std::runtime_error {
   int exitCode_;
 };
 
-// All functions below \throw RecordingError.
+// All functions below throw RecordingError. They block until they are done, and print on standard output. A file that
+// is created must not exist yet, except where the comment says that it is replaced.
 
 /// Records every message of the chosen topics into a new file until a signal or until the time is over. \throws Error
 /// \param truth endpoint of a traction-twin's true states; empty: none \param seconds duration
 void record(const SubscriberOptions& options, const std::string& file, const std::string& truth, double seconds);
 
-/// Sends the recorded stream at an endpoint of its own, at `speed` times its own rate, once a client subscribes.
+/// Publishes the recorded stream at `endpoint`, at `speed` times its own rate; starts when a client subscribes.
 /// \throws Error; RecordingError also after sending, if the recording is cut off or damaged
 void replay(const std::string& file, const std::string& endpoint, double speed);
 
-/// Prints a summary of the recording. \throws OutputError; RecordingError also after printing, if it is cut off or
-/// damaged
+/// Prints a summary of the recording, as text or as JSON. \throws OutputError; RecordingError also after printing, if
+/// it is cut off or damaged
 void info(const std::string& file, bool json);
 
-/// Writes a new recording of all readable messages.
+/// Writes a new recording of all readable messages, and prints how many chunks were copied and what was left out.
+/// Deletes `to` on failure.
 void recover(const std::string& from, const std::string& to);
 
 /// Exports the fields as CSV or NumPy arrays, or all as illustrate() does, by the file extension of `to`; replaces

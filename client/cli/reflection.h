@@ -25,14 +25,15 @@ const google::protobuf::Descriptor& statusDescriptor();
 /// Value of a field that is no message. Enums are words: "streaming" for CAMERA_STATE_STREAMING.
 using Scalar = std::variant<double, std::uint64_t, std::int64_t, bool, std::string>;
 
-/// \param index of the element in an array; -1: the field is none
+/// Returns the value of a field that is no message. \param index of the element in an array; -1: the field is no array
 Scalar scalarOf(const Reflected& message, const FieldDescriptor& field, int index = -1);
 
-/// Returns the word of an enum's value; that of 0 for a value of a later daemon.
+/// Returns the word of an enum's value; that of 0 if the value is not known, as from a later daemon.
 std::string wordOf(const google::protobuf::EnumDescriptor& type, int value);
 std::string wordOf(v1::CameraState state);  ///< "streaming"
 std::string wordOf(v1::Colour colour);      ///< "blue"
 
+/// Returns whether a field, or each element of an array, is a message.
 inline bool isMessage(const FieldDescriptor& field) {
   return field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE;
 }

@@ -8,14 +8,17 @@
 
 namespace traction {
 
+// The functions encode...() return a traction.v1.Request as Protobuf bytes.
+
 enum class Request { kStatus, kDescription, kSnapshot };
-// These encode a request as Protobuf bytes.
 std::string encodeRequest(Request request);
 
+/// The options of a request for a zero.
 struct ZeroRequest {
-  bool anyway = false;
-  bool undo = false;
+  bool anyway = false;  ///< see ZeroOptions
+  bool undo = false;    ///< true: restores the previous zero
 };
+
 std::string encodeZero(const ZeroRequest& zero);
 std::string encodeCalibration(const CalibrationStep& step);
 std::string encodeCameraStep(const CameraStep& step);

@@ -43,6 +43,7 @@ class Commands {
   std::vector<Command> commands_;
 };
 
+// Each function adds the command of its name, with its options, to the command line.
 void addWatch(Commands& commands);
 void addTop(Commands& commands);
 void addEcho(Commands& commands);
@@ -54,7 +55,7 @@ void addZero(Commands& commands);
 void addCalibrate(Commands& commands);
 void addCamera(Commands& commands);
 void addKeys(Commands& commands);
-void addRecordings(Commands& commands);  ///< record, replay, info, recover and export
+void addRecordings(Commands& commands);  ///< adds record, replay, info, recover and export
 void addDoctor(Commands& commands);
 void addTrigger(Commands& commands);
 

@@ -1,4 +1,4 @@
-// Which tractiond a command addresses.
+// Options of the command line that say which tractiond a command addresses.
 #pragma once
 
 #include "traction/control.h"
@@ -23,6 +23,7 @@ class Target {
   /// Returns the options for requests. \throws Error kBadEndpoint, KeyError
   ControlOptions control() const;
 
+  /// Returns the name of the instance; "default" if it was not given.
   const std::string& instance() const { return instance_; }
   /// Returns whether --instance was given.
   bool isInstanceNamed() const { return app_.count("--instance") != 0; }

@@ -67,6 +67,7 @@ class Converter {
  public:
   using Deliver = std::function<void(const Sample& sample)>;
 
+  /// \param deliver called by pass(), on its thread
   explicit Converter(Deliver deliver)
       : deliver_(std::move(deliver)) {}
 

@@ -12,9 +12,11 @@ namespace traction::view {
 /// Thread-bound.
 class HealthFeed {
  public:
+  /// \param deliver called by turn(), on its thread
   explicit HealthFeed(Deliver deliver)
       : deliver_(std::move(deliver)) {}
 
+  /// Adds a message of the sensor to the state from which its health is told.
   void take(const Message& message);
 
   /// Delivers kHealth if something has changed, at most four times a second. Must be called some times a second.

@@ -19,6 +19,7 @@ enum class ErrorCode {
 
 class TRACTION_EXPORT Error : public std::runtime_error {
  public:
+  /// \param what a sentence for the operator
   Error(ErrorCode code, const std::string& what)
       : std::runtime_error(what)
       , code_(code) {}
