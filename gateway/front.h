@@ -42,6 +42,7 @@ class Front {
   Front(const Front&) = delete;
   Front& operator=(const Front&) = delete;
 
+  /// Returns the socket of a way.
   zmq::socket_t& operator[](Way way) { return sockets_[way]; }
   /// Returns the endpoints with the port numbers in use.
   const std::vector<std::string>& bound(Way way) const { return bound_[way]; }
@@ -51,7 +52,7 @@ class Front {
   /// Answers pending handshakes and updates peers(). Never waits.
   void serve();
 
-  Peers& peers() { return peers_; }
+  Peers& peers() { return peers_; }  ///< Returns the connections, as serve() has counted them.
 
  private:
   Front(const Options& options, MayEnter mayEnter, Refused refused);

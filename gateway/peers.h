@@ -11,6 +11,7 @@ namespace tractiond::gateway {
 /// Counts connections. Thread-bound.
 class Peers {
  public:
+  /// \param most connections in total
   Peers(int most, int mostPerAddress)
       : most_(most)
       , mostPerAddress_(mostPerAddress) {}
@@ -22,6 +23,7 @@ class Peers {
   /// Removes connections that ended without an event.
   void look();
 
+  /// Returns the number of connections at present.
   int count() const { return static_cast<int>(connections_.size()); }
   /// Returns the number of connections refused so far.
   std::uint64_t refused() const { return refused_; }
