@@ -44,7 +44,7 @@ class GelFilm : public Film {
   GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesystem::path& cache,
           const sensor::elastic::Progress& progress = {});
 
-  void draw(Picture& picture, Truth& truth) override;
+  void draw(Picture& picture, Truth& truth) override;  ///< Implements Film::draw.
 
  private:
   /// Returns the pixels of all markers, 2 x markers, at a time within the period.

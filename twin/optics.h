@@ -28,6 +28,7 @@ struct Variety {
   double elongation = 0.0;
   unsigned seed = 0;
 
+  /// Returns whether there is any variation.
   bool any() const { return diameter > 0.0 || contrast > 0.0 || elongation > 0.0; }
 };
 

@@ -21,6 +21,7 @@ struct ContactState {
   double torque = 0.0;                                 ///< [N m] about +z; positive turns x towards y
 
   bool operator==(const ContactState&) const = default;
+  /// Returns whether force or torque is not 0.
   bool isLoaded() const { return torque != 0.0 || !force.isZero(0.0); }
 };
 
@@ -91,7 +92,7 @@ struct Resultant {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();   ///< [N]
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();  ///< [N m]
 
-  void add(const ContactState& contact);
+  void add(const ContactState& contact);  ///< Adds force and moment of a contact.
 };
 
 // These read a scenario in TOML. They fail for wrong syntax, an unknown key, a wrong type and an impossible value.
