@@ -14,16 +14,17 @@ struct Board {
   int columns = 9, rows = 6;  ///< number of squares along its sides, at least 4
   double square = 10e-3;      ///< side of a square [m]
 
-  int corners() const { return (columns - 1) * (rows - 1); }
-  Eigen::Vector2d corner(int index) const;  ///< on the board [m], row by row
+  int corners() const { return (columns - 1) * (rows - 1); }  ///< number of inner corners
+  /// Returns the place of an inner corner on the board [m]. They are counted row by row; the first one is the origin.
+  Eigen::Vector2d corner(int index) const;
 };
 
 /// The corners that a picture shows.
 struct Corners {
   Eigen::Matrix2Xd place_px;  ///< (u, v), 2 x board.corners(), in the order of Board::corner()
-  /// Mean distance in which the brightness of the edges between squares rises from 10 to 90 %.
+  /// Mean distance over which the brightness rises from 10 to 90 % at the edges between squares.
   double edgeWidth_px = 0.0;
-  double smallestSquare_px = 0.0;
+  double smallestSquare_px = 0.0;  ///< smallest distance between neighbouring corners
 };
 
 /// Finds all inner corners of the board. On failure returns a sentence about what the picture shows instead, without

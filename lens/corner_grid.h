@@ -10,11 +10,12 @@ namespace lens {
 /// Positions in the picture (u, v) [px].
 using Places = std::vector<cv::Point2f>;
 
-/// Inner corners row by row.
+/// Inner corners of a chessboard, row by row.
 struct CornerGrid {
-  cv::Size size = {0, 0};
+  cv::Size size = {0, 0};  ///< number of columns and rows
   Places places;
 
+  /// Returns the corner in column x and row y, counted from 0.
   const cv::Point2f& at(int x, int y) const { return places[static_cast<std::size_t>(y * size.width + x)]; }
 };
 
