@@ -19,7 +19,7 @@ struct Extent {
   std::string library;            ///< name that the writing program left
   std::string trouble;            ///< what is wrong, as text; empty: nothing
 
-  bool isWhole() const { return trouble.empty(); }
+  bool isWhole() const { return trouble.empty(); }  ///< Returns whether nothing is wrong.
 };
 
 /// Summary section of a closed recording.
@@ -50,7 +50,7 @@ class Reader {
   /// damaged. Error: EX_IOERR.
   tl::expected<std::optional<Summary>, Error> summary() const;
 
-  const OldFile& file() const { return file_; }
+  const OldFile& file() const { return file_; }  ///< Returns the file that is read.
 
  private:
   explicit Reader(OldFile file)
