@@ -37,7 +37,7 @@ struct MarkerLayer {
   double diameter = 0.6e-3;                          ///< [m]
   bool darker = false;  ///< true: markers are darker than their surroundings in the light of `colour`
 
-  int count() const { return columns * rows; }
+  int count() const { return columns * rows; }          ///< number of markers
   Eigen::Vector3d position(int column, int row) const;  ///< gel frame [m]
 };
 

@@ -46,7 +46,7 @@ class Projection {
   /// before the focal lengths of u and v differ.
   Eigen::Matrix<double, 2, 4> motionOf(const Eigen::Vector2d& pixel) const;
 
-  const Camera& camera() const { return camera_; }
+  const Camera& camera() const { return camera_; }  ///< Returns the parameters given to the constructor.
 
  private:
   struct Ray;

@@ -76,14 +76,15 @@ struct Sensor {
   PictureMotion pictureMotion;
   std::optional<Calibration> calibration;  ///< empty: the parameters are as designed or estimated
   std::shared_ptr<const Body> body;  ///< null: the block; else `gel` supplies only Young's modulus and the thickness
-  /// 3 x M [m]: how far each marker of the block lies from its place in the grid of its layer. Empty: on the grid. The
-  /// gel file tells nothing of it.
+  /// 3 x M [m]: offset of each marker of the block from its place in the grid of its layer. Empty: on the grid. It is
+  /// not in the gel file.
   Points scatter;
 
-  int markerCount() const;
+  int markerCount() const;  ///< Returns M, the number of markers of all layers.
 };
 
-/// These return the positions [m], normals and areas [m^2] of the body, or else of the block's layers and grid.
+// These return the positions [m], normals and areas [m^2] of markers (3 x M) or nodes (3 x N): those of the body, or
+// else of the block's layers and grid.
 Points markerPositions(const Sensor& sensor);
 Points nodePositions(const Sensor& sensor);
 Points nodeNormals(const Sensor& sensor);

@@ -8,19 +8,22 @@
 
 namespace sensor::elastic {
 
-/// Divides a box at `planes` along each axis. A node is identified by its position in the lattice of all nodes. Only
-/// nodes on the surface of an element have a number.
+/// Divides a box into cells at `planes` along each axis; each cell is an element. A node is identified by its position
+/// in the lattice of all nodes. Only nodes on the surface of an element also have a number, from 0 on. Immutable.
 class BoxMesh {
  public:
   /// \param degree of the elements' polynomials
   /// \param planes element boundaries along each axis, ascending [m]
   BoxMesh(int degree, std::array<std::vector<double>, 3> planes);
 
-  int degree() const { return degree_; }
+  int degree() const { return degree_; }  ///< of the elements' polynomials
+  /// Returns the number of cells along an axis.
   int cells(int axis) const { return static_cast<int>(planes_[axis].size()) - 1; }
-  int last(int axis) const { return cells(axis) * degree_; }  ///< lattice position of the last node
-  int nodeCount() const { return static_cast<int>(lattice_.size()); }
-  int number(const Lattice& place) const { return numbers_[index(place)]; }  ///< -1 for a node inside an element
+  int last(int axis) const { return cells(axis) * degree_; }  ///< lattice position of the last node along an axis
+  int nodeCount() const { return static_cast<int>(lattice_.size()); }  ///< number of nodes with a number
+  /// Returns the number of the node at a lattice position; -1 for a node inside an element.
+  int number(const Lattice& place) const { return numbers_[index(place)]; }
+  /// Returns the lattice position of the node with this number.
   const Lattice& place(int number) const { return lattice_[number]; }
 
   // These return lengths in metres.
@@ -43,7 +46,7 @@ class BoxMesh {
 struct CellRange {
   Lattice first, last;
 
-  bool isCell() const { return first == last; }
+  bool isCell() const { return first == last; }                ///< the range is a single cell
   std::pair<CellRange, CellRange> halves() const;              ///< split across the longest axis
   std::vector<Lattice> cells() const;                          ///< in the order of the tree of halves
   bool owns(const BoxMesh& mesh, const Lattice& place) const;  ///< true: no cell outside this range has the node
