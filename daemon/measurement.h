@@ -22,28 +22,40 @@ namespace tractiond {
 class Measurement : public Processing {
  public:
   /// Makes the solver, which takes seconds for a new gel and less afterwards, and completes the description. Fails if
-  /// the solver cannot be made.
+  /// the solver cannot be made, or the file of a recording cannot be opened.
   static tl::expected<std::unique_ptr<Processing>, Error> make(sensor::Sensor sensor, const Surroundings& around);
 
   /// Waits for the work that is under way: a zero that is being written, a step of a calibration.
   ~Measurement() override;
 
-  // Implement Processing, which describes each of these functions and names its thread.
+  // These implement Processing, which names the thread of each.
 
+  /// Returns the numbers of markers and nodes; frames without a rest pose are counted as Ledger::noRestPose.
   PipelineOptions pipelineOptions() const override;
+  /// Checks that the markers can be tracked in the camera's picture size and format, that the gel file was not
+  /// calibrated with another camera, and in later sessions that it is the camera of the first one. In the first session
+  /// also restores the zero, which must belong to this camera, and begins the recording.
   tl::expected<void, Error> welcome(const capture::CameraInfo& info) override;
+  /// Finds the markers. Returns false while there is no rest pose, or the first one has not been judged.
   bool track(const Frame& frame, MarkerField& markers) override;
+  /// Computes the forces.
   void solve(const MarkerField& markers, TractionField& field) override;
+  /// Counts the field if it is not valid, by its reason; passes it to the recorder.
   void takeField(const TractionField& field) override;
+  /// Sets the fields of the status that concern markers, zero and drift, and why fields are not valid.
   void measure(traction::v1::Status& status) override;
+  /// Notes the pixel format; in the first session also begins the procedures of the zero.
   void meet(const capture::CameraInfo& info) override;
+  // Begin a request, which is answered through the control server.
   void beginZero(const ZeroRequest& request) override { procedures_->beginZero(request); }
   void beginStep(const CalibrationStep& step) override { procedures_->beginStep(step); }
   void askSnapshot() override { gelWatch_->askSnapshot(); }
+  /// Does what is due in the procedures and in the checks of the gel file.
   void turn() override;
   bool hurried() const override { return procedures_->hurried() || gelWatch_->hurried(); }
   bool isRecording() const override { return recorder_ != nullptr; }
   void recordTurn(std::chrono::milliseconds timeout) override { recorder_->turn(timeout); }
+  /// Closes the recording and logs its summary. Returns the error of the recording, if there was one.
   tl::expected<void, Error> finish() override;
 
  private:

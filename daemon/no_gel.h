@@ -1,4 +1,4 @@
-// Processing without a gel file: the camera's pictures can be seen, and nothing is measured.
+// Processing without a gel file: shows the camera's pictures, and measures nothing.
 #pragma once
 
 #include "daemon/processing.h"
@@ -16,7 +16,8 @@ struct NoGelLinks {
   std::function<void(const std::string&reason)> refuseZero, refuseCalibration;
 };
 
-/// Takes every camera, picture size and format that can be streamed. Uses no frame: each is counted as Ledger::noGel.
+/// Accepts every camera, picture size and format that can be streamed. Tracks no frame: each is counted as
+/// Ledger::noGel.
 class NoGel : public Processing {
  public:
   explicit NoGel(NoGelLinks links);
@@ -24,6 +25,8 @@ class NoGel : public Processing {
   /// Text of the status that explains this to an operator.
   static const std::string_view kWhy;
 
+  // These implement Processing, which names the thread of each. track() copies the picture if a snapshot is wanted, and
+  // returns false; beginZero() and beginStep() refuse; measure() sets the remark kWhy; the rest does nothing.
   PipelineOptions pipelineOptions() const override { return {.notTracked = &Ledger::noGel}; }
   tl::expected<void, Error> welcome(const capture::CameraInfo& /*info*/) override { return {}; }
   bool track(const Frame& frame, MarkerField& markers) override;

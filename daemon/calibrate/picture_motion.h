@@ -46,7 +46,7 @@ struct Bulge {
   double limit_px = 0.0;                            ///< size that scatter and a smooth error of the model can cause
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< gel frame [m]
 
-  bool found() const { return size_px > limit_px; }
+  bool found() const { return size_px > limit_px; }  ///< something seems to touch
 };
 
 /// Returns the largest bulge of all layers; size 0 if there is no 3 x 3 neighbourhood with six valid markers. Its limit

@@ -14,6 +14,7 @@ struct ThicknessReading {
                            ///< thickness itself [m]
   double alarm = 5.0;      ///< deviations
 
+  /// Returns whether the reading differs from an expected thickness [m] by more than `alarm` deviations.
   bool contradicts(double expected) const {
     return thickness - expected > alarm * deviation || expected - thickness > alarm * deviation;
   }

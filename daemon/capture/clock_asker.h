@@ -36,7 +36,7 @@ class ClockAsker {
   /// has not refused.
   bool isRefused() const { return refusals_ >= kRefusals; }
 
-  const ClockFit& fit() const { return fit_; }
+  const ClockFit& fit() const { return fit_; }  ///< Returns the fit to all readings so far.
 
  private:
   static constexpr int kRefusals = 3;

@@ -43,6 +43,8 @@ class Keeper {
  public:
   static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
+  /// \param open called without a thread of its own for each try to open the camera \param say called with each line
+  /// for the log
   Keeper(OpenDriver open, const CameraRules& rules, Say say, Welcome welcome);
 
   // --- the keeper's thread
@@ -73,7 +75,8 @@ class Keeper {
   /// Returns the error after which there is no further driver; nullptr if there is none.
   const Error* end() const;
 
-  // --- any thread; as in Camera. None of these waits for the driver or for a Welcome.
+  // --- any thread. Those without a comment implement the functions of the same names of Camera (camera.h). None of
+  // them waits for the driver or for a Welcome.
 
   std::shared_ptr<const CameraInfo> info() const;
   CameraState state() const { return state_.load(std::memory_order_relaxed); }

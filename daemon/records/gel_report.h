@@ -24,7 +24,7 @@ struct GelReport {
   std::vector<Finding> findings;
   std::string remark;  ///< for the operator: what does not fit, and what to do; empty: everything fits
 
-  bool fits() const { return remark.empty(); }
+  bool fits() const { return remark.empty(); }  ///< Returns whether the gel file fits.
   /// Returns a sentence for the operator; empty if the gel file fits.
   std::string doubt() const;
 };

@@ -102,7 +102,7 @@ struct PixelFormatTraits {
   int bitsPerPixel;  ///< in the stream
   PixelPacking packing;
 
-  std::uint32_t code() const { return static_cast<std::uint32_t>(format); }
+  std::uint32_t code() const { return static_cast<std::uint32_t>(format); }  ///< as cameras send it
   bool isBayer() const { return colours >= PixelColours::kBayerRG && colours <= PixelColours::kBayerBG; }
   int full() const { return (1 << bits) - 1; }  ///< the brightest level
 

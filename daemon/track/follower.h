@@ -17,7 +17,7 @@
 
 namespace tractiond::track {
 
-/// What followers of the same pictures share: the picture, and memory that is scratch between two calls of look().
+/// Shared by followers of the same pictures: the picture, and memory that has no meaning between two calls of look().
 struct FollowerWorkspace {
   explicit FollowerWorkspace(const sensor::Sensor& sensor);
 
@@ -95,8 +95,8 @@ class Follower {
   /// Returns whether as many columns and rows were seen as the sensor has.
   bool latticesFit() const;
 
-  const Reference& reference() const { return reference_; }
-  std::span<const Layer> layers() const { return layers_; }
+  const Reference& reference() const { return reference_; }  ///< Returns the reference that is followed.
+  std::span<const Layer> layers() const { return layers_; }  ///< Returns the layers in the order of the sensor's.
   /// Returns the places of the untouched markers by the sensor's description.
   std::span<const Vector> nominal_px() const { return nominal_; }
   /// Returns the smallest distance between neighbours of a layer, by the description.

@@ -16,7 +16,7 @@ struct Vector {
   friend Vector operator+(Vector a, Vector b) { return {a.u + b.u, a.v + b.v}; }
   friend Vector operator-(Vector a, Vector b) { return {a.u - b.u, a.v - b.v}; }
   friend Vector operator*(float s, Vector a) { return {s * a.u, s * a.v}; }
-  float squared() const { return u * u + v * v; }
+  float squared() const { return u * u + v * v; }  ///< Returns the square of the length [px^2].
 };
 
 /// A grid whose node (column, row) has the index first + row * columns + column.
@@ -24,8 +24,10 @@ struct Lattice {
   int first = 0;
   int columns = 0, rows = 0;
 
-  int count() const { return columns * rows; }
+  int count() const { return columns * rows; }  ///< number of nodes
+  /// Returns the index of a node.
   int at(int column, int row) const { return first + row * columns + column; }
+  /// Returns whether there is a node (column, row).
   bool has(int column, int row) const { return column >= 0 && column < columns && row >= 0 && row < rows; }
 };
 

@@ -22,6 +22,7 @@ enum class ZeroState {
   kTorn,         ///< refused: more than every second picture was torn
 };
 
+/// Returns whether the state is one of those that say "refused".
 inline bool isRefusal(ZeroState state) {
   return state >= ZeroState::kMoving;
 }
@@ -32,6 +33,7 @@ const char* describe(ZeroState state);
 /// Thread-bound. Allocates only in the constructor.
 class ZeroTaker {
  public:
+  /// \param frames number N of frames to average \param minValidFraction see TrackOptions
   ZeroTaker(int markers, int frames, double minValidFraction);
 
   /// Begins anew.

@@ -22,6 +22,7 @@ class ZeroWriter {
   /// both are on the disk.
   using Start = std::function<std::future<Written>(const RestPose& zero, const RestPose* before)>;
 
+  /// \param clock returns the time [ns] that `until_ns` refers to \param start begins a write
   ZeroWriter(std::int64_t (*clock)(), Start start);
 
   /// Starts to write a requested zero, which is refused if it is not on the disk at `until_ns`. Must not be called
@@ -34,6 +35,7 @@ class ZeroWriter {
   /// Ends a write that is done. Returns the outcome of the requested zero, once.
   std::optional<Written> turn();
 
+  /// Returns whether a zero is being written.
   bool isBusy() const { return state_ != State::kIdle; }
   /// Returns whether a write has been under way for too long.
   bool isStuck() const { return isBusy() && clock_() > until_ns_; }
@@ -42,7 +44,7 @@ class ZeroWriter {
 
   /// A write that takes longer is stuck [ns].
   static constexpr std::int64_t kWithin_ns = 60'000'000'000;
-  /// What has happened to a zero whose write is stuck.
+  /// Sentence for the operator about a zero whose write is stuck.
   static const char* const kNotWritten;
 
  private:
