@@ -43,7 +43,7 @@ class Keeper {
  public:
   static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
-  /// \param open called without a thread of its own for each try to open the camera \param say called with each line
+  /// \param open opens the camera; called on the keeper's thread for each try \param say called on it with each line
   /// for the log
   Keeper(OpenDriver open, const CameraRules& rules, Say say, Welcome welcome);
 
