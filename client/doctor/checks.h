@@ -1,4 +1,4 @@
-// Checks of the machine that tractiond runs on, and their findings.
+// Checks the machine that tractiond runs on, and reports the findings.
 #pragma once
 
 #include "client/doctor/box.h"
@@ -9,17 +9,19 @@
 
 namespace traction::doctor {
 
+/// kUnknown: the check could not be carried out.
 enum class Verdict { kOk, kUnknown, kWarn, kFail };
 
+/// The result of one check.
 struct Finding {
-  std::string check;  ///< "receive buffer"
+  std::string check;  ///< name of the check: "receive buffer"
   Verdict verdict = Verdict::kOk;
-  std::string found;          ///< in words
-  std::string mend = {};      ///< a command or a line of a configuration; empty: nothing is to be mended
-  std::string instance = {};  ///< whose; empty: the whole box's
+  std::string found;          ///< what was found, in words
+  std::string mend = {};      ///< command or line of a configuration that corrects it; empty: nothing to correct
+  std::string instance = {};  ///< name of the instance that it concerns; empty: the whole machine
 };
 
-/// What an instance's configuration asks of its box.
+/// Requirements of an instance's configuration on its machine.
 struct Settings {
   std::string cameraId, packetSocket = "off";
   double receiveBuffer_bytes = 0.0, packetSize_bytes = 0.0;
@@ -31,16 +33,16 @@ struct Settings {
 
 struct Instance {
   std::string name;
-  std::string file;                  ///< of its configuration
+  std::string file;                  ///< path of its configuration
   std::optional<Settings> settings;  ///< none: not known
-  std::string whyUnknown;
-  std::vector<int> processes;  ///< of tractiond
+  std::string whyUnknown;            ///< why the settings are not known
+  std::vector<int> processes;        ///< ids of its processes of tractiond
 };
 
-/// What more than one check needs. Borrows the box.
+/// The examined machine, with data that more than one check needs. Borrows the box.
 struct Patient {
   const Box& box;
-  std::string program;  ///< tractiond
+  std::string program;  ///< path of tractiond
   std::vector<Process> processes;
   std::vector<Instance> instances;
 };
@@ -58,18 +60,25 @@ bool isAddress(const std::string& cameraId);
 /// Returns whether the machine has USB and some instance's camera is not given by an address.
 bool mayUseUsb(const Patient& patient);
 
-// Each appends its findings; they do not set Finding::instance.
+// The following append their findings, one or more for each check; they do not set Finding::instance.
+
+/// Checks frequency governor, clock source, time of day, and memory and permissions of USB.
 void checkMachine(const Patient& patient, std::vector<Finding>& findings);
+/// Checks the link to a camera on the network: receive buffer, MTU, reverse path filter, NetworkManager, packet filter.
 void checkNetwork(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
+/// Checks user and group tractiond, and owners and permissions of the files of keys.
 void checkAccess(const Patient& patient, std::vector<Finding>& findings);
+/// Checks for other programs and daemons that use a camera or a port of an instance.
 void checkCompetitors(const Patient& patient, std::vector<Finding>& findings);
+/// Checks configuration, systemd unit, state directory, limits and real-time scheduling of an instance.
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
+/// Asks the running daemon for its status, and reports its problems().
 void checkMeasurement(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
 
 /// Carries out all checks, those of the machine first, then those of each instance. Parameters are those of admit().
 std::vector<Finding> examine(const Box& box, const std::string& program, const std::string& instance);
 
-/// Returns the report as text: one line per check, followed by one with what mends it.
+/// Returns the report as text: one line per check, followed by one with the command that corrects it.
 std::string reportText(const std::vector<Finding>& findings);
 /// Returns the report as JSON.
 std::string reportJson(const std::vector<Finding>& findings);

@@ -56,7 +56,7 @@ struct MarkerField {
   int isolatedGaps = 0;  ///< markers that the zero lacks although it has at least four of their eight neighbours
   Id zero{};             ///< the rest pose from which the displacements are measured
 
-  void resize(int markers);
+  void resize(int markers);  ///< Sizes the arrays for M markers, and sets their elements to 0.
 };
 
 }  // namespace tractiond

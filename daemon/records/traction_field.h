@@ -30,7 +30,7 @@ enum class Method : std::uint8_t {
 
 /// Forces of the object on the gel, gel frame (x right, y up in the picture, z into the gel), SI. Sized once, reused.
 struct TractionField {
-  MarkerField markers;             ///< a copy of what the numbers were solved from
+  MarkerField markers;             ///< copy of the markers from which the forces were computed
   std::vector<float> force_N;      ///< 3 N, node after node (x, y, z)
   std::vector<float> deviation_N;  ///< 3 N, standard deviation of each that noise causes; 0: nothing touches
   bool valid = false;              ///< false: too few markers, a wrong gel file or a numeric failure; all are 0
@@ -48,6 +48,7 @@ struct TractionField {
   int contactCount = 0;
   std::uint32_t flags = 0;
 
+  /// Sizes the arrays, also those of `markers`, and sets their elements to 0.
   void resize(int markerCount, int nodeCount);
 };
 

@@ -28,8 +28,9 @@ class ModelContacts {
   class Found final : public SolvedForces {
    public:
     Found(Model& model, int points);
-    /// Takes the points that have a force and `has` (P) marks.
+    /// Takes the points that have a force and are marked in `has` (P, 0 or 1).
     void take(const Estimate& estimate, std::span<const unsigned char> has);
+    // Implement SolvedForces.
     std::span<const int> places() const override { return places_; }
     std::span<const double> forces_N() const override { return {forces_.data(), 3 * places_.size()}; }
     void covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const override;
