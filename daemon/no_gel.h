@@ -26,7 +26,8 @@ class NoGel : public Processing {
   static const std::string_view kWhy;
 
   // These implement Processing, which names the thread of each. track() copies the picture if a snapshot is wanted, and
-  // returns false; beginZero() and beginStep() refuse; measure() sets the remark kWhy; the rest does nothing.
+  // returns false; turn() answers requests for snapshots; beginZero() and beginStep() refuse; measure() sets the remark
+  // kWhy. The functions with an empty body do nothing.
   PipelineOptions pipelineOptions() const override { return {.notTracked = &Ledger::noGel}; }
   tl::expected<void, Error> welcome(const capture::CameraInfo& /*info*/) override { return {}; }
   bool track(const Frame& frame, MarkerField& markers) override;
