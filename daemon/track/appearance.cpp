@@ -12,14 +12,14 @@ namespace tractiond::track {
 namespace {
 
 constexpr double kLeastBlur_px = 0.3, kMostBlur_px = 3.0, kTypicalBlur_px = 0.9;
-constexpr double kBlurResolution_px = 0.01;  // a misfit of the blur by this much does not show
+constexpr double kBlurResolution_px = 0.01;  // an error of the blur below this is not visible
 constexpr float kMostCrossTalk = 0.9F;
 constexpr double kSizeStep = 1.05;
-constexpr int kLeastStep = -20, kMostStep = 12;  // to a disc of 0.38 and of 1.8 times the size
-constexpr int kPatience = 4;                     // steps
-constexpr float kBetterMisfit = 0.85F;           // of the size before: else the noise decides
+constexpr int kLeastStep = -20, kMostStep = 12;  // discs of 0.38 and of 1.8 times the size
+constexpr int kPatience = 4;                     // steps without improvement before the search ends
+constexpr float kBetterMisfit = 0.85F;           // relative to the size before; a smaller improvement is noise
 constexpr int kSizeRounds = 2;
-constexpr double kOddShape = 0.03;  // rms misfit, of the amplitude: more than little noise leaves
+constexpr double kOddShape = 0.03;  // rms misfit, share of the amplitude: more than weak noise causes
 constexpr double kFarBetter = 0.5;
 
 MarkerTemplate templateFor(const Plane& plane, double radius_px, double blur_px) {
@@ -50,10 +50,10 @@ BlurFit fittingBlur(const Plane& plane, double radius_px, const CrossTalk& cross
       ++found;
     }
     if (found == 0) return BlurFit{blur};
-    // A template that finds fewer does not get away with it.
+    // Scales the misfit, so that a template with which fewer centres are found is not preferred.
     return BlurFit{blur, sum / found * static_cast<double>(centres.size()) / found, squares / found};
   };
-  // Golden section: the misfit has one minimum.
+  // Golden-section search: the misfit has one minimum.
   constexpr double kGolden = 0.6180339887498949;
   double low = kLeastBlur_px, high = kMostBlur_px;
   BlurFit a = fit(high - kGolden * (high - low)), b = fit(low + kGolden * (high - low));
@@ -73,8 +73,7 @@ BlurFit fittingBlur(const Plane& plane, double radius_px, const CrossTalk& cross
   return best;
 }
 
-/// The radius that discs have, where they are far from `radius_px`: another one only if it leaves much less
-/// unexplained.
+/// Returns the fit with the radius of the discs, and sets `radius_px` to it if it has a much smaller misfit.
 BlurFit fittingRadius(const Plane& plane, double& radius_px, const CrossTalk& crossTalk,
                       std::span<const Guess> places) {
   BlurFit best = fittingBlur(plane, radius_px, crossTalk, places);
@@ -91,7 +90,7 @@ BlurFit fittingRadius(const Plane& plane, double& radius_px, const CrossTalk& cr
   return best;
 }
 
-/// Takes back steps of size that are far beyond most others': they are not made so, there is dust on them.
+/// Sets steps of size that are far beyond most others to 0: such markers are not larger, but have dust on them.
 void forgetDust(std::span<int> steps) {
   std::vector<int> sizes;
   for (const int step : steps) sizes.push_back(std::abs(step));
@@ -104,15 +103,15 @@ void forgetDust(std::span<int> steps) {
   }
 }
 
-/// Every so many that `count` are left, or a few less.
+/// Returns evenly chosen elements: `count` of them, or a few less.
 std::vector<Guess> someOf(std::span<const Guess> all, std::size_t count) {
   std::vector<Guess> some;
   for (std::size_t i = 0; i < all.size(); i += all.size() / count + 1) some.push_back(all[i]);
   return some;
 }
 
-/// By how many steps of size each place's disc is larger than one of `radius_px`. From step to step, up and down, until
-/// two running fit no better.
+/// Returns by how many steps of size each disc is larger than one of `radius_px`. Tries one step after another, up and
+/// down, until kPatience of them fit no better.
 std::vector<int> stepsOfSize(const Plane& plane, double radius_px, double blur_px, const CrossTalk& crossTalk,
                              std::span<const Guess> places) {
   std::vector<int> steps(places.size(), 0);
@@ -179,7 +178,7 @@ Sizes fittingSizes(const Plane& plane, double radius_px, const CrossTalk& crossT
       if (seen[i]) sorted.push_back(steps[i]);
     }
     if (round == kSizeRounds || std::ranges::all_of(sorted, [](int step) { return step == 0; })) break;
-    // Discs of the middle size tell the blur better than all.
+    // Discs of medium size determine the blur better than all of them.
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
     typical.clear();

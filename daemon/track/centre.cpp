@@ -1,7 +1,7 @@
-// Per marker: copy its window of one colour's samples into a small array of floats, take eight sums (I, I^2 and the
-// products with the six rows of weights of the nearest 1/8 sample), solve the triangles, step. Nearly
-// always the first step settles, since the guess is good to some hundredths of a pixel. The loops are written over
-// lanes, so that each version of the function fills its own machine's vectors.
+// For each marker: copies its window of one colour's samples into a small array of floats, computes eight sums (I, I^2
+// and the products with the six rows of weights of the nearest 1/8 sample), solves the triangular systems, and moves
+// the centre. One step is nearly always enough, since the guess is right to some hundredths of a pixel. The loops run
+// over lanes, so that each version of the function fills the vectors of its machine.
 #include "daemon/track/centre.h"
 
 #include "base/vector_clones.h"
@@ -18,11 +18,11 @@ namespace {
 
 constexpr int kMaxSteps = 6;
 constexpr std::size_t kAhead = 8;  // windows prefetched
-constexpr int kSums = 16;          // lanes that are summed apart
+constexpr int kSums = 16;          // lanes that are summed separately
 constexpr int kLanes = MarkerTemplate::kLanes;
 constexpr int kPhases = MarkerTemplate::kPhases;
 
-/// The shape of the window as compile-time numbers where it is a common one.
+/// The shape of the window, as compile-time numbers for the common shapes.
 template <int kHalf>
 struct Shape {
   static constexpr int half = kHalf, chunks = (2 * kHalf + kLanes - 1) / kLanes;
@@ -36,14 +36,14 @@ struct Shape<0> {
       , chunks(marker.chunks()) {}
 };
 
-/// Where the centre of a window lies that is read as a whole [samples].
+/// The range of centres whose windows lie within the picture [samples].
 struct Range {
   float low, highX, highY;
 };
 
 template <typename S>
 TRACTION_INLINE Range wholeWindow(const Plane& plane, S shape) {
-  // A sample to the right and below is kept free for reads that are wider than the window.
+  // One more sample to the right and below is reserved for reads that are wider than the window.
   return {static_cast<float>(shape.half), static_cast<float>(plane.width - shape.chunks * kLanes + shape.half - 3),
           static_cast<float>(plane.height - shape.half - 3)};
 }
@@ -66,7 +66,8 @@ TRACTION_INLINE const typename R::Type* rowAfter(const Plane& plane, const typen
   return reinterpret_cast<const typename R::Type*>(reinterpret_cast<const std::uint8_t*>(row) + plane.stride);
 }
 
-/// The window in levels, less those that are returned: squares of many bits would not fit into a float.
+/// Copies the window in levels, less an offset, which it returns: squares of large numbers would lose digits in a
+/// float.
 template <typename R, typename S>
 TRACTION_INLINE float load(const Plane& plane, S shape, const float* mask, int left, int top, float* out) {
   const auto* row = rowAt<R>(plane, left, top);
@@ -88,14 +89,14 @@ TRACTION_INLINE float load(const Plane& plane, S shape, const float* mask, int l
   return R::isWide ? gain * static_cast<float>(base) : 0.0F;
 }
 
-/// Four times the other colour at a sample.
+/// Returns four times the other colour at a sample.
 template <typename R>
 TRACTION_INLINE int otherAt(const Plane& plane, const typename R::Type* p) {
   if constexpr (R::step == 2) return p[plane.other[0]] + p[plane.other[1]] + p[plane.other[2]] + p[plane.other[3]];
   return 4 * p[plane.other[0]];
 }
 
-/// As above, without the other colour's share.
+/// Copies the window as above, without the share of the other colour.
 template <typename R, typename S>
 TRACTION_INLINE float loadUnmixed(const Plane& plane, const CrossTalk& crossTalk, S shape, const float* mask, int left,
                                   int top, float* out) {
@@ -115,7 +116,7 @@ TRACTION_INLINE float loadUnmixed(const Plane& plane, const CrossTalk& crossTalk
   return gain * (static_cast<float>(base) - share * static_cast<float>(otherBase));
 }
 
-/// Variance of an unmixed sample relative to a plain one's.
+/// Returns the variance of a sample without the other colour's share, relative to that of a plain sample.
 TRACTION_INLINE float unmixedNoise(const Plane& plane, const CrossTalk& crossTalk) {
   const float gain = 1.0F / (1.0F - crossTalk.own * crossTalk.other);
   return gain * gain * (1.0F + plane.otherNoise * crossTalk.other * crossTalk.other);
@@ -131,7 +132,7 @@ TRACTION_INLINE float total(float* lane) {
   return (lane[0] + lane[1]) + (lane[2] + lane[3]);
 }
 
-/// `sign`: of the products with the weights, which are those of markers brighter than what surrounds them.
+/// \param sign of the products with the weights, which are made for markers that are brighter than their surroundings
 template <typename S>
 TRACTION_INLINE Sums sums(S shape, const float* window, const float* weights, float sign) {
   const int samples = 2 * shape.half * shape.chunks * kLanes;
@@ -168,7 +169,7 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
   const Shape<kHalf> shape(marker);
   const float inverseScale = 1.0F / plane.scale;
   const float radius = static_cast<float>(marker.radius());
-  const float settled = 0.5F / kPhases + 0.03F * radius;  // then the neglected cubic term is below 0.001 samples
+  const float settled = 0.5F / kPhases + 0.03F * radius;  // the neglected cubic term is then below 0.001 samples
   const float longest = 0.75F * radius;
   const auto [low, highX, highY] = wholeWindow(plane, shape);
 
@@ -226,7 +227,7 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
   centre.v = plane.v0 + plane.scale * y;
 }
 
-/// The rows of a window that will soon be read: the machine does not foresee them.
+/// Prefetches the rows of a window that will be read soon, as the hardware does not predict them.
 template <typename R>
 TRACTION_INLINE void prefetch(const Plane& plane, int half, const Guess& guess) {
   const float inverseScale = 1.0F / plane.scale;

@@ -6,19 +6,19 @@
 namespace tractiond::track {
 namespace {
 
-constexpr float kTypicalNoise = 3.0F;  // 1/255 of the range, until it is measured
-// What the template may leave unexplained of something that is to be taken for a marker at all: rms as a share of the
-// amplitude, beyond twice the noise and what this marker, or the typical one, leaves at rest.
+constexpr float kTypicalNoise = 3.0F;  // [1/255 of the range], until it is measured
+// Largest misfit of a marker: rms as a share of the amplitude, beyond twice the noise and the misfit of this marker, or
+// of the typical one, at rest.
 constexpr float kOddShape = 0.16F, kNoiseDeviations = 2.0F, kMostShape = 0.15F;
-constexpr double kTypical = 0.75;      // of the markers leave less
-constexpr float kMostOwnShape = 2.0F;  // of that
-// A disc strained by s leaves 0.22 s. Where x times the noise's variance is left beyond that, the squared error of the
-// centre is 1 + 6 x times what noise alone would make it (measured with dust of 0.4 to 3 px at all places). It is
-// heeded where the noise alone would hardly leave as much, and a marker with too much of it is not believed.
+constexpr double kTypical = 0.75;      // share of the markers with a smaller misfit than the typical one
+constexpr float kMostOwnShape = 2.0F;  // largest shape of a marker, relative to the typical one
+// A disc with the strain s has a misfit of 0.22 s. If the misfit exceeds that by x times the variance of the noise, the
+// squared error of the centre is 1 + 6 x times that by noise alone (measured with dust of 0.4 to 3 px at all places).
+// The excess is used where noise alone would hardly cause it; a marker with too large an excess is rejected.
 constexpr float kOddPerStrain = 0.25F, kLeastStrain = 0.03F, kMostStrain = 0.45F;
 constexpr float kErrorPerExcess = 6.0F, kHeeded = 3.0F, kMostExcess = 2.0F;
-constexpr int kMostLooks = 64;         // at whether a disc is deformed: per frame and layer, as they take time
-constexpr float kLeastNoise2 = 0.25F;  // of that at rest, however dark it is
+constexpr int kMostLooks = 64;         // tests for deformed discs per frame and layer, as they take time
+constexpr float kLeastNoise2 = 0.25F;  // share of the variance at rest: lower limit for dark markers
 
 }  // namespace
 
@@ -79,8 +79,9 @@ void CentreErrors::forgetShape() {
   typicalShape_ = kMostShape;
 }
 
-/// At least the typical one, so that most markers do not depend on how well their own is known. What is odder than
-/// twice that is not made so: there is dust on it, which stays where it is while the marker moves.
+/// Returns the shape of a marker, but at least the typical one, so that most markers do not depend on how well their
+/// own is known; and at most twice that, as a larger one is caused by dust, which stays in place while the marker
+/// moves.
 float CentreErrors::shapeOf(int marker) const {
   return std::clamp(shape_[static_cast<std::size_t>(marker)], typicalShape_, kMostOwnShape * typicalShape_);
 }
@@ -95,7 +96,7 @@ float CentreErrors::weightOf(int n) {
   return 1.0F / static_cast<float>(std::min(n, kMemory));
 }
 
-/// From the neighbours' displacements.
+/// Returns the strain at a marker by the displacements of its neighbours.
 float CentreErrors::strainAt(const Lattice& lattice, int marker, std::span<const Vector> displacement,
                              std::span<const std::uint8_t> valid) const {
   const int column = (marker - lattice.first) % lattice.columns, row = (marker - lattice.first) / lattice.columns;
@@ -125,13 +126,13 @@ void CentreErrors::weigh(const Lattice& lattice, int pixels, std::span<const Cen
       const float atRest = shape, strain = strainAt(lattice, i, displacement, valid);
       shape += kOddPerStrain * strain * centre.amplitude;
       excess = std::max((centre.misfit - shape * shape) / noise2 - 1.0F, 0.0F);
-      // Strained discs that are large leave more. What dust or a tear leaves is no ellipse, nor strained.
+      // Large strained discs have a larger misfit. Dust and tears do not look like an ellipse.
       const float explained = atRest * atRest + (1.0F + 0.5F * heeded) * noise2;
       if (excess > heeded && strain > kLeastStrain && looks++ < kMostLooks && adoptDeformed(i, explained)) {
         excess = 0.0F;
       }
     }
-    // Of this frame alone where it is plain to see, else of the frames together.
+    // Uses the excess of this frame if it is significant, else the mean over the frames.
     excess_[i] += weightOf(frames[i] + 1) * (excess - excess_[i]);
     if (excess < heeded) {
       excess = excess_[i] * std::sqrt(static_cast<float>(frames[i] + 1)) > heeded ? excess_[i] : 0.0F;
@@ -141,7 +142,7 @@ void CentreErrors::weigh(const Lattice& lattice, int pixels, std::span<const Cen
       continue;
     }
     const float doubt = 1.0F + kErrorPerExcess * excess;
-    // The rest place's own error comes in with its share of the frames' variance at the amplitude of rest.
+    // Adds the error of the rest position: the variance at the amplitude of the rest frames, divided by their number.
     const float amplitude = centre.amplitude / std::max(restAmplitude[i], 1.0F);
     variance_[i] = noise2 * (centre.variance + centre.slopeShare) * doubt +
                    noise_ * noise_ * centre.variance * perZeroFrame_ * amplitude * amplitude;

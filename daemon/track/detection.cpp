@@ -1,7 +1,7 @@
-// Mean of a box inside a marker minus the mean of a frame around it, for every place on a coarse grid, from an integral
-// image. Local maxima above a share of what the picture's markers typically have become guesses for the template fit,
-// which refines them and throws out what has not the shape of a marker, is brighter in the other colour, or is the same
-// spot again.
+// Computes, from an integral image, the mean of a box inside a marker minus the mean of a frame around it, for every
+// place of a coarse grid. Local maxima above a share of the typical response of the picture's markers are guesses for
+// the template fit. The fit refines them and rejects those that do not have the shape of a marker, are brighter in the
+// other colour, or are duplicates.
 #include "daemon/track/detection.h"
 
 #include "daemon/track/direct_fit.h"
@@ -13,14 +13,14 @@ namespace tractiond::track {
 
 namespace {
 
-constexpr float kLeastContrast = 6.0F;  // 1/255 of the range
-constexpr float kWeakest = 0.35F;       // of the median marker's response
-constexpr float kOtherColour = 0.6F;    // of the amplitude in the own colour
-constexpr float kOddShape = 0.35F;      // rms misfit, of the amplitude
+constexpr float kLeastContrast = 6.0F;  // [1/255 of the range]
+constexpr float kWeakest = 0.35F;       // share of the response of the median marker
+constexpr float kOtherColour = 0.6F;    // share of the amplitude in the marker's own colour
+constexpr float kOddShape = 0.35F;      // rms misfit, share of the amplitude
 constexpr int kSpotsPerMarker = 4;
 
-/// Inner box: 2 inner + 1 samples wide, inside the disc. Frame: from `gap` to `outer` from the centre. Places looked at
-/// are `step` apart.
+/// Sizes of the detector: an inner box of 2 inner + 1 samples, inside the disc; a frame from `gap` to `outer` samples
+/// from the centre; a grid of places that are `step` samples apart.
 struct Boxes {
   explicit Boxes(const MarkerTemplate& marker)
       : inner(static_cast<int>(0.75 * marker.radius()))
@@ -48,7 +48,7 @@ Detector::Detector(int width_px, int height_px, int markers)
   spots_.reserve(most);
 }
 
-// Sums of 16 bits may overflow; those of a box are right all the same.
+// Sums may overflow with samples of 16 bits; their differences over a box are right nevertheless.
 template <typename Sample>
 void Detector::integrate(const Plane& plane) {
   const int pitch = plane.width + 1;
@@ -72,7 +72,7 @@ void Detector::collectPeaks(const Plane& plane, const MarkerTemplate& marker) {
   struct Box {
     float sum, area;
   };
-  const auto box = [&](int x, int y, int half) -> Box {  // what the picture has of it
+  const auto box = [&](int x, int y, int half) -> Box {  // the part that lies in the picture
     const int left = std::max(x - half, 0), right = std::min(x + half + 1, plane.width);
     const int above = std::max(y - half, 0), below = std::min(y + half + 1, plane.height);
     const std::uint32_t* top = integral_.data() + above * pitch;
@@ -103,7 +103,7 @@ void Detector::collectPeaks(const Plane& plane, const MarkerTemplate& marker) {
     for (int y = std::max(row - 1, 0); y <= std::min(row + 1, rows - 1); ++y) {
       for (int x = std::max(column - 1, 0); x <= std::min(column + 1, columns - 1); ++x) {
         const float there = response_[y * columns + x];
-        const bool after = y > row || (y == row && x > column);  // of equals the last one counts
+        const bool after = y > row || (y == row && x > column);  // of equal maxima the last one is used
         if (after ? here <= there : here < there) return false;
       }
     }

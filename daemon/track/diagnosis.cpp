@@ -1,5 +1,5 @@
-// The light first, for without it nothing else can be said. Then spots of other sizes, of other colours, dark ones;
-// then spots of the right look that do not lie as they should.
+// Checks the light first, as all other checks need it. Then looks for spots of other sizes, of other colours and for
+// dark ones; then for spots that look right but are not at the expected places.
 #include "daemon/track/diagnosis.h"
 
 #include "daemon/track/appearance.h"
@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kDark = 40, kFlat = 15;  // levels
 constexpr double kSaturated = 0.2;     // share of the pixels
-constexpr double kMany = 0.5;          // of the markers expected: spots worth being named
+constexpr double kMany = 0.5;          // spots that are worth reporting, share of the number of markers
 constexpr std::array<double, 6> kSizes = {0.35, 0.5, 0.7, 1.5, 2.1, 3.0};
 constexpr double kOtherSpacing = 0.12;  // relative
 
@@ -36,7 +36,7 @@ Light lightOf(const PlainPicture& picture) {
   std::array<std::size_t, 256> count{};
   for (const std::uint8_t level : picture.levels) ++count[level];
   const std::size_t all = picture.levels.size();
-  // A thousandth on each side may be hot pixels and dust.
+  // Ignores a thousandth of the pixels on each side: hot pixels and dust.
   std::size_t below = 0;
   for (int level = 0; level < 256; ++level) {
     if (below <= all / 1000) light.darkest = level;
@@ -47,7 +47,7 @@ Light lightOf(const PlainPicture& picture) {
   return light;
 }
 
-/// One channel of the picture as a plane, compared with another one.
+/// Returns one channel of the picture as a plane, with another one to compare it with.
 Plane channelOf(const PlainPicture& picture, int channel) {
   Plane plane;
   plane.first = picture.levels.data() + channel;
@@ -64,7 +64,7 @@ class Looker {
       : picture_(picture)
       , detector_(picture.width, picture.height, sensor.markerCount()) {}
 
-  /// Spots of this radius that stand out more in one channel than in the other (-1: whatever the other shows).
+  /// Returns the spots of this radius that stand out more in `channel` than in `other` (-1: no comparison).
   std::span<const Spot> spots(int channel, int other, double radius_px, bool dark) {
     Plane own = channelOf(picture_, channel), beside;
     if (other >= 0) beside = channelOf(picture_, other);
@@ -77,7 +77,7 @@ class Looker {
   Detector detector_;
 };
 
-/// Median distance to the nearest spot [px].
+/// Returns the median distance between a spot and the nearest other one [px].
 std::optional<float> spacingOf(std::span<const Spot> spots) {
   if (spots.size() < 10) return std::nullopt;
   std::vector<float> nearest;

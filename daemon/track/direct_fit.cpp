@@ -1,5 +1,5 @@
-// Sums up the normal equations over the samples that are there; their Cholesky factor is the triangle that the whole
-// window's tables are made from, so that everything after it is as in centre.cpp.
+// Sums up the normal equations over the samples that lie in the picture. Their Cholesky factor is the triangle from
+// which the tables of a whole window are made, so that all further steps are those of centre.cpp.
 #include "daemon/track/direct_fit.h"
 
 #include <Eigen/Cholesky>
@@ -13,17 +13,17 @@ namespace {
 
 constexpr int kMaxSteps = 10;
 constexpr int kFunctions = 1 + MarkerTemplate::kRows;
-constexpr float kSettled = 0.03F;  // of the radius; then the neglected cubic term is below 0.001 samples
-constexpr float kLongest = 0.75F;  // of the radius: a step
+constexpr float kSettled = 0.03F;  // share of the radius: the neglected cubic term is then below 0.001 samples
+constexpr float kLongest = 0.75F;  // longest step, share of the radius
 constexpr float kSettledExactly =
-    0.01F;  // samples; where the template is not the disc's, steps are too short or too long
+    0.01F;  // [samples]: steps are too short or too long if the template differs from the disc
 
 template <int kCount>
 using Square = Eigen::Matrix<double, kCount, kCount>;
 template <int kCount>
 using Column = Eigen::Matrix<double, kCount, 1>;
 
-/// The part of a window that is in the picture [samples]; right and bottom are the first beyond.
+/// The part of a window that lies in the picture [samples]; right and bottom are the first samples beyond it.
 struct Part {
   int left, right, top, bottom;
 
@@ -47,11 +47,11 @@ class Reader {
     return gain_ * (own - share_ * other);
   }
 
-  /// Variance of what is read, of a plain sample's.
+  /// Returns the variance of a value that was read, relative to that of a plain sample.
   float noise() const { return gain_ * gain_ * (1.0F + plane_.otherNoise * share_ * share_); }
 
  private:
-  /// The value `offset` values after sample (x, y), whatever its colour [levels].
+  /// Returns the value `offset` values after sample (x, y), of any colour [levels].
   float besides(int x, int y, std::ptrdiff_t offset) const {
     const std::ptrdiff_t index = std::ptrdiff_t{x} * plane_.step + offset;
     const std::uint8_t* row = plane_.first + y * plane_.stride;
@@ -69,9 +69,9 @@ template <int kCount>
 struct Products {
   Square<kCount> functions = Square<kCount>::Zero();
   Column<kCount> levels = Column<kCount>::Zero();
-  double square = 0.0;  ///< of the levels
-  double base = 0.0;    ///< was taken from the levels: their squares would swamp what is left of them
-  int count = 0;        ///< samples
+  double square = 0.0;  ///< sum of the squared levels
+  double base = 0.0;    ///< subtracted from the levels before squaring, to keep precision
+  int count = 0;        ///< number of samples
 };
 
 /// \param rim samples along the border that are not read
@@ -96,20 +96,20 @@ Products<kCount> productsAt(const Plane& plane, const MarkerTemplate& marker, co
   return products;
 }
 
-/// Mean square of what the functions leave of the levels.
+/// Returns the mean square of the levels' residual after the fit of the functions.
 template <int kCount>
 float leftOver(const Products<kCount>& products, const Column<kCount>& explained) {
   const double left = std::max(products.square - explained.squaredNorm(), 0.0);
   return static_cast<float>(left / (products.count - kCount));
 }
 
-/// What the whole window's tables and sums say, of the part that is in the picture.
+/// The numbers that tables and sums give for a whole window, for the part that lies in the picture.
 struct Sums {
   MarkerTemplate::Phase phase = {};
-  Column<kFunctions> p;  ///< with the orthonormal functions; the first is the constant
+  Column<kFunctions> p;  ///< products with the orthonormal functions; the first is the constant
   float mean = 0.0F;     ///< [levels]
   float misfit = 0.0F;   ///< [levels^2]
-  bool known = false;    ///< what is left tells the functions apart
+  bool known = false;    ///< the samples determine all functions
 
   float at(int i) const { return static_cast<float>(p(i + 1)); }
 };
@@ -129,7 +129,7 @@ Sums sumsAt(const Plane& plane, const MarkerTemplate& marker, const Reader& read
   return sums;
 }
 
-/// Where a marker's disc is in the picture as a whole.
+/// The picture in which the disc of a marker must lie completely.
 struct Picture {
   Picture(const Plane& plane, const MarkerTemplate& marker, const Guess& guess)
       : radius(static_cast<float>(marker.radius()))
@@ -141,7 +141,7 @@ struct Picture {
   bool has(float x, float y) const { return x >= low && x <= highX && y >= low && y <= highY; }
 
   float radius;
-  int rim;  ///< of a mosaic, where not all samples of the other colour around this one's are in the picture
+  int rim;  ///< width of the border in which a mosaic lacks neighbours of the other colour
   float low, highX, highY;
 };
 

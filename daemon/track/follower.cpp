@@ -1,11 +1,12 @@
-// A picture is followed or acquired.
+// A picture is either followed or acquired.
 //
-// Following: each marker is sought where its last two places say (template steps from there), a second time where it
-// last was. What is not found is sought where its neighbours say, from the rim of what is found inwards, so that a
-// region that jumps farther than the template's catch is found from its calm surroundings. Acquiring, at the start,
-// after a gap and when most is lost: all spots of the picture are detected and labelled against the rest pose.
+// Following: each marker is searched at the place extrapolated from its last two places (by template steps), and then
+// at its last place. Markers that are not found are searched where their neighbours suggest, from the rim of the found
+// region inwards, so that a region that moves farther than the template can follow is found from its calm surroundings.
+// Acquiring, at the start, after a gap and when most markers are lost: all spots of the picture are detected and
+// labelled against the rest pose.
 //
-// Then nothing is believed that contradicts its neighbours, nor what lies behind a marker nearer to the camera.
+// Afterwards markers that contradict their neighbours, or lie behind a marker nearer to the camera, are rejected.
 #include "daemon/track/follower.h"
 
 #include "daemon/track/direct_fit.h"
@@ -21,15 +22,15 @@ namespace tractiond::track {
 
 namespace {
 
-// Amplitudes relative to rest. A step from afar may lead to a place that is dimmer than what is believed (kDim).
+// Amplitudes relative to rest. A long step may lead to a place that is dimmer than an accepted marker (kDim).
 constexpr float kCatch = 0.25F, kBright = 1.6F;
-constexpr float kWander = 0.45F;          // of the spacing, from where a marker was expected
-constexpr float kSlopeDeviations = 3.5F;  // of the seen slope of the surroundings from the known one
-constexpr int kSearches = 64;             // wide ones per frame
-constexpr double kLabelled = 0.3;         // of a layer, for an acquisition to count
-constexpr double kFollowed = 0.25;        // of the present markers, for the next frame to be followed
-constexpr double kAcquireBelow = 0.6;     // of the present markers
-constexpr int kAcquirePause = 4;          // frames between two tries that help little
+constexpr float kWander = 0.45F;          // largest distance from the expected place, share of the spacing
+constexpr float kSlopeDeviations = 3.5F;  // of the slope of the surroundings from the known one
+constexpr int kSearches = 64;             // wide searches per frame
+constexpr double kLabelled = 0.3;         // share of a layer's markers that an acquisition must label
+constexpr double kFollowed = 0.25;        // share of the present markers that the next frame can be followed from
+constexpr double kAcquireBelow = 0.6;     // share of the present markers
+constexpr int kAcquirePause = 4;          // frames between two acquisitions that find few markers
 
 }  // namespace
 
@@ -191,7 +192,7 @@ void Follower::follow() {
       if (accept(i, centres_[i], {guesses_[i].u, guesses_[i].v})) continue;
       if (!wanted(i)) continue;
       if (velocity_[i].squared() > 1.0F && fitAt(layer, i, previous_[i])) continue;  // it may have stopped
-      // What the torn frame had moved aside is back where the last whole one had it.
+      // Markers that the torn frame displaced are again where the last intact frame had them.
       if (wasTorn && wasValid_[i] && tears_.referenceValid()[i])
         fitAt(layer, i, reference_.place_px[i] + tears_.reference_px()[i]);
     }
@@ -219,8 +220,8 @@ void Follower::finishFrame(bool thorough) {
   guessLost();
 }
 
-/// Where the marker's disc, as an ellipse of any size, leaves at most so much of the picture unexplained, its centre is
-/// this one's.
+/// Fits the disc of a marker as an ellipse of any size. If its misfit is at most `mostMisfit`, takes its centre as that
+/// of the marker and returns true.
 bool Follower::adoptDeformed(const Layer& layer, int marker, float mostMisfit) {
   Centre centre = centres_[marker];
   const MarkerTemplate& disc = looks(layer).markers[reference_.appearance.size[marker]];
@@ -240,8 +241,8 @@ Guess Follower::guessAt(int marker, Vector place) const {
           slope_[marker].v};
 }
 
-/// A reflection beside the marker pulls its centre. The slope of the surroundings is known from the frames before;
-/// where this window shows another, it counts alone, at the price of precision.
+/// Corrects the centre for a reflection beside the marker, which would shift it. The slope of the surroundings is known
+/// from the frames before; if this window has a different one, that is used, with less precision.
 void Follower::heedSlope(const Layer& layer, int marker, Centre& centre) {
   if (!centre.found) return;
   const Vector seen{centre.slopeU, centre.slopeV};

@@ -1,5 +1,5 @@
-// Markers that were not found where they were expected: sought where their neighbours say, taken out where another one
-// hides them, and placed among their neighbours as long as they are lost.
+// Handles markers that were not found at their expected places: searches them where their neighbours suggest, rejects
+// those that another marker hides, and interpolates the places of lost ones from their neighbours.
 #include "daemon/track/follower.h"
 
 #include <algorithm>
@@ -10,12 +10,12 @@ namespace tractiond::track {
 
 namespace {
 
-constexpr float kSearchReach = 0.4F;  // of the spacing
+constexpr float kSearchReach = 0.4F;  // share of the spacing
 constexpr float kSearchReach_px = 8.0F;
-constexpr int kPatience = 8;  // frames of wide search for a marker; then only every sixteenth
+constexpr int kPatience = 8;  // frames with a wide search for a marker; afterwards only every sixteenth
 constexpr int kSweeps = 40;
 constexpr float kBlurredRim_px = 1.2F;     // beyond a disc's radius
-constexpr float kOverlapMotion_px = 2.0F;  // by which two colours may approach each other from frame to frame
+constexpr float kOverlapMotion_px = 2.0F;  // largest approach of two colours from frame to frame
 
 int validNeighbours(const Lattice& lattice, int column, int row, const std::vector<std::uint8_t>& valid) {
   int count = 0;
@@ -38,7 +38,7 @@ void Follower::recover() {
       lost_.push_back(i);
       attempts_[i] = 0;
     }
-    // First those of which several neighbours tell; each marker again only when more of them do.
+    // Starts with markers that have several found neighbours; tries a marker again only when it has more of them.
     int enough = 3;
     for (int sweep = 0; sweep < kSweeps && enough > 0 && !lost_.empty(); ++sweep) {
       bool progress = false;
@@ -89,7 +89,7 @@ bool Follower::searchAround(const Layer& layer, int marker, Vector place) {
     }
   }
   fit(layer, std::span(guesses).first(count), std::span(centres).first(count));
-  // The nearest, if no other is nearly as near.
+  // Takes the nearest one, if no other is almost as near.
   std::sort(centres.begin(), centres.begin() + static_cast<std::ptrdiff_t>(count),
             [&](const Centre& a, const Centre& b) {
               return (Vector{a.u, a.v} - place).squared() < (Vector{b.u, b.v} - place).squared();

@@ -1,4 +1,4 @@
-// What a follower measures from: a zero, or what stands in for the first; and what the markers look like.
+// The reference of a follower: a zero, or the first picture in its place; and the appearance of the markers.
 #include "daemon/track/appearance.h"
 #include "daemon/track/follower.h"
 #include "daemon/track/rest_pose.h"
@@ -63,7 +63,7 @@ const MarkerTemplate& Follower::roughOf(Layer& layer) {
   return layer.rough;
 }
 
-/// The camera may be nearer or farther than described: the markers are then as much larger or smaller as the pattern.
+/// Scales the radius with the pattern: the camera may be nearer or farther than described.
 void Follower::learnSize(const Layer& layer, std::span<const std::uint8_t> seen) {
   const Lattice& lattice = layer.lattice;
   float shown = 0.0F, described = 0.0F;
@@ -82,7 +82,7 @@ void Follower::learnSize(const Layer& layer, std::span<const std::uint8_t> seen)
   if (described > 0.0F) looks(layer).radius_px = layer.described_px * static_cast<double>(shown / described);
 }
 
-/// From the markers that are `seen`, where they are.
+/// Learns from the markers that are `seen`, at their present places.
 void Follower::learnAppearance(std::span<const std::uint8_t> seen) {
   for (Layer& layer : layers_) {
     learnSize(layer, seen);
@@ -104,7 +104,7 @@ void Follower::learnAppearance(std::span<const std::uint8_t> seen) {
     }
   }
   for (Layer& layer : layers_) {
-    // Dots that differ too much from the others to be found may be there all the same.
+    // Markers that differ too much from the others to be found may be present nevertheless.
     const auto first = static_cast<std::size_t>(layer.lattice.first),
                count = static_cast<std::size_t>(layer.lattice.count());
     Sizes sizes = fittingSizes(layer.plane, looks(layer).radius_px, looks(layer).crossTalk, places(layer, true),
@@ -116,7 +116,7 @@ void Follower::learnAppearance(std::span<const std::uint8_t> seen) {
   reference_.appearance.isKnown = true;
 }
 
-/// Puts the markers that no spot was found for where those around them say.
+/// Interpolates the places of markers without a spot from those around them.
 void Follower::placeUnlabelled() {
   const std::vector<Vector>& reference = reference_.isZero ? reference_.place_px : nominal_;
   for (int i = 0; i < markers_; ++i) displacement_[i] = place_[i] - reference[i];
@@ -131,7 +131,7 @@ void Follower::placeUnlabelled() {
   }
 }
 
-/// Until there is a rest pose, the first labelled picture stands in for it.
+/// Takes the first labelled picture as the reference until there is a rest pose.
 void Follower::assumeRest() {
   for (Layer& layer : layers_) {
     const Lattice& lattice = layer.lattice;

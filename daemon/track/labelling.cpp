@@ -1,10 +1,11 @@
-// A seed is a spot whose four neighbours lie most nearly where the reference says; the gel is calm there. From it the
-// lattice grows: always the node with the most labelled neighbours is next, its place is continued from theirs by a
-// plane through their displacements, and it takes the one spot that lies there. So steep regions are entered last and
-// from several sides. All labels may then be wrong by any number of rows and columns, since a moved picture looks the
-// same inside: the lattice grows as far as there are spots, and each shift is scored by the markers that would lie
-// beyond the described lattice and by those that should be in the picture but are not. How far the picture moved, and
-// the layers' agreement, count so little that at the start they decide only where the rims cannot be seen.
+// A seed is a spot whose four neighbours are closest to the places that the reference gives; the gel is calm there. The
+// lattice grows from it. The next node is always that with the most labelled neighbours; its place is extrapolated by a
+// plane through their displacements, and the single spot at that place is assigned to it. Steep regions are therefore
+// entered last and from several sides. All labels may then be wrong by any number of rows and columns, since a shifted
+// picture looks the same inside. Therefore the lattice grows as far as there are spots, and each shift gets a score, by
+// the markers that would lie outside the described lattice and by those that should be in the picture but are missing.
+// The motion of the picture, and the agreement of the layers, have small weights: at the start they decide only if the
+// rims cannot be seen.
 #include "daemon/track/labelling.h"
 
 #include <algorithm>
@@ -15,21 +16,21 @@ namespace tractiond::track {
 
 namespace {
 
-constexpr float kReach = 0.40F;     // of the spacing, from the expected place to the spot
-constexpr float kRunnerUp = 0.25F;  // of the spacing, by which the next spot must be farther
+constexpr float kReach = 0.40F;     // largest distance of a spot from the expected place, share of the spacing
+constexpr float kRunnerUp = 0.25F;  // by which the second nearest spot must be farther, share of the spacing
 constexpr float kSeedReach = 0.35F;
 constexpr int kSeeds = 4;
-constexpr float kOutsideCost = 2.0F;  // a spot that would be no marker; a marker without a spot costs 1
-constexpr float kMoveCost = 0.005F;   // per marker, for a picture that moved by one spacing; grows with its square
-// Per marker of the lattice's shorter side, for a picture seen before that moved by more than half a spacing: where the
-// rim is at the picture's border, a few markers that are missing there are no reason for it.
+constexpr float kOutsideCost = 2.0F;  // cost of a spot that would be no marker; a marker without a spot costs 1
+constexpr float kMoveCost = 0.005F;   // cost per marker of a motion by one spacing; grows with its square
+// Cost per marker of the lattice's shorter side, of a motion by more than half a spacing since an earlier picture: a
+// few missing markers of a rim at the picture's border do not justify it.
 constexpr float kJumpCost = 1.0F;
-constexpr float kFirstMoveCost = 0.002F;  // the same where it is not known how far it lies; grows in proportion
-constexpr float kLayerCost = 0.03F;       // per marker, for layers that are one spacing apart
-constexpr std::size_t kBestShifts = 64;   // of a layer, that are looked at with the other's
-constexpr float kUnsure = 0.2F;           // of the spacing: a missing marker's place in the picture
-constexpr float kFull = 0.5F;             // of a column's visible nodes, to be one
-constexpr int kFewestOfColumn = 4;        // visible nodes, to say anything of a column
+constexpr float kFirstMoveCost = 0.002F;  // kMoveCost without an earlier picture; grows in proportion
+constexpr float kLayerCost = 0.03F;       // cost per marker of layers that are one spacing apart
+constexpr std::size_t kBestShifts = 64;   // shifts of a layer that are combined with those of the other
+constexpr float kUnsure = 0.2F;           // uncertainty of a missing marker's place, share of the spacing
+constexpr float kFull = 0.5F;             // share of the visible nodes of a column that must have spots
+constexpr int kFewestOfColumn = 4;        // visible nodes that are needed to judge a column
 
 }  // namespace
 
@@ -44,7 +45,7 @@ Labeller::Labeller(const std::vector<Lattice>& lattices, int width_px, int heigh
     Wide& wide = work.wide;
     wide.columns = lattice.columns;
     wide.rows = lattice.rows;
-    wide.slackX = lattice.columns - 2;  // any two pictures of it that share a column
+    wide.slackX = lattice.columns - 2;  // covers any two pictures that share a column
     wide.slackY = lattice.rows - 2;
     wide.lattice = {0, lattice.columns + 2 * wide.slackX, lattice.rows + 2 * wide.slackY};
     const auto nodes = static_cast<std::size_t>(wide.lattice.count());
@@ -93,7 +94,7 @@ bool Labeller::label(std::span<const std::span<const Spot>> spots, std::span<con
   return true;
 }
 
-/// The shifts that fit best, and fit each other. Two layers at most: there are two colours.
+/// Chooses the shifts that fit best and agree with each other. There are two layers at most, one of each colour.
 void Labeller::chooseShifts() {
   Work& one = works_.front();
   Work& other = works_.back();
@@ -178,7 +179,7 @@ bool Labeller::grow(Work& work, std::span<const Spot> spots) {
         if (nearest(work, spots, expected, reach, &distance, nullptr) < 0) distance = 2.0F * reach;
         cost += distance;
       }
-      // Far apart from each other, so that one bad place does not hold them all.
+      // Chooses seeds far from each other, so that one bad region does not contain all of them.
       const bool crowded = std::any_of(seeds.begin(), seeds.end(), [&](const Seed& seed) {
         return seed.node >= 0 && seed.cost <= cost &&
                (work.reference[seed.node] - at).squared() < 16.0F * work.spacing * work.spacing;
@@ -239,10 +240,10 @@ int Labeller::growFrom(Work& work, std::span<const Spot> spots, int seed, int sp
   }
 }
 
-/// Which nodes the picture ought to show, and the sums.
+/// Determines which nodes the picture should show, and computes the sums.
 void Labeller::look(Work& work, float border_px) const {
   const Lattice& wide = work.wide.lattice;
-  // Far from all spots the nearest tell: the whole lattice's mean motion by a plane, from all nodes that have a spot.
+  // Places far from all spots follow a plane through the motion of all nodes that have a spot.
   Vector mean, byX, byY;
   float n = 0, mx = 0, my = 0;
   for (int node = 0; node < wide.count(); ++node) {
@@ -330,12 +331,12 @@ void Labeller::scoreShifts(Work& work, bool seenBefore) const {
   work.shifts.resize(best);
 }
 
-/// A column is there if most of its nodes that the picture could show have spots; where it could show few, it is
-/// believed to be as described.
+/// Returns the extent of the lattice. A column is present if most of its visible nodes have spots; if few nodes are
+/// visible, the column is assumed to be present as described.
 LatticeSeen Labeller::extent(const Work& work) const {
   const Wide& wide = work.wide;
   const int left = wide.slackX - work.chosen.x, low = wide.slackY - work.chosen.y;
-  // Share of the line's visible nodes that have a spot; -1: too few could be seen.
+  // Returns the share of the line's visible nodes that have a spot; -1: too few are visible.
   const auto share = [&](bool column, int index) {
     const int length = column ? work.lattice.rows : work.lattice.columns;
     int visible = 0, there = 0;
@@ -355,8 +356,8 @@ LatticeSeen Labeller::extent(const Work& work) const {
       const int rim = step < 0 ? 0 : described - 1;
       int beyond = 0, missing = 0;
       while (share(column, rim + step * (beyond + 1)) >= kFull) ++beyond;
-      // From the rim inwards to the first that is there. Those outside the picture count as missing only where one in
-      // the picture, farther in, is missing too.
+      // Counts from the rim inwards to the first present line. Lines outside the picture count as missing only if a
+      // visible one farther in is missing, too.
       for (int i = 0; i < described; ++i) {
         const float there = share(column, rim - step * i);
         if (there >= kFull) break;

@@ -9,10 +9,10 @@ namespace tractiond::track {
 namespace {
 
 constexpr float kContradiction =
-    0.5F;                             // of the spacing, between neighbours: a swap of one, less 0.4 of slope, is above
-constexpr float kOutlier = 0.25F;     // of the spacing, from the mean of the neighbours on both sides
-constexpr int kAround = 4;            // of the eight nodes around a gap
-constexpr float kSlopePrior = 0.01F;  // keeps the plane's slope finite where the nodes lie in one line
+    0.5F;                          // of the spacing, between neighbours: a swap (1.0) less a slope (0.4) is above this
+constexpr float kOutlier = 0.25F;  // share of the spacing, from the mean of the neighbours on both sides
+constexpr int kAround = 4;         // number of the eight nodes around a gap
+constexpr float kSlopePrior = 0.01F;  // keeps the slope of the plane finite if the nodes lie in one line
 
 }  // namespace
 
@@ -84,7 +84,7 @@ std::optional<Expectation> expectation(const Lattice& lattice, int column, int r
     }
   }
   if (nodes == 0) return std::nullopt;
-  // About the centre of weight: the slopes first, then the value at the origin.
+  // Solves about the weighted centre: the slopes first, then the value at the origin.
   const float mx = wx / w, my = wy / w;
   const Vector mean = (1.0F / w) * f;
   const float xx = wxx - w * mx * mx + kSlopePrior, yy = wyy - w * my * my + kSlopePrior, xy = wxy - w * mx * my;
@@ -139,7 +139,7 @@ int Trust::dropOutliers(std::span<const Vector> displacement, std::span<std::uin
       if (across == Verdict::kAgrees) continue;
       const Verdict along = inColumn ? between(node, lattice_.columns) : Verdict::kUnknown;
       if (along == Verdict::kAgrees) continue;
-      // With one pair only the outlier may also be in the pair; then this one differs from it alone.
+      // With a single pair the outlier may be in the pair; then this marker differs from one of the two only.
       const bool twice = across != Verdict::kUnknown && along != Verdict::kUnknown;
       if (!twice && across != Verdict::kDiffersFromBoth && along != Verdict::kDiffersFromBoth) continue;
       valid[node] = 0;
@@ -150,7 +150,7 @@ int Trust::dropOutliers(std::span<const Vector> displacement, std::span<std::uin
 }
 
 int Trust::keepLargestPiece(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
-  // Neighbours across a corner and across one gap are connected, too.
+  // Diagonal neighbours and neighbours across one gap are connected, too.
   constexpr std::array<std::array<int, 2>, 12> kLinks = {
       {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}, {2, 0}, {-2, 0}, {0, 2}, {0, -2}}};
   std::fill(piece_.begin(), piece_.end(), -1);
@@ -184,8 +184,8 @@ int Trust::keepLargestPiece(std::span<const Vector> displacement, std::span<std:
   return dropped + dropContradicting(displacement, valid);
 }
 
-/// Drops neighbours that contradict each other within a piece, where a detour connects them: which of the two is wrong
-/// is not known.
+/// Drops both of two neighbours that contradict each other within a piece, which other nodes connect: which of them is
+/// wrong is not known.
 int Trust::dropContradicting(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
   std::fill(piece_.begin(), piece_.end(), 0);
   for (int row = 0; row < lattice_.rows; ++row) {

@@ -10,7 +10,7 @@ namespace tractiond::track {
 
 namespace {
 
-constexpr double kProfileStep = 0.02;  // samples; cubic interpolation is then exact to 1e-6
+constexpr double kProfileStep = 0.02;  // [samples]: cubic interpolation is then exact to 1e-6
 constexpr double kCurveStep = 0.1;     // for second differences
 constexpr int kStrips = 48;
 
@@ -18,7 +18,7 @@ double normal(double t) {
   return 0.5 * std::erfc(-t / std::numbers::sqrt2);
 }
 
-/// The blurred disc at distance r: strips across the disc, each blurred exactly along its length.
+/// Returns the blurred disc at distance r: sums strips across the disc, each blurred exactly along its length.
 double blurredDisc(double r, double radius, double blur) {
   double sum = 0.0;
   const double step = std::numbers::pi / kStrips;
@@ -35,8 +35,8 @@ double blurredDisc(double r, double radius, double blur) {
 
 MarkerTemplate::MarkerTemplate(double radius, double blur)
     : radius_(std::min(radius, largestRadius())) {
-  // The narrowest margin of a window is half - 1. Beyond 1.2 deviations outside the disc there is nothing to see, at a
-  // tenth of a deviation 2 % of the information is lost; a wider window costs time and meets neighbours.
+  // The narrowest margin of a window is half - 1. Samples beyond 1.2 deviations outside the disc hold no information;
+  // with a margin of a tenth of a deviation 2 % of it is lost. A wider window costs time and overlaps neighbours.
   half_ = std::clamp(1 + static_cast<int>(std::ceil(radius_ + 1.2 * blur - 0.25)), 3, kMaxHalf);
   const int width = 2 * half_;
   chunks_ = (width + kLanes - 1) / kLanes;

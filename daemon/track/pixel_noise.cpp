@@ -1,5 +1,5 @@
-// A photon transfer curve of two points: the middles of the markers and the bare gel between them. The brightness of
-// the whole picture may flicker: the mean difference of two frames is taken out.
+// Measures a photon transfer curve of two points: the centres of the markers, and the bare gel between them. The mean
+// difference of two frames is subtracted, as the brightness of the whole picture may flicker.
 #include "daemon/track/pixel_noise.h"
 
 #include <algorithm>
@@ -9,9 +9,9 @@ namespace tractiond::track {
 
 namespace {
 
-constexpr int kLeast = 30;                             // pixels for a frame to count
-constexpr float kDarkest = 3.0F, kBrightest = 250.0F;  // in 1/255 of the range; beyond, the noise is cut
-constexpr double kLeastContrast = 10.0;                // the same
+constexpr int kLeast = 30;                             // pixels that a frame must have to be used
+constexpr float kDarkest = 3.0F, kBrightest = 250.0F;  // [1/255 of the range]: beyond these the noise is clipped
+constexpr double kLeastContrast = 10.0;                // [1/255 of the range]
 
 }  // namespace
 

@@ -12,11 +12,11 @@ using sensor::Colour;
 
 namespace {
 
-/// In YUV's own names, full range (ITU-R BT.601): R = Y + 1.402 V', G = Y - 0.344 U' - 0.714 V', B = Y + 1.772 U'.
-/// Samples hold 16 of these to a level, above an offset that keeps them positive.
+/// YUV, full range (ITU-R BT.601): R = Y + 1.402 V', G = Y - 0.344 U' - 0.714 V', B = Y + 1.772 U'.
+/// Samples have 16 units per level, above an offset that keeps them positive.
 constexpr int kYuvUnits = 16, kYuvOffset = 256;
 
-/// In a pixel of RGB or BGR.
+/// Returns the index of red in a pixel of RGB or BGR.
 int redIndex(PixelColours colours) {
   return colours == PixelColours::kBgr ? 2 : 0;
 }
@@ -25,7 +25,7 @@ struct Place {
   int u, v;
 };
 
-/// Of red in the two by two pixels; blue is diagonally across.
+/// Returns the place of red in the two by two pixels; blue is diagonally opposite.
 Place redPlace(PixelColours colours) {
   return {colours == PixelColours::kBayerGR || colours == PixelColours::kBayerBG ? 1 : 0,
           colours == PixelColours::kBayerGB || colours == PixelColours::kBayerBG ? 1 : 0};
@@ -48,7 +48,7 @@ bool isYuv(PixelColours colours) {
   return colours == PixelColours::kYuyv || colours == PixelColours::kUyvy;
 }
 
-/// The colour in which glare would show as well.
+/// Returns the colour that also shows glare.
 Colour glareColour(Colour own) {
   switch (own) {
   case Colour::kBlue:
@@ -62,13 +62,13 @@ Colour glareColour(Colour own) {
   return Colour::kGrey;
 }
 
-/// For each two by two pixels: the sum of the two greens, and twice the other colour in the middle of the four, from
-/// the nearest four of its samples.
+/// Computes for each two by two pixels the sum of the two greens, and twice the other colour at their centre, from its
+/// four nearest samples.
 template <typename Sample>
 void makeGreen(const std::uint8_t* first, std::ptrdiff_t stride, int width, int height, Place other, int shift,
                std::uint16_t* to) {
   const auto row = [&](int v) { return reinterpret_cast<const Sample*>(first + v * stride); };
-  // Red and blue are at equal or at different parities of u and v; the greens at the others.
+  // Red and blue have equal, or different, parities of u and v; the greens have the others.
   const int green = other.u == other.v ? 1 : 0;
   const int columns = width / 2, rows = height / 2;
   const auto clampedRow = [&](int y) { return row(2 * std::clamp(y, 0, rows - 1) + other.v); };
@@ -85,7 +85,7 @@ void makeGreen(const std::uint8_t* first, std::ptrdiff_t stride, int width, int 
   }
 }
 
-/// The sum of all four.
+/// Computes the sum of all four pixels.
 template <typename Sample>
 void makeGreyOfMosaic(const std::uint8_t* first, std::ptrdiff_t stride, int width, int height, int shift,
                       std::uint16_t* to) {
@@ -98,7 +98,7 @@ void makeGreyOfMosaic(const std::uint8_t* first, std::ptrdiff_t stride, int widt
   }
 }
 
-/// The sum of all three.
+/// Computes the sum of all three colours.
 template <typename Sample>
 void makeGreyOfRgb(const std::uint8_t* first, std::ptrdiff_t stride, int width, int height, int shift,
                    std::uint16_t* to) {
@@ -114,7 +114,7 @@ std::uint16_t yuvSample(int colour256) {
   return static_cast<std::uint16_t>((colour256 + 256 * kYuvOffset) / (256 / kYuvUnits));
 }
 
-/// Red, green and blue of each pixel.
+/// Computes red, green and blue of each pixel.
 TRACTION_VECTOR_CLONES
 void makeRgbOfYuv(const std::uint8_t* first, std::ptrdiff_t stride, int width, int height, int luma,
                   std::uint16_t* to) {
@@ -133,7 +133,7 @@ void makeRgbOfYuv(const std::uint8_t* first, std::ptrdiff_t stride, int width, i
 
 }  // namespace
 
-/// Whole samples in the order in which the camera sends them.
+/// Samples in whole bytes, in the order in which the camera sends them.
 struct Planes::Source {
   const std::uint8_t* first = nullptr;
   std::ptrdiff_t stride = 0;  ///< bytes
@@ -151,7 +151,7 @@ struct Planes::Source {
     return colours == PixelColours::kMono || colour == Colour::kGrey;
   }
 
-  /// Of a colour that it has.
+  /// Returns the plane of a colour that the source has.
   Plane plane(Colour colour) const {
     Plane made;
     made.first = first;
@@ -185,13 +185,13 @@ struct Planes::Source {
     return made;
   }
 
-  /// In a pixel of RGB.
+  /// Returns the index of a colour in a pixel of RGB.
   int indexOf(Colour colour) const {
     if (colour == Colour::kGreen) return 1;
     return colour == Colour::kRed ? redIndex(colours) : 2 - redIndex(colours);
   }
 
-  /// Where the other colour lies from a sample of `own`, in a plane of the source.
+  /// Sets in a plane of the source where the other colour lies, from a sample of `own`.
   void mix(Colour own, Colour other, Plane& plane) const {
     const std::ptrdiff_t row = samplesPerRow();
     if (isRgb(colours)) {
@@ -320,7 +320,8 @@ void Planes::makeOwn(const Source& source, Layer& layer) {
   }
   if (pairs) {
     layer.own.other.fill(1);
-    layer.own.otherNoise = 100.0F / 256.0F / layer.own.noise;  // of the mean of four that weigh 9, 3, 3, 1 sixteenths
+    layer.own.otherNoise =
+        100.0F / 256.0F / layer.own.noise;  // variance of a mean with the weights 9, 3, 3, 1 sixteenths
   }
 }
 

@@ -14,7 +14,7 @@ Id idOf(const RestPose& pose) {
   const std::array<float, 5> levels = {pose.noise, pose.shotNoise, pose.light, pose.crossTalk[0], pose.crossTalk[1]};
   const std::array<Hash128, 6> parts = {hashOf(pose.position_px), hashOf(pose.amplitude), hashOf(pose.present),
                                         hashOf(levels),           hashOf(moment),         hashOf(pose.oddity)};
-  // Poses that were taken before oddities were known keep their ids.
+  // Poses of versions without oddities keep their ids.
   return hashOf(std::span(parts).first(pose.oddity.empty() ? 5 : 6));
 }
 

@@ -1,4 +1,4 @@
-// Header, arrays, checksum of all before it; in the machine's byte order, since the state stays on its machine.
+// The file has a header, arrays and a checksum of all bytes before it, in the byte order of the machine.
 #include "daemon/track/rest_pose_file.h"
 
 #include "base/files.h"
@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::array<char, 8> kMagic = {'t', 'r', 'a', 'c', 'r', 'e', 's', 't'};
 constexpr std::uint32_t kVersion = 4;
-constexpr std::uint32_t kWithoutOddity = 3;  ///< the version that did not say how odd each marker is
+constexpr std::uint32_t kWithoutOddity = 3;  ///< the version without the oddity of each marker
 constexpr std::uint32_t kWithoutCamera = 2;  ///< the version without the camera's name
 constexpr std::size_t kLongestName = 4096;
 
@@ -29,8 +29,8 @@ struct Header {
   float noise = 0.0F, shotNoise = 0.0F, light = 0.0F;
   std::array<float, 2> crossTalk{};
   std::uint32_t requested = 0;
-  std::uint32_t camera = 0;  ///< bytes of its name, behind the arrays
-  std::uint32_t asker = 0;   ///< bytes of the requester's name, behind that
+  std::uint32_t camera = 0;  ///< length of its name, behind the arrays [bytes]
+  std::uint32_t asker = 0;   ///< length of the requester's name, behind that [bytes]
 };
 static_assert(sizeof(Header) == 88);  // no padding
 
@@ -44,7 +44,7 @@ std::size_t bodySize(std::size_t markers, bool oddity) {
   return markers * ((oddity ? 4 : 3) * sizeof(float) + 1);
 }
 
-/// Formats of one kind have the same levels at the same places.
+/// Returns the kind of a format; formats of one kind have the same levels at the same places.
 int kindOf(PixelFormat format) {
   const PixelFormatTraits& traits = traitsOf(format);
   const int depth = 4 * (traits.bits - 8);

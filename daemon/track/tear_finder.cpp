@@ -1,10 +1,9 @@
-// What moved since the last whole frame is smooth, since the gel is; a tear is a step from one row of markers to the
-// next. The fifth difference along a column, (-1, 5, -10, 10, -5, 1) / 6 over three rows on either side, is a step's
-// whole height and little of a smooth motion, however fast. So a gap between two rows is a step where the fifth
-// differences of all columns together are too large for noise, and not much smaller than the plain differences there
-// and in the gaps beside it: of loads on the surface they have at most 27 % of their energy, and 9 % in both layers at
-// the same height; of tears 47 % and more. Where a step is so large that the markers are lost, whole rows vanish at
-// once.
+// The motion since the last intact frame is smooth, as the gel is continuous; a tear is a step from one row of markers
+// to the next. The fifth difference along a column, (-1, 5, -10, 10, -5, 1) / 6 over three rows on either side, is the
+// full height of a step, and small for a smooth motion of any speed. A gap between two rows is a step if the sum of the
+// fifth differences over all columns is too large for noise, and not much smaller than the plain differences there and
+// in the gaps beside it: for loads on the surface it has at most 27 % of their energy, and 9 % in both layers at the
+// same height; for tears 47 % and more. If a step is so large that the markers are lost, whole rows vanish at once.
 #include "daemon/track/tear_finder.h"
 
 #include <algorithm>
@@ -16,14 +15,14 @@ namespace {
 
 constexpr int kReach = 3;                     // rows on either side of a gap
 constexpr float kNoiseGain = 252.0F / 36.0F;  // squared weights of the fifth difference
-constexpr int kLeastColumns = 4;              // that have all six markers
-// Of the sum over the columns, from what noise makes it; where another layer shows a clear step.
+constexpr int kLeastColumns = 4;              // columns that have all six markers
+// Of the sum over the columns from its expectation by noise; the second if another layer shows a clear step.
 constexpr float kDeviations = 8.0F, kFaintDeviations = 8.0F;
-// Share of the plain differences' energy. A row that is cut through shows less of the step.
+// Share of the energy of the plain differences. A row that is cut through shows less of the step.
 constexpr float kFaint = 0.15F, kClear = 0.35F, kPlain = 0.6F;
-constexpr float kLeast_px2 = 0.01F;          // squared step, mean over the columns: smaller ones are harmless
-constexpr int kMostRunning = 3;              // then the picture has changed for good
-constexpr float kSeen = 0.8F, kLost = 0.2F;  // of the markers on the two sides
+constexpr float kLeast_px2 = 0.01F;          // squared step, mean over the columns; smaller ones are harmless
+constexpr int kMostRunning = 3;              // torn frames in a row; after more the picture has changed permanently
+constexpr float kSeen = 0.8F, kLost = 0.2F;  // shares of the markers seen on the two sides
 
 }  // namespace
 
@@ -76,7 +75,7 @@ void TearFinder::markSteps(const Lattice& lattice, std::span<const float> varian
       const Vector step = from(0, 1);
       fifths += ((1.0F / 6.0F) * (10.0F * step - 5.0F * from(-1, 2) + from(-2, 3))).squared();
       plain += from(-1, 0).squared() + step.squared() + from(1, 2).squared();
-      // Of the six rows the middle two make most of it.
+      // The middle two of the six rows contribute most.
       noise += kNoiseGain * (variance_px2[node] + variance_px2[node + row] + referenceVariance_[node] +
                              referenceVariance_[node + row]);
       ++columns;
@@ -96,7 +95,8 @@ void TearFinder::markSteps(const Lattice& lattice, std::span<const float> varian
   }
 }
 
-/// Clear in one layer and at least faint at the same height in all others; or plain, and nothing known of the others.
+/// Returns whether there is a step: clear in one layer and at least faint at the same height in all others; or plain,
+/// if nothing is known of the others.
 bool TearFinder::anyStep() const {
   const auto layers = static_cast<int>(lattices_.size());
   for (int layer = 0; layer < layers; ++layer) {

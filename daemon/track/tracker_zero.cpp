@@ -1,4 +1,4 @@
-// The zero, from the request until it is in force.
+// Takes the zero, from the request until it is in force.
 #include "daemon/track/rest_pose.h"
 #include "daemon/track/tracker.h"
 
@@ -51,7 +51,7 @@ void Tracker::takeZero(const FrameInfo& info) {
   const bool isFirst = !follower_.reference().isZero;
   if (isFirst && !taking_ && follower_.following()) {
     beginZero(false);
-    ZeroState none = ZeroState::kNone;  // a refusal stays to be read until a zero is taken
+    ZeroState none = ZeroState::kNone;  // a refusal can be read until a zero is taken
     zeroState_.compare_exchange_strong(none, ZeroState::kTakingFirst, std::memory_order_relaxed);
   }
   if (!taking_) return;
@@ -85,7 +85,7 @@ void Tracker::takeZero(const FrameInfo& info) {
   poseWaits_ = !finished_.put(pose_);
 }
 
-/// Fills pose_ with what was taken.
+/// Fills pose_ with the averages of the frames.
 void Tracker::finishPose(const FrameInfo& info) {
   const Reference& reference = source().reference();
   for (int i = 0; i < markers_; ++i) {
@@ -106,7 +106,7 @@ void Tracker::finishPose(const FrameInfo& info) {
 }
 
 /// Publishes the state in which a zero has ended. Returns false if the zero was requested and its request has been
-/// cancelled meanwhile. A request that has come meanwhile stays.
+/// cancelled meanwhile. A request that has arrived meanwhile remains.
 bool Tracker::report(ZeroState state) {
   if (takingRequested_) {
     ZeroState taking = ZeroState::kTaking;
@@ -118,8 +118,8 @@ bool Tracker::report(ZeroState state) {
   return true;
 }
 
-/// Measures from another zero from now on. What markers look like comes with it, if it is the one that was proposed or
-/// the one before; else they look as they did.
+/// Measures from another zero from now on. Restores the appearance of the markers if the zero is the proposed or the
+/// previous one; else keeps the present appearance.
 void Tracker::install(const RestPose& pose) {
   Standing replaced{zero_, verified_};
   Appearance* appearance = nullptr;
@@ -144,7 +144,7 @@ void Tracker::install(const RestPose& pose) {
   agreeing_ = 0;
 }
 
-/// Heeds what putInForce() was called with.
+/// Carries out a call of putInForce().
 void Tracker::heedDecision() {
   if (!decisions_.take(decision_)) return;
   const RestPose& pose = decision_.zero;
@@ -184,7 +184,7 @@ bool Tracker::awaitsFirstVerdict() {
 }
 
 void Tracker::setGelFits(const Id& zero, bool fits) {
-  while (!verdicts_.put({zero, fits})) std::this_thread::yield();  // just being taken: some instructions
+  while (!verdicts_.put({zero, fits})) std::this_thread::yield();  // the other thread is taking it: some instructions
 }
 
 }  // namespace tractiond::track

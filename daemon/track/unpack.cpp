@@ -8,7 +8,7 @@ namespace tractiond::track {
 
 namespace {
 
-/// Any sample of a stream, the slow way: the last ones, that make no whole group of bytes.
+/// Returns any sample of a stream. Slow; for the last samples, which do not fill a group of bytes.
 std::uint16_t sampleAt(const std::uint8_t* from, std::size_t index, int bits) {
   unsigned value = 0;
   for (int bit = 0; bit < bits; ++bit) {
@@ -49,7 +49,7 @@ void unpack14p(const std::uint8_t* from, std::size_t groups, std::uint16_t* to) 
   }
 }
 
-/// `shared`: low bits that lie in the middle byte, of the second sample from bit 4.
+/// \param shared number of low bits that lie in the middle byte; those of the second sample start at bit 4
 TRACTION_VECTOR_CLONES
 void unpackTriples(int shared, const std::uint8_t* from, std::size_t groups, std::uint16_t* to) {
   const int mask = (1 << shared) - 1;
@@ -67,7 +67,7 @@ void unpack(PixelPacking packing, int bits, const std::uint8_t* from, std::size_
   if (packing == PixelPacking::kTriple) {
     const int shared = bits - 8;
     unpackTriples(shared, from, count / 2, to);
-    if (count % 2 != 0) {  // the last one's low bits are in the second of its two bytes
+    if (count % 2 != 0) {  // the low bits of the last sample are in the second of its two bytes
       const std::uint8_t* b = from + count / 2 * 3;
       to[count - 1] = static_cast<std::uint16_t>(b[0] << shared | (b[1] & ((1 << shared) - 1)));
     }

@@ -1,6 +1,6 @@
-// The pixel noise is taken from what it does: the scatter of the centres themselves, divided by what the template says
-// of unit noise. So shot noise, rounding and the camera's filters are in it, and the published variances are true. The
-// motion of the picture as a whole (vibration) is taken out first: it is no noise of a marker, and is averaged.
+// Measures the pixel noise by its effect: the scatter of the centres, divided by that which the template predicts for
+// unit noise. It therefore includes shot noise, rounding and the camera's filters, and the published variances are
+// true. The motion of the whole picture (vibration) is subtracted first, as it is no noise of a marker; it is averaged.
 #include "daemon/track/zero.h"
 
 #include <algorithm>
@@ -10,17 +10,17 @@ namespace tractiond::track {
 
 namespace {
 
-constexpr int kFewest = 10;               // frames in which motion is told from noise
-constexpr double kPresent = 0.8;          // of the frames in which a marker must have been seen
+constexpr int kFewest = 10;               // frames that are needed to distinguish motion from noise
+constexpr double kPresent = 0.8;          // share of the frames in which a marker must have been seen
 constexpr float kStill = 3.0F;            // deviations of the noise: a spread above is motion ...
 constexpr float kStill_px = 0.03F;        // ... if it is also above this
-constexpr double kMovers = 0.01;          // of the markers that may have moved (dust, a bubble)
+constexpr double kMovers = 0.01;          // share of the markers that may have moved (dust, a bubble)
 constexpr float kShake_px = 0.05F;        // rms of the whole picture's motion
 constexpr float kNoiseOverMisfit = 1.5F;  // the scatter of the centres cannot be noise if the pixels do not show it
 constexpr float kRounding = 0.3F;         // levels: noise of rounding to 8 bits
-constexpr float kDim = 0.5F;              // of its neighbours' amplitude: there is dust on the marker ...
-constexpr float kBright = 1.6F;           // ... or dust is taken for it
-constexpr float kContrasts = 4.0F;        // deviations of the markers' contrasts: such differences are not dust
+constexpr float kDim = 0.5F;        // share of the neighbours' amplitude: below it there is dust on the marker ...
+constexpr float kBright = 1.6F;     // ... above this the spot is dust
+constexpr float kContrasts = 4.0F;  // deviations of the markers' contrasts; smaller differences are not dust
 
 }  // namespace
 
@@ -92,7 +92,7 @@ ZeroState ZeroTaker::add(std::span<const Vector> place_px, std::span<const Centr
     sums.sum = sums.sum + moved;
     sums.square += moved.squared();
     sums.amplitude += centres[i].amplitude;
-    // Half of what the slope's uncertainty adds is the same in all frames, and no spread.
+    // Half of the variance by the slope's uncertainty is the same in all frames, and causes no spread.
     sums.variance += centres[i].variance + 0.5F * centres[i].slopeShare;
     sums.level += centres[i].level;
     sums.misfit += centres[i].misfit;
@@ -111,7 +111,7 @@ bool ZeroTaker::moved() {
   const auto frames = static_cast<float>(seen_);
   if (commonSquare_ / frames - common_.squared() / (frames * frames) > kShake_px * kShake_px) return true;
 
-  // The noise is the median ratio of the spread to that of unit noise, even if some markers moved.
+  // The noise is the median ratio of the spread to that of unit noise: some markers may have moved.
   ratios_.clear();
   for (const Sums& sums : sums_) {
     if (sums.count >= kPresent * seen_) {
@@ -160,7 +160,7 @@ void ZeroTaker::finish(const Lattice& lattice, RestPose& pose) {
     const int index = i - lattice.first;
     return expectation(lattice, index % lattice.columns, index / lattice.columns, field_, pose.present);
   };
-  // Dust makes a marker dim, or is a bright one's. How much markers differ without it most of them tell.
+  // Dust dims a marker, or is itself taken for a bright one. The differences without dust are those of most markers.
   for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) field_[i] = {pose.amplitude[i], 0.0F};
   const auto brighter = [&](int i) {
     const auto usual = around(i);
