@@ -44,7 +44,7 @@ std::optional<AspectSeen> seenAspect(const sensor::Sensor& start, double first, 
   seen.residual_px = free.residual_px;
   seen.deviation = std::hypot(free.aspectDeviation, options.pattern * seen.aspect);
   if (std::abs(seen.aspect - seen.expected) <= options.alarm * seen.deviation) return seen;
-  // From the start's own pose, and from the one that was just found.
+  // Starts from the given pose, and from the one that was just found.
   seen.held_px = std::numeric_limits<double>::infinity();
   loose.camera.aspect = seen.expected;
   for (const sensor::Camera& from : {loose.camera, free.camera}) {

@@ -20,12 +20,13 @@ namespace {
 namespace fs = std::filesystem;
 using Kind = CalibrationStep::Kind;
 
-constexpr double kLongest_s = 3600.0;    // of a step
-constexpr int kMostFiles = 100;          // in the state directory: whoever may ask may ask for ever
+constexpr double kLongest_s = 3600.0;    // longest duration of a step
+constexpr int kMostFiles = 100;          // gel files in the state directory: a client may request them without end
 constexpr double kFarFromTheFile = 3.0;  // deviations of the focal length that are worth a remark
 constexpr double kBadResidual_px = 0.3;
 constexpr double kCreeping = 0.005;    // growth of a load's displacement between the halves of its reading
-constexpr double kResidualOver = 2.0;  // of what noise explains: the contact is not one round one
+constexpr double kResidualOver =
+    2.0;  // residual relative to the noise: above it the load is not a single round contact
 
 std::string utc(const char* format) {
   const auto now = static_cast<std::time_t>(realNow() / 1'000'000'000);
@@ -55,14 +56,14 @@ tl::unexpected<std::string> refused(const std::string& sentence) {
 
 }  // namespace
 
-/// The reading that shows the gel's thickness best.
+/// The reading from which the gel's thickness is determined best.
 struct Calibration::Heaviest {
   ContactReading reading;
   std::vector<float> mean, variance;
   std::vector<std::uint8_t> valid;
 };
 
-/// A weight that is waited for: still, and not the one before; then its mean.
+/// Waits for a weight that is still and is not the previous one; then averages its displacements.
 struct Calibration::Weighing {
   explicit Weighing(std::size_t markers)
       : deformation(2 * markers)
@@ -71,12 +72,12 @@ struct Calibration::Weighing {
       , counts{std::vector<int>(markers), std::vector<int>(markers)}
       , variance(markers) {}
 
-  std::vector<float> deformation;  ///< this frame's, without the picture's motion
-  std::vector<float> reference;    ///< of the frame since which nothing moved
+  std::vector<float> deformation;  ///< displacements in this frame, without the picture's motion
+  std::vector<float> reference;    ///< displacements in the frame since which nothing moved
   bool haveReference = false;
   std::int64_t stillSince_ns = 0;
-  int frames = 0;                           ///< in the sums
-  std::array<std::vector<double>, 2> sums;  ///< of the reading's first and second half
+  int frames = 0;                           ///< number of frames in the sums
+  std::array<std::vector<double>, 2> sums;  ///< sums over the first and the second half of the reading
   std::array<std::vector<int>, 2> counts;
   std::vector<double> variance;
   bool sawNothing = false;
@@ -173,7 +174,7 @@ Result Calibration::geometry(const RestPose& zero, bool anyway) {
   candidate_.uncertainty.rotation = found.uncertainty.rotation;
   candidate_.uncertainty.focalDistance = found.uncertainty.focalDistance;
   made().geometry = date();
-  weights_.clear();  // read with another camera
+  weights_.clear();  // they were read with the previous geometry
   heaviest_.reset();
   made().residual_px = found.residual_px;
 
@@ -301,7 +302,7 @@ Result Calibration::read() {
     const int count = w.counts[0][i] + w.counts[1][i];
     if (w.counts[0][i] == 0 || w.counts[1][i] == 0) continue;
     valid[i] = 1;
-    // The tracker's variance is one frame's and the zero's; the zero's does not become less by averaging.
+    // The tracker's variance includes that of the zero, which averaging over frames does not reduce.
     const double ofZero = 1.0 / options_.zeroFrames;
     variance[i] = static_cast<float>(w.variance[i] / count / (1.0 + ofZero) * (1.0 / count + ofZero));
     for (const std::size_t c : {2 * i, 2 * i + 1}) {
@@ -361,7 +362,7 @@ Result Calibration::stiffness() {
   return report;
 }
 
-/// By the heaviest weight, which shows it best.
+/// Reports the thickness by the heaviest weight, which determines it best.
 void Calibration::tellThickness(CalibrationReport& report) {
   if (!heaviest_) return;
   if (!thicknessCheck_) thicknessCheck_ = std::make_unique<ThicknessCheck>(inForce_, *contactFit_, options_.progress);

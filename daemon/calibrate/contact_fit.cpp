@@ -1,6 +1,6 @@
-// The start is found by trying places around the one that is displaced most; from there a few Gauss-Newton steps. The
-// half-space's part of a contact's field is summed over the quadrature of Hertz's pressure; the block's correction,
-// which varies over lengths of the block, over four points that share the pressure's second moments.
+// Tries places around that of the largest displacement as start values, and makes a few Gauss-Newton steps from the
+// best one. The half-space part of a contact's field is summed over a quadrature of Hertz's pressure; the correction
+// for the block, which varies over lengths of the block, over four points with the same second moments as the pressure.
 #include "daemon/calibrate/contact_fit.h"
 
 #include "sensor/elastic/half_space.h"
@@ -18,15 +18,15 @@ namespace {
 
 constexpr double kLeastRadius = 0.5e-3, kLargestRadius = 15e-3;  // [m]
 constexpr double kFirstRadius = 3e-3;
-constexpr double kFirstPitch = 4e-3;  // of the places that are tried, [m]
-constexpr int kFirstReach = 2;        // places to each side: the largest displacement is up to 8 mm off the centre
-constexpr double kMargin = 1e-3;      // between a contact and the gel's sides, [m]
+constexpr double kFirstPitch = 4e-3;  // distance of the places that are tried [m]
+constexpr int kFirstReach = 2;    // places to each side: the largest displacement is up to 8 mm away from the centre
+constexpr double kMargin = 1e-3;  // between a contact and the sides of the gel [m]
 constexpr int kIterations = 20;
-constexpr double kStep_m = 1e-5;  // of place and radius for differences
+constexpr double kStep_m = 1e-5;  // step of place and radius for finite differences
 constexpr double kSettled_m = 1e-8;
-constexpr int kLinear = 7;  // force, picture motion
+constexpr int kLinear = 7;  // linear unknowns: force, picture motion
 
-/// sum over the valid coordinates of weight row^T row, and of weight row^T value.
+/// Sums over the valid coordinates: weight row^T row, and weight row^T value.
 struct Normal {
   Eigen::MatrixXd matrix;
   Eigen::VectorXd right;
@@ -103,7 +103,7 @@ std::optional<ContactReading> ContactFit::operator()(const sensor::Camera& camer
   };
   struct Fit {
     Eigen::Vector3d shape = Eigen::Vector3d::Zero();
-    Eigen::MatrixXd columns;  ///< force, motion
+    Eigen::MatrixXd columns;  ///< by force and motion
     Eigen::VectorXd amounts, residual;
     double cost = std::numeric_limits<double>::infinity();
   };
@@ -156,7 +156,7 @@ std::optional<ContactReading> ContactFit::operator()(const sensor::Camera& camer
     const Eigen::VectorXd change = scale.cwiseProduct(
         (scale.asDiagonal() * normal.matrix * scale.asDiagonal()).ldlt().solve(scale.cwiseProduct(normal.right)));
     if (!change.allFinite()) return std::nullopt;
-    // Shorter steps where the whole one does not help; where none does, the minimum is reached.
+    // Shortens the step until it reduces the residual; if no step does, the minimum is reached.
     Fit next;
     double share = 1.0;
     for (; share > 0.01; share *= 0.5) {

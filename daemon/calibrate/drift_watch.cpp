@@ -48,7 +48,7 @@ void DriftWatch::add(const MarkerField& field) {
   drift_.seen_ns = now_ns;
 }
 
-/// How far a motion moves the picture's edge.
+/// Returns how far a motion displaces the edge of the picture.
 double DriftWatch::edge_px(double shift_px, double scale, double roll) const {
   return shift_px + 0.5 * sensor_.camera.height * std::hypot(scale, roll);
 }

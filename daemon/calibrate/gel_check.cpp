@@ -1,6 +1,7 @@
-// Least squares by Gauss-Newton with shorter steps where a whole one does not help: the pose in the file may be off by
-// centimetres. What one picture cannot tell apart is one finding: pitch, focal length and distance are the picture's
-// scale, and of the layers' depths only the difference shows, by their scales' quotient.
+// Solves least squares by Gauss-Newton steps, which are shortened if they do not reduce the residual: the pose in the
+// file may be wrong by centimetres. Quantities that a single picture does not distinguish are one finding: pitch, focal
+// length and distance make the scale of the picture; of the depths of the layers only the difference is visible, in the
+// ratio of their scales.
 #include "daemon/calibrate/gel_check.h"
 
 #include "daemon/calibrate/aspect_check.h"
@@ -25,23 +26,23 @@ namespace {
 constexpr int kPosition = 0, kRotation = 3, kDistortion = 6, kLayer = 8, kUnknowns = 11;
 constexpr int kFewest = 50;  // markers
 constexpr int kIterations = 40;
-constexpr double kSettled = 1e-4;  // of the units below
+constexpr double kSettled = 1e-4;  // step that ends the iteration, in the units below
 constexpr int kTrims = 2;
-constexpr double kOutlier = 5.0;             // times the scatter by the median
-constexpr double kMedianOfRayleigh = 1.177;  // times a coordinate's deviation
+constexpr double kOutlier = 5.0;             // times the scatter, which is estimated by the median
+constexpr double kMedianOfRayleigh = 1.177;  // median length, in deviations of a coordinate
 constexpr double kScatterFloor_px = 1e-3;
 
 using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
 using Normal = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
-/// What one unit of each unknown means: about a pixel.
+/// Returns the size of a unit of each unknown: about a pixel.
 Unknowns units() {
   Unknowns u;
   u << 0.15e-3, 0.15e-3, 0.6e-3, 1e-3, 1e-3, 4e-3, 0.07, 1.0, 0.6e-3, 0.15e-3, 0.15e-3;
   return u;
 }
 
-/// Nothing is known of them but that they are not absurd; in units.
+/// Returns wide prior deviations of the unknowns, in units: they only exclude absurd values.
 Unknowns looseDeviations() {
   Unknowns u = Unknowns::Constant(1e3);
   u.segment<2>(kDistortion).setConstant(5.0);
@@ -50,8 +51,8 @@ Unknowns looseDeviations() {
 
 struct Fit {
   sensor::Camera camera;
-  Eigen::Vector3d layer = Eigen::Vector3d::Zero();  ///< by how much the second one is deeper, farther in x and y [m]
-  Unknowns deviation = Unknowns::Zero();            ///< by the scatter [m, rad, 1]
+  Eigen::Vector3d layer = Eigen::Vector3d::Zero();  ///< offset of the second layer from the file's: depth, x, y [m]
+  Unknowns deviation = Unknowns::Zero();            ///< standard deviations by the scatter [m, rad, 1]
   double residual_px = 0.0;
 };
 
@@ -100,7 +101,7 @@ class Problem {
     return camera;
   }
 
-  /// Calls visit(number, predicted place) for each used marker; false: no camera can be there.
+  /// Calls visit(number, predicted place) for each used marker. Returns false if no camera can have this pose.
   template <typename Visit>
   bool project(const Unknowns& x, Visit&& visit) const {
     const sensor::Camera seen = camera(x);
@@ -153,7 +154,7 @@ class Problem {
       if (!change.allFinite()) return false;
       double share = 1.0, after = cost(x + change);
       for (; after > before && share > 1e-3; after = cost(x + share * change)) share *= 0.5;
-      if (after > before) return true;  // as low as it gets
+      if (after > before) return true;  // the minimum is reached
       x += share * change;
       before = after;
       if (share * change.cwiseAbs().maxCoeff() < kSettled) return true;
@@ -161,7 +162,7 @@ class Problem {
     return std::isfinite(before);
   }
 
-  /// Dust, a misplaced marker, what a touch has moved. False: there is none.
+  /// Drops outliers: dust, misplaced markers, markers that a touch displaces. Returns false if there are none.
   bool trim(const Unknowns& x) {
     std::vector<double> distances(used_.size());
     project(x, [&](std::size_t i, const Eigen::Vector2d& place) { distances[i] = (seen_[i] - place).norm(); });
@@ -190,7 +191,7 @@ class Problem {
   Normal normal_ = Normal::Identity();
 };
 
-/// Collects findings, and sentences about those that contradict.
+/// Collects findings, and sentences about those that contradict the gel file.
 class Judge {
  public:
   Judge(const sensor::Sensor& sensor, const GelCheckOptions& options)
@@ -211,7 +212,7 @@ class Judge {
     }
   }
 
-  /// The picture's other scale is the finding: what is fitted without it means nothing.
+  /// Adds the finding that the picture's scale differs along v; the other findings are not valid then.
   void otherAspect(const AspectSeen& seen) {
     report_.findings.push_back({"aspect", seen.expected, seen.aspect, seen.deviation, true});
     say(seen.what() + ": " + seen.remedy());
@@ -260,7 +261,7 @@ class Judge {
     if (sensor_.layers.size() < 2) return;
     const sensor::MarkerLayer &one = sensor_.layers[0], &other = sensor_.layers[1];
     const double depth = std::max(sensor_.uncertainty.layerDepth, options_.leastDepth);
-    // The quotient of the layers' scales tells their distance apart; their pitches' errors are in it.
+    // The ratio of the layers' scales gives the distance between them; it includes the errors of their pitches.
     const double distance = sensor_.camera.position.z() - meanDepth();
     const double deviation = 1e3 * std::sqrt(2.0 * depth * depth + 2.0 * std::pow(options_.pitch * distance, 2) +
                                              std::pow(fit.deviation[kLayer], 2));
@@ -291,7 +292,7 @@ class Judge {
     const sensor::Camera &file = sensor_.camera, &seen = fit.camera;
     const sensor::Uncertainty& known = sensor_.uncertainty;
     const double distance = file.position.z() - meanDepth();
-    // The file's error of the focal length makes the camera seem nearer or farther.
+    // An error of the focal length in the file has the same effect as an error of the distance.
     const double focal = distance * known.focal;
     const double scale =
         std::hypot(options_.pitch * distance,
@@ -303,7 +304,7 @@ class Judge {
 
     bool moved = false;
     for (const int axis : {0, 1}) {
-      // An error of the principal point in the file looks like one of the place.
+      // An error of the principal point in the file has the same effect as an error of the position.
       const double deviation = std::hypot(
           std::max(known.position[axis], options_.leastPosition),
           known.principal_px * distance / (file.focal_px * (axis == 1 ? file.aspect : 1.0)), fit.deviation[axis]);
@@ -319,12 +320,12 @@ class Judge {
       moved = add(kRotations[axis], file.rotation[axis], seen.rotation[axis], deviation) || moved;
     }
     const bool scaled = add("camera_z_mm", 1e3 * file.position.z(), 1e3 * seen.position.z(), 1e3 * ofDistance);
-    // The same, were it the pitch.
+    // The same difference, if it is that of the pitch.
     const double pitch = 1e3 * sensor_.layers.front().pitch;
     const double seenPitch = pitch * distance / (distance + seen.position.z() - file.position.z());
     const double ofPitch = pitch * ofDistance / distance;
     add("pitch_mm", pitch, seenPitch, ofPitch);
-    if (otherGrid_) return;  // which rows are which is a guess then, and so is the pose
+    if (otherGrid_) return;  // the assignment of the rows, and therefore the pose, is a guess then
     if (moved) {
       const auto matrix = [](const Eigen::Vector3d& r) {
         return Eigen::AngleAxisd(r.norm(), r.norm() > 0.0 ? Eigen::Vector3d(r.normalized()) : Eigen::Vector3d::UnitX());
@@ -366,7 +367,7 @@ GelReport checkGel(const sensor::Sensor& sensor, std::span<const float> place_px
     aspect.alarm = options.alarm;
     aspect.pattern = options.aspect;
     aspect.iterations = options.aspectIterations;
-    // The file's pose is the better start where the fit's was bent to explain the scale.
+    // The pose of the file is the better start, as the fitted pose has compensated for the scale.
     auto found = seenAspect(sensor, sensor.camera.aspect, place_px, present, aspect);
     if (!found && fit) {
       sensor::Sensor posed = sensor;

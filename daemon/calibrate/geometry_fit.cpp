@@ -1,5 +1,6 @@
-// The unknowns are the camera's twelve numbers, and for each layer its depth, pitch and (but the first, which defines
-// the frame) its place. All are scaled to about one pixel's effect so that one step serves all central differences.
+// The unknowns are the twelve numbers of the camera, and for each layer its depth, pitch and place (except that of the
+// first one, which defines the frame). All are scaled to an effect of about one pixel, so that one step size suits all
+// central differences.
 #include "daemon/calibrate/geometry_fit.h"
 
 #include <Eigen/Cholesky>
@@ -14,14 +15,14 @@ namespace tractiond::calibrate {
 namespace {
 
 constexpr int kFocal = 0, kPrincipal = 1, kPosition = 3, kRotation = 6, kDistortion = 9, kAspect = 11;  // unknowns
-constexpr int kCamera = 12;        // of the camera, those above
-constexpr int kOfLayer = 4;        // depth, pitch, x, y
-constexpr double kStep = 1e-3;     // of the scaled unknowns, for differences
-constexpr double kSettled = 1e-2;  // deviations that a step moves the unknowns by
+constexpr int kCamera = 12;        // number of the camera's unknowns, above
+constexpr int kOfLayer = 4;        // unknowns of a layer: depth, pitch, x, y
+constexpr double kStep = 1e-3;     // step of the scaled unknowns for finite differences
+constexpr double kSettled = 1e-2;  // step that ends the iteration, in deviations of the unknowns
 constexpr int kRounds = 4;
-constexpr double kScatterFloor_px = 1e-4;  // of exact data
+constexpr double kScatterFloor_px = 1e-4;  // scatter that is assumed for exact data
 
-/// What one unit of each unknown of the camera means: about a pixel at the picture's edge.
+/// Returns the size of a unit of each unknown of the camera: about a pixel at the picture's edge.
 Eigen::Matrix<double, kCamera, 1> cameraUnits() {
   Eigen::Matrix<double, kCamera, 1> units;
   units << 4e-3, 1.0, 1.0, 0.15e-3, 0.15e-3, 0.6e-3, 1e-3, 1e-3, 4e-3, 0.07, 1.0, 4e-3;
@@ -50,7 +51,7 @@ class Problem {
 
   int unknowns() const { return unknowns_; }
   double deviation(int unknown) const { return deviation_[unknown]; }
-  /// Zero: not an unknown after all.
+  /// Returns whether an unknown is fixed: its prior deviation is zero.
   bool isFixed(int unknown) const { return deviation_[unknown] == 0.0; }
 
   sensor::Camera camera(const Eigen::VectorXd& x) const {
@@ -75,7 +76,7 @@ class Problem {
     return x;
   }
 
-  /// False: no camera can be there.
+  /// Projects all markers. Returns false if no camera can have this pose.
   bool project(const Eigen::VectorXd& x, Eigen::VectorXd& pixels) const {
     const sensor::Camera seen = camera(x);
     if (!(seen.focal_px > 0.0) || !(seen.aspect > 0.0)) return false;
@@ -85,7 +86,7 @@ class Problem {
     for (std::size_t i = 0; i < start_.layers.size(); ++i) {
       const int count = start_.layers[i].count();
       const Eigen::Vector2d centre = markers_.block(0, marker, 2, count).rowwise().mean();
-      // In units of the tolerances, which may be zero: then nothing moves.
+      // In units of the tolerances; a tolerance of zero keeps the value fixed.
       const Eigen::Vector4d error = x.segment<kOfLayer>(kCamera + kOfLayer * static_cast<int>(i));
       for (const Eigen::Index end = marker + count; marker < end; ++marker) {
         Eigen::Vector3d point = markers_.col(marker);
@@ -106,7 +107,7 @@ class Problem {
   Eigen::VectorXd deviation_;
 };
 
-/// The iteration: where it is, what is left there, which markers count.
+/// The iteration: present unknowns, residuals, and the markers that are used.
 class Fit {
  public:
   Fit(const sensor::Sensor& start, const sensor::Camera& from, std::span<const float> seen_px,
@@ -130,8 +131,8 @@ class Fit {
       const std::optional<double> moved = step();
       if (!moved) return Outcome::kDiverged;
       if (*moved > kSettled) continue;
-      // Then again without those that are not where the others say, a few times at most: where a touch displaces many,
-      // they are too many to be sorted out.
+      // Repeats the fit without outliers, a few times at most: if a touch displaces many markers, they cannot be
+      // sorted out.
       const bool dropped = dropOutliers();
       if (counted() < options_.fewest) return Outcome::kFewMarkers;
       if (!dropped || ++rounds == kRounds) return Outcome::kConverged;
@@ -142,12 +143,12 @@ class Fit {
   int counted() const { return static_cast<int>(std::ranges::count(counts_, 1)); }
   double rms_px() const { return std::sqrt(residual_.squaredNorm() / (2 * counted())); }
   sensor::Camera camera() const { return problem_.camera(x_); }
-  /// Of the camera's unknowns, in their units.
+  /// Returns the covariance of the camera's unknowns, in their units.
   Eigen::Matrix<double, kCamera, kCamera> covariance() const {
     const auto units = cameraUnits();
     return units.asDiagonal() * covariance_.topLeftCorner<kCamera, kCamera>() * units.asDiagonal();
   }
-  /// Of all markers, also those that do not count.
+  /// Returns the residuals of all markers, including those that are not used.
   std::vector<float> remains_px() const {
     const Eigen::VectorXf all = (seen_ - modelled_).cast<float>();
     return {all.begin(), all.end()};
@@ -181,7 +182,7 @@ class Fit {
     return true;
   }
 
-  /// What is minimised, for a scatter that is known.
+  /// Returns the cost that is minimised, for a given scatter.
   double cost(double scatter2) const {
     double sum = residual_.squaredNorm() / scatter2;
     for (int k = 0; k < problem_.unknowns(); ++k) {
@@ -191,7 +192,7 @@ class Fit {
     return sum;
   }
 
-  /// Moves by the largest of `change`, half of it, a quarter ... that lowers the cost. False: none does.
+  /// Moves by `change`, half of it, a quarter ..., whichever first lowers the cost. Returns false if none does.
   bool descend(const Eigen::VectorXd& change, double scatter2) {
     constexpr double kLeastShare = 1e-3, kRounding = 1e-9;
     const Eigen::VectorXd from = x_;
@@ -203,7 +204,8 @@ class Fit {
     return false;
   }
 
-  /// One of Gauss-Newton's, shortened where it does not help; how far it would have gone, in deviations.
+  /// Makes a Gauss-Newton step, shortened if it does not lower the cost. Returns the length of the full step, in
+  /// deviations.
   std::optional<double> step() {
     if (!differentiate()) return std::nullopt;
     const double scatter2 =
@@ -219,7 +221,7 @@ class Fit {
         right[k] -= weight * x_[k];
       }
     }
-    // Scaled to a unit diagonal: the unknowns' information differs by many decades.
+    // Scales to a unit diagonal, as the information on the unknowns differs by many decades.
     const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::LDLT<Eigen::MatrixXd> factor(scale.asDiagonal() * normal * scale.asDiagonal());
     const Eigen::VectorXd change = scale.cwiseProduct(factor.solve(scale.cwiseProduct(right)));
@@ -260,7 +262,7 @@ Geometry fitGeometry(const sensor::Sensor& start, std::span<const float> seen_px
 
 Geometry fitGeometryFrom(const sensor::Camera& from, const sensor::Sensor& file, std::span<const float> seen_px,
                          std::span<const std::uint8_t> present, const GeometryOptions& options) {
-  sensor::Sensor start = file;  // no deviation refers to the pose
+  sensor::Sensor start = file;  // the prior deviations do not refer to the pose
   start.camera.position = from.position;
   start.camera.rotation = from.rotation;
   Geometry result;
@@ -285,7 +287,7 @@ Geometry fitGeometryFrom(const sensor::Camera& from, const sensor::Sensor& file,
   result.residual_px = fit.rms_px();
   result.outliers = result.markers - fit.counted();
   result.markers = fit.counted();
-  // A sharp touch displaces few markers, and those so far that they do not count.
+  // A sharp touch displaces few markers, and so far that they are dropped as outliers.
   result.bulge = largestBulge(start, {fit.remains_px(), present}, options.allowance_px);
   return result;
 }

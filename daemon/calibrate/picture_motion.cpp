@@ -12,10 +12,10 @@ namespace tractiond::calibrate {
 
 namespace {
 
-constexpr int kFewestMarkers = 10;      // that make a motion
-constexpr int kNeighbours = 6;          // of the 3 x 3 that must be valid
+constexpr int kFewestMarkers = 10;      // markers that are needed to determine a motion
+constexpr int kNeighbours = 6;          // number of the 3 x 3 markers that must be valid
 constexpr double kSixSigma = 6.0;       // the largest of a thousand medians stays below 4.5
-constexpr double kMedianOfNine = 0.41;  // deviation of a median of nine, of one value's
+constexpr double kMedianOfNine = 0.41;  // deviation of the median of nine values, relative to that of one
 
 float medianOf(std::array<float, 9>& values, int count) {
   const auto half = values.begin() + count / 2;
@@ -64,7 +64,7 @@ std::optional<PictureMotion> PictureMotionFit::operator()(const Displacements& d
 
 Bulge largestBulge(const sensor::Sensor& sensor, const Displacements& displacements, double allowance_px) {
   Bulge bulge;
-  std::vector<double> squares;  // of what single markers differ by from their neighbourhood
+  std::vector<double> squares;  // squared differences of single markers from their neighbourhood
   const sensor::Points markers = sensor::markerPositions(sensor);
   Eigen::Index first = 0;
   for (const sensor::MarkerLayer& layer : sensor.layers) {
@@ -100,7 +100,7 @@ Bulge largestBulge(const sensor::Sensor& sensor, const Displacements& displaceme
   if (!squares.empty()) {
     const auto half = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
     std::nth_element(squares.begin(), half, squares.end());
-    deviation = std::sqrt(*half / (2.0 * std::numbers::ln2));  // of a coordinate; half of all lengths are below
+    deviation = std::sqrt(*half / (2.0 * std::numbers::ln2));  // of a coordinate, by the median of the lengths
   }
   bulge.limit_px = kSixSigma * kMedianOfNine * deviation + allowance_px;
   return bulge;

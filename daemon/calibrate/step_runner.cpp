@@ -55,7 +55,7 @@ void StepRunner::turn() {
   links_.answer(tl::unexpected<std::string>("a step of a calibration has not ended within four minutes"));
 }
 
-/// Answers the work that has ended, or lets its step look at frames; begins the step that waited for it.
+/// Handles the end of background work: answers its request, or gives frames to its step; begins the step that waits.
 void StepRunner::heedEnd() {
   UnderWay ended = *std::exchange(work_, std::nullopt);
   const std::optional<Result> result = ended.done.get();

@@ -15,9 +15,9 @@ std::string grams(double newtons) {
 }
 
 struct Mean {
-  double logarithm = 0.0;  ///< of E / assumed
+  double logarithm = 0.0;  ///< mean logarithm of E / assumed E
   double deviation = 0.0;
-  double farthest = 0.0;  ///< of a reading from proportion
+  double farthest = 0.0;  ///< largest deviation of a reading from proportionality
 };
 
 Mean meanOf(const std::vector<WeighedForce>& weights, const StiffnessOptions& options) {
@@ -41,7 +41,7 @@ Mean meanOf(const std::vector<WeighedForce>& weights, const StiffnessOptions& op
   return mean;
 }
 
-/// What is wrong with weights that do not agree.
+/// Returns a sentence about weights that do not agree.
 std::string complaint(const std::vector<WeighedForce>& weights, double assumedOver, const StiffnessOptions& options) {
   std::vector<double> known, read;
   for (const WeighedForce& one : weights) {

@@ -9,8 +9,9 @@ namespace tractiond::calibrate {
 
 namespace {
 
-constexpr double kThinner = 0.85;  // of the thickness: a secant, for the effect grows as the block becomes thinner
-constexpr double kStep_m = 1e-5;   // for differences over place, radius and depth
+constexpr double kThinner =
+    0.85;  // of the thickness: a secant is used, as the effect grows when the block becomes thinner
+constexpr double kStep_m = 1e-5;  // step of place, radius and depth for finite differences
 constexpr double kLeastInformation = 1e-12;
 
 sensor::Sensor withThickness(sensor::Sensor sensor, double share) {
@@ -44,7 +45,8 @@ std::optional<ThicknessReading> ThicknessCheck::operator()(const sensor::Camera&
   const auto layers = static_cast<Eigen::Index>(sensor_.layers.size());
   const Eigen::Index markers = static_cast<Eigen::Index>(displacements.valid.size()), rows = 2 * markers;
 
-  // Columns: force, shape, motion, Poisson's ratio, depths, thickness; the last in metres, nuisances in deviations.
+  // Columns: force, shape, motion, Poisson's ratio, depths, thickness. The last is in metres, the two before in
+  // deviations.
   const Eigen::Index kForce = 0, kShape = 3, kMotion = 6, kPoisson = 10, kDepth = 11, kThickness = kDepth + layers;
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(rows, kThickness + 1);
   columns.middleCols<3>(kForce) = fit_.fields(camera, shape);
@@ -63,7 +65,7 @@ std::optional<ThicknessReading> ThicknessCheck::operator()(const sensor::Camera&
     }
   }
   columns.col(kPoisson) = softer_.fields(camera, shape) * force - expected;
-  // The correction for the block's sides and base is smooth: over a layer's error of depth it does not change.
+  // The correction for the block's sides and base is smooth: an error of a layer's depth does not change it.
   const Eigen::VectorXd deeper =
       (fit_.fields(camera, shape, kStep_m) * force - expected) * (known.layerDepth / kStep_m);
   Eigen::Index first = 0;
@@ -96,7 +98,7 @@ std::optional<ThicknessReading> ThicknessCheck::operator()(const sensor::Camera&
   const double variance = scale[kThickness] * scale[kThickness] * factor.solve(unit)[kThickness];
   if (!found.allFinite() || !(variance > 0.0) || variance > 1.0 / kLeastInformation) return std::nullopt;
 
-  // What remains beyond the noise is something that none of the unknowns explains, and may as well be in this one.
+  // A residual beyond the noise has a cause that is none of the unknowns, and may also have changed this one.
   const Eigen::VectorXd left = residual - columns * found;
   const double coordinates = static_cast<double>((weight.array() > 0.0).count());
   const double excess = left.cwiseAbs2().dot(weight) / std::max(coordinates - static_cast<double>(columns.cols()), 1.0);

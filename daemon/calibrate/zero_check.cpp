@@ -8,7 +8,7 @@
 namespace tractiond::calibrate {
 namespace {
 
-/// Of the markers from one zero to another.
+/// Displacements of the markers from one zero to another.
 struct Moved {
   std::vector<float> value_px;
   std::vector<std::uint8_t> valid;
@@ -56,7 +56,7 @@ std::string touchSince(const sensor::Sensor& sensor, const RestPose& before, con
 }
 
 std::string touchIn(const sensor::Sensor& sensor, const RestPose& zero) {
-  if (sensor.body) return "";  // no flat layers, whose bulge would show it
+  if (sensor.body) return "";  // a bulge can only be seen in flat layers
   const Geometry found = fitGeometry(sensor, zero.position_px, zero.present, {});
   if (found.outcome != Geometry::Outcome::kConverged || !found.bulge.found()) return "";
   return touching(found.bulge) + " (markers that are damaged or printed off their places look the same)";
