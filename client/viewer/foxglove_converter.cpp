@@ -13,7 +13,7 @@ namespace traction::view::foxglove {
 
 namespace {
 
-constexpr std::size_t kMostSensors = 64;  ///< of one source; bounds memory against a publisher of endless names
+constexpr std::size_t kMostSensors = 64;  ///< of one source; limits the memory if a publisher sends endless names
 
 bool isDrawn(const ChannelType& type) {
   return (type.kind & ~static_cast<unsigned>(kAllTopics | kPreview)) != 0;
@@ -25,7 +25,7 @@ unsigned kindOf(const Message& message) {
   return kKinds.at(message.index());
 }
 
-/// The drawings that channels of these kinds need.
+/// Returns the drawings that channels of these kinds need.
 unsigned drawingsOf(unsigned kinds) {
   unsigned drawings = 0;
   if ((kinds & kScenes) != 0) drawings |= cli::foxglove::kScene;

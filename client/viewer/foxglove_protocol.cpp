@@ -43,7 +43,7 @@ std::optional<std::uint32_t> idOf(const Json& object, const char* key) {
   return found == object.end() ? std::nullopt : idOf(*found);
 }
 
-/// The first characters of a client's text, for a message to people.
+/// Returns the first characters of a client's text, for an error message.
 std::string quoted(const std::string& text) {
   constexpr std::size_t kLongest = 40;
   return "'" + text.substr(0, kLongest) + "'";
@@ -87,7 +87,7 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
-/// Replaces what is not UTF-8: messages of errors may quote bytes that others sent.
+/// Writes JSON, and replaces bytes that are not UTF-8: error messages may quote bytes that clients sent.
 std::string dump(const Json& value) {
   return value.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -36,7 +36,7 @@ std::string_view textOf(beast::string_view text) {
   return {text.data(), text.size()};
 }
 
-/// Replaces what would control a terminal.
+/// Replaces characters that would control a terminal.
 std::string printable(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char byte) { return byte < 0x20 || byte > 0x7E; }, '?');
@@ -107,7 +107,7 @@ std::optional<Response> FoxgloveServer::handle(const Request& request, const std
   return std::nullopt;
 }
 
-/// Prints each refused origin once: a browser tells its user nothing but that the connection failed.
+/// Prints each refused origin once, as a browser only reports that the connection failed.
 void FoxgloveServer::reportOrigin(const std::string& origin) {
   if (reportedOrigins_.size() >= kMostReportedOrigins || !reportedOrigins_.insert(origin).second) return;
   const std::string text = printable(origin.substr(0, 200));
@@ -265,7 +265,7 @@ void FoxgloveServer::deliver(Feed& feed, const Sample& sample) {
 void FoxgloveServer::advertise(Feed& feed, const std::string& sensor) {
   std::vector<foxglove::Channel> added;
   for (const auto& type : foxglove::kChannelTypes) {
-    // The endpoint 'latest' has fields alone.
+    // The endpoint 'latest' has fields only.
     if (feed.options.subscription.mode == Mode::kLatest && (type.kind & (foxglove::kFields | foxglove::kLogs)) == 0) {
       continue;
     }
@@ -287,7 +287,7 @@ void FoxgloveServer::advertise(Feed& feed, const std::string& sensor) {
   tellAll(foxglove::advertise(added));
 }
 
-/// Tells all clients of an error of an endpoint, unless it is the one they were told last.
+/// Reports an error of an endpoint to all clients, unless it is the one that was reported last.
 void FoxgloveServer::tellError(Feed& feed, const std::string& what) {
   const std::string text = feed.options.name + ": " + what;
   feed.failed = Clock::now();

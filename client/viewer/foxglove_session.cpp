@@ -35,7 +35,7 @@ Session::Session(asio::ip::tcp::socket&& socket, Handlers handlers)
     , handlers_(std::move(handlers)) {}
 
 void Session::start(const Request& request, std::string_view subprotocol, std::deque<std::string> greeting) {
-  // Before a status that was told in the meantime: serverInfo is the first message.
+  // Goes before a status that was queued in the meantime: serverInfo must be the first message.
   texts_.insert(texts_.begin(), std::make_move_iterator(greeting.begin()), std::make_move_iterator(greeting.end()));
   error_code ignored;
   beast::get_lowest_layer(stream_).socket().set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
@@ -115,7 +115,7 @@ void Session::unsubscribe(const Unsubscribe& wanted) {
   }
 }
 
-/// Tells why a message was refused. One message can hold many errors: those that do not fit are not told.
+/// Reports why a message was refused. One message can hold many errors; those that do not fit are omitted.
 void Session::refuse(const std::string& why) {
   if (texts_.size() < kMostTexts) tell(status(Level::kError, why));
 }
@@ -203,7 +203,7 @@ void Session::takePong(std::string_view payload) {
   if (bad != std::errc() || end != payload.data() + payload.size() || bytes != pinged_) return;
   answered_ = bytes;
   progress_ = Clock::now();
-  // Not here, within Beast's reading.
+  // Posts the work, as this function runs within a read of Beast.
   asio::post(stream_.get_executor(), [self = shared_from_this()] {
     self->ping();
     self->pump();
@@ -220,7 +220,7 @@ void Session::closeIfUnresponsive() {
   if (!isOpen_ || isClosed_) return;
   const int unacknowledged = unacknowledgedBytes();
   const bool owes = sending_.has_value() || sent_ != answered_;
-  // A large message on a slow line: the amount changes from second to second.
+  // The amount of a large message on a slow line changes from second to second.
   if (!owes || unacknowledged != unacknowledged_) progress_ = Clock::now();
   unacknowledged_ = unacknowledged;
   if (Clock::now() - progress_ > kPatience) close();

@@ -96,7 +96,7 @@ void HttpListener::start() {
       add(std::move(socket));
       return start();
     }
-    // For example out of file descriptors: connections that end soon release some.
+    // For example, no file descriptor is left: connections that end soon will release some.
     retry_.expires_after(100ms);
     retry_.async_wait([this](error_code) { start(); });
   });

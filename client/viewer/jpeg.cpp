@@ -12,7 +12,7 @@ constexpr int kQuality = 85;  // of 100: 320 x 240 pixels of a gel with markers 
 
 struct JpegEncoder::Compressor {
   tjhandle handle = tjInitCompress();
-  unsigned char* bytes = nullptr;  // libturbojpeg's, which makes it larger where it must
+  unsigned char* bytes = nullptr;  // allocated by libturbojpeg, which enlarges it if necessary
   unsigned long size = 0;
 };
 

@@ -18,7 +18,7 @@ std::optional<std::uint16_t> parsePort(std::string_view digits) {
   return port;
 }
 
-/// The address in network byte order: 4 or 16 bytes; empty if the text is not an IP address.
+/// Returns an address in network byte order: 4 or 16 bytes; empty if the text is not an IP address.
 std::string bytesOf(const std::string& address) {
   std::string bytes(sizeof(in6_addr), '\0');
   if (inet_pton(AF_INET6, address.c_str(), bytes.data()) == 1) return bytes;

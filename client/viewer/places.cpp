@@ -20,7 +20,7 @@ std::vector<float> nodePlaces_px(const Description& description) {
   camera.windowIndex = from.windowIndex;
   camera.windowThickness = from.windowThickness_m;
   const double thickness = description.gel.size_m[2];
-  // Of anybody who publishes: a projection from within the gel has no sense.
+  // A description may hold any values: a projection from within the gel has no meaning.
   constexpr std::uint32_t kMost = 1000;
   const Grid& grid = description.nodes;
   if (!(camera.position.z() > thickness) || !(from.focal_px > 0.0) || !(from.aspect > 0.0) || grid.columns > kMost ||

@@ -16,9 +16,9 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-/// Between two messages with the position.
+/// Time between two messages with the position.
 constexpr auto kReportEvery = 200ms;
-/// A recording has a message of each topic, except the description, within any such time.
+/// Time within which a recording has a message of each topic, except the description.
 constexpr std::uint64_t kBefore_ns = 1'500'000'000;
 
 recording::Reader opened(const std::filesystem::path& file) {

@@ -301,7 +301,7 @@ class Server {
     });
   }
 
-  /// Tells the state of the recording to all sessions.
+  /// Sends the state of the recording to all sessions.
   void tellRecording(Hub& hub) {
     if (!hub.recording) return;
     const Recording::State now = hub.recording->state();
@@ -337,7 +337,7 @@ class Server {
               .turn = [&hub](bool isConnected) { hub.health->turn(isConnected, cli::nanoseconds(Clock::now())); },
               .fail =
                   [deliver](const Error& error, const Raw& raw) {
-                    // Passes on a message that this program cannot decode: the client may be able to.
+                    // Forwards a message that this program cannot decode, as the client may be able to.
                     deliver(kErrors, raw.bytes.empty() ? errorFrame(error) : makeFrame(raw.topic, raw.bytes));
                   }});
     } catch (const Error& error) {

@@ -24,7 +24,7 @@ constexpr int kWindow = 2;
 /// Frames that may wait for a client that wants all: ten seconds of fields and markers at 60 frames/s.
 constexpr std::size_t kQueue = 1200;
 constexpr std::size_t kAnswers = 16;
-/// Of the socket. What the kernel holds is old when it is read.
+/// Send buffer of the socket [bytes]. Data that waits in the kernel is old when it is read.
 constexpr int kSendBuffer = 128 * 1024;
 /// Highest speed of a recording, in multiples of its pace.
 constexpr double kFastest = 64.0;
@@ -96,7 +96,7 @@ void Session::read() {
   });
 }
 
-/// Understands "next" (the oldest frame has been used), "ask ID QUESTION" and "play SECONDS SPEED"; ignores the rest,
+/// Handles "next" (the oldest frame has been used), "ask ID QUESTION" and "play SECONDS SPEED"; ignores other texts,
 /// which later versions may define.
 void Session::take(const std::string& text) {
   if (text == "next") {

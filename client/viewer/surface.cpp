@@ -71,7 +71,7 @@ struct Surface::Work {
     };
     const Eigen::MatrixXd matrix = sensor::elastic::surfaceMatrix(gel, nodes, key.pitch_m, {}, endIfStopped);
     matrix_mm = (kMillimetres * matrix).cast<float>();
-    isReady.store(true, std::memory_order_release);  // displacement()'s acquire: the matrix
+    isReady.store(true, std::memory_order_release);  // partner: the acquire in displacement(), which reads the matrix
   } catch (const Stopped&) {
   }
 
