@@ -167,7 +167,7 @@ std::string_view descriptors() {
 
 std::vector<Drawn> Drawing::draw(const Message& message, std::uint64_t time_ns, unsigned wanted) {
   std::vector<Drawn> all;
-  if ((wanted & kLog) == 0) {  // when it is wanted again, it begins with what holds then
+  if ((wanted & kLog) == 0) {  // when it is wanted again, it begins with the present state
     flags_ = 0;
     valid_ = true;
     camera_ = 0;

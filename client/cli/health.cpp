@@ -15,7 +15,7 @@ void add(std::vector<Problem>& all, Health health, const std::string& what) {
   all.push_back({health, printable(what)});
 }
 
-/// Adds what only a status tells. \param told what has been said already
+/// Adds the problems that only a status reports. \param told problem that has been added already
 void addDoubts(const v1::Status& status, const std::string& told, std::vector<Problem>& all) {
   const std::string& remark = status.markers().remark();
   if (!remark.empty() && remark != told) add(all, Health::kDoubtful, remark);

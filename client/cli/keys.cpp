@@ -122,7 +122,7 @@ Keys keysFor(const std::string& serverKey, const fs::path& file) {
   }
   Keys keys = loadKeys(from.string());
   if (!serverKey.empty()) keys.serverKey = serverKey;
-  if (keys.serverKey.empty()) {  // else everything would go unencrypted, to whoever answers
+  if (keys.serverKey.empty()) {  // otherwise the connection would be unencrypted, to any program that answers
     throw KeyError(EX_USAGE, "the box's key is missing: --server-key KEY, or a line server = \"KEY\" in " +
                                  from.string() + "; a host that asks for none is reached by --connect and --control");
   }

@@ -196,7 +196,7 @@ void metrics(const ControlOptions& options, bool one, bool http) {
     Measured measured{name, {}};
     try {
       measured.status = Control(asked).status();
-    } catch (const Error&) {  // it is down
+    } catch (const Error&) {  // the instance does not run
     }
     all.push_back(std::move(measured));
   }

@@ -22,7 +22,7 @@ namespace protobuf = google::protobuf;
 class Schema {
  public:
   Schema() {
-    v1::Metric::descriptor();  // registers the options, which the parser would take for unknown fields otherwise
+    v1::Metric::descriptor();  // registers the options, which would otherwise be unknown fields to the parser
     const std::string_view bytes = descriptors();
     protobuf::FileDescriptorSet files;
     if (!files.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) throw std::logic_error("descriptors");

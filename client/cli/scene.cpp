@@ -139,7 +139,8 @@ Scene::Trouble Scene::trouble(std::int64_t now_ns) const {
 }
 
 std::string Scene::sentence(const Trouble& trouble) const {
-  if (status && trouble.what == (*status)->markers().remark()) return trouble.what;  // it does not pass with time
+  if (status && trouble.what == (*status)->markers().remark())
+    return trouble.what;  // this state does not end by itself
   if (trouble.what == kNoField) return "no field for " + duration(trouble.since_s);
   if (fieldArrival_ns_ != 0) return trouble.what + ", no field for " + duration(trouble.since_s);
   return trouble.since_s < 2.0 ? trouble.what : trouble.what + ", for " + duration(trouble.since_s);

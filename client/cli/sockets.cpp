@@ -52,7 +52,8 @@ struct Repeater::Impl {
   void sendParts(const std::string& topic, const Kept& kept) {
     for (const std::string* part : {&topic, &kept.bytes, &kept.time}) {
       const int flags = ZMQ_DONTWAIT | (part == &kept.time ? 0 : ZMQ_SNDMORE);
-      if (zmq_send(socket.handle(), part->data(), part->size(), flags) < 0) return;  // a signal: it is about to end
+      if (zmq_send(socket.handle(), part->data(), part->size(), flags) < 0)
+        return;  // interrupted by a signal: the program is about to end
     }
   }
 

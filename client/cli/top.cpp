@@ -54,7 +54,7 @@ class Watcher {
 
   /// Returns whether a publisher was ever connected.
   bool isKnown() const { return isKnown_; }
-  /// Returns whether all figures have come, or none will.
+  /// Returns whether all figures have arrived, or none will.
   bool isComplete() const {
     const Scene& scene = watched_.scene;
     if (!watched_.failure.empty()) return true;
@@ -124,7 +124,7 @@ void loop(const Watchers& all, double seconds, Show&& show) {
     std::vector<Watched> known;
     for (const auto& one : all) known.push_back(one->look(now));
     expectPublisher(all, now - start);
-    next = std::max(next + kPage, now);  // a terminal that was slow does not get many pages at once
+    next = std::max(next + kPage, now);  // after a delay of the terminal, only one page is drawn
     if (!show(known, now, next - now) || std::chrono::duration<double>(now - start).count() >= seconds) return;
   }
 }

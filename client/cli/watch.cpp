@@ -57,7 +57,7 @@ void watch(const SubscriberOptions& options, double seconds) {
     last = loop(receiver, seconds, kPicture, [&](const Scene& scene, Clock::time_point now, Clock::duration left) {
       expectReader();
       const std::string trouble = scene.trouble(nanoseconds(now)).what;
-      const bool isNews = told && *told != trouble;  // is told at once
+      const bool isNews = told && *told != trouble;  // is printed at once
       if ((told || scene.connected()) && (isNews || now >= due)) {
         due = now + 1s;
         told = trouble;
