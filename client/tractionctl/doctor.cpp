@@ -16,7 +16,7 @@ std::string daemonProgram() {
   return std::filesystem::exists(own, unknown) ? own.string() : "tractiond";
 }
 
-/// Examines this machine. Returns an exit code of the doctor's own. \param instance empty: all of this machine
+/// Examines this machine. Returns doctor::exitCodeOf(). \param instance the only one to examine; empty: all
 int run(const std::string& instance, bool json) {
   const auto findings = doctor::examine(doctor::Box(), daemonProgram(), instance);
   std::string text = json ? doctor::reportJson(findings) : doctor::reportText(findings);

@@ -50,7 +50,7 @@ const char* const kExitCodes = R"(Exit codes (sysexits.h):
   78  a file of keys is wrong)";
 
 int fail(int exitCode, const std::string& what) {
-  constexpr std::size_t kLongest = 2000;  // the daemon's answer may be of any length
+  constexpr std::size_t kLongest = 2000;  // an answer of the daemon may have any length
   std::cerr << "tractionctl: " << printable(std::string_view(what).substr(0, kLongest)) << '\n';
   return exitCode;
 }

@@ -33,7 +33,7 @@ int main(int argc, char** argv) try {
 
   const std::vector<std::string> words = wordsOf(argc, argv);
   try {
-    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // the parser wants them in reverse
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // the parser takes them in reverse order
     if (app.get_subcommands().empty()) return fail(EX_USAGE, "a command is needed; see tractionctl --help");
     const int exitCode = commands.run(target);
     flushOutput();

@@ -36,7 +36,7 @@ std::string namesOf(const CLI::App& app) {
 
 std::string sentence(const CLI::ParseError& error, const CLI::App& app, const std::vector<std::string>& words) {
   const CLI::App* last = &app;
-  std::string command = app.get_name();  // as far as it was understood
+  std::string command = app.get_name();  // the part of the command line that was understood
   while (!last->get_subcommands().empty()) {
     last = last->get_subcommands()[0];
     command += " " + last->get_name();
@@ -47,7 +47,7 @@ std::string sentence(const CLI::ParseError& error, const CLI::App& app, const st
   if (code == CLI::ExitCodes::ExtrasError) {
     const auto extras = app.remaining(true);
     const auto isExtra = [&](const std::string& word) { return std::ranges::find(extras, word) != extras.end(); };
-    const auto first = std::ranges::find_if(words, isExtra);  // the parser has them in an order of its own
+    const auto first = std::ranges::find_if(words, isExtra);  // the parser lists them in another order
     const std::string word = first != words.end() ? *first : extras.at(0);
     const std::string names = namesOf(*last);
     if (word.rfind('-', 0) == 0 || names.empty()) return command + " does not understand '" + word + "'" + help;
