@@ -47,8 +47,6 @@ class Session : public std::enable_shared_from_this<Session> {
   void tell(std::string message);
   /// Queues a sample for a client that is subscribed to the channel; has no effect otherwise.
   void offer(std::uint32_t channel, const Sample& sample);
-  /// Returns whether this client is subscribed to the channel.
-  bool isSubscribed(std::uint32_t channel) const { return subscribers_.contains(channel); }
   /// Liveness check: closes the connection if, for kPatience, the client has acknowledged no bytes and answered no
   /// ping, while a message or an unanswered ping was outstanding. Must be called about once a second: bytes that are
   /// acknowledged between two calls count as progress. Has no effect before the end of the handshake.

@@ -80,7 +80,6 @@ struct Calibration::Weighing {
   std::array<std::vector<double>, 2> sums;  ///< sums over the first and the second half of the reading
   std::array<std::vector<int>, 2> counts;
   std::vector<double> variance;
-  bool sawNothing = false;
 };
 
 Calibration::Calibration(const sensor::Sensor& inForce, const CalibrationOptions& options)
