@@ -1,4 +1,4 @@
-// A number that one thread counts up and any thread reads.
+// A number that one thread increases and any thread reads.
 #pragma once
 
 #include <atomic>
@@ -11,7 +11,7 @@ class Counter {
  public:
   /// Adds n. Must only be called by one thread.
   void add(std::uint64_t n = 1) { value_.store(value_.load(std::memory_order_relaxed) + n, std::memory_order_relaxed); }
-  std::uint64_t get() const { return value_.load(std::memory_order_relaxed); }
+  std::uint64_t get() const { return value_.load(std::memory_order_relaxed); }  ///< Returns the number. Any thread.
 
  private:
   std::atomic<std::uint64_t> value_{0};

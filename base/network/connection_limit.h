@@ -1,5 +1,5 @@
 // Bounds the file descriptors that connections may take. Where descriptors run out, libzmq 4.3.4 aborts the process
-// (ipc) or turns in circles (TCP), and the program itself can open neither camera nor file. So accept() and accept4()
+// (ipc) or loops without end (TCP), and the program itself can open neither camera nor file. So accept() and accept4()
 // of this program are ours, as recv() is (docs/decisions/0031-file-descriptors.md).
 #pragma once
 

@@ -1,4 +1,4 @@
-// Names the two ends of a connection: the local end tells its endpoint, the other its peer.
+// Names the two ends of a connection: the local end identifies its endpoint, the other end its peer.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@ namespace tractiond::network {
 /// Returns the local end of a connection, "ipc://PATH" or ":PORT"; empty if `fd` is not a connection of these kinds.
 std::string localEnd(int fd);
 
-/// Returns the local end that an endpoint's connections have.
+/// Returns the localEnd() of the connections to an endpoint.
 std::string localEndOf(const std::string& endpoint);
 
 /// Returns the peer of a connection as text for the log: "uid 1000, pid 4711", or an address. Empty if `fd` is not a

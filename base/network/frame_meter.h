@@ -32,10 +32,10 @@ class FrameMeter {
 
   void count(Reading& reading, Charge charge, bool& pinned) const;
 
-  std::size_t greeting_ = 0;  ///< bytes of it that have come
+  std::size_t greeting_ = 0;  ///< bytes of it that have arrived
   std::array<std::uint8_t, 9> header_{};
   std::size_t headerSize_ = 0;         ///< bytes of it that have come
-  std::uint64_t body_ = 0, left_ = 0;  ///< bytes of the frame's body, and of those that have not come
+  std::uint64_t body_ = 0, left_ = 0;  ///< bytes of the frame's body, and those that have not arrived
   bool undecided_ = false;             ///< a command, whose kind is known by the length of its name
 };
 

@@ -53,7 +53,7 @@ class PeerLimit {
 
   /// Counts a message that came over a socket bound to these endpoints. Ends its connection if it exceeds the limit.
   void count(zmq::message_t& message, const std::vector<std::string>& bound);
-  void reset() { counts_.fill(0); }
+  void reset() { counts_.fill(0); }  ///< Sets the counts of all connections to 0.
 
  private:
   int limit_;
