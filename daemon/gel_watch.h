@@ -68,7 +68,7 @@ class GelWatch {
   std::int64_t foundAt_ns_ = 0;   ///< when the markers were found last, or the watch began
   std::int64_t lookedAt_ns_ = 0;  ///< time of the last examination
   std::int64_t loggedAt_ns_ = 0;
-  std::string missing_;  ///< its result
+  std::string missing_;  ///< result of the last examination
   std::string noZero_;   ///< why there is no first zero; empty: there is one, or it has not been waited for long
   std::int64_t noZeroLoggedAt_ns_ = 0;
 

@@ -14,10 +14,11 @@ struct AspectCheckOptions {
   double alarm = 5.0;               ///< deviations
   double pattern = 1e-3;            ///< deviation of the pitch in x against that in y, relative: a printer's feed
   double better = 0.5;              ///< times the residual of the best camera with the file's aspect
-  double largestResidual_px = 0.5;  ///< of the camera with another aspect: above, that is not the cause either
-  // What may be wrong instead is left free: deviations where the file's are smaller.
+  double largestResidual_px =
+      0.5;  ///< of the camera with another aspect; a larger one shows that the aspect is not the cause
+  // Least deviations of the other parameters, so that the fit can explain the picture by them instead.
   double focal = 0.2;          ///< relative
-  double largestFocal = 0.5;   ///< relative: beyond, the camera is none; from far away every slant looks like an aspect
+  double largestFocal = 0.5;   ///< relative; a larger one is refused: from far away every slant looks like an aspect
   double principal_px = 50.0;  ///< in u and in v
   double k1 = 1.0, k2 = 10.0;
   int iterations = 60;  ///< of each fit

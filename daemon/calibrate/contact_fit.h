@@ -15,7 +15,7 @@ struct ContactReading {
   Eigen::Vector2d place = Eigen::Vector2d::Zero();       ///< of its centre, gel frame [m]
   double radius = 0.0;                                   ///< of a Hertz contact that is as broad [m]
   double residual_px = 0.0;                              ///< root mean square over the valid coordinates
-  double expected_px = 0.0;                              ///< that, if noise alone remained
+  double expected_px = 0.0;                              ///< expected residual by noise alone
 };
 
 /// Fits one round contact in the block: no regularisation, so that its force carries no bias.
@@ -41,8 +41,7 @@ class ContactFit {
   }
 
  private:
-  /// 2 M x 3 [px/N]: unit forces along x, y, z on a contact of shape (x, y, radius); roughly: the block's correction as
-  /// that of a point.
+  /// As fields(). \param roughly true: computes the correction for the block's sides and base as that of a point force
   Eigen::MatrixXd unitFields(const sensor::Projection& projection, const Eigen::Vector3d& shape, bool roughly,
                              double deeper = 0.0) const;
 

@@ -9,9 +9,9 @@
 namespace tractiond::calibrate {
 
 struct DriftOptions {
-  double average_s = 3.0;      ///< that the mean runs over: vibration goes, heat stays
-  double allowance_px = 0.02;  ///< smooth displacement that is no touch yet: heat, creep
-  double largest = 5.0;        ///< deviations of the picture's motion that are worth a warning
+  double average_s = 3.0;      ///< time constant of the means: they average vibration out, but not heat
+  double allowance_px = 0.02;  ///< largest smooth displacement by heat and creep; a larger one is a touch
+  double largest = 5.0;        ///< drift from which on there is a warning, in deviations of the picture's motion
 };
 
 /// Thread-bound. The sensor must outlive it.
@@ -38,7 +38,7 @@ class DriftWatch {
   PictureMotionFit fit_;
   RestDrift drift_;
   std::vector<float> mean_px_;  ///< 2 M
-  std::vector<float> rest_px_;  ///< 2 M, this frame's without the picture's motion
+  std::vector<float> rest_px_;  ///< 2 M, displacements in this frame without the picture's motion
   Id zero_{};
   bool warned_ = false;
 };

@@ -13,9 +13,9 @@ namespace tractiond::calibrate {
 /// Limits beyond which the gel is reported as another one. The deviations are the gel file's [uncertainty], which does
 /// not cover the pattern. After a calibration the pose is known so well that heat would be reported: hence the floors.
 struct GelCheckOptions {
-  double alarm = 5.0;             ///< deviations: a gel as uncertain as its file states is reported once in 2e5 zeros
+  double alarm = 5.0;  ///< deviations; at 5 a gel within its stated uncertainty is reported once in 2e5 zeros
   double pitch = 3e-4;            ///< deviation of the pitch, relative
-  double offset = 0.1e-3;         ///< of a layer's place against the first, in x and in y [m]
+  double offset = 0.1e-3;         ///< deviation of a layer's place relative to the first, in x and in y [m]
   double leastPosition = 0.1e-3;  ///< floor of the deviation of the camera's position [m] ...
   double leastRotation = 1e-3;    ///< ... rotation [rad] ...
   double leastDistance = 1e-3;    ///< ... scale of the picture, relative ...
@@ -23,7 +23,7 @@ struct GelCheckOptions {
   double aspect = 3e-3;           ///< deviation of the aspect, relative: as of the pitch in x against that in y
   double suspicious_px = 0.2;     ///< residual above which another aspect is tried
   int aspectIterations = 15;      ///< of each of its fits
-  double largestResidual = 0.1;   ///< of the spacing, root mean square: more is no such pattern
+  double largestResidual = 0.1;   ///< root mean square, share of the spacing; a larger one shows another pattern
 };
 
 /// Fits the camera's pose and distortion, and the second layer's place and depth, to the markers' places, and compares

@@ -8,16 +8,17 @@
 
 namespace tractiond::calibrate {
 
-/// Standard deviations of the pattern, which everything is measured with, and of the camera's aspect.
+/// Standard deviations of the pattern, by which the camera is measured, and of the camera's aspect.
 struct GeometryOptions {
   double depth = 0.05e-3;      ///< of each layer's depth [m]: a good mould
   double pitch = 3e-4;         ///< of each layer, relative: 20 um over the field
-  double shift = 0.05e-3;      ///< of a layer against the first, in x and y [m]
-  double aspect = 0.0;         ///< of the camera's aspect, relative; 0: it is as the file has it
-  double outlier = 5.0;        ///< deviations; markers beyond (dust, a misplaced one) do not count
-  double allowance_px = 0.02;  ///< error of a lens that k1 and k2 do not describe; a touch of 10 gf shows as much
+  double shift = 0.05e-3;      ///< of a layer's place relative to the first, in x and y [m]
+  double aspect = 0.0;         ///< of the camera's aspect, relative; 0: the file's value is kept
+  double outlier = 5.0;        ///< deviations; markers beyond (dust, a misplaced one) are not used
+  double allowance_px =
+      0.02;  ///< error of a lens that k1 and k2 do not describe; as large as the effect of a touch of 10 gf
   int fewest = 50;             ///< markers; fewer do not determine the lens
-  int iterations = 60;         ///< at most; a touch takes many, without one five are enough
+  int iterations = 60;         ///< at most; with a touch many are needed, without one five
 };
 
 /// Result of the fit. Unless it is kConverged, `camera` and `uncertainty` are those that the fit was given (the camera
@@ -33,18 +34,18 @@ struct Geometry {
   double k1Deviation = 0.0, k2Deviation = 0.0;
   double principalDeviation_px = 0.0;
   double aspectDeviation = 0.0;
-  double residual_px = 0.0;  ///< root mean square over the coordinates that count
-  int markers = 0;           ///< that count
-  int outliers = 0;
+  double residual_px = 0.0;  ///< root mean square over the coordinates that are used
+  int markers = 0;           ///< number of markers used
+  int outliers = 0;          ///< number of markers not used
   Bulge bulge;  ///< smooth part of the residual of all markers: found() if something seems to touch
 };
 
 /// Estimates camera and pattern, maximum a posteriori, by Gauss-Newton. Minimises over both
 ///   sum over markers |seen - project(camera, pattern)|^2 / s^2 + sum (pattern error / its deviation)^2
 ///     + sum over focal length, principal point, k1, k2 ((number - file's) / (file's deviation))^2,
-/// where s is the scatter that is left. In a nearly flat pattern only the parallax of the layers tells focal length
-/// from distance and principal point from lateral position, and it is as uncertain as the layers' depths. So the file's
-/// focal length and its deviation matter, and the covariance states what remains unknown. Reentrant.
+/// where s is the scatter of the residual. In a nearly flat pattern only the parallax of the layers separates focal
+/// length from distance and principal point from lateral position, and it is as uncertain as the layers' depths. So the
+/// file's focal length and its deviation matter, and the covariance states what remains unknown. Reentrant.
 /// \param start gel, pattern and camera of the file; the iteration begins with its camera
 /// \param seen_px 2 M, (u, v) of each marker, as in RestPose \param present M; 0: the marker is ignored
 Geometry fitGeometry(const sensor::Sensor& start, std::span<const float> seen_px, std::span<const std::uint8_t> present,

@@ -9,8 +9,8 @@ namespace tractiond::calibrate {
 
 struct RestNoiseOptions {
   int fewestFrames = 30;
-  double allowance_px = 0.02;  ///< smooth displacement that is no touch: heat, creep
-  /// Lower bounds of RestNoise::motion: seconds of measurement cannot promise less for the hours until the next zero.
+  double allowance_px = 0.02;  ///< largest smooth displacement by heat and creep; a larger one is a touch
+  /// Lower bounds of RestNoise::motion: some seconds do not show how large it becomes in the hours until the next zero.
   sensor::PictureMotion least = {.shift_px = 2e-3, .scale = 5e-6, .roll = 5e-6};
 };
 

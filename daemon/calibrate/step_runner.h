@@ -70,7 +70,7 @@ class StepRunner {
   void heedEnd();
 
   StepLinks links_;
-  Calibration calibration_;  ///< the other thread's while work_ is under way
+  Calibration calibration_;  ///< used by the other thread while work_ is under way
   std::optional<UnderWay> work_;
   std::optional<Begin> waiting_;  ///< for work_
 };

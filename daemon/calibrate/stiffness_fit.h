@@ -10,8 +10,9 @@ inline constexpr double kGramForce = 9.80665e-3;  ///< [N]
 
 struct StiffnessOptions {
   double weight = 1e-3;        ///< deviation of a weight, relative: class M3 has half of that
-  double reading = 2e-3;       ///< of a reading beside its noise: the contact is not quite round
-  double contradiction = 0.1;  ///< weights that differ by more from proportion are wrong, or the gel is far from linear
+  double reading = 2e-3;       ///< of a reading, relative, in addition to its noise: contacts are not exactly round
+  double contradiction =
+      0.1;  ///< largest relative deviation from proportionality; beyond it weights are wrong or the gel is not linear
 };
 
 /// A known weight, and the force that is read with the assumed Young's modulus.
@@ -23,8 +24,8 @@ struct WeighedForce {
 
 struct Stiffness {
   double youngsModulus = 0.0;  ///< [Pa]
-  double deviation = 0.0;      ///< of it, relative
-  double linearity = 0.0;      ///< largest deviation of a reading from proportion, relative
+  double deviation = 0.0;      ///< of the modulus, relative
+  double linearity = 0.0;      ///< largest deviation of a reading from proportionality, relative
   std::vector<double> ofEach;  ///< Young's modulus by each weight alone [Pa]
   std::string contradiction;   ///< sentence for the operator; empty: the weights agree
 };

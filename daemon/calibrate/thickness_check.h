@@ -9,7 +9,7 @@
 namespace tractiond::calibrate {
 
 struct ThicknessReading {
-  double thickness = 0.0;  ///< by the pattern [m]
+  double thickness = 0.0;  ///< by the pattern of displacements [m]
   double deviation = 0.0;  ///< of it against the file's: noise, what the file says of Poisson's ratio, depths and the
                            ///< thickness itself [m]
   double alarm = 5.0;      ///< deviations

@@ -48,7 +48,7 @@ class FrozenPeers {
   int next_ = 0, end_ = 0;                 ///< descriptors of this round
   int frozen_ = 0;                         ///< connections that were ended in this round
   std::int64_t began_ns_ = 0, told_ns_ = 0;
-  int trims_ = 0;  ///< still to come: ZeroMQ takes its time to free
+  int trims_ = 0;  ///< number of releases of memory still to be done: ZeroMQ frees it later
 };
 
 }  // namespace tractiond::publish

@@ -61,8 +61,8 @@ class Publisher {
   /// Returns whether a subscription names previews. Thread-safe.
   bool previewWanted() const;
 
-  /// Takes a picture to be sent within the next serve() or publish(). False: that before has not been sent yet, or too
-  /// many wait for slow subscribers.
+  /// Takes a picture to be sent within the next serve() or publish(). Returns false if the previous one has not been
+  /// sent yet, or too many wait for slow subscribers.
   bool offerPreview(const Preview& preview);
 
   /// Returns the status that was sent last, as bytes of the message.

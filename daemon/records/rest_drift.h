@@ -12,7 +12,7 @@ struct RestDrift {
   double shiftV_px = 0.0;    ///< down
   double scale = 0.0;        ///< relative
   double roll = 0.0;         ///< [rad], u towards v
-  double rms_px = 0.0;       ///< root mean square of the markers' coordinates without that motion
+  double rms_px = 0.0;       ///< root mean square displacement of a coordinate without that motion
 };
 
 }  // namespace tractiond

@@ -21,9 +21,10 @@ struct Sizes {
   double radius_px = 0.0;               ///< of the typical one
 };
 
-/// Does the same as fittingTemplate() where discs differ from each other and from `radius_px`: from 0.4 to 1.8 times,
-/// in steps of 5 %. The typical one is of the median size. Takes up to a second where sizes differ much. \param seen by
-/// place, 1: a disc was seen; these determine the median \param sample how many of them, at most, determine the blur
+/// Does the same as fittingTemplate() for discs that differ from each other and from `radius_px`: from 0.4 to 1.8
+/// times, in steps of 5 %. The typical one is of the median size. Takes up to a second where sizes differ much. \param
+/// seen by place, 1: a disc was seen; these determine the median \param sample how many of them, at most, determine the
+/// blur
 Sizes fittingSizes(const Plane& plane, double radius_px, const CrossTalk& crossTalk, std::span<const Guess> places,
                    std::span<const std::uint8_t> seen, std::size_t sample);
 

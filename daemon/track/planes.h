@@ -1,4 +1,4 @@
-// Makes of a picture of any format what the tracker needs: a plane for each layer of markers.
+// Makes a plane for each layer of markers from a picture of any format.
 #pragma once
 
 #include "daemon/records/frame.h"

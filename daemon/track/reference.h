@@ -1,4 +1,4 @@
-// What a follower refers to: the pose that displacements are measured from, and the appearance of the markers.
+// The reference of a follower: the pose from which displacements are measured, and the appearance of the markers.
 #pragma once
 
 #include "daemon/track/centre.h"

@@ -39,7 +39,7 @@ inline constexpr const char* kNoFrames = "no frames come from the camera";
 
 /// What a ZeroProcedure works with. Called on its thread; must outlive it.
 struct ZeroLinks {
-  // Functions of the tracker.
+  // Functions of the tracker: requestZero(), cancelZero(), zeroState(), takeRestPose().
   std::function<void()> request;
   std::function<bool()> cancel;
   std::function<track::ZeroState()> state;
@@ -53,8 +53,9 @@ struct ZeroLinks {
   /// Tells the tracker and the status what compare() has returned for a zero that comes into force.
   std::function<void(const RestPose&, const GelReport&)> report;
   std::function<void(const RestPose&)> describe;  ///< publishes the description with the zero in force
-  ZeroWriter::Start keep;
+  ZeroWriter::Start keep;                         ///< starts to write a zero to the disk
 
+  /// Answers the open request. \param remark why the zero may be wrong; empty: no reason is known
   std::function<void(const tl::expected<RestPose, std::string>&, const std::string& remark)> answer;
 };
 
@@ -62,13 +63,14 @@ struct ZeroLinks {
 /// later. Thread-bound.
 class ZeroProcedure {
  public:
-  /// The sensor in force and `frames`, the number that the tracker has looked at, outlive this. `onChange` is called
+  /// `sensor` and `frames`, the number of frames that the tracker has processed, outlive this. `onChange` is called
   /// before another zero comes into force, or is refused.
   ZeroProcedure(const sensor::Sensor& sensor, int zeroFrames, std::int64_t (*clock)(), const Counter& frames,
                 ZeroLinks links, std::function<void()> onChange);
 
-  /// Must be called when the camera has been opened first. `restored`: the zero of an earlier run, if there is one;
-  /// `before`: the zero that it replaced; `isWritten`: its name is synchronised, or else it is written again.
+  /// Takes over the zeros of an earlier run. Must be called when the camera has been opened for the first time.
+  /// \param restored the zero of the earlier run, if there is one \param before the zero that it replaced
+  /// \param isWritten false: a loss of power may undo the file of `restored`, so it is written again
   void welcome(const std::optional<RestPose>& restored, const std::optional<RestPose>& before, bool isWritten = true);
 
   /// Handles a request; the answer comes in the turn in which it is known. Must not be called while another request is

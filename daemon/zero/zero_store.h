@@ -8,7 +8,7 @@
 
 namespace tractiond::zero {
 
-/// What zeros belong to.
+/// The sensor, picture format and camera that zeros belong to.
 struct ZeroOwner {
   const sensor::Sensor& sensor;
   PixelFormat format;
@@ -21,7 +21,7 @@ tl::expected<void, Error> saveZeros(const std::filesystem::path& stateDirectory,
 
 struct RestoredZero {
   std::optional<RestPose> zero;    ///< none: an earlier run has left none
-  std::error_code unsynchronised;  ///< why a loss of power may still take it back
+  std::error_code unsynchronised;  ///< why a loss of power may undo its file; no error: it cannot
 };
 
 /// Reads the zero that an earlier run has left, and synchronises its name: a daemon that was killed while it wrote the
