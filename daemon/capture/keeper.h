@@ -75,15 +75,20 @@ class Keeper {
   /// Returns the error after which there is no further driver; nullptr if there is none.
   const Error* end() const;
 
-  // --- any thread. Those without a comment implement the functions of the same names of Camera (camera.h). None of
-  // them waits for the driver or for a Welcome.
+  // --- any thread. The functions of the same names of Camera (camera.h) call these. None of them waits for the driver
+  // or for a Welcome.
 
-  std::shared_ptr<const CameraInfo> info() const;
+  std::shared_ptr<const CameraInfo> info() const;  ///< Returns the newest session; nullptr if there was none.
   CameraState state() const { return state_.load(std::memory_order_relaxed); }
+  /// Returns whether no camera streams and the keeper hangs.
   bool isForsaken() const { return !lent_.load(std::memory_order_relaxed) && clock_() > due_ns_; }
+  /// Takes the newest vitals. Returns false if they have not changed since the last call. For one thread.
   bool takeVitals(CameraVitals& vitals) { return vitals_.take(vitals); }
+  /// Opens the camera with this driver from now on; a streaming camera is opened again at once.
   void reopen(OpenDriver driver);
+  /// Returns whether the camera refused the settings of the last reopen().
   bool refusedLast() const { return refusedLast_; }
+  // Send a request to the camera; return its answer once it is there. One request at a time; for one thread.
   void ask(const CameraStep& step);
   std::optional<tl::expected<CameraReport, std::string>> takeAnswer();
 

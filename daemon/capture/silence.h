@@ -26,6 +26,7 @@ Silence causeOfSilence(const StreamSigns& signs);
 /// Notices that a thread of this process waits for a processor. Thread-bound.
 class ProcessorWait {
  public:
+  /// \param threadId id of the thread, as gettid(2) returns it
   explicit ProcessorWait(int threadId);
 
   /// Returns whether the thread is ready to run and has not run since the call before (or the construction). False if

@@ -25,11 +25,11 @@ struct RestoredZero {
 };
 
 /// Reads the zero that an earlier run has left, and synchronises its name: a daemon that was killed while it wrote the
-/// zero may not have.
+/// zero may not have done so. Errors: those of track::loadRestPose().
 tl::expected<RestoredZero, Error> restoreZero(const std::filesystem::path& stateDirectory, const ZeroOwner& owner);
 
 /// Reads the zero that `restored` replaced, for an undo. Returns nothing if it is `restored` itself: power was lost
-/// while a new zero was written.
+/// while a new zero was written. Errors: those of track::loadRestPose().
 tl::expected<std::optional<RestPose>, Error> loadEarlierZero(const std::filesystem::path& stateDirectory,
                                                              const std::optional<RestPose>& restored,
                                                              const ZeroOwner& owner);
