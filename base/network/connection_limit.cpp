@@ -33,14 +33,14 @@ std::size_t endOfDescriptors() {
 }
 
 /// Accepts a connection, or closes it at once. The kernel gives the lowest number that is free, so the number itself
-/// says how many descriptors are in use.
+/// states how many descriptors are in use.
 int acceptWithinLimits(int fd, sockaddr* address, socklen_t* size, int flags) {
-  isCalled.store(true, std::memory_order_relaxed);  // a fact that does not change: it orders nothing
-  // The kernel itself: a call of the library from here would end up here again.
+  isCalled.store(true, std::memory_order_relaxed);  // never reset: orders no other memory access
+  // Calls the kernel directly: the library's function would call this one again.
   const int accepted = static_cast<int>(syscall(SYS_accept4, fd, address, size, flags));
   if (accepted < 0) {
-    // libzmq aborts at those that it does not expect, and tries again after this one. Behind EPERM, what
-    // the network said of the new connection (accept(2)).
+    // libzmq aborts at errors that it does not expect, and tries again after ECONNABORTED. The errors behind EPERM are
+    // those of the network on the new connection (accept(2)).
     constexpr std::array kForeseen = {EMFILE,    ENFILE,       ENOBUFS, ENOMEM,      EPERM,  ENETDOWN, ENETUNREACH,
                                       EHOSTDOWN, EHOSTUNREACH, ENONET,  ENOPROTOOPT, EPROTO, ETIMEDOUT};
     if (std::ranges::find(kForeseen, errno) != kForeseen.end()) errno = ECONNABORTED;
@@ -48,8 +48,8 @@ int acceptWithinLimits(int fd, sockaddr* address, socklen_t* size, int flags) {
   }
   if (static_cast<std::size_t>(accepted) < endOfDescriptors()) return accepted;
   close(accepted);
-  refusedCount.fetch_add(1, std::memory_order_relaxed);  // a count: it orders nothing
-  errno = ECONNABORTED;                                  // as if the peer had gone before it was accepted
+  refusedCount.fetch_add(1, std::memory_order_relaxed);  // a count: orders no other memory access
+  errno = ECONNABORTED;                                  // as if the peer had disconnected before it was accepted
   return -1;
 }
 
@@ -65,13 +65,13 @@ extern "C" int acceptThree(int fd, sockaddr* address, socklen_t* size) {
   return acceptWithinLimits(fd, address, size, 0);
 }
 
-/// Says which peer has most of the connections, and how many. Looks at `most` descriptors at most, evenly over all, as
-/// each takes some 10 µs on a busy machine: of more the number is an estimate.
+/// Describes which peer has most of the connections, and how many. Looks at `most` descriptors at most, evenly over
+/// all, as each takes some 10 µs on a busy machine: with more descriptors the number is an estimate.
 std::string largestPeer(std::size_t most) {
   std::map<std::string, std::size_t> each;
   const std::size_t end = endOfDescriptors();
   std::size_t stride = (end + most - 1) / most;
-  if (stride % 2 == 0) ++stride;  // where two kinds of connection take turns, both are seen
+  if (stride % 2 == 0) ++stride;  // an odd stride sees both kinds of connection if they alternate
   for (std::size_t at = 0; at < end; at += stride) {
     const int fd = static_cast<int>(at);
     if (const std::string peer = localEnd(fd).empty() ? "" : peerOf(fd); !peer.empty()) ++each[peer];

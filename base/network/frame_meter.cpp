@@ -8,12 +8,12 @@ namespace {
 constexpr std::uint8_t kMore = 1, kLong = 2, kCommand = 4;
 constexpr std::size_t kSignatureEnd = 9, kMajorVersion = 10;
 
-// What libzmq 4.3.4 allocates.
+// Memory that libzmq 4.3.4 allocates [bytes].
 constexpr std::uint64_t kMessage = 64;        ///< of a queue, for a part
 constexpr std::uint64_t kWithinMessage = 33;  ///< bytes of a part's body that need no memory besides
-constexpr std::uint64_t kReadBuffer = 8192;   ///< kept by what was read into it, however little that is
+constexpr std::uint64_t kReadBuffer = 8192;   ///< kept as long as any part of what was read into it
 constexpr std::uint64_t kBranch = 2048;       ///< a table of 256 pointers, where a subscription leaves the others' path
-constexpr std::uint64_t kNode = 40;           ///< of the tree of subscriptions, for a byte
+constexpr std::uint64_t kNode = 40;           ///< of the tree of subscriptions, for each byte of a topic
 constexpr std::uint64_t kLargestBody = 1 << 24;  ///< counted; ZMQ_MAXMSGSIZE is far below
 
 constexpr std::uint64_t kLargestTransient = 512;  ///< bytes of a command of a handshake

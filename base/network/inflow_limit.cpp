@@ -23,19 +23,19 @@ namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000, kBetweenLines_ns = 60 * kSecond_ns;
 
-/// A peer's frames that ZeroMQ may hold.
+/// Account of a peer's frames that ZeroMQ may hold.
 struct Connection {
-  std::uint64_t cookie = 0;  ///< SO_COOKIE: a descriptor's number may be another connection's by now
+  std::uint64_t cookie = 0;  ///< SO_COOKIE: identifies the connection, as the number of its descriptor may be reused
   bool watched = false, cut = false;
   Charge charge = Charge::kRequests;
   FrameMeter meter;
-  std::uint64_t frames = 0, charged_bytes = 0;  ///< that ZeroMQ holds
+  std::uint64_t frames = 0, charged_bytes = 0;  ///< held by ZeroMQ
 };
 
 struct Account {
   std::multimap<std::string, Charge> endpoints;  ///< by localEnd()
   std::uint64_t charged_bytes = 0;               ///< of all connections
-  std::size_t highest = 0;                       ///< descriptor that was seen
+  std::size_t highest = 0;                       ///< largest descriptor that was seen
   std::string last;                              ///< connection that was ended, and why
 };
 
@@ -47,7 +47,7 @@ constinit std::array<Connection, connections::kMostDescriptors>
 std::atomic<std::size_t> watchedEndpoints{0};
 std::atomic<std::uint64_t> endedCount{0};
 std::atomic<bool> seesReads{false}, isBypassed{false};
-// Of connections that have ended, by Charge: what they had sent waits until it is taken.
+// Charges of connections that have ended, by Charge: their messages wait until they are taken.
 std::array<std::atomic<std::uint64_t>, 2> left_bytes{};
 // NOLINTEND(*-avoid-non-const-global-variables)
 
@@ -61,7 +61,7 @@ std::atomic<std::uint64_t>& leftOf(Charge charge) {
   return left_bytes[static_cast<std::size_t>(charge)];
 }
 
-/// The connection holds nothing any more; what it has sent may still wait.
+/// Removes the charge of a connection from its record; its messages may still wait.
 void writeOff(Connection& one) {
   account.charged_bytes -= one.charged_bytes;
   leftOf(one.charge) += std::exchange(one.charged_bytes, 0);
@@ -76,13 +76,13 @@ void end(Connection& one, int fd, const std::string& why) {
   writeOff(one);
 }
 
-/// Of several peers that hold too much together, the one that holds most is ended.
+/// Ends the connection with the largest charge if all of them together exceed the limit.
 void endLargest() {
   Connection* largest = nullptr;
   for (std::size_t fd = 0; fd <= account.highest; ++fd) {
     Connection& one = records[fd];
     if (one.charged_bytes == 0) continue;
-    if (cookieOf(static_cast<int>(fd)) != one.cookie) {  // gone without a word
+    if (cookieOf(static_cast<int>(fd)) != one.cookie) {  // ended without being reported
       writeOff(one);
     } else if (largest == nullptr || one.charged_bytes > largest->charged_bytes) {
       largest = &one;
@@ -94,7 +94,7 @@ void endLargest() {
   shutdown(fd, SHUT_RDWR);
 }
 
-/// The record of a connection; a new one where the descriptor's number is another's than before.
+/// Returns the record of a connection; a new one if its descriptor was used by another connection before.
 Connection& find(int fd) {
   Connection& one = records[static_cast<std::size_t>(fd)];
   const std::uint64_t cookie = cookieOf(fd);
@@ -110,7 +110,7 @@ Connection& find(int fd) {
   return one;
 }
 
-/// Forgets all connections and what they were charged: their sockets are being closed.
+/// Forgets all connections and their charges, as their sockets are being closed.
 void clear() {
   std::fill_n(records.begin(), account.highest + 1, Connection{});
   account.charged_bytes = 0;
@@ -123,7 +123,7 @@ bool isWatched(int fd) {
   return account.endpoints.contains(localEnd(fd));
 }
 
-/// Takes note of what was read. \return whether ZeroMQ may have it
+/// Counts the bytes that were read. Returns whether they may be passed to ZeroMQ.
 bool allows(int fd, std::span<const std::uint8_t> bytes) {
   const std::lock_guard lock(mutex);
   Connection& one = find(fd);
@@ -160,7 +160,7 @@ void forget(int fd) {
 extern "C" __attribute__((visibility("default"), used)) ssize_t
 receiveWithinLimits(int fd, void* buffer, std::size_t size, int flags) __asm__("recv");
 extern "C" ssize_t receiveWithinLimits(int fd, void* buffer, std::size_t size, int flags) {
-  // The kernel itself, as the thread sanitizer would take a call of the library from here for a write of ours into
+  // Calls the kernel directly, as the thread sanitizer would report a call of the library from here as a write into
   // memory whose owner, ZeroMQ, it does not follow.
   const ssize_t count = syscall(SYS_recvfrom, fd, buffer, size, flags, nullptr, nullptr);
   if (watchedEndpoints.load(std::memory_order_relaxed) == 0 || (flags & MSG_PEEK) != 0 || size == 0) return count;
@@ -199,7 +199,7 @@ void release(int fd, std::size_t parts) {
   const std::lock_guard lock(mutex);
   Connection& one = records[static_cast<std::size_t>(fd)];
   if (one.frames == 0) return;
-  // Which of its frames these were is not known where they are encrypted: they count as so many of average size.
+  // The sizes of encrypted frames are not known: they count as frames of average size.
   const std::uint64_t frames = std::min<std::uint64_t>(parts, one.frames);
   const std::uint64_t cost_bytes = one.charged_bytes * frames / one.frames;
   one.frames -= frames;
@@ -208,7 +208,7 @@ void release(int fd, std::size_t parts) {
 }
 
 void releaseEnded(Charge charge) {
-  leftOf(charge).store(0, std::memory_order_relaxed);  // an estimate: it orders nothing
+  leftOf(charge).store(0, std::memory_order_relaxed);  // an estimate: orders no other memory access
 }
 
 std::uint64_t ended() {

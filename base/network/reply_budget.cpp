@@ -12,7 +12,7 @@ bool ReplyBudget::isUnread(int fd) {
   return ioctl(fd, SIOCOUTQ, &waiting) == 0 && waiting > 0;
 }
 
-/// Forgets what has been read of one connection. Returns the number of bytes that still wait.
+/// Forgets the replies of one connection that have been read. Returns the number of bytes that still wait.
 std::uint64_t ReplyBudget::forgetRead(int fd, Connection& connection) const {
   std::uint64_t queued_bytes = 0;
   std::erase_if(connection.queued, [&](const auto& reply) {

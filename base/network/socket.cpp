@@ -88,7 +88,7 @@ std::optional<Error> checkPort(const std::string& endpoint) {
 }  // namespace
 
 void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage) {
-  // Not 0: when a socket without linger is closed at the moment in which a peer leaves that has been sent a part of a
+  // Not 0: if a socket without linger is closed at the moment when a peer disconnects that has been sent a part of a
   // message, ZeroMQ 4.3.4 aborts the whole process (session_base.cpp, clean_pipes()).
   socket.set(zmq::sockopt::linger, 100);
   socket.set(zmq::sockopt::sndhwm, highWaterMark);
@@ -140,7 +140,7 @@ void release(const std::vector<std::string>& bound) {
 }
 
 std::string peerName(zmq::message_t& message) {
-  constexpr std::string_view kThisHost = "localhost:";  // and uid:gid:pid of a process
+  constexpr std::string_view kThisHost = "localhost:";  // followed by uid:gid:pid of a process
   const char* const address = zmq_msg_gets(message.handle(), "Peer-Address");
   std::string name = address == nullptr ? "" : address;
   if (name.empty()) return "an unknown peer";

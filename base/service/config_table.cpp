@@ -11,7 +11,7 @@
 namespace tractiond {
 namespace {
 
-/// The shortest decimal that reads back as the same number; whole ones without an exponent.
+/// Returns the shortest decimal that reads back as the same number; whole ones without an exponent.
 std::string number(double value) {
   if (value == std::trunc(value) && std::abs(value) < 1e15) return std::to_string(static_cast<std::int64_t>(value));
   std::array<char, 40> text{};
@@ -27,7 +27,7 @@ struct ScalarText {
   std::string operator()(std::int64_t value) const { return std::to_string(value); }
   std::string operator()(const std::string& value) const { return quoted(value); }
   std::string operator()(double value) const {
-    std::string text = number(value);  // with a point or an exponent: else it would read back as a whole number
+    std::string text = number(value);  // with a point or an exponent: otherwise it would read back as an integer
     return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
   }
 };
@@ -71,7 +71,7 @@ std::string written(const Key& key) {
   return std::visit(Written{key.range}, key.value);
 }
 
-/// "default 5; 0 to 10 ms"
+/// Returns the limits of a key as text: "default 5; 0 to 10 ms".
 std::string limits(const Key& key, const std::string& standard) {
   std::string text = "default " + (standard.empty() ? "none" : standard);
   if (const auto* choice = std::get_if<Choice>(&key.value)) {

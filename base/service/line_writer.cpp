@@ -19,7 +19,7 @@ namespace tractiond {
 
 namespace {
 
-constexpr int kLook_ms = 100;  // for the end, while the reader stands still
+constexpr int kLook_ms = 100;  // time between two checks for the end, while the reader does not read
 
 }  // namespace
 
@@ -30,14 +30,14 @@ struct LineWriter::Shared {
   std::mutex mutex;
   std::condition_variable come, gone;
   std::string waiting;         // whole lines
-  std::uint64_t lostHere = 0;  // not told yet
+  std::uint64_t lostHere = 0;  // not reported yet
   bool writing = false, ending = false;
   std::atomic<std::uint64_t> lost{0};
   std::atomic<bool> givenUp{false};
 
   void run() {
     sigset_t signals;
-    sigfillset(&signals);  // they are for others; and without SIGPIPE a reader that is gone is an error like any
+    sigfillset(&signals);  // other threads handle them; without SIGPIPE a missing reader is an error of write()
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
     std::unique_lock lock(mutex);
     while (true) {
@@ -64,11 +64,12 @@ struct LineWriter::Shared {
     while (!text.empty() && !givenUp) {
       pollfd output{descriptor, POLLOUT, 0};
       if (poll(&output, 1, kLook_ms) <= 0) continue;
-      // No more than a pipe takes without waiting.
+      // Writes at most what a pipe takes without waiting.
       const ssize_t written = ::write(descriptor, text.data(), std::min<std::size_t>(text.size(), PIPE_BUF));
       if (written > 0) text.remove_prefix(static_cast<std::size_t>(written));
       if (written >= 0 || errno == EINTR || errno == EAGAIN) continue;
-      lost += static_cast<std::uint64_t>(std::ranges::count(text, '\n'));  // a full disk, a pipe without a reader
+      lost +=
+          static_cast<std::uint64_t>(std::ranges::count(text, '\n'));  // the disk is full, or the pipe has no reader
       return;
     }
   }
@@ -96,7 +97,7 @@ void LineWriter::drain() {
 
 void LineWriter::write(std::string_view line) {
   const std::lock_guard lock(shared_->mutex);
-  // Once one is lost, so are those behind it, until it is told how many.
+  // After a lost line further ones are lost, too, until their number has been written.
   if (shared_->lostHere > 0 || shared_->waiting.size() + line.size() + 1 > shared_->options.most_bytes) {
     ++shared_->lostHere;
     ++shared_->lost;

@@ -29,7 +29,7 @@ std::string prefix(std::string_view program, spdlog::level::level_enum level) {
   }
 }
 
-/// No flush: the writer writes at once.
+/// Passes lines to the writer, which needs no flush.
 class LogSink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
  public:
   LogSink(std::string program, std::shared_ptr<LineWriter> log)
