@@ -1,4 +1,4 @@
-// Who may do what: users, groups, keys.
+// Checks access: users, groups, keys.
 
 #include "base/network/keys.h"
 #include "client/cli/keys.h"
@@ -14,7 +14,7 @@ namespace {
 
 using List = std::vector<Finding>;
 
-/// Numbers behind a word of /proc/self/status.
+/// Returns the numbers behind a word of /proc/self/status.
 std::vector<std::string> ofOurselves(const Box& box, const std::string& word) {
   for (const std::string& line : linesOf(box.read("/proc/self/status").text)) {
     auto words = wordsOf(line);

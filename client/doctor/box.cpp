@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 Box::Reading Box::read(const std::string& path) const {
   constexpr std::size_t kMost = 1 << 20;
-  // A pipe or a device would keep us waiting.
+  // Opening or reading a pipe or a device could block.
   const int file = open(at(path).c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (file < 0) return {.text = {}, .error = errno};
   Reading reading;
@@ -147,7 +147,7 @@ std::vector<Process> processesOf(const Box& box) {
   for (const std::string& name : box.list("/proc")) {
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
     const auto comm = box.line("/proc/" + name + "/comm");
-    if (!comm) continue;  // it has ended
+    if (!comm) continue;  // the process has ended
     Process process{static_cast<int>(std::strtol(name.c_str(), nullptr, 10)), *comm, {}};
     std::istringstream words(box.read("/proc/" + name + "/cmdline").text);
     for (std::string word; std::getline(words, word, '\0');) process.words.push_back(word);

@@ -1,4 +1,4 @@
-// Other programs that want the same camera, ports or USB devices.
+// Checks for other programs that use the same camera, ports or USB devices.
 
 #include "client/doctor/checks.h"
 
@@ -15,7 +15,7 @@ namespace {
 
 using List = std::vector<Finding>;
 
-/// Beginnings of their names, which the kernel cuts off after 15 letters.
+/// Beginnings of their names: the kernel reports the first 15 letters.
 constexpr std::array kCameraPrograms = {"arv-viewer", "arv-camera-test", "arv-tool",     "PylonViewer",  "pylonviewer",
                                         "SpinView",   "VimbaViewer",     "VimbaXViewer", "tcam-capture", "MVS"};
 
@@ -47,7 +47,7 @@ void checkModemManager(const Patient& patient, List& findings) {
   }
 }
 
-/// Two that take the same camera: by its id, or the first that is found.
+/// Checks whether two instances use the same camera: by its id, or the first one that is found.
 void checkSharedCamera(const Patient& patient, List& findings) {
   std::map<std::string, std::vector<const Instance*>> takers;
   for (const Instance& one : patient.instances) {
@@ -78,7 +78,7 @@ void checkTwoDaemons(const Patient& patient, List& findings) {
   findings.push_back({"other daemons", Verdict::kOk, "no instance runs twice"});
 }
 
-/// Who listens on which port: inodes of sockets by ports.
+/// Returns the inodes of listening sockets, by port.
 std::map<int, std::set<std::string>> listeners(const Box& box) {
   std::map<int, std::set<std::string>> all;
   for (const char* table : {"/proc/net/tcp", "/proc/net/tcp6"}) {

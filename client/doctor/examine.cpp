@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kFolder = "/etc/tractiond";
 
-/// The words behind an option of a command line.
+/// Returns the value of an option of a command line.
 std::string valueOf(const std::vector<std::string>& words, const std::string& option) {
   for (std::size_t i = 0; i < words.size(); ++i) {
     if (words[i] == option && i + 1 < words.size()) return words[i + 1];
@@ -29,7 +29,7 @@ std::string instanceOf(const Process& process) {
   return name.empty() ? kDefaultInstance : name;
 }
 
-/// Not one that only answers a question.
+/// Returns whether a process is a daemon: it has no option that only prints something.
 bool isDaemon(const Process& process) {
   static constexpr std::array kQuestions = {"--check-config", "--print-config", "--cameras",
                                             "--plan",         "--version",      "--help"};
@@ -60,7 +60,7 @@ std::set<std::string> namesOf(const Patient& patient) {
   return names;
 }
 
-/// What the daemon makes of its configuration, with all defaults.
+/// Returns the settings by the daemon's own text of its configuration, which includes all defaults.
 std::optional<Settings> settingsOf(const std::string& text, const std::string& instance) {
   auto root = tractiond::TomlTable::parse(text, "tractiond --print-config");
   if (!root) return std::nullopt;

@@ -1,4 +1,4 @@
-// What the machine itself is like: its clocks, its processors, USB.
+// Checks the machine itself: clocks, processors, USB.
 
 #include "client/doctor/checks.h"
 
@@ -44,7 +44,7 @@ void checkClockSource(const Patient& patient, List& findings) {
     findings.push_back({"clock source", Verdict::kUnknown, "not known: " + folder + " cannot be read"});
     return;
   }
-  // Those that are read without a call of the kernel.
+  // Clock sources that are read without a system call.
   constexpr std::array kFast = {"tsc", "kvm-clock", "hyperv_clocksource_tsc_page", "arch_sys_counter"};
   if (std::find(kFast.begin(), kFast.end(), *current) != kFast.end()) {
     findings.push_back({"clock source", Verdict::kOk, *current});
@@ -88,7 +88,7 @@ void checkUsbMemory(const Patient& patient, List& findings) {
   }
 }
 
-/// Interfaces of USB3 Vision have class EF and subclass 05. Devices: those of which one is.
+/// Returns the devices with an interface of USB3 Vision, which has class EF and subclass 05.
 std::vector<std::string> usbCameras(const Box& box) {
   const std::string folder = "/sys/bus/usb/devices/";
   std::vector<std::string> devices;

@@ -1,4 +1,4 @@
-// The way from the camera to here.
+// Checks the link from the camera to this machine.
 
 #include "client/doctor/checks.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 using List = std::vector<Finding>;
 
-/// In the byte order of the network, as in /proc/net/route.
+/// Returns an IPv4 address in network byte order, as in /proc/net/route.
 std::optional<std::uint32_t> ipOf(const std::string& text) {
   in_addr address{};
   if (inet_pton(AF_INET, text.c_str(), &address) != 1) return std::nullopt;
@@ -36,7 +36,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// By the longest of the routes; empty: there is none.
+/// Returns the interface of the longest matching route; empty: there is none.
 std::string interfaceTo(const Box& box, std::uint32_t address) {
   if ((ntohl(address) >> 24) == 127) return "lo";
   std::string interface;
@@ -56,7 +56,7 @@ std::string interfaceTo(const Box& box, std::uint32_t address) {
   return interface;
 }
 
-/// On which the camera is; empty: not known.
+/// Returns the interface that the camera is connected to; empty: not known.
 std::string interfaceOf(const Box& box, const std::string& cameraId) {
   if (const auto address = ipOf(cameraId)) return interfaceTo(box, *address);
   for (const std::string& line : linesOf(box.read("/proc/net/arp").text)) {
@@ -113,7 +113,7 @@ void checkReversePath(const Box& box, const std::string& interface, List& findin
   const auto all = box.number(folder + "all/rp_filter"), one = box.number(folder + interface + "/rp_filter");
   if (!all || !one) {
     findings.push_back({"reverse path", Verdict::kUnknown, "not known: rp_filter of " + interface + " cannot be read"});
-  } else if (std::max(*all, *one) == 1.0) {  // the larger one holds; 2: any way back will do
+  } else if (std::max(*all, *one) == 1.0) {  // the larger value applies; 2 accepts any return path
     const std::string line = "net.ipv4.conf." + interface + ".rp_filter=2";
     findings.push_back(
         {"reverse path", Verdict::kWarn,

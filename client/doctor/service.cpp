@@ -1,4 +1,4 @@
-// What systemd makes of an instance, its configuration, its directory and its limits.
+// Checks the service of an instance: configuration, systemd unit, state directory, limits.
 
 #include "client/doctor/checks.h"
 
@@ -53,7 +53,7 @@ void checkConfiguration(const Patient& patient, const Instance& instance, List& 
   }
 }
 
-/// The words KEY=VALUE of systemctl show.
+/// Returns the pairs KEY=VALUE of `systemctl show`.
 std::map<std::string, std::string> shown(const Patient& patient, const std::string& unit) {
   const auto ran = patient.box.run(
       {"systemctl", "show", unit, "--property=LoadState,UnitFileState,ActiveState,Result,NRestarts,RestrictRealtime"});
@@ -121,7 +121,7 @@ void checkState(const Patient& patient, const Instance& instance, List& findings
   }
 }
 
-/// The hard limit of a line of /proc/PID/limits; none: there is no such line.
+/// Returns the hard limit in a line of /proc/PID/limits; nothing if there is no such line.
 std::optional<double> limitOf(const std::string& limits, const std::string& name) {
   for (const std::string& line : linesOf(limits)) {
     if (line.rfind(name, 0) != 0) continue;
@@ -165,7 +165,7 @@ void checkLimits(const Patient& patient, const Instance& instance, List& finding
   }
 }
 
-/// A capability of a process, by its number; by the process's own word it may do without limits.
+/// Returns whether a process has a capability, by the number of the capability and the text of /proc/PID/status.
 bool isCapable(const std::string& status, unsigned capability) {
   const std::string key = "CapEff:";
   for (const std::string& line : linesOf(status)) {
@@ -174,7 +174,7 @@ bool isCapable(const std::string& status, unsigned capability) {
   return false;
 }
 
-/// Processors of a list like "0-2,5".
+/// Returns the processors of a list such as "0-2,5".
 std::set<int> cpusOf(const std::string& list) {
   std::set<int> cpus;
   std::istringstream items(list);
@@ -187,7 +187,7 @@ std::set<int> cpusOf(const std::string& list) {
   return cpus;
 }
 
-/// What [realtime] asks for against what the process that runs may have.
+/// Compares the settings of [realtime] with the permissions of the running process.
 void checkRealTime(const Patient& patient, const Instance& instance, List& findings) {
   const std::string check = "real time";
   if (!instance.settings) {
