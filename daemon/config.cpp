@@ -25,7 +25,8 @@ std::string pixelFormatFault(const std::string& name) {
   return quoted(name) + " is not supported; supported formats: " + std::string(kPixelFormatsInWords);
 }
 
-/// What the picture is, and where the gel is in it, stays: the zero rests on it.
+/// Returns whether a key may change while the daemon runs. Keys that change the picture, or the place of the gel in it,
+/// may not, as the zero would no longer hold.
 bool isLive(const Key& key) {
   constexpr std::array<std::string_view, 14> kOfTheCamera = {"features",
                                                              "frame_rate_hz",
@@ -179,7 +180,7 @@ std::vector<Key> keysOf(Config& config) {
           &config.preview.width_px, {16, 1024}},
 
       {"realtime", "priority", "", "SCHED_FIFO priority of the threads that a frame passes; 0: they run as all others.",
-          &realtime.priority, {0, 98}},  // 99 is that of the kernel's own
+          &realtime.priority, {0, 98}},  // 99 is used by threads of the kernel
       {"realtime", "cpus", "", "Processors that these threads may run on, as a list: 0-2,5; empty: any.",
           &realtime.cpus, {}, cpus},
       {"realtime", "lock_memory", "", "Keep all memory that was touched; it is never swapped out.",

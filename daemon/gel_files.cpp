@@ -12,7 +12,7 @@
 namespace tractiond {
 namespace {
 
-/// Of a gel file, or of the influence file that it names.
+/// Converts an error in a gel file, or in the influence file that it names.
 Error asError(const FileError& error, const std::string& gelFile) {
   Error result{.exitCode = EX_CONFIG, .what = error.what, .where = error.where};
   if (error.isData) {

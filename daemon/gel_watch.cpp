@@ -15,8 +15,8 @@ namespace tractiond {
 
 namespace {
 
-constexpr double kMissing = 0.5;  // of a layer's markers: fewer are a reason to look
-constexpr int kZeroWithin = 4;    // times the frames of a zero: a first zero that takes longer is reported
+constexpr double kMissing = 0.5;  // share of a layer's markers: with fewer the picture is examined
+constexpr int kZeroWithin = 4;    // multiple of the frames of a zero: a first zero that takes longer is reported
 
 std::int64_t ns(double seconds) {
   return static_cast<std::int64_t>(1e9 * seconds);
@@ -57,7 +57,7 @@ void GelWatch::report(const RestPose& zero, GelReport report) {
   hasZero_ = true;
   report_ = std::move(report);
   tracker_.setGelFits(zero.id, report_.fits());
-  tell();  // before the zero is answered, after which clients ask for the status
+  tell();  // before the request is answered, as clients ask for the status afterwards
 }
 
 void GelWatch::turn() {

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// An absolute path from the environment, else empty.
+/// Returns an absolute path from the environment; empty if there is none.
 fs::path fromEnvironment(const char* variable) {
   const char* value = std::getenv(variable);
   return value != nullptr && *value == '/' ? value : "";
@@ -59,7 +59,7 @@ tl::expected<Places, Error> located(Places places) {
   }
   if (places.state.empty()) places.state = stateDirectory(places.instance);
   if (places.runtime.empty()) places.runtime = runtimeDirectory(places.instance);
-  // ZeroMQ's addresses and a service's working directory want no relative paths.
+  // Relative paths do not suit ZeroMQ's addresses and a service's working directory.
   places.state = fs::absolute(places.state);
   places.runtime = fs::absolute(places.runtime);
   return places;
@@ -121,7 +121,7 @@ OwnDirectory::OwnDirectory(OwnDirectory&& other) noexcept
 
 OwnDirectory::~OwnDirectory() {
   if (descriptor_ < 0) return;
-  if (made_) rmdir(path_.c_str());  // fails where something is in it
+  if (made_) rmdir(path_.c_str());  // fails if the directory is not empty
   close(descriptor_);
 }
 

@@ -15,7 +15,7 @@
 namespace tractiond {
 namespace {
 
-/// One line in ten per cent.
+/// Returns a function that logs a line for each ten per cent.
 sensor::elastic::Progress progressLines() {
   return [last = -1](double done) mutable {
     const int tenth = static_cast<int>(done * 10);
@@ -38,7 +38,7 @@ Measurement::Measurement(sensor::Sensor sensor, const Surroundings& around)
     , isFilm_(!around.config.camera.images.empty())
     , sensor_(std::move(sensor))
     , invalidFields_(around.config.track, around.config.solve) {
-  constexpr int kNice = 10;  // of this thread alone: frames are in more of a hurry
+  constexpr int kNice = 10;  // of this thread only: frames are more urgent
   compute_.run([] { setpriority(PRIO_PROCESS, 0, kNice); });
 }
 
@@ -60,7 +60,7 @@ tl::expected<void, Error> Measurement::build() {
                                                solver_->detectionLimit_N(), compute_);
   }
   track::TrackOptions tracking = config.track;
-  tracking.awaitsGelCheck = true;  // nothing is measured from a zero that the gel file may not fit
+  tracking.awaitsGelCheck = true;  // forces are only computed from a zero that was compared with the gel file
   tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
   gelWatch_ = std::make_unique<GelWatch>(sensor_, *tracker_, newestMarkerStatus_, [this](const auto& result) {
     around_.control.answerSnapshot(result, sensor_.layers);
@@ -102,14 +102,14 @@ tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) 
         .where = around_.config.sensor.gelFile,
         .remedy = "calibrate with this camera, starting from a gel file without calibration"});
   }
-  if (info.session > 1) {  // the zero of the camera before is in force
+  if (info.session > 1) {  // the zero of the previous session is in force
     if (id == cameraId_) return {};
     return tl::unexpected(Error{.exitCode = EX_UNAVAILABLE,
                                 .what = fmt::format("camera {} is not {}, whose zero is in force", id, cameraId_),
                                 .remedy = "to use it, stop the daemon and set camera.id"});
   }
   cameraId_ = id;
-  // A start that forgot the zero would call what presses now nothing.
+  // Without the earlier zero, a load that presses at the start would be zeroed.
   auto restored = zero::restoreZero(around_.stateDirectory, {sensor_, info.format, id});
   if (!restored) return tl::unexpected(restored.error());
   restored_ = std::move(restored->zero);
@@ -139,7 +139,7 @@ void Measurement::beginRecording(const capture::CameraInfo& info) {
   recorder_->begin(beginning);
 }
 
-/// It only serves to undo: where it is of no use, it is as if it were not there.
+/// Returns the previous zero, which is needed for an undo only: an error of its file counts as no zero.
 std::optional<RestPose> Measurement::earlierZero(const capture::CameraInfo& info) const {
   const auto pose = zero::loadEarlierZero(around_.stateDirectory, restored_, {sensor_, info.format, cameraId_});
   if (!pose) spdlog::warn("warning: the zero cannot be undone: {}", pose.error().message());
@@ -152,12 +152,12 @@ bool Measurement::track(const Frame& frame, MarkerField& markers) {
   tracked_.add();
   gelWatch_->takeFrame(frame);
   if (recorder_) recorder_->takeFrame(frame, tracker_->inputs());
-  if (tracked) newestMarkers_.put(markers);  // while control takes one, this one is not seen there
+  if (tracked) newestMarkers_.put(markers);  // dropped if control is taking one at this moment
   return tracked;
 }
 
-/// A film has time: how long the judgement of its zero takes, and the solver for its markers, must not decide how many
-/// of its pictures are measured, and by which solver.
+/// Waits, for pictures from a file, until the first zero is judged and its solver is made: the time that these take
+/// must not decide which pictures are measured, and by which solver.
 void Measurement::awaitFirstZero() {
   if (!tracker_->awaitsFirstVerdict()) return;
   const auto waits = [this] { return tracker_->awaitsFirstVerdict() || (restSolver_ && restSolver_->done() == 0); };
@@ -242,7 +242,7 @@ void Measurement::makeProcedures() {
 }
 
 tl::expected<void, Error> Measurement::finish() {
-  gelWatch_->turn();  // a film may have ended between two turns
+  gelWatch_->turn();  // the pictures of a file may have ended between two turns
   if (!recorder_) return {};
   auto closed = recorder_->close();
   if (closed) spdlog::info("recorded: {}", recorder_->account());

@@ -25,7 +25,7 @@ TractionField blankField(const PipelineOptions& options) {
   return field;
 }
 
-// What each stage does with one frame, threaded or inline: call, stamp, count.
+// The work of each stage on one frame, threaded or inline: calls the function, sets the time, counts.
 
 bool trackOne(const Stages& stages, const Frame& frame, MarkerField& markers, Counter& notTracked) {
   markers.info = frame.info;
@@ -45,11 +45,11 @@ void publishOne(const Stages& stages, const TractionField& field, Ledger& ledger
   ledger.published.add();
 }
 
-/// Gives one element of a link to `work`; where there is none, `sleep` waits for more. False: the link is closed and
-/// empty.
+/// Passes one element of a link to `work`; if there is none, calls `sleep`, which waits for more. Returns false if the
+/// link is closed and empty.
 template <typename T, std::size_t kSlots, typename Work, typename Sleep>
 bool workOffOne(Link<T, kSlots>& link, Work work, Sleep sleep) {
-  const bool closed = link.closed();  // asked before take(): if so, nothing comes after an empty link
+  const bool closed = link.closed();  // read before take(): a closed link that is empty then remains empty
   if (T* element = link.take()) {
     work(*element);
     link.release(element);
@@ -61,7 +61,7 @@ bool workOffOne(Link<T, kSlots>& link, Work work, Sleep sleep) {
   return true;
 }
 
-/// A slot to fill; waits for it where the link may not evict.
+/// Returns a slot to fill; waits for one if the link does not evict.
 template <typename T, std::size_t kSlots>
 T& acquire(Link<T, kSlots>& link, Counter& turns, std::chrono::milliseconds turn) {
   for (;; turns.add()) {
@@ -99,7 +99,7 @@ void Pipeline::start() {
       body();
     });
   };
-  // Consumers first, so that all threads run when the first frame comes.
+  // Starts the consumers first, so that all threads run when the first frame arrives.
   if (stages_.control) run(controlThread_, "tr-control", false, [this] { loop(Stage::kControl); });
   if (stages_.preview) run(previewThread_, "tr-preview", false, [this] { preview(); });
   if (stages_.record) run(recordThread_, "tr-record", false, [this] { record(); });
@@ -111,13 +111,14 @@ void Pipeline::start() {
 }
 
 void Pipeline::stop() {
-  stopping_.store(true, std::memory_order_relaxed);  // a wish, it orders nothing: capture and control see it in a turn
+  // Orders no other memory access: capture and control see it within a turn.
+  stopping_.store(true, std::memory_order_relaxed);
   finish();
 }
 
 void Pipeline::finish() {
   if (!captureThread_.joinable()) return;
-  // In the frames' direction: each ends when the link before it is closed and empty.
+  // Joins in the direction of the frames: each thread ends when the link before it is closed and empty.
   captureThread_.join();
   trackThread_.join();
   solveThread_.join();
@@ -180,7 +181,7 @@ bool Pipeline::work(Stage stage, std::chrono::milliseconds timeout) {
 
 bool Pipeline::captureTurn(std::chrono::milliseconds timeout) {
   if (!stopping_.load(std::memory_order_relaxed)) {
-    frames_.reclaim();  // the camera gets its memory back here, on the thread that took it
+    frames_.reclaim();  // returns memory to the camera, on the thread that took it
     if (!frame_) frame_ = &acquire(frames_, turns_.capture, options_.turn);
     const auto next = stages_.source.next(*frame_, timeout);
     if (next == capture::Next::kFrame) frames_.push(std::exchange(frame_, nullptr));
@@ -227,7 +228,7 @@ bool Pipeline::publishTurn(std::chrono::milliseconds timeout) {
       fields_,
       [this](const TractionField& field) {
         publishOne(stages_, field, ledger_);
-        stages_.serveSubscribers(fields_.fd(), 0ms);  // new subscribers are served also when there is no pause
+        stages_.serveSubscribers(fields_.fd(), 0ms);  // serves new subscribers even if fields arrive without a pause
       },
       [this, timeout] {
         stages_.serveSubscribers(fields_.fd(), timeout);
@@ -240,7 +241,7 @@ void Pipeline::preview() {
 }
 
 void Pipeline::record() {
-  constexpr int kNice = 10;  // of this thread alone: its work is less urgent than frames
+  constexpr int kNice = 10;  // of this thread only: its work is less urgent than frames
   setpriority(PRIO_PROCESS, 0, kNice);
   while (!stopping_.load(std::memory_order_relaxed)) stages_.record(options_.turn);
 }

@@ -51,7 +51,7 @@ void Previewer::offer(const Copy& copy, std::int64_t now_ns) {
   preview_.flags = copy.flags;
   preview_.zero = copy.zero;
   publisher_.offerPreview(preview_);
-  // On the beat, unless pictures come more slowly.
+  // Keeps a fixed pace, unless pictures arrive more slowly.
   const auto period_ns = static_cast<std::int64_t>(1e9 / options_.rate_Hz);
   due_ns_ = std::max(due_ns_ + period_ns, now_ns);
 }

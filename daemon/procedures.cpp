@@ -7,7 +7,7 @@
 namespace tractiond {
 namespace {
 
-/// The rate is measured over at least this long.
+/// Shortest time over which the rate is measured.
 constexpr std::int64_t kRateOver_ns = 2'000'000'000;
 
 }  // namespace
@@ -23,7 +23,7 @@ Procedures::Procedures(const sensor::Sensor& sensor, ProcedureOptions options, P
     , zero_(sensor, options_.zeroFrames, options_.clock, links_.frames, links_.zero, [this] { dropStep(); }) {
   MarkerField blank;
   blank.resize(sensor.markerCount());
-  links_.markers.put(blank);  // the room, so that the tracking thread need not make it
+  links_.markers.put(blank);  // allocates the memory, so that the tracking thread does not have to
   links_.markers.take(markers_);
 }
 

@@ -23,7 +23,7 @@
 namespace tractiond {
 namespace {
 
-/// Into the room, without an end; returns how much there is. Allocates nothing.
+/// Reads a file into `room`, without a terminating zero. Returns the number of bytes. Allocates nothing.
 std::size_t readFile(const char* path, char* room, std::size_t size) {
   const int file = ::open(path, O_RDONLY | O_CLOEXEC);
   if (file < 0) return 0;
@@ -32,7 +32,7 @@ std::size_t readFile(const char* path, char* room, std::size_t size) {
   return got > 0 ? static_cast<std::size_t>(got) : 0;
 }
 
-/// VmLck of /proc/self/status [bytes]
+/// Returns VmLck of /proc/self/status [bytes].
 std::uint64_t lockedMemory() {
   constexpr std::string_view kKey = "VmLck:";
   std::array<char, 4096> room{};
@@ -41,7 +41,7 @@ std::uint64_t lockedMemory() {
   return found == std::string_view::npos ? 0 : std::strtoull(&text[found + kKey.size()], nullptr, 10) * 1024;
 }
 
-/// Into the room, which is larger than any of the kernel's names.
+/// Returns the name of a thread, in `room`, which is larger than any name of the kernel.
 std::string_view nameOf(int threadId, std::array<char, 32>& room) {
   std::array<char, 48> path{};
   std::snprintf(path.data(), path.size(), "/proc/self/task/%d/comm", threadId);
@@ -110,10 +110,10 @@ void Realtime::lockMemory() {
   rlimit before{};
   getrlimit(RLIMIT_MEMLOCK, &before);
   rlimit limit = before;
-  // Only a process with the capability may lock memory under a limit: with a limit of 0, mlockall() fails without it.
+  // A process may lock memory under a limit only with the capability; without it, mlockall() fails with a limit of 0.
   limit.rlim_cur = limit.rlim_max == RLIM_INFINITY ? RLIM_INFINITY : 0;
   setrlimit(RLIMIT_MEMLOCK, &limit);
-  // Not yet touched are the stacks of some twenty threads, and what libraries keep in reserve.
+  // The stacks of some twenty threads, and reserves of libraries, have not been touched yet.
   const int error = mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0 ? 0 : errno;
   if (limit.rlim_cur == 0) setrlimit(RLIMIT_MEMLOCK, &before);
   const std::lock_guard lock(mutex_);
@@ -134,11 +134,11 @@ void Realtime::include(int threadId, int priority) {
   if (priority > 0) {
     sched_param param{};
     param.sched_priority = priority;
-    // Threads that it starts are no such threads.
+    // Threads that it starts get the default scheduling.
     if (sched_setscheduler(threadId, SCHED_FIFO | SCHED_RESET_ON_FORK, &param) != 0) priorityError_ = errno;
   }
   const auto free = std::ranges::find(threads_, 0, &Thread::id);
-  if (free == threads_.end()) return;  // scheduled, and not shown
+  if (free == threads_.end()) return;  // it is scheduled, but not listed
   std::array<char, 32> room{};
   free->id = threadId;
   free->name.assign(nameOf(threadId, room));

@@ -55,7 +55,7 @@ Recorder::Recorder(RecordOptions options, const publish::Identity& identity, int
     , wire_(identity)
     , picture_(identity) {}
 
-/// A recording of nothing is no recording.
+/// Removes an empty recording.
 Recorder::~Recorder() {
   std::error_code ignored;
   if (written("camera") + written("field") == 0) std::filesystem::remove(options_.file, ignored);
@@ -73,8 +73,9 @@ void Recorder::takeFrame(const Frame& frame, const TrackerInputs& inputs) {
   if (options_.rate_Hz > 0.0) {
     if (now_ns < due_ns_) return;
     const auto period_ns = static_cast<std::int64_t>(1e9 / options_.rate_Hz);
-    due_ns_ = due_ns_ + period_ns > now_ns ? due_ns_ + period_ns
-                                           : now_ns + period_ns;  // on the beat, unless frames come more slowly
+    due_ns_ = due_ns_ + period_ns > now_ns
+                  ? due_ns_ + period_ns
+                  : now_ns + period_ns;  // keeps a fixed pace, unless frames arrive more slowly
   }
   publish::TrackedFrame* const room = frames_.acquire();
   if (room == nullptr) return picturesLost_.add();
@@ -117,7 +118,7 @@ void Recorder::drain() {
   while (publish::TrackedFrame* const one = frames_.take()) {
     if (!error_) write("camera", "Picture", one->number, &one->frame.info, picture_.encode(*one, options_.packed));
     frames_.release(one);
-    drainFields();  // where pictures come faster than they are written, fields wait for none but one
+    drainFields();  // if pictures arrive faster than they are written, a field waits for at most one of them
   }
   if (auto description = links_.description ? links_.description() : ""; description != described_) {
     described_ = std::move(description);
@@ -148,7 +149,7 @@ void Recorder::drainFields() {
   }
 }
 
-/// \param frame that it is of; null: of none
+/// \param frame that the message describes; null: none
 void Recorder::write(const std::string& kind, const char* type, std::uint64_t sequence, const FrameInfo* frame,
                      std::string_view bytes) {
   if (error_) return;
@@ -206,7 +207,7 @@ std::string Recorder::account() const {
   return text;
 }
 
-/// Never back, whatever happens to the time of day.
+/// Returns a time that never goes back, even if the time of day is set.
 std::uint64_t Recorder::logNow() const {
   return static_cast<std::uint64_t>(epoch_ns_ + links_.monotonicClock());
 }

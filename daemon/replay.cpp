@@ -1,6 +1,6 @@
-// In one thread, one picture after another. The recording says before which picture the tracker was told what, and with
-// which zero it began: with the same gel file it does the same again, to the bit. With another gel file the zeros are
-// taken at the same pictures, and are held against that one.
+// Processes one picture after another in one thread. The recording states the zero with which the tracker began, and
+// its inputs before each picture: with the same gel file the tracker computes the same fields again, to the bit. With
+// another gel file the zeros are taken at the same pictures, and are compared with that file.
 #include "daemon/replay.h"
 
 #include "daemon/config_toml.h"
@@ -36,7 +36,7 @@ void onSignal(int) {
   stopAsked = 1;
 }
 
-/// The recording's clocks, where the replay has come to [ns].
+/// The clocks of the recording at the present picture [ns].
 std::atomic<std::int64_t> recordedMonotonic{0}, recordedReal{0};
 
 std::int64_t monotonicOfRecording() {
@@ -46,12 +46,12 @@ std::int64_t realOfRecording() {
   return recordedReal.load(std::memory_order_relaxed);
 }
 
-/// Ends the reading.
+/// Thrown to end the reading.
 struct Stopped {
   std::optional<Error> error = {};
 };
 
-/// Written where a library wants to read a file; gone with this.
+/// A file for a library that only reads files; deleted by the destructor.
 class TemporaryFile {
  public:
   TemporaryFile(const std::filesystem::path& path, const std::string& bytes)
@@ -124,7 +124,7 @@ class Replay {
   Clock::time_point begun_;
 };
 
-/// Where it does not say itself what it is of: the recording.
+/// Ends the replay with an error; one without a place is about the recording.
 void Replay::fail(Error error) const {
   if (error.where.empty()) error.where = options_.file;
   throw Stopped{std::move(error)};
@@ -147,7 +147,7 @@ sensor::Sensor Replay::recordedSensor() const {
   return *std::move(sensor);
 }
 
-/// Begins with the first picture: what the configuration, the recording and the picture say must fit each other.
+/// Begins with the first picture: configuration, recording and picture must agree with each other.
 void Replay::open(const Frame& first) {
   config_ = completed(config_, places_);
   config_.sensor.name = beginning_->sensor;
@@ -268,7 +268,7 @@ void Replay::makeTracker() {
   describe(*beginning_->rest);
 }
 
-/// A zero from outside.
+/// Checks a zero of the recording.
 void Replay::require(const RestPose& pose) const {
   if (pose.amplitude.size() != static_cast<std::size_t>(sensor_.markerCount())) {
     fail({.exitCode = EX_CONFIG,
@@ -284,7 +284,7 @@ void Replay::describe(const RestPose& pose) {
   description_.zero = pose;
   publisher_->describe(description_);
   if (!solve::followsRest(sensor_, config_.solve)) return;
-  // At once: which frames the daemon solved before it had this solver is not recorded.
+  // Uses the new solver at once: which frames the daemon solved before it had this solver is not recorded.
   auto atRest = solve::makeSolverAtRest(sensor_, config_.solve, places_.state, pose.position_px, pose.present,
                                         description_.detectionLimit_N,
                                         [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
@@ -292,12 +292,13 @@ void Replay::describe(const RestPose& pose) {
   solver_ = std::move(atRest->solver);
 }
 
-/// Behind a gap zeros are of other frames than those that were judged then.
+/// Returns whether zeros are compared with the gel file here. They are if the gel is another one, and after a gap, as
+/// they are then averages of other frames than those that were compared at the time of the recording.
 bool Replay::comparesZeros() const {
   return !sameGel_ || gaps_ > 0;
 }
 
-/// \return does the gel file fit the picture that the zero was taken from?
+/// Returns whether the gel file fits the picture from which the zero was taken.
 bool Replay::compare(const RestPose& zero) {
   const GelReport report = gelWatch_->compare(zero);
   gelWatch_->report(zero, report);
@@ -305,7 +306,7 @@ bool Replay::compare(const RestPose& zero) {
   return report.fits();
 }
 
-/// Repeats what was decided on zeros, for the zeros that are taken here.
+/// Repeats the recorded decisions on zeros, for the zeros that are taken here.
 void Replay::heedZero(TrackerInputs& inputs) {
   if (isProposed_ && (beginning_->adoptsAtOnce || (inputs.adopted && inputs.zero.taken_ns == taken_.taken_ns))) {
     taken_.requestedBy = inputs.adopted ? inputs.zero.requestedBy : "";
@@ -324,7 +325,7 @@ void Replay::heedZero(TrackerInputs& inputs) {
   if (!sameGel_ || (comparesZeros() && !isKnown)) inputs.judged = false;
 }
 
-/// Sleeps until the picture's time has come, and serves subscribers.
+/// Sleeps until the time of the picture, and serves subscribers meanwhile.
 void Replay::pace(std::int64_t received_ns) {
   constexpr std::int64_t kLongest_ns = 3'600'000'000'000;  // times of a file may be anything
   std::chrono::nanoseconds after(0);
@@ -353,7 +354,7 @@ void Replay::picture(std::string_view bytes) {
   pace(frame.info.times.received_ns);
   ledger_.received.add();
   ++pictures_;
-  if (frame_.number != number_ + 1) {  // what was tracked then and is not here is missing in the tracker's state
+  if (frame_.number != number_ + 1) {  // pictures that were tracked but not recorded are missing in the tracker's state
     frame.info.discontinuity = true;
     ++gaps_;
   }

@@ -50,7 +50,7 @@ RestSolver::Told RestSolver::make(const RestPose& zero) {
       [this] { return stopping_.load(std::memory_order_relaxed); });
   if (made) {
     const std::shared_ptr<solve::FieldSolver> solver = std::move(made->solver);
-    while (!ready_.put(solver)) std::this_thread::yield();  // just being taken: some instructions
+    while (!ready_.put(solver)) std::this_thread::yield();  // the other thread is taking it: some instructions
   }
   done_.fetch_add(1, std::memory_order_release);
   return made.map([](const solve::SolverAtRest& at) { return at.places; });

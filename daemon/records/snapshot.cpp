@@ -8,7 +8,7 @@ namespace tractiond {
 
 namespace {
 
-/// Reads samples one by one, by their number in the picture's stream: slow and for every format.
+/// Reads single samples by their number in the picture's stream: slow, but for every format.
 class Samples {
  public:
   explicit Samples(const Frame& frame)
@@ -16,13 +16,13 @@ class Samples {
       , frame_(frame)
       , perPixel_(traits_.colours == PixelColours::kRgb || traits_.colours == PixelColours::kBgr ? 3 : 1) {
     if (traits_.colours == PixelColours::kYuyv || traits_.colours == PixelColours::kUyvy) perPixel_ = 2;
-    // Rows that begin in whole bytes may have more of them than they need.
+    // Rows that begin in whole bytes may have padding.
     packed_ = traits_.stride(frame.width) == 0;
   }
 
   int perPixel() const { return perPixel_; }
 
-  /// High 8 bits; 0 beyond the data.
+  /// Returns the high 8 bits of a sample; 0 beyond the data.
   std::uint8_t at(int x, int y, int channel) const {
     const auto inRow = static_cast<std::size_t>(x * perPixel_ + channel);
     const auto row = static_cast<std::size_t>(y);
@@ -57,26 +57,26 @@ class Samples {
   bool packed_ = false;
 };
 
-/// ITU-R BT.601, full range.
+/// Converts YUV (ITU-R BT.601, full range) to RGB.
 std::array<std::uint8_t, 3> fromYuv(int y, int u, int v) {
   const auto cut = [](double level) { return static_cast<std::uint8_t>(std::clamp(level, 0.0, 255.0)); };
   return {cut(y + 1.402 * (v - 128)), cut(y - 0.344136 * (u - 128) - 0.714136 * (v - 128)), cut(y + 1.772 * (u - 128))};
 }
 
-/// The rows of the plain picture.
+/// Computes the rows of the plain picture.
 class PlainRows {
  public:
   explicit PlainRows(const Frame& frame)
       : frame_(frame)
       , traits_(traitsOf(frame.format))
       , samples_(frame)
-      // Place of red in the mosaic's cell; blue is diagonally across.
+      // Place of red in the mosaic's cell; blue is diagonally opposite.
       , redX_(traits_.colours == PixelColours::kBayerGR || traits_.colours == PixelColours::kBayerBG ? 1 : 0)
       , redY_(traits_.colours == PixelColours::kBayerGB || traits_.colours == PixelColours::kBayerBG ? 1 : 0) {}
 
   int channels() const { return traits_.colours == PixelColours::kMono ? 1 : 3; }
 
-  /// `to`: width x channels.
+  /// Computes row y. \param to width x channels
   void read(int y, std::uint8_t* to) const {
     const std::uint8_t* const bytes = plainBytes(y);
     if (bytes && (traits_.colours == PixelColours::kMono || traits_.colours == PixelColours::kRgb)) {
@@ -89,7 +89,7 @@ class PlainRows {
   }
 
  private:
-  /// Of a row whose samples are bytes; else null.
+  /// Returns row y if its bytes can be used as they are; else null.
   const std::uint8_t* plainBytes(int y) const {
     if (traits_.packing != PixelPacking::kWhole || traits_.bits != 8 || frame_.stride == 0) return nullptr;
     const auto from = static_cast<std::size_t>(y) * static_cast<std::size_t>(frame_.stride);
@@ -97,7 +97,7 @@ class PlainRows {
     return from + count <= frame_.size ? frame_.data + from : nullptr;
   }
 
-  /// Two pixels are of one cell.
+  /// Computes row y of a mosaic; two pixels are of one cell.
   void readCells(int y, std::uint8_t* to) const {
     const std::uint8_t* const top = plainBytes(y & ~1);
     const std::uint8_t* const bottom = plainBytes((y & ~1) + 1);

@@ -11,10 +11,10 @@
 namespace tractiond::zero {
 namespace {
 
-/// Of the frames that a zero may take: as many again may be torn, one may be under way.
+/// Frames that a zero may take: a multiple of those averaged, since as many again may be torn; and frames under way.
 constexpr int kZeroFrames = 2, kUnderWay = 2;
 
-/// Two sentences, either of which may be empty.
+/// Joins two sentences, either of which may be empty.
 std::string both(const std::string& one, const std::string& other) {
   return one + (one.empty() || other.empty() ? "" : "; ") + other;
 }
@@ -58,7 +58,7 @@ void ZeroProcedure::begin(const ZeroRequest& request) {
 
 void ZeroProcedure::refuse(const std::string& reason) {
   if (!std::holds_alternative<Taking>(state_)) return;  // the end of the write is the answer
-  // Where it is too late to take it back, the pose comes with one of the next turns, and is the answer.
+  // If it is too late to cancel, the pose arrives in one of the next turns and is the answer.
   if (links_.cancel() || links_.state() != track::ZeroState::kTaken) answer(tl::unexpected(reason));
 }
 
@@ -100,13 +100,13 @@ void ZeroProcedure::heedTaken() {
   adoptFirst(report, doubt);
 }
 
-/// The first zero is in force at once, and written meanwhile.
+/// Puts the first zero in force at once, and starts to write it.
 void ZeroProcedure::adoptFirst(const GelReport& report, const std::string& doubt) {
   zero_ = taken_;
   takeReport(taken_, report);
   links_.describe(taken_);
   if (taken_.requested) {
-    handOver();  // an earlier first zero may be in force there
+    handOver();  // the tracker may use an earlier first zero
     if (!std::holds_alternative<Idle>(state_)) answer(taken_, doubt);
   }
   writer_.writeInForce(taken_, nullptr);
@@ -152,7 +152,7 @@ void ZeroProcedure::heedWriter() {
   answer(*zero_, kept.doubt);
 }
 
-/// Puts a zero in force that has been judged and kept, and describes it.
+/// Puts a zero in force that has been compared and written, and publishes the description.
 void ZeroProcedure::putInForce(const RestPose& zero, const GelReport& report) {
   takeReport(zero, report);
   if (zero.id != zero_->id) {
@@ -162,18 +162,18 @@ void ZeroProcedure::putInForce(const RestPose& zero, const GelReport& report) {
   handOver();
 }
 
-/// Remembers and tells what has been found of a zero that comes into force.
+/// Stores and reports the result of the comparison for a zero that comes into force.
 void ZeroProcedure::takeReport(const RestPose& zero, const GelReport& report) {
   fits_ = report.fits();
   links_.report(zero, report);
 }
 
-/// Hands the zero in force to the tracker, which drops what it has taken since.
+/// Hands the zero in force to the tracker, which drops a zero that it has taken since.
 void ZeroProcedure::handOver() {
   isHandedOver_ = links_.putInForce(*zero_, fits_);
 }
 
-/// Refuses the open request where the tracker does, or frames come too slowly or not at all.
+/// Refuses the open request if the tracker refuses, or frames arrive too slowly or not at all.
 void ZeroProcedure::watchTaking(Taking& taking) {
   if (writer_.isBusy() && clock_() > taking.until_ns + kKeptWithin_ns) {
     links_.cancel();
@@ -192,7 +192,7 @@ void ZeroProcedure::answer(const tl::expected<RestPose, std::string>& result, co
   links_.answer(result, remark);
 }
 
-/// Time within which the tracker has taken a zero, or refused it [s].
+/// Returns the time within which the tracker takes a zero or refuses it [s].
 double ZeroProcedure::takenWithin_s() const {
   const double noFrames_s = 1e-9 * static_cast<double>(kNoFrames_ns);
   const double frame_s = rate_Hz_ > 0.0 ? std::min(1.0 / rate_Hz_, noFrames_s) : noFrames_s;
