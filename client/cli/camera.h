@@ -18,7 +18,7 @@ void camera(const ControlOptions& control, const std::vector<CameraStep>& steps,
 /// OutputError
 void cameraSummary(const ControlOptions& control, bool json);
 
-/// Sends one software trigger. \throws Error
+/// Sends one software trigger, and prints the remarks of the answer. \throws Error, OutputError
 void trigger(const ControlOptions& control);
 
 /// Parses "ExposureTime=4000" into a step that writes. Returns nothing if it is not of this form.
