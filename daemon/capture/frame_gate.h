@@ -138,7 +138,8 @@ class FrameGate {
   std::size_t historyCount_ = 0;
 };
 
-/// Counts one judgement in the ledger: as received, and by its verdict.
+/// Counts one judgement in the ledger: as received, and by its verdict; for a new picture also Judgement::missing and
+/// `doubted`.
 void count(const Judgement& judgement, Ledger& ledger);
 
 }  // namespace tractiond::capture
