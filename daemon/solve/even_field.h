@@ -3,7 +3,8 @@
 //   e(c) = t clamp((p / t - c + w) / 2 w, 0, 1)        w: half of the width of the edge, c: where it is
 //   f = 3 e(c) u + (e(c - s) - e(c + s)) / 2 v + roughness        u, v ~ N(0, 1): three components each
 // of the connected points with the most force, with the edge free by s, and the roughness that every contact has.
-// Solved for a middle roughness first; then the footprint is drawn from what that finds, and solved for each roughness.
+// Solved for a middle roughness first; then the footprint is drawn from what that finds, and solved for each roughness,
+// the smallest first, until a larger one is far less likely.
 #pragma once
 
 #include "daemon/solve/posterior.h"
@@ -28,11 +29,13 @@ class EvenField {
   /// equations could not be solved.
   bool solve(const Displacements& picture, AtomProducts& products, std::span<const double> forces_N);
 
+  int count() const { return count_; }  ///< of kRoughness, those that were solved for
+
   // What solve() found with roughness `i`.
   Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
   /// Log evidence less what the choice of roughness costs, and one for each degree of freedom, as the footprint was
   /// drawn from the picture.
-  double logEvidence(int i);
+  double logEvidence(int i) const { return logEvidence_[static_cast<std::size_t>(i)]; }
   /// Computes the forces of the points (3P).
   void pointForces_N(int i, std::span<double> forces);
 
@@ -50,6 +53,7 @@ class EvenField {
   void eachAround(int point, Use use) const;
   void setUnknowns(const Displacements& picture);
   bool fit(const Displacements& picture, AtomProducts& products, int i);
+  double worth(int i);
 
   const Factors& factors_;
   const Atoms& atoms_;
@@ -60,6 +64,8 @@ class EvenField {
   std::vector<Solution> solutions_;  // of each roughness
   ExtraUnknowns extra_;
   // Of one frame.
+  int count_ = 0;
+  std::array<double, kRoughness.size()> logEvidence_{};
   std::vector<int> part_, open_;                  // P: the part of the footprint that a point belongs to, or -1
   Block omega_ = Block::Identity();               // directions of all atoms
   Eigen::VectorXd force_, pressure_, level_;      // P: magnitudes; p, t

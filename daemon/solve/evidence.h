@@ -1,6 +1,8 @@
 // Starts the rounds with all atoms alike: f ~ N(0, tau^2), with the tau that maximises the evidence of the picture's
 // amplitudes c in the modes s:
 //   -1/2 sum [ln(s^2 tau^2 + n^2) + c^2 / (s^2 tau^2 + n^2)]
+// The modes are read in groups (ModelOptions::groups), as long as the next group's strongest has s tau >= epsilon n,
+// epsilon being ModelOptions::visible; the start leaves out the groups of which that is not so with the last tau.
 #pragma once
 
 #include "daemon/solve/factors.h"
@@ -37,10 +39,14 @@ class Evidence {
   /// Both must outlive it.
   Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
 
-  /// Returns tau, the typical force of this picture [N]. `amplitudes`: r [px].
+  /// Returns how many modes are to be read of a picture, `amplitudes` [px] being those that were: as many, or a group
+  /// more.
+  int modesToRead(std::span<const double> amplitudes, double noise_px);
+
+  /// Returns tau, the typical force of this picture [N], by the amplitudes [px] of its first modes.
   double typicalForce_N(std::span<const double> amplitudes, double noise_px);
 
-  /// Fills `moments` from the amplitudes with that typical force.
+  /// Fills `moments` from the amplitudes with that typical force. modesToRead() must be satisfied.
   void start(std::span<const double> amplitudes, double noise_px, AtomMoments& moments);
 
   /// Subtracts the amplitudes that the points' forces `forces_N` (3P) cause.
@@ -48,15 +54,18 @@ class Evidence {
 
  private:
   int likeliest(std::span<const double> amplitudes, double noise_px);
+  int lastVisible(int ratio) const;
 
   const Factors& factors_;
   const Atoms& atoms_;
-  // For each tau / n: of every mode 1 / (s^2 tau^2 / n^2 + 1), and the sum of the logarithms; of every atom what is
-  // known of it, and the noise of its mean at 1 px.
+  const double visible_;
+  std::vector<int> ends_;  // of the groups of modes
+  // For each tau / n: of every mode 1 / (s^2 tau^2 / n^2 + 1), and the sum of the logarithms up to it; of every atom
+  // what the groups that are visible tell of it, and the noise of its mean at 1 px.
   std::vector<double> ratios_;
-  Eigen::MatrixXd unexplained_;  // r x ratios
-  std::vector<double> logarithms_;
-  Eigen::MatrixXd known_, noise_;  // A x ratios
+  std::vector<int> used_;                     // modes of the visible groups
+  Eigen::MatrixXd unexplained_, logarithms_;  // r x ratios
+  Eigen::MatrixXd known_, noise_;             // A x ratios
   // Of one picture.
   std::vector<int> everyPoint_;      // 0 .. 3P-1
   std::vector<double> power_;        // r: squared amplitudes [px^2]

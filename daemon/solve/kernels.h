@@ -84,7 +84,11 @@ class CoarseMatrix {
 
 /// sum += sum over k of coefficients[k] * matrix.row(rows[k]); `sum` holds matrix.stride() floats on a line's boundary.
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum);
-/// The same, coarsely; `sum` on a line's boundary.
+/// The same of the columns first .. end - 1 alone, `first` being a multiple of kLineFloats; what fills the last line is
+/// added, too.
+void addColumns(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, int first,
+                int end, double* sum);
+/// As addRows(), coarsely; `sum` on a line's boundary.
 void addRows(const CoarseMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, float* sum);
 
 /// products[k] = matrix.row(rows[k]) . vector, of matrix.stride() floats on a line's boundary.
@@ -92,6 +96,12 @@ void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const floa
 
 /// The same in double precision throughout; `vector` has matrix.stride() elements.
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const double* vector, double* products);
+
+// The same of the first `columns` columns alone; `vector` is padded with zeros to a multiple of kLineFloats.
+void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int columns, const float* vector,
+                   double* products);
+void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int columns, const double* vector,
+                   double* products);
 
 /// Cholesky factor in place of a packed lower triangle, as solveLower() wants it. `scratch` holds kColumns * size
 /// doubles. False: not positive definite.
