@@ -29,37 +29,44 @@ Amplitudes::Amplitudes(const Factors& factors)
 }
 
 std::span<const double> Amplitudes::values() const {
-  return {all_.data(), factors_.singularValues.size()};
+  return {all_.data() + kMotions, static_cast<std::size_t>(std::max(columns_ - kMotions, 0))};
 }
 
 void Amplitudes::take(std::span<const float> displacement_px, std::span<const int> missing) {
   assert(displacement_px.size() == everyCoordinate_.size());
+  displacement_ = displacement_px;
   missing_ = missing;
+  columns_ = 0;
   std::fill_n(there_.data(), there_.size(), 0.0);
-  addRows(factors_.left, everyCoordinate_, displacement_px, there_.data());
+}
+
+void Amplitudes::read(int modes) {
+  const int first = padded(columns_);  // what fills a line was read with it
+  columns_ = kMotions + modes;
+  if (first < columns_) addColumns(factors_.left, everyCoordinate_, displacement_, first, columns_, there_.data());
   std::copy_n(there_.data(), there_.size(), all_.data());
   std::fill(completed_.begin(), completed_.end(), 0.0);
 }
 
 /// Displacements at the missing coordinates.
 void Amplitudes::fit(const double* amplitudes, std::vector<double>& displacement) {
-  for (std::size_t k = 0; k < gain_.size(); ++k) filtered_.data()[k] = static_cast<float>(gain_[k] * amplitudes[k]);
-  multiplyRows(factors_.left, missing_, filtered_.data(), displacement.data());
+  for (int k = 0; k < columns_; ++k) filtered_.data()[k] = static_cast<float>(gain_[k] * amplitudes[k]);
+  std::fill_n(filtered_.data() + columns_, padded(columns_) - columns_, 0.0F);
+  multiplyFirst(factors_.left, missing_, columns_, filtered_.data(), displacement.data());
 }
 
 /// Adds the amplitudes of displacements at the missing coordinates.
 void Amplitudes::project(std::span<const double> displacement, double* amplitudes) {
   for (std::size_t i = 0; i < missing_.size(); ++i) coefficients_[i] = static_cast<float>(displacement[i]);
-  addRows(factors_.left, missing_, {coefficients_.data(), missing_.size()}, amplitudes);
+  addColumns(factors_.left, missing_, {coefficients_.data(), missing_.size()}, 0, columns_, amplitudes);
 }
 
 void Amplitudes::complete(double force_N, double noise_px) {
-  const std::size_t rank = factors_.singularValues.size();
-  for (std::size_t k = 0; k < rank; ++k) {
-    const double signal = square(factors_.singularValues[k] * force_N);
+  std::copy_n(factors_.motionGain.data(), kMotions, gain_.begin());
+  for (int k = kMotions; k < columns_; ++k) {
+    const double signal = square(factors_.singularValues[k - kMotions] * force_N);
     gain_[k] = signal / (signal + square(noise_px));
   }
-  std::copy_n(factors_.motionGain.data(), kMotions, gain_.begin() + static_cast<std::ptrdiff_t>(rank));
 
   // (1 - K_mm) d_m = K_mv d_v, whose residual is K d - d at the missing coordinates.
   const auto count = static_cast<int>(missing_.size());

@@ -14,17 +14,21 @@ class Amplitudes {
   /// `factors` must outlive it.
   explicit Amplitudes(const Factors& factors);
 
-  /// Decomposes a frame's displacements, 2M [px], 0 at the missing coordinates. `missing` must live until the next
-  /// call.
+  /// Starts with a frame's displacements, 2M [px], 0 at the missing coordinates, and no modes. Both must live until the
+  /// next call.
   void take(std::span<const float> displacement_px, std::span<const int> missing);
+
+  /// Computes the amplitudes of the first `modes` modes, which must be at least as many as were read. Forgets what
+  /// complete() found.
+  void read(int modes);
 
   /// Completes the displacements of the missing coordinates, so that they have no residual after a fit of forces of the
   /// typical size `force_N` and of the picture's motion: d_m = K_mm d_m + K_mv d_v, where K maps displacements to their
-  /// fit. Uses conjugate gradients, starting from the displacements of the last call, so that it can be called again
-  /// with a better `force_N`.
+  /// fit by the modes that were read. Uses conjugate gradients, starting from the displacements of the last call, so
+  /// that it can be called again with a better `force_N`.
   void complete(double force_N, double noise_px);
 
-  /// Returns the amplitudes, r of them [px].
+  /// Returns the amplitudes of the modes that were read [px].
   std::span<const double> values() const;
 
  private:
@@ -32,9 +36,12 @@ class Amplitudes {
   void project(std::span<const double> displacement, double* amplitudes);
 
   const Factors& factors_;
+  // Of the motion, then of the modes.
   LineArray<double> there_, all_;  // amplitudes: of the coordinates that are not missing, of all
   LineArray<float> filtered_;      // amplitudes, scratch
-  std::vector<double> gain_;       // r + 4, of the modes and the motion
+  std::vector<double> gain_;
+  int columns_ = 0;  // motion and modes that were read
+  std::span<const float> displacement_;
   std::span<const int> missing_;
   std::vector<int> everyCoordinate_;
   std::vector<float> coefficients_;

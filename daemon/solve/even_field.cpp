@@ -23,6 +23,8 @@ constexpr double kEdge = 0.45, kHalfWidth = 0.15, kFreeEdge = 0.15;
 constexpr double kFreePressure = 3.0;
 /// The roughness, of EvenField::kRoughness, of the first solution.
 constexpr int kFirst = 1;
+/// Log evidence by which a roughness must be less likely than the one before, for those beyond it to be left out.
+constexpr double kFarLess = 25.0;
 /// Pressure around a point beneath which nothing is, as a share of the largest.
 constexpr double kFaintest = 1e-9;
 
@@ -68,8 +70,12 @@ bool EvenField::solve(const Displacements& picture, AtomProducts& products, std:
   pointForces_N(kFirst, even_);
   draw(even_);
   setUnknowns(picture);
-  for (int i = 0; i < static_cast<int>(kRoughness.size()); ++i) {
-    if (!fit(picture, products, i)) return false;
+  constexpr auto kCount = static_cast<int>(kRoughness.size());
+  for (count_ = 0; count_ < kCount;) {
+    const auto i = static_cast<std::size_t>(count_);
+    if (!fit(picture, products, count_)) return false;
+    logEvidence_[i] = worth(count_++);
+    if (i > 0 && logEvidence_[i] < logEvidence_[i - 1] - kFarLess) break;
   }
   return true;
 }
@@ -183,7 +189,7 @@ bool EvenField::fit(const Displacements& picture, AtomProducts& products, int i)
   return posterior.fit(picture, products, chosen, &extra_);
 }
 
-double EvenField::logEvidence(int i) {
+double EvenField::worth(int i) {
   auto& [chosen, posterior] = solutions_[static_cast<std::size_t>(i)];
   double degrees = kUnknowns;
   for (const double each : posterior.known()) degrees += each;

@@ -4,7 +4,8 @@
 //   e(c) = t clamp((p / t - c + w) / 2 w, 0, 1)        w: half of the width of the edge, c: where it is
 //   f = 3 e(c) u + (e(c - s) - e(c + s)) / 2 v + roughness        u, v ~ N(0, 1): three components each
 // The footprint is the connected region with the most force; its edge may move by about s. The field is solved for a
-// medium roughness first. Then the footprint is drawn from the result, and the field is solved for each roughness.
+// medium roughness first. Then the footprint is drawn from the result, and the field is solved for each roughness, the
+// smallest first, until a larger one is far less likely than the one before.
 #pragma once
 
 #include "daemon/solve/posterior.h"
@@ -30,12 +31,14 @@ class EvenField {
   /// is drawn; not all 0
   bool solve(const Displacements& picture, AtomProducts& products, std::span<const double> forces_N);
 
-  // Results of solve() with the roughness kRoughness[i].
+  int count() const { return count_; }  ///< number of the kRoughness that solve() has solved for, the first ones
+
+  // Results of solve() with the roughness kRoughness[i], i < count().
 
   Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
   /// Returns the log evidence, reduced for the choice of roughness and by kOptimism for each degree of freedom, as the
   /// footprint was drawn from the picture.
-  double logEvidence(int i);
+  double logEvidence(int i) const { return logEvidence_[static_cast<std::size_t>(i)]; }
   /// Computes the forces of the points (3P [N]).
   void pointForces_N(int i, std::span<double> forces);
 
@@ -53,6 +56,7 @@ class EvenField {
   void eachAround(int point, Use use) const;
   void setUnknowns(const Displacements& picture);
   bool fit(const Displacements& picture, AtomProducts& products, int i);
+  double worth(int i);
 
   const Factors& factors_;
   const Atoms& atoms_;
@@ -63,6 +67,8 @@ class EvenField {
   std::vector<Solution> solutions_;  // of each roughness
   ExtraUnknowns extra_;
   // Of one frame.
+  int count_ = 0;
+  std::array<double, kRoughness.size()> logEvidence_{};
   std::vector<int> part_, open_;                  // P: the part of the footprint that a point belongs to, or -1
   Block omega_ = Block::Identity();               // directions of all atoms
   Eigen::VectorXd force_, pressure_, level_;      // P: magnitudes; p, t

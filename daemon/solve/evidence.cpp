@@ -27,7 +27,9 @@ void resize(AtomMoments& moments, int atoms) {
 Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
     : factors_(factors)
     , atoms_(atoms)
+    , visible_(options.visible)
     , unexplained_(factors.rank(), kRatios)
+    , logarithms_(factors.rank(), kRatios)
     , known_(atoms.count(), kRatios)
     , noise_(atoms.count(), kRatios)
     , everyPoint_(static_cast<std::size_t>(factors.right.rows()))
@@ -49,28 +51,51 @@ Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOption
     }
     power.row(a) = row.colwise().squaredNorm();
   }
+  for (const double least : options.groups) {
+    const auto isStrong = [&](double s) { return s > least * options.noise_px / factors.force_N; };
+    const auto end = std::partition_point(factors.singularValues.begin(), factors.singularValues.end(), isStrong);
+    const auto count = static_cast<int>(end - factors.singularValues.begin());
+    if (count > (ends_.empty() ? 0 : ends_.back()) && count < rank) ends_.push_back(count);
+  }
+  ends_.push_back(rank);
   const Eigen::ArrayXd s2 = Eigen::ArrayXd::Map(factors.singularValues.data(), rank).square();
   for (int i = 0; i < kRatios; ++i) {
     const double ratio = factors.force_N * std::exp(kFirst + kStep * i) / options.noise_px;
     const Eigen::ArrayXd total = s2 * ratio * ratio + 1.0;
     ratios_.push_back(ratio);
-    logarithms_.push_back(total.log().sum());
+    const Eigen::ArrayXd logarithms = total.log();
+    std::partial_sum(logarithms.begin(), logarithms.end(), logarithms_.col(i).data());
     unexplained_.col(i) = total.inverse();
-    const Eigen::VectorXd gain = 1.0 - total.inverse();
-    known_.col(i) = power * gain;
-    noise_.col(i) = power * (gain.array().square() / s2).matrix();
+    used_.push_back(ends_[static_cast<std::size_t>(lastVisible(i))]);
+    const Eigen::VectorXd gain = (1.0 - total.inverse()).head(used_.back());
+    known_.col(i) = power.leftCols(used_.back()) * gain;
+    noise_.col(i) = power.leftCols(used_.back()) * (gain.array().square() / s2.head(used_.back())).matrix();
   }
 }
 
+/// Returns the last group of modes in which forces of that size are visible.
+int Evidence::lastVisible(int ratio) const {
+  std::size_t group = 0;
+  while (group + 1 < ends_.size() && factors_.singularValues[ends_[group]] * ratios_[ratio] >= visible_) ++group;
+  return static_cast<int>(group);
+}
+
+int Evidence::modesToRead(std::span<const double> amplitudes, double noise_px) {
+  const auto count = static_cast<int>(amplitudes.size());
+  if (count == 0) return ends_.front();
+  if (used_[likeliest(amplitudes, noise_px)] <= count) return count;
+  return *std::upper_bound(ends_.begin(), ends_.end(), count);
+}
+
 int Evidence::likeliest(std::span<const double> amplitudes, double noise_px) {
-  assert(amplitudes.size() == factors_.singularValues.size());
-  const int rank = factors_.rank();
-  for (int k = 0; k < rank; ++k) power_[k] = square(amplitudes[k]);
+  const auto count = static_cast<int>(amplitudes.size()), rank = factors_.rank();
+  assert(count > 0 && count <= rank);
+  for (int k = 0; k < count; ++k) power_[k] = square(amplitudes[k]);
   int best = 0;
-  double least = 0.0;  // -2 times the evidence, but for r ln n^2
+  double least = 0.0;  // -2 times the evidence, but for the modes' ln n^2
   for (int i = 0; i < kRatios; ++i) {
     const double* const share = unexplained_.data() + static_cast<std::ptrdiff_t>(i) * rank;
-    const double unlikely = logarithms_[i] + dotProduct(power_.data(), share, rank) / square(noise_px);
+    const double unlikely = logarithms_(count - 1, i) + dotProduct(power_.data(), share, count) / square(noise_px);
     if (i == 0 || unlikely < least) {
       best = i;
       least = unlikely;
@@ -84,11 +109,12 @@ double Evidence::typicalForce_N(std::span<const double> amplitudes, double noise
 }
 
 void Evidence::start(std::span<const double> amplitudes, double noise_px, AtomMoments& moments) {
-  const int best = likeliest(amplitudes, noise_px), rank = factors_.rank();
-  for (int k = 0; k < rank; ++k) {
+  const int best = likeliest(amplitudes, noise_px), used = std::min(used_[best], static_cast<int>(amplitudes.size()));
+  for (int k = 0; k < used; ++k) {
     filtered_.data()[k] = (1.0 - unexplained_(k, best)) / factors_.singularValues[k] * amplitudes[k];
   }
-  multiplyRows(factors_.right, everyPoint_, filtered_.data(), pointMean_.data());
+  std::fill_n(filtered_.data() + used, padded(used) - used, 0.0);
+  multiplyFirst(factors_.right, everyPoint_, used, filtered_.data(), pointMean_.data());
   for (int a = 0; a < atoms_.count(); ++a) {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, a); it; ++it) {
@@ -103,7 +129,7 @@ void Evidence::start(std::span<const double> amplitudes, double noise_px, AtomMo
 void Evidence::subtract(std::span<const double> forces_N, std::span<double> amplitudes) {
   for (std::size_t i = 0; i < coefficients_.size(); ++i) coefficients_[i] = static_cast<float>(forces_N[i]);
   std::fill_n(filtered_.data(), filtered_.size(), 0.0);
-  addRows(factors_.right, everyPoint_, coefficients_, filtered_.data());
+  addColumns(factors_.right, everyPoint_, coefficients_, 0, static_cast<int>(amplitudes.size()), filtered_.data());
   for (std::size_t k = 0; k < amplitudes.size(); ++k) amplitudes[k] -= factors_.singularValues[k] * filtered_.data()[k];
 }
 

@@ -1,6 +1,9 @@
 // Starts the rounds with the same prior for all atoms, f ~ N(0, tau^2). tau maximises the evidence of the picture's
 // amplitudes c in the modes s:
 //   -1/2 sum [ln(s^2 tau^2 + n^2) + c^2 / (s^2 tau^2 + n^2)]
+// The modes are read in groups (ModelOptions::groups), as long as forces of that size are visible in the next group: its
+// strongest mode has s tau >= epsilon n, where epsilon is ModelOptions::visible. Groups in which the final tau is not
+// visible are left out.
 #pragma once
 
 #include "daemon/solve/factors.h"
@@ -37,10 +40,15 @@ class Evidence {
   /// `factors` and `atoms` must outlive it.
   Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
 
-  /// Returns tau, the typical force of this picture [N]. \param amplitudes c, r of them [px]
+  /// Returns how many modes a frame needs: as many as `amplitudes` has, or those of one more group. \param amplitudes c of
+  /// the modes that were read [px]
+  int modesToRead(std::span<const double> amplitudes, double noise_px);
+
+  /// Returns tau, the typical force of this picture [N]. \param amplitudes c of the modes that were read [px]
   double typicalForce_N(std::span<const double> amplitudes, double noise_px);
 
-  /// Computes the moments of all atoms from the amplitudes, with the prior of their typicalForce_N().
+  /// Computes the moments of all atoms from the amplitudes, with the prior of their typicalForce_N(). \param amplitudes
+  /// as many as modesToRead() asks for
   void start(std::span<const double> amplitudes, double noise_px, AtomMoments& moments);
 
   /// Subtracts from the amplitudes (r [px]) those that the forces of the points (3P) cause.
@@ -48,15 +56,18 @@ class Evidence {
 
  private:
   int likeliest(std::span<const double> amplitudes, double noise_px);
+  int lastVisible(int ratio) const;
 
   const Factors& factors_;
   const Atoms& atoms_;
-  // For each tau / n: 1 / (s^2 tau^2 / n^2 + 1) of every mode, and the sum of the logarithms; of every atom
-  // AtomMoments::known, and noise_N2 at 1 px.
+  const double visible_;
+  std::vector<int> ends_;  // of the groups of modes
+  // For each tau / n: 1 / (s^2 tau^2 / n^2 + 1) of every mode, and the sum of the logarithms up to it; of every atom
+  // AtomMoments::known, and noise_N2 at 1 px, by the visible groups.
   std::vector<double> ratios_;
-  Eigen::MatrixXd unexplained_;  // r x ratios
-  std::vector<double> logarithms_;
-  Eigen::MatrixXd known_, noise_;  // A x ratios
+  std::vector<int> used_;                     // modes of the visible groups
+  Eigen::MatrixXd unexplained_, logarithms_;  // r x ratios
+  Eigen::MatrixXd known_, noise_;             // A x ratios
   // Of one picture.
   std::vector<int> everyPoint_;      // 0 .. 3P-1
   std::vector<double> power_;        // r: squared amplitudes [px^2]

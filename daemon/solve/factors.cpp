@@ -133,9 +133,9 @@ tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Ato
   MatrixXd right(influence.cols(), rank);
   sensor::elastic::multiply(1.0, influence, Op::kTransposed, left, Op::kPlain, 0.0, right);
   factors.right = toRows(right * s.cwiseInverse().asDiagonal());
-  left.conservativeResize(Eigen::NoChange, rank + kMotions);
-  left.rightCols<kMotions>() = weight.axes();
-  factors.left = toRows(left);
+  MatrixXd both(left.rows(), kMotions + rank);
+  both << weight.axes(), left;
+  factors.left = toRows(both);
   factors.motionGain = weight.gain();
   return factors;
 }

@@ -20,7 +20,7 @@ struct Factors {
   std::int64_t computed_ns = 0;        ///< CLOCK_REALTIME when they were computed
   double force_N = 0.0;                ///< Young's modulus times a pitch squared, the scale of forces
   std::vector<double> singularValues;  ///< r, falling [px/N]
-  RowMatrix left;                      ///< [W^1/2 U, R], 2M x (r + 4): a picture's amplitudes are left' d [px]
+  RowMatrix left;                      ///< [R, W^1/2 U], 2M x (4 + r): a picture's amplitudes are left' d [px]
   Eigen::Vector4d motionGain;          ///< D: W = 1 - R D R'
   RowMatrix right;           ///< V of the points, 3P x r; that of an atom is the mean of its points', by their shares
   RowMatrix influence;       ///< H', 3A x 2M [px/N]

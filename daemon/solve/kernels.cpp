@@ -114,6 +114,14 @@ TRACTION_INLINE void read(const std::int16_t* from, Floats& numbers) {
   numbers = __builtin_convertvector(__builtin_convertvector(shorts, Integers), Floats);
 }
 
+/// Fetches a short row, or what is read of one: the processor foresees long ones alone.
+template <typename Number>
+TRACTION_INLINE void prefetch(const Number* row, std::ptrdiff_t length) {
+  constexpr std::ptrdiff_t kLine = 64 / sizeof(Number), kShort = 20 * kLine;
+  if (length > kShort) return;
+  for (std::ptrdiff_t j = 0; j < length; j += kLine) __builtin_prefetch(row + j);
+}
+
 /// sum += sum over k < count of coefficient(k) * row(k), rows of `stride` numbers.
 template <typename Row, typename Coefficient, typename Sum>
 TRACTION_INLINE void addWeighed(int stride, std::size_t count, Row row, Coefficient coefficient, Sum* sum) {
@@ -125,6 +133,7 @@ TRACTION_INLINE void addWeighed(int stride, std::size_t count, Row row, Coeffici
     for (std::size_t i = 0; i < kRows; ++i) {
       from[i] = row(k + i);
       c[i] = coefficient(k + i);
+      if (k + kRows + i < count) prefetch(row(k + kRows + i), stride);
     }
     for (std::ptrdiff_t j = 0; j < stride; j += kFloats) {
       Floats sums[2] = {};  // two chains, so that the additions of one line do not all wait for each other
@@ -275,11 +284,16 @@ CoarseMatrix::CoarseMatrix(const RowMatrix& matrix, int rows, int columns)
   }
 }
 
-TRACTION_VECTOR_CLONES
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum) {
-  const auto row = [&](std::size_t k) { return matrix.row(rows[k]); };
+  addColumns(matrix, rows, coefficients, 0, matrix.columns(), sum);
+}
+
+TRACTION_VECTOR_CLONES
+void addColumns(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, int first,
+                int end, double* sum) {
+  const auto row = [&](std::size_t k) { return matrix.row(rows[k]) + first; };
   const auto coefficient = [&](std::size_t k) { return coefficients[k]; };
-  addWeighed(matrix.stride(), rows.size(), row, coefficient, sum);
+  addWeighed(padded(end) - first, rows.size(), row, coefficient, sum + first);
 }
 
 TRACTION_VECTOR_CLONES
@@ -289,20 +303,32 @@ void addRows(const CoarseMatrix& matrix, std::span<const int> rows, std::span<co
   addWeighed(matrix.stride(), rows.size(), row, coefficient, sum);
 }
 
-TRACTION_VECTOR_CLONES
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const float* vector, double* products) {
+  multiplyFirst(matrix, rows, matrix.columns(), vector, products);
+}
+
+void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const double* vector, double* products) {
+  multiplyFirst(matrix, rows, matrix.columns(), vector, products);
+}
+
+TRACTION_VECTOR_CLONES
+void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int columns, const float* vector,
+                   double* products) {
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    products[k] = product(matrix.row(rows[k]), vector, matrix.stride());
+    if (k + kRows < rows.size()) prefetch(matrix.row(rows[k + kRows]), padded(columns));
+    products[k] = product(matrix.row(rows[k]), vector, padded(columns));
   }
 }
 
 TRACTION_VECTOR_CLONES
-void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const double* vector, double* products) {
+void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int columns, const double* vector,
+                   double* products) {
   constexpr int kChains = kLineFloats / kDoubles;
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const float* const row = matrix.row(rows[k]);
+    if (k + kRows < rows.size()) prefetch(matrix.row(rows[k + kRows]), padded(columns));
     Doubles sums[kChains] = {}, left, right;
-    for (std::ptrdiff_t j = 0; j < matrix.stride(); j += kLineFloats) {
+    for (std::ptrdiff_t j = 0; j < padded(columns); j += kLineFloats) {
 #pragma GCC unroll 4
       for (int i = 0; i < kChains; ++i) {
         widen(row + j + kDoubles * i, left);

@@ -89,7 +89,11 @@ class CoarseMatrix {
 /// Computes sum += sum over k of coefficients[k] * matrix.row(rows[k]). \param sum matrix.stride() elements on a line's
 /// boundary
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum);
-/// Computes the same in single precision. \param sum matrix.stride() elements on a line's boundary
+/// Computes the same for the columns first .. end - 1, and for what fills their last line. \param first a multiple of
+/// kLineFloats
+void addColumns(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, int first,
+                int end, double* sum);
+/// Computes the same as addRows() in single precision. \param sum matrix.stride() elements on a line's boundary
 void addRows(const CoarseMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, float* sum);
 
 /// Computes products[k] = matrix.row(rows[k]) . vector. \param vector matrix.stride() elements on a line's boundary
@@ -97,6 +101,14 @@ void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const floa
 
 /// Computes the same in double precision. \param vector matrix.stride() elements
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const double* vector, double* products);
+
+/// Computes the same with the first `columns` columns. \param vector padded with zeros to a multiple of kLineFloats, on
+/// a line's boundary
+void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int columns, const float* vector,
+                   double* products);
+/// Computes the same in double precision. \param vector padded with zeros to a multiple of kLineFloats
+void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int columns, const double* vector,
+                   double* products);
 
 // `lower` is the lower triangle of a symmetric matrix A of `size` rows, or its Cholesky factor L, A = L L'. It is
 // packed: row i starts at i (i + 1) / 2. The factor has the reciprocals of its diagonal elements in their place.

@@ -10,6 +10,9 @@ namespace {
 /// A posterior with a smaller share is left out: even far from the others it does not show.
 constexpr double kNothing = 1e-9;
 
+/// A posterior with a smaller share adds nothing to the nodes' variances but its distance from the mean.
+constexpr double kLittle = 1e-3;
+
 }  // namespace
 
 Mixture::Mixture(const Atoms& atoms, int most)
@@ -96,7 +99,11 @@ void Mixture::wrenchCovariance(std::array<double, 36>& covariance) {
 void Mixture::nodeDeviations_N(std::span<double> deviations) {
   std::fill(deviations.begin(), deviations.end(), 0.0);
   eachThatCounts([&](Part& part) {
-    part.posterior->nodeDeviations_N(deviation_);
+    if (part.share > kLittle) {
+      part.posterior->nodeDeviations_N(deviation_);
+    } else {
+      std::fill(deviation_.begin(), deviation_.end(), 0.0);
+    }
     for (std::size_t i = 0; i < away_.size(); ++i) away_[i] = part.force_N[i] - mean_[i];
     addAtNodes(atoms_, away_, nodeAway_);
     for (std::size_t i = 0; i < deviations.size(); ++i) {

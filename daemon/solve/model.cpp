@@ -118,8 +118,13 @@ Model::Found Model::findField(const Displacements& picture, std::span<const floa
 /// Starts with all atoms alike.
 void Model::look(const Displacements& picture, std::span<const float> displacement_px, AtomMoments& moments) {
   amplitudes_.take(displacement_px, picture.missing);
-  for (int i = 0; i < kCompletions && !picture.missing.empty(); ++i) {
-    amplitudes_.complete(evidence_.typicalForce_N(amplitudes_.values(), picture.noise_px), picture.noise_px);
+  const auto toRead = [&] { return evidence_.modesToRead(amplitudes_.values(), picture.noise_px); };
+  const auto isRead = [&] { return toRead() == std::ssize(amplitudes_.values()); };
+  while (!isRead()) {
+    while (!isRead()) amplitudes_.read(toRead());
+    for (int i = 0; i < kCompletions && !picture.missing.empty(); ++i) {
+      amplitudes_.complete(evidence_.typicalForce_N(amplitudes_.values(), picture.noise_px), picture.noise_px);
+    }
   }
   evidence_.start(amplitudes_.values(), picture.noise_px, moments);
 }
@@ -178,9 +183,11 @@ bool Model::looksAgain(const Displacements& picture) {
       square(picture.noise_px) * (coordinates - degrees_ + options_.gate * std::sqrt(2.0 * coordinates));
   if (posterior_.squaredResidual_px2() < expected) return false;
   addUp(atoms_, moments_.mean_N, pointForce_);
-  std::copy(amplitudes_.values().begin(), amplitudes_.values().end(), left_.begin());
-  evidence_.subtract(pointForce_, left_);
-  evidence_.start(left_, picture.noise_px, rest_);
+  const auto amplitudes = amplitudes_.values();
+  std::copy(amplitudes.begin(), amplitudes.end(), left_.begin());
+  const std::span left(left_.data(), amplitudes.size());
+  evidence_.subtract(pointForce_, left);
+  evidence_.start(left, picture.noise_px, rest_);
   if (!shows(rest_, options_.surety)) return false;
 
   first_ = rest_.known;
@@ -214,7 +221,7 @@ bool Model::findPatches(const Displacements& picture) {
 void Model::addEvenField(const Displacements& picture) {
   EvenField& even = patched_->even;
   if (!even.solve(picture, products_, pointForce_)) return;
-  for (int i = 0; i < kEven; ++i) {
+  for (int i = 0; i < even.count(); ++i) {
     even.pointForces_N(i, mixture_.add(even.posterior(i), even.logEvidence(i), even.posterior(i).wrench()));
   }
 }

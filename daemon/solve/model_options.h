@@ -20,6 +20,14 @@ struct ModelOptions {
   /// faster and misreads some contacts and palms.
   double faintest = 4.0;
 
+  /// The looks at a picture read the modes in groups, the strongest first: those with singular values above these
+  /// [n / (E pitch^2)], then the rest.
+  std::array<double, 3> groups = {512.0, 128.0, 32.0};
+
+  /// Modes are left out of a look in which forces of the usual size cause less than this [n]: they are not read, if no
+  /// stronger mode shows larger forces.
+  double visible = 0.1;
+
   /// z: deviations of its noise above which an atom's force is evident.
   double surety = 4.0;
 

@@ -276,15 +276,21 @@ void Posterior::nodeDeviations_N(std::span<double> deviations) {
   for (const int atom : chosen) indexOf_[atom] = -1;
 }
 
-/// Finds the unknowns that act at a node along an axis, and their shares. Returns their number.
+/// Finds the unknowns that act at a node along an axis, and their shares; for the axes in turn, as atoms act alike
+/// along all. Returns their number.
 std::size_t Posterior::cover(Index node, int axis) {
-  std::size_t count = 0;
-  for (decltype(atomsOfNodes_)::InnerIterator it(atomsOfNodes_, node); it; ++it) {
-    const int i = indexOf_[it.col()];
-    if (i < 0) continue;
-    covering_[count] = 3 * i + axis;
-    share_[count++] = it.value();
+  if (axis == 0) {
+    coveringAtoms_ = 0;
+    for (decltype(atomsOfNodes_)::InnerIterator it(atomsOfNodes_, node); it; ++it) {
+      const int i = indexOf_[it.col()];
+      if (i < 0) continue;
+      covering_[coveringAtoms_] = 3 * i;
+      share_[coveringAtoms_++] = it.value();
+    }
+  } else {
+    for (std::size_t k = 0; k < coveringAtoms_; ++k) ++covering_[k];
   }
+  std::size_t count = coveringAtoms_;
   for (int i = firstExtra(); i < firstMotion(); ++i) {
     const double force = std::as_const(*extra_).nodeForces_N(i - firstExtra())[3 * node + axis];
     if (force == 0.0) continue;

@@ -108,6 +108,7 @@ class Posterior {
   std::vector<double> known_;
   std::vector<int> indexOf_;   // A: of each atom among the chosen, or -1
   std::vector<int> covering_;  // unknowns that act at a node, rising
+  std::size_t coveringAtoms_ = 0;  // of these, those of atoms; they come first
   std::vector<double> share_;  // of each of these in a force of the node
   std::vector<unsigned char> together_;  // of two panels, whether some of their unknowns act at the same node
   std::array<double, kMotions> motion_{};

@@ -63,11 +63,13 @@ bool RoundPatches::find(const Displacements& picture, std::span<const double> fo
   return areNarrow();
 }
 
-bool RoundPatches::areNarrow() const {
-  const auto found = patches();
-  return std::all_of(found.begin(), found.end(), [this](const RoundPatch& patch) {
-    return patch.place.spread_m2 < kWidest * square(atoms_.pitch_m);
-  });
+/// Returns whether no patch but this one is too broad.
+bool RoundPatches::areNarrowBut(int patch) const {
+  for (int k = 0; k < count_; ++k) {
+    const double spread_m2 = now_.patches[static_cast<std::size_t>(k)].place.spread_m2;
+    if (k != patch && spread_m2 >= kWidest * square(atoms_.pitch_m)) return false;
+  }
+  return true;
 }
 
 /// Begins with a patch at every strong maximum of the pressure, but for a single one at the centre of all forces.
@@ -116,7 +118,7 @@ void RoundPatches::dropUnlikely(const Displacements& picture) {
     now_.patches = kept_.patches;
     std::copy(kept_.patches.begin() + least + 1, kept_.patches.begin() + count_, now_.patches.begin() + least);
     --count_;
-    if (descend(picture) && logEvidence() > with) continue;
+    if (descend(picture, mostMisfit(with)) && logEvidence() > with) continue;
     std::swap(now_, kept_);
     ++count_;
     return;
@@ -138,7 +140,7 @@ void RoundPatches::addLikely(const Displacements& picture, double enough) {
     std::swap(now_, kept_);
     now_.patches = kept_.patches;
     now_.patches[static_cast<std::size_t>(count_++)].place = startAt(atoms_.points.col(point));
-    if (descend(picture) && logEvidence() > without && areNarrow()) continue;
+    if (descend(picture, mostMisfit(without)) && logEvidence() > without && areNarrow()) continue;
     std::swap(now_, kept_);
     --count_;
     ++inVain;
@@ -146,8 +148,10 @@ void RoundPatches::addLikely(const Displacements& picture, double enough) {
 }
 
 /// Fits two patches in place of one where the field is long, and keeps them if they are more likely and two contacts.
+/// Beside another broad patch it does not try: that would stay one.
 void RoundPatches::split(const Displacements& picture, double enough) {
   for (int k = 0; k < count_ && count_ < kMost && now_.misfit > enough; ++k) {
+    if (!areNarrowBut(k)) continue;
     const Vector2d half = halfLength(k);
     if (half.isZero(0.0)) continue;
     const double whole = logEvidence();
@@ -159,7 +163,8 @@ void RoundPatches::split(const Displacements& picture, double enough) {
       now_.patches[static_cast<std::size_t>(end)].place =
           startAt({from.x_m + side * half.x(), from.y_m + side * half.y(), 0.0});
     }
-    if (descend(picture) && logEvidence() > whole && areNarrow() && areApart(picture, k, other)) continue;
+    const bool isLikelier = descend(picture, mostMisfit(whole)) && logEvidence() > whole;
+    if (isLikelier && areNarrow() && areApart(picture, k, other)) continue;
     std::swap(now_, kept_);
     --count_;
   }
@@ -216,7 +221,7 @@ bool RoundPatches::isBar(const Displacements& picture, int a, int b) {
   stretch(p.y_m, q.y_m);
   const double most = pair_.misfit + kBarMisfit + square(kMisfitOfShape / picture.noise_px) * picture.squares_px2;
   bar_ = {a, b};
-  const bool fits = descend(picture, most) && now_.misfit < most;
+  const bool fits = descend(picture, most, most) && now_.misfit < most;
   bar_ = {-1, -1};
   std::swap(now_, pair_);
   return fits;

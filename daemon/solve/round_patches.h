@@ -11,6 +11,7 @@
 #include "daemon/solve/roughness.h"
 
 #include <array>
+#include <limits>
 
 namespace tractiond::solve {
 
@@ -83,7 +84,8 @@ class RoundPatches {
   };
 
   bool findMaxima(std::span<const double> forces_N);
-  bool areNarrow() const;
+  bool areNarrow() const { return areNarrowBut(-1); }
+  bool areNarrowBut(int patch) const;
   PatchPlace startAt(const Eigen::Vector3d& place) const;
   void dropUnlikely(const Displacements& picture);
   void addLikely(const Displacements& picture, double enough);
@@ -94,12 +96,15 @@ class RoundPatches {
 
   // round_patches_fit.cpp
   void takeMotion(const Displacements& picture);
-  bool descend(const Displacements& picture, double enough = 0.0);
+  bool descend(const Displacements& picture, double most = std::numeric_limits<double>::infinity(),
+               double enough = 0.0);
   int leastEvident() const;
   double logEvidence() const;
+  double mostMisfit(double logEvidence) const;
   bool solveLoads(const Displacements& picture, Fit& fit);
   void differentiate(const Displacements& picture);
   bool findStep(double damping, Vector& step);
+  bool holdsAtWidest(const Vector& step);
   void move(const Vector& step, std::array<RoundPatch, kMost>& to) const;
   void layColumns(const Displacements& picture, Fit& fit);
   void layBar(Fit& fit);
@@ -135,6 +140,7 @@ class RoundPatches {
   LineArray<double> motion_;  // kMotions columns, 0 where missing
   LineArray<double> here_, spot_;
   Matrix damped_;
+  Vector right_;
 };
 
 }  // namespace tractiond::solve

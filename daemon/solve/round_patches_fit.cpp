@@ -15,8 +15,9 @@ constexpr double kNarrowest = -0.15;
 /// The most steps of a fit, and the farthest that one leads [pitches, pitches^2].
 constexpr int kSteps = 16;
 constexpr double kFarthest = 0.7, kFarthestSpread = 0.3;
-/// A step that changes the misfit by less than this, either way, is the last one.
-constexpr double kLastGain = 0.02;
+/// A step that changes the misfit by less than this, either way, is the last one; or by less than this share of what
+/// it is above the number of coordinates, as patches that leave so much are not right anyway.
+constexpr double kLastGain = 0.02, kLastShare = 1e-3;
 /// Where so many times the expected gain is not enough, none will be.
 constexpr double kHope = 3.0;
 /// The damping after a step that gained nothing is the former one times kDampingFactor, but at least kDamping.
@@ -64,19 +65,21 @@ void RoundPatches::takeMotion(const Displacements& picture) {
 }
 
 /// Gauss-Newton steps, damped where one gains nothing; loads and motion are linear. Ends as soon as the misfit is less
-/// than `enough`. False: it could not be solved, or will not be less than `enough`, if that is not 0.
-bool RoundPatches::descend(const Displacements& picture, double enough) {
+/// than `enough`. False: it could not be solved, or will not be less than `most`.
+bool RoundPatches::descend(const Displacements& picture, double most, double enough) {
   if (!solveLoads(picture, now_)) return false;
   differentiate(picture);
+  const auto coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture.missing));
   double damping = 0.0;
   Vector step;
   for (int time = 0; time < kSteps && now_.misfit >= enough; ++time) {
     if (!findStep(damping, step)) return false;
-    if (enough > 0.0 && damping == 0.0 && now_.misfit - kHope * now_.right.dot(step) > enough) return false;
+    if (damping == 0.0 && now_.misfit - kHope * now_.right.dot(step) > most) return false;
     move(step, next_.patches);
     const bool solved = solveLoads(picture, next_);
     const double gain = now_.misfit - next_.misfit;
-    if (!solved || gain < -kLastGain) {
+    const double last = std::max(kLastGain, kLastShare * (now_.misfit - coordinates));
+    if (!solved || gain < -last) {
       damping = std::max(kDampingFactor * damping, kDamping);
       if (damping > kMostDamping) break;
       continue;
@@ -84,7 +87,7 @@ bool RoundPatches::descend(const Displacements& picture, double enough) {
     std::swap(now_, next_);
     differentiate(picture);
     damping = damping > kDamping ? damping / kDampingFactor : 0.0;
-    if (gain < kLastGain) break;
+    if (gain < last) break;
   }
   return true;
 }
@@ -125,6 +128,11 @@ double RoundPatches::logEvidence() const {
   ratio.diagonal() += own;
   const double logRoot = Eigen::LLT<Matrix>(ratio).matrixLLT().diagonal().array().log().sum();
   return -0.5 * now_.misfit - logRoot - count_ * std::log(atoms_.nodeCount());
+}
+
+/// Returns the misfit above which so many patches cannot be as likely as that.
+double RoundPatches::mostMisfit(double logEvidence) const {
+  return -2.0 * (logEvidence + count_ * std::log(atoms_.nodeCount()));
 }
 
 /// Computes what the patches do to the markers that are there.
@@ -283,10 +291,30 @@ void RoundPatches::differentiateBar() {
 bool RoundPatches::findStep(double damping, Vector& step) {
   damped_ = now_.normal;
   damped_.diagonal().tail(kPatchPlaces * count_) *= 1.0 + damping;
-  const Eigen::LLT<Matrix> factor(damped_);
-  if (factor.info() != Eigen::Success) return false;
-  step = factor.solve(now_.right);
+  right_ = now_.right;
+  do {
+    const Eigen::LLT<Matrix> factor(damped_);
+    if (factor.info() != Eigen::Success) return false;
+    step = factor.solve(right_);
+  } while (holdsAtWidest(step));
   return step.allFinite();
+}
+
+/// Takes the spreads that are at their largest out of the equations if the step would lead farther. Returns whether
+/// there were any.
+bool RoundPatches::holdsAtWidest(const Vector& step) {
+  bool holds = false;
+  for (int k = 0; k < count_; ++k) {
+    const int i = linear() + kPatchPlaces * k + 2;
+    const bool isWidest = now_.patches[static_cast<std::size_t>(k)].place.spread_m2 >= kWidest * square(atoms_.pitch_m);
+    if (!isWidest || step[i] <= 0.0) continue;
+    damped_.row(i).setZero();
+    damped_.col(i).setZero();
+    damped_(i, i) = 1.0;
+    right_[i] = 0.0;
+    holds = true;
+  }
+  return holds;
 }
 
 /// Moves the patches by a step, so far as it is trusted, within the points.

@@ -24,7 +24,7 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
   const Vector d = displacement(present);
   const double n2 = noise_px * noise_px;
   const Modes modes = modesOf(H, motion, noise_px);
-  const Vector amplitudes = modes.look * d;
+  const Vector amplitudes = read(modes, modes.look * d);
   const Vector size = H.colwise().squaredNorm().transpose();
 
   Result result;
@@ -77,7 +77,8 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
     result.degrees = fit.known.sum();
     const double count = static_cast<double>(d.size());
     if (time == 1 || fit.residual < n2 * (count - fit.known.sum() + options_.gate * std::sqrt(2.0 * count))) break;
-    Seen rest = start(modes, amplitudes - modes.s.asDiagonal() * modes.V.transpose() * seen.mean);
+    const Vector explained = modes.s.asDiagonal() * modes.V.transpose() * seen.mean;
+    Seen rest = start(modes, amplitudes - explained.head(amplitudes.size()));
     if (evident(rest).maxCoeff() == 0.0) break;
     first = rest;
     keep(fit, result.atoms, rest);
@@ -101,21 +102,53 @@ std::vector<int> DenseModel::components(const std::vector<int>& atoms) {
   return result;
 }
 
-DenseModel::Seen DenseModel::start(const Modes& modes, const Vector& c) const {
+std::vector<Eigen::Index> DenseModel::groupEnds(const Modes& modes) const {
+  std::vector<Eigen::Index> ends;
+  for (const double least : options_.groups) {
+    const Eigen::Index end = (modes.s.array() > least * options_.noise_px / force_N_).count();
+    if (end > (ends.empty() ? 0 : ends.back()) && end < modes.s.size()) ends.push_back(end);
+  }
+  ends.push_back(modes.s.size());
+  return ends;
+}
+
+DenseModel::Vector DenseModel::read(const Modes& modes, const Vector& all) const {
+  for (const Eigen::Index end : groupEnds(modes)) {
+    const Vector c = all.head(end);
+    if (visible(modes, likeliest(modes, c)) <= end) return c;
+  }
+  return all;
+}
+
+Eigen::Index DenseModel::visible(const Modes& modes, double tau) const {
+  for (const Eigen::Index end : groupEnds(modes)) {
+    if (end == modes.s.size() || modes.s[end] * tau < options_.visible * modes.noise_px) return end;
+  }
+  return modes.s.size();
+}
+
+double DenseModel::likeliest(const Modes& modes, const Vector& c) const {
   const double n2 = modes.noise_px * modes.noise_px;
   double best = -std::numeric_limits<double>::max(), tau = 0.0;
   for (int i = 0; i <= 50; ++i) {
     const double candidate = force_N_ * std::exp(-12.0 + 0.25 * i) * modes.noise_px / options_.noise_px;
-    const Eigen::ArrayXd variance = modes.s.array().square() * candidate * candidate + n2;
+    const Eigen::ArrayXd variance = modes.s.head(c.size()).array().square() * candidate * candidate + n2;
     const double evidence = -0.5 * (variance.log() + c.array().square() / variance).sum();
     if (evidence <= best) continue;
     best = evidence;
     tau = candidate;
   }
-  const Eigen::ArrayXd s2 = modes.s.array().square(), g = s2 * tau * tau / (s2 * tau * tau + n2);
-  Seen seen{modes.V * (g / modes.s.array() * c.array()).matrix(), Vector(shape_.cols()), Vector(shape_.cols())};
+  return tau;
+}
+
+DenseModel::Seen DenseModel::start(const Modes& modes, const Vector& c) const {
+  const double n2 = modes.noise_px * modes.noise_px, tau = likeliest(modes, c);
+  const Eigen::Index used = std::min(visible(modes, tau), c.size());
+  const Eigen::ArrayXd s = modes.s.head(used), s2 = s.square(), g = s2 * tau * tau / (s2 * tau * tau + n2);
+  const Matrix V = modes.V.leftCols(used);
+  Seen seen{V * (g / s * c.head(used).array()).matrix(), Vector(shape_.cols()), Vector(shape_.cols())};
   for (Eigen::Index a = 0; a < shape_.cols(); ++a) {
-    const Eigen::ArrayXd power = modes.V.middleRows<3>(3 * a).colwise().squaredNorm().transpose();
+    const Eigen::ArrayXd power = V.middleRows<3>(3 * a).colwise().squaredNorm().transpose();
     seen.known[a] = (power * g).sum();
     seen.noise[a] = n2 * (power * g.square() / s2).sum();
   }

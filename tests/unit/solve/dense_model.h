@@ -59,6 +59,17 @@ class DenseModel : protected DenseAtoms {
 
   static std::vector<int> components(const std::vector<int>& atoms);
 
+  std::vector<Eigen::Index> groupEnds(const Modes& modes) const;
+
+  /// The amplitudes of the modes that are read, of all.
+  Vector read(const Modes& modes, const Vector& all) const;
+
+  /// Number of modes in the groups in which forces of that size are visible.
+  Eigen::Index visible(const Modes& modes, double tau) const;
+
+  double likeliest(const Modes& modes, const Vector& c) const;
+
+  /// `c`: of the first modes.
   Seen start(const Modes& modes, const Vector& c) const;
 
   Vector evident(const Seen& seen) const { return evident(seen, options_.surety); }

@@ -189,7 +189,17 @@ DensePatchFit::Fitted DensePatchFit::fit(const Frame& frame, const std::vector<P
     for (Eigen::Index i = 0; i < 3 * count; ++i) {
       B(rows + i, places + i) = std::sqrt(damping) * B.col(places + i).norm();
     }
-    const Vector step = scaledSolve(B, right).tail(3 * count);
+    Vector step = scaledSolve(B, right).tail(3 * count);
+    for (Eigen::Index held = -1, k = 0; k < count; ++k) {  // what is at its widest stays if it would go on
+      const Eigen::Index i = 3 * k + 2;
+      const bool isWidest = now.patches[static_cast<std::size_t>(k)].place[2] >= 1.5 * pitch_ * pitch_;
+      if (!isWidest || step[i] <= 1e-12 || held == k) continue;
+      B.col(places + i).setZero();
+      B(rows + i, places + i) = 1;
+      step = scaledSolve(B, right).tail(3 * count);
+      held = k;
+      k = -1;  // others may now go on that did not
+    }
     Fitted next = now;
     for (Eigen::Index k = 0; k < count; ++k) {
       Eigen::Vector3d& place = next.patches[static_cast<std::size_t>(k)].place;
@@ -201,14 +211,15 @@ DensePatchFit::Fitted DensePatchFit::fit(const Frame& frame, const std::vector<P
     }
     next.misfit = linear(frame, next.patches, next.motion, bar);
     const double gain = now.misfit - next.misfit;
-    if (gain < -0.02) {
+    const double last = std::max(0.02, 1e-3 * (now.misfit - static_cast<double>(frame.d.size())));
+    if (gain < -last) {
       damping = std::max(10 * damping, 0.1);
       if (damping > 1e4) break;
       continue;
     }
     now = next;
     damping = damping > 0.1 ? damping / 10 : 0.0;
-    if (gain < 0.02) break;
+    if (gain < last) break;
   }
   return now;
 }
@@ -298,7 +309,9 @@ DensePatchFit::Fitted DensePatchFit::find(const Frame& frame, const Vector& forc
   }
   for (std::size_t k = 0; k < now.patches.size() && now.patches.size() < 4 && now.misfit > enough; ++k) {
     const Eigen::Vector3d half = halfLength(now.patches[k], force);
-    if (half.isZero(0)) continue;
+    Fitted others = now;
+    others.patches.erase(others.patches.begin() + static_cast<std::ptrdiff_t>(k));
+    if (half.isZero(0) || !areNarrow(others)) continue;
     std::vector<Patch> two = now.patches;
     two[k] = startAt(now.patches[k].place - half);
     two.push_back(startAt(now.patches[k].place + half));

@@ -214,7 +214,7 @@ std::vector<DensePatches::Candidate> DensePatches::around(const Frame& frame, co
   linear(frame, copy, motion, {});
   const double noise_px = std::sqrt(frame.n2);
   const Modes modes = modesOf(H, frame.motion, noise_px);
-  const Seen first = start(modes, modes.look * (left - frame.motion * motion));
+  const Seen first = start(modes, read(modes, modes.look * (left - frame.motion * motion)));
   Seen seen = first;
   const Vector size = H.colwise().squaredNorm().transpose();
   Vector smooth = Vector::Zero(shape_.cols());

@@ -42,6 +42,11 @@ TEST_P(Kernels, AddRowsAddsTheChosenRows) {
   addRows(a, rows, coefficients, sum.data());
   for (int j = 0; j < 37; ++j) EXPECT_NEAR(sum[j], expected[j], 1e-5);
   for (int j = 37; j < a.stride(); ++j) EXPECT_EQ(sum[j], 1.0);
+
+  std::vector<double> inParts(sum.size(), 1.0);
+  addColumns(a, rows, coefficients, 0, 10, inParts.data());  // with the line's other six
+  addColumns(a, rows, coefficients, kLineFloats, 37, inParts.data());
+  EXPECT_EQ(inParts, sum);
 }
 
 TEST_P(Kernels, CoarseRowsAreOffByTheirRounding) {
@@ -76,6 +81,16 @@ TEST_P(Kernels, MultiplyRowsMultipliesTheChosenRows) {
     for (int j = 0; j < 37; ++j) expected += static_cast<double>(a.row(rows[k])[j]) * x.row(0)[j];
     EXPECT_NEAR(products[k], expected, 1e-5);
   }
+
+  std::vector<double> ofFirst(rows.size()), widened(static_cast<std::size_t>(a.stride()), 0.0);
+  RowMatrix part(1, 20);
+  std::copy_n(x.row(0), 20, part.row(0));
+  std::copy_n(x.row(0), 20, widened.begin());
+  multiplyRows(a, rows, widened.data(), products.data());
+  multiplyFirst(a, rows, 20, part.row(0), ofFirst.data());
+  for (std::size_t k = 0; k < rows.size(); ++k) EXPECT_NEAR(ofFirst[k], products[k], 1e-5);
+  multiplyFirst(a, rows, 20, widened.data(), ofFirst.data());
+  for (std::size_t k = 0; k < rows.size(); ++k) EXPECT_NEAR(ofFirst[k], products[k], 1e-12);
 }
 
 TEST_P(Kernels, MultiplyRowsByColumnsInDoublePrecision) {

@@ -247,7 +247,9 @@ TEST(Amplitudes, CompleteWhatIsMissing) {
   for (const int i : missing) there[i] = 0.0F;
   const double force_N = 0.02;
   Amplitudes amplitudes(bench.factors());
+  const int rank = bench.factors().rank();
   amplitudes.take({there.data(), static_cast<std::size_t>(there.size())}, missing);
+  amplitudes.read(rank);
   for (int i = 0; i < 20; ++i) amplitudes.complete(force_N, kNoise_px);
 
   // The prior mean of the missing displacements given those that are there.
@@ -259,9 +261,56 @@ TEST(Amplitudes, CompleteWhatIsMissing) {
   Amplitudes expected(bench.factors());
   const Eigen::VectorXf completed = whole.cast<float>();
   expected.take({completed.data(), static_cast<std::size_t>(completed.size())}, {});
-  const Eigen::Index rank = bench.factors().rank();
+  expected.read(rank);
+  ASSERT_EQ(std::ssize(amplitudes.values()), rank);
   EXPECT_LT((VectorXd::Map(amplitudes.values().data(), rank) - VectorXd::Map(expected.values().data(), rank)).norm(),
             0.1 * kNoise_px);
+  EXPECT_GT(VectorXd::Map(expected.values().data(), rank).norm(), 10.0 * kNoise_px);
+}
+
+TEST(Amplitudes, AreTheSameInPieces) {
+  Bench bench(smallSensor());
+  const Eigen::VectorXf picture = bench.picture({{4, 3, kPress}}, 2).cast<float>();
+  const std::span given(picture.data(), static_cast<std::size_t>(picture.size()));
+  const int rank = bench.factors().rank();
+  Amplitudes inPieces(bench.factors()), atOnce(bench.factors());
+  atOnce.take(given, {});
+  atOnce.read(rank);
+  inPieces.take(given, {});
+  EXPECT_TRUE(inPieces.values().empty());
+  for (const int modes : {1, 5, 13, 40, rank}) {
+    inPieces.read(modes);
+    ASSERT_EQ(std::ssize(inPieces.values()), modes);
+    for (int k = 0; k < modes; ++k) EXPECT_NEAR(inPieces.values()[k], atOnce.values()[k], 1e-9) << k;
+  }
+}
+
+/// The strongest modes tell that nothing touches; a strong press is visible in all.
+TEST(Evidence, AsksForTheModesInWhichForcesAreVisible) {
+  Bench bench(smallSensor());
+  ModelOptions options = everyMode();
+  const auto& s = bench.factors().singularValues;
+  const double largest = s.front() * bench.scale_N() / kNoise_px;
+  options.groups = {0.3 * largest, 0.1 * largest, 0.03 * largest};
+  Evidence evidence(bench.factors(), bench.atoms(), options);
+  const auto modesOf = [&](double force_N) {
+    const Eigen::VectorXf picture = bench.picture({{4, 3, force_N * kPress}}, 2).cast<float>();
+    Amplitudes amplitudes(bench.factors());
+    amplitudes.take({picture.data(), static_cast<std::size_t>(picture.size())}, {});
+    for (int times = 0; times < 9; ++times) {
+      const int modes = evidence.modesToRead(amplitudes.values(), kNoise_px);
+      if (modes == std::ssize(amplitudes.values())) break;
+      amplitudes.read(modes);
+    }
+    return std::ssize(amplitudes.values());
+  };
+  const auto above = [&](double share) {
+    return std::count_if(s.begin(), s.end(), [&](double each) { return each > share * s.front(); });
+  };
+  EXPECT_EQ(modesOf(0.0), above(0.3));
+  EXPECT_GT(modesOf(0.03), above(0.3));
+  EXPECT_LT(modesOf(0.03), bench.factors().rank());
+  EXPECT_EQ(modesOf(30.0), bench.factors().rank());
 }
 
 }  // namespace
