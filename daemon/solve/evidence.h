@@ -1,9 +1,9 @@
 // Starts the rounds with the same prior for all atoms, f ~ N(0, tau^2). tau maximises the evidence of the picture's
 // amplitudes c in the modes s:
 //   -1/2 sum [ln(s^2 tau^2 + n^2) + c^2 / (s^2 tau^2 + n^2)]
-// The modes are read in groups (ModelOptions::groups), as long as forces of that size are visible in the next group: its
-// strongest mode has s tau >= epsilon n, where epsilon is ModelOptions::visible. Groups in which the final tau is not
-// visible are left out.
+// The modes are read in groups (ModelOptions::groups), as long as forces of that size are visible in the next group:
+// its strongest mode has s tau >= epsilon n, where epsilon is ModelOptions::visible. Groups in which the final tau is
+// not visible are left out.
 #pragma once
 
 #include "daemon/solve/factors.h"

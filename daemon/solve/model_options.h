@@ -20,12 +20,12 @@ struct ModelOptions {
   /// faster and misreads some contacts and palms.
   double faintest = 4.0;
 
-  /// The looks at a picture read the modes in groups, the strongest first: those with singular values above these
+  /// The modes are read in groups, the strongest first: those with singular values above each of these
   /// [n / (E pitch^2)], then the rest.
   std::array<double, 3> groups = {512.0, 128.0, 32.0};
 
-  /// Modes are left out of a look in which forces of the usual size cause less than this [n]: they are not read, if no
-  /// stronger mode shows larger forces.
+  /// epsilon: displacement [n] that forces of the typical size must cause in the strongest mode of a group, for the
+  /// group to be read.
   double visible = 0.1;
 
   /// z: deviations of its noise above which an atom's force is evident.
