@@ -7,7 +7,9 @@
 
 namespace tractiond {
 
-/// Prints the cameras that are found and, for each that cannot be opened, why.
+/// Prints the cameras that are found and, for each that cannot be opened, why. Opens each of them for a moment, which
+/// takes seconds. Returns EX_OK, also if no camera is found, which standard error then says.
+/// \param options only `inspector` and `fakeInterface` are used
 int listCameras(const capture::CameraOptions& options);
 
 /// Prints how a camera would be set, from a file with its GenICam description. A damaged description can crash this

@@ -27,8 +27,10 @@ class RecordingError : public std::runtime_error {
 /// \param truth endpoint of a traction-twin's true states; empty: none \param seconds duration
 void record(const SubscriberOptions& options, const std::string& file, const std::string& truth, double seconds);
 
-/// Publishes the recorded stream at `endpoint`, at `speed` times its own rate; starts when a client subscribes.
-/// \throws Error; RecordingError also after sending, if the recording is cut off or damaged
+/// Publishes the recorded stream (topics "traction/...") at `endpoint`, at `speed` times its own rate; starts when a
+/// client subscribes. Returns after the last message, or early on SIGINT, SIGTERM or SIGHUP, whose handlers it sets.
+/// \param speed larger than 0
+/// \throws Error kBadEndpoint; RecordingError also after sending, if the recording is cut off or damaged
 void replay(const std::string& file, const std::string& endpoint, double speed);
 
 /// Prints a summary of the recording, as text or as JSON. \throws OutputError; RecordingError also after printing, if

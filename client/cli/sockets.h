@@ -36,7 +36,7 @@ class Repeater {
   std::string endpoint() const;
   /// Waits up to `time` for subscriptions. Sends each new subscriber the last description of each sensor.
   void listen(std::chrono::milliseconds time);
-  /// Returns whether a client has ever subscribed.
+  /// Returns whether listen() has ever received a subscription.
   bool isHeard() const;
   /// Sends a message. A client that is too slow loses it. \param time_s when it was sent first [s since 1970]
   void send(const Raw& raw, double time_s);

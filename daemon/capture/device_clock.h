@@ -74,9 +74,13 @@ class DeviceClock {
   std::int64_t lastCaptured_ns_ = INT64_MIN;
 };
 
-/// Estimates when a frame was taken. Uses the camera's time stamp if Judgement::timed: with bounds on both sides
-/// (ClockFit) if the clock can be read, else with an upper bound (DeviceClock) if that is closer than the arrival. Else
-/// uses the arrival, less the delay of recent frames that had bounds on both sides. Thread-bound. Allocates nothing.
+/// Estimates when a frame was taken, by the first of these that is possible:
+/// - by the camera's time stamp with bounds on both sides (ClockFit), if Judgement::timed and the clock can be read
+/// - by the arrival, less the delay of recent frames that had bounds on both sides
+/// - by the camera's time stamp with an upper bound (DeviceClock), if Judgement::timed and not less certain than the
+///   arrival
+/// - by the arrival.
+/// Thread-bound. Allocates nothing.
 class CaptureClock {
  public:
   /// Sets the newest readings of the camera's clock. Without readings the clock is not used as one that can be read.

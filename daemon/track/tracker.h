@@ -55,7 +55,7 @@ class Tracker {
   Outcome track(const Frame& frame, MarkerField& field);
 
   /// Requests a new zero from the next frames, at most 2 zeroFrames. The old one stays in force meanwhile; with
-  /// awaitJudge until putInForce(). The appearance is learned anew for it, as the lens may have been refocused.
+  /// awaitsGelCheck until putInForce(). The appearance is learned anew for it, as the lens may have been refocused.
   /// Thread-safe.
   void requestZero() { zeroState_.store(ZeroState::kRequested, std::memory_order_relaxed); }
 
