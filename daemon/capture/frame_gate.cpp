@@ -288,14 +288,17 @@ Judgement FrameGate::acceptNext(const Arrival& arrival, Fit fit) {
   Track next = *current_;
   extend(next, arrival, fit);
   const bool believed = current_->distrust == 0;
-  // A clock that stands still has not jumped.
-  const bool jumped = believed && fit == Fit::kByTheHosts && arrival.device_ns != current_->device_ns;
+  const std::int64_t step = advance(current_->id, arrival.id);
+  // A clock that stands still has not jumped. A counter that started anew beside another host's pictures may have come
+  // back to where it was, and its own pictures were held back until now.
+  const bool cameBack =
+      heldBack_ >= kAgreeing && arrival.host_ns - current_->host_ns > (step + kAgreeing) * frameTime();
+  const bool jumped = cameBack || (believed && fit == Fit::kByTheHosts && arrival.device_ns != current_->device_ns);
   // Of a young timeline it is not known yet whose it is.
   const bool contested = heldBack_ > 0 && current_->timed < kPractised;
   const bool doubted = jumped || contested || isEarly(arrival);
   countSurplus(arrival.host_ns);
-  Judgement judgement = accept(next, static_cast<std::uint64_t>(advance(current_->id, arrival.id)),
-                               believed != (next.distrust == 0), jumped);
+  Judgement judgement = accept(next, static_cast<std::uint64_t>(step), believed != (next.distrust == 0), jumped);
   judgement.doubted |= doubted;
   return judgement;
 }

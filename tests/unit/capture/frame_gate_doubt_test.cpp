@@ -244,6 +244,23 @@ TEST_F(FrameGateTest, DoubtsPicturesBesideACameraOfAnotherSizeThatWasOpenedAnew)
   }
 }
 
+/// The counter starts anew beside another host's pictures, so that neither is used, until it comes to where it was.
+TEST_F(FrameGateTest, TellsTheGapOfACounterThatComesBackToItsOldIdAmongForgedPictures) {
+  SimulatedCamera camera(100), forger(30'000);
+  stream(camera, 100);  // the next one is 200
+  forger.pass(100 * kPeriod_ns + kPeriod_ns / 2);
+  camera.count(1);
+  Judgement judgement;
+  int heldBack = 0;
+  while ((judgement = judge(camera.take())).verdict != Verdict::kNew && heldBack < 1000) {
+    EXPECT_NE(judge(forger.take()).verdict, Verdict::kNew);
+    ++heldBack;
+  }
+  EXPECT_EQ(heldBack, 199);
+  EXPECT_TRUE(judgement.discontinuity);
+  EXPECT_TRUE(judgement.doubted);
+}
+
 /// Of a new timeline it is not known whose it is: a picture of another one beside it makes it doubtful at once.
 TEST_F(FrameGateTest, DoubtsANewTimelineWithTheFirstPictureBesideIt) {
   SimulatedCamera camera(40'000);
