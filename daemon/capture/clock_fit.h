@@ -46,6 +46,8 @@ class ClockFit {
   std::optional<Span> at(std::int64_t device_ns, std::int64_t resolution_ns = 0) const;
 
   std::size_t readings() const { return count_; }  ///< Returns the number of readings in use, at most 64.
+  /// Returns the time between the oldest and the newest reading in use [ns].
+  std::int64_t span_ns() const;
 
  private:
   static constexpr std::size_t kMost = 64;
