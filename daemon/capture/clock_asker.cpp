@@ -9,9 +9,9 @@ namespace {
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 /// A question that took longer may have been sent twice, and have latched twice.
 constexpr std::int64_t kUsual_ns = 100'000'000;
-constexpr std::int64_t kShortest_ns = 5'000'000, kLongest_ns = 125'000'000, kUnanswered_ns = kSecond_ns;
-/// Of the span of the readings in use. These are 64, and their span then grows to the four fifths of their age.
-constexpr std::int64_t kPart = 40;
+constexpr std::int64_t kShortest_ns = 5'000'000, kLongest_ns = 62'500'000, kUnanswered_ns = kSecond_ns;
+/// Of the span of the readings in use, of which there are 128: it grows to four fifths of the time since the first.
+constexpr std::int64_t kPart = 80;
 
 }  // namespace
 
