@@ -174,7 +174,7 @@ CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& gu
 
 // ---- aravis_clock.cpp
 
-/// Reads a camera's clock eight times a second on a thread of its own, "camera-clock", as a camera that hangs makes
+/// Reads a camera's clock sixteen times a second on a thread of its own, "camera-clock", as a camera that hangs makes
 /// each reading wait for seconds.
 class AskedClock {
  public:

@@ -1,5 +1,6 @@
 #include "daemon/capture/clock_asker.h"
 
+#include <algorithm>
 #include <cstddef>
 
 namespace tractiond::capture {
@@ -8,16 +9,21 @@ namespace {
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 /// A question that took longer may have been sent twice, and have latched twice.
 constexpr std::int64_t kUsual_ns = 100'000'000;
-constexpr std::int64_t kAtFirst_ns = 20'000'000, kUsually_ns = 125'000'000, kUnanswered_ns = kSecond_ns;
-constexpr std::size_t kFirst = 60;
+constexpr std::int64_t kShortest_ns = 5'000'000, kLongest_ns = 62'500'000, kUnanswered_ns = kSecond_ns;
+/// Of the span of the readings in use, of which there are 128: it grows to four fifths of the time since the first.
+constexpr std::int64_t kPart = 80;
 
 }  // namespace
+
+std::int64_t ClockAsker::pauseAfter(const ClockFit& fit) {
+  return std::clamp(fit.span_ns() / kPart, kShortest_ns, kLongest_ns);
+}
 
 bool ClockAsker::ask() {
   using enum LatchedCounter::Answer;
   const LatchedCounter::Answer answer = question();
   refusals_ = answer == kRefused ? refusals_ + 1 : answer == kDone ? 0 : refusals_;
-  pause_ns_ = answer != kDone ? kUnanswered_ns : fit_.readings() < kFirst ? kAtFirst_ns : kUsually_ns;
+  pause_ns_ = answer == kDone ? pauseAfter(fit_) : kUnanswered_ns;
   return answer == kDone;
 }
 

@@ -29,12 +29,15 @@ class ClockAsker {
 
   /// Reads the counter once and adds the reading to fit(). Returns false if there was no usable answer.
   bool ask();
-  /// Returns how long to wait before the next ask(): short until the drift is known, then 1/8 s; long without an
-  /// answer.
+  /// Returns how long to wait before the next ask(): see pauseAfter(); 1 s without an answer.
   std::int64_t pause_ns() const { return pause_ns_; }
   /// Returns whether the camera refused three times in a row: its clock cannot be read. A camera that does not answer
   /// has not refused.
   bool isRefused() const { return refusals_ >= kRefusals; }
+
+  /// Returns how long to wait after readings that were taken: a small part of their span, so that a clock that was set
+  /// is soon known, and that readings of all ages are in use: the old ones show the rate, the new ones the time.
+  static std::int64_t pauseAfter(const ClockFit& fit);
 
   const ClockFit& fit() const { return fit_; }  ///< Returns the fit to all readings so far.
 

@@ -68,6 +68,11 @@ bool ClockFit::fit() {
   return slowest_ <= fastest_;
 }
 
+std::int64_t ClockFit::span_ns() const {
+  if (count_ < 2) return 0;
+  return ring_[(next_ + kMost - 1) % kMost].before_ns - ring_[(next_ + kMost - count_) % kMost].before_ns;
+}
+
 /// A single reading may be of something that is no clock.
 std::optional<ClockFit::Span> ClockFit::at(std::int64_t device_ns, std::int64_t resolution_ns) const {
   return count_ < 2 ? std::nullopt : expected(device_ns, resolution_ns);

@@ -45,10 +45,12 @@ class ClockFit {
   /// down
   std::optional<Span> at(std::int64_t device_ns, std::int64_t resolution_ns = 0) const;
 
-  std::size_t readings() const { return count_; }  ///< Returns the number of readings in use, at most 64.
+  std::size_t readings() const { return count_; }  ///< Returns the number of readings in use, at most 128.
+  /// Returns the time between the oldest and the newest reading in use [ns].
+  std::int64_t span_ns() const;
 
  private:
-  static constexpr std::size_t kMost = 64;
+  static constexpr std::size_t kMost = 128;
   /// A reading relative to the newest one: its place on the device clock, and the bounds of y there.
   struct Bound {
     double x_ns = 0, low_ns = 0, high_ns = 0;

@@ -57,6 +57,7 @@ FrameGate::Track FrameGate::begin(const Arrival& arrival) {
   track.host_ns = arrival.host_ns;
   track.offset_ns = difference(arrival.host_ns, arrival.device_ns);
   track.distrust = arrival.device_ns == 0 ? kDistrust : 0;
+  track.schedule.restart(arrival.device_ns);
   return track;
 }
 
@@ -70,12 +71,14 @@ void FrameGate::extend(Track& track, const Arrival& arrival, Fit fit) {
     track.period_ns = track.period_ns == 0 ? period : std::min(period, track.period_ns + track.period_ns / 64 + 1);
     // 1 part in 1000: more than any crystal's drift.
     const std::int64_t leak = (arrival.host_ns - track.host_ns) / 1000;
+    track.schedule.add(arrival.device_ns, step);
     track.lag_ns += (std::abs(difference(offset, track.offset_ns)) - track.lag_ns) / 16;
     track.timed = std::min(track.timed + 1, kPractised);
     track.offset_ns = difference(track.offset_ns, -std::min(difference(offset, track.offset_ns), leak));
     track.distrust = std::max(0, track.distrust - 1);
   } else {
     track.offset_ns = offset;
+    track.schedule.restart(arrival.device_ns);
     track.distrust = kDistrust;
     track.timed = 0;
   }
@@ -179,12 +182,17 @@ void FrameGate::weigh(std::int64_t host_ns, std::uint64_t step) {
   broken_ *= kForgotten;
 }
 
-/// Sooner after its own time than any of the camera's, by more than they differ in that: whole before it was sent.
+/// Returns whether a picture comes sooner after its own time than any of the camera's, by more than these differ in
+/// that, or is dated sooner after the pictures before it: it is whole before the camera's own was sent. However
+/// unevenly a host is served, that hides no more than a quarter of the period of a camera of an even pace.
 bool FrameGate::isEarly(const Arrival& arrival) const {
-  constexpr std::int64_t kLeast_ns = 3'000'000, kTimes = 8;
+  constexpr std::int64_t kLeast_ns = 3'000'000, kLeastOfEven_ns = 1'000'000, kTimes = 8;
   if (!current_ || current_->timed < kPractised || current_->distrust > 0) return false;
+  const StampSchedule& schedule = current_->schedule;
   const std::int64_t lag = difference(difference(arrival.host_ns, arrival.device_ns), current_->offset_ns);
-  return lag < -std::max(kLeast_ns, kTimes * current_->lag_ns);
+  std::int64_t most = std::max(kLeast_ns, kTimes * current_->lag_ns);
+  if (schedule.isEven()) most = std::max(kLeastOfEven_ns, std::min(most, schedule.quarter()));
+  return lag < -most || schedule.isEarly(arrival.device_ns, advance(current_->id, arrival.id));
 }
 
 Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped) {
@@ -236,13 +244,13 @@ Judgement FrameGate::judge(const Arrival& arrival) {
     return judgement;
   };
   const auto refuseDamaged = [&](Verdict verdict) {
-    if (current_ && isNext(*current_, arrival)) {
+    if (!reopened_ && current_ && isNext(*current_, arrival)) {
       if (!candidate_ || !isNext(*candidate_, arrival)) {
         heard_ns_ = arrival.host_ns;
         countSurplus(arrival.host_ns);
       }
-    } else if (previous_ && isNext(*previous_, arrival)) {
-      ++heldBack_;
+    } else if (arrival.complete || (previous_ && isNext(*previous_, arrival))) {
+      ++heldBack_;  // the id of one that is not whole may be an older frame's
     }
     return refuse(verdict);
   };
@@ -280,13 +288,18 @@ Judgement FrameGate::acceptNext(const Arrival& arrival, Fit fit) {
   Track next = *current_;
   extend(next, arrival, fit);
   const bool believed = current_->distrust == 0;
-  // A clock that stands still has not jumped.
-  const bool jumped = believed && fit == Fit::kByTheHosts && arrival.device_ns != current_->device_ns;
-  const bool early = isEarly(arrival);
+  const std::int64_t step = advance(current_->id, arrival.id);
+  // A clock that stands still has not jumped. A counter that started anew beside another host's pictures may have come
+  // back to where it was, and its own pictures were held back until now.
+  const bool cameBack =
+      heldBack_ >= kAgreeing && arrival.host_ns - current_->host_ns > (step + kAgreeing) * frameTime();
+  const bool jumped = cameBack || (believed && fit == Fit::kByTheHosts && arrival.device_ns != current_->device_ns);
+  // Of a young timeline it is not known yet whose it is.
+  const bool contested = heldBack_ > 0 && current_->timed < kPractised;
+  const bool doubted = jumped || contested || isEarly(arrival);
   countSurplus(arrival.host_ns);
-  Judgement judgement = accept(next, static_cast<std::uint64_t>(advance(current_->id, arrival.id)),
-                               believed != (next.distrust == 0), jumped);
-  judgement.doubted |= early;
+  Judgement judgement = accept(next, static_cast<std::uint64_t>(step), believed != (next.distrust == 0), jumped);
+  judgement.doubted |= doubted;
   return judgement;
 }
 
@@ -301,10 +314,9 @@ Judgement FrameGate::acceptCandidate(const Arrival& arrival) {
   const bool counts = step > 0 && static_cast<std::uint64_t>(step) <= largestStep(period, twice);
   // If the frames before were the camera's and these are not, its next ones show it.
   previous_.reset();
-  if (!reopened_) {
-    previous_ = current_;
-    provedAt_ns_ = arrival.host_ns + kProof * frameTime();
-  }
+  if (!reopened_) previous_ = current_;
+  // More than this picture: others of another size came from a camera that was opened again.
+  if (!reopened_ || heldBack_ > 1) provedAt_ns_ = arrival.host_ns + kProof * frameTime();
   return accept(*candidate_, counts ? static_cast<std::uint64_t>(step) : 1, true, true);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "daemon/capture/camera_info.h"
+#include "daemon/capture/stamp_schedule.h"
 #include "daemon/records/ledger.h"
 
 #include <bitset>
@@ -78,7 +79,10 @@ class FrameGate {
   Judgement judge(const Arrival& arrival);
 
   /// Notes that the camera was opened again: the next whole picture that was not seen before begins a new timeline.
-  void restart() { reopened_ = true; }
+  void restart() {
+    reopened_ = true;
+    heldBack_ = 0;
+  }
 
  private:
   /// A sequence of frames that agree with each other.
@@ -90,6 +94,7 @@ class FrameGate {
     std::int64_t pace_ns = 0;    ///< mean time of the host between two ids; 0: not known
     int length = 1;
     std::int64_t lag_ns = 0;  ///< mean of host - device above the smallest
+    StampSchedule schedule;
     int timed = 0;            ///< frames that both clocks agreed on, up to a hundred
     int distrust = 0;         ///< frames to come before the camera's clock is believed again
   };

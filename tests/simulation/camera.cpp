@@ -23,7 +23,6 @@ Camera::Camera(const Gel& gel, const Ongoing& ongoing, Chance& chance)
 
 void Camera::connect(std::int64_t streamsFrom_ns, std::int64_t from_ns) {
   hasOtherPictures_ = false;
-  contradicted_ns_ = 0;
   streamsFrom_ns_ = streamsFrom_ns;
   connectedFrom_ns_ = from_ns;
   becomeUnclear(from_ns);
@@ -117,17 +116,17 @@ void Camera::forge() {
 
 /// Sends a picture in the place of one of the camera's, whose packets are then under way twice.
 void Camera::impersonate(const OnItsWay& own) {
-  constexpr std::int64_t kForgotten_ns = 1500 * kMs;  // so long the gate doubts at least
   if (now() < connectedFrom_ns_) return;
   nextImpostor_ns_ = now() + ongoing_.amountOf(Event::kImpostor) * kMs;
-  if (now() - contradicted_ns_ > kForgotten_ns) becomeUnclear(own.at_ns);
   // A starved host may lose the camera's own.
-  if (!ongoing_.lasts(Event::kStarved)) contradicted_ns_ = now();
+  if (ongoing_.lasts(Event::kStarved)) becomeUnclear(own.at_ns);
   OnItsWay one = picture();
+  const std::int64_t sooner_ns = chance_.between(0, chance_.oneIn(2) ? kFrame_ns : kUnderWay_ns);
   one.picture.isForged = one.picture.isNext = true;
-  one.at_ns = own.at_ns - chance_.between(0, kFrame_ns / 2);
+  one.picture.isBefore = sooner_ns >= kFrame_ns;
+  one.at_ns = own.at_ns - sooner_ns;
   one.arrival.id = own.arrival.id;
-  one.arrival.device_ns = own.arrival.device_ns;
+  one.arrival.device_ns = own.arrival.device_ns - (chance_.oneIn(3) ? sooner_ns : 0);
   send(one);
 }
 
@@ -143,11 +142,19 @@ void Camera::send(const OnItsWay& one) {
 OnItsWay Camera::take() {
   const OnItsWay one = queue_.front();
   queue_.pop_front();
-  if (!one.picture.isForged && one.arrival.complete && one.arrival.shape == shape_) {
+  constexpr std::int64_t kExcuses_ns = 500 * kMs;
+  if (!one.arrival.complete) excusesUntil_ns_ = now() + kExcuses_ns;
+  if (!one.picture.isForged && one.arrival.complete) {
     if (now() - heard_ns_ > kContradicts_ns) becomeUnclear();
     heard_ns_ = now();
   }
   return one;
+}
+
+bool Camera::comesTwice(const OnItsWay& taken) const {
+  return std::ranges::any_of(queue_, [&](const OnItsWay& each) {
+    return each.arrival.id == taken.arrival.id && each.at_ns - kFrame_ns < taken.at_ns;
+  });
 }
 
 std::int64_t Camera::answersAfter_ns() const {

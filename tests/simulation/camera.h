@@ -20,7 +20,8 @@ struct Picture {
   double force_N = 0.0;
   bool isFew = false;
   bool isForged = false;
-  bool isNext = false;  ///< forged with an id of the camera, whose own picture of that id comes, too
+  bool isNext = false;    ///< forged with an id of the camera, whose own picture of that id comes, too
+  bool isBefore = false;  ///< likewise, and whole before that picture begins to come
   std::size_t noise = 0;
   std::array<std::uint8_t, 64> bytes{};
 };
@@ -52,9 +53,13 @@ class Camera {
   std::int64_t arrives_ns() const { return queue_.empty() ? kNever : queue_.front().at_ns; }
   OnItsWay take();
   bool hasMore() const { return !queue_.empty(); }
+  /// Returns whether another picture with the id of one that was taken had begun to come when that one was whole.
+  bool comesTwice(const OnItsWay& taken) const;
 
   /// Whether the gate can know which of two hosts is the camera: it has heard that lately, and for long enough.
   bool canContradict() const;
+  /// Whether packets that come late may be those of a frame that was given up a moment ago.
+  bool excusesLate() const { return now() < excusesUntil_ns_; }
 
   /// Returns how long it takes to answer a question; kNever: it does not.
   std::int64_t answersAfter_ns() const;
@@ -92,11 +97,10 @@ class Camera {
   bool hasOtherPictures_ = false;
   std::int64_t nextForged_ns_ = kNever, forgedAhead_ns_ = 0;
   std::uint64_t forgedId_ = 0;
-  std::int64_t nextImpostor_ns_ = 0,
-               contradicted_ns_ = 0;  ///< when one with a next id was sent beside the camera's own
+  std::int64_t nextImpostor_ns_ = 0;
   std::deque<OnItsWay> queue_;
   std::int64_t heard_ns_ = 0;  ///< when the camera's last own picture came
-  std::int64_t unclearUntil_ns_ = 0;
+  std::int64_t unclearUntil_ns_ = 0, excusesUntil_ns_ = 0;
   std::int64_t goneSince_ns_ = 0;
 };
 

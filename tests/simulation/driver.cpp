@@ -44,6 +44,7 @@ class SimulatedDriver : public capture::Driver {
       if (camera.arrives_ns() > now()) return capture::Popped::kNothing;
       come = camera.take();
     } while (throwsAway(come));
+    if (camera.comesTwice(come)) twice_ += 1.0;
     Picture& room = connection_.pictures[connection_.nextPicture++ % Connection::kPictures] = come.picture;
     buffer.arrival = come.arrival;
     buffer.arrival.thrown = std::exchange(thrown_, 0);

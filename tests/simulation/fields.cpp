@@ -16,6 +16,7 @@ Fields::Fields(const Camera& camera, const Zeros& zeros, const Starvation& starv
 void Fields::begin() {
   lastTruth_ = {};
   last_ = {};
+  mustBeDoubted_ = false;
 }
 
 void Fields::heed(const TractionField& field, const Truth& truth) {
@@ -57,8 +58,13 @@ void Fields::checkOrigin(const TractionField& field, const Truth& truth) {
   const bool isDoubted = (field.flags & kDoubtedOrigin) != 0;
   journal_.law(truth.number > lastTruth_.number || isDoubted, "no stale picture without its flag",
                fmt::format("picture {} after {}", truth.number, lastTruth_.number));
-  journal_.law(!truth.isForged || isDoubted || !camera_.canContradict(), "no forged picture without its flag",
-               fmt::format("picture {}", truth.number));
+  // One that is whole before the camera's own begins to come may be taken for that: the next field has the flag then.
+  journal_.law(!truth.isForged || isDoubted || truth.isBefore || !camera_.canContradict(),
+               "no forged picture without its flag", fmt::format("picture {}", truth.number));
+  journal_.law(!mustBeDoubted_ || isDoubted || !camera_.canContradict() || camera_.excusesLate(),
+               "a forged picture or the field after it has its flag",
+               fmt::format("pictures {} and {}", lastTruth_.number, truth.number));
+  mustBeDoubted_ = truth.isBefore && !isDoubted && camera_.canContradict();
 }
 
 /// The camera took pictures in between.

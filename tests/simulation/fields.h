@@ -10,7 +10,7 @@ namespace tractiond::simulation {
 /// Which picture a frame was.
 struct Truth {
   std::uint64_t number = 0, taken = 0;
-  bool isForged = false, isNext = false;
+  bool isForged = false, isNext = false, isBefore = false;
 };
 
 class Fields {
@@ -42,6 +42,7 @@ class Fields {
   // Of the last field in this life.
   Truth lastTruth_;
   FrameInfo last_;
+  bool mustBeDoubted_ = false;  ///< the next one: the last one was forged, and had no flag
 };
 
 }  // namespace tractiond::simulation

@@ -3,6 +3,7 @@
 #include "tests/unit/capture/frame_gate_bench.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <random>
 
@@ -113,6 +114,162 @@ TEST_F(FrameGateTest, DoubtsWhatComesBeforeItCanHaveBeenSent) {
     EXPECT_TRUE(judgement.doubted) << i;
     EXPECT_FALSE(judgement.outnumbered);
   }
+}
+
+/// Another host's picture of the next id and of now, half a period before the camera's own, at a host that is held up
+/// now and then.
+TEST_F(FrameGateTest, DoubtsWhatComesEarlyHoweverUnevenlyTheCamerasPicturesCome) {
+  std::mt19937 random(test::seed());
+  for (int i = 0; i < 200; ++i) {
+    FrameGate gate(kShape, {});
+    SimulatedCamera camera(1 + random() % 60'000);
+    std::int64_t free_ns = 0;  // the host, from when on
+    for (int k = 0; k < 400; ++k) {
+      Arrival honest = camera.take();
+      if (random() % 10 == 0 || k == 398)
+        free_ns = honest.host_ns + 10'000'000 + static_cast<std::int64_t>(random() % 50'000'000);
+      honest.host_ns = std::max(honest.host_ns, free_ns);
+      ASSERT_FALSE(gate.judge(honest).doubted) << i << ", " << k;
+    }
+    camera.lose(4);  // of which the last may have been held up
+    Arrival forged = camera.take();
+    forged.host_ns -= kPeriod_ns / 2;
+    const Judgement judgement = gate.judge(forged);
+    ASSERT_EQ(judgement.verdict, Verdict::kNew);
+    EXPECT_TRUE(judgement.doubted) << i;
+    EXPECT_FALSE(judgement.outnumbered);
+  }
+}
+
+/// Another host's picture of the next id, long before the camera's own; its stamp is earlier, too, and hides that.
+TEST_F(FrameGateTest, DoubtsAPictureWhoseStampComesBeforeItsNumberIsDue) {
+  std::mt19937 random(test::seed());
+  for (int i = 0; i < 200; ++i) {
+    FrameGate gate(kShape, {});
+    SimulatedCamera camera(1 + random() % 60'000);
+    const auto uneven_ns = 1 + static_cast<std::int64_t>(random() % 200'000);  // the camera's stamps
+    for (int k = 0; k < 200; ++k) {
+      Arrival honest = camera.take();
+      honest.device_ns += static_cast<std::int64_t>(random()) % uneven_ns;
+      ASSERT_FALSE(gate.judge(honest).doubted) << i << ", " << k;
+    }
+    Arrival forged = camera.take();
+    const std::int64_t early_ns =
+        kPeriod_ns / 4 + 300'000 + static_cast<std::int64_t>(random()) % (3 * kPeriod_ns / 4 - 1'000'000);
+    forged.host_ns -= early_ns;
+    forged.device_ns -= early_ns;
+    const Judgement judgement = gate.judge(forged);
+    ASSERT_EQ(judgement.verdict, Verdict::kNew);
+    EXPECT_TRUE(judgement.doubted) << i << ", " << early_ns;
+    EXPECT_FALSE(judgement.outnumbered);
+  }
+}
+
+TEST_F(FrameGateTest, DoubtsThePictureAtWhichTheClockJumps) {
+  for (const std::int64_t step_ns : {std::int64_t{5'000'000'000}, std::int64_t{-5'000'000'000}}) {
+    FrameGate gate(kShape, {});
+    SimulatedCamera camera(40'000);
+    for (int k = 0; k < 200; ++k) ASSERT_FALSE(gate.judge(camera.take()).doubted);
+    camera.step(step_ns);
+    EXPECT_TRUE(gate.judge(camera.take()).doubted) << step_ns;
+    for (int k = 0; k < 300; ++k) ASSERT_FALSE(gate.judge(camera.take()).doubted) << step_ns << ", " << k;
+  }
+}
+
+/// Cameras that stamp by their operating system, that are triggered, or whose rate is changed.
+TEST_F(FrameGateTest, DoubtsNoCameraWhosePicturesAreUneven) {
+  std::mt19937 random(test::seed());
+  std::exponential_distribution<double> often(1.0);
+  for (int i = 0; i < 50; ++i) {
+    FrameGate stamped(kShape, {}), triggered(kShape, {}), paused(kShape, {});
+    SimulatedCamera camera(1), waiting(1), stopped(1);
+    const double late_ns = 1e6 * often(random);
+    for (int k = 0; k < 2000; ++k) {
+      Arrival one = camera.take();
+      const auto uneven_ns = std::min<std::int64_t>(
+          std::llround(late_ns * often(random)) + (random() % 300 == 0 ? 9'000'000 : 0), 16'000'000);
+      one.device_ns += uneven_ns;
+      one.host_ns += uneven_ns;
+      ASSERT_FALSE(stamped.judge(one).doubted) << i << ", " << k;
+      waiting.pass(std::llround(5e7 * often(random)));
+      ASSERT_FALSE(triggered.judge(waiting.take()).doubted) << i << ", " << k;
+      if (random() % 50 == 0) stopped.pass(std::llround(1e9 * often(random)));
+      if (random() % 50 == 0) stopped.lose(static_cast<int>(random() % 12));
+      ASSERT_FALSE(paused.judge(stopped.take()).doubted) << i << ", " << k;
+    }
+  }
+}
+
+TEST_F(FrameGateTest, DoubtsFewPicturesWhenTheRateChanges) {
+  for (const std::int64_t faster_ns : {1'500'000, 3'000'000, 8'000'000, 15'000'000}) {
+    SimulatedCamera camera(1);
+    FrameGate gate(kShape, {});
+    int doubted = 0;
+    for (int k = 0; k < 1500; ++k) {
+      doubted += gate.judge(camera.take()).doubted ? 1 : 0;
+      if (k / 500 == 1) camera.pass(-faster_ns);
+    }
+    EXPECT_LE(doubted, 4) << faster_ns;
+  }
+}
+
+/// The camera's settings were changed: its pictures have another size, and those of the agreed size are another host's.
+TEST_F(FrameGateTest, DoubtsPicturesBesideACameraOfAnotherSizeThatWasOpenedAnew) {
+  for (const bool isForgedFirst : {false, true}) {
+    FrameGate gate(kShape, {});
+    SimulatedCamera camera(40'000), forger(7);
+    for (int k = 0; k < 200; ++k) {
+      forger.pass(kPeriod_ns);
+      ASSERT_FALSE(gate.judge(camera.take()).doubted);
+    }
+    gate.restart();
+    camera.count(1);
+    camera.pass(500'000'000);
+    forger.pass(508'000'000);
+    forger.count(30'000);
+    int unflagged = 0, forged = 0;
+    for (int k = 0; k < 300; ++k) {
+      Arrival own = camera.take();
+      ++own.shape.width;
+      if (!isForgedFirst || k > 0) {
+        EXPECT_EQ(gate.judge(own).verdict, Verdict::kWrongSize);
+      }
+      const Judgement judgement = gate.judge(forger.take());
+      ASSERT_EQ(judgement.verdict, Verdict::kNew);
+      ++forged;
+      unflagged += judgement.doubted ? 0 : 1;
+      EXPECT_TRUE(k < 5 || judgement.outnumbered) << k;
+    }
+    EXPECT_EQ(unflagged, isForgedFirst ? 1 : 0) << "of " << forged;
+  }
+}
+
+/// The counter starts anew beside another host's pictures, so that neither is used, until it comes to where it was.
+TEST_F(FrameGateTest, TellsTheGapOfACounterThatComesBackToItsOldIdAmongForgedPictures) {
+  SimulatedCamera camera(100), forger(30'000);
+  stream(camera, 100);  // the next one is 200
+  forger.pass(100 * kPeriod_ns + kPeriod_ns / 2);
+  camera.count(1);
+  Judgement judgement;
+  int heldBack = 0;
+  while ((judgement = judge(camera.take())).verdict != Verdict::kNew && heldBack < 1000) {
+    EXPECT_NE(judge(forger.take()).verdict, Verdict::kNew);
+    ++heldBack;
+  }
+  EXPECT_EQ(heldBack, 199);
+  EXPECT_TRUE(judgement.discontinuity);
+  EXPECT_TRUE(judgement.doubted);
+}
+
+/// Of a new timeline it is not known whose it is: a picture of another one beside it makes it doubtful at once.
+TEST_F(FrameGateTest, DoubtsANewTimelineWithTheFirstPictureBesideIt) {
+  SimulatedCamera camera(40'000);
+  for (int k = 0; k < 10; ++k) ASSERT_FALSE(judge(camera.take()).doubted);
+  Arrival odd = camera.take();
+  odd.id = 3;
+  EXPECT_NE(judge(odd).verdict, Verdict::kNew);
+  EXPECT_TRUE(judge(camera.take()).doubted);
+  EXPECT_FALSE(judge(camera.take()).doubted);
 }
 
 /// Whole pictures of somebody else's at the camera's address, of any id, time, phase and rate, beside the camera's own,

@@ -1,0 +1,35 @@
+// When a camera that takes pictures at an even pace is due to stamp its next one. Another host that sends a picture
+// before the camera does can hide that by an earlier stamp; the stamp then comes before the schedule.
+#pragma once
+
+#include <cstdint>
+
+namespace tractiond::capture {
+
+/// Follows the earliest stamps, as an operating system stamps late and never early. Thread-bound. Allocates nothing.
+class StampSchedule {
+ public:
+  /// Adds the next frame's stamp [ns]. \param step increase of its id since the frame before, at least 1
+  void add(std::int64_t device_ns, std::int64_t step);
+  /// Begins with a frame: what was before it says nothing of the next one.
+  void restart(std::int64_t device_ns);
+
+  /// Returns whether recent stamps came at an even pace. Those of a triggered camera do not.
+  bool isEven() const { return frames_ > 1 && kTimes * uneven_ns_ <= quarter(); }
+  /// Returns whether a next stamp comes so much sooner than the camera's that it is hardly the camera's.
+  bool isEarly(std::int64_t device_ns, std::int64_t step) const;
+  /// Returns a quarter of the mean time between two stamps [ns].
+  std::int64_t quarter() const { return pace_ns_ / 4; }
+
+ private:
+  static constexpr std::int64_t kTimes = 8;  ///< a camera's stamp differs by so many mean differences at most
+  std::int64_t ahead(std::int64_t device_ns, std::int64_t step) const;
+
+  std::int64_t due_ns_ = 0;     ///< time of the newest frame by the schedule
+  std::int64_t last_ns_ = 0;    ///< the newest stamp
+  std::int64_t pace_ns_ = 0;    ///< mean time between two frames
+  std::int64_t uneven_ns_ = 0;  ///< mean difference of the stamps from the schedule
+  int frames_ = 0;              ///< since the restart, up to a sufficient number
+};
+
+}  // namespace tractiond::capture
