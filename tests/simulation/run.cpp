@@ -254,7 +254,9 @@ void Run::control() {
   life_->checkConfiguration();
   life_->camera().check();
   life_->checkBalance(kMostInFlight);
-  life_->checkEvictions(ongoing_.lasts(Event::kLate) || ongoing_.lasts(Event::kSecondCounter));
+  constexpr std::int64_t kLately_ns = 200 * kMs;  // since the last look, and what was under way
+  const auto cameLately = [this](Event event) { return ongoing_.until_ns(event) > now() - kLately_ns; };
+  life_->checkEvictions(cameLately(Event::kLate) || cameLately(Event::kSecondCounter));
 }
 
 std::int64_t Run::nextMoment(std::size_t nextHappening) const {
