@@ -8,7 +8,7 @@ import collections
 GATE, CAMERA, KEEPER = "daemon/capture/frame_gate.cpp", "daemon/capture/camera.cpp", "daemon/capture/keeper.cpp"
 ZERO, WRITER = "daemon/zero/zero_procedure.cpp", "daemon/zero/zero_writer.cpp"
 STORE = "daemon/zero/zero_store.cpp"
-SERVICE, RELOAD = "base/service/service.cpp", "daemon/reload.cpp"
+SERVICE, RELOAD = "base/service/service_loop.cpp", "daemon/reload.cpp"
 CALIBRATION, STEPS = "daemon/calibrate/calibration.cpp", "daemon/calibrate/step_runner.cpp"
 
 # Edits: file, text that stands there once, what it becomes.
