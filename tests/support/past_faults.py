@@ -71,6 +71,11 @@ FAULTS = [Fault(*one) for one in [
         (SERVICE, "apply_ = reader_->start(read_);",
          "std::promise<std::function<void()>> read;\n  read.set_value(read_());\n  apply_ = read.get_future();"),
     ]),
+    ("stop-waits", "c504d05", "a stop waits for a reload whose file a disk does not give", [
+        ("base/service/service.h", "explicit Reload(const std::function<std::function<void()>()>& read)",
+         "~Reload() {\n      if (reader_) reader_->awaitIdle();\n    }\n"
+         "    explicit Reload(const std::function<std::function<void()>()>& read)"),
+    ]),
     ("unheard", "fc93d4b", "systemd that reads nothing for a moment never hears that the service is ready", [
         (SERVICE, 'isUnderWay_ = !systemd::notify("READY=1");', 'systemd::notify("READY=1");\n  isUnderWay_ = false;'),
         (SERVICE, "if (!isReadyTold_) isReadyTold_ = tellReady();", ""),
