@@ -1,16 +1,14 @@
 #include "base/toml_table.h"
 
+#include "base/whole_file.h"
+
 #include <toml++/toml.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -140,17 +138,12 @@ tl::expected<TomlTable, FileError> TomlTable::load(const std::string& path) {
   const auto unreadable = [&path](const std::string& why) {
     return tl::unexpected(FileError{path, "cannot be read: " + why, true});
   };
-  // A pipe or a device has no known size.
-  std::error_code error;
-  const auto kind = std::filesystem::status(path, error).type();
-  if (kind == std::filesystem::file_type::directory) return unreadable("it is a directory");
-  if (!error && kind != std::filesystem::file_type::regular) return unreadable("it is no regular file");
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) return unreadable(error.message());
-  if (size > kLargest_bytes) return unreadable("it is larger than 4 MiB");
-  std::ifstream stream(path);
-  if (!stream) return unreadable(std::strerror(errno));
-  return parse(std::string{std::istreambuf_iterator<char>(stream), {}}, path);
+  const auto bytes = readWholeFile(path, kLargest_bytes);
+  if (bytes) return parse({bytes->data(), bytes->size()}, path);
+  if (bytes.error() == std::errc::file_too_large) return unreadable("it is larger than 4 MiB");
+  if (bytes.error() != std::errc::not_supported) return unreadable(bytes.error().message());
+  std::error_code ignored;
+  return unreadable(std::filesystem::is_directory(path, ignored) ? "it is a directory" : "it is no regular file");
 }
 
 const void* TomlTable::find(std::string_view key) {

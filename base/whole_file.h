@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstddef>
 #include <filesystem>
+#include <limits>
 #include <span>
 #include <string>
 #include <system_error>
@@ -16,8 +17,10 @@
 
 namespace tractiond {
 
-/// Returns all bytes of a file. Fails if it is not a regular one: a pipe or a device has no end.
-inline tl::expected<std::vector<char>, std::error_code> readWholeFile(const std::filesystem::path& path) {
+/// Returns all bytes of a file. Fails if it is not a regular one (not_supported), as a pipe or a device has no end, or
+/// has more than `most` bytes (file_too_large).
+inline tl::expected<std::vector<char>, std::error_code>
+readWholeFile(const std::filesystem::path& path, std::size_t most = std::numeric_limits<std::size_t>::max()) {
   const int file = files::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return tl::unexpected(std::error_code(errno, std::generic_category()));
   if (!files::isRegular(file)) {
@@ -36,6 +39,10 @@ inline tl::expected<std::vector<char>, std::error_code> readWholeFile(const std:
       return tl::unexpected(error);
     }
     size += static_cast<std::size_t>(count);
+    if (size > most) {
+      files::close(file);
+      return tl::unexpected(std::make_error_code(std::errc::file_too_large));
+    }
     if (count == 0) break;
   }
   files::close(file);

@@ -123,6 +123,9 @@ tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
           .enter = [this] { realtime_->enter(); },
       },
       options, ledger_, turns_);
+  reloader_.emplace(config_, description_.identity.calibration,
+                    Reloader::Links{.cameraHasRefused = [this] { return camera_->refusedLast(); },
+                                    .reopenCamera = [this] { camera_->reopen(driver()); }});
   return {};
 }
 
@@ -227,49 +230,15 @@ void Instrument::start() {
                list(controlServer_->endpoints()));
 }
 
-ServiceHooks Instrument::hooks() {
+ServiceHooks Instrument::hooks(std::function<tl::expected<Reread, Error>()> read) {
   return {.loops = loopsOf(turns_),
           .ended = [this] { return pipeline_->ended(); },
           .statusLine = [this] { return statusLine(); },
+          .reload = reloader_->hook(std::move(read)),
           .others = [this] {  // calls every greeting: that also starts the next connection
             const bool greeted = std::ranges::count_if(greetings_, &publish::Greeting::came) == std::ssize(greetings_);
             return greeted && !camera_->isForsaken();
           }};
-}
-
-tl::expected<std::vector<std::string>, Error> Instrument::reload(const Config& completed) {
-  const auto gel = loadGel(completed.sensor.gelFile);
-  if (!gel) return tl::unexpected(gel.error());
-  const bool piped = !config_.camera.images.empty();
-  std::vector<std::string> news, bound;
-  bool ofCamera = false;
-  for (const Change& change : changesBetween(config_, completed)) {
-    const bool camera = change.key.starts_with("camera.");
-    ofCamera = ofCamera || camera;
-    if (change.live && !(camera && piped))
-      news.push_back(fmt::format("{} = {} (was {})", change.key, change.after.empty() ? "none" : change.after,
-                                 change.before.empty() ? "none" : change.before));
-    else
-      bound.push_back(change.key);
-  }
-  if (bound.empty() && calibrationId(*gel, config_.solve) != description_.identity.calibration)
-    bound.emplace_back("what sensor.gel_file holds");
-  if (!bound.empty()) {
-    return tl::unexpected(Error{.exitCode = EX_CONFIG,
-                                .what = fmt::format("not while it runs: {}", fmt::join(bound, ", ")),
-                                .remedy = "restart the service"});
-  }
-  if (!ofCamera && camera_->refusedLast()) {
-    ofCamera = true;
-    news.emplace_back("what the camera refused, once more");
-  }
-  config_.logLevel = completed.logLevel;
-  spdlog::set_level(spdlog::level::from_str(completed.logLevel));
-  if (ofCamera) {
-    config_.camera = completed.camera;
-    camera_->reopen(driver());
-  }
-  return news;
 }
 
 tl::expected<void, Error> Instrument::stop() {

@@ -14,6 +14,7 @@
 #include "daemon/publish/frozen_peers.h"
 #include "daemon/publish/greeting.h"
 #include "daemon/publish/publisher.h"
+#include "daemon/reload.h"
 #include "sensor/sensor.h"
 
 #include <filesystem>
@@ -37,13 +38,9 @@ class Instrument {
 
   /// Starts the pipeline's threads.
   void start();
-  /// Returns the hooks for run(), without `reload`. Their functions use this object.
-  ServiceHooks hooks();
-
-  /// Applies the changes of a configuration, or none of them if one is wrong or needs a restart: the error states
-  /// which. If the camera refuses its changes, that is logged and the camera is opened as before. \return the changes:
-  /// "camera.gain = 2 (was 1)"
-  tl::expected<std::vector<std::string>, Error> reload(const Config& completed);
+  /// Returns the hooks for run(). Their functions use this object. \param read reads the configuration for a reload; on
+  /// a thread of its own, so that it owns what it uses
+  ServiceHooks hooks(std::function<tl::expected<Reread, Error>()> read);
 
   /// Stops the pipeline and checks the ledger. Fails with the error for which the source ended by itself, or with
   /// EX_SOFTWARE if the ledger does not balance.
@@ -79,7 +76,8 @@ class Instrument {
   std::unique_ptr<Processing> processing_;
   std::unique_ptr<capture::Camera> camera_;
   std::unique_ptr<Pipeline> pipeline_;
-  std::vector<publish::Greeting> greetings_;  // for run()
+  std::optional<Reloader> reloader_;          // for run()
+  std::vector<publish::Greeting> greetings_;  // the same
 
   // For the control thread alone.
   std::optional<publish::FrozenPeers> frozenPeers_;

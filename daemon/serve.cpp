@@ -5,15 +5,13 @@
 #include "daemon/capture/last_will.h"
 #include "daemon/config_toml.h"
 #include "daemon/instrument.h"
+#include "daemon/reload.h"
 #include "daemon/replay.h"
-
-#include <spdlog/spdlog.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <optional>
-#include <vector>
 
 namespace tractiond {
 namespace {
@@ -22,18 +20,12 @@ std::string line(const Error& error) {
   return logLine("tractiond", spdlog::level::err, error.message());
 }
 
-/// Takes over all that is new in the configuration, or nothing.
-void reload(Instrument& instrument, const Arguments& arguments) {
+/// Reads all that a reload needs.
+tl::expected<Reread, Error> readAgain(const Arguments& arguments) {
   const auto places = located(arguments.places);
   auto config = places ? configured(arguments, *places) : tl::unexpected(places.error());
-  const auto news = config ? instrument.reload(completed(*std::move(config), *places))
-                           : tl::expected<std::vector<std::string>, Error>(tl::unexpected(config.error()));
-  if (!news)
-    spdlog::error("the configuration stays as it was: {}", news.error().message());
-  else if (news->empty())
-    spdlog::info("nothing in the configuration has changed");
-  else
-    for (const std::string& one : *news) spdlog::info("new in the configuration: {}", one);
+  if (!config) return tl::unexpected(config.error());
+  return reread(completed(*std::move(config), *places));
 }
 
 }  // namespace
@@ -82,9 +74,7 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
   starting.reset();
   if (!instrument) return failed(instrument.error());
   (*instrument)->start();
-  ServiceHooks hooks = (*instrument)->hooks();
-  hooks.reload = [&] { reload(**instrument, arguments); };
-  run(hooks);
+  run((*instrument)->hooks([arguments] { return readAgain(arguments); }));
   const auto stopped = (*instrument)->stop();
   return stopped ? EX_OK : failed(stopped.error());
 }

@@ -67,7 +67,9 @@ int serve(const Config& config, const std::filesystem::path& runtime) {
   run({.loops = {&turns},
        .ended = [&] { return ended.load(); },
        .statusLine = [&] { return std::to_string((*relay)->peers()) + " connections"; },
-       .reload = [] { spdlog::info("keys are looked at all the time; the configuration wants a restart"); }});
+       .reload = []() -> std::function<void()> {
+         return [] { spdlog::info("keys are looked at all the time; the configuration wants a restart"); };
+       }});
   thread.request_stop();
   thread.join();
   if (!result) return log->write(line(result.error())), result.error().exitCode;

@@ -1,9 +1,11 @@
 // A program as a service: signals, limits, and systemd's notifications and watchdog.
 #pragma once
 
+#include "base/background_thread.h"
 #include "base/clock.h"
 #include "base/counter.h"
 #include "base/error.h"
+#include "base/event.h"
 
 #include <tl/expected.hpp>
 
@@ -11,6 +13,8 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <future>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -21,6 +25,13 @@ namespace tractiond {
 /// terminal has hung up. Must be called by the thread that calls run(), before this program starts its first thread:
 /// threads inherit the blocked signals. (OpenBLAS's threads, which start before main(), may receive them all the same.)
 void catchSignals();
+
+/// What signals ask of the service.
+struct ServiceRequests {
+  Event stop, reload;
+};
+/// Returns those of this process. Reentrant once catchSignals() has been called.
+ServiceRequests& serviceRequests();
 
 /// Lets a stop signal end the process during the start, as long as the object exists: computing an inverse takes
 /// seconds, a camera that another program holds ten. Requires catchSignals().
@@ -64,7 +75,9 @@ struct ServiceHooks {
   std::vector<const Counter*> loops;                ///< turns of each of the program's loops
   std::function<bool()> ended;                      ///< returns whether the program has ended by itself
   std::function<std::string()> statusLine;          ///< returns the line for `systemctl status`
-  std::function<void()> reload = {};                ///< reloads the configuration
+  /// Reads the configuration again, on a thread of its own, as a disk may take seconds. Returns what applies it, which
+  /// is called by run() itself. A stop does not wait for the reading: it must own what it uses.
+  std::function<std::function<void()>()> reload = {};
   std::function<bool()> others = {};                ///< liveness check of library threads; must not wait
   std::int64_t (*monotonicClock)() = monotonicNow;  ///< times the updates of the status line [ns]
 };
@@ -95,6 +108,49 @@ class LivenessCheck {
  private:
   const ServiceHooks& hooks_;
   StageWatch watch_;
+};
+
+/// What run() does between two waits. Thread-bound.
+class ServiceLoop {
+ public:
+  /// Tells systemd that the service is ready. The hooks must outlive this.
+  explicit ServiceLoop(const ServiceHooks& hooks);
+
+  /// Heeds the requests, tells the status, and feeds the watchdog while LivenessCheck::isAlive(). Does not wait.
+  /// Returns false if the service is to stop, or has ended by itself, which systemd is told.
+  bool turn();
+  /// Returns after how long turn() is to be called again; at once if there is a request, except for a reload during
+  /// another one.
+  std::chrono::milliseconds patience() const;
+  bool isReloading() const { return reload_.isUnderWay(); }
+
+ private:
+  /// A reload: its reading, what applies it, and that systemd is told.
+  class Reload {
+   public:
+    explicit Reload(const std::function<std::function<void()>()>& read)
+        : read_(read) {}
+    /// Must not be called while one is under way.
+    void begin();
+    /// Ends it when it has been read.
+    void turn();
+    bool isUnderWay() const { return isUnderWay_; }
+
+   private:
+    const std::function<std::function<void()>()>& read_;
+    bool isUnderWay_ = false;                   ///< until systemd has been told of its end
+    std::unique_ptr<BackgroundThread> reader_;  ///< while it is read
+    std::future<std::function<void()>> apply_;
+  };
+
+  bool tellReady() const;
+
+  const ServiceHooks& hooks_;
+  const std::chrono::milliseconds look_;
+  LivenessCheck liveness_;
+  Reload reload_;
+  std::int64_t told_ns_;  ///< when the status was told last
+  bool isReadyTold_;
 };
 
 /// Notifies systemd that the service is ready, feeds the watchdog while LivenessCheck::isAlive(), and reloads on

@@ -4,12 +4,13 @@
 
 namespace tractiond::simulation {
 
-CaptureSide::CaptureSide(Camera& camera, Ledger& ledger, Journal& journal, const Starvation& starvation)
+CaptureSide::CaptureSide(Camera& camera, const capture::CameraOptions& options, Ledger& ledger, Journal& journal,
+                         const Starvation& starvation)
     : journal_(journal)
     , starvation_(starvation)
     , connection_{camera}
     , camera_(capture::Camera::withoutThread(
-          fromSimulation(connection_), {.buffers = kBuffers}, ledger,
+          fromSimulation(connection_, options), {.buffers = kBuffers}, ledger,
           [&journal](capture::LogLevel level, const std::string& line) {  // as Instrument does
             journal.say((level == capture::LogLevel::kWarning ? "log: warning: " : "log: ") + line);
           }))
@@ -43,12 +44,6 @@ bool CaptureSide::isHanging() const {
   constexpr std::int64_t kLongest_ns = 31 * kSecond;
   return camera_->state() != CameraState::kStreaming && keeperIsBusyUntil_ns_ > now() &&
          now() - keeperBegan_ns_ > kLongest_ns;
-}
-
-void CaptureSide::reopen(bool isRefused) {
-  journal_.say(isRefused ? "asked: open the camera anew, with settings that it refuses"
-                         : "asked: open the camera anew");
-  camera_->reopen(fromSimulation(connection_, isRefused));
 }
 
 void CaptureSide::ask() {

@@ -14,7 +14,8 @@ namespace tractiond::simulation {
 class CaptureSide {
  public:
   /// All outlive it.
-  CaptureSide(Camera& camera, Ledger& ledger, Journal& journal, const Starvation& starvation);
+  CaptureSide(Camera& camera, const capture::CameraOptions& options, Ledger& ledger, Journal& journal,
+              const Starvation& starvation);
 
   capture::Next next(Frame& frame, std::chrono::milliseconds timeout);
   void recycle(Frame& frame) { camera_->recycle(frame); }
@@ -32,8 +33,12 @@ class CaptureSide {
   /// Returns whether the keeper hangs although no camera streams, by the world's own account.
   bool isHanging() const;
 
-  /// Has the camera opened anew, as after a reload. \param isRefused it does not take the settings
-  void reopen(bool isRefused);
+  /// Has the camera opened anew, after a reload.
+  void reopen(const capture::CameraOptions& options) { camera_->reopen(fromSimulation(connection_, options)); }
+  bool hasRefused() const { return camera_->refusedLast(); }
+  bool isStreaming() const { return camera_->state() == CameraState::kStreaming; }
+  /// Returns the options that the camera was opened with last.
+  const capture::CameraOptions& opened() const { return connection_.options; }
   /// Reads a feature, as a person asks for it.
   void ask();
 

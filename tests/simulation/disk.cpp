@@ -69,9 +69,9 @@ void Disk::State::apply(const Operation& operation) {
   }
 }
 
-void Disk::beginWork() {
+void Disk::beginWork(std::int64_t begin_ns) {
   working_ = true;
-  work_ns_ = clocks().monotonic_ns;
+  work_ns_ = begin_ns;
 }
 
 std::int64_t Disk::endWork() {
@@ -153,7 +153,7 @@ void Disk::put(const std::string& path, const std::string& content) {
 }
 
 int Disk::open(const std::string& path, int flags) {
-  spend(kCall_ns);
+  spend((flags & (O_CREAT | O_DIRECTORY)) == 0 ? is().open_ns : kCall_ns);
   int node = kDirectory;
   if ((flags & O_DIRECTORY) == 0) {
     const auto name = now_.names.find(path);

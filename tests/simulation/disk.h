@@ -18,17 +18,21 @@ namespace tractiond::simulation {
 /// by chance, and of the other changes of names the first ones.
 class Disk {
  public:
+  static constexpr std::int64_t kCall_ns = 20'000;
   struct Condition {
-    std::int64_t sync_ns = 2 * kMs;  ///< that fsync takes
+    std::int64_t sync_ns = 2 * kMs;   ///< that fsync takes
+    std::int64_t open_ns = kCall_ns;  ///< that it takes to open a file for reading
     bool isFull = false;
     bool failsToSync = false;
   };
   /// How it is at a moment; also asked for later ones, as work goes on. Empty: it is well.
   std::function<Condition(std::int64_t at_ns)> condition;
 
-  /// Work that begins now, on a thread of its own. endWork() returns when it is done.
-  void beginWork();
+  /// Work on a thread of its own. endWork() returns when it is done.
+  void beginWork(std::int64_t begin_ns = now());
   std::int64_t endWork();
+  /// Returns how far the work has come.
+  std::int64_t workUntil_ns() const { return work_ns_; }
   /// Returns how long calls outside of such work have taken in all.
   std::int64_t waitedFor() const { return waited_ns_; }
 
@@ -69,8 +73,6 @@ class Disk {
     int node;
     std::size_t at = 0;
   };
-
-  static constexpr std::int64_t kCall_ns = 20'000;
 
   Condition is() const;
   std::int64_t spend(std::int64_t cost_ns);

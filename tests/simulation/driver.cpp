@@ -102,9 +102,9 @@ tl::unexpected<Error> refused(int code, std::string what, std::string remedy = {
 
 }  // namespace
 
-capture::OpenDriver fromSimulation(Connection& connection, bool isRefused) {
+capture::OpenDriver fromSimulation(Connection& connection, const capture::CameraOptions& options) {
   using Opened = tl::expected<std::unique_ptr<capture::Driver>, Error>;
-  return [&connection, isRefused](const capture::Opening& opening) -> Opened {
+  return [&connection, options](const capture::Opening& opening) -> Opened {
     constexpr std::int64_t kSearch_ns = kSecond, kProof_ns = kSecond, kTakesControl_ns = 8 * kSecond;
     constexpr int kSettings = 8;
     const Camera& camera = connection.camera;
@@ -119,8 +119,9 @@ capture::OpenDriver fromSimulation(Connection& connection, bool isRefused) {
     spent_ns() += camera.hangsFor_ns();
     for (int i = 0; i < kSettings; ++i) ask(camera, kRepeats_ns);
     const std::int64_t streamsFrom_ns = now() + spent_ns();
-    if (!isRefused) spent_ns() += std::min(camera.silentFor_ns(), kProof_ns);  // a whole frame is awaited
-    if (isRefused) return refused(EX_CONFIG, "the camera refuses ExposureTime");
+    if (!options.features.empty()) return refused(EX_CONFIG, "the camera has no feature NoSuchFeature");
+    spent_ns() += std::min(camera.silentFor_ns(), kProof_ns);  // a whole frame is awaited
+    connection.options = options;
     return std::make_unique<SimulatedDriver>(connection, streamsFrom_ns);
   };
 }

@@ -1,6 +1,7 @@
 // The driver of the simulated camera. Its calls take effect at once, and add to spent_ns() how long they take.
 #pragma once
 
+#include "daemon/capture/camera_options.h"
 #include "daemon/capture/driver.h"
 #include "tests/simulation/camera.h"
 
@@ -12,6 +13,7 @@ namespace tractiond::simulation {
 struct Connection {
   Camera& camera;
   int open = 0, opened = 0;
+  capture::CameraOptions options = {};           ///< that the camera was opened with last
   bool isPopped = false;                         ///< the capture stage has the driver
   std::chrono::milliseconds popWaits{100};       ///< as long as the last pop() would have waited
   static constexpr std::size_t kPictures = 256;  ///< more than are in flight
@@ -19,7 +21,7 @@ struct Connection {
   std::size_t nextPicture = 0;
 };
 
-/// \param isRefused the camera does not take the settings
-capture::OpenDriver fromSimulation(Connection& connection, bool isRefused = false);
+/// The camera refuses all features.
+capture::OpenDriver fromSimulation(Connection& connection, const capture::CameraOptions& options);
 
 }  // namespace tractiond::simulation

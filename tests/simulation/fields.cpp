@@ -84,9 +84,14 @@ void Fields::checkOrder(const FrameInfo& info) {
   last_ = info;
 }
 
+bool Fields::isCalm() const {
+  constexpr std::int64_t kCalm_ns = 6 * kSecond;
+  return now() - disturbedUntil_ns_ >= kCalm_ns;
+}
+
 void Fields::checkFlow() const {
-  constexpr std::int64_t kCalm_ns = 6 * kSecond, kFlows_ns = kSecond;
-  if (now() - disturbedUntil_ns_ < kCalm_ns) return;
+  constexpr std::int64_t kFlows_ns = kSecond;
+  if (!isCalm()) return;
   journal_.law(now() - published_ns_ <= kFlows_ns, "after faults end fields flow",
                fmt::format("the last field came {} ms ago, the last fault ended {} ms ago",
                            (now() - published_ns_) / kMs, (now() - disturbedUntil_ns_) / kMs));

@@ -24,6 +24,8 @@ class Fields {
 
   /// Until then something is in the way of fields.
   void disturb(std::int64_t until_ns) { disturbedUntil_ns_ = std::max(disturbedUntil_ns_, until_ns); }
+  /// Returns whether nothing has been in the way of fields for some seconds.
+  bool isCalm() const;
   /// Whether fields flow again after the last disturbance.
   void checkFlow() const;
 

@@ -42,6 +42,8 @@ class Later {
   /// When turn() has something to do.
   std::int64_t next_ns() const { return pieces_.empty() ? kNever : pieces_.front().at_ns; }
   bool isIdle() const { return pieces_.empty(); }
+  /// Returns when all work has ended.
+  std::int64_t idle_ns() const { return pieces_.empty() ? now() : pieces_.back().at_ns; }
   /// The daemon is dead.
   void die() { pieces_.clear(); }
 

@@ -8,13 +8,22 @@ using std::chrono_literals::operator""ms;
 
 Life::Life(const Around& around)
     : around_(around)
+    , start_(around.person.start())
     , solver_(around.gel.inverse, around.gel.sensor, solving())
     , tracker_(around.gel)
     , truths_(kNumbers)
-    , camera_(around.camera, ledger_, around.journal, around.starvation)
+    , camera_(around.camera, start_.config.camera, ledger_, around.journal, around.starvation)
     , pipeline_(stages(), {.markers = around.gel.sensor.markerCount(), .nodes = around.gel.sensor.nodes.count()},
                 ledger_, turns_)
-    , watchdog_(turns_, camera_, around.journal, around.starvation)
+    , reloader_(start_.config, start_.calibration,
+                {.cameraHasRefused = [this] { return camera_.hasRefused(); },
+                 .reopenCamera =
+                     [this] {
+                       camera_.reopen(start_.config.camera);
+                       around_.fields.disturb(now());
+                     }})
+    , hooks_(hooks())
+    , supervisor_(hooks_, camera_, around.person, around.ongoing, around.journal, around.starvation)
     , procedures_(around.gel.sensor, {.zeroFrames = kZeroFrames, .directory = kState}, links()) {
   around_.fields.begin();
   restored_ = around_.zeros.restore();
@@ -109,11 +118,26 @@ bool Life::track(const Frame& frame, MarkerField& markers) {
   return tracked;
 }
 
+ServiceHooks Life::hooks() {
+  return {.loops = loopsOf(turns_),
+          .ended = [this] { return pipeline_.ended(); },
+          .statusLine = [] { return std::string(); },
+          .reload = reloader_.hook([&person = around_.person] { return person.read(); }),
+          .others = [this] { return !camera_.isForsaken(); }};
+}
+
 bool Life::turn(Stage stage) {
+  const auto index = static_cast<std::size_t>(stage);
+  if (hasStageEnded_[index]) return false;
   worked_ = false;
-  pipeline_.turn(stage, stage == Stage::kCapture ? 100ms : 0ms);
-  watchdog_.heedTurn(static_cast<std::size_t>(stage));
+  hasStageEnded_[index] = !pipeline_.turn(stage, stage == Stage::kCapture ? 100ms : 0ms);
+  supervisor_.heedTurn(index);
   return worked_;
+}
+
+void Life::checkConfiguration() {
+  if (supervisor_.isSettled() && camera_.isStreaming() && around_.fields.isCalm())
+    around_.person.check(camera_.opened());
 }
 
 void Life::stop() {

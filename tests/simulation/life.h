@@ -1,5 +1,5 @@
-// One life of the daemon, from its start to its end: the real camera with its keeper and frame gate, pipeline, solver
-// and procedures.
+// One life of the daemon, from its start to its end: the real camera with its keeper and frame gate, pipeline, solver,
+// procedures, reload and service loop.
 #pragma once
 
 #include "daemon/pipeline.h"
@@ -8,8 +8,9 @@
 #include "tests/simulation/askers.h"
 #include "tests/simulation/capture_side.h"
 #include "tests/simulation/fields.h"
+#include "tests/simulation/operator.h"
+#include "tests/simulation/supervisor.h"
 #include "tests/simulation/tracker.h"
-#include "tests/simulation/watchdog.h"
 
 #include <vector>
 
@@ -24,10 +25,12 @@ struct Around {
   Camera& camera;
   Zeros& zeros;
   Askers& askers;
+  Operator& person;
   Fields& fields;
   Journal& journal;
   Chance& chance;
   const Starvation& starvation;
+  const Ongoing& ongoing;
   StepWork& stepWork;
   bool searchesForContacts = false;
 };
@@ -41,6 +44,8 @@ class Life : public capture::FrameSource {
   bool turn(Stage stage);
   /// Returns whether the source of pictures has ended by itself.
   bool hasEnded() const { return pipeline_.ended(); }
+  /// Returns when the capture stage wakes; kNever: it has ended.
+  std::int64_t wakes_ns() const { return hasEnded() ? kNever : camera_.wakes_ns(); }
   /// Works off what is in flight, as the daemon does when it stops.
   void stop();
   /// received = published + named losses, but for what is in flight.
@@ -50,13 +55,16 @@ class Life : public capture::FrameSource {
 
   Procedures& procedures() { return procedures_; }
   double zeroWithin_s();
-  Watchdog& watchdog() { return watchdog_; }
+  Supervisor& supervisor() { return supervisor_; }
   const Ledger& ledger() const { return ledger_; }
 
   CaptureSide& camera() { return camera_; }
 
   capture::Next next(Frame& frame, std::chrono::milliseconds timeout) override;
   void recycle(Frame& frame) override { camera_.recycle(frame); }
+
+  /// Law: a reload takes all of a configuration or nothing.
+  void checkConfiguration();
 
  private:
   solve::SolveOptions solving() const;
@@ -65,7 +73,10 @@ class Life : public capture::FrameSource {
   bool track(const Frame& frame, MarkerField& markers);
   void meetCamera();
 
+  ServiceHooks hooks();
+
   Around around_;
+  Reread start_;  ///< its configuration is that in force
   Ledger ledger_;
   Turns turns_;
   solve::Solver solver_;
@@ -78,7 +89,10 @@ class Life : public capture::FrameSource {
   Mailbox<Watched> watched_;
   Watched lastWatched_;
   Pipeline pipeline_;
-  Watchdog watchdog_;
+  std::array<bool, Supervisor::kStages> hasStageEnded_{};
+  Reloader reloader_;
+  const ServiceHooks hooks_;
+  Supervisor supervisor_;
   Procedures procedures_;
   Zeros::Left restored_;
   std::uint64_t evicted_ = 0;  ///< by links, at the last look

@@ -19,6 +19,7 @@ Run::Run(const Gel& gel, const Story& story)
     , camera_(gel, ongoing_, chance_)
     , zeros_(gel, disk_, journal_)
     , askers_(zeros_, starvation_, journal_)
+    , person_(disk_, journal_)
     , stepWork_(disk_)
     , fields_(camera_, zeros_, starvation_, journal_) {
   disk_.condition = [this](std::int64_t at_ns) { return diskAt(at_ns); };
@@ -35,7 +36,7 @@ Disk::Condition Run::diskAt(std::int64_t at) const {
   for (const Happening& one : story_.happenings) {
     if (at_ns(one) > at) break;
     if (at_ns(one) + one.for_ms * kMs <= at) continue;
-    if (one.event == Event::kSlowDisk) is.sync_ns = one.amount * kMs;
+    if (one.event == Event::kSlowDisk) is.sync_ns = is.open_ns = one.amount * kMs;
     is.isFull = is.isFull || one.event == Event::kFullDisk;
     is.failsToSync = is.failsToSync || one.event == Event::kFailingDisk;
   }
@@ -65,9 +66,13 @@ void Run::happen(const Happening& one) {
                       one.event == Event::kZeroAnyway);
     break;
   case Event::kReopen:
+    person_.edit(static_cast<Edit>(one.amount));
     if (!life_) break;
-    life_->camera().reopen(one.amount != 0);
-    keep();
+    journal_.say("asked: a reload");
+    life_->supervisor().askReload();
+    break;
+  case Event::kRestart:
+    if (life_) life_->supervisor().askStop();
     break;
   case Event::kQuestion:
     if (!life_) break;
@@ -134,9 +139,25 @@ void Run::starve(const Happening& one) {
 void Run::start() {
   if (startAt_ns_ > now()) return;
   startAt_ns_ = kNever;
+  if (!zeros_.isIdle() || !stepWork_.isIdle()) {
+    journal_.say("systemd kills the daemon, which has not stopped");
+    stepWork_.die();
+    disk_.kill(now());
+  }
+  zeros_.die();
   // The search for contacts takes most of the time: every eighth story has it.
-  life_ = std::make_unique<Life>(
-      Around{gel_, camera_, zeros_, askers_, fields_, journal_, chance_, starvation_, stepWork_, story_.seed % 8 == 0});
+  life_ = std::make_unique<Life>(Around{.gel = gel_,
+                                        .camera = camera_,
+                                        .zeros = zeros_,
+                                        .askers = askers_,
+                                        .person = person_,
+                                        .fields = fields_,
+                                        .journal = journal_,
+                                        .chance = chance_,
+                                        .starvation = starvation_,
+                                        .ongoing = ongoing_,
+                                        .stepWork = stepWork_,
+                                        .searchesForContacts = story_.seed % 8 == 0});
   waited_ns_ = disk_.waitedFor();
   busyUntil_ns_.fill(now());
   turned_ns_.fill(now());
@@ -179,7 +200,7 @@ void Run::work() {
   for (;;) {
     std::array<std::size_t, kStages.size()> able{};
     std::size_t count = 0;
-    ready_[0] = life_->camera().wakes_ns() <= now();
+    ready_[0] = life_->wakes_ns() <= now();
     for (std::size_t i = 0; i < kStages.size(); ++i) {
       ready_[i] = ready_[i] || turned_ns_[i] + kIdleTurn_ns <= now();
       if (ready_[i] && busyUntil_ns_[i] <= now()) able[count++] = i;
@@ -196,11 +217,29 @@ void Run::work() {
     busyUntil_ns_[i] = now() + 1000 * chance_.between(kLongest_us[i] / 4, kLongest_us[i]);
     if (i + 1 < kStages.size()) ready_[i + 1] = true;
   }
-  // It cannot use its first camera, and systemd starts it again.
-  if (life_->hasEnded()) return die("the daemon ends with an error");
   if (controlAt_ns_ <= now()) control();
-  life_->watchdog().turn();
-  if (life_->watchdog().bites()) return die("the watchdog ends the daemon");
+  Supervisor& supervisor = life_->supervisor();
+  if (supervisor.turn()) keep();  // it may have been given something
+  if (supervisor.hasEnded()) return leave();
+  if (supervisor.bites()) return die("the watchdog ends the daemon");
+}
+
+/// The service's loop has ended: the daemon works off what is in flight, and waits for the work of its threads. Law:
+/// for nothing else. systemd ends it after a while, and it is started again.
+void Run::leave() {
+  constexpr std::int64_t kPause_ns = 500 * kMs;  // RestartSec= of the unit
+  // It cannot use its first camera.
+  if (life_->hasEnded()) return die("the daemon ends with an error");
+  journal_.say("the daemon stops");
+  ++journal_.result.restarts;
+  stop();
+  spent_ns() = 0;
+  life_.reset();
+  journal_.law(spent_ns() < kSecond, "a stop waits for no reload", fmt::format("{} ms", spent_ns() / kMs));
+  askers_.die();
+  const std::int64_t idle_ns = std::max(zeros_.idle_ns(), stepWork_.idle_ns());
+  startAt_ns_ = std::min(idle_ns, now() + Supervisor::kStopsWithin_ns) + kPause_ns;
+  fields_.disturb(startAt_ns_);
 }
 
 void Run::control() {
@@ -212,17 +251,20 @@ void Run::control() {
   controlAt_ns_ = now() + (life_->procedures().hurried() ? 3 : chance_.between(20, 100)) * kMs;
   askers_.check();
   fields_.checkFlow();
+  life_->checkConfiguration();
   life_->camera().check();
   life_->checkBalance(kMostInFlight);
-  life_->checkEvictions(ongoing_.lasts(Event::kLate) || ongoing_.lasts(Event::kSecondCounter));
+  constexpr std::int64_t kLately_ns = 200 * kMs;  // since the last look, and what was under way
+  const auto cameLately = [this](Event event) { return ongoing_.until_ns(event) > now() - kLately_ns; };
+  life_->checkEvictions(cameLately(Event::kLate) || cameLately(Event::kSecondCounter));
 }
 
 std::int64_t Run::nextMoment(std::size_t nextHappening) const {
   std::int64_t next = std::min({camera_.next_ns(), zeros_.next_ns(), stepWork_.next_ns(), end_ns()});
   if (nextHappening < story_.happenings.size()) next = std::min(next, at_ns(story_.happenings[nextHappening]));
   if (!life_) return std::min(next, startAt_ns_);
-  next = std::min({next, controlAt_ns_, keeperAt_ns_, life_->watchdog().next_ns(),
-                   std::max(life_->camera().wakes_ns(), busyUntil_ns_[0])});
+  next = std::min({next, controlAt_ns_, keeperAt_ns_, life_->supervisor().next_ns(),
+                   std::max(life_->wakes_ns(), busyUntil_ns_[0])});
   for (std::size_t i = 1; i < kStages.size(); ++i)
     next = std::min(next, ready_[i] ? busyUntil_ns_[i] : std::max(busyUntil_ns_[i], turned_ns_[i] + kIdleTurn_ns));
   return next;

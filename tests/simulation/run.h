@@ -41,6 +41,7 @@ class Run {
   void keep();
   void askStep(const Happening& one);
   void control();
+  void leave();
   void stop();
 
   const Gel& gel_;
@@ -53,6 +54,7 @@ class Run {
   Camera camera_;
   Zeros zeros_;
   Askers askers_;
+  Operator person_;
   StepWork stepWork_;
   Fields fields_;
 

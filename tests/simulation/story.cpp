@@ -38,13 +38,15 @@ constexpr std::array kSorts = {
     Sort{Event::kStarved, "starved", 4, 0, 4, 3'000},
     Sort{Event::kKill, "kill", 1, 0, 0, 0},
     Sort{Event::kPowerCut, "power-cut", 3, 0, 0, 0},
+    Sort{Event::kDeaf, "deaf", 2, 0, 0, 5'000},
     Sort{Event::kSlowDisk, "slow-disk", 5, 1, 80'000, 90'000},
     Sort{Event::kFullDisk, "full-disk", 2, 0, 0, 60'000},
     Sort{Event::kFailingDisk, "failing-disk", 2, 0, 0, 60'000},
     Sort{Event::kZero, "zero", 14, 0, 0, 0},
     Sort{Event::kZeroAnyway, "zero-anyway", 3, 0, 0, 0},
     Sort{Event::kUndo, "undo", 8, 0, 0, 0},
-    Sort{Event::kReopen, "reopen", 2, 0, 1, 0},
+    Sort{Event::kReopen, "reopen", 5, 0, 6, 0},
+    Sort{Event::kRestart, "restart", 1, 0, 0, 0},
     Sort{Event::kQuestion, "question", 3, 0, 0, 0},
     Sort{Event::kNoise, "noise", 3, 500, 10'000, 0},
     Sort{Event::kFinish, "finish", 3, 0, 0, 0},
@@ -89,13 +91,23 @@ Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
     if (sort->longest_ms > 0)
       one.for_ms = chance.between(10, std::min(sort->longest_ms, lasts_ms - kCalm_ms - at_ms + 10));
     story.happenings.push_back(one);
-    const bool isOfDisk =
-        one.event == Event::kSlowDisk || one.event == Event::kFullDisk || one.event == Event::kFailingDisk;
-    if (!isOfDisk || chance.oneIn(2)) continue;
     // People ask at the worst moment.
-    at_ms += chance.between(0, std::min<std::int64_t>(one.for_ms, 10'000));
-    story.happenings.push_back({at_ms, chance.oneIn(4) ? Event::kUndo : Event::kZero, 0, 0});
+    const auto askWithin = [&](std::int64_t most_ms, Event event, std::int64_t amount) {
+      at_ms += chance.between(0, std::min(one.for_ms, most_ms));
+      story.happenings.push_back({at_ms, event, amount, 0});
+    };
+    if (one.event == Event::kFewMarkers && chance.oneIn(3))
+      askWithin(2'000, Event::kNoise, chance.between(500, 10'000));
+    const bool fails = one.event == Event::kFullDisk || one.event == Event::kFailingDisk;
+    if ((!fails && one.event != Event::kSlowDisk) || chance.oneIn(2)) continue;
+    askWithin(10'000, chance.oneIn(4) ? Event::kUndo : Event::kZero, 0);
+    if (!fails || chance.oneIn(2)) continue;
+    // A disk that recovers is slow, and people ask again.
+    const std::int64_t well_ms = one.at_ms + one.for_ms;
+    story.happenings.push_back({well_ms, Event::kSlowDisk, chance.between(2'000, 20'000), 90'000});
+    story.happenings.push_back({well_ms + chance.between(0, 15'000), Event::kZero, 0, 0});
   }
+  std::ranges::stable_sort(story.happenings, {}, &Happening::at_ms);
   return story;
 }
 

@@ -33,6 +33,7 @@ enum class Event {
   kStarved,  ///< a stage (0 .. 4) gets no processor for a while
   kKill,     ///< the daemon is killed, and started again
   kPowerCut,
+  kDeaf,  ///< systemd reads no notices for a while
   // The disk's, each for a while.
   kSlowDisk,  ///< each fsync takes so many ms
   kFullDisk,
@@ -41,7 +42,8 @@ enum class Event {
   kZero,
   kZeroAnyway,
   kUndo,
-  kReopen,      ///< the camera is opened anew, as after a reload; 1: with settings that it refuses
+  kReopen,      ///< the configuration is edited, as operator.h says, and reloaded
+  kRestart,     ///< the daemon is stopped, and started again
   kQuestion,    ///< a feature of the camera is read
   kNoise,       ///< a calibration step over so many ms
   kFinish,      ///< the step that writes the calibrated gel file
@@ -49,7 +51,7 @@ enum class Event {
   kFewMarkers,  ///< the markers are hidden for a while
 };
 
-inline constexpr std::size_t kEvents = 32;
+inline constexpr std::size_t kEvents = 34;
 
 struct Happening {
   std::int64_t at_ms = 0;

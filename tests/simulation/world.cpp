@@ -3,6 +3,7 @@
 #include "base/background_thread.h"
 #include "base/clock.h"
 #include "base/event.h"
+#include "tests/simulation/disk.h"
 
 #include <algorithm>
 #include <utility>
@@ -57,7 +58,10 @@ void BackgroundThread::run(std::function<void()> work) {
   std::int64_t& spent_ns = simulation::spent_ns();
   const std::int64_t callers_ns = std::exchange(spent_ns, 0);
   state_->idle_ns = std::max(state_->idle_ns, simulation::now() + callers_ns);
+  simulation::Disk* const disk = simulation::disk();
+  if (disk != nullptr) disk->beginWork(state_->idle_ns);
   work();
+  if (disk != nullptr) state_->idle_ns = disk->endWork();
   state_->idle_ns += std::exchange(spent_ns, callers_ns);
   idleTimes().push_back(state_->idle_ns);
 }

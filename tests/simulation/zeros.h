@@ -43,6 +43,9 @@ class Zeros {
   void turn();
   /// When turn() has something to do.
   std::int64_t next_ns() const { return keeping_.next_ns(); }
+  bool isIdle() const { return keeping_.isIdle(); }
+  /// Returns when all writing has ended.
+  std::int64_t idle_ns() const { return keeping_.idle_ns(); }
   /// The control thread has taken a turn; the disk is well at this moment, or not.
   void heedTurn(bool diskIsWell);
   /// The daemon is dead.

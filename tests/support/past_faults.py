@@ -8,6 +8,7 @@ import collections
 GATE, CAMERA, KEEPER = "daemon/capture/frame_gate.cpp", "daemon/capture/camera.cpp", "daemon/capture/keeper.cpp"
 ZERO, WRITER = "daemon/zero/zero_procedure.cpp", "daemon/zero/zero_writer.cpp"
 STORE = "daemon/zero/zero_store.cpp"
+SERVICE, RELOAD = "base/service/service_loop.cpp", "daemon/reload.cpp"
 CALIBRATION, STEPS = "daemon/calibrate/calibration.cpp", "daemon/calibrate/step_runner.cpp"
 
 # Edits: file, text that stands there once, what it becomes.
@@ -48,6 +49,11 @@ FAULTS = [Fault(*one) for one in [
         (KEEPER, "if (former_ && problem.exitCode != EX_UNAVAILABLE && problem.exitCode != EX_TEMPFAIL) {",
          "if (former_ && problem.exitCode == EX_OK) {"),
     ]),
+    ("half-reload", "56a99ad", "what is new in a configuration is taken beside a key that needs a restart", [
+        (RELOAD, "  if (!bound.empty()) {\n", "  if (!bound.empty() && ofCamera) inForce_.camera = read.config.camera, links_.reopenCamera();\n"
+         "  if (!bound.empty()) spdlog::set_level(spdlog::level::from_str(read.config.logLevel));\n"
+         "  if (!bound.empty()) {\n"),
+    ]),
     ("others-hang", "6fa4791", "the watchdog is fed while a library hangs", [
         ("base/service/service.h", "return watch_.allAdvanced() && others;", "return watch_.allAdvanced() && (others || true);"),
     ]),
@@ -60,6 +66,19 @@ FAULTS = [Fault(*one) for one in [
          "    return keep({.zero = taken_, .report = report,"),
         (ZERO, "writer_.writeRequested(keeping.zero, &*zero_, until_ns);",
          "writer_.writeRequested(keeping.zero, keeping.zero.id == zero_->id ? before() : &*zero_, until_ns);"),
+    ]),
+    ("reload-waits", "a00813e", "the thread that feeds the watchdog reads the configuration", [
+        (SERVICE, "apply_ = reader_->start(read_);",
+         "std::promise<std::function<void()>> read;\n  read.set_value(read_());\n  apply_ = read.get_future();"),
+    ]),
+    ("stop-waits", "c504d05", "a stop waits for a reload whose file a disk does not give", [
+        ("base/service/service.h", "explicit Reload(const std::function<std::function<void()>()>& read)",
+         "~Reload() {\n      if (reader_) reader_->awaitIdle();\n    }\n"
+         "    explicit Reload(const std::function<std::function<void()>()>& read)"),
+    ]),
+    ("unheard", "fc93d4b", "systemd that reads nothing for a moment never hears that the service is ready", [
+        (SERVICE, 'isUnderWay_ = !systemd::notify("READY=1");', 'systemd::notify("READY=1");\n  isUnderWay_ = false;'),
+        (SERVICE, "if (!isReadyTold_) isReadyTold_ = tellReady();", ""),
     ]),
     ("answered-twice", "f602e20", "a step of a calibration answers an undo that is being written", [
         (ZERO, "if (!std::holds_alternative<Taking>(state_)) return;  // the end of the write is the answer",

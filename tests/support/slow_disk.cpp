@@ -1,9 +1,11 @@
 // A disk that is slow to synchronise, and to open files whose names end in .toml (LD_PRELOAD). $TRACTION_SLOW_DISK names a
 // file: it holds how long a call takes [s], or "hold": then it takes until the file says something else.
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -51,11 +53,12 @@ extern "C" int fdatasync(int file) {
   return function(file);
 }
 
-extern "C" std::FILE* fopen(const char* path, const char* mode) {
+extern "C" int open(const char* path, int flags, ...) {
+  static const auto function = next<int(const char*, int, ...)>("open");
+  std::va_list rest;
+  va_start(rest, flags);
+  const mode_t mode = (flags & O_CREAT) == 0 ? 0 : va_arg(rest, mode_t);
+  va_end(rest);
   if (std::string_view(path).ends_with(".toml")) beSlow();
-  return openPlainly(path, mode);
-}
-
-extern "C" std::FILE* fopen64(const char* path, const char* mode) {
-  return fopen(path, mode);
+  return function(path, flags, mode);
 }

@@ -73,7 +73,11 @@ class Disk(steady.TestCase):
         self.flows(fields, first)
         self.takes("0")
         self.systemd.wait_for("READY=1")
-        daemon.stop()
+        self.takes("hold")
+        daemon.child.send_signal(signal.SIGHUP)
+        self.systemd.wait_for("RELOADING=1")
+        self.assertEqual(daemon.stop(), 0, daemon.output())  # it does not wait for its file
+        self.takes("0")
         kept = self.bench.subscribe(self.daemon(state=daemon.state)).collect(1)[0]
         self.assertEqual(kept.header.zero, first)
 

@@ -32,7 +32,7 @@ NOT_SIMULATED = [  # lines of the log
     r"^running: |^stopped: |^real time: ",  # the program around the instrument
     r"^warning: the kernel grants a receive buffer",
     r"^camera: ",  # what opening has set, a line each
-    r"^new in the configuration: |^  \{ |^\] \(was ",  # reading it
+    r"^  \{ |^\] \(was ",  # the further lines of a list in the configuration, which the simulation says in one piece
 ]
 MASKED = [
     (r"Simulated-1|Traction-Twin-[-\d]+", "CAMERA"),

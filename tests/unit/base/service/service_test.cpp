@@ -191,11 +191,17 @@ TEST(Service, ReturnsOnASignalWhicheverThreadTakesIt) {
 TEST(Service, ReloadsOnAHangupAndIsReadyAgain) {
   NotifySocket systemd;
   Fixture fixture;
-  std::atomic<int> reloads{0};
+  std::atomic<int> reads{0}, reloads{0};
   std::thread service([&] {
     catchSignals();
     ServiceHooks hooks = fixture.hooks();
-    hooks.reload = [&] { ++reloads; };
+    hooks.reload = [&]() -> std::function<void()> {
+      ++reads;
+      return [&, reader = std::this_thread::get_id()] {
+        EXPECT_NE(std::this_thread::get_id(), reader);
+        ++reloads;
+      };
+    };
     run(hooks);
   });
   systemd.skipTo("WATCHDOG=1");
@@ -204,11 +210,38 @@ TEST(Service, ReloadsOnAHangupAndIsReadyAgain) {
     while (!systemd.next().starts_with("RELOADING=1\nMONOTONIC_USEC=")) {
     }
     systemd.skipTo("READY=1");
+    EXPECT_EQ(reads, i);
     EXPECT_EQ(reloads, i);
   }
   systemd.skipTo("WATCHDOG=1");
   fixture.ended = true;
   service.join();
+}
+
+TEST(Service, IsFedWhileAReloadWaitsForADiskAndStopsWithoutIt) {
+  NotifySocket systemd;
+  Fixture fixture;
+  std::promise<void> disk;
+  std::atomic<bool> isApplied{false};
+  std::thread service([&] {
+    catchSignals();
+    ServiceHooks hooks = fixture.hooks();
+    hooks.reload = [&isApplied, answers = disk.get_future().share()]() -> std::function<void()> {
+      answers.wait();
+      return [&isApplied] { isApplied = true; };
+    };
+    run(hooks);
+  });
+  systemd.skipTo("WATCHDOG=1");
+  kill(getpid(), SIGHUP);
+  while (!systemd.next().starts_with("RELOADING=1")) {
+  }
+  for (int i = 0; i < 3; ++i) systemd.skipTo("WATCHDOG=1");
+  fixture.ended = true;
+  systemd.skipTo("STOPPING=1");
+  service.join();
+  disk.set_value();
+  EXPECT_FALSE(isApplied);
 }
 
 }  // namespace

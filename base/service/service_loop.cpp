@@ -1,0 +1,90 @@
+#include "base/service/service.h"
+#include "base/service/systemd.h"
+
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <utility>
+
+namespace tractiond {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// Between two looks whether a reload is done.
+constexpr milliseconds kReloadLook{20};
+/// How often the status line changes: each time systemd tells whoever listens to it.
+constexpr std::int64_t kStatus_ns = 1'000'000'000;
+
+}  // namespace
+
+ServiceRequests& serviceRequests() {
+  static ServiceRequests requests;
+  return requests;
+}
+
+StageWatch::StageWatch(std::vector<const Counter*> loops)
+    : loops_(std::move(loops))
+    , seen_(loops_.size()) {
+  allAdvanced();
+}
+
+bool StageWatch::allAdvanced() {
+  std::vector<std::uint64_t> now;
+  for (const Counter* loop : loops_) now.push_back(loop->get());
+  const bool all = std::ranges::equal(now, seen_, std::ranges::not_equal_to());
+  if (all) seen_ = std::move(now);
+  return all;
+}
+
+void ServiceLoop::Reload::begin() {
+  systemd::notify("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(monotonicNow() / 1000));
+  isUnderWay_ = true;
+  if (!read_) return;
+  reader_ = std::make_unique<BackgroundThread>("tr-reload");
+  apply_ = reader_->start(read_);
+}
+
+void ServiceLoop::Reload::turn() {
+  if (!isUnderWay_ || (reader_ && !reader_->awaitIdle(milliseconds(0)))) return;
+  if (reader_) {
+    reader_.reset();
+    if (const std::function<void()> apply = apply_.get()) apply();
+  }
+  isUnderWay_ = !systemd::notify("READY=1");
+}
+
+ServiceLoop::ServiceLoop(const ServiceHooks& hooks)
+    : hooks_(hooks)
+    , look_(LivenessCheck::period(systemd::watchdog()))
+    , liveness_(hooks)
+    , reload_(hooks.reload)
+    , told_ns_(hooks.monotonicClock())
+    , isReadyTold_(tellReady()) {}
+
+bool ServiceLoop::tellReady() const {
+  return systemd::notify("READY=1\nSTATUS=" + hooks_.statusLine());
+}
+
+milliseconds ServiceLoop::patience() const {
+  return isReloading() ? std::min(look_, kReloadLook) : look_;
+}
+
+bool ServiceLoop::turn() {
+  ServiceRequests& requests = serviceRequests();
+  if (requests.stop.wait(milliseconds(0)) || hooks_.ended()) {
+    systemd::notify("STOPPING=1");
+    return false;
+  }
+  reload_.turn();
+  if (!isReloading() && requests.reload.wait(milliseconds(0))) reload_.begin();
+  if (const std::int64_t now_ns = hooks_.monotonicClock(); now_ns - told_ns_ >= kStatus_ns) {
+    told_ns_ = now_ns;
+    systemd::notify("STATUS=" + hooks_.statusLine());
+  }
+  if (!isReadyTold_) isReadyTold_ = tellReady();
+  if (liveness_.isAlive()) systemd::notify("WATCHDOG=1");
+  return true;
+}
+
+}  // namespace tractiond

@@ -1,0 +1,51 @@
+// Takes over what is new in a configuration while the instrument runs.
+#pragma once
+
+#include "base/error.h"
+#include "daemon/config.h"
+#include "daemon/records/marker_field.h"
+
+#include <tl/expected.hpp>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace tractiond {
+
+/// What a reload has read.
+struct Reread {
+  Config config;     ///< completed()
+  Id calibration{};  ///< solve::calibrationId() of what its gel file holds; all zero without a gel
+};
+
+/// Reads the gel file of a completed configuration. May wait for a disk.
+tl::expected<Reread, Error> reread(Config completed);
+
+/// Applies the changes of a configuration, or none of them if one is wrong or needs a restart. If the camera refuses
+/// its changes, that is logged and the camera is opened as before. Thread-bound.
+class Reloader {
+ public:
+  struct Links {
+    std::function<bool()> cameraHasRefused;  ///< Returns Camera::refusedLast().
+    std::function<void()> reopenCamera;      ///< Opens the camera anew, with the options in force.
+  };
+
+  /// \param inForce     configuration that is changed; outlives this
+  /// \param calibration Reread::calibration of the gel in force
+  Reloader(Config& inForce, const Id& calibration, Links links);
+
+  /// Applies what was read, and sets the level of the log. Fails if nothing is applied: the error states why.
+  /// \return the changes: "camera.gain = 2 (was 1)"
+  tl::expected<std::vector<std::string>, Error> apply(const Reread& read);
+
+  /// Returns ServiceHooks::reload: reads, and then applies and logs what came of it. \param read owns what it uses
+  std::function<std::function<void()>()> hook(std::function<tl::expected<Reread, Error>()> read);
+
+ private:
+  Config& inForce_;
+  const Id calibration_;
+  Links links_;
+};
+
+}  // namespace tractiond

@@ -1,0 +1,147 @@
+#include "tests/simulation/supervisor.h"
+
+#include "base/service/systemd.h"
+#include "tests/simulation/disk.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace tractiond {
+namespace {
+
+constexpr std::chrono::milliseconds kPatience{800};  // WatchdogSec= of the unit
+
+simulation::Supervisor*& listener() {
+  static simulation::Supervisor* one = nullptr;
+  return one;
+}
+
+}  // namespace
+
+namespace systemd {
+
+bool notify(const std::string& text) {
+  return listener() == nullptr || listener()->hear(text);
+}
+
+std::chrono::microseconds watchdog() {
+  return kPatience;
+}
+
+}  // namespace systemd
+
+namespace simulation {
+namespace {
+
+constexpr std::int64_t kSoon_ns = 500 * kMs;  // some looks of the loop
+
+std::int64_t nanoseconds(std::chrono::nanoseconds time) {
+  return time.count();
+}
+
+}  // namespace
+
+Supervisor::Supervisor(const ServiceHooks& hooks, const CaptureSide& camera, const Operator& person,
+                       const Ongoing& ongoing, Journal& journal, const Starvation& starvation)
+    : camera_(camera)
+    , person_(person)
+    , ongoing_(ongoing)
+    , journal_(journal)
+    , starvation_(starvation)
+    , next_ns_(now())
+    , fed_ns_(now())
+    , listens_ns_(now())
+    , loop_(attend(hooks)) {}
+
+const ServiceHooks& Supervisor::attend(const ServiceHooks& hooks) {
+  listener() = this;
+  serviceRequests().stop.clear();  // of an earlier process
+  serviceRequests().reload.clear();
+  return hooks;
+}
+
+Supervisor::~Supervisor() {
+  listener() = nullptr;
+}
+
+void Supervisor::askReload() {
+  serviceRequests().reload.signal();
+  if (!askedReload_ns_) askedReload_ns_ = now();
+  if (!loop_.isReloading()) next_ns_ = now();
+}
+
+void Supervisor::askStop() {
+  serviceRequests().stop.signal();
+  askedStop_ns_ = next_ns_ = now();
+}
+
+bool Supervisor::hear(const std::string& text) {
+  const auto is = [&text](const char* begin) { return text.starts_with(begin); };
+  if (is("WATCHDOG=1")) isFed_ = true;
+  if (is("RELOADING=1")) askedReload_ns_.reset();
+  if (ongoing_.lasts(Event::kDeaf)) {
+    listens_ns_ = ongoing_.until_ns(Event::kDeaf);
+    hasMissed_ = true;
+    return false;
+  }
+  const Told before = told_;
+  if (is("READY=1")) told_ = Told::kReady;
+  if (is("RELOADING=1")) told_ = Told::kReloading;
+  if (is("STOPPING=1")) told_ = Told::kStopping;
+  const bool isRight = before == Told::kStopping           ? false
+                       : is("READY=1")                     ? before != Told::kReady
+                       : is("RELOADING=1") || is("STATUS") ? before != Told::kNothing
+                                                           : true;
+  journal_.law(isRight || hasMissed_, "systemd is told of start, reload and stop in their order", text);
+  return true;
+}
+
+bool Supervisor::turn() {
+  if (hasEnded_ || next_ns_ > now()) return false;
+  isFed_ = false;
+  spent_ns() = 0;
+  const std::int64_t waited_ns = disk()->waitedFor();
+  hasEnded_ = !loop_.turn();
+  next_ns_ = now() + nanoseconds(loop_.patience());
+  journal_.law(spent_ns() == 0 && disk()->waitedFor() == waited_ns, "who feeds the watchdog waits for nothing",
+               fmt::format("{} ms", (spent_ns() + disk()->waitedFor() - waited_ns) / kMs));
+  if (hasEnded_) return true;
+  journal_.law(!askedStop_ns_, "a stop is heeded at once", "it goes on");
+  checkFeeding();
+  checkReload();
+  return true;
+}
+
+void Supervisor::checkFeeding() {
+  const auto still = std::ranges::find(hasTurned_, false) - hasTurned_.begin();
+  const bool advances = still == kStages && !camera_.isHanging();
+  journal_.law(isFed_ == advances, "the watchdog is fed if and only if every stage advances",
+               fmt::format("fed {}, stage {} stands still, the keeper hangs: {}; last fed {} ms ago", isFed_, still,
+                           camera_.isHanging(), (now() - fed_ns_) / kMs));
+  if (isFed_) fed_ns_ = now();
+  if (still == kStages) hasTurned_.fill(false);
+}
+
+/// From when it has been read, and systemd listens.
+void Supervisor::checkReload() const {
+  journal_.law(loop_.isReloading() || now() - listens_ns_ <= kSoon_ns || told_ == Told::kReady,
+               "systemd knows that the service is ready", fmt::format("told {}", static_cast<int>(told_)));
+  if (loop_.isReloading()) {
+    const std::int64_t over_ns = now() - std::max(person_.readUntil_ns(), listens_ns_);
+    journal_.law(over_ns <= kSoon_ns, "a reload ends in time", fmt::format("{} ms after it was read", over_ns / kMs));
+  } else if (askedReload_ns_) {
+    journal_.law(now() - *askedReload_ns_ <= kSoon_ns, "a reload begins in time",
+                 fmt::format("asked {} ms ago", (now() - *askedReload_ns_) / kMs));
+  }
+}
+
+bool Supervisor::bites() const {
+  if (now() - fed_ns_ <= nanoseconds(kPatience)) return false;
+  journal_.law(starvation_.since(fed_ns_) > 0 || camera_.isHanging(), "the watchdog ends only what stands still", "");
+  return true;
+}
+
+}  // namespace simulation
+}  // namespace tractiond
