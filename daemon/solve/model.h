@@ -35,8 +35,8 @@ struct Estimate {
   int atoms = 0;                          ///< number of atoms with a force in the field without patches
   int rounds = 0;                         ///< number of rounds that were needed for it
   int patchCount = 0;                     ///< number of `patches`; 0: no patches were compared with the field alone
-  double evenShare = 0.0;   ///< probability that one contact presses evenly
-  double patchShare = 0.0;  ///< probability that there are patches rather than the field without them
+  double evenShare = 0.0;                 ///< probability that one contact presses evenly
+  double patchShare = 0.0;                ///< probability that there are patches rather than the field without them
   std::array<FoundPatch, RoundPatches::kMost> patches{};
 };
 

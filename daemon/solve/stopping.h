@@ -19,8 +19,6 @@ inline bool isStopped(const Stopping& stopping) {
 }
 
 /// Returns the error of a computation that was given up.
-inline tl::unexpected<Error> givenUp() {
-  return tl::unexpected(Error{.what = "given up, as the daemon stops"});
-}
+tl::unexpected<Error> givenUp();
 
 }  // namespace tractiond::solve
