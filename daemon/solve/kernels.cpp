@@ -1,9 +1,7 @@
-// Written with the compilers' vector types of 32 bytes, a register of x86-64-v3: wider types GCC keeps in memory where
-// a register holds less, which costs a factor of ten. Eight rows at a time share the loads and stores of the
-// sum, so that what limits the speed is streaming the matrix itself.
-#include "daemon/solve/kernels.h"
-
+// Matrices that are streamed, and their products. Eight rows at a time share the loads and stores of the sum, so that
+// what limits the speed is streaming the matrix itself.
 #include "base/vector_clones.h"
+#include "daemon/solve/vectors.h"
 
 #include <sys/mman.h>
 
@@ -11,98 +9,14 @@
 #include <cassert>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <limits>
 #include <new>
 
 namespace tractiond::solve {
 namespace {
 
-using Floats = float __attribute__((vector_size(32)));
-using Integers = std::int32_t __attribute__((vector_size(32)));
-using Shorts = std::int16_t __attribute__((vector_size(16)));  // as many as Floats
-using Doubles = double __attribute__((vector_size(32)));
-using FewFloats = float __attribute__((vector_size(16)));  // as many as Doubles
-constexpr int kFloats = 8, kDoubles = 4;
-/// A row of kColumns columns.
-constexpr int kParts = 2;
-static_assert(kColumns == kParts * kDoubles && kFloats == 2 * kDoubles && kLineFloats == 2 * kFloats);
+/// Rows that share the loads and stores of the sum.
 constexpr std::size_t kRows = 8;
-/// Rows of kColumns sums that fit the registers.
-constexpr int kTile = 4;
-
-#define TRACTION_INLINE __attribute__((always_inline)) inline
-
-// Doubles lie anywhere. By reference, because how vectors are passed depends on the version of the function.
-template <typename Number, typename Vector>
-TRACTION_INLINE void load(const Number* from, Vector& vector) {
-  std::memcpy(&vector, from, sizeof vector);
-}
-
-template <typename Vector>
-TRACTION_INLINE void store(const Vector& vector, double* to) {
-  std::memcpy(to, &vector, sizeof vector);
-}
-
-/// Loads as many floats as there are Doubles.
-TRACTION_INLINE void widen(const float* from, Doubles& vector) {
-  FewFloats few;
-  load(from, few);
-  vector = __builtin_convertvector(few, Doubles);
-}
-
-TRACTION_INLINE void add(const Floats& part, double* sums) {
-  const auto addHalf = [](const FewFloats& half, double* to) {
-    Doubles sum;
-    load(to, sum);
-    store(sum + __builtin_convertvector(half, Doubles), to);
-  };
-  addHalf(__builtin_shufflevector(part, part, 0, 1, 2, 3), sums);
-  addHalf(__builtin_shufflevector(part, part, 4, 5, 6, 7), sums + kDoubles);
-}
-
-TRACTION_INLINE void add(const Floats& part, float* sums) {
-  Floats sum;
-  load(sums, sum);
-  sum += part;
-  std::memcpy(sums, &sum, sizeof sum);
-}
-
-TRACTION_INLINE double sumOf(const Doubles& numbers) {
-  return (numbers[0] + numbers[1]) + (numbers[2] + numbers[3]);
-}
-
-/// Adds up the products of as many numbers as fill whole vectors. Returns how many these are.
-template <typename Number, typename Vector>
-TRACTION_INLINE std::ptrdiff_t sumProducts(const Number* a, const Number* b, std::ptrdiff_t size, Vector& sum) {
-  constexpr int kChains = 4;  // that do not wait for each other
-  constexpr std::ptrdiff_t kNumbers = sizeof(Vector) / sizeof(Number);
-  Vector sums[kChains] = {}, left, right;
-  std::ptrdiff_t i = 0;
-  for (; i + kChains * kNumbers <= size; i += kChains * kNumbers) {
-#pragma GCC unroll 4
-    for (int k = 0; k < kChains; ++k) {
-      load(a + i + kNumbers * k, left);
-      load(b + i + kNumbers * k, right);
-      sums[k] += left * right;
-    }
-  }
-  for (; i + kNumbers <= size; i += kNumbers) {
-    load(a + i, left);
-    load(b + i, right);
-    sums[0] += left * right;
-  }
-  sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
-  return i;
-}
-
-TRACTION_INLINE double dot(const double* a, const double* b, int size) {
-  Doubles sums;
-  std::ptrdiff_t i = sumProducts(a, b, size, sums);
-  double sum = sumOf(sums);
-  for (; i < size; ++i) sum += a[i] * b[i];
-  return sum;
-}
 
 TRACTION_INLINE void read(const float* from, Floats& numbers) {
   load(from, numbers);
@@ -160,81 +74,6 @@ TRACTION_INLINE double product(const float* row, const float* vector, std::ptrdi
   double sum = 0.0;
   for (int i = 0; i < kFloats; ++i) sum += static_cast<double>(sums[i]);
   return sum;
-}
-
-template <typename Number>
-TRACTION_INLINE Number* rowOf(Number* lower, int row) {
-  return lower + static_cast<std::ptrdiff_t>(row) * (row + 1) / 2;
-}
-
-/// Rows of kColumns numbers.
-template <int count>
-struct Tile {
-  Doubles part[count][kParts] = {};
-};
-
-/// tile += sum over j < end of factor(i, j) times row j of `columns`, for each of its rows i.
-template <int count, typename Factor>
-TRACTION_INLINE void addProducts(Factor factor, int first, int end, const double* columns, Tile<count>& tile) {
-  Doubles x[kParts];
-  for (int j = first; j < end; ++j) {
-#pragma GCC unroll 2
-    for (int p = 0; p < kParts; ++p) load(columns + kColumns * j + kDoubles * p, x[p]);
-#pragma GCC unroll 4
-    for (int i = 0; i < count; ++i) {
-      const double times = factor(i, j);
-#pragma GCC unroll 2
-      for (int p = 0; p < kParts; ++p) tile.part[i][p] += times * x[p];
-    }
-  }
-}
-
-/// Solves `count` rows of L Y = B in place, those from `first` to them being solved and 0 before.
-template <int count>
-TRACTION_INLINE void solveRows(const double* lower, int first, int at, double* columns) {
-  const double* row[count];
-  for (int i = 0; i < count; ++i) row[i] = rowOf(lower, at + i);
-  Tile<count> sums;
-  addProducts([&row](int i, int j) { return row[i][j]; }, first, at, columns, sums);
-#pragma GCC unroll 4
-  for (int i = 0; i < count; ++i) {
-#pragma GCC unroll 2
-    for (int p = 0; p < kParts; ++p) {
-      Doubles x, other;
-      load(columns + kColumns * (at + i) + kDoubles * p, x);
-      x -= sums.part[i][p];
-#pragma GCC unroll 4
-      for (int j = 0; j < i; ++j) {
-        load(columns + kColumns * (at + j) + kDoubles * p, other);
-        x -= row[i][at + j] * other;
-      }
-      store(x * row[i][at + i], columns + kColumns * (at + i) + kDoubles * p);
-    }
-  }
-}
-
-/// Solves L Y = B in place for kColumns right-hand sides whose rows before `first` are zero.
-TRACTION_INLINE void solveColumns(const double* lower, int first, int size, double* columns) {
-  int i = first;
-  for (; i + kTile <= size; i += kTile) solveRows<kTile>(lower, first, i, columns);
-  for (; i < size; ++i) solveRows<1>(lower, first, i, columns);
-}
-
-/// kColumns columns of the inverse, or as many as there are, from the row `first` on.
-TRACTION_INLINE void unitColumns(const double* lower, int first, int size, double* columns) {
-  std::fill(columns + kColumns * first, columns + kColumns * size, 0.0);
-  for (int k = 0; k < std::min(kColumns, size - first); ++k) columns[kColumns * (first + k) + k] = 1.0;
-  solveColumns(lower, first, size, columns);
-}
-
-TRACTION_INLINE void columnProducts(const double* a, const double* b, int size, double* products) {
-  for (int first = 0; first < kColumns; first += kTile) {
-    Tile<kTile> sums;
-    addProducts([=](int i, int j) { return a[kColumns * j + first + i]; }, 0, size, b, sums);
-    for (int i = 0; i < kTile; ++i) {
-      for (int p = 0; p < kParts; ++p) store(sums.part[i][p], products + kColumns * (first + i) + kDoubles * p);
-    }
-  }
 }
 
 }  // namespace
@@ -341,73 +180,8 @@ void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int colum
 }
 
 TRACTION_VECTOR_CLONES
-bool factoriseLower(std::span<double> lower, int size, double* scratch) {
-  // Eight rows at a time: what stands left of their diagonal block is a triangular solve with eight right-hand sides.
-  for (int first = 0; first < size; first += kColumns) {
-    const int count = std::min(kColumns, size - first);
-    double* row[kColumns];
-    for (int k = 0; k < count; ++k) row[k] = rowOf(lower.data(), first + k);
-    for (int j = 0; j < first; ++j) {
-      for (int k = 0; k < kColumns; ++k) scratch[kColumns * j + k] = k < count ? row[k][j] : 0.0;
-    }
-    solveColumns(lower.data(), 0, first, scratch);
-    for (int j = 0; j < first; ++j) {
-      for (int k = 0; k < count; ++k) row[k][j] = scratch[kColumns * j + k];
-    }
-    double products[kColumns * kColumns];
-    columnProducts(scratch, scratch, first, products);
-    for (int i = 0; i < count; ++i) {
-      double* const block = row[i] + first;
-      for (int j = 0; j <= i; ++j) {
-        double rest = block[j] - products[kColumns * i + j];
-        for (int k = 0; k < j; ++k) rest -= block[k] * row[j][first + k];
-        if (j < i) {
-          block[j] = rest * row[j][first + j];
-        } else if (rest > 0.0) {
-          block[j] = 1.0 / std::sqrt(rest);
-        } else {
-          return false;
-        }
-      }
-    }
-  }
-  return true;
-}
-
-TRACTION_VECTOR_CLONES
-void inverseColumns(std::span<const double> lower, int first, int size, double* columns) {
-  unitColumns(lower.data(), first, size, columns);
-}
-
-TRACTION_VECTOR_CLONES
-void inverseDiagonal(std::span<const double> lower, int size, double* scratch, double* squares) {
-  for (int first = 0; first < size; first += kColumns) {
-    const int count = std::min(kColumns, size - first);
-    unitColumns(lower.data(), first, size, scratch);
-    double sums[kColumns] = {};
-    for (int i = first; i < size; ++i) {
-      for (int k = 0; k < kColumns; ++k) sums[k] += square(scratch[kColumns * i + k]);
-    }
-    std::copy_n(sums, count, squares + first);
-  }
-}
-
-TRACTION_VECTOR_CLONES
 double dotProduct(const double* a, const double* b, int size) {
   return dot(a, b, size);
-}
-
-TRACTION_VECTOR_CLONES
-void solveLower(std::span<const double> lower, int size, double* vector) {
-  for (int i = 0; i < size; ++i) {
-    const double* const row = rowOf(lower.data(), i);
-    vector[i] = (vector[i] - dot(row, vector, i)) * row[i];
-  }
-}
-
-TRACTION_VECTOR_CLONES
-void solveLowerColumns(std::span<const double> lower, int size, double* columns) {
-  solveColumns(lower.data(), 0, size, columns);
 }
 
 TRACTION_VECTOR_CLONES
@@ -442,22 +216,6 @@ void multiplyRowsByColumns(const RowMatrix& matrix, std::span<const int> rows, c
       double* const to = products + static_cast<std::ptrdiff_t>(k + i) * stride;
       for (int p = 0; p < kParts; ++p) store(sums.part[i][p], to + kDoubles * p);
     }
-  }
-}
-
-TRACTION_VECTOR_CLONES
-void solveLowerTransposed(std::span<const double> lower, int size, double* vector) {
-  for (int i = size - 1; i >= 0; --i) {
-    const double* const row = rowOf(lower.data(), i);
-    const double x = vector[i] *= row[i];
-    int j = 0;
-    for (Doubles rest, part; j + kDoubles <= i; j += kDoubles) {
-      load(vector + j, rest);
-      load(row + j, part);
-      rest -= x * part;
-      store(rest, vector + j);
-    }
-    for (; j < i; ++j) vector[j] -= x * row[j];
   }
 }
 
