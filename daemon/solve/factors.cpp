@@ -39,17 +39,25 @@ MatrixXd ofAtoms(const MatrixXd& influence, const Atoms& atoms) {
   return result;
 }
 
+/// Replaces a symmetric matrix by its eigenvectors; the values rise.
+tl::expected<void, Error> decompose(MatrixXd& matrix, VectorXd& values) {
+  if (sensor::elastic::eigenvectors(matrix, values)) return {};
+  return tl::unexpected(Error{EX_SOFTWARE, "the influence matrix's eigenvectors were not found", "", ""});
+}
+
 /// The left singular vectors of A, and the squares of the singular values, rising.
-bool allModes(const MatrixXd& weighed, MatrixXd& vectors, VectorXd& squares) {
+tl::expected<void, Error> allModes(const MatrixXd& weighed, const Stopping& stopping, MatrixXd& vectors,
+                                   VectorXd& squares) {
   vectors.resize(weighed.rows(), weighed.rows());
   sensor::elastic::multiplyBySelf(1.0, weighed, Op::kPlain, 0.0, vectors);
-  return sensor::elastic::eigenvectors(vectors, squares);
+  if (isStopped(stopping)) return givenUp();
+  return decompose(vectors, squares);
 }
 
 /// The same among the combinations of the right singular vectors V of `near`, by the Gram matrix V'A'A V, which has as
 /// few rows as there are modes.
-bool amongModes(const MatrixXd& weighed, const Atoms& atoms, const Factors& near, MatrixXd& vectors,
-                VectorXd& squares) {
+tl::expected<void, Error> amongModes(const MatrixXd& weighed, const Atoms& atoms, const Factors& near,
+                                     const Stopping& stopping, MatrixXd& vectors, VectorXd& squares) {
   // A row of V that belongs to an atom is the mean of those of its points, by their shares.
   MatrixXd modes(3 * atoms.count(), near.rank());
   modes.setZero();
@@ -62,14 +70,18 @@ bool amongModes(const MatrixXd& weighed, const Atoms& atoms, const Factors& near
       }
     }
   }
+  if (isStopped(stopping)) return givenUp();
   MatrixXd images(weighed.rows(), near.rank()), rotation(near.rank(), near.rank());
   sensor::elastic::multiply(1.0, weighed, Op::kPlain, modes, Op::kPlain, 0.0, images);
+  if (isStopped(stopping)) return givenUp();
   sensor::elastic::multiplyBySelf(1.0, images, Op::kTransposed, 0.0, rotation);
-  if (!sensor::elastic::eigenvectors(rotation, squares)) return false;
+  if (isStopped(stopping)) return givenUp();
+  if (auto found = decompose(rotation, squares); !found) return found;
+  if (isStopped(stopping)) return givenUp();
   vectors.resize(weighed.rows(), near.rank());
   sensor::elastic::multiply(1.0, images, Op::kPlain, rotation, Op::kPlain, 0.0, vectors);
   vectors *= squares.cwiseMax(0.0).cwiseSqrt().cwiseMax(std::numeric_limits<double>::min()).cwiseInverse().asDiagonal();
-  return true;
+  return {};
 }
 
 std::vector<double> blocksOf(const MatrixXd& gram) {
@@ -89,7 +101,8 @@ std::vector<double> blocksOf(const MatrixXd& gram) {
 }  // namespace
 
 tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Atoms& atoms, const MotionPrior& motion,
-                                            double force_N, const ModelOptions& options, const Factors* near) {
+                                            double force_N, const ModelOptions& options, const Factors* near,
+                                            const Stopping& stopping) {
   assert(influence.cols() == 3 * atoms.pointCount() && motion.modes.rows() == influence.rows());
   assert(options.noise_px > 0.0 && force_N > 0.0);
   if (!influence.allFinite() || influence.isZero(0.0)) {
@@ -100,12 +113,16 @@ tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Ato
   factors.force_N = force_N;
   const MatrixXd strays = motion.modes * motion.variances.cwiseSqrt().asDiagonal();
   MatrixXd atomInfluence = ofAtoms(influence, atoms);
+  if (isStopped(stopping)) return givenUp();
   factors.influence = toRows(atomInfluence.transpose());
   factors.motion = toRows(strays.transpose());
+  if (isStopped(stopping)) return givenUp();
   {
     const MatrixXd known = rounded(atomInfluence), moved = rounded(strays);
+    if (isStopped(stopping)) return givenUp();
     MatrixXd gram(known.cols(), known.cols());
     sensor::elastic::multiplyBySelf(1.0, known, Op::kTransposed, 0.0, gram);
+    if (isStopped(stopping)) return givenUp();
     factors.gram = blocksOf(gram);
     factors.motionCoupling = moved.transpose() * known;
     factors.motionGram = moved.transpose() * moved;
@@ -113,12 +130,13 @@ tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Ato
 
   const MotionWeight weight(motion, options.noise_px);
   weight.apply(atomInfluence);
+  if (isStopped(stopping)) return givenUp();
   MatrixXd vectors;
   VectorXd squares;  // rising
-  if (!(near != nullptr ? amongModes(atomInfluence, atoms, *near, vectors, squares)
-                        : allModes(atomInfluence, vectors, squares))) {
-    return tl::unexpected(Error{EX_SOFTWARE, "the influence matrix's eigenvectors were not found", "", ""});
-  }
+  const auto decomposed = near != nullptr ? amongModes(atomInfluence, atoms, *near, stopping, vectors, squares)
+                                          : allModes(atomInfluence, stopping, vectors, squares);
+  if (!decomposed) return tl::unexpected(decomposed.error());
+  if (isStopped(stopping)) return givenUp();
   const Index found = squares.size();
   const double smallest =
       std::max(options.faintest * options.noise_px / force_N, kSmallest * std::sqrt(squares[found - 1]));
@@ -132,6 +150,7 @@ tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Ato
   // V = H' W^1/2 U S^-1, and `left` is W^1/2 U.
   MatrixXd right(influence.cols(), rank);
   sensor::elastic::multiply(1.0, influence, Op::kTransposed, left, Op::kPlain, 0.0, right);
+  if (isStopped(stopping)) return givenUp();
   factors.right = toRows(right * s.cwiseInverse().asDiagonal());
   left.conservativeResize(Eigen::NoChange, rank + kMotions);
   left.rightCols<kMotions>() = weight.axes();

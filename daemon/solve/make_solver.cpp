@@ -62,16 +62,12 @@ bool followsRest(const sensor::Sensor& sensor, const SolveOptions& options) {
   return options.solving == Solving::kModel && !sensor.body;
 }
 
-tl::expected<SolverAtRest, Error> makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options,
-                                                   const std::filesystem::path& stateDirectory,
-                                                   std::span<const float> place_px,
-                                                   std::span<const std::uint8_t> present,
-                                                   const std::array<double, 2>& detectionLimit_N, const Remark& remark,
-                                                   const std::function<bool()>& stopping) {
+tl::expected<SolverAtRest, Error>
+makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, const std::filesystem::path& stateDirectory,
+                 std::span<const float> place_px, std::span<const std::uint8_t> present,
+                 const std::array<double, 2>& detectionLimit_N, const Remark& remark, const Stopping& stopping) {
   assert(followsRest(sensor, options));
-  const auto stopped = [&] { return stopping && stopping(); };
-  const auto givenUp = [] { return tl::unexpected(Error{.what = "given up, as the daemon stops"}); };
-  if (stopped()) return givenUp();
+  if (isStopped(stopping)) return givenUp();
   SolverAtRest made{.solver = {}, .places = restPlaces(sensor, place_px, present)};
   sensor::Sensor measured = sensor;
   measured.scatter = made.places.scatter;
@@ -79,12 +75,12 @@ tl::expected<SolverAtRest, Error> makeSolverAtRest(const sensor::Sensor& sensor,
   {
     const auto drawn = loadOrComputeFactors(sensor, own.atoms, options, stateDirectory, {}, remark);
     if (!drawn) return tl::unexpected(drawn.error());
-    if (stopped()) return givenUp();
-    auto factors = factorsAtPlaces(measured, own.atoms, *drawn, modelOptions(options));
+    if (isStopped(stopping)) return givenUp();
+    auto factors = factorsAtPlaces(measured, own.atoms, *drawn, modelOptions(options), stopping);
     if (!factors) return tl::unexpected(factors.error());
     own.factors = *std::move(factors);
   }
-  if (stopped()) return givenUp();
+  if (isStopped(stopping)) return givenUp();
   made.solver = std::make_unique<OwningModelSolver>(std::move(own), measured, options, detectionLimit_N);
   return made;
 }

@@ -5,7 +5,6 @@
 #include "daemon/solve/inverse_cache.h"
 #include "daemon/solve/rest_places.h"
 
-#include <functional>
 #include <memory>
 
 namespace tractiond::solve {
@@ -34,14 +33,15 @@ struct SolverAtRest {
 };
 
 /// Makes the solver for the places of the markers that a zero shows, from the factors that makeSolver() has cached in
-/// the state directory. Takes some seconds. Must only be called if followsRest() is true. Checks `stopping` between its
-/// steps, and fails when it returns true; the longest step takes nine tenths of the time. \param place_px, present as
-/// in RestPose \param detectionLimit_N of the solver for the places of the gel file: it is taken over, as it changes
-/// little
-tl::expected<SolverAtRest, Error>
-makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, const std::filesystem::path& stateDirectory,
-                 std::span<const float> place_px, std::span<const std::uint8_t> present,
-                 const std::array<double, 2>& detectionLimit_N, const Remark& remark = {},
-                 const std::function<bool()>& stopping = {});
+/// the state directory. Takes some seconds. Must only be called if followsRest() is true. Calls `stopping` between its
+/// steps, the longest of which takes a sixth of the time, unless the factors are not cached: computing those is one
+/// step of many seconds. \param place_px, present as in RestPose \param detectionLimit_N of the solver for the places
+/// of the gel file: it is taken over, as it changes little
+tl::expected<SolverAtRest, Error> makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options,
+                                                   const std::filesystem::path& stateDirectory,
+                                                   std::span<const float> place_px,
+                                                   std::span<const std::uint8_t> present,
+                                                   const std::array<double, 2>& detectionLimit_N,
+                                                   const Remark& remark = {}, const Stopping& stopping = {});
 
 }  // namespace tractiond::solve

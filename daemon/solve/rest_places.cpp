@@ -143,7 +143,8 @@ RestPlaces restPlaces(const sensor::Sensor& sensor, std::span<const float> place
   return places;
 }
 
-MatrixXd influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& drawn) {
+tl::expected<MatrixXd, Error> influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& drawn,
+                                                const Stopping& stopping) {
   assert(!sensor.body && sensor.scatter.cols() == sensor.markerCount());
   sensor::Sensor straight = sensor;
   straight.scatter.resize(3, 0);
@@ -151,13 +152,18 @@ MatrixXd influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, con
   for (Index i = 0; i < rest.cols(); ++i) {
     rest.col(i) += Eigen::VectorXf::Map(drawn.influence.row(static_cast<int>(i)), rest.rows()).cast<double>();
   }
-  return halfSpace(sensor, atoms) + interpolation(sensor) * rest;
+  if (isStopped(stopping)) return givenUp();
+  const MatrixXd there = halfSpace(sensor, atoms);
+  if (isStopped(stopping)) return givenUp();
+  return there + interpolation(sensor) * rest;
 }
 
 tl::expected<Factors, Error> factorsAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& drawn,
-                                             const ModelOptions& options) {
-  auto factors = computeFactors(influenceAtPlaces(sensor, atoms, drawn), atoms, motionPrior(sensor), drawn.force_N,
-                                options, &drawn);
+                                             const ModelOptions& options, const Stopping& stopping) {
+  const auto influence = influenceAtPlaces(sensor, atoms, drawn, stopping);
+  if (!influence) return tl::unexpected(influence.error());
+  if (isStopped(stopping)) return givenUp();
+  auto factors = computeFactors(*influence, atoms, motionPrior(sensor), drawn.force_N, options, &drawn, stopping);
   if (!factors) return factors;
   factors->systematicErrors = drawn.systematicErrors;
   factors->computed_ns = drawn.computed_ns;

@@ -27,12 +27,14 @@ RestPlaces restPlaces(const sensor::Sensor& sensor, std::span<const float> place
 
 /// Computes the influence of a block's points on its markers at the places of sensor.scatter, 2M x 3P [px/N], from
 /// `drawn`, the factors of the same sensor without scatter. A half-space's displacements are exact; what the block adds
-/// is smooth, and is interpolated between the markers of a layer.
-Eigen::MatrixXd influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& drawn);
+/// is smooth, and is interpolated between the markers of a layer. Fails only if `stopping` ends it.
+tl::expected<Eigen::MatrixXd, Error> influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms,
+                                                       const Factors& drawn, const Stopping& stopping = {});
 
 /// Computes the factors of a block whose markers are at the places of sensor.scatter from `drawn`, as above. Takes over
-/// its systematicErrors and computed_ns; takes a second or two and the memory that computeFactors() takes.
+/// its systematicErrors and computed_ns; takes a second or two and the memory that computeFactors() takes. Fails as
+/// computeFactors().
 tl::expected<Factors, Error> factorsAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& drawn,
-                                             const ModelOptions& options);
+                                             const ModelOptions& options, const Stopping& stopping = {});
 
 }  // namespace tractiond::solve

@@ -109,14 +109,20 @@ TEST_F(RestSolverTest, AStopGivesUpTheSolverThatIsBeingMade) {
   EXPECT_EQ(solver, drawn_);
 }
 
-/// Before the first step, after it, and after the second.
+/// Before the first step, after it, and so on to the one before the last.
 TEST_F(RestSolverTest, BetweenItsStepsAStopIsNoticed) {
   const RestPose pose = zero();
-  for (int steps = 0; steps <= 3; ++steps) {
+  const auto make = [&](const solve::Stopping& stopping) {
+    return solve::makeSolverAtRest(sensor_, options_, directory_, pose.position_px, pose.present,
+                                   drawn_->detectionLimit_N(), {}, stopping);
+  };
+  int steps = 0;
+  ASSERT_TRUE(make([&] { return ++steps < 0; }));
+  EXPECT_GE(steps, 17);
+  for (int last = 1; last <= steps; ++last) {
     int asked = 0;
-    const auto made = solve::makeSolverAtRest(sensor_, options_, directory_, pose.position_px, pose.present,
-                                              drawn_->detectionLimit_N(), {}, [&] { return asked++ == steps; });
-    EXPECT_EQ(made.has_value(), steps == 3) << steps;
+    EXPECT_FALSE(make([&] { return ++asked >= last; })) << last;
+    EXPECT_EQ(asked, last) << "nothing is begun afterwards";
   }
 }
 

@@ -151,7 +151,7 @@ TEST_F(AtPlaces, InfluenceIsThatOfTheBlockThere) {
   const sensor::Sensor made = handMadeSensor();
   const MatrixXd& there = ofHandMade();
   const double largest = there.cwiseAbs().maxCoeff();
-  const double error = (influenceAtPlaces(made, atoms(), drawn()) - there).cwiseAbs().maxCoeff();
+  const double error = (influenceAtPlaces(made, atoms(), drawn()).value() - there).cwiseAbs().maxCoeff();
   EXPECT_LT(error, 1e-3 * largest);
   const Eigen::VectorXf asDrawn =
       Eigen::VectorXf::Map(drawn().influence.row(3 * atoms().pointCount() / 2), there.rows());
@@ -177,9 +177,9 @@ TEST_F(AtPlaces, WithoutScatterNothingChanges) {
 TEST_F(AtPlaces, ForcesAreThoseOfTheFullComputation) {
   const sensor::Sensor made = handMadeSensor();
   const Factors near = factorsAtPlaces(made, atoms(), drawn(), options()).value();
-  const Factors full =
-      computeFactors(influenceAtPlaces(made, atoms(), drawn()), atoms(), motionPrior(made), drawn().force_N, options())
-          .value();
+  const Factors full = computeFactors(influenceAtPlaces(made, atoms(), drawn()).value(), atoms(), motionPrior(made),
+                                      drawn().force_N, options())
+                           .value();
   ASSERT_LE(near.rank(), full.rank());
   EXPECT_GT(near.rank(), full.rank() * 95 / 100);
   for (int k = 0; k < near.rank() / 2; ++k) {
@@ -203,6 +203,32 @@ TEST_F(AtPlaces, ForcesAreThoseOfTheFullComputation) {
       EXPECT_NEAR(a.wrench[i], b.wrench[i], 0.05 * std::sqrt(b.covariance[7 * i])) << i;
     }
   }
+}
+
+/// A stop that comes at the n-th step is noticed before the next one, whichever step it is.
+TEST_F(AtPlaces, EachStepIsTheLastAfterAStop) {
+  const sensor::Sensor made = handMadeSensor();
+  const MatrixXd influence = influenceAtPlaces(made, atoms(), drawn()).value();
+  const auto fromNear = [&](const Stopping& stopping) {
+    return factorsAtPlaces(made, atoms(), drawn(), options(), stopping);
+  };
+  const auto fromNothing = [&](const Stopping& stopping) {
+    return computeFactors(influence, atoms(), motionPrior(made), drawn().force_N, options(), nullptr, stopping);
+  };
+  const auto expectStops = [](const auto& compute, int leastSteps) {
+    int steps = 0;
+    ASSERT_TRUE(compute([&] { return ++steps < 0; }));
+    EXPECT_GE(steps, leastSteps);
+    for (int last = 1; last <= steps; ++last) {
+      int asked = 0;
+      const auto stopped = compute([&] { return ++asked >= last; });
+      ASSERT_FALSE(stopped) << last;
+      EXPECT_EQ(stopped.error().what, givenUp().value().what) << last;
+      EXPECT_EQ(asked, last) << "nothing is begun afterwards";
+    }
+  };
+  expectStops(fromNear, 14);
+  expectStops(fromNothing, 8);
 }
 
 /// From the zero to the field, as the daemon has it.
