@@ -11,7 +11,8 @@
 
 namespace tractiond {
 
-/// Returns a line with its prefix: the priority for systemd's journal, else the program's name.
+/// Returns `text` with its prefix: the priority for systemd's journal ("<3>") if logsToJournal(), else "program: ".
+/// Adds no line end.
 std::string logLine(std::string_view program, spdlog::level::level_enum level, std::string_view text);
 
 /// Makes spdlog write lines of this level ("debug", "info", "warning", "error") and above to standard error through the

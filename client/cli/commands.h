@@ -11,7 +11,9 @@ namespace traction::cli {
 
 constexpr double kForever = std::numeric_limits<double>::infinity();
 
-/// Runs the live view; if standard output is not a terminal, prints one line per second. \param seconds until it ends
+/// Runs the live view; if standard output is not a terminal, prints one line per second. Returns after `seconds`, on a
+/// signal, or when the key q is pressed in the live view. Receives fields, descriptions and the status, whatever
+/// `options.topics` is. \throws Error kNoAnswer if no publisher was found for 3 s
 void watch(const SubscriberOptions& options, double seconds);
 
 /// Prints `count` messages of the chosen topics as JSON lines (negative: until a signal). Reports lost messages on

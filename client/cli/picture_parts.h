@@ -39,7 +39,8 @@ struct DrawnField {
 DrawnField drawField(Canvas& canvas, const Scene& scene, const Layout& layout, int column, int row, Scale& scale,
                      std::int64_t now_ns);
 
-/// Writes the meaning of shades and arrows.
+/// Writes into a row of the canvas what shades and arrows mean. \param full_N of DrawnField; if it is 0, the force of
+/// full brightness is left out
 void drawLegend(Canvas& canvas, int row, double full_N);
 
 // ---- picture_panel.cpp

@@ -56,7 +56,7 @@ class ContactStep final : public SolvedForces {
   std::span<const double> forces() const { return {forces_.data(), 3 * nodes_.size()}; }  ///< of nodes() [N]
   std::span<const int> places() const override { return nodes(); }
   std::span<const double> forces_N() const override { return forces(); }
-  const std::array<double, kMotions>& motion() const { return motion_; }  ///< m, in the units of MotionPrior
+  const std::array<double, kMotions>& motion() const { return motion_; }  ///< m: u, v [px], scale [1], roll [rad]
   double squaredResidual() const { return squaredResidual_; }             ///< [px^2]
   double lambda() const { return lambda_; }                               ///< [px/N]
 

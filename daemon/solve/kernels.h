@@ -116,8 +116,8 @@ void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int colum
 /// Replaces A by L. Returns false if A is not positive definite. \param scratch kColumns * size elements
 bool factoriseLower(std::span<double> lower, int size, double* scratch);
 
-/// Computes the columns first .. first + kColumns - 1 of L^-1, as far as they exist. Leaves the rows before `first`
-/// unchanged. \param columns size x kColumns, row after row
+/// Computes the columns first .. first + kColumns - 1 of L^-1; columns beyond the last one become 0. Leaves the rows
+/// before `first` unchanged. \param columns size x kColumns, row after row
 void inverseColumns(std::span<const double> lower, int first, int size, double* columns);
 
 /// Computes the diagonal of A^-1 = (L L')^-1. \param scratch kColumns * size elements \param squares size elements

@@ -18,7 +18,7 @@ inline bool isStopped(const Stopping& stopping) {
   return stopping && stopping();
 }
 
-/// Returns the error of a computation that was given up.
+/// Returns the error of a computation that was given up, as the daemon stops; its exit code is EX_SOFTWARE.
 tl::unexpected<Error> givenUp();
 
 }  // namespace tractiond::solve

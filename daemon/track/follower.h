@@ -19,6 +19,8 @@ namespace tractiond::track {
 
 /// Shared by followers of the same pictures: the picture, and memory that has no meaning between two calls of look().
 struct FollowerWorkspace {
+  /// Allocates memory for pictures of the size of the sensor's camera, and for its markers. The sensor must be
+  /// trackable(); it need not outlive the object.
   explicit FollowerWorkspace(const sensor::Sensor& sensor);
 
   Planes planes;  ///< of this frame

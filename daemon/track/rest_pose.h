@@ -5,7 +5,8 @@
 
 namespace tractiond::track {
 
-/// Returns the hash of everything in the pose except its id. Allocates nothing.
+/// Returns the hash of everything in the pose except `id` and `requestedBy`. An empty `oddity` does not enter the
+/// hash, as poses of earlier versions have none. Allocates nothing.
 Id idOf(const RestPose& pose);
 
 /// Returns whether the numbers can be those of a rest pose. Does not check sizes and id.

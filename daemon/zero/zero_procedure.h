@@ -73,9 +73,11 @@ class ZeroProcedure {
   /// \param isWritten false: a loss of power may undo the file of `restored`, so it is written again
   void welcome(const std::optional<RestPose>& restored, const std::optional<RestPose>& before, bool isWritten = true);
 
-  /// Handles a request; the answer comes in the turn in which it is known. Must not be called while another request is
-  /// open. The zero comes into force when it has been written to the disk; until then the previous one stays in force.
-  /// A zero in which something seems to touch, or that cannot be written, is refused.
+  /// Handles a request. Must not be called while another request is open. Answers from within this call if the write of
+  /// an earlier zero takes too long, and refuses an undo if a zero is being written or there is no previous one; else
+  /// answers in a later turn(). The zero comes into force when it has been written to the disk; until then the previous
+  /// one stays in force. A zero is refused if it cannot be written, or if something seems to touch and `anyway` is
+  /// false. The first zero comes into force at once, also if something seems to touch: the answer then has a remark.
   void begin(const ZeroRequest& request);
 
   /// Answers the open request, if there is one, with this error, unless its zero has been taken already.
