@@ -16,17 +16,18 @@ namespace tractiond {
 /// once, and the time that it takes passes later. Thread-bound: all functions are for the owner's thread.
 class BackgroundThread {
  public:
-  /// Starts the thread. The name has at most 15 characters. `idle`, if there is one, is signalled each time all the
-  /// work is done.
+  /// Starts the thread. \param name at most 15 characters, of static storage: the thread reads it when it starts
+  /// \param idle null: none; otherwise signalled, by the thread, each time all the work is done
+  /// \throws std::system_error if no thread can be started
   explicit BackgroundThread(const char* name, std::shared_ptr<Event> idle = {});
   /// Does not wait: the thread finishes the work that is left, and ends. The work must not refer to the owner.
   ~BackgroundThread();
   BackgroundThread(const BackgroundThread&) = delete;
   BackgroundThread& operator=(const BackgroundThread&) = delete;
 
-  /// Queues work and returns at once.
+  /// Queues work and returns at once. The queue has no limit. An exception that leaves `work` ends the process.
   void run(std::function<void()> work);
-  /// As run(). Returns a future of what `work` returns; its destructor does not wait.
+  /// As run(). Returns a future of what `work` returns or throws; its destructor does not wait.
   template <typename Work>
   auto start(Work work) {
     auto task = std::make_shared<std::packaged_task<std::invoke_result_t<Work&>()>>(std::move(work));

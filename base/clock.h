@@ -6,19 +6,19 @@
 
 namespace tractiond {
 
-/// Reads a clock of the operating system, or of the simulated world (tests/simulation), whichever is linked.
-/// Thread-safe.
+/// Returns the time of a clock [ns], of the operating system or of the simulated world (tests/simulation), whichever is
+/// linked. The clock must exist: an error is not reported. Thread-safe.
 std::int64_t clockNow(clockid_t clock);
 
-/// Returns CLOCK_MONOTONIC.
+/// Returns CLOCK_MONOTONIC [ns].
 inline std::int64_t monotonicNow() {
   return clockNow(CLOCK_MONOTONIC);
 }
-/// Returns CLOCK_MONOTONIC_RAW, which is neither set nor slewed.
+/// Returns CLOCK_MONOTONIC_RAW, which is neither set nor slewed [ns].
 inline std::int64_t rawNow() {
   return clockNow(CLOCK_MONOTONIC_RAW);
 }
-/// Returns CLOCK_REALTIME: the time of day since 1970.
+/// Returns CLOCK_REALTIME: the time of day [ns since 1970].
 inline std::int64_t realNow() {
   return clockNow(CLOCK_REALTIME);
 }

@@ -7,6 +7,7 @@
 
 namespace tractiond {
 
+/// Returned by functions that fail; the callers decide whether it is logged and whether the program ends.
 struct Error {
   int exitCode = EX_SOFTWARE;  ///< of sysexits.h
   std::string what = {};       ///< "camera.packet_size_bytes = 70000 is above the largest value 65500"

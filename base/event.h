@@ -18,14 +18,16 @@ class Event {
   /// Signals the event and wakes a thread in wait().
   void signal() noexcept;
 
-  /// Waits for a signal and clears it. Returns true if there was one, false after `timeout` or when a signal handler of
-  /// the process has interrupted the wait.
+  /// Waits for a signal and clears it: several signals count as one. Returns true if there was one, false after
+  /// `timeout` or when a signal handler of the process has interrupted the wait. \param timeout 0: does not wait;
+  /// negative: no limit
   bool wait(std::chrono::milliseconds timeout) noexcept;
 
-  /// Clears the event, for callers that poll fd() themselves.
+  /// Clears the event, for callers that poll fd() themselves. Does not wait, and has no effect if nothing was
+  /// signalled.
   void clear() noexcept;
 
-  /// Returns a descriptor that is readable while the event is signalled.
+  /// Returns a descriptor that is readable while the event is signalled. The event owns it: it must not be closed.
   int fd() const { return fd_; }
 
  private:

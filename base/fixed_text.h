@@ -8,15 +8,15 @@
 
 namespace tractiond {
 
-/// Text that can be copied between threads without allocation. Cuts off what does not fit, between two characters of
-/// UTF-8.
+/// Text of at most kRoom bytes that can be copied between threads without allocation. Cuts off what does not fit,
+/// between two characters of UTF-8.
 template <std::size_t kRoom>
 class FixedText {
  public:
   FixedText() = default;
   explicit FixedText(std::string_view text) { assign(text); }
 
-  /// Replaces the text. Allocates nothing.
+  /// Replaces the text by a copy of `text`, which must not be part of this object. Allocates nothing.
   void assign(std::string_view text) {
     size_ = std::min(text.size(), kRoom);
     while (size_ < text.size() && size_ > 0 && (static_cast<unsigned char>(text[size_]) & 0xC0U) == 0x80U) --size_;

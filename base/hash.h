@@ -36,19 +36,20 @@ class Hasher {
   /// Adds bytes without their number.
   void bytes(const void* data, std::size_t size) { XXH3_128bits_update(state_.get(), data, size); }
 
-  /// Adds the bytes of a number or enum. Does not compile for structs: their padding is not defined.
+  /// Adds the bytes of a number or enum, in the byte order of the machine. Does not compile for structs: their padding
+  /// is not defined.
   template <typename T>
   requires std::is_arithmetic_v<T> || std::is_enum_v<T>
   void value(T value) { bytes(&value, sizeof value); }
 
-  /// Adds the length, then the elements.
+  /// Adds the number of elements as 8 bytes, then the elements.
   template <typename T>
   requires std::is_arithmetic_v<T>
   void range(std::span<const T> values) {
     value(static_cast<std::uint64_t>(values.size()));
     bytes(values.data(), values.size_bytes());
   }
-  /// Adds the length, then the characters.
+  /// Adds the number of bytes as 8 bytes, then the text.
   void text(std::string_view text) { range(std::span<const char>(text.data(), text.size())); }
 
   /// Returns the hash of everything added so far, big endian, as XXH3 prints it. More may be added afterwards.
@@ -58,7 +59,8 @@ class Hasher {
   std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state_;
 };
 
-/// Returns the hash of bytes. Reentrant; allocates nothing.
+/// Returns the hash of `size` bytes, which may be 0: that of a Hasher to which the same was added by bytes().
+/// Reentrant; allocates nothing.
 inline Hash128 hash128(const void* data, std::size_t size) {
   return canonical(XXH3_128bits(data, size));
 }

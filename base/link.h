@@ -31,7 +31,8 @@ class Link {
   static_assert(kSlots >= 3, "one slot for each side and one on its way");
 
  public:
-  /// \param evicted counts evicted elements, on the producer's thread \param blank copied into each slot, to size it
+  /// \param evicted counts evicted elements, on the producer's thread; must outlive the link \param blank copied into
+  /// each slot, to size it
   /// \param reclaimed called on the producer's thread with each slot that comes back, consumed or evicted, before it is
   /// used again
   Link(
@@ -51,7 +52,7 @@ class Link {
   }
 
   /// Returns a slot to fill, which holds an old element; push() or putBack() must follow. If none is free, evicts the
-  /// oldest waiting one, or, with kWait, returns nullptr: see waitForRoom().
+  /// oldest waiting one, or, with kWait, returns nullptr: see waitForRoom(). Never waits.
   T* acquire() {
     for (;;) {
       reclaim();
@@ -65,7 +66,7 @@ class Link {
     }
   }
 
-  /// Hands an acquired slot to the consumer and wakes it.
+  /// Hands an acquired slot to the consumer and wakes it. Does not wait. The slot must not be used afterwards.
   void push(T* slot) {
     [[maybe_unused]] const bool pushed = waiting_.push(slot);
     assert(pushed && "the ring has room for all slots");
@@ -87,7 +88,8 @@ class Link {
 
   // --- called by the consumer
 
-  /// Returns the oldest waiting slot; nullptr if none waits. release() must follow.
+  /// Returns the oldest waiting slot; nullptr if none waits. Does not wait. release() must follow before the next
+  /// take().
   T* take() { return waiting_.pop(); }
 
   /// Gives a taken slot back for reuse.
@@ -101,7 +103,7 @@ class Link {
   void wait(std::chrono::milliseconds timeout) { filled_.wait(timeout); }
 
   /// Returns a descriptor to poll for reading, for a consumer that waits for more than this link; awake() must be
-  /// called after it was readable.
+  /// called after it was readable, before take(). The link owns it.
   int fd() const { return filled_.fd(); }
   void awake() { filled_.clear(); }
 

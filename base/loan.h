@@ -5,8 +5,9 @@
 
 namespace tractiond {
 
-/// Wait-free, for two threads. The owner allocates all memory of the record; the filler only writes into it, and reads
-/// a single atomic while nothing is wanted. Atomic is replaced only in interleavings_test.cpp.
+/// Wait-free, for two threads. At first the owner has the record. The owner allocates all memory of it; the filler only
+/// writes into it, and reads a single atomic while nothing is wanted. Atomic is replaced only in
+/// interleavings_test.cpp.
 template <typename T, template <typename> typename Atomic = std::atomic>
 class Loan {
  public:
@@ -21,7 +22,8 @@ class Loan {
 
   /// Returns the record if it is lent; nullptr if nothing is wanted.
   T* lent() { return lent_.load(std::memory_order_acquire) ? &record_ : nullptr; }  // partner: lend()
-  /// Returns the filled record to the owner.
+  /// Returns the filled record to the owner: the filler must not touch it until lent() returns it again. The owner is
+  /// not woken.
   void giveBack() { lent_.store(false, std::memory_order_release); }  // partner: own()
 
  private:

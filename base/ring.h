@@ -18,7 +18,7 @@ class Ring {
   static_assert(kCapacity > 0 && (kCapacity & (kCapacity - 1)) == 0, "a power of two: the index is a mask");
 
  public:
-  /// Adds an element. Returns false if the ring is full.
+  /// Adds an element. Returns false, and changes nothing, if the ring holds kCapacity elements.
   bool push(T* element) noexcept {
     const auto tail = tail_.load(std::memory_order_relaxed);  // written by this thread alone
     // acquire: partner is the release of the CAS in pop(). The taker has read the cell before we overwrite it.

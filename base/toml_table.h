@@ -19,7 +19,7 @@ namespace tractiond {
 struct FileError {
   std::string where;        ///< "paper.toml:12"
   std::string what;         ///< "gel.poisson_ratio = 0.5 is not below 0.5"
-  bool unreadable = false;  ///< true: the file does not exist, is no regular file, or may not be read
+  bool unreadable = false;  ///< true: the file does not exist, is no regular file, is too large, or may not be read
   bool isData = false;      ///< true: the file holds numbers written by a program, not text
 };
 
@@ -29,28 +29,34 @@ struct Range {
   double perUnit = 1.0;
 };
 
-/// A table of a parsed file. Reading a missing key leaves the value unchanged. The first fault is kept, and finish() of
-/// any table of the file returns it. Thread-bound.
+/// A table of a parsed file. Reading a missing key leaves the value unchanged, and is no fault. The first fault is
+/// kept, and finish() of any table of the file returns it. Tables of one file share its contents, which live as long as
+/// one of them. Thread-bound.
 class TomlTable {
  public:
-  /// Parses `text`. \param file names the file in errors
+  /// Parses `text`, which need not outlive the call. Fails if it is not TOML, or has a key of more than 100 parts.
+  /// Returns the root table. \param file names the file in errors
   static tl::expected<TomlTable, FileError> parse(std::string_view text, const std::string& file);
-  /// Parses the file at `path`, of at most 4 MiB.
+  /// Parses the file at `path`, of at most 4 MiB. Fails as parse(), and with FileError::unreadable if it cannot be
+  /// read.
   static tl::expected<TomlTable, FileError> load(const std::string& path);
 
-  // Read the value of a key. A wrong type or an invalid value is a fault.
+  // Read the value of a key. A wrong type or a number that is not finite or not in its range is a fault, which leaves
+  // `value` unchanged; the elements of a list of numbers are then undefined. An int needs a number without a point.
   void read(std::string_view key, double& value, const Range& range);
   void read(std::string_view key, int& value, const Range& range);
   void read(std::string_view key, bool& value);
   void read(std::string_view key, std::string& value);
   void read(std::string_view key, std::vector<std::string>& values);
-  /// Reads a list of exactly as many numbers.
+  /// Reads a list of exactly as many numbers. Another number of them is a fault.
   void read(std::string_view key, std::span<double> values, const Range& range);
   /// Reads a list of any length, or a single number.
   void read(std::string_view key, std::vector<double>& values, const Range& range);
   /// Returns the table of a key; nothing if the key is missing, or is not a table, which is a fault.
   std::optional<TomlTable> table(std::string_view key);
-  std::vector<TomlTable> tables(std::string_view key);  ///< of an array of tables; empty if the key is missing
+  /// Returns the tables of an array of tables, in the order of the file; none if the key is missing, or is not such an
+  /// array, which is a fault.
+  std::vector<TomlTable> tables(std::string_view key);
   /// A value of entries().
   using Scalar = std::variant<bool, std::int64_t, double, std::string>;
   /// Returns all keys of this table with their values, in the order of the file. A value of another type is a fault.
@@ -58,9 +64,10 @@ class TomlTable {
   /// Returns whether the table has the key. This does not count as reading it.
   bool has(std::string_view key) const;
 
-  /// Adds a fault that the caller found, at a key, or at the table itself if it has no such key.
+  /// Adds a fault that the caller found, at the line of a key, or of the table itself if it has no such key. Has no
+  /// effect if there is a fault already. \param what completes a sentence that begins with the key: "must be even"
   void fail(std::string_view key, const std::string& what);
-  /// Returns the first fault; if there is none, the first key of the whole file that was not read.
+  /// Fails with the first fault; if there is none, with the first key of the whole file that was not read.
   tl::expected<void, FileError> finish();
 
  private:

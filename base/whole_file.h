@@ -17,8 +17,9 @@
 
 namespace tractiond {
 
-/// Returns all bytes of a file. Fails if it is not a regular one (not_supported), as a pipe or a device has no end, or
-/// has more than `most` bytes (file_too_large).
+/// Returns all bytes of a file. Waits for the disk, never for a pipe or a device. Fails if it is not a regular one
+/// (not_supported), as a pipe or a device has no end, or has more than `most` bytes (file_too_large); otherwise with
+/// the errno of open() or read().
 inline tl::expected<std::vector<char>, std::error_code>
 readWholeFile(const std::filesystem::path& path, std::size_t most = std::numeric_limits<std::size_t>::max()) {
   const int file = files::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -50,7 +51,8 @@ readWholeFile(const std::filesystem::path& path, std::size_t most = std::numeric
   return bytes;
 }
 
-/// Synchronises the names of the files in a directory, so that they survive a loss of power.
+/// Synchronises the names of the files in a directory, so that they survive a loss of power. Waits for the disk.
+/// Returns the error; an empty code on success, and where the file system cannot synchronise directories.
 inline std::error_code synchroniseNames(const std::filesystem::path& directory) {
   const int file = files::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (file < 0) return std::error_code(errno, std::generic_category());
@@ -62,7 +64,9 @@ inline std::error_code synchroniseNames(const std::filesystem::path& directory) 
 
 /// Replaces or creates a file as a whole or not at all, also if power is lost: writes PATH.unfinished, synchronises it,
 /// renames it to PATH and synchronises the directory. If only the last step fails, the file is replaced, but a loss of
-/// power may undo that. \param mode permissions, from which the process's umask is subtracted
+/// power may undo that. Waits for the disk. Returns the errno of the step that failed; an empty code on success. Two
+/// calls for the same path must not overlap. \param mode permissions of the new file, from which the process's umask is
+/// subtracted; those of the replaced file are not kept, nor is its owner
 inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::span<const char> bytes,
                                         mode_t mode = 0644) {
   const std::filesystem::path unfinished = path.string() + ".unfinished";

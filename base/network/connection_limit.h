@@ -17,20 +17,24 @@ inline constexpr std::size_t kMostDescriptors = 65'536;
 
 // Every function is thread-safe.
 
-/// Returns the number of connections that were refused since the start of the program.
+/// Returns the number of connections that were refused, that is accepted and closed at once, since the start of the
+/// program.
 std::uint64_t refused();
 
-/// Returns whether any connection came through accept() or accept4() of this program: those of ZeroMQ do.
+/// Returns whether accept() or accept4() of this program has been called since its start, with or without success: with
+/// a libzmq that uses other calls the limit is not in force.
 bool seesAccepts();
 
 /// Reports the connections that are refused after its construction. Thread-bound.
 class Report {
  public:
-  /// \param mostLookedAt number of file descriptors that one call looks at
+  /// \param mostLookedAt largest number of file descriptors that look() examines for the peer with most connections
   explicit Report(std::size_t mostLookedAt = 512)
       : mostLookedAt_(mostLookedAt) {}
 
-  /// Returns a line for the log; empty if nothing was refused, or if the last line was less than a minute ago.
+  /// Returns a line for the log, with the number of connections refused since the line before and the peer that has
+  /// most connections; empty if nothing was refused since, or if that line is less than a minute old. Does not wait; a
+  /// call that returns a line makes some 10 us of system calls for each descriptor. \param now_ns CLOCK_MONOTONIC
   std::string look(std::int64_t now_ns);
 
  private:

@@ -5,14 +5,16 @@
 
 namespace tractiond::network {
 
-/// Returns the local end of a connection, "ipc://PATH" or ":PORT"; empty if `fd` is not a connection of these kinds.
+/// Returns the local end of a connection or listening socket, "ipc://PATH", "ipc://@NAME" or ":PORT"; empty if `fd` is
+/// not a socket of these kinds. Reentrant.
 std::string localEnd(int fd);
 
-/// Returns the localEnd() of the connections to an endpoint.
+/// Returns the localEnd() of the connections to an endpoint, "tcp://ADDRESS:PORT" or "ipc://PATH"; any other text
+/// without a colon is returned unchanged.
 std::string localEndOf(const std::string& endpoint);
 
-/// Returns the peer of a connection as text for the log: "uid 1000, pid 4711", or an address. Empty if `fd` is not a
-/// connection, or it has ended.
+/// Returns the peer of a connection as text for the log: "uid 1000, pid 4711" for ipc, else its numeric IP address
+/// without the port. Empty if `fd` is not a connection, or it has ended. Reentrant.
 std::string peerOf(int fd);
 
 }  // namespace tractiond::network

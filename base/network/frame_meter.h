@@ -24,7 +24,8 @@ class FrameMeter {
     bool isOld = false;            ///< the peer uses a protocol older than ZMTP 3.0, whose frames cannot be measured
   };
 
-  /// Measures the next bytes of the connection.
+  /// Measures the next bytes of the connection, of any number: frames may begin and end anywhere in them. Returns what
+  /// these bytes add, not the sum. After isOld, further readings are undefined. \param bytes need not outlive the call
   Reading read(std::span<const std::uint8_t> bytes, Charge charge);
 
  private:

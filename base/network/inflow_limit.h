@@ -18,13 +18,14 @@ inline constexpr std::uint64_t kMostTogether_bytes = 8 << 20;  ///< of all; abov
 // Every function is thread-safe.
 
 /// Applies the limits to the connections that are accepted at this endpoint (tcp://ADDRESS:PORT, ipc://PATH) from now
-/// on.
+/// on. An endpoint is identified by its port or path alone. Each call needs an unwatch() of its own.
 void watch(const std::string& endpoint, Charge charge);
-/// Ends watch(). When no endpoint is left, forgets all charges.
+/// Ends one watch() of each endpoint; ignores endpoints that are not watched. When none is left, forgets all charges.
 void unwatch(const std::vector<std::string>& endpoints);
 
 /// Releases the charge of a connection for one message, which the caller has taken out of ZeroMQ's queues.
-/// \param fd of the connection, as ZeroMQ reports it \param parts number of parts of the message
+/// \param fd of the connection, as ZeroMQ reports it; -1, or one without a charge, has no effect
+/// \param parts number of parts of the message
 void release(int fd, std::size_t parts);
 
 /// Releases the charges of connections that have ended. Must be called when ZeroMQ has no more messages of this kind in
@@ -38,7 +39,8 @@ std::uint64_t ended();
 /// Thread-bound.
 class Report {
  public:
-  /// Gives memory of ended connections back to the system, at most once a second.
+  /// Gives memory of ended connections back to the system, at most once a second: a call within a second of the one
+  /// before does nothing. \param now_ns CLOCK_MONOTONIC
   /// \return a line for the log; empty if there is nothing to report, or if the last line was less than a minute ago
   std::string look(std::int64_t now_ns);
 

@@ -25,13 +25,14 @@ std::string_view wordOf(Permission permission);
 
 /// A client key that may connect, stored in the file NAME.key.
 struct AllowedKey {
-  std::string name;  ///< valid by traction::isValidName
-  std::string key;
+  std::string name;  ///< 1 to 24 of A-Z, a-z, 0-9, _ and -
+  std::string key;   ///< public key of the client
   Permission permission = Permission::kRead;
 
   bool operator==(const AllowedKey&) const = default;
 };
 
+/// Keys of a gateway or of a client.
 struct KeyPair {
   std::string publicKey, secretKey;
   std::string serverKey;  ///< of the gateway that it connects to; empty: not known
@@ -40,46 +41,52 @@ struct KeyPair {
 /// Returns whether `text` is a key: 40 characters of Z85.
 bool isKey(std::string_view text);
 
-/// Returns the text of a key of 32 bytes; empty for any other number of bytes.
+/// Returns the text (Z85) of a key given as 32 bytes; empty for any other number of bytes.
 std::string keyOfBytes(std::string_view bytes);
 
 /// Generates a random key pair. The public key never begins with '-', so that it can be a command-line argument.
 KeyPair newKeyPair();
 
-/// Returns the path of the gateway's own secret key in a directory of keys.
+/// Returns the path of the gateway's own secret key in a directory of keys: DIRECTORY/gateway.secret, whether or not it
+/// exists.
 std::filesystem::path serverKeyFile(const std::filesystem::path& directory);
 
 /// Reads a key pair. Errors: EX_NOINPUT if it cannot be read, EX_CONFIG if it is not a valid pair (the public key must
 /// belong to the secret one), EX_NOPERM if others than its owner can read the file (for root's file: and its group).
 tl::expected<KeyPair, Error> loadKeyPair(const std::filesystem::path& path);
 
-/// Writes a new file with mode 0600 and creates its directory. Errors: EX_CANTCREAT if the file exists or cannot be
-/// written, EX_NOPERM without the permission, and if root would write into a directory of another user.
+/// Writes a new file with mode 0600 and creates its directory and that one's parents. Errors: EX_CANTCREAT if the file
+/// exists or cannot be written, EX_NOPERM without the permission, and if root would write into a directory of another
+/// user. As root, the file gets the group of its directory. Does not check the keys. Waits for the disk.
 tl::expected<void, Error> saveKeyPair(const std::filesystem::path& path, const KeyPair& keys);
 
-/// Writes the gateway's own key in the same way. As root the mode is 0640, so that the directory's group, the
-/// gateway's, can read it.
+/// Writes the gateway's own key to serverKeyFile() as saveKeyPair() does, with the same errors. As root the mode is
+/// 0640, so that the directory's group, the gateway's, can read it.
 tl::expected<void, Error> saveServerKey(const std::filesystem::path& directory, const KeyPair& keys);
 
 /// Writes NAME.key with mode 0644 and creates the directory; replaces an existing file as a whole. Errors are those of
 /// saveKeyPair(), except for an existing file. \param key must be valid: name and key are not checked
 tl::expected<void, Error> allow(const std::filesystem::path& directory, const AllowedKey& key);
 
-/// Deletes NAME.key. Errors: EX_NOINPUT if there is none; EX_NOPERM or EX_CANTCREAT if it cannot be deleted.
+/// Deletes NAME.key; a gateway notices it by itself. Errors: EX_NOINPUT if there is none; EX_NOPERM or EX_CANTCREAT if
+/// it cannot be deleted. \param name must be valid: it is not checked
 tl::expected<void, Error> revoke(const std::filesystem::path& directory, const std::string& name);
 
-/// The keys of a directory, read again whenever its files change. Not thread-safe.
+/// The keys of a directory, as refresh() has read them last. Not thread-safe.
 class KeyDirectory {
  public:
+  /// Reads nothing: until the first refresh() there are no keys.
   explicit KeyDirectory(std::filesystem::path path)
       : path_(std::move(path)) {}
 
-  /// Reads the directory again if a file has changed. Returns whether the keys or the faults have changed. A faulty
-  /// file allows no key. If file descriptors or memory are exhausted, everything stays as it was.
+  /// Reads the directory again if a file NAME.key has changed, appeared or gone. Returns whether the keys or the faults
+  /// have changed. A faulty file allows no key, nor does one with the key of a file before it in the order of names. No
+  /// key is allowed if the directory cannot be read, can be written by every user, or has more than 1,000 keys. If file
+  /// descriptors or memory are exhausted, everything stays as it was. Waits for the disk.
   bool refresh();
 
   const std::vector<AllowedKey>& keys() const { return keys_; }  ///< sorted by name
-  /// Errors of single files or of the directory, at the last reading.
+  /// Returns the errors of single files or of the directory, at the last reading. Valid until the next refresh().
   const std::vector<Error>& faults() const { return faults_; }
   /// Returns the allowed key equal to `key`, or null. Valid until the next refresh().
   const AllowedKey* find(std::string_view key) const;

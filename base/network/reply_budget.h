@@ -21,20 +21,23 @@ class ReplyBudget {
   };
 
   /// \param most_bytes limit of all requesters together \param mostEach_bytes of one
-  /// \param hasUnread returns whether the kernel holds bytes of a connection that its peer has not read
+  /// \param hasUnread returns whether the kernel holds bytes of a connection that its peer has not read; called by
+  /// forgetRead()
   ReplyBudget(std::uint64_t most_bytes, std::uint64_t mostEach_bytes, std::function<bool(int fd)> hasUnread = isUnread)
       : most_bytes_(most_bytes)
       , mostEach_bytes_(mostEach_bytes)
       , hasUnread_(std::move(hasUnread)) {}
 
-  /// Returns whether so many bytes more may wait for a requester. A single reply may have any size.
+  /// Returns whether so many bytes more may wait for a requester, within both limits. If nothing waits for it, the
+  /// answer is true for any number of bytes, whatever waits for others.
   bool allows(const std::string& requester, std::uint64_t bytes) const;
 
   /// Forgets the replies that ZeroMQ has freed and whose connections hold nothing unread. Makes a system call for each
   /// connection: should be called once per turn, not for each request.
   void forgetRead();
 
-  /// Counts a reply until it is forgotten. \param fd of its connection
+  /// Counts a reply until forgetRead() forgets it; does not check the limits. Returns what messageOf() needs, to state
+  /// when ZeroMQ has freed the reply. \param fd of its connection
   std::shared_ptr<Reply> add(const std::string& requester, int fd, std::uint64_t bytes);
 
  private:

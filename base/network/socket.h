@@ -16,31 +16,38 @@
 
 namespace tractiond::network {
 
-/// Sets the options that protect a socket from its peers. Must be called before bind().
-/// \param largestMessage bytes of one part from a peer; a peer that sends more is cut off.
+/// Sets the options that protect a socket from its peers, among them TCP keep-alive and a limit of 0.5 s for a
+/// handshake. Must be called before bind(). \throws zmq::error_t if the socket is not open
+/// \param highWaterMark messages queued for one slow peer; further ones are lost
+/// \param largestMessage bytes of one part from a peer; a peer that sends more is cut off
 void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage);
 
 /// Binds a ROUTER or a publisher to all endpoints (tcp://ADDRESS:PORT, PORT * for any free one, or ipc://PATH in an
-/// existing directory) and returns them as bound. Replaces a socket file on which no process listens. Bounds what peers
-/// can make ZeroMQ hold (inflow_limit.h) until release().
+/// existing directory) and returns them as bound. Replaces a socket file on which no process listens; the file's mode
+/// is 0660. Bounds what peers can make ZeroMQ hold (inflow_limit.h) until release(). Errors: EX_CONFIG for an endpoint
+/// that is not valid, EX_UNAVAILABLE if it is in use or not an address of this machine, EX_CANTCREAT if its directory
+/// does not exist or another kind of file has its path, EX_NOPERM. After an error the socket must be closed: endpoints
+/// before the faulty one are still bound.
 tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const std::vector<std::string>& endpoints);
 
 /// Ends what bind() began: stops watching the endpoints' connections, and removes the files of ipc endpoints, which
-/// ZeroMQ 4.3 leaves behind.
+/// ZeroMQ 4.3 leaves behind. Does not close the socket. \param bound as bind() returned it
 void release(const std::vector<std::string>& bound);
 
 /// Returns the sender of a message as text for the log: its address, or "uid 1000, pid 4711" for a process on this
 /// host, or "an unknown peer" if ZeroMQ does not know the address.
 std::string peerName(zmq::message_t& message);
 
-/// Returns the file descriptor of the connection over which a message came; -1 if it is not known.
+/// Returns the file descriptor of the connection over which a message came; -1 if it is not known. The connection may
+/// have ended since, and its number be that of another file.
 int sourceOf(zmq::message_t& message);
 
 /// Returns a message that clears waiting->queued when ZeroMQ frees it: it and its copies were written, or their peers
 /// have gone. ZeroMQ's thread clears it.
 zmq::message_t messageOf(std::string bytes, std::shared_ptr<ReplyBudget::Reply> waiting);
 
-/// Ends a peer's connection. Returns false if `fd` is no connection to one of these endpoints.
+/// Ends a peer's connection, for both directions. Returns false if `fd` is no connection to one of these endpoints, or
+/// has ended.
 /// \param fd of the connection, as sourceOf() returned it
 bool cutOff(int fd, const std::vector<std::string>& bound);
 
@@ -52,6 +59,7 @@ class PeerLimit {
       : limit_(messages) {}
 
   /// Counts a message that came over a socket bound to these endpoints. Ends its connection if it exceeds the limit.
+  /// Has no effect if the connection is not known. \param bound as bind() returned it
   void count(zmq::message_t& message, const std::vector<std::string>& bound);
   void reset() { counts_.fill(0); }  ///< Sets the counts of all connections to 0.
 

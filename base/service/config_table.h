@@ -20,19 +20,20 @@ namespace tractiond {
 /// Value that is one of a few words.
 struct Choice {
   std::vector<std::string> words;
-  std::function<std::string()> get;
-  std::function<void(const std::string&)> set;
+  std::function<std::string()> get;             ///< returns the word of the present value
+  std::function<void(const std::string&)> set;  ///< sets the value by one of `words`
 };
 
 /// Section with keys that are not known beforehand, each with a value.
 struct Entries {
   using Entry = std::pair<std::string, TomlTable::Scalar>;
-  std::function<std::vector<Entry>()> get;
-  std::function<void(Entry)> add;
+  std::function<std::vector<Entry>()> get;  ///< returns all entries
+  std::function<void(Entry)> add;           ///< appends an entry
   std::string_view example;  ///< lines of comment above the key in a configuration file
 };
 
-/// One key of the configuration file. Values point into a configuration.
+/// One key of the configuration file. Values point into a configuration, and texts into static storage; both must
+/// outlive it.
 struct Key {
   std::string_view section, name;
   std::string_view unit;  ///< as in the file; empty: none
@@ -47,7 +48,8 @@ struct Key {
 /// Returns a choice that sets `value` to one of the words. `value` must outlive it.
 Choice choiceOf(std::string& value, std::vector<std::string> words);
 
-/// Returns a choice that sets `value` to the meaning of one of the words. `value` must outlive it.
+/// Returns a choice that sets `value` to the meaning of one of the words. `value` must outlive it. Its `get` returns an
+/// empty text for a value without a word, and its `set` ignores other words.
 template <typename Enum>
 Choice choiceOf(Enum& value, std::vector<std::pair<std::string, Enum>> meanings) {
   Choice result;
@@ -66,14 +68,15 @@ Choice choiceOf(Enum& value, std::vector<std::pair<std::string, Enum>> meanings)
   return result;
 }
 
-/// Returns whether an endpoint cannot be reached from other hosts: ipc, or tcp at 127.…, [::1], localhost or lo.
+/// Returns whether an endpoint cannot be reached from other hosts: ipc, or tcp at 127.…, [::1], localhost or lo. Judges
+/// by the text alone: any other text is false.
 bool isOnThisHost(std::string_view endpoint);
 
-/// Returns a text as a TOML string, with quotes.
+/// Returns a text as a TOML string, with quotes; control characters, quotes and backslashes are escaped.
 std::string quoted(const std::string& text);
 
 /// Returns the text of a configuration file with every key, its value and meaning, after `introduction`. \param
-/// standards the same keys of a default configuration, whose values are stated as defaults
+/// standards the same keys, in the same order, of a default configuration, whose values are stated as defaults
 std::string tableText(const std::string& introduction, const std::vector<Key>& keys, const std::vector<Key>& standards);
 
 /// A key whose values differ in two configurations.
@@ -89,8 +92,9 @@ std::vector<Change> changesBetween(const std::vector<Key>& before, const std::ve
 /// Converts an error in a configuration file: EX_NOINPUT if the file cannot be read, else EX_CONFIG.
 Error asError(const FileError& error);
 
-/// Reads every key of the table from a file; missing keys keep their values. Fails with EX_CONFIG for the first fault,
-/// also for an unknown key.
+/// Reads every key of the table from a file into the values that the keys point to; missing keys keep their values.
+/// Fails with EX_CONFIG for the first fault, also for an unknown key; some values are then changed already.
+/// \param root root table of the file
 tl::expected<void, Error> readTable(TomlTable& root, const std::vector<Key>& keys);
 
 }  // namespace tractiond

@@ -20,11 +20,11 @@ struct LineWriterOptions {
 /// lines for which there is no room are counted, and a line in their place states how many were lost.
 class LineWriter {
  public:
-  /// \param descriptor must stay open until the process ends
+  /// Starts the thread. \param descriptor must stay open until the process ends; not closed by the writer
   explicit LineWriter(int descriptor, const LineWriterOptions& options = {});
   LineWriter(const LineWriter&) = delete;
   LineWriter& operator=(const LineWriter&) = delete;
-  /// Calls drain().
+  /// Calls drain(), and so waits at most for `patience`.
   ~LineWriter();
 
   /// Waits until the queued lines are written, at most for `patience`. Later lines are not written. Any thread.
@@ -33,7 +33,8 @@ class LineWriter {
   /// Queues a line; does not wait. Any thread. \param line without its line end
   void write(std::string_view line);
 
-  /// Returns the number of lines lost since the start. Any thread.
+  /// Returns the number of lines lost since the start: no room, a full disk, or no reader. Lines that drain() leaves
+  /// unwritten are not counted. Any thread.
   std::uint64_t lost() const;
 
  private:

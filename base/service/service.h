@@ -30,7 +30,8 @@ void catchSignals();
 struct ServiceRequests {
   Event stop, reload;
 };
-/// Returns those of this process. Reentrant once catchSignals() has been called.
+/// Returns those of this process, which live until it ends. Thread-safe. A signal handler may call it once
+/// catchSignals() has been called.
 ServiceRequests& serviceRequests();
 
 /// Lets a stop signal end the process during the start, as long as the object exists: computing an inverse takes
@@ -38,7 +39,7 @@ ServiceRequests& serviceRequests();
 class StopWhileStarting {
  public:
   /// \param leave ends the process; called on a thread of its own if the start has not ended `patience` after the
-  /// signal. If it has ended, run() returns at once.
+  /// signal. If it has ended, run() returns at once. The destructor waits for that thread, some 50 ms at most.
   explicit StopWhileStarting(std::function<void()> leave,
                              std::chrono::milliseconds patience = std::chrono::milliseconds(500));
 
@@ -50,8 +51,8 @@ class StopWhileStarting {
 /// process if none is left. Fails with EX_OSERR if that is less than 256.
 tl::expected<void, Error> raiseDescriptorLimit();
 
-/// Fails with EX_OSERR if the address space is limited to less than an inverse, the threads' stacks and a camera's
-/// buffers take: libraries hang or end the process if memory is refused.
+/// Fails with EX_OSERR if the address space is limited (RLIMIT_AS) to less than 2 GiB, which an inverse, the threads'
+/// stacks and a camera's buffers take: libraries hang or end the process if memory is refused.
 tl::expected<void, Error> checkAddressSpace();
 
 /// Returns whether standard error is systemd's journal. The journal reads a line's priority from its start
@@ -63,7 +64,8 @@ class StageWatch {
  public:
   /// \param loops counters of turns; must outlive the object
   explicit StageWatch(std::vector<const Counter*> loops);
-  /// Returns whether every loop has made a turn since this was true last.
+  /// Returns whether every loop has made a turn since this was true last, at first since the construction. Does not
+  /// wait.
   bool allAdvanced();
 
  private:
@@ -71,6 +73,8 @@ class StageWatch {
   std::vector<std::uint64_t> seen_;
 };
 
+/// What run() needs of a program. run() calls the functions on its own thread, except `reload`; `ended` and
+/// `statusLine` must be set.
 struct ServiceHooks {
   std::vector<const Counter*> loops;                ///< turns of each of the program's loops
   std::function<bool()> ended;                      ///< returns whether the program has ended by itself
@@ -78,7 +82,7 @@ struct ServiceHooks {
   /// Reads the configuration again, on a thread of its own, as a disk may take seconds. Returns what applies it, which
   /// is called by run() itself. A stop does not wait for the reading: it must own what it uses.
   std::function<std::function<void()>()> reload = {};
-  std::function<bool()> others = {};                ///< liveness check of library threads; must not wait
+  std::function<bool()> others = {};                ///< liveness check of library threads; must not wait; none: alive
   std::int64_t (*monotonicClock)() = monotonicNow;  ///< times the updates of the status line [ns]
 };
 
@@ -119,9 +123,10 @@ class ServiceLoop {
   /// Heeds the requests, tells the status, and feeds the watchdog while LivenessCheck::isAlive(). Does not wait.
   /// Returns false if the service is to stop, or has ended by itself, which systemd is told.
   bool turn();
-  /// Returns after how long turn() is to be called again; at once if there is a request, except for a reload during
-  /// another one.
+  /// Returns after how long turn() is to be called again: at most 1 s, and 20 ms during a reload. If there is a
+  /// request, the caller should call turn() at once, except for a reload during another one.
   std::chrono::milliseconds patience() const;
+  /// Returns whether a reload is under way, until systemd has been told of its end.
   bool isReloading() const { return reload_.isUnderWay(); }
 
  private:
@@ -154,8 +159,9 @@ class ServiceLoop {
 };
 
 /// Notifies systemd that the service is ready, feeds the watchdog while LivenessCheck::isAlive(), and reloads on
-/// SIGHUP. Returns on SIGTERM or SIGINT, or when the program has ended by itself. Without systemd it does the same,
-/// without notifications.
+/// SIGHUP. Returns on SIGTERM or SIGINT, or when the program has ended by itself, which it notices within a second.
+/// Without systemd it does the same, without notifications. Requires catchSignals(), whose signals it unblocks for the
+/// calling thread. \param hooks must outlive the call
 void run(const ServiceHooks& hooks);
 
 }  // namespace tractiond
