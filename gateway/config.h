@@ -12,6 +12,7 @@
 
 namespace tractiond::gateway {
 
+/// Limits on what all peers and each of them may use; all are at least 1.
 struct Limits {
   int peers = 256;                 ///< connections at the same time
   int peersPerAddress = 32;        ///< connections from one address, so that a single address cannot keep others out
@@ -19,27 +20,31 @@ struct Limits {
   int requestsPerSecondEach = 20;  ///< of one key
 };
 
+/// The endpoints are tcp://ADDRESS:PORT, ADDRESS * for every address of this host. All but `preview` need at least one.
 struct Config {
   std::vector<std::string> stream = {"tcp://*:9882"};
   std::vector<std::string> latest = {"tcp://*:9883"};
   std::vector<std::string> control = {"tcp://*:9884"};
-  std::vector<std::string> preview = {};
+  std::vector<std::string> preview = {};  ///< empty: previews are not relayed
   bool insecure = false;  ///< true: connections need no key
-  std::string keys = network::kKeyDirectory;
+  std::string keys = network::kKeyDirectory;  ///< directory of the allowed keys and of the gateway's own
   int highWaterMark = 8;  ///< messages queued for one slow peer; further ones are lost
   Limits limits;
-  std::string logLevel = "info";
+  std::string logLevel = "info";  ///< "debug", "info", "warning" or "error"
 };
 
-/// Returns every key of the configuration file, section by section, bound to the fields of `config`.
+/// Returns every key of the configuration file, section by section, bound to the fields of `config`, which must outlive
+/// them.
 std::vector<Key> keysOf(Config& config);
 
 /// Returns the text of a configuration file with the values of `config` and the meaning, default and range of every
 /// key.
 std::string configText(const Config& config);
 
-/// Read a configuration. Missing keys keep their defaults. Errors: EX_CONFIG for invalid content, EX_NOINPUT if the
-/// file cannot be read.
+// Read a configuration. Missing keys keep their defaults. Errors: EX_CONFIG for invalid content, also an unknown key;
+// EX_NOINPUT if the file cannot be read, or has more than 4 MiB.
+
+/// Reads `text` to its end. \param name of the file in errors
 tl::expected<Config, Error> parseConfig(std::istream& text, const std::string& name);
 tl::expected<Config, Error> loadConfig(const std::string& path);
 

@@ -29,14 +29,16 @@ class Front {
   struct Options {
     Endpoints endpoints;            ///< tcp; the previews may have none
     std::optional<network::KeyPair> server;  ///< empty: connections need no key
-    int highWaterMark = 8;
+    int highWaterMark = 8;  ///< messages of stream and latest queued for one slow peer; further ones are lost
     Limits limits;
   };
 
   /// Called for each rejected handshake with the peer and the reason, as text for the log.
   using Refused = std::function<void(const std::string& what)>;
 
-  /// Opens and binds all sockets. Errors: EX_OSERR, and those of network::bind().
+  /// Opens and binds all sockets. Errors: EX_OSERR if ZeroMQ cannot start; those of network::bind(): EX_CONFIG,
+  /// EX_UNAVAILABLE if an address is in use or not of this machine, EX_NOPERM. \param mayEnter, refused called by
+  /// serve(), on its thread; mayEnter only if connections need a key
   static tl::expected<std::unique_ptr<Front>, Error> open(const Options& options, MayEnter mayEnter, Refused refused);
   ~Front();
   Front(const Front&) = delete;
@@ -47,9 +49,11 @@ class Front {
   /// Returns the endpoints with the port numbers in use.
   const std::vector<std::string>& bound(Way way) const { return bound_[way]; }
 
-  /// Returns what the caller must poll besides the four sockets.
+  /// Returns what the caller must poll besides the four sockets; serve() must be called when one is readable. Valid as
+  /// long as the front exists.
   std::vector<zmq_pollitem_t> others();
-  /// Answers pending handshakes and updates peers(). Never waits.
+  /// Answers pending handshakes and updates peers(), at most 64 handshakes and 1,024 events of each socket per call.
+  /// Ends connections beyond the limits. Never waits.
   void serve();
 
   Peers& peers() { return peers_; }  ///< Returns the connections, as serve() has counted them.

@@ -12,25 +12,29 @@
 
 namespace tractiond::gateway {
 
-/// Receives the next message and keeps its first four parts. Returns the number of its parts; 0: there is none.
+/// Receives the next message whole and keeps its first four parts; elements of `parts` without a part are unchanged.
+/// Returns the number of its parts; 0: there is none, or it cannot be received.
 std::size_t receive(zmq::socket_t& socket, std::array<zmq::message_t, 4>& parts);
 
-/// Sends one part of a message. Returns false if there is no peer, or its queue is full. \param more true: further
-/// parts follow
+/// Sends one part of a message; `part` is then empty. Returns false, and leaves `part` as it is, if there is no peer or
+/// its queue is full. A ROUTER or publisher returns true, and drops the message for the peers concerned.
+/// \param more true: further parts follow
 bool put(zmq::socket_t& socket, zmq::message_t& part, bool more);
 bool put(zmq::socket_t& socket, std::string_view text, bool more);
 
 /// Returns a property of a message, such as "Peer-Address"; empty if it has none of this name.
 std::string property(zmq::message_t& message, const char* name);
 
-/// Routing text that the instrument returns with its reply: the routing id, followed by the client's name.
+/// Routing text that the instrument returns with its reply, so that the reply finds the client.
 struct Route {
+  /// Routing id of the client's connection on the front's control socket; name of the client's key, or its address if
+  /// it has no key.
   std::string peer, who;
-  int fd = -1;
+  int fd = -1;                   ///< file descriptor of the connection; -1: not known
   std::uint32_t generation = 0;  ///< opening of the front to which the connection belongs
 
   std::string text() const;  ///< Returns the route as bytes, from which of() restores it.
-  /// Returns nothing if the text is not one of text().
+  /// Restores a route. Returns nothing if the text is not one of text().
   static std::optional<Route> of(std::string_view text);
 };
 

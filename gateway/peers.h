@@ -11,23 +11,27 @@ namespace tractiond::gateway {
 /// Counts connections. Thread-bound.
 class Peers {
  public:
-  /// \param most connections in total
+  /// \param most connections in total \param mostPerAddress connections from one IP address
   Peers(int most, int mostPerAddress)
       : most_(most)
       , mostPerAddress_(mostPerAddress) {}
 
-  /// Registers a connection that ZeroMQ accepted on a socket bound to `bound`. Closes it if it exceeds a limit.
+  /// Registers a connection that ZeroMQ accepted on a socket bound to `bound`. Closes it if it exceeds a limit; ignores
+  /// it if it has ended. \param fd file descriptor of the connection \param bound must outlive this object: its address
+  /// identifies the socket
   void came(int fd, const std::vector<std::string>& bound);
-  /// Removes a closed connection of that socket. Ignores `fd` if it belongs to another socket's connection by now.
+  /// Removes a closed connection of that socket. Ignores `fd` if it is not registered, or belongs to another socket's
+  /// connection by now.
   void went(int fd, const std::vector<std::string>& bound);
-  /// Removes connections that ended without an event.
+  /// Removes connections that ended without an event. Makes a system call for each connection; does not wait.
   void look();
 
   /// Returns the number of connections at present.
   int count() const { return static_cast<int>(connections_.size()); }
   /// Returns the number of connections refused so far.
   std::uint64_t refused() const { return refused_; }
-  const std::string& lastRefused() const { return lastRefused_; }  ///< address of the last refused connection
+  /// Returns the address of the last refused connection; empty: none was refused.
+  const std::string& lastRefused() const { return lastRefused_; }
 
  private:
   struct Connection {

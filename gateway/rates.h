@@ -11,12 +11,14 @@ namespace tractiond::gateway {
 /// Limits requests per second, of all clients together and of each. Not thread-safe.
 class RequestLimit {
  public:
+  /// \param most requests per second of all clients together \param mostEach of one client
   RequestLimit(int most, int mostEach)
       : most_(most)
       , mostEach_(mostEach) {}
 
-  /// Counts a request of client `who`, unless it exceeds a limit. \param now_ns CLOCK_MONOTONIC
-  /// \return 0, or the exceeded limit [requests/s]
+  /// Counts a request of client `who`, unless it exceeds a limit. The counts begin anew with the first request that
+  /// comes a second or more after they began last. \param now_ns CLOCK_MONOTONIC \return 0, or the exceeded limit
+  /// [requests/s]
   int beyond(const std::string& who, std::int64_t now_ns) {
     constexpr std::int64_t kSecond_ns = 1'000'000'000;
     if (now_ns - since_ns_ >= kSecond_ns) {
@@ -38,7 +40,7 @@ class RequestLimit {
   std::map<std::string, int> each_;
 };
 
-/// Limits log lines of one kind to one per 5 s; the next line states how many were left out.
+/// Limits log lines of one kind to one per 5 s; the next line states how many were left out. Not thread-safe.
 class SeldomLine {
  public:
   /// Returns the line to log, or an empty text if none is due. \param now_ns CLOCK_MONOTONIC

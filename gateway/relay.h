@@ -18,21 +18,26 @@ class Relay {
  public:
   using Clock = std::int64_t (*)();
 
-  /// Connects to the instrument, for which it waits up to 300 ms, and opens the network side. Errors: EX_CONFIG if
-  /// other hosts could connect without a key, EX_OSERR, and those of Front::open() and loadKeyPair().
-  /// \param instrument runtime directory of the instrument
-  /// \param monotonicClock returns CLOCK_MONOTONIC [ns]
+  /// Connects to the instrument, for which it waits up to 300 ms, and opens the network side; an instrument that is not
+  /// there is no error. Logs which keys are allowed. Errors: EX_CONFIG if other hosts could connect without a key, or
+  /// an endpoint or the gateway's key is not valid; EX_OSERR if ZeroMQ cannot start; EX_UNAVAILABLE if an address is in
+  /// use or not of this machine; EX_NOPERM if there is no permission for it, or others can read the gateway's key;
+  /// EX_NOINPUT if that cannot be read. \param config need not outlive the call \param instrument runtime directory of
+  /// the instrument, with its sockets \param monotonicClock returns CLOCK_MONOTONIC [ns]
   static tl::expected<std::unique_ptr<Relay>, Error> open(const Config& config, const std::filesystem::path& instrument,
                                                           Clock monotonicClock = monotonicNow);
+  /// Closes all connections.
   ~Relay();
 
-  /// Waits at most `timeout` for messages and relays those that have arrived. Fails if the endpoints cannot be opened
-  /// again after a key was revoked.
+  /// Waits at most `timeout` for messages and relays those that have arrived; wakes early if a description is due.
+  /// Reads the keys again every 250 ms. If a key was revoked, closes all connections and opens the endpoints again, for
+  /// which it tries for about a second; if that fails, returns an error of open(), and must not be called again. \param
+  /// timeout negative: no limit
   tl::expected<void, Error> turn(std::chrono::milliseconds timeout);
 
-  /// Returns the endpoints of one socket, with the port numbers in use.
+  /// Returns the endpoints of one socket, with the port numbers in use. Valid until the next turn().
   const std::vector<std::string>& bound(Way way) const;
-  int peers() const;  ///< number of connections; callable from any thread
+  int peers() const;  ///< Returns the number of connections, at most 250 ms old. Any thread.
 
  private:
   struct Impl;

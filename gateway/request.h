@@ -8,11 +8,12 @@
 
 namespace tractiond::gateway {
 
-/// Returns the request with `asker` as its on_behalf_of field, whatever that field held. On failure returns a sentence
-/// for the client: the bytes are not a request, or are more than the instrument accepts.
+/// Returns the request (a traction.v1.Request as Protobuf bytes) with `asker` as its on_behalf_of field, whatever that
+/// field held. On failure returns a sentence for the client: the bytes are not a request, or the result has more than
+/// the 64 KiB that the instrument accepts. Reentrant; turns off Protobuf's own log for the process.
 tl::expected<std::string, std::string> signedRequest(std::string_view bytes, const std::string& asker);
 
-/// Returns the bytes of a Reply with this error.
+/// Returns the Protobuf bytes of a traction.v1.Reply with this error.
 std::string errorReply(const std::string& sentence);
 
 }  // namespace tractiond::gateway
