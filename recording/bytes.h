@@ -16,7 +16,7 @@ class Output {
   explicit Output(std::string& to)
       : to_(to) {}
 
-  /// Appends the bytes of a number.
+  /// Appends the bytes of a number: as many as its type has.
   template <std::unsigned_integral Number>
   Output& number(Number value) {
     for (std::size_t i = 0; i < sizeof value; ++i) to_ += static_cast<char>(std::uint64_t{value} >> (8 * i) & 0xff);
@@ -27,15 +27,15 @@ class Output {
     to_ += bytes;
     return *this;
   }
-  /// Appends the length of `text` in four bytes, and the text.
+  /// Appends the length of `text` in four bytes, and the text, which must be shorter than 4 GiB.
   Output& text(std::string_view text) { return number(static_cast<std::uint32_t>(text.size())).bytes(text); }
 
  private:
   std::string& to_;
 };
 
-/// Takes values from the front of untrusted bytes. Once too few bytes are left, values read as 0 or empty, and ok() is
-/// false from then on.
+/// Takes values from the front of untrusted bytes, which must outlive it. Once too few bytes are left for a value, all
+/// that are left are dropped, values read as 0 or empty, and ok() is false from then on.
 class Input {
  public:
   explicit Input(std::string_view bytes)
@@ -44,7 +44,7 @@ class Input {
   bool ok() const { return ok_; }               ///< Returns whether all values taken so far were there.
   bool empty() const { return left_.empty(); }  ///< Returns whether no bytes are left.
 
-  /// Takes a number.
+  /// Takes a number: as many bytes as its type has.
   template <std::unsigned_integral Number>
   Number number() {
     std::uint64_t value = 0;

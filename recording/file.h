@@ -19,23 +19,26 @@ using tractiond::Error;
 class Sink {
  public:
   virtual ~Sink() = default;
-  /// Appends all bytes, or none if it fails. \param reserve number of bytes for which room is to be kept behind them
+  /// Appends all bytes, or none if it fails. \param bytes need not outlive the call \param reserve number of bytes for
+  /// which room is to be kept behind them; 0 also gives back room that was kept before. A sink may ignore it.
   virtual tl::expected<void, Error> append(std::string_view bytes, std::uint64_t reserve) = 0;
   /// Waits until everything that was appended survives a power failure.
   virtual tl::expected<void, Error> sync() = 0;
 };
 
-/// A new file. Thread-bound. All functions but create() fail with EX_IOERR.
+/// A new file. Thread-bound. append() and sync() fail with EX_IOERR, and wait for the disk.
 class NewFile : public Sink {
  public:
   /// Creates the file in an existing directory and makes its name durable. Error: EX_CANTCREAT, also if a file of this
   /// name exists: a recording is never overwritten.
   static tl::expected<NewFile, Error> create(const std::filesystem::path& path);
+  /// Closes the file without sync().
   ~NewFile() override;
   NewFile(NewFile&& other) noexcept;
   NewFile& operator=(NewFile&&) = delete;
 
-  /// If `reserve` is 0, gives back the room that was kept.
+  /// Appends all bytes, or none if it fails, also if there is no room for `reserve` bytes behind them. File systems
+  /// without fallocate() keep no room. If `reserve` is 0, gives back the room that was kept.
   tl::expected<void, Error> append(std::string_view bytes, std::uint64_t reserve) override;
   tl::expected<void, Error> sync() override;
   /// Returns the number of bytes appended.
@@ -53,7 +56,8 @@ class NewFile : public Sink {
 /// A file of which only the bytes present at opening are read. Thread-bound.
 class OldFile {
  public:
-  /// Opens a regular file. Error: EX_NOINPUT.
+  /// Opens a regular file. Error: EX_NOINPUT, also if the path is of another kind; a pipe is first waited for until a
+  /// program writes into it.
   static tl::expected<OldFile, Error> open(const std::filesystem::path& path);
   ~OldFile();
   OldFile(OldFile&& other) noexcept;
@@ -62,8 +66,8 @@ class OldFile {
   /// Returns the size at opening [bytes].
   std::uint64_t size() const { return size_; }
   const std::filesystem::path& path() const { return path_; }
-  /// Replaces `to` by `count` bytes from `offset`; all must lie below size(). Error: EX_IOERR, also if the file has
-  /// become shorter.
+  /// Replaces `to` by `count` bytes from `offset`; all must lie below size(). Waits for the disk. Error: EX_IOERR, also
+  /// if the file has become shorter; `to` is then undefined.
   tl::expected<void, Error> read(std::uint64_t offset, std::uint64_t count, std::string& to) const;
 
  private:

@@ -16,7 +16,7 @@ struct Extent {
   std::uint64_t whole_bytes = 0;  ///< length up to the last whole record
   std::uint64_t chunks = 0;       ///< chunks whose messages were read
   std::uint64_t badChunks = 0;    ///< chunks skipped because they are damaged or compressed
-  std::string library;            ///< name that the writing program left
+  std::string library;            ///< name that the writing program left; empty: none
   std::string trouble;            ///< what is wrong, as text; empty: nothing
 
   bool isWhole() const { return trouble.empty(); }  ///< Returns whether nothing is wrong.
@@ -24,26 +24,28 @@ struct Extent {
 
 /// Summary section of a closed recording.
 struct Summary {
-  std::map<std::uint16_t, Schema> schemas;
-  std::map<std::uint16_t, Channel> channels;
-  std::vector<ChunkIndex> chunks;
-  Statistics statistics;
+  std::map<std::uint16_t, Schema> schemas;    ///< by id
+  std::map<std::uint16_t, Channel> channels;  ///< by id
+  std::vector<ChunkIndex> chunks;             ///< in the order of the file
+  Statistics statistics;                      ///< all 0 if the summary has none
 };
 
-/// A recording opened for reading.
+/// A recording opened for reading. Thread-bound. Bytes that are appended after open() are not read.
 class Reader {
  public:
   /// Opens a recording. Errors: EX_NOINPUT if it cannot be read, EX_DATAERR if it is empty, cut off within its first
   /// bytes or not a recording, EX_PROTOCOL if it is of a newer version.
   static tl::expected<Reader, Error> open(const std::filesystem::path& path);
 
-  /// Called for each message, whose data are valid during the call only. \param schema null: the channel has none, or
-  /// its schema is missing
+  /// Called by read() for each message. The arguments are valid during the call only. What it throws ends the reading
+  /// and leaves read(). \param schema null: the channel has none, or its schema is missing
   using Visit = std::function<void(const Channel& channel, const Schema* schema, const Message& message)>;
 
-  /// Reads from the beginning to the end, to a cut, or to a damaged record outside the chunks, and visits all messages
-  /// of intact chunks in the order of the file. Skips damaged chunks. Error: EX_IOERR.
-  /// \param since_ns skips chunks whose last log time is earlier [ns since 1970], if the recording has a summary
+  /// Reads from the beginning to the end, to a cut, to a damaged record outside the chunks, or to a record of more than
+  /// 1 GiB, and visits all messages of intact chunks, and those outside of chunks, in the order of the file. Skips
+  /// damaged chunks. A damaged or cut recording is no error: see Extent::trouble. Waits for the disk. Error: EX_IOERR.
+  /// \param since_ns skips chunks whose last log time is earlier [ns since 1970], if the recording has a summary; 0:
+  /// skips none
   tl::expected<Extent, Error> read(const Visit& visit, std::uint64_t since_ns = 0) const;
 
   /// Reads the summary, without the messages. Returns nothing if the recording was not closed or its summary is
@@ -59,8 +61,8 @@ class Reader {
   OldFile file_;
 };
 
-/// Copies every readable message into a new, whole recording. Returns how the reading went. Errors: those of reading
-/// and of `to`.
+/// Copies every readable message into a new, whole recording, and syncs it at the end. Returns how the reading went.
+/// Errors: EX_IOERR of reading, and those of `to`. \param to must be empty
 tl::expected<Extent, Error> recover(const Reader& from, Sink& to);
 
 }  // namespace recording

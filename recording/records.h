@@ -33,38 +33,43 @@ enum class Opcode : std::uint8_t {
 inline constexpr std::size_t kRecordHead = 1 + 8;                     ///< opcode and length [bytes]
 inline constexpr std::size_t kFooterBytes = kRecordHead + 8 + 8 + 4;  ///< the whole record
 
+/// Type of messages.
 struct Schema {
   std::uint16_t id = 0;        ///< from 1; 0 means none
   std::string name, encoding;  ///< "traction.v1.Field", "protobuf"
   std::string data;            ///< for "protobuf": a FileDescriptorSet
 };
 
+/// Messages of one topic and type.
 struct Channel {
   std::uint16_t id = 0;
-  std::uint16_t schema = 0;     ///< 0: none
+  std::uint16_t schema = 0;     ///< id of the messages' schema; 0: none
   std::string topic, encoding;  ///< encoding of its messages: "protobuf", "json"
   std::map<std::string, std::string> metadata;
 };
 
+/// One message. Its data belong to the bytes that it was parsed from or is made for, which must outlive it.
 struct Message {
-  std::uint16_t channel = 0;
+  std::uint16_t channel = 0;         ///< id of its channel
   std::uint32_t sequence = 0;        ///< counted by the sender; 0: not counted
   std::uint64_t logTime_ns = 0;      ///< time of recording [ns since 1970]
   std::uint64_t publishTime_ns = 0;  ///< time that the message describes [ns since 1970]
   std::string_view data;
 };
 
-/// Group of messages that are written and checked together.
+/// Group of messages that are written and checked together. Its views belong to the bytes that it was parsed from or is
+/// made for, which must outlive it.
 struct Chunk {
-  std::uint64_t begin_ns = 0, end_ns = 0;  ///< smallest and largest log time
+  std::uint64_t begin_ns = 0, end_ns = 0;  ///< smallest and largest log time of its messages [ns since 1970]
   std::uint64_t size = 0;                  ///< of `records`, uncompressed [bytes]
   std::uint32_t crc = 0;                   ///< CRC-32 of `records`, uncompressed; 0: not given
   std::string_view compression;            ///< empty: not compressed
-  std::string_view records;
+  std::string_view records;                ///< message, schema and channel records one after another
 };
 
+/// States where a chunk is.
 struct ChunkIndex {
-  std::uint64_t begin_ns = 0, end_ns = 0;
+  std::uint64_t begin_ns = 0, end_ns = 0;               ///< smallest and largest log time [ns since 1970]
   std::uint64_t offset = 0, length = 0;                 ///< of the chunk's record in the file [bytes]
   std::map<std::uint16_t, std::uint64_t> indexOffsets;  ///< channel -> offset of its message index in the file
   std::uint64_t indexLength = 0;                        ///< of all message indexes [bytes]
@@ -74,8 +79,8 @@ struct ChunkIndex {
 struct Statistics {
   std::uint64_t messages = 0;
   std::uint16_t schemas = 0;
-  std::uint32_t channels = 0, attachments = 0, metadata = 0, chunks = 0;
-  std::uint64_t begin_ns = 0, end_ns = 0;         ///< smallest and largest log time; 0: no messages
+  std::uint32_t channels = 0, attachments = 0, metadata = 0, chunks = 0;  ///< number of records of each kind
+  std::uint64_t begin_ns = 0, end_ns = 0;         ///< smallest and largest log time [ns since 1970]; 0: no messages
   std::map<std::uint16_t, std::uint64_t> counts;  ///< channel -> number of messages
 };
 
@@ -84,10 +89,12 @@ struct Footer {
   std::uint32_t crc = 0;  ///< CRC-32 of the bytes from the summary's begin up to this number; 0: not given
 };
 
-/// Per message: log time, and offset in the chunk's records.
+/// Per message: log time [ns since 1970], and offset of its record in the chunk's records [bytes].
 using IndexEntries = std::vector<std::pair<std::uint64_t, std::uint64_t>>;
 
-// These append a whole record, with opcode and length, to `to`.
+// These append a whole record, with opcode and length, to `to`. They check nothing. Texts must be shorter than 4 GiB.
+
+/// \param library name of the writing program
 void putHeader(std::string& to, std::string_view library);
 void put(std::string& to, const Schema& schema);
 void put(std::string& to, const Channel& channel);
@@ -106,8 +113,8 @@ void putDataEnd(std::string& to);
 void putFooter(std::string& to, std::uint64_t summaryStart, std::uint64_t offsetStart, std::string_view summary);
 
 // These parse a content (without opcode and length) from untrusted bytes. They ignore bytes after the last field known
-// here, and return nothing if the content is too short.
-std::optional<std::string> libraryOf(std::string_view header);
+// here, and return nothing if the content is too short. Messages and chunks refer to the content. CRCs are not checked.
+std::optional<std::string> libraryOf(std::string_view header);  ///< Returns the writing program's name of a header.
 std::optional<Schema> schemaOf(std::string_view content);
 std::optional<Channel> channelOf(std::string_view content);
 std::optional<Message> messageOf(std::string_view content);

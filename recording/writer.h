@@ -20,28 +20,32 @@ struct WriterOptions {
 
 /// Writes to a sink. Thread-bound. All errors are those of the sink. After an error the messages of the current chunk
 /// are lost and only close() may be called: it ends the file behind the chunks already written, for which room was
-/// reserved if the sink can.
+/// reserved if the sink can. The destructor does not close: what is not written is lost, and the file has no end.
 class Writer {
  public:
   /// \param sink must be empty, and outlive the writer
   Writer(Sink& sink, WriterOptions options);
 
-  /// Declares a schema and returns its id for channel(). It is written before the next chunk.
+  /// Declares a schema and returns its id for channel(), from 1. It is written before the next chunk. Names are not
+  /// compared: each call declares another one, up to 65,535.
   std::uint16_t schema(std::string_view name, std::string_view encoding, std::string_view data);
-  /// Declares a channel and returns its id for Message::channel. \param schema 0: none
+  /// Declares a channel and returns its id for Message::channel, from 1, up to 65,535. Topics are not compared. \param
+  /// schema id of schema(); 0: none
   std::uint16_t channel(std::uint16_t schema, std::string_view topic, std::string_view encoding,
                         std::map<std::string, std::string> metadata = {});
 
-  /// Adds a message to the current chunk. If that chunk is due or full, writes it first.
+  /// Adds a copy of a message to the current chunk. If that chunk is due or full, does flush() first, and so waits for
+  /// the disk. The message's channel must have been declared: it is not checked.
   tl::expected<void, Error> write(const Message& message);
   /// Returns the log time of the first message not written yet; nothing if all are written.
   std::optional<std::uint64_t> oldest_ns() const;
   /// Returns whether the current chunk began at least chunkTime_ns before `now_ns`, in log time.
   bool isDue(std::uint64_t now_ns) const;
-  /// Writes the current chunk and, by default, syncs it.
+  /// Writes new declarations and the current chunk and, by default, syncs them. Does nothing if there are none. The
+  /// caller should call it when isDue(): write() alone leaves the last chunk unwritten until the next message.
   tl::expected<void, Error> flush();
-  /// Writes the last chunk, the summary and the end. Further calls do nothing. Writes the end even if the last chunk
-  /// fails, and then returns that error.
+  /// Writes the last chunk, the summary and the end, and syncs. Writes the end even if the last chunk fails, and then
+  /// returns that error. Once the end is written, further calls do nothing; before, they try again.
   tl::expected<void, Error> close();
 
   /// Returns counts of what was written, without the current chunk.
