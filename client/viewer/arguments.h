@@ -11,11 +11,12 @@ namespace traction::view {
 
 struct Arguments {
   ServerOptions server;
-  std::vector<SourceOptions> sources;
+  std::vector<SourceOptions> sources;  ///< one per sensor; never empty
 };
 
 /// Parses the command line and reads the keys that it names. On failure returns an exit code: 0 after printing help or
-/// the version, EX_USAGE after printing an error. \throws cli::KeyError
+/// the version on standard output, EX_USAGE after printing an error on standard error. \throws cli::KeyError, Error
+/// kBadKeys if a file of keys is wrong
 tl::expected<Arguments, int> parseArguments(int argc, char** argv);
 
 }  // namespace traction::view

@@ -13,6 +13,7 @@ namespace traction::view {
 /// Thread-bound, except for want().
 class Forwarder {
  public:
+  /// \param deliver called by pass(), on its thread
   explicit Forwarder(Deliver deliver)
       : deliver_(std::move(deliver)) {}
 

@@ -45,21 +45,22 @@ inline constexpr std::array<ChannelType, 9> kChannelTypes = {{{kFields, "field",
                                                               {kPictures, "picture", "foxglove.RawImage"},
                                                               {kLogs, "log", "foxglove.Log"}}};
 
-/// Returns the topic of a sensor's channel: "traction/v1/SENSOR/field/", "foxglove/SENSOR/scene".
+/// Returns the topic of a sensor's channel: "traction/v1/SENSOR/field/", "foxglove/SENSOR/scene". The name is not
+/// checked.
 std::string topicOf(const std::string& sensor, const ChannelType& type);
-/// Returns a serialised FileDescriptorSet that defines the channel's message.
+/// Returns a serialised FileDescriptorSet that defines the channel's message; it lives as long as the program.
 std::string_view schemaOf(const ChannelType& type);
 
 /// A message for the subscribers of one channel.
 struct Sample {
-  std::string sensor;
-  unsigned kind = 0;
+  std::string sensor;  ///< name in the daemon's configuration
+  unsigned kind = 0;   ///< one bit of Kinds
   /// Messages of a channel that replace each other have the same slot: the gel and the forces of a scene have two, as a
   /// client keeps both.
   unsigned slot = 0;
   bool isLasting = false;        ///< valid until the next one of its slot: each new subscriber receives it at once
   std::uint64_t logTime_ns = 0;  ///< when it was converted [ns since 1970]
-  std::shared_ptr<const std::string> data;
+  std::shared_ptr<const std::string> data;  ///< Protobuf message; never null
 };
 
 /// Converts the messages of one source to samples of the channels that are wanted. Thread-bound except for want().

@@ -13,6 +13,7 @@
 
 namespace traction::view::foxglove {
 
+/// A channel that the server offers. The texts that it refers to must outlive it.
 struct Channel {
   std::uint32_t id = 0;
   std::string topic;
@@ -23,8 +24,8 @@ struct Channel {
 // Sent by clients.
 
 struct Subscription {
-  std::uint32_t id = 0;  ///< chosen by the client
-  std::uint32_t channel = 0;
+  std::uint32_t id = 0;       ///< chosen by the client
+  std::uint32_t channel = 0;  ///< Channel::id; it may not exist
 };
 struct Subscribe {
   std::vector<Subscription> subscriptions;
@@ -38,9 +39,10 @@ struct Refused {
 };
 using ClientMessage = std::variant<Subscribe, Unsubscribe, Refused>;
 
-/// Parses a text message. Never fails: what cannot be understood or is not offered is Refused.
+/// Parses a text message. Never fails: what cannot be understood or is not offered is Refused, as a whole. Whether the
+/// ids exist is not checked. Reentrant.
 ClientMessage parseText(std::string_view text);
-/// Parses a binary message, all of which need capabilities that are not offered.
+/// Parses a binary message. All of them need capabilities that are not offered, so the result states only why.
 Refused parseBinary(std::string_view bytes);
 
 // Sent by the server.
@@ -50,7 +52,7 @@ enum class Level { kInfo = 0, kWarning = 1, kError = 2 };
 /// Returns the text message serverInfo, the first one of a connection. \param session identifies this start of the
 /// program; channel ids keep their meaning as long as it stays the same
 std::string serverInfo(const std::string& name, const std::string& session);
-/// Returns the text message that advertises the channels.
+/// Returns the text message that advertises the channels, whose messages are Protobuf.
 std::string advertise(const std::vector<Channel>& channels);
 /// Returns the text message that shows `message` to the client's user. \param id if it is not empty, a later status
 /// with the same id replaces this one
@@ -58,16 +60,18 @@ std::string status(Level level, const std::string& message, const std::string& i
 
 inline constexpr std::size_t kDataHeaderSize = 13;
 /// Returns the bytes of the binary message MessageData that precede the payload.
-/// \param logTime_ns ns since 1970
+/// \param subscription Subscription::id of the client that receives them \param logTime_ns ns since 1970
 std::array<char, kDataHeaderSize> dataHeader(std::uint32_t subscription, std::uint64_t logTime_ns);
 
 // The handshake.
 
-/// Chooses the subprotocol from a header Sec-WebSocket-Protocol ("a, b"); empty if none is supported.
+/// Chooses the subprotocol from a header Sec-WebSocket-Protocol ("a, b"): foxglove.sdk.v1 before foxglove.websocket.v1;
+/// empty if none is supported. The result lives as long as the program.
 std::string_view chooseSubprotocol(std::string_view offered);
 
 /// Returns whether a page of this origin may connect: no origin (not a browser), an origin of Foxglove's or
-/// Lichtblick's own apps, or one of `allowed`. Any web page could reach a server on the loopback.
+/// Lichtblick's own apps, or one of `allowed`, compared letter by letter ("https://example.org"). Any web page could
+/// reach a server on the loopback.
 bool isAllowedOrigin(std::string_view origin, const std::vector<std::string>& allowed);
 
 }  // namespace traction::view::foxglove

@@ -30,12 +30,12 @@ enum Kinds : unsigned {
 };
 inline constexpr unsigned kKindCount = 15;
 
-/// Returns the kind of a published message: its bit of Topics.
+/// Returns the kind of a published message: its one bit of Topics.
 unsigned kindOf(const Message& message);
 
 /// Returns the name of an error code that clients in other languages use: "no_answer".
 const char* nameOf(ErrorCode code);
-/// Returns a frame of kErrors.
+/// Returns a frame of kErrors, with the error's code and sentence.
 Frame errorFrame(const Error& error);
 
 /// Returns `text` as a JSON string, quotes included; control characters become blanks.

@@ -16,7 +16,7 @@ class HealthFeed {
   explicit HealthFeed(Deliver deliver)
       : deliver_(std::move(deliver)) {}
 
-  /// Adds a message of the sensor to the state from which its health is told.
+  /// Adds a message of the sensor to the state from which its health is told. Ignores markers and previews.
   void take(const Message& message);
 
   /// Delivers kHealth if something has changed, at most four times a second. Must be called some times a second.

@@ -21,6 +21,8 @@ namespace traction::view {
 
 /// One sensor and its sessions. Receives while there are sessions. Bound to the server's thread.
 struct Hub {
+  /// Offers a frame to all sessions, and keeps it for new ones if the daemon sends its kind rarely. \param kind one bit
+  /// of Topics or Kinds
   void deliver(unsigned kind, const Frame& frame) {
     // Kept for new sessions, as the daemon sends these rarely.
     constexpr unsigned kKept = unsigned{kDescription} | kStatus | kPlaces | kRecorder | kHealth;
@@ -29,18 +31,18 @@ struct Hub {
   }
 
   SourceOptions options;
-  std::optional<Control> control;
+  std::optional<Control> control;  ///< empty: no endpoint for requests is known
   std::list<std::shared_ptr<Session>> sessions;
-  std::map<unsigned, Frame> last;
+  std::map<unsigned, Frame> last;                ///< newest frame of each kept kind, by kind
   unsigned wanted = 0;                           ///< kinds that sessions have asked for
   std::chrono::steady_clock::time_point looked;  ///< when it had a session last
-  std::atomic<int> backlog{0};
-  int questions = 0;
+  std::atomic<int> backlog{0};                   ///< frames on their way from the source's thread to the server's
+  int questions = 0;                             ///< requests to the daemon that are not answered yet
   std::unique_ptr<Forwarder> forwarder;
   std::unique_ptr<HealthFeed> health;
   std::unique_ptr<Source> source;  // behind the two, which its thread uses
-  std::shared_ptr<Recording> recording;
-  boost::asio::thread_pool asker{1};
+  std::shared_ptr<Recording> recording;  ///< that is being made; null: none
+  boost::asio::thread_pool asker{1};     ///< sends requests, each of which may wait for seconds
 };
 
 /// A session that plays a recording. Bound to the server's thread.

@@ -17,7 +17,8 @@ class JpegEncoder {
   JpegEncoder& operator=(const JpegEncoder&) = delete;
 
   /// Returns the picture as a JPEG file, which stays valid until the next call. Returns nothing if the picture has no
-  /// pixels, or memory is short. Colours are not subsampled: markers are small and coloured.
+  /// pixels, or memory is short. Colours are not subsampled: markers are small and coloured. \param preview must have
+  /// height x width x channels pixels, with 1 or 3 channels: this is not checked
   std::string_view encode(const Preview& preview);
 
  private:

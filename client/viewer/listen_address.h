@@ -27,8 +27,8 @@ struct ListenAddress {
   std::uint16_t port = 0;             ///< 0: any free port
 };
 
-/// Parses ADDRESS:PORT, ADDRESS, PORT or [IPV6]:PORT; the missing part is taken from `defaults`.
-/// \return empty if the text has none of these forms
+/// Parses ADDRESS:PORT, ADDRESS, PORT or [IPV6]:PORT; the missing part is taken from `defaults`. Whether ADDRESS is an
+/// IP address is not checked. \return empty if the text is empty, or its port is not a number from 0 to 65535
 std::optional<ListenAddress> parseListenAddress(const std::string& text, const ListenAddress& defaults);
 
 /// Returns whether `address` is an IPv4 address in 127.0.0.0/8 or ::1. False for any other text, also "localhost" and

@@ -15,13 +15,15 @@
 namespace traction::view {
 
 /// Plays the messages of the recording's first sensor, from the beginning and at the pace of the recording, until
-/// play() is called. At the end it waits for play().
+/// play() is called. At the end it waits for play(). Delivers kTime with the position about five times a second, and
+/// kErrors for messages that cannot be decoded.
 class Playing {
  public:
-  /// \param deliver is called on the player's own thread
-  /// \throws cli::RecordingError if the file cannot be read or is not a recording
+  /// Opens the file and starts the thread, which first reads the whole recording. \param deliver is called on the
+  /// player's own thread \throws cli::RecordingError if the file cannot be read or is not a recording
   Playing(const std::filesystem::path& file, Deliver deliver);
-  /// Waits for the thread until it has read its chunk, or some seconds where it computes a surface.
+  /// Waits for the thread until it has read its chunk, or some seconds where it computes a surface, and for a call of
+  /// `deliver`.
   ~Playing();
   Playing(const Playing&) = delete;
   Playing& operator=(const Playing&) = delete;

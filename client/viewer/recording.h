@@ -16,19 +16,21 @@ namespace traction::view {
 struct RecordingFile {
   std::string name;  ///< file name in the directory
   std::uintmax_t bytes = 0;
-  std::filesystem::file_time_type written;
+  std::filesystem::file_time_type written;  ///< when it was written last
 };
 
-/// Lists the recordings of a directory, newest first, at most 200; none where the directory cannot be read.
+/// Lists the recordings (*.mcap) of a directory, newest first, at most 200; none where the directory cannot be read.
 std::vector<RecordingFile> recordingsIn(const std::filesystem::path& directory);
 
-/// Names a recording that begins now: "SENSOR-2026-11-23T01-46-29.mcap".
+/// Returns the name of a recording that begins now, in UTC: "SENSOR-2026-11-23T01-46-29.mcap". Characters of `sensor`
+/// other than letters, digits, '-' and '_' become '-'.
 std::string recordingName(const std::string& sensor);
 
 /// Records every message of a sensor, and its previews, on a thread of its own.
 class Recording {
  public:
-  /// Creates the file and starts. \throws cli::RecordingError, Error kBadEndpoint, kBadKeys
+  /// Creates the file, which must not exist yet, and starts; does not wait for the daemon. \param options whose topics
+  /// and queue are ignored \throws cli::RecordingError, Error kBadEndpoint, kBadKeys
   Recording(const SubscriberOptions& options, const std::filesystem::path& file);
   /// Finishes the recording. Removes the file if it has no message.
   ~Recording() { finish(); }
@@ -39,12 +41,14 @@ class Recording {
     std::string account;               ///< size and losses, in words
     std::optional<std::string> error;  ///< why the recording has ended by itself
   };
-  /// Thread-safe.
+  /// Returns a copy of the state. Does not wait for the disk. Thread-safe.
   State state() const;
 
+  /// Returns the file's name, without its directory.
   const std::string& name() const { return name_; }
 
-  /// Ends the recording, waits for the disk, and returns the final state. Not thread-safe.
+  /// Ends the recording, waits for the disk, and returns the final state. Further calls return it again. Not
+  /// thread-safe.
   State finish();
 
  private:

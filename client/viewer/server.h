@@ -32,8 +32,10 @@ struct ServerOptions {
   std::optional<FoxgloveOptions> foxglove;  ///< empty: no Foxglove server
 };
 
-/// Serves until SIGINT or SIGTERM. \throws ServerError, Error
-/// \param ready is called with each URL that is served, when all are
+/// Serves until SIGINT or SIGTERM, on the calling thread. Recordings that are being made are then finished.
+/// \throws ServerError if an address cannot be used, Error kBadEndpoint if an instance's name is invalid
+/// \param sources one per sensor \param ready is called with each URL that is served, when all are, before requests are
+/// answered
 void serve(const ServerOptions& options, const std::vector<SourceOptions>& sources,
            const std::function<void(const std::string& url)>& ready);
 

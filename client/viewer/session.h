@@ -26,7 +26,8 @@ struct SessionOptions {
   unsigned kinds = kAllKinds;  ///< that the client wants
 };
 
-/// Reads the query of a URL, "mode=stream&topics=field,status". Ignores what it does not know.
+/// Reads the query of a URL, "mode=stream&topics=field,status". Ignores what it does not know. Without topics the
+/// client wants kAllKinds; with topics it wants these, kErrors, kTime and kRecorder.
 SessionOptions parseSession(std::string_view query);
 
 /// Bound to the server's thread. It lives until the connection is closed.
@@ -40,9 +41,12 @@ class Session : public std::enable_shared_from_this<Session> {
     std::function<void(const Session* session)> gone;  ///< called once, when the connection has closed
   };
 
+  /// Must be owned by a std::shared_ptr, which the session shares from start() until the connection is closed.
+  /// \param socket of a connection whose HTTP request has been read \param handlers called on the server's thread
   Session(boost::asio::ip::tcp::socket&& socket, const SessionOptions& options, Handlers handlers);
 
-  /// Accepts the handshake and starts to read and send.
+  /// Accepts the handshake and starts to read and send. Returns at once. Must be called once. \param request that asked
+  /// for the WebSocket
   void start(const boost::beast::http::request<boost::beast::http::string_body>& request);
   /// Queues the frame as SessionOptions::newest says, if the client wants its kind; has no effect otherwise. In both
   /// modes it waits for the handshake and while another frame is being written. \param kind one bit of Kinds
