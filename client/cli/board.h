@@ -10,8 +10,9 @@
 
 namespace traction::cli {
 
+/// An instrument that is shown.
 struct Watched {
-  std::string name;      ///< as requested
+  std::string name;      ///< as requested: an endpoint, or the name of an instance
   std::string endpoint;  ///< empty: the name identifies it
   Scene scene;
   std::string failure;             ///< why nothing more can be received; empty: it can
@@ -22,10 +23,10 @@ struct Watched {
 /// now_ns CLOCK_MONOTONIC
 Canvas drawBoard(const std::vector<Watched>& all, int width, int height, std::int64_t now_ns);
 
-/// Returns one instrument's main figures as one line, for a log.
+/// Returns one instrument's main figures as one line without a line end, for a log. \param now_ns CLOCK_MONOTONIC
 std::string boardLine(const Watched& one, std::int64_t now_ns);
 
-/// Returns all figures of one instrument, one per line.
+/// Returns all figures of one instrument, one per line. \param now_ns CLOCK_MONOTONIC
 std::string boardText(const Watched& one, std::int64_t now_ns);
 
 }  // namespace traction::cli

@@ -13,7 +13,7 @@ struct CalibrateOptions {
   std::vector<std::string> steps;  ///< of geometry, noise, weights, finish; empty: all
   std::vector<double> weights_N;   ///< in the order in which they are put on [N]
   double seconds = 0.0;   ///< duration of the noise step, longest wait for each weight; 0: the daemon's default
-  std::string name;       ///< name of the gel, for the file
+  std::string name;       ///< name of the gel, for the file: 1 to 24 of A-Z a-z 0-9 _ -; empty: gel
   bool keepZero = false;  ///< true: geometry uses the zero in force; false: takes a new one
   bool anyway = false;    ///< true: proceeds even if something seems to touch the gel
   bool yes = false;       ///< true: does not wait for Enter
@@ -21,11 +21,13 @@ struct CalibrateOptions {
 };
 
 /// Parses a list of weights and returns newtons: "100gf,200gf,5N". Units: gf (or g, as a mass), kgf, mN and N. Returns
-/// nothing if it is not such a list.
+/// nothing if it is not such a list, is empty, or has a weight that is not above 0.
 std::optional<std::vector<double>> parseWeights(const std::string& text);
 
-/// Runs the steps and prints their reports. Waits for Enter before each step if standard input is a terminal. \throws
-/// Error
+/// Runs the steps, always in the order geometry, noise, weights, finish, and prints their reports on standard output,
+/// with `json` one line of JSON each. Waits for Enter before each step that needs the operator if standard input is a
+/// terminal. Blocks until they are done; a step that fails ends it, and keeps what the steps before it did. \throws
+/// Error; OutputError if standard output cannot be written
 void calibrate(const ControlOptions& control, const CalibrateOptions& options);
 
 }  // namespace traction::cli

@@ -21,14 +21,17 @@ void cameraSummary(const ControlOptions& control, bool json);
 /// Sends one software trigger, and prints the remarks of the answer. \throws Error, OutputError
 void trigger(const ControlOptions& control);
 
-/// Parses "ExposureTime=4000" into a step that writes. Returns nothing if it is not of this form.
+/// Parses "ExposureTime=4000" into a step that writes, split at the first '='. Returns nothing if there is no '=', or
+/// nothing before it; the value may be empty.
 std::optional<CameraStep> parseWrite(const std::string& text);
 
-/// Joins words into the writes that were probably meant: "Gain 3" -> "Gain=3".
+/// Joins words into the writes that were probably meant, for an error message: "Gain 3" -> "Gain=3", "Gain" ->
+/// "Gain=VALUE"; an example if that is not clear.
 std::string asWrites(const std::vector<std::string>& words);
 
-/// Returns a table: a block of lines for a single feature, one line per feature for several. Marks values that differ
-/// from the configuration or from before the session's first write.
+/// Returns a table: a block of lines for a single feature, one line per feature for several; empty without features.
+/// Marks with '*' values that differ from the configuration or from before the session's first write. Control
+/// characters become blanks.
 std::string table(const CameraReport& report);
 
 }  // namespace traction::cli

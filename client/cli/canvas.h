@@ -41,30 +41,31 @@ struct Style {
 };
 
 /// A grid of characters, each one column wide. Columns and rows count from 0 at the top left corner. Whatever lies
-/// outside is clipped.
+/// outside is clipped. Thread-bound.
 class Canvas {
  public:
-  /// Makes a page of blanks. \param width columns \param height rows
+  /// Makes a page of blanks. \param width columns \param height rows; negative ones count as 0
   Canvas(int width, int height);
 
-  int width() const { return width_; }
-  int height() const { return height_; }
+  int width() const { return width_; }    ///< in columns
+  int height() const { return height_; }  ///< in rows
 
   enum class Paper {
     kOfStyle,
     kKept,  ///< keeps the background; the text is darkened where the background is light
   };
 
-  /// Writes UTF-8 text and returns the column after it.
+  /// Writes UTF-8 text and returns the column after it, also if that lies outside. Does not break lines. What is not
+  /// printable becomes '?'.
   int text(int column, int row, std::string_view utf8, const Style& style = {}, Paper paper = Paper::kOfStyle);
   /// Fills a rectangle with spaces.
   void fill(int column, int row, int width, int height, const Style& style);
   /// Draws the border of a rectangle with rounded corners; the inside stays as it is. Width and height are at least 2.
   void frame(int column, int row, int width, int height, const Style& style);
 
-  /// Returns the page as a terminal needs it, from the top left corner.
+  /// Returns the page as a terminal needs it, from the top left corner: UTF-8 with escape sequences, without line ends.
   std::string render(Depth depth, Glyphs glyphs = Glyphs::kUnicode) const;
-  /// Returns only the characters, one line per row.
+  /// Returns only the characters, as UTF-8, one line per row, each with a line end.
   std::string plain(Glyphs glyphs = Glyphs::kUnicode) const;
 
  private:
@@ -82,7 +83,7 @@ class Canvas {
 /// Dots at 2 x 4 per character, drawn as Braille characters. Dots outside are ignored.
 class Dots {
  public:
-  /// \param columns, rows size in characters
+  /// \param columns, rows size in characters; negative ones count as 0
   Dots(int columns, int rows);
 
   int width() const { return 2 * columns_; }  ///< in dots

@@ -15,10 +15,11 @@
 
 namespace traction::cli {
 
-/// A temporary file beside the target, which replaces the target on finish() and is otherwise deleted.
+/// A temporary file beside the target, which replaces the target on finish() and is otherwise deleted. Nothing is
+/// synced: after a loss of power the target may be incomplete. Thread-bound.
 class Draft {
  public:
-  /// Creates the temporary file. \throws RecordingError
+  /// Creates the temporary file PATH.part, empty, and replaces an existing one. \throws RecordingError (EX_CANTCREAT)
   explicit Draft(std::string path)
       : path_(std::move(path)) {
     std::FILE* const file = std::fopen(part().c_str(), "w");
@@ -34,7 +35,8 @@ class Draft {
 
   /// Returns the path of the temporary file.
   std::string part() const { return path_ + ".part"; }
-  /// Replaces the target. \throws RecordingError
+  /// Replaces the target, which need not exist. The temporary file must be closed. \throws RecordingError
+  /// (EX_CANTCREAT)
   void finish() {
     std::error_code error;
     std::filesystem::rename(part(), path_, error);

@@ -12,7 +12,7 @@
 
 namespace traction::cli::foxglove {
 
-/// Returns a FileDescriptorSet with all schemas.
+/// Returns a serialised FileDescriptorSet with all schemas, which lives as long as the program.
 std::string_view descriptors();
 
 /// Kinds of drawings, combined by bitwise or.
@@ -24,6 +24,7 @@ enum Drawings : unsigned {
   kAllDrawings = 15,
 };
 
+/// One drawing. `topic` and `schema` live as long as the program.
 struct Drawn {
   std::string_view topic;   ///< last part of the topic: "scene", "grid", "picture", "log"
   std::string_view schema;  ///< "foxglove.SceneUpdate"
@@ -33,7 +34,7 @@ struct Drawn {
 /// Draws the messages of one sensor. Thread-bound.
 class Drawing {
  public:
-  /// Lengths of arrows per force.
+  /// Lengths of arrows per force [m/N].
   static constexpr double kNode_m_per_N = 0.02, kContact_m_per_N = 0.01;
   /// Arrows of nodes below this many standard deviations fade with the force.
   static constexpr double kSure = 2.0;
@@ -44,7 +45,7 @@ class Drawing {
 
   /// Returns the drawings of a message. It must be called with every message of the sensor, even if `wanted` omits its
   /// drawings: forces are drawn with the last description, and the log reports changes since kLog was first wanted.
-  /// \param time_ns timestamp of the drawings [ns since 1970]
+  /// \param time_ns timestamp of the drawings [ns since 1970] \param wanted or-ed Drawings
   std::vector<Drawn> draw(const Message& message, std::uint64_t time_ns, unsigned wanted = kAllDrawings);
 
  private:

@@ -14,7 +14,7 @@ enum class Health {
   kMeasuring,  ///< nothing is wrong
   kDoubtful,   ///< forces are published as valid; something is wrong that may concern them
   kNoForces,   ///< fields are published, without valid forces
-  kNoFields,
+  kNoFields,   ///< no fields are published
 };
 
 /// Returns "measuring", "doubtful", "no_forces" or "no_fields".
@@ -29,13 +29,14 @@ struct Problem {
 /// Returns a problem as a text of its own: "no valid forces: too few markers are seen".
 std::string sentence(const Problem& problem);
 
-/// Returns everything that a status says is wrong, most important first.
+/// Returns everything that a status says is wrong, most important first; empty: nothing.
 std::vector<Problem> problems(const v1::Status& status);
 
-/// Returns everything that is wrong now, most important first, by the messages that have come.
+/// Returns everything that is wrong now, most important first, by the messages that have come; empty: nothing.
+/// \param now_ns CLOCK_MONOTONIC
 std::vector<Problem> problems(const Scene& scene, std::int64_t now_ns);
 
-/// Returns the health of an instrument with these problems.
+/// Returns the health of an instrument with these problems: the worst of theirs, kMeasuring if there are none.
 Health healthOf(const std::vector<Problem>& problems);
 
 /// Returns whether the daemon runs without a gel file, and therefore publishes no field.

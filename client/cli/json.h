@@ -22,6 +22,6 @@ std::string toJson(const CameraReport& report);
 /// Returns 32 lower-case hexadecimal digits; empty if the id is all zero.
 std::string toHex(const Id& id);
 
-const char* nameOf(Colour colour);  ///< "blue"
+const char* nameOf(Colour colour);  ///< Returns "blue" and the like.
 
 }  // namespace traction::cli

@@ -26,7 +26,7 @@ class Json {
     return *this;
   }
 
-  /// Writes a number in its shortest exact form; null if it is not finite.
+  /// Writes a number in the shortest form that reads back as the same number; null if it is not finite.
   template <typename Number>
   Json& number(Number value) {
     separate();

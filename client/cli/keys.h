@@ -21,25 +21,31 @@ class KeyError : public std::runtime_error {
   int exitCode_;
 };
 
-/// Returns $XDG_CONFIG_HOME/traction/key, or the same below ~/.config.
+/// Returns $XDG_CONFIG_HOME/traction/key, or the same below $HOME/.config, whether or not the file exists. Variables
+/// that are not absolute paths count as not set.
 std::filesystem::path usualKeyFile();
 
-// All functions below throw KeyError: EX_USAGE for an invalid name or key, else the errors of base/network/keys.h. They
-// print on standard output. `directory` is the gateway's directory of keys.
+// All functions below throw KeyError: EX_USAGE for an invalid name or key, else the errors of base/network/keys.h.
+// Those that print do so on standard output, and throw OutputError if it cannot be written. `directory` is the
+// gateway's directory of keys. A name is 1 to 24 of A-Z, a-z, 0-9, _ and -; a key is 40 characters of Z85.
 
 /// Writes a new key pair into a new file. Prints the command that allows its public key on the gateway's machine.
 void newKey(const std::string& name, const std::filesystem::path& file);
 /// Allows a key under a name: to read, or with `control` also to send requests. Replaces an earlier key of this name.
-/// Creates the gateway's own key pair if there is none. Prints the command with which a client connects.
+/// Creates the gateway's own key pair if there is none. Prints the command with which a client connects. \throws
+/// KeyError also EX_DATAERR if the key is allowed under another name
 void allowKey(const std::filesystem::path& directory, const std::string& name, const std::string& key, bool control);
 /// Deletes the file of the key with this name; the gateway then closes its connections. Prints nothing.
 void revokeKey(const std::filesystem::path& directory, const std::string& name);
-/// Prints the gateway's public key, and the allowed keys with their permissions, as text or as JSON.
+/// Prints the gateway's public key, and the allowed keys with their permissions, as text or as JSON. \throws KeyError
+/// also after printing: the first faulty file, or the reason why the gateway's key cannot be read
 void listKeys(const std::filesystem::path& directory, bool json);
 
 /// Returns the client's keys for a connection to a gateway; empty keys if neither argument is given and usualKeyFile()
-/// does not exist. \param serverKey public key of the gateway; empty: that of the file \param file empty:
-/// usualKeyFile()
+/// does not exist. Prints nothing. \param serverKey public key of the gateway; empty: that of the file
+/// \param file empty: usualKeyFile()
+/// \throws Error kBadKeys if the file cannot be read or is not valid; KeyError: EX_NOINPUT if usualKeyFile() is needed
+/// and does not exist, EX_USAGE if neither argument nor file has the gateway's key
 Keys keysFor(const std::string& serverKey, const std::filesystem::path& file);
 
 }  // namespace traction::cli

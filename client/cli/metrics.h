@@ -15,12 +15,13 @@ struct Measured {
   std::optional<Status> status;
 };
 
-/// Returns Prometheus's text format 0.0.4.
+/// Returns the metrics in Prometheus's text format 0.0.4, with the label instance.
 std::string metricsText(const std::vector<Measured>& all);
 
 /// Prints the metrics of one instance, or of all on this machine if `one` is false. An instance that does not answer is
-/// reported as down, which is not an error. \param http true: answers the HTTP request on standard input, for a socket
-/// unit of systemd
+/// reported as down, which is not an error. Asks one instance after another, and waits for each at most
+/// `options.timeout`, with `one` false 1 s, to connect and as long again for the answer. \param http true: answers the
+/// HTTP request on standard input, for a socket unit of systemd
 /// \throws OutputError
 void metrics(const ControlOptions& options, bool one, bool http);
 

@@ -14,7 +14,7 @@ namespace traction::cli {
 /// Returns the header of a message of any type; it refers to the message.
 const Header& headerOf(const Message& message);
 
-/// Returns the error that no publisher was found.
+/// Returns the error kNoAnswer that no publisher was found. \param endpoints for the message
 Error noPublisher(const std::string& endpoints);
 
 /// Reports connection, restarts, silence and losses of one subscriber. Not thread-safe.
@@ -22,7 +22,8 @@ class Notes {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// \param onSilence likely cause if a publisher sends nothing \param onLoss likely cause of losses
+  /// \param subscriber must outlive the object \param onSilence likely cause if a publisher sends nothing for 3 s
+  /// \param onLoss likely cause of losses; both are parts of sentences for the operator
   Notes(const Subscriber& subscriber, std::string onSilence, std::string onLoss);
 
   /// Must be called in every turn of the receiving loop. \throws Error kNoAnswer if no publisher was found for 3 s

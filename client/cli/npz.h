@@ -22,19 +22,21 @@ class NpzWriter {
     std::string name;
     std::string type;               ///< NumPy type: "<f8"
     std::uint64_t rows = 0;         ///< first dimension
-    std::vector<std::size_t> row;   ///< other dimensions
+    std::vector<std::size_t> row;   ///< other dimensions; empty: one element per row
     std::size_t element_bytes = 8;  ///< size of one element
 
     std::size_t rowBytes() const;  ///< size of one row [bytes]
   };
 
-  /// Creates or replaces the file. \throws NpzError
+  /// Creates or replaces the file, which is no valid archive until finish(). \throws NpzError
   NpzWriter(const std::string& path, const std::vector<Array>& arrays);
+  /// Closes the file. Without finish() it stays there, incomplete.
   ~NpzWriter();
   NpzWriter(const NpzWriter&) = delete;
   NpzWriter& operator=(const NpzWriter&) = delete;
 
-  /// Adds the next row of an array, little endian. \param array index in the constructor's list
+  /// Adds the next row of an array. Rows are written to disk in pieces of some 64 KiB. \param array index in the
+  /// constructor's list \param row exactly rowBytes() bytes, little endian: this is not checked
   /// \throws NpzError
   void add(std::size_t array, std::string_view row);
   /// Completes the file. All rows of all arrays must have been added. \throws NpzError

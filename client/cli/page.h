@@ -21,6 +21,7 @@ inline constexpr Style kWarning{{255, 196, 84}, kPaper, true};
 inline constexpr Style kLine{{70, 76, 96}, kPaper, false};
 inline constexpr Style kAccent{{110, 190, 255}, kPaper, false};
 
+/// Returns the text that printf() would print, cut to 159 bytes.
 // NOLINTNEXTLINE(cert-dcl50-cpp): the compiler checks the arguments against the pattern
 [[gnu::format(printf, 1, 2)]] inline std::string format(const char* pattern, ...) {
   std::array<char, 160> text{};

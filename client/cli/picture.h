@@ -11,7 +11,7 @@ namespace traction::cli {
 class Scale {
  public:
   /// Returns the force of full brightness [N]. \param strongest_N strongest force to draw
-  /// \param smallest_N force below which there is only noise
+  /// \param smallest_N force below which there is only noise; above 0 \param now_ns CLOCK_MONOTONIC
   double update(double strongest_N, double smallest_N, std::int64_t now_ns);
 
  private:
@@ -20,9 +20,10 @@ class Scale {
 };
 
 /// Draws a page of width x height characters. From 20 x 8 on it shows the field; larger pages show more figures.
+/// \param scale kept by the caller from page to page \param now_ns CLOCK_MONOTONIC \param endpoint to show
 Canvas draw(const Scene& scene, int width, int height, Scale& scale, std::int64_t now_ns, std::string_view endpoint);
 
-/// Returns one line, for output that is not a terminal.
+/// Returns one line without a line end, for output that is not a terminal. \param now_ns CLOCK_MONOTONIC
 std::string summary(const Scene& scene, std::int64_t now_ns);
 
 }  // namespace traction::cli

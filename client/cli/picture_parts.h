@@ -12,7 +12,7 @@ namespace traction::cli {
 inline constexpr double kDegrees = 180.0 / std::numbers::pi;
 inline constexpr Style kShear{{90, 255, 240}, kPaper, true};
 
-/// Returns the next 1, 2 or 5 times a power of ten that is not smaller.
+/// Returns the next 1, 2 or 5 times a power of ten that is not smaller. \param value above 0
 double roundUp(double value);
 
 /// Draws an arrow from (x, y) to (x + dx, y + dy) [dots, y down].
@@ -27,7 +27,8 @@ struct Layout {
   int height() const { return rows + 2; }
 };
 
-/// Returns the largest layout for a field that fits into a rectangle.
+/// Returns the largest layout for a field of nodeColumns x nodeRows nodes that fits with its frame into a rectangle of
+/// width x height characters.
 Layout layoutFor(int nodeColumns, int nodeRows, int width, int height);
 
 struct DrawnField {
@@ -35,7 +36,8 @@ struct DrawnField {
   std::string untold;   ///< a text that did not fit
 };
 
-/// Draws the field in its frame, or writes why there is none.
+/// Draws the field in its frame, or writes why there is none. \param column, row top left corner of the frame
+/// \param now_ns CLOCK_MONOTONIC
 DrawnField drawField(Canvas& canvas, const Scene& scene, const Layout& layout, int column, int row, Scale& scale,
                      std::int64_t now_ns);
 
@@ -49,7 +51,8 @@ struct Rectangle {
   int column, row, width, height;
 };
 
-/// Writes the numbers beside the field. \param untold of DrawnField
+/// Writes the numbers beside the field. \param place in characters, from the top left corner
+/// \param now_ns CLOCK_MONOTONIC \param untold of DrawnField
 void drawPanel(Canvas& canvas, const Rectangle& place, const Scene& scene, std::int64_t now_ns,
                const std::string& untold);
 

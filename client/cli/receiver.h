@@ -19,13 +19,15 @@ std::int64_t nanoseconds(Clock::time_point time);
 /// Receives on a thread of its own during its lifetime.
 class Receiver {
  public:
-  /// \throws Error
+  /// Starts the thread. Does not wait for a publisher. \throws Error kBadEndpoint, kBadKeys
   explicit Receiver(const SubscriberOptions& options);
+  /// Waits for the thread, some 50 ms at most.
   ~Receiver();
   Receiver(const Receiver&) = delete;
   Receiver& operator=(const Receiver&) = delete;
 
-  /// Returns the current scene. Thread-safe. Rethrows what receiving has thrown.
+  /// Returns a copy of the current scene. Does not wait for messages. Thread-safe. Rethrows what receiving has thrown
+  /// (Error), after which nothing more is received.
   Scene scene();
 
   /// Returns the endpoint that is subscribed to.

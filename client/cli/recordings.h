@@ -20,11 +20,14 @@ class RecordingError : public std::runtime_error {
   int exitCode_;
 };
 
-// All functions below throw RecordingError. They block until they are done, and print on standard output. A file that
-// is created must not exist yet, except where the comment says that it is replaced.
+// All functions below throw RecordingError: EX_NOINPUT, EX_DATAERR or EX_PROTOCOL if a recording cannot be read, is
+// none, is damaged or is of a newer version; EX_CANTCREAT or EX_IOERR if a file cannot be created or written; EX_USAGE.
+// They block until they are done, and print on standard output (OutputError if that cannot be written). A file that is
+// created must not exist yet, except where the comment says that it is replaced.
 
-/// Records every message of the chosen topics into a new file until a signal or until the time is over. \throws Error
-/// \param truth endpoint of a traction-twin's true states; empty: none \param seconds duration
+/// Records every message of the chosen topics into a new file until SIGINT, SIGTERM or SIGHUP, whose handlers it sets,
+/// or until the time is over. \throws Error kNoAnswer if no publisher was found for 3 s, and those of Subscriber
+/// \param truth endpoint of a traction-twin's true states; empty: none \param seconds duration; infinity: no limit
 void record(const SubscriberOptions& options, const std::string& file, const std::string& truth, double seconds);
 
 /// Publishes the recorded stream (topics "traction/...") at `endpoint`, at `speed` times its own rate; starts when a
@@ -41,13 +44,14 @@ void info(const std::string& file, bool json);
 /// Deletes `to` on failure.
 void recover(const std::string& from, const std::string& to);
 
-/// Exports the fields as CSV or NumPy arrays, or all as illustrate() does, by the file extension of `to`; replaces
-/// `to`. \param sensor empty: the only one
+/// Exports the fields as CSV or NumPy arrays, or all as illustrate() does, by the file extension of `to`: .csv, .npz or
+/// .mcap; replaces `to`. \param sensor empty: the only one
 /// \throws RecordingError also after writing, if the recording is cut off or damaged
 void exportFields(const std::string& from, const std::string& to, const std::string& sensor);
 
-/// Writes a recording of all messages and of their drawings for Foxglove. \param sensor whose drawings are added;
-/// empty: all
+/// Writes a recording of all messages and of their drawings for Foxglove; replaces `to`, which must not be `from`.
+/// \param sensor whose drawings are added; empty: all
+/// \throws RecordingError also after writing, if the recording is cut off or damaged
 void illustrate(const std::string& from, const std::string& to, const std::string& sensor);
 
 }  // namespace traction::cli

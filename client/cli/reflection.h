@@ -19,13 +19,14 @@ using Reflected = google::protobuf::Message;
 /// Returns a copy of the status that has a descriptor. Its pool is private to this file: the generated code is lite.
 std::unique_ptr<Reflected> reflected(const v1::Status& status);
 
-/// Returns the descriptor of traction.v1.Status.
+/// Returns the descriptor of traction.v1.Status, which lives as long as the program.
 const google::protobuf::Descriptor& statusDescriptor();
 
 /// Value of a field that is no message. Enums are words: "streaming" for CAMERA_STATE_STREAMING.
 using Scalar = std::variant<double, std::uint64_t, std::int64_t, bool, std::string>;
 
-/// Returns the value of a field that is no message. \param index of the element in an array; -1: the field is no array
+/// Returns the value of a field that is no message; floats as double, 32-bit integers as 64-bit ones. \param index of
+/// the element in an array, not checked; -1: the field is no array \throws std::logic_error if the field is a message
 Scalar scalarOf(const Reflected& message, const FieldDescriptor& field, int index = -1);
 
 /// Returns the word of an enum's value; that of 0 if the value is not known, as from a later daemon.
@@ -44,7 +45,8 @@ bool isSet(const Reflected& message, const FieldDescriptor& field);
 /// Returns whether a message that may be absent is so (option null_if_absent).
 bool isAbsent(const Reflected& message, const FieldDescriptor& field);
 
-/// Returns the number as printf does. \param pattern of the form %[+].Pf, e or g; empty: shortest text
+/// Returns the number as printf does in the locale C. \param pattern of the form %[+].Pf, e or g, which is not checked;
+/// empty: the shortest text that reads back as the same number
 std::string formatted(double number, std::string_view pattern);
 
 // NOLINTBEGIN(misc-no-recursion): as deep as the messages of the schema
@@ -63,13 +65,14 @@ void forEachMessage(const Reflected& message, const FieldDescriptor& field, Visi
 
 /// One number of a row of `tractionctl top`.
 struct TopNumber {
-  std::string word;
+  std::string word;  ///< as it is shown
   std::uint64_t number = 0;
-  v1::Top::Loss loss = v1::Top::LOSS_NONE;
-  bool isCounter = false;
+  v1::Top::Loss loss = v1::Top::LOSS_NONE;  ///< kind of loss that it counts
+  bool isCounter = false;                   ///< true: only increases, so that a rate can be stated
 };
 
-/// Returns the numbers of a row, in the order in which they are shown. \param row such as "frames"
+/// Returns the numbers of a row, in the order in which they are shown. \param row "frames" or "packets"; none for any
+/// other
 std::vector<TopNumber> topNumbers(const v1::Status& status, std::string_view row);
 
 }  // namespace traction::cli

@@ -23,6 +23,8 @@ class Scene {
     std::string what;      ///< "the camera is lost"; empty: there is a current field
     double since_s = 0.0;  ///< duration; if there has been a field, its age
   };
+  /// Returns why there is no current field: the last one is older than three times the usual time between two, within
+  /// 0.4 s and 3 s. \param now_ns CLOCK_MONOTONIC, as in the functions below
   Trouble trouble(std::int64_t now_ns) const;
   /// Returns trouble() as a sentence: "the camera is lost, no field for 12.3 s".
   std::string sentence(const Trouble& trouble) const;
@@ -37,24 +39,25 @@ class Scene {
   std::int64_t restarted_ns = 0;  ///< when a restart of the daemon was noticed; 0: never
   bool connected() const { return connected_; }  ///< Returns what setConnected() was told last.
 
-  /// Returns whether the status is out of date: the next one is late, or fields that arrived when it was sent have
-  /// stopped.
+  /// Returns whether the status is out of date: there is none, no publisher is connected, the next one is late, or
+  /// fields that arrived when it was sent have stopped.
   bool isStatusOld(std::int64_t now_ns) const;
 
   /// Returns the flags of the fields of the last two seconds, combined by bitwise or.
   std::uint32_t recentFlags(std::int64_t now_ns) const;
 
-  /// Returns the rate of the fields of the last two seconds [1/s].
+  /// Returns the rate of the fields of the last two seconds [1/s]; 0 if there are fewer than two.
   double rate_hz(std::int64_t now_ns) const;
 
   struct Latency {
-    double p50_ms, p99_ms;
+    double p50_ms, p99_ms;  ///< median and 99th percentile
   };
   /// Returns the latency of the fields of the last two seconds, from their arrival from the camera driver until
   /// received here. Returns nothing if there are none, or if the daemon's clock is another one.
   std::optional<Latency> latency(std::int64_t now_ns) const;
 
-  /// Returns magnitudes of the resultant [N], one per quarter second, newest last.
+  /// Returns magnitudes of the resultant [N], one per quarter second in which a field came, newest last, at most 240; 0
+  /// for a field that is not valid. Valid until the next add().
   const std::deque<double>& history() const { return history_; }
 
  private:
@@ -75,7 +78,7 @@ class Scene {
   std::int64_t sampled_ns_ = 0;
 };
 
-/// Returns the Euclidean norm.
+/// Returns the Euclidean norm, in the unit of the vector.
 double length(const Vector3& vector);
 
 struct FlagText {
@@ -99,7 +102,7 @@ inline constexpr std::array<FlagText, 9> kFlagTexts = {{
 /// Returns one text per set flag, most important first; unknown bits have none. \param flags or-ed Flag
 std::vector<std::string> words(std::uint32_t flags);
 
-/// Returns a duration as text: "2.3 s", "12 s", "5 min".
+/// Returns a duration, 0 or more, as text: "2.3 s", "12 s", "5 min", "3 h", "4 days".
 std::string duration(double seconds);
 
 }  // namespace traction::cli

@@ -12,11 +12,12 @@ namespace traction::cli {
 /// Receives the true states from traction-twin (--truth-endpoint). Thread-bound.
 class TruthListener {
  public:
-  /// Connects. \throws Error kBadEndpoint
+  /// Starts to connect and returns at once. \throws Error kBadEndpoint
   explicit TruthListener(const std::string& endpoint);
   ~TruthListener();
 
-  /// Returns the next waiting line of JSON; nothing if there is none. Never waits.
+  /// Returns the next waiting line of JSON, without its line end and not checked; nothing if there is none. Never
+  /// waits.
   std::optional<std::string> next();
 
  private:
@@ -34,11 +35,13 @@ class Repeater {
 
   /// Returns the endpoint, with the port in use.
   std::string endpoint() const;
-  /// Waits up to `time` for subscriptions. Sends each new subscriber the last description of each sensor.
+  /// Waits up to `time` for subscriptions, until the first one comes. For each one that has come, publishes the last
+  /// description of each sensor again, which all of its subscribers receive.
   void listen(std::chrono::milliseconds time);
   /// Returns whether listen() has ever received a subscription.
   bool isHeard() const;
-  /// Sends a message. A client that is too slow loses it. \param time_s when it was sent first [s since 1970]
+  /// Sends a message, and keeps a copy if it is a description. Does not wait: a client that is too slow loses it.
+  /// \param time_s publish time of the recording, which goes with the message [s since 1970]
   void send(const Raw& raw, double time_s);
 
  private:

@@ -14,7 +14,7 @@ namespace traction::cli {
 /// called afterwards.
 class Tape {
  public:
-  /// Creates a new file.
+  /// Creates a new file, which must not exist yet (EX_CANTCREAT), in an existing directory.
   explicit Tape(const std::string& path);
 
   /// Adds a message with its sequence number. Log time: when it arrived. Publish time: captureTime_ns(), or the log
@@ -24,7 +24,8 @@ class Tape {
   /// time: now; publish time: the line's "monotonic_ns" if that is within the last 10 s of this host's clock, else the
   /// log time.
   void addTruth(const std::string& line);
-  /// Writes the buffered messages if they are due. Must be called in every turn of the receiving loop.
+  /// Writes the buffered messages if they are due, and waits for the disk. Must be called in every turn of the
+  /// receiving loop.
   void look();
   /// Writes what is buffered, and the end of the recording.
   void close();
@@ -33,7 +34,7 @@ class Tape {
   void drop() const;
   /// Returns whether no message was added.
   bool isEmpty() const { return writer_.statistics().messages == 0 && !writer_.oldest_ns(); }
-  /// Returns a summary of what is on the disk, as text.
+  /// Returns a summary of what is on the disk, as text: "1200 messages of 10.0 s, 4.2 MB".
   std::string account() const;
   /// Returns the longest time from a message's arrival until it was on the disk [s].
   double longestWait_s() const { return 1e-9 * static_cast<double>(longest_ns_); }

@@ -33,13 +33,13 @@ class Terminal {
   };
   /// Returns the size in characters; 80 x 24 if it is not known.
   Size size() const;
-  /// Writes the page to standard output. Returns false if the terminal is gone.
+  /// Writes the page to standard output, and waits for a terminal that does not read. Returns false if it is gone.
   bool show(const Canvas& canvas) const;
   /// Returns the characters that the locale supports.
   Glyphs glyphs() const { return glyphs_; }
 
-  /// Waits for a key and returns it. Returns 0 after the timeout and on a signal, and if standard input is not a
-  /// terminal.
+  /// Waits for a key and returns its byte. Returns 0 after the timeout and on a signal; if standard input is not a
+  /// terminal, after the timeout; if it has ended, at once. \param timeout negative: no limit
   char waitForKey(std::chrono::milliseconds timeout) const;
 
  private:
@@ -49,7 +49,7 @@ class Terminal {
   Glyphs glyphs_;
 };
 
-/// Makes SIGINT, SIGTERM and SIGHUP set stopRequested() instead of ending the process.
+/// Makes SIGINT, SIGTERM and SIGHUP set stopRequested() instead of ending the process. May be called again.
 void rememberSignals();
 /// Returns whether one of these signals has ever arrived; it is never reset. Requires rememberSignals().
 bool stopRequested();
