@@ -15,6 +15,8 @@ namespace traction::doctor {
 /// The examined machine. Reentrant. Paths are those of that machine, without the root: "/proc/net/route".
 class Box {
  public:
+  /// \param root directory under which the machine's files are; run(), status() and keepsTime() concern this machine,
+  /// whatever it is
   explicit Box(std::filesystem::path root = "/")
       : root_(std::move(root)) {}
   virtual ~Box() = default;
@@ -22,19 +24,19 @@ class Box {
   Box& operator=(const Box&) = delete;
 
   struct Reading {
-    std::string text;
-    int error = 0;  ///< errno; ENOENT: there is no such file
+    std::string text;  ///< what was read before an error, if there is one
+    int error = 0;     ///< errno; 0: none; ENOENT: there is no such file
     explicit operator bool() const { return error == 0; }
   };
   /// Reads a file, about 1 MiB of it at most. Does not wait for a pipe or a device.
   Reading read(const std::string& path) const;
-  /// Returns the first line without blanks at its ends; nothing if the file cannot be read.
+  /// Returns the first line without blanks at its ends; empty if the file is; nothing if it cannot be read.
   std::optional<std::string> line(const std::string& path) const;
   /// Returns the number that the first line consists of; nothing if it is not a number.
   std::optional<double> number(const std::string& path) const;
   /// Returns the names in a directory, sorted; none if it cannot be read.
   std::vector<std::string> list(const std::string& path) const;
-  /// Returns the target of a symbolic link; empty if it cannot be read.
+  /// Returns the target of a symbolic link as the link states it; empty if it cannot be read or is no link.
   std::string target(const std::string& path) const;
   /// Returns whether the path, with its symbolic links followed, exists and can be reached.
   bool exists(const std::string& path) const { return look(path).error == 0; }
@@ -48,7 +50,7 @@ class Box {
 
   struct Space {
     bool readOnly = false;
-    std::uint64_t free_bytes = 0;
+    std::uint64_t free_bytes = 0;  ///< that programs without privileges may use
   };
   /// Returns the space of the file system that the path is on; nothing if it is not known.
   virtual std::optional<Space> space(const std::string& path) const;
@@ -57,15 +59,17 @@ class Box {
     int exitCode = 0;
     std::string output, complaint;  ///< standard output and error
   };
-  /// Runs a program with its arguments and waits for it. Returns nothing if it cannot be started, is ended by a signal,
-  /// or takes longer than 10 s; it is then killed.
+  /// Runs a program, found by PATH, with its arguments and without input, and waits for it. Returns nothing if it
+  /// cannot be started, is ended by a signal, or takes longer than 10 s; it is then killed. A program that closes its
+  /// outputs is waited for without a limit. \param words path or name of the program, then its arguments; not empty
   virtual std::optional<Ran> run(const std::vector<std::string>& words) const;
 
   struct Answer {
-    std::optional<traction::Status> status;
-    std::string why;  ///< there is no status
+    std::optional<traction::Status> status;  ///< empty: it could not be had
+    std::string why;                         ///< why there is no status
   };
-  /// Asks the daemon of an instance for its status.
+  /// Asks the daemon of an instance for its status, on this machine whatever the root is. Waits up to 3 s for the
+  /// connection, and up to 3 s for the answer.
   virtual Answer status(const std::string& instance) const;
 
   /// Returns whether the kernel reports the time of day as synchronised; nothing if it does not tell.
@@ -81,14 +85,14 @@ class Box {
 struct Process {
   int id = 0;
   std::string name;                ///< at most 15 letters
-  std::vector<std::string> words;  ///< of its command line
+  std::vector<std::string> words;  ///< of its command line, the program first; empty for threads of the kernel
 };
-/// Returns the processes that /proc lists.
+/// Returns the processes that /proc lists below the box's root; those that end meanwhile are left out.
 std::vector<Process> processesOf(const Box& box);
 
 /// Splits a line at its blanks; no word is empty.
 std::vector<std::string> wordsOf(const std::string& line);
-/// Splits a text at its line ends.
+/// Splits a text at its line ends; empty lines are kept, but none follows the last line end.
 std::vector<std::string> linesOf(const std::string& text);
 
 }  // namespace traction::doctor

@@ -21,19 +21,20 @@ struct Finding {
   std::string instance = {};  ///< name of the instance that it concerns; empty: the whole machine
 };
 
-/// Requirements of an instance's configuration on its machine.
+/// Requirements of an instance's configuration on its machine, in the words of `tractiond --print-config`.
 struct Settings {
   std::string cameraId, packetSocket = "off";
-  double receiveBuffer_bytes = 0.0, packetSize_bytes = 0.0;
-  int priority = 0;  ///< realtime.*
-  std::string cpus;
-  bool lockMemory = false;
+  double receiveBuffer_bytes = 0.0, packetSize_bytes = 0.0;  ///< as in the configuration
+  int priority = 0;                                          ///< realtime.priority; 0: none is wanted
+  std::string cpus;                                          ///< realtime.cpus: "2-3"; empty: all
+  bool lockMemory = false;                                   ///< realtime.lock_memory
   std::vector<std::string> endpoints;  ///< of all kinds
 };
 
+/// An instance of tractiond on the machine, whether or not it runs.
 struct Instance {
   std::string name;
-  std::string file;                  ///< path of its configuration
+  std::string file;                  ///< path of its configuration, which need not exist
   std::optional<Settings> settings;  ///< none: not known
   std::string whyUnknown;            ///< why the settings are not known
   std::vector<int> processes;        ///< ids of its processes of tractiond
@@ -47,11 +48,13 @@ struct Patient {
   std::vector<Instance> instances;
 };
 
-/// Collects the processes and the instances with their settings. The box must outlive the result.
-/// \param program path of tractiond \param instance the only one to examine; empty: all
+/// Collects the processes and the instances with their settings. Runs `program` once for each instance, and waits for
+/// it. What cannot be found out is left empty: it has no errors. The box must outlive the result. \param program path
+/// of tractiond \param instance the only one to examine; empty: all
 Patient admit(const Box& box, const std::string& program, const std::string& instance);
 
-/// Returns the id of a user or group from a file like /etc/passwd or /etc/group; nothing if the name is not in it.
+/// Returns the id of a user or group from a file like /etc/passwd or /etc/group; nothing if the name is not in it or
+/// the file cannot be read.
 std::optional<std::uint32_t> idOf(const Box& box, const std::string& file, const std::string& name);
 
 /// Returns whether a camera.id is an IP or MAC address.
@@ -60,7 +63,8 @@ bool isAddress(const std::string& cameraId);
 /// Returns whether the machine has USB and some instance's camera is not given by an address.
 bool mayUseUsb(const Patient& patient);
 
-// The following append their findings, one or more for each check; they do not set Finding::instance.
+// The following append their findings, one or more for each check; they do not set Finding::instance. They have no
+// errors: a check that cannot be carried out is a finding kUnknown. They change nothing on the machine.
 
 /// Checks frequency governor, clock source, time of day, and memory and permissions of USB.
 void checkMachine(const Patient& patient, std::vector<Finding>& findings);
@@ -75,12 +79,16 @@ void checkService(const Patient& patient, const Instance& instance, std::vector<
 /// Asks the running daemon for its status, and reports its problems().
 void checkMeasurement(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
 
-/// Carries out all checks, those of the machine first, then those of each instance. Parameters are those of admit().
+/// Carries out all checks, those of the machine first, then those of each instance, in order of their names. Blocks
+/// until they are done. \param box need not outlive the result \param program path of tractiond \param instance the
+/// only one to examine; empty: all
 std::vector<Finding> examine(const Box& box, const std::string& program, const std::string& instance);
 
-/// Returns the report as text: one line per check, followed by one with the command that corrects it.
+/// Returns the report as text: one line per finding, in their order, followed by one with the command that corrects it,
+/// if there is one. Characters that are not printable become '?'.
 std::string reportText(const std::vector<Finding>& findings);
-/// Returns the report as JSON.
+/// Returns the report as one line of JSON without a line end: an object with the array `checks`, of objects with check,
+/// instance, verdict ("ok", "unknown", "warn", "fail"), found and mend, and the number exit_code.
 std::string reportJson(const std::vector<Finding>& findings);
 
 /// Returns the program's exit code: 0 if nothing is wrong, 1 for warnings, 2 if a check fails.

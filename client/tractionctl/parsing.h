@@ -16,13 +16,15 @@ CLI::Validator integer(const std::string& what);
 /// more, as in 2.5"
 CLI::Validator number(double least, const std::string& what);
 
-/// Returns the names of all subcommands: "list, get, set".
+/// Returns the names of all subcommands: "list, get, set"; empty if there are none.
 std::string namesOf(const CLI::App& app);
 
-/// Returns an error message, with clearer wording than the parser's where needed.
+/// Returns an error message of one line, with clearer wording than the parser's where needed. \param app command line
+/// whose parsing failed \param words of wordsOf()
 std::string sentence(const CLI::ParseError& error, const CLI::App& app, const std::vector<std::string>& words);
 
-/// Returns the arguments. Keys may begin with a dash without being an option, so they are moved to the end, after "--".
+/// Returns the arguments without the program's name. For `keys allow`, a key that begins with a dash is moved to the
+/// end, after "--", unless there is a "--" already: it is not an option.
 std::vector<std::string> wordsOf(int argc, char** argv);
 
 }  // namespace traction::cli

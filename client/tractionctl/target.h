@@ -14,13 +14,14 @@ namespace traction::cli {
 /// The options that all commands share. Valid after the command line has been parsed.
 class Target {
  public:
-  /// Adds the options.
+  /// Adds the options. `app` must outlive the object, which must outlive the parsing.
   explicit Target(CLI::App& app);
 
-  /// Returns the options for a subscription. \param latest only the newest field is wanted
-  /// \throws Error kBadEndpoint, KeyError
+  /// Returns the options for a subscription. Reads the file of the client's key if --host, --key or --server-key is
+  /// given. \param latest only the newest field is wanted
+  /// \throws Error kBadEndpoint if --host is not HOST or HOST:PORT, kBadKeys; KeyError if a key is missing
   SubscriberOptions subscription(bool latest = false) const;
-  /// Returns the options for requests. \throws Error kBadEndpoint, KeyError
+  /// Returns the options for requests. Reads and throws as subscription().
   ControlOptions control() const;
 
   /// Returns the name of the instance; "default" if it was not given.
