@@ -8,7 +8,8 @@
 
 namespace traction {
 
-// The functions encode...() return a traction.v1.Request as Protobuf bytes.
+// The functions encode...() return a traction.v1.Request as Protobuf bytes. They check no values. All functions of this
+// file are reentrant.
 
 enum class Request { kStatus, kDescription, kSnapshot };
 std::string encodeRequest(Request request);

@@ -22,14 +22,18 @@ void useKeys(zmq::socket_t& socket, const Keys& keys);
 /// Tells from a socket's monitor events why a connection fails. Not thread-safe.
 class Handshake {
  public:
-  /// \param strangers number of security-mechanism mismatches without a successful handshake in between after which the
-  /// peer is reported as misconfigured
+  /// \param endpoint is named in errors \param hasKeys whether useKeys() has set keys \param strangers number of
+  /// security-mechanism mismatches without a successful handshake in between after which the peer is reported as
+  /// misconfigured
   Handshake(std::string endpoint, bool hasKeys, int strangers)
       : endpoint_(std::move(endpoint))
       , hasKeys_(hasKeys)
       , strangers_(strangers) {}
 
-  /// Takes the next monitor event. \return why no connection is possible, once that is certain
+  /// Takes the next monitor event; ignores kinds other than kHandshakeEvents. \param value of the event
+  /// \return kNotAllowed, once it is certain that no connection is possible: at once if the peer refuses the key, after
+  /// `strangers` mismatches, or after 5 (25 without keys) connections in a row that end without a reason before the
+  /// first success. Nothing otherwise.
   std::optional<Error> take(std::uint16_t event, std::uint32_t value);
 
  private:

@@ -19,7 +19,7 @@ inline void require(bool condition, const char* what) {
   if (!condition) throw Error(ErrorCode::kMalformed, what);
 }
 
-/// Parses one Protobuf message from all of `bytes`.
+/// Parses one Protobuf message from all of `bytes`, which need not outlive the call and must be less than 2 GiB.
 template <typename Parsed>
 Parsed parse(std::string_view bytes) {
   Parsed message;
@@ -30,7 +30,7 @@ Parsed parse(std::string_view bytes) {
 
 /// Converts a colour; one that only a later daemon knows becomes kUnknown.
 Colour colourOf(pb::Colour colour);
-/// Converts a zero.
+/// Converts a zero; fails if its positions and presences differ in number. Does not check that numbers are finite.
 Zero zeroOf(const pb::Zero& from);
 /// Converts a description and sets sameHost by comparing the daemon's host with this one.
 Description descriptionOf(const pb::Description& from);

@@ -8,7 +8,8 @@
 
 namespace traction {
 
-/// Returns the length in bytes of the UTF-8 character that starts with `lead`.
+/// Returns the length in bytes, 1 to 4, that the UTF-8 character that starts with `lead` should have. Does not check
+/// that `lead` may start one.
 inline std::size_t utf8Length(char lead) {
   const auto byte = static_cast<unsigned char>(lead);
   return byte < 0x80 ? 1 : byte < 0xe0 ? 2 : byte < 0xf0 ? 3 : 4;

@@ -49,8 +49,8 @@ struct CameraFeature {
 
 /// Answer to a CameraStep.
 struct CameraReport {
-  std::vector<CameraFeature> features;
-  std::vector<std::string> remarks;  ///< for a person to read
+  std::vector<CameraFeature> features;  ///< that the step reports, in the order of the daemon; may be empty
+  std::vector<std::string> remarks;     ///< for a person to read
   std::string camera;                ///< the camera that answered: "Vendor-Serial"
 };
 

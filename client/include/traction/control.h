@@ -17,7 +17,8 @@ namespace traction {
 
 struct ControlOptions {
   std::string instance = "default";  ///< name of a tractiond on this machine
-  std::string endpoint;              ///< ZeroMQ endpoint, "tcp://HOST:9884"; empty: found from `instance`
+  /// ZeroMQ endpoint of the requests, "tcp://HOST:9884" or "ipc:///PATH"; empty: found from `instance`.
+  std::string endpoint;
   Keys keys = {};                    ///< needed for a traction-gateway only
   // Time to connect, for every request, and then to wait for status() and description(). All other times are for the
   // answer alone. If the daemon goes away during a request, the request fails at once.
@@ -59,7 +60,7 @@ struct CalibrationStep {
   double weight_N = 0.0;  ///< for kWeight [N]
   bool first = false;     ///< for kWeight: true discards the weights read before
   bool anyway = false;    ///< for kGeometry, kNoise: true proceeds even if something seems to touch the gel
-  std::string name;       ///< for kFinish: beginning of the gel file's name
+  std::string name;       ///< for kFinish: beginning of the gel file's name, 1 to 24 of A-Z a-z 0-9 _ -; empty: gel
 };
 
 /// A picture of the camera and the markers found in it. Positions are pixels of the camera's full picture.
@@ -84,8 +85,9 @@ struct Snapshot {
   std::uint32_t reduced = 1;            ///< camera pixels per pixel of this picture, in each direction
   std::vector<std::uint8_t> levels;     ///< height x width x channels, row by row
   std::string pixelFormat;              ///< pixel format that the camera sent
-  std::uint64_t frameNumber = 0;
-  std::int64_t receivedReal_ns = 0;  ///< CLOCK_REALTIME of the daemon's host [ns since 1970]
+  std::uint64_t frameNumber = 0;        ///< Header::frameNumber of the frame
+  /// When the frame came from the camera driver: CLOCK_REALTIME of the daemon's host [ns since 1970].
+  std::int64_t receivedReal_ns = 0;
   std::vector<Marker> markers;
   std::vector<Spot> spots;  ///< marker candidates of the last marker search over a whole picture
 };
@@ -106,19 +108,23 @@ struct CalibrationReport {
 enum class Question { kStatus, kDescription, kZero, kUndoZero };
 
 /// Client of a daemon's control endpoint. Thread-safe: each request opens a connection of its own. Every request blocks
-/// until its answer, and throws Error kBadEndpoint, kNoAnswer, kVersion, kMalformed, kRefused, kBadKeys or kNotAllowed.
+/// until its answer, at most for the times of ControlOptions, and throws Error kBadEndpoint, kNoAnswer, kVersion,
+/// kMalformed, kRefused, kBadKeys or kNotAllowed. After kNoAnswer the daemon may still carry out the request.
 class TRACTION_EXPORT Control {
  public:
-  /// Finds the endpoint. Does not connect. \throws Error kBadEndpoint if the instance's name is invalid
+  /// Finds the endpoint, once for all requests. Does not connect. \param options are copied
+  /// \throws Error kBadEndpoint if the instance's name is invalid
   explicit Control(const ControlOptions& options = {});
 
   Status status() const;            ///< Returns the status that the daemon published last.
   Description description() const;  ///< Returns the description that the daemon published last.
-  /// Takes the current picture as the unloaded gel: the rest pose becomes the zero in force.
+  /// Takes the gel as unloaded: the mean of the next frames, the rest pose, becomes the zero in force. Takes seconds.
+  /// Error kRefused also if something seems to touch the gel, unless ZeroOptions::anyway is true.
   ZeroResult zero(const ZeroOptions& options = {}) const;
   /// Restores the previous zero. The zero in force becomes the previous one, so that a second call undoes the first.
+  /// Error kRefused if there is no previous zero.
   ZeroResult undoZero() const;
-  /// Returns the next picture of the camera.
+  /// Returns the next picture of the camera, with the markers found in it. Error kRefused if no picture comes.
   Snapshot snapshot() const;
   /// Carries out one step of a calibration.
   CalibrationReport calibrate(const CalibrationStep& step) const;
@@ -129,7 +135,7 @@ class TRACTION_EXPORT Control {
   /// error. For gateways and exporters. \throws Error kBadEndpoint, kNoAnswer, kBadKeys, kNotAllowed
   std::string pass(Question question) const;
 
-  /// Returns the endpoint that requests go to, for messages.
+  /// Returns the endpoint that requests go to, for messages. Valid as long as the object.
   const std::string& endpoint() const { return options_.endpoint; }
 
  private:

@@ -10,7 +10,7 @@ namespace traction {
 /// A linear elastic block. It is bonded at z = size_m[2]; its sides and the touched surface are free.
 struct Gel {
   double youngsModulus_Pa = 0.0;
-  double poissonRatio = 0.0;
+  double poissonRatio = 0.0;  ///< below 0.5
   Vector3 size_m{};  ///< width, height, thickness [m]; the block is centred on the origin in x and y
 };
 
@@ -22,10 +22,10 @@ enum class Colour { kUnknown, kBlue, kRed, kGreen, kGrey };
 struct Grid {
   std::uint32_t columns = 0;
   std::uint32_t rows = 0;
-  double pitch_m = 0.0;  ///< distance of neighbours
+  double pitch_m = 0.0;  ///< distance of neighbours, along x and y
   Vector2 centre_m{};    ///< centre of the grid, gel frame
 
-  /// Returns the position of a grid point, gel frame [m].
+  /// Returns the position of a grid point (x, y), gel frame [m]. The indices, from 0, are not checked.
   Vector2 position_m(std::uint32_t column, std::uint32_t row) const {
     return {centre_m[0] + pitch_m * (column - (columns - 1) / 2.0), centre_m[1] + pitch_m * (row - (rows - 1) / 2.0)};
   }
@@ -97,7 +97,8 @@ struct Body {
   std::vector<std::array<float, 3>> markerPositions_m;  ///< rest positions, layer after layer
 };
 
-/// What a daemon publishes about itself at the start, after each change, and to each new subscriber.
+/// What a daemon publishes about itself at the start, after each change, and to each new subscriber. The library checks
+/// its shapes, but not that its numbers are finite and plausible.
 struct Description {
   Header header;
   std::string softwareVersion;  ///< version of the daemon

@@ -17,9 +17,10 @@ enum class ErrorCode {
   kNotAllowed,   ///< the gateway refuses this key, or this key may not do this
 };
 
+/// Thrown by the functions of this library, where their comments state it; what() is a sentence for the operator.
 class TRACTION_EXPORT Error : public std::runtime_error {
  public:
-  /// \param what a sentence for the operator
+  /// \param code kind of the error, for programs \param what a sentence for the operator
   Error(ErrorCode code, const std::string& what)
       : std::runtime_error(what)
       , code_(code) {}

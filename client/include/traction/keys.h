@@ -15,7 +15,7 @@ struct Keys {
 };
 
 /// Reads a key pair from a file that `tractionctl keys new` wrote, and the server key if the file has one. \throws
-/// Error kBadKeys
+/// Error kBadKeys if the file cannot be read, is not valid, or can be read by other users
 TRACTION_EXPORT Keys loadKeys(const std::string& path);
 
 }  // namespace traction

@@ -34,51 +34,59 @@ enum class Mode {
 
 struct SubscriberOptions {
   std::string instance = "default";  ///< name of a tractiond on this machine
-  std::string endpoint;              ///< ZeroMQ endpoint, "tcp://HOST:9872"; empty: found from `instance`
+  /// ZeroMQ endpoint of the stream, or of the newest field for Mode::kLatest, "tcp://HOST:9872" or "ipc:///PATH";
+  /// empty: found from `instance`.
+  std::string endpoint;
   Keys keys = {};                    ///< needed for a traction-gateway only
   Mode mode = Mode::kStream;
   unsigned topics = kAllTopics;  ///< for kStream; kLatest receives fields only
-  int queue = 1000;              ///< messages stored for a slow reader; further ones are lost
+  int queue = 1000;              ///< messages stored for a slow reader; further ones are lost. For kStream; 0: no limit
 
   /// Returns CLOCK_MONOTONIC [ns]; null: this host's clock. For tests: it sets Header::arrived_ns and the time of
   /// reconnections. The timeout of receive() is in real time in any case.
   std::int64_t (*monotonicClock)() = nullptr;
 };
 
-/// A message as it was sent, to be stored or forwarded.
+/// A message as it was sent, to be stored or forwarded. The views belong to whatever made them: see Subscriber::raw().
 struct Raw {
   std::string_view topic;  ///< "traction/v1/<sensor>/field/"; empty in Mode::kLatest
   std::string_view bytes;  ///< Protobuf message
 };
 
 /// Decodes a message of Mode::kStream. Returns nothing for a topic that this version does not know. Header::arrived_ns
-/// is 0. Reentrant. \throws Error kVersion if the topic is not one of this protocol version, kMalformed
+/// is 0. The result does not refer to `raw`. Reentrant. \throws Error kVersion if the topic is not one of this protocol
+/// version, kMalformed if the bytes are not a valid message of the topic
 TRACTION_EXPORT std::optional<Message> decode(const Raw& raw);
 
 /// Subscriber of one instance. Not thread-safe: only one thread may use it at a time. It connects, and connects again,
 /// whenever the daemon runs.
 class TRACTION_EXPORT Subscriber {
  public:
-  /// Starts to connect and returns at once, whether or not the daemon runs. \throws Error kBadEndpoint, kBadKeys
+  /// Starts to connect and returns at once, whether or not the daemon runs. \param options are copied
+  /// \throws Error kBadEndpoint if the endpoint or the instance's name is invalid, kBadKeys
   explicit Subscriber(const SubscriberOptions& options = {});
+  /// Disconnects; messages that were not received are lost. Does not wait for the daemon.
   ~Subscriber();
+  /// A subscriber that was moved from may only be assigned to or destroyed.
   Subscriber(Subscriber&&) noexcept;
   Subscriber& operator=(Subscriber&&) noexcept;
 
   /// Waits for the next message. Returns nothing if none arrives within `timeout`, or if a signal interrupts the wait.
-  /// The daemon sends a new subscriber the description at once. \throws Error kVersion, kMalformed, kNotAllowed;
-  /// kBadEndpoint if the endpoint is that of Mode::kLatest
+  /// In Mode::kStream the daemon sends a new subscriber the description at once. After an error it may be called again,
+  /// and goes on with the next message. \param timeout 0 or negative: does not wait \throws Error kVersion, kMalformed,
+  /// kNotAllowed; kBadEndpoint if the endpoint is that of Mode::kLatest
   std::optional<Message> receive(std::chrono::milliseconds timeout);
 
   /// Returns the message that receive() returned or rejected last, as it was sent. It is valid until the next call of
-  /// receive().
+  /// receive(). Empty before the first message; undefined after receive() has returned nothing.
   Raw raw() const;
 
   /// Returns the number of messages that were lost on the way since the first one received, by gaps in Header::sequence
   /// of each received topic. Restarts of the daemon do not count; in Mode::kLatest it is always 0.
   std::uint64_t lost() const;
 
-  /// Returns whether a publisher is connected, even if it has sent nothing yet.
+  /// Returns whether a publisher is connected, even if it has sent nothing yet. Does not wait. For the thread that uses
+  /// the subscriber, although it is const.
   bool isConnected() const;
 
   /// Returns the endpoint that it connects to, for messages; the last one if the instance may be at several.
