@@ -65,6 +65,7 @@ class OldFile {
 
   /// Returns the size at opening [bytes].
   std::uint64_t size() const { return size_; }
+  /// Returns the path that was given to open().
   const std::filesystem::path& path() const { return path_; }
   /// Replaces `to` by `count` bytes from `offset`; all must lie below size(). Waits for the disk. Error: EX_IOERR, also
   /// if the file has become shorter; `to` is then undefined.

@@ -9,6 +9,7 @@
 
 namespace traction::cli {
 
+/// A colour of 24 bits (sRGB).
 struct Colour24 {
   std::uint8_t red = 0;
   std::uint8_t green = 0;
@@ -22,6 +23,7 @@ bool isLight(Colour24 colour);
 /// Mixes two colours: share 0 gives `from`, 1 gives `to`; it is limited to [0, 1].
 Colour24 mix(Colour24 from, Colour24 to, double share);
 
+/// Colours that a terminal can show.
 enum class Depth {
   kNone,  ///< no colours, only bold and reverse video
   k256,
@@ -33,9 +35,10 @@ enum class Glyphs {
   kAscii,  ///< replaces each other character by a similar ASCII character
 };
 
+/// How a character is drawn.
 struct Style {
-  Colour24 ink{205, 208, 216};
-  Colour24 paper{14, 16, 24};
+  Colour24 ink{205, 208, 216};  ///< colour of the character
+  Colour24 paper{14, 16, 24};   ///< colour of the background
   bool bold = false;
   bool operator==(const Style& other) const = default;
 };

@@ -1,4 +1,6 @@
-// Commands of tractionctl. All throw traction::Error; those that print without an end also throw OutputError.
+// Commands of tractionctl. They block until they are done. All throw traction::Error, and OutputError if standard
+// output cannot be written. Where a comment says "on a signal", it is SIGINT, SIGTERM or SIGHUP, whose handlers the
+// command sets.
 #pragma once
 
 #include "traction/control.h"

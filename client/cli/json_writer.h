@@ -70,7 +70,7 @@ class Json {
     return *this;
   }
 
-  // Write arrays.
+  // Write arrays; booleans() writes 0 as false and any other number as true.
   template <typename Range>
   Json& numbers(const Range& values) {
     open('[');

@@ -26,7 +26,8 @@ class Notes {
   /// \param onLoss likely cause of losses; both are parts of sentences for the operator
   Notes(const Subscriber& subscriber, std::string onSilence, std::string onLoss);
 
-  /// Must be called in every turn of the receiving loop. \throws Error kNoAnswer if no publisher was found for 3 s
+  /// Prints what is to be noted on standard error. Must be called in every turn of the receiving loop. \throws Error
+  /// kNoAnswer if no publisher was found for 3 s
   void look(bool isConnected, Clock::time_point now);
   /// Must be called with every message received.
   void hear(const Message& message, Clock::time_point now);

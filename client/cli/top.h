@@ -17,10 +17,10 @@ struct TopCommand {
   bool once = false;  ///< prints all figures once they have arrived, and ends
 };
 
-/// On a terminal, draws a page until q or a signal; otherwise prints one line per instrument and second. \param options
-/// for each subscription
-/// \param one true: only the instance of `options`; false: all instances of this machine if no endpoints are given
-/// \throws Error kNoAnswer if there is no publisher at any endpoint for 3 s; OutputError
+/// On a terminal, draws a page until q or a signal (SIGINT, SIGTERM or SIGHUP, whose handlers it sets); otherwise
+/// prints one line per instrument and second. \param options for each subscription \param one true: only the instance
+/// of `options`; false: all instances of this machine if no endpoints are given \throws Error kNoAnswer if there is no
+/// publisher at any endpoint for 3 s; OutputError
 void top(const SubscriberOptions& options, const TopCommand& command, bool one);
 
 /// Returns the number of connections to a local endpoint, from the kernel's socket tables. Returns nothing if the

@@ -37,7 +37,7 @@ class Session : public std::enable_shared_from_this<Session> {
     std::function<void(const Session* session)> closed;  ///< called once, when the connection has closed
   };
 
-  static constexpr std::size_t kWindow = 512 * 1024;
+  static constexpr std::size_t kWindow = 512 * 1024;  ///< [bytes]
 
   /// Must be owned by a std::shared_ptr, which the session shares from start() until the connection is closed.
   /// \param socket of a connection whose HTTP request has been read \param handlers called on the context's thread

@@ -118,8 +118,8 @@ class TRACTION_EXPORT Control {
 
   Status status() const;            ///< Returns the status that the daemon published last.
   Description description() const;  ///< Returns the description that the daemon published last.
-  /// Takes the gel as unloaded: the mean of the next frames, the rest pose, becomes the zero in force. Takes seconds.
-  /// Error kRefused also if something seems to touch the gel, unless ZeroOptions::anyway is true.
+  /// Takes the gel as unloaded: the rest pose, a mean over frames after the request, becomes the zero in force. Takes
+  /// seconds. Error kRefused also if something seems to touch the gel, unless ZeroOptions::anyway is true.
   ZeroResult zero(const ZeroOptions& options = {}) const;
   /// Restores the previous zero. The zero in force becomes the previous one, so that a second call undoes the first.
   /// Error kRefused if there is no previous zero.
