@@ -51,7 +51,8 @@ struct CameraInfo {
   Standing standing;                  ///< what the configuration left open
   std::vector<std::string> warnings;  ///< one line each, with the remedy
 
-  std::string summary() const;  ///< Describes the camera in one line for the log.
+  /// Describes camera, picture, rate, packets and receive buffer in one line for the log.
+  std::string summary() const;
 };
 
 }  // namespace tractiond::capture

@@ -15,7 +15,7 @@ struct ChunkDescription {
   std::vector<std::string> unread;  ///< features that the camera may send but that are computed, so cannot be read
 };
 
-/// Reads the camera's description. A camera without chunks has none of these.
+/// Reads where the numbers lie from the camera's description. Without chunks all three lists are empty.
 ChunkDescription describeChunks(ArvDevice* device);
 
 }  // namespace tractiond::capture
