@@ -21,8 +21,9 @@ namespace tractiond {
 /// The processing of an instrument with a gel file.
 class Measurement : public Processing {
  public:
-  /// Makes the solver, which takes seconds for a new gel and less afterwards, and completes the description. Fails if
-  /// the solver cannot be made, or the file of a recording cannot be opened.
+  /// Makes the solver, which takes seconds for a new gel and less afterwards, and completes and publishes the
+  /// description. Fails with the error of solve::makeSolver(), or EX_CANTCREAT if the file of a recording cannot be
+  /// created. What `around` refers to must outlive the result.
   static tl::expected<std::unique_ptr<Processing>, Error> make(sensor::Sensor sensor, const Surroundings& around);
 
   /// Waits for the work that is under way: a zero that is being written, a step of a calibration.
@@ -36,7 +37,8 @@ class Measurement : public Processing {
   /// calibrated with another camera, and in later sessions that it is the camera of the first one. In the first session
   /// also restores the zero, which must belong to this camera, and begins the recording.
   tl::expected<void, Error> welcome(const capture::CameraInfo& info) override;
-  /// Finds the markers. Returns false while there is no rest pose, or the first one has not been judged.
+  /// Finds the markers. Returns false while there is no rest pose, or the first one has not been judged. Waits for that
+  /// judgement if the pictures come from a file.
   bool track(const Frame& frame, MarkerField& markers) override;
   /// Computes the forces.
   void solve(const MarkerField& markers, TractionField& field) override;

@@ -66,7 +66,7 @@ class Processing {
   virtual void askSnapshot() = 0;
   /// Does what is due. Called in each turn of the control loop.
   virtual void turn() = 0;
-  /// Returns whether turn() should be called for every frame.
+  /// Returns whether turn() should be called for every frame: a zero or a calibration step is under way.
   virtual bool hurried() const = 0;
 
   // tr-record
@@ -78,7 +78,8 @@ class Processing {
 
   // main
 
-  /// Closes the recording, if there is one. Called when the pipeline has stopped.
+  /// Closes the recording, if there is one, and returns its error, if there was one. Called once, when the pipeline has
+  /// stopped.
   virtual tl::expected<void, Error> finish() = 0;
 };
 
