@@ -13,7 +13,7 @@ namespace tractiond {
 
 /// Places of an instance's files. Empty: not given on the command line.
 struct Places {
-  std::string instance = "default";
+  std::string instance = "default";  ///< 1 to 24 of A-Z, a-z, 0-9, _ and -
   std::filesystem::path config = {}, state = {}, runtime = {};
 };
 

@@ -12,6 +12,7 @@ namespace tractiond {
 /// Thread-bound.
 class InvalidFields {
  public:
+  /// Copies what it needs of the options by which the fields were computed.
   InvalidFields(const track::TrackOptions& track, const solve::SolveOptions& solve)
       : minValidFraction_(track.minValidFraction)
       , solve_(solve) {}

@@ -20,10 +20,10 @@ namespace tractiond {
 
 /// The functions of the stages. Each is called from a thread of its own, and never after stop() or finish().
 struct Stages {
-  capture::FrameSource& source;
+  capture::FrameSource& source;                           ///< must outlive the pipeline
   std::function<bool(const Frame&, MarkerField&)> track;  ///< Returns false if there is nothing to publish of a frame.
-  std::function<void(const MarkerField&, TractionField&)> solve;
-  std::function<void(const TractionField&)> publish;
+  std::function<void(const MarkerField&, TractionField&)> solve;  ///< Fills the field, copy of the markers included.
+  std::function<void(const TractionField&)> publish;              ///< Sends the field; should not wait.
   /// Between two fields: sleeps until the descriptor is readable or the time is over, and serves subscribers meanwhile.
   std::function<void(int fd, std::chrono::milliseconds)> serveSubscribers;
   /// Takes one turn of the control thread: answers requests and does what is due. Sleeps at most as long as told.
@@ -41,7 +41,7 @@ struct PipelineOptions {
   int markers = 0;                                    ///< number of markers in the records; 0: nothing is tracked
   int nodes = 0;                                      ///< number of nodes in the records
   Counter Ledger::*notTracked = &Ledger::noRestPose;  ///< counts frames for which track() returns false
-  WhenFull whenFull = WhenFull::kEvictOldest;
+  WhenFull whenFull = WhenFull::kEvictOldest;         ///< what a link does that is full; kWait: its producer waits
   std::chrono::milliseconds turn{100};  ///< no stage sleeps longer, so that stop and watchdog never wait for a frame
 };
 

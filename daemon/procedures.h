@@ -26,7 +26,7 @@ struct ProcedureOptions {
 
 /// What the status reports of the procedures.
 struct Watched {
-  RestDrift drift;
+  RestDrift drift;            ///< of the zero in force
   double zeroWithin_s = 0.0;  ///< a request for a zero that arrives now is answered within this time [s]
 };
 

@@ -31,9 +31,10 @@ struct RecordOptions {
 
 /// Inputs besides frames and fields. Called from the recorder's thread.
 struct RecordLinks {
-  std::function<std::string()> description;  ///< Returns the newest one as bytes; written when it changes.
-  std::int64_t (*monotonicClock)() = monotonicNow;
-  std::int64_t (*realClock)() = realNow;
+  /// Returns the newest one as bytes; it is written when it changes. May be empty.
+  std::function<std::string()> description;
+  std::int64_t (*monotonicClock)() = monotonicNow;  ///< [ns]
+  std::int64_t (*realClock)() = realNow;            ///< [ns]; read once, when the recorder is made
 };
 
 /// Bound to its thread, except where stated. If the disk is too slow, pictures are lost, and fields if too many wait;

@@ -75,6 +75,7 @@ void pauseUntil(std::int64_t until_ns, const std::stop_token& stop);
 /// description) is not guarded. Thread-bound.
 class ControlGuard {
  public:
+  /// Notes which sockets this process has open.
   ControlGuard();
   ControlGuard(const ControlGuard&) = delete;
   ControlGuard& operator=(const ControlGuard&) = delete;

@@ -66,7 +66,8 @@ class Camera : public FrameSource {
   bool refusedLast() const { return keeper_->refusedLast(); }
 
   /// Sends a request to the camera; takeAnswer() returns the answer once it is there, also if the camera is lost
-  /// meanwhile. One request at a time. Both functions are for one thread.
+  /// meanwhile, and nothing before. Its error is a sentence for the client. One request at a time. Both functions are
+  /// for one thread and do not wait.
   void ask(const CameraStep& step) { keeper_->ask(step); }
   std::optional<tl::expected<CameraReport, std::string>> takeAnswer() { return keeper_->takeAnswer(); }
 

@@ -10,7 +10,7 @@
 namespace tractiond::capture {
 
 struct ChunkDescription {
-  std::vector<ChunkField> fields;
+  std::vector<ChunkField> fields;   ///< numbers that readChunks() can read
   std::vector<std::string> names;   ///< features of `fields`, in the same order
   std::vector<std::string> unread;  ///< features that the camera may send but that are computed, so cannot be read
 };

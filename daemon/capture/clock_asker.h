@@ -12,8 +12,8 @@ namespace tractiond::capture {
 
 /// A camera's counter that can be latched: it stores its value at that moment, which is read afterwards.
 struct LatchedCounter {
-  enum class Answer { kDone, kRefused, kNone };  ///< kNone: no answer in time
-  std::function<Answer()> latch;
+  enum class Answer { kDone, kRefused, kNone };                    ///< kNone: no answer in time
+  std::function<Answer()> latch;                                   ///< makes the counter store its value
   std::function<Answer(std::array<std::uint8_t, 8>& bytes)> read;  ///< reads the stored value, 64 bits
   std::uint64_t perSecond = 1'000'000'000;                         ///< 1 to 10^9
   bool bigEndian = false;                                          ///< byte order of what `read` returns

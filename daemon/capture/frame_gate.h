@@ -16,8 +16,8 @@ namespace tractiond::capture {
 
 /// What the driver reports of one buffer.
 struct Arrival {
-  bool complete = false;  ///< the driver's status: all of the picture has arrived
-  PictureShape shape;
+  bool complete = false;       ///< the driver's status: all of the picture has arrived
+  PictureShape shape;          ///< as the driver reports it for this buffer
   std::uint64_t id = 0;        ///< the camera's frame counter
   std::int64_t device_ns = 0;  ///< the camera's time stamp; any value
   std::int64_t host_ns = 0;    ///< CLOCK_MONOTONIC when the buffer was taken from the driver; never falls

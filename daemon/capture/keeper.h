@@ -93,7 +93,8 @@ class Keeper {
   void reopen(OpenDriver driver);
   /// Returns whether the camera refused the settings of the last reopen().
   bool refusedLast() const { return refusedLast_; }
-  // Send a request to the camera; return its answer once it is there. One request at a time; for one thread.
+  // Send a request to the camera; return its answer once it is there, nothing before. One request at a time; for one
+  // thread.
   void ask(const CameraStep& step);
   std::optional<tl::expected<CameraReport, std::string>> takeAnswer();
 

@@ -24,6 +24,7 @@ struct MemoryOptions {
   std::uint64_t loops = 1;                           ///< how often the pictures are delivered; 0: without end
   std::int64_t period_ns = 0;                        ///< time between two pictures; 0: none, pop() then never times out
   std::function<std::int64_t()> now = monotonicNow;  ///< [ns]
+  /// Sleeps until a time of `now`.
   std::function<void(std::int64_t until_ns)> sleepUntil = sleepUntilMonotonic;
 };
 

@@ -33,11 +33,11 @@ struct PublishOptions {
   /// Messages that may wait for one slow subscriber; further ones are lost to it. Two seconds of fields and markers at
   /// 60 frames/s, 85 ms at 1,500; they take 3 MB.
   int highWaterMark = 256;
-  std::chrono::milliseconds statusInterval{1000};
+  std::chrono::milliseconds statusInterval{1000};  ///< time between two statuses
   /// Shortest time between two descriptions sent for new subscribers, of all of them together.
   std::chrono::milliseconds descriptionInterval{100};
-  std::int64_t (*monotonicClock)() = monotonicNow;
-  std::int64_t (*realClock)() = realNow;
+  std::int64_t (*monotonicClock)() = monotonicNow;  ///< [ns], of the messages' monotonic times
+  std::int64_t (*realClock)() = realNow;            ///< [ns], of the messages' times of day
 };
 
 /// publish() and serve() are for one thread. describe() may be called from one other thread, offerPreview() from one

@@ -49,6 +49,7 @@ class DescriptionMessage {
 /// A preview message. Thread-bound, so that a preview can be encoded on another thread than the publishing one.
 class PreviewMessage {
  public:
+  /// \param identity part of every message; copied
   explicit PreviewMessage(const Identity& identity);
   ~PreviewMessage();
 
@@ -66,11 +67,12 @@ class PreviewMessage {
 /// must have room for them. Thread-bound.
 class Wire {
  public:
+  /// \param identity part of every message; copied
   explicit Wire(const Identity& identity);
   ~Wire();
 
-  std::size_t fill(const TractionField& field, const Heading& heading);
-  std::size_t fill(const MarkerField& markers, const Heading& heading);
+  std::size_t fill(const TractionField& field, const Heading& heading);  ///< Sets the whole message of a field.
+  std::size_t fill(const MarkerField& markers, const Heading& heading);  ///< Sets the whole message of markers.
   /// Sets ledger and header of status().
   std::size_t fillStatus(const Ledger& ledger, const Heading& heading);
   /// Returns the status, for the caller to set everything except ledger and header before fillStatus(). It keeps its

@@ -50,6 +50,7 @@ struct TrackedFrame : FrameCopy {
 /// Encodes pictures in the same memory every time. Thread-bound.
 class PictureMessage {
  public:
+  /// \param identity part of every message; copied
   explicit PictureMessage(const Identity& identity);
   ~PictureMessage();
 

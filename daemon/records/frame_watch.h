@@ -10,6 +10,7 @@ namespace tractiond {
 class FrameWatch {
  public:
   FrameWatch() = default;
+  /// Begins at `now_ns` [ns] with the counter's present value.
   FrameWatch(const Counter& frames, std::int64_t now_ns)
       : frames_(frames.get())
       , at_ns_(now_ns) {}
