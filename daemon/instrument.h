@@ -30,11 +30,11 @@ namespace tractiond {
 class Instrument {
  public:
   /// Makes the parts: first those that fail fast (the gel, the directories, the sockets), then the inverse (seconds,
-  /// once per gel) and the camera. On an error nothing is left behind. Exit codes: EX_USAGE (a recording without a
-  /// gel), those of loadGel(), OwnDirectory::claim(), Publisher::open() and ControlServer::open(), solve::makeSolver(),
-  /// Recorder::open() and Camera::open(). Blocks, with the wait for a camera that cannot be found only for the first
-  /// try. \param config not completed() yet; copied \param places located() \param logLinesLost returns the number of
-  /// lost log lines; called by the publishing thread once a second
+  /// once per gel) and the camera. Blocks meanwhile, for the camera until the first try to open it has ended. On an
+  /// error nothing is left behind. Exit codes: EX_USAGE (a recording without a gel), those of loadGel(),
+  /// OwnDirectory::claim(), Publisher::open(), ControlServer::open(), solve::makeSolver(), Recorder::open() and
+  /// Camera::open(). \param config not completed() yet; copied \param places located() \param logLinesLost returns the
+  /// number of lost log lines; called by the publishing thread once a second; may be empty
   static tl::expected<std::unique_ptr<Instrument>, Error> make(const Config& config, const Places& places,
                                                                std::function<std::uint64_t()> logLinesLost = {});
   ~Instrument();

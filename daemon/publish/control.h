@@ -38,7 +38,8 @@ struct ControlHandlers {
 };
 
 /// Thread-bound. A request that is malformed, too large (64 KiB) or unknown is answered with an error or dropped. So
-/// are requests of a client that sends too many, or does not read its answers.
+/// are requests of a client that does not read its answers. The connection of one that sends more than 1,000 requests
+/// in a second is ended.
 class ControlServer {
  public:
   /// Binds to ZeroMQ endpoints: "ipc://PATH", whose directory must exist, or "tcp://ADDRESS:PORT", where port * takes a
