@@ -42,7 +42,8 @@ class Processing {
   // camera-keeper
 
   /// Checks the camera of a session; called for each session before its first frame. An error in the first session ends
-  /// the instrument; after one in a later session the camera is opened again.
+  /// the instrument, which exits with its code; after one in a later session the camera is opened again. May wait for a
+  /// disk.
   virtual tl::expected<void, Error> welcome(const capture::CameraInfo& info) = 0;
 
   // tr-track, tr-solve, tr-publish, each on its own thread; see Stages. They allocate and lock nothing.

@@ -19,7 +19,8 @@ struct Reread {
   Id calibration{};  ///< solve::calibrationId() of what its gel file holds; all zero without a gel
 };
 
-/// Reads the gel file of a completed configuration. May wait for a disk. Errors: those of loadGel(). Reentrant.
+/// Reads the gel file of a completed configuration. May wait for a disk. EX_NOINPUT: a file cannot be read.
+/// EX_DATAERR: the influence file is damaged. EX_CONFIG: the gel file is wrong. Reentrant.
 tl::expected<Reread, Error> reread(Config completed);
 
 /// Applies the changes of a configuration, or none of them if one is wrong or needs a restart. If the camera refuses

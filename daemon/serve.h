@@ -13,7 +13,7 @@ int failed(const Error& error);
 
 /// Reads the configuration file of `places`, or takes the defaults if that is empty, and adds what the command line
 /// states (pictures from a file, recording), and this program as CameraOptions::inspector. Does not complete it
-/// (completed()). Errors: those of loadConfig().
+/// (completed()). EX_NOINPUT: the file cannot be read. EX_CONFIG: it is wrong.
 tl::expected<Config, Error> configured(const Arguments& arguments, const Places& places);
 
 /// Serves until SIGTERM or SIGINT, or until the source ends by itself: the pictures of a file are over, or the camera

@@ -32,7 +32,8 @@ struct RestoredZero {
 tl::expected<RestoredZero, Error> restoreZero(const std::filesystem::path& stateDirectory, const ZeroOwner& owner);
 
 /// Reads the zero that `restored` replaced, for an undo. Returns nothing if it is `restored` itself: power was lost
-/// while a new zero was written; nor if there is no file. Waits for the disk. Errors: those of restoreZero().
+/// while a new zero was written; nor if there is no file. Waits for the disk. EX_NOINPUT, EX_DATAERR: as
+/// restoreZero().
 tl::expected<std::optional<RestPose>, Error> loadEarlierZero(const std::filesystem::path& stateDirectory,
                                                              const std::optional<RestPose>& restored,
                                                              const ZeroOwner& owner);
