@@ -17,11 +17,13 @@ struct Arguments {
   std::string images;       ///< file of raw pictures; empty: a camera
   RecordOptions record;
   ReplayOptions replay;  ///< with an empty file nothing is replayed
+  // true: does that, and exits.
   bool checkConfig = false, printConfig = false, listCameras = false;
 };
 
-/// Parses the command line. On failure returns an exit code: 0 after printing help or the version, EX_USAGE after
-/// printing an error.
+/// Parses the command line; reads no file. In place of arguments returns an exit code: 0 after printing help, the
+/// version or a description for the manual pages to standard output, EX_USAGE after printing an error to standard
+/// error.
 tl::expected<Arguments, int> parseArguments(int argc, char** argv);
 
 }  // namespace tractiond

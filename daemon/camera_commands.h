@@ -13,10 +13,13 @@ namespace tractiond {
 int listCameras(const capture::CameraOptions& options);
 
 /// Prints how a camera would be set, from a file with its GenICam description. A damaged description can crash this
-/// process.
+/// process. Returns EX_OK, or after an error on standard error EX_NOINPUT (the file cannot be opened), EX_DATAERR (it
+/// is not a description) or EX_CONFIG (the camera would refuse a setting). \param options the settings to make
 int planCamera(const std::string& file, const capture::CameraOptions& options);
 
-/// Runs planCamera() in a child process with limits, and prints its output. \param argc, argv those of this process
+/// Runs this program again as a child process with limits (limitChild()), which calls planCamera(), and prints its
+/// output. Blocks until it has ended, 10 s at most. Returns its exit code; EX_DATAERR if it crashes, exceeds a limit,
+/// or cannot be started. \param argc, argv those of this process \param file for the error
 int planCameraInChild(int argc, char** argv, const std::string& file);
 
 }  // namespace tractiond

@@ -43,10 +43,11 @@ struct Config {
 /// checking and printing use it.
 std::vector<Key> keysOf(Config& config);
 
-/// Lists the keys whose values differ.
+/// Lists the keys whose values differ, in the order of the table. Options of the command line are no keys.
 std::vector<Change> changesBetween(const Config& before, const Config& after);
 
-/// Returns the text of a configuration file with every key and its meaning. parseConfig() restores `config` from it.
+/// Returns the text of a configuration file with every key and its meaning. parseConfig() restores `config` from it,
+/// except what the command line states (pictures from a file, recording).
 std::string configText(const Config& config);
 
 }  // namespace tractiond

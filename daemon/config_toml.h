@@ -12,7 +12,7 @@ namespace tractiond {
 
 /// Parses a configuration. Missing keys keep their defaults; the gel file's name stays as it is written. EX_CONFIG:
 /// wrong syntax, an unknown key (the error states the nearest known one), a wrong type, a value out of its range.
-/// \param name of the file in errors: "name:line: what"
+/// \param name of the file in errors: "name:line: what"; is not opened
 tl::expected<Config, Error> parseConfig(std::istream& text, const std::string& name);
 
 /// Reads a configuration file. Resolves the gel file's name relative to the file's directory, except "none" (a file of

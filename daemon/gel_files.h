@@ -14,18 +14,21 @@
 
 namespace tractiond {
 
-/// Reads the sensor of a gel file; an empty name is the built-in gel. Also fails for a sensor that is not
-/// track::trackable(), for a calibrated file that was changed, and for kNoGelFile.
+/// Reads the sensor of a gel file, and the influence file that it names; an empty name is the built-in gel. Waits for
+/// the disk. EX_NOINPUT: a file cannot be read. EX_DATAERR: the influence file is damaged. EX_CONFIG: the gel file is
+/// wrong, the sensor is not track::trackable(), a calibrated file was changed, or the name is kNoGelFile.
 tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile);
 
 /// Does the same as loadSensor(), but returns nothing for kNoGelFile.
 tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& gelFile);
 
-/// Sets the fields of a description that depend on sensor and solver.
+/// Sets the sensor, and the fields from `mechanics` to `forceScale_N`, of a description. Leaves `detectionLimit_N` and
+/// `calibrated_ns`, which only the solver that was made knows, as they are.
 void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve);
 
 /// Copies the gel file and the influence file that it names, as they are on the disk, into `beginning`. They stay empty
-/// for the built-in gel, and if a file is missing.
+/// for the built-in gel, and if a file cannot be read, without an error. Waits for the disk. \param sensor of that gel
+/// file
 void readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile, publish::Beginning& beginning);
 
 }  // namespace tractiond

@@ -25,20 +25,24 @@ struct GelWatchOptions {
 /// Bound to the control thread, except for takeFrame().
 class GelWatch {
  public:
-  /// Sensor, tracker and status must outlive this. \param answer called within turn() with the answer to askSnapshot()
+  /// Sensor, tracker and status must outlive this. \param status receives what is to be published \param answer called
+  /// within turn() with the answer to askSnapshot()
   GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<traction::v1::MarkerStatus>& status,
            std::function<void(const Snapshots::Result&)> answer, const GelWatchOptions& options = {});
 
-  /// Compares the gel file with a zero. Later pictures are not compared, as a load hides markers, too.
+  /// Compares the gel file with a zero (calibrate::checkGel()), which takes tens of milliseconds. Changes nothing else;
+  /// see report(). Later pictures are not compared, as a load hides markers, too.
   GelReport compare(const RestPose& zero);
 
   /// Tells the tracker and the status what compare() has returned for a zero that comes into force.
   void report(const RestPose& zero, GelReport report);
 
-  /// Requests a snapshot of the next picture.
+  /// Requests a snapshot of the next picture. A later turn() answers: with the snapshot, which is valid during the
+  /// answer, or with a sentence if no frame came within GelWatchOptions::longestWait_s. One request at a time.
   void askSnapshot() { snapshots_.ask(); }
 
-  /// Does what is due. Must be called in each turn of the control loop.
+  /// Does what is due: answers snapshots, updates the status, and logs why markers or a first zero are missing. Must be
+  /// called in each turn of the control loop. Does not wait, but an examination of a picture takes up to a second.
   void turn();
 
   /// Returns whether a zero is being taken: the control thread should then take short turns.

@@ -12,14 +12,16 @@ namespace tractiond {
 /// Thread-bound.
 class InvalidFields {
  public:
+  /// Copies what it needs of the options by which the fields were computed.
   InvalidFields(const track::TrackOptions& track, const solve::SolveOptions& solve)
       : minValidFraction_(track.minValidFraction)
       , solve_(solve) {}
 
-  /// Adds a field that is not valid. Allocates nothing.
+  /// Adds a field that is not valid, which need not outlive the call. Allocates nothing.
   void add(const TractionField& field);
 
-  /// Returns the explanation of the newest field that was added since the last call; empty if none was.
+  /// Returns the explanation of the newest field that was added since the last call, a sentence without a full stop;
+  /// empty if none was. Allocates.
   std::string take();
 
  private:

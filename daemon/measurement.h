@@ -21,8 +21,9 @@ namespace tractiond {
 /// The processing of an instrument with a gel file.
 class Measurement : public Processing {
  public:
-  /// Makes the solver, which takes seconds for a new gel and less afterwards, and completes the description. Fails if
-  /// the solver cannot be made, or the file of a recording cannot be opened.
+  /// Makes the solver, which takes seconds for a new gel and less afterwards, and completes and publishes the
+  /// description. EX_CONFIG: the influence matrix of the gel file is not finite or all 0. EX_SOFTWARE: its inverse
+  /// fails. EX_CANTCREAT: the file of a recording cannot be created. What `around` refers to must outlive the result.
   static tl::expected<std::unique_ptr<Processing>, Error> make(sensor::Sensor sensor, const Surroundings& around);
 
   /// Waits for the work that is under way: a zero that is being written, a step of a calibration.
@@ -34,9 +35,12 @@ class Measurement : public Processing {
   PipelineOptions pipelineOptions() const override;
   /// Checks that the markers can be tracked in the camera's picture size and format, that the gel file was not
   /// calibrated with another camera, and in later sessions that it is the camera of the first one. In the first session
-  /// also restores the zero, which must belong to this camera, and begins the recording.
+  /// also restores the zero, which must belong to this camera, and begins the recording. EX_CONFIG: the camera, its
+  /// picture or its format does not fit the gel file. EX_UNAVAILABLE: it is not the camera of the first session.
+  /// EX_NOINPUT, EX_DATAERR: the zero cannot be read, is damaged, or belongs to another sensor, picture or camera.
   tl::expected<void, Error> welcome(const capture::CameraInfo& info) override;
-  /// Finds the markers. Returns false while there is no rest pose, or the first one has not been judged.
+  /// Finds the markers. Returns false while there is no rest pose, or the first one has not been judged. Waits for that
+  /// judgement if the pictures come from a file.
   bool track(const Frame& frame, MarkerField& markers) override;
   /// Computes the forces.
   void solve(const MarkerField& markers, TractionField& field) override;

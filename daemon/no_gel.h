@@ -10,7 +10,7 @@
 
 namespace tractiond {
 
-/// Answers of the control server.
+/// Answers of the control server; all must be set. A reason is a sentence for the client.
 struct NoGelLinks {
   std::function<void(const Snapshots::Result&)> answerSnapshot;
   std::function<void(const std::string&reason)> refuseZero, refuseCalibration;

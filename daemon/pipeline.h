@@ -20,13 +20,14 @@ namespace tractiond {
 
 /// The functions of the stages. Each is called from a thread of its own, and never after stop() or finish().
 struct Stages {
-  capture::FrameSource& source;
+  capture::FrameSource& source;                           ///< must outlive the pipeline
   std::function<bool(const Frame&, MarkerField&)> track;  ///< Returns false if there is nothing to publish of a frame.
-  std::function<void(const MarkerField&, TractionField&)> solve;
-  std::function<void(const TractionField&)> publish;
+  std::function<void(const MarkerField&, TractionField&)> solve;  ///< Fills the field, copy of the markers included.
+  std::function<void(const TractionField&)> publish;              ///< Sends the field; should not wait.
   /// Between two fields: sleeps until the descriptor is readable or the time is over, and serves subscribers meanwhile.
   std::function<void(int fd, std::chrono::milliseconds)> serveSubscribers;
-  /// One turn of what people ask of the daemon; sleeps at most as long as told. Empty: no such thread.
+  /// Takes one turn of the control thread: answers requests and does what is due. Sleeps at most as long as told.
+  /// Empty: no such thread.
   std::function<void(std::chrono::milliseconds)> control;
   /// Takes one turn of making previews, in the same way. Empty: no such thread.
   std::function<void(std::chrono::milliseconds)> preview = {};
@@ -37,10 +38,10 @@ struct Stages {
 };
 
 struct PipelineOptions {
-  int markers = 0;  ///< sizes the records
-  int nodes = 0;
+  int markers = 0;                                    ///< number of markers in the records; 0: nothing is tracked
+  int nodes = 0;                                      ///< number of nodes in the records
   Counter Ledger::*notTracked = &Ledger::noRestPose;  ///< counts frames for which track() returns false
-  WhenFull whenFull = WhenFull::kEvictOldest;
+  WhenFull whenFull = WhenFull::kEvictOldest;         ///< what a link does that is full; kWait: its producer waits
   std::chrono::milliseconds turn{100};  ///< no stage sleeps longer, so that stop and watchdog never wait for a frame
 };
 
@@ -55,12 +56,13 @@ class Pipeline {
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
 
-  /// Starts the threads.
+  /// Starts the threads, and returns when those that a frame passes run. May be called once.
   void start();
   /// Stops in two phases: first the source is no longer asked, and each stage in turn processes what waits before it
   /// and closes the link behind it; then the threads are joined, and what is still in a link is counted as discarded.
+  /// Blocks meanwhile; a stage that hangs hangs it as well. Has no effect if the threads do not run.
   void stop();
-  /// Waits until the source ends by itself, then does the same as stop().
+  /// Waits until the source ends by itself, then does the same as stop(). Returns at once if the threads do not run.
   void finish();
 
   /// Takes one turn of a stage and counts it for the watchdog, as the stage's thread does; for callers without threads.
@@ -107,10 +109,12 @@ class Pipeline {
 };
 
 /// Runs the stages in the calling thread, one frame after the other, until the source ends. Calls only track,
-/// solve and publish.
+/// solve and publish. No frame is evicted, and the threads' other functions are not used. \param ledger counts
+/// published frames, and those that were not tracked
 void runInline(const Stages& stages, const PipelineOptions& options, Ledger& ledger);
 
-/// Returns whether received = published + all losses. Must hold when no frame is in flight.
+/// Returns whether received = published + all losses. That must hold when no frame is in flight; while frames are, it
+/// usually does not.
 bool balanced(const Ledger& ledger);
 
 }  // namespace tractiond

@@ -30,8 +30,8 @@ class Previewer {
   void takeFrame(const Frame& frame, const MarkerField* markers);
 
   /// Hands a frame that was copied, reduced, to the publisher, and asks takeFrame() for the next one when that is due.
-  /// Then sleeps until a frame is copied or one is due, at most `timeout`. Does nothing else while no client subscribes
-  /// to previews.
+  /// Then sleeps until a frame is copied or one is due, at most `timeout`. Only sleeps while no client subscribes to
+  /// previews. A preview that the publisher cannot take is dropped. Allocates when pictures become larger.
   void turn(std::chrono::milliseconds timeout);
 
  private:

@@ -26,11 +26,12 @@ struct ProcedureOptions {
 
 /// What the status reports of the procedures.
 struct Watched {
-  RestDrift drift;
+  RestDrift drift;            ///< of the zero in force
   double zeroWithin_s = 0.0;  ///< a request for a zero that arrives now is answered within this time [s]
 };
 
-/// Inputs, outputs and actions of the procedures. Called on their thread; everything must outlive them.
+/// Inputs, outputs and actions of the procedures. All functions must be set, and are called on their thread; what they
+/// and the references refer to must outlive the procedures.
 struct ProcedureLinks {
   const Counter& frames;          ///< number of frames that the tracker has processed
   Mailbox<MarkerField>& markers;  ///< input: the newest
@@ -39,6 +40,7 @@ struct ProcedureLinks {
 
   /// Starts work of a calibration step, which may take seconds or wait for a disk, on another thread.
   std::function<std::future<std::optional<calibrate::Result>>(calibrate::StepLinks::Work)> startWork;
+  /// Answers the open request for a calibration step.
   std::function<void(const calibrate::Result&)> answerCalibration;
 };
 
@@ -60,10 +62,13 @@ class Procedures {
   void beginZero(const ZeroRequest& request) { zero_.begin(request); }
 
   /// Handles a request for a calibration step. Drops a running step without an answer: the control server has answered
-  /// it. A step that needs the zero ends an open request for a zero, which is answered with an error.
+  /// it. A step other than kStiffness and kFinish ends an open request for a zero, which is answered with an error
+  /// unless its zero has been taken. In turn, a zero that is taken or comes into force ends a step that looks at
+  /// frames, with an error. Returns at once; a later turn() answers, rarely this call.
   void beginStep(const CalibrationStep& step);
 
-  /// Does what is due. Called by the control thread in each turn of its loop.
+  /// Does what is due for zero, step and drift, and puts Watched. Called by the control thread in each turn of its
+  /// loop. Does not wait.
   void turn();
 
   /// Returns whether a step looks at frames, so that turn() should be called for every frame.

@@ -42,7 +42,8 @@ class Processing {
   // camera-keeper
 
   /// Checks the camera of a session; called for each session before its first frame. An error in the first session ends
-  /// the instrument; after one in a later session the camera is opened again.
+  /// the instrument, which exits with its code; after one in a later session the camera is opened again. May wait for a
+  /// disk.
   virtual tl::expected<void, Error> welcome(const capture::CameraInfo& info) = 0;
 
   // tr-track, tr-solve, tr-publish, each on its own thread; see Stages. They allocate and lock nothing.
@@ -66,7 +67,7 @@ class Processing {
   virtual void askSnapshot() = 0;
   /// Does what is due. Called in each turn of the control loop.
   virtual void turn() = 0;
-  /// Returns whether turn() should be called for every frame.
+  /// Returns whether turn() should be called for every frame: a zero or a calibration step is under way.
   virtual bool hurried() const = 0;
 
   // tr-record
@@ -78,7 +79,8 @@ class Processing {
 
   // main
 
-  /// Closes the recording, if there is one. Called when the pipeline has stopped.
+  /// Closes the recording, if there is one, and returns its error, if there was one. Called once, when the pipeline has
+  /// stopped.
   virtual tl::expected<void, Error> finish() = 0;
 };
 

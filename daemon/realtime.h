@@ -24,22 +24,27 @@ struct RealtimeOptions {
   bool lockMemory = false;  ///< true: memory that has been touched stays resident
 };
 
-/// Parses a list of processors in the kernel's format. Fails with a sentence; an empty list has no processor.
+/// Parses a list of processors in the kernel's format, each below CPU_SETSIZE (1024); whether they exist is not
+/// checked. An empty list has no processor. Fails with the rest of a sentence that begins with the key: `= "..." is no
+/// list ...`.
 tl::expected<cpu_set_t, std::string> parseCpus(const std::string& list);
-/// Returns processors in the kernel's list format. A list that is too long is cut between two items. Does not allocate.
+/// Returns processors in the kernel's list format, "0-2,5"; empty for none. A list that is too long is cut between two
+/// items and ends with ",...". Does not allocate.
 FixedText<120> cpusText(const cpu_set_t& cpus);
 
 /// Settings of this process. Thread-safe.
 class Realtime {
  public:
-  /// \param options with `cpus` that parseCpus() accepts
+  /// Applies nothing yet. \param options with `cpus` that parseCpus() accepts; others throw tl::bad_expected_access
   explicit Realtime(RealtimeOptions options);
 
   /// Locks memory from now on, if the options request it; report() tells of a failure. Needs CAP_IPC_LOCK or no limit
   /// (RLIMIT_MEMLOCK): with a limit, later memory would be refused, and libraries end the process then.
   void lockMemory();
 
-  /// Applies the options to the calling thread, as one that a frame passes, until leave(). Registers its present name.
+  /// Applies the options to the calling thread, as one that a frame passes. Registers it with its present name until
+  /// leave(); beyond twelve registered threads it is scheduled, but not listed. report() tells of a refusal. Threads
+  /// that it starts get the default scheduling.
   void enter();
   /// Removes the calling thread from the registered ones; its scheduling stays.
   void leave();
@@ -52,7 +57,7 @@ class Realtime {
   bool read(traction::v1::Scheduling& status);
 
   /// Logs one line about what was granted, and a warning with its remedy for each thing that was not. Logs nothing if
-  /// nothing is requested.
+  /// nothing is requested. May wait for another thread that uses this object.
   void report();
 
  private:

@@ -31,16 +31,19 @@ struct RecordOptions {
 
 /// Inputs besides frames and fields. Called from the recorder's thread.
 struct RecordLinks {
-  std::function<std::string()> description;  ///< Returns the newest one as bytes; written when it changes.
-  std::int64_t (*monotonicClock)() = monotonicNow;
-  std::int64_t (*realClock)() = realNow;
+  /// Returns the newest one as bytes; it is written when it changes. May be empty.
+  std::function<std::string()> description;
+  std::int64_t (*monotonicClock)() = monotonicNow;  ///< [ns]
+  std::int64_t (*realClock)() = realNow;            ///< [ns]; read once, when the recorder is made
 };
 
-/// Bound to its thread, except where stated. If the disk is too slow, pictures are lost; if it is full, the recording
-/// ends. Both are logged, and no other thread waits.
+/// Bound to its thread, except where stated. If the disk is too slow, pictures are lost, and fields if too many wait;
+/// account() counts both, and the first loss of pictures is logged. If the disk is full, the recording ends, which is
+/// logged. No other thread waits.
 class Recorder {
  public:
-  /// Creates the file. EX_CANTCREAT, also if the file exists. \param markers, nodes number of markers and nodes
+  /// Creates the file. EX_CANTCREAT, also if the file exists. \param identity part of every message \param markers,
+  /// nodes number of markers and nodes of all frames and fields
   static tl::expected<std::unique_ptr<Recorder>, Error>
   open(const RecordOptions& options, const publish::Identity& identity, int markers, int nodes, RecordLinks links);
   ~Recorder();  ///< Removes a file that has neither a picture nor a field.
@@ -48,20 +51,23 @@ class Recorder {
   /// Records what is needed to compute the fields again. Must be called once, before the first frame. Any thread.
   void begin(const publish::Beginning& beginning);
 
-  /// Queues a frame. For the tracking thread, after the frame was tracked. Allocates in the first frames only.
+  /// Queues a copy of a frame, unless RecordOptions::rate_Hz leaves it out or the queue is full; the inputs are then
+  /// recorded with the next one. Must be called for each tracked frame. For the tracking thread, after the frame was
+  /// tracked. Allocates in the first frames only.
   void takeFrame(const Frame& frame, const TrackerInputs& inputs);
 
-  /// Queues a field. For the publishing thread. Allocates nothing.
+  /// Queues a copy of a field; drops it if the queue is full. For the publishing thread. Allocates nothing.
   void takeField(const TractionField& field);
 
-  /// Writes what is queued; if there is nothing, sleeps until there is, at most `timeout`.
+  /// Sleeps until a frame is queued, at most `timeout` and at most 20 ms; a field does not end the sleep. Then writes
+  /// what is queued, and waits for the disk. An error is logged, and returned by close().
   void turn(std::chrono::milliseconds timeout);
 
   /// Writes the rest and the end of the file. The other functions must not be called any more. Returns the first error
   /// of the recording, if there was one.
   tl::expected<void, Error> close();
 
-  /// Describes what is in the file, for an operator.
+  /// Describes what is in the file, and what is missing in it, for an operator.
   std::string account() const;
 
  private:

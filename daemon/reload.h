@@ -19,7 +19,8 @@ struct Reread {
   Id calibration{};  ///< solve::calibrationId() of what its gel file holds; all zero without a gel
 };
 
-/// Reads the gel file of a completed configuration. May wait for a disk.
+/// Reads the gel file of a completed configuration. May wait for a disk. EX_NOINPUT: a file cannot be read.
+/// EX_DATAERR: the influence file is damaged. EX_CONFIG: the gel file is wrong. Reentrant.
 tl::expected<Reread, Error> reread(Config completed);
 
 /// Applies the changes of a configuration, or none of them if one is wrong or needs a restart. If the camera refuses
@@ -35,11 +36,14 @@ class Reloader {
   /// \param calibration Reread::calibration of the gel in force
   Reloader(Config& inForce, const Id& calibration, Links links);
 
-  /// Applies what was read, and sets the level of the log. Fails if nothing is applied: the error states why.
-  /// \return the changes: "camera.gain = 2 (was 1)"
+  /// Applies what was read, sets the level of the log, and reopens the camera if its keys have changed, or if it
+  /// refused the last change. Fails with EX_CONFIG, and applies nothing, if a key or the contents of the gel file have
+  /// changed that need a restart. \return the changes: "camera.gain = 2 (was 1)"; empty: there are none
   tl::expected<std::vector<std::string>, Error> apply(const Reread& read);
 
-  /// Returns ServiceHooks::reload: reads, and then applies and logs what came of it. \param read owns what it uses
+  /// Returns ServiceHooks::reload, a function that reads, on any thread, and returns another one. That one applies what
+  /// was read and logs the result, an error too; it must be called on this object's thread. This must outlive both.
+  /// \param read owns what it uses
   std::function<std::function<void()>()> hook(std::function<tl::expected<Reread, Error>()> read);
 
  private:

@@ -23,14 +23,14 @@ class RestSolver {
   ~RestSolver();
 
   /// Requests a solver for a zero that comes into force. It is made after the one that is being made; a newer zero
-  /// replaces one that waits.
+  /// replaces one that waits. Does not wait; copies the zero.
   void heed(const RestPose& zero);
 
-  /// Gives up the solver that is being made, at its next step, and those that come later. Thread-safe.
+  /// Gives up the solver that is being made, at its next step, and those that come later; does not wait. Thread-safe.
   void stop() { stopping_.store(true, std::memory_order_relaxed); }
 
-  /// Logs the result of the solver that was made last, and starts on the next zero. Must be called in each turn of the
-  /// control loop.
+  /// Logs the result of the solver that was made last, and starts on the next zero. A solver that could not be made is
+  /// logged as a warning; the one before stays in use. Does not wait. Must be called in each turn of the control loop.
   void turn();
 
   /// Replaces `solver` by the newest one that is ready, if there is one. For the solving thread, before a frame.

@@ -12,13 +12,15 @@ namespace tractiond {
 int failed(const Error& error);
 
 /// Reads the configuration file of `places`, or takes the defaults if that is empty, and adds what the command line
-/// states. Errors: those of loadConfig().
+/// states (pictures from a file, recording), and this program as CameraOptions::inspector. Does not complete it
+/// (completed()). EX_NOINPUT: the file cannot be read. EX_CONFIG: it is wrong.
 tl::expected<Config, Error> configured(const Arguments& arguments, const Places& places);
 
 /// Serves until SIGTERM or SIGINT, or until the source ends by itself: the pictures of a file are over, or the camera
-/// cannot be used. Reloads the configuration on SIGHUP. Logs the error if it returns one: that of the start, of the
-/// source, or EX_SOFTWARE if the ledger does not balance. A stop signal during a long start ends the process with
-/// EX_OK. Must be called by the main thread before this program starts its first thread. \param config not completed()
+/// cannot be used. Reloads the configuration on SIGHUP. Logs the error if it returns one: that of the start
+/// (Instrument::make()), of the source, EX_SOFTWARE if the ledger does not balance, or that of the recording. A stop
+/// signal during a long start ends the process with EX_OK. Must be called by the main thread before this program starts
+/// its first thread. \param config not completed()
 int serve(const Arguments& arguments, const Config& config, const Places& places);
 
 /// Computes the recording that the arguments name again; see replay(). Logs the error if it returns one.

@@ -30,11 +30,12 @@ class Snapshots {
   void ask() { askedAt_ns_ = clock_(); }
 
   /// Returns the copy that has been made since the last call, and answers an open request with it; nullptr: there is
-  /// none. Valid until the next turn().
+  /// none, or the frame was larger than the memory, which is then enlarged for the next one. Valid until the next
+  /// turn(). Does not wait.
   const Snapshot* take();
 
   /// Asks the tracking thread for a copy of the next frame if a request is open or `isWanted`; answers a request that
-  /// has waited too long with an error.
+  /// has waited too long with an error. Does not wait.
   void turn(bool isWanted = false);
 
   // For the tracking thread.

@@ -43,7 +43,8 @@ struct AspectSeen {
 /// are free to take them up. Where few markers of one layer are seen at a slant, a longer lens and another aspect look
 /// alike, and `differs` is false. Takes a tenth of a second. Reentrant.
 /// \param start the file's lens and aspect, and a pose from which the fits start \param place_px 2 M, as in RestPose
-/// \param first the aspect that the search starts from \return nothing where no aspect explains the places
+/// \param first the aspect that the search starts from \param present M; 0: the marker is ignored \return nothing where
+/// no aspect explains the places with AspectCheckOptions::largestResidual_px, or too few markers are present
 std::optional<AspectSeen> seenAspect(const sensor::Sensor& start, double first, std::span<const float> place_px,
                                      std::span<const std::uint8_t> present, const AspectCheckOptions& options = {});
 

@@ -18,7 +18,7 @@
 namespace tractiond::calibrate {
 
 struct CalibrationOptions {
-  int zeroFrames = 30;     ///< frames that the zero was averaged over: its error is in all displacements
+  int zeroFrames = 30;     ///< frames that the zero was averaged over: its error is in all displacements; above 0
   double noise_s = 5.0;    ///< duration of the noise step, unless the request states it
   double patience_s = 60;  ///< longest wait for a weight, unless the request states it
   double grace_s = 15;     ///< time beyond that, in which a step may collect enough frames
@@ -46,9 +46,13 @@ class Calibration {
   explicit Calibration(const sensor::Sensor& inForce, const CalibrationOptions& options = {});
   ~Calibration();
 
-  /// Carries out a step and returns its result, or begins one that looks at frames and returns nothing: its frames go
-  /// to add(). Drops a step that runs. The first weight takes seconds of work, kFinish waits for the disk.
-  /// \param zero in force; nullptr: none yet \param camera see cameraId() \param directory for the gel file
+  /// Carries out a step (kGeometry, kStiffness, kFinish) and returns its result, or begins one that looks at frames
+  /// (kNoise, kWeight) and returns nothing: its frames go to add(). Drops a step that runs. The first weight takes
+  /// seconds of work, the first stiffness twice as many, kFinish waits for the disk. The result is an error if there is
+  /// no zero (except for kStiffness and kFinish), nothing to evaluate or write, something seems to touch and `anyway`
+  /// is false, or the sensor has an influence file (except for kNoise and kFinish). A new geometry discards the weights
+  /// read before. \param zero in force; nullptr: none yet; need not outlive the call \param camera see cameraId()
+  /// \param directory for the gel file, which never replaces another; at most 100 of them
   std::optional<Result> begin(const CalibrationStep& step, const RestPose* zero, const std::string& camera,
                               const std::filesystem::path& directory);
 
@@ -61,7 +65,8 @@ class Calibration {
   /// Ends the step that runs without a result; what earlier steps measured stays.
   void drop() { running_.reset(); }
 
-  /// Gives a frame to the step that runs. Returns its result when it ends, else nothing; see nextTakesLong().
+  /// Gives a frame to the step that runs. Returns its result when it ends, else nothing, also if no step runs; see
+  /// nextTakesLong(). Frames with kFewMarkers only count for the time.
   std::optional<Result> add(const MarkerField& field);
 
  private:

@@ -10,7 +10,7 @@ namespace tractiond::calibrate {
 
 /// The contact that explains the markers' displacements best, with the Young's modulus of the gel file.
 struct ContactReading {
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();       ///< [N]
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();       ///< on the gel, gel frame, z into the gel [N]
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< [N^2], by the scatter of the residual
   Eigen::Vector2d place = Eigen::Vector2d::Zero();       ///< of its centre, gel frame [m]
   double radius = 0.0;                                   ///< of a Hertz contact that is as broad [m]
@@ -25,11 +25,13 @@ struct ContactReading {
 class ContactFit {
  public:
   /// Computes the gel's mechanics: takes seconds, with the BLAS's threads. The sensor must be a block. Later calls may
-  /// use another camera pose than the sensor's.
+  /// use another camera pose than the sensor's. The sensor is copied. \param progress called meanwhile; may be empty
   explicit ContactFit(const sensor::Sensor& sensor, const sensor::elastic::Progress& progress = {});
 
-  /// Fits the contact. Returns nothing if no single contact with a radius of 0.5 to 15 mm explains the displacements.
-  /// \param motion deviations of the picture's motion \param variance_px2 M, variance of each of a marker's coordinates
+  /// Fits the contact. Returns nothing if no single contact with a radius of 0.5 to 15 mm explains the displacements,
+  /// or fewer than ten markers are valid. \param camera through which the displacements are seen \param motion
+  /// deviations of the picture's motion \param variance_px2 M, variance of each of a marker's coordinates; not above 0:
+  /// the marker is ignored
   std::optional<ContactReading> operator()(const sensor::Camera& camera, const sensor::PictureMotion& motion,
                                            const Displacements& displacements,
                                            std::span<const float> variance_px2) const;

@@ -14,20 +14,21 @@ struct DriftOptions {
   double largest = 5.0;        ///< drift from which on there is a warning, in deviations of the picture's motion
 };
 
-/// Thread-bound. The sensor must outlive it.
+/// Thread-bound. The sensor must outlive it. A touch is a bulge (largestBulge()) beyond DriftOptions::allowance_px.
 class DriftWatch {
  public:
   explicit DriftWatch(const sensor::Sensor& sensor, const DriftOptions& options = {});
 
-  /// Adds a frame to the means. Ignores a frame with a touch or with too few markers. Starts anew when the zero
-  /// changes.
+  /// Adds a frame to the means. Ignores a frame with a touch, with kFewMarkers, or with fewer than ten valid markers.
+  /// Starts anew when the zero changes. \param field of the sensor's markers; its `received_ns` is the time
   void add(const MarkerField& field);
 
   /// Returns the means; seen_ns is 0 until a frame without a touch was added since the zero.
   const RestDrift& drift() const { return drift_; }
 
-  /// Returns whether the drift exceeds what the sensor's picture motion explains. Returns true once, and again only
-  /// after the drift has fallen below half of that limit or a zero has been taken.
+  /// Returns whether the drift, at the edge of the picture, exceeds DriftOptions::largest deviations of the sensor's
+  /// picture motion. Returns true once, and again only after the drift has fallen below half of that limit or a zero
+  /// has been taken.
   bool takeWarning();
 
  private:

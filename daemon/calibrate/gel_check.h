@@ -28,7 +28,9 @@ struct GelCheckOptions {
 
 /// Fits the camera's pose and distortion, and the second layer's place and depth, to the markers' places, and compares
 /// them with the sensor's. If a large residual remains, tries another aspect (seenAspect). Takes tens of milliseconds.
-/// Reentrant. \param place_px 2 M, as in RestPose \param seen one per layer; empty: not known
+/// Reentrant. If no camera of any aspect explains the places, or too few markers are present, the report has no
+/// findings but those of `seen`, and a remark. \param place_px 2 M, as in RestPose \param present M; 0: the marker is
+/// ignored \param seen one per layer; empty: not known
 GelReport checkGel(const sensor::Sensor& sensor, std::span<const float> place_px, std::span<const std::uint8_t> present,
                    std::span<const LatticeSeen> seen, const GelCheckOptions& options = {});
 

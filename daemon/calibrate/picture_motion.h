@@ -27,12 +27,14 @@ struct PictureMotion {
 /// Estimates the motion of the whole picture. Reentrant; immutable after construction.
 class PictureMotionFit {
  public:
+  /// The motion is about the principal point of the sensor's camera. The sensor need not outlive this.
   explicit PictureMotionFit(const sensor::Sensor& sensor);
 
   /// Estimates the motion by least squares over the valid markers; returns nothing if fewer than ten are valid.
   std::optional<PictureMotion> operator()(const Displacements& displacements) const;
 
-  /// Returns the displacement of a marker under such a motion [px]. \param motion PictureMotion::value
+  /// Returns the displacement (u, v) of a marker at rest under such a motion [px]. \param marker index in the order of
+  /// sensor::markerPositions \param motion PictureMotion::value
   Eigen::Vector2d at(int marker, const Eigen::Vector4d& motion) const;
 
  private:
@@ -46,11 +48,12 @@ struct Bulge {
   double limit_px = 0.0;                            ///< size that scatter and a smooth error of the model can cause
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< gel frame [m]
 
-  bool found() const { return size_px > limit_px; }  ///< something seems to touch
+  bool found() const { return size_px > limit_px; }  ///< Returns whether something seems to touch.
 };
 
 /// Returns the largest bulge of all layers; size 0 if there is no 3 x 3 neighbourhood with six valid markers. Its limit
 /// is six standard deviations of such a median, estimated from the markers' scatter, plus `allowance_px`. Reentrant.
+/// Allocates. \param displacements without the motion of the whole picture, which would count as a bulge
 Bulge largestBulge(const sensor::Sensor& sensor, const Displacements& displacements, double allowance_px);
 
 }  // namespace tractiond::calibrate

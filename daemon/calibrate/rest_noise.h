@@ -8,7 +8,7 @@
 namespace tractiond::calibrate {
 
 struct RestNoiseOptions {
-  int fewestFrames = 30;
+  int fewestFrames = 30;       ///< that the caller must add before summary(); not checked
   double allowance_px = 0.02;  ///< largest smooth displacement by heat and creep; a larger one is a touch
   /// Lower bounds of RestNoise::motion: some seconds do not show how large it becomes in the hours until the next zero.
   sensor::PictureMotion least = {.shift_px = 2e-3, .scale = 5e-6, .roll = 5e-6};
@@ -32,7 +32,8 @@ class RestNoiseMeter {
   /// Returns the number of frames used so far.
   int frames() const { return frames_; }
 
-  /// Evaluates the frames added so far; there must be at least options.fewestFrames.
+  /// Evaluates the frames added so far; there must be at least two, and for a useful result options.fewestFrames.
+  /// Markers that were valid in fewer than two frames are left out.
   RestNoise summary() const;
 
  private:

@@ -12,11 +12,11 @@
 
 namespace tractiond::calibrate {
 
-/// Outputs and actions of a StepRunner. They outlive it.
+/// Outputs and actions of a StepRunner, all called on its thread. What they refer to must outlive it.
 struct StepLinks {
   using Work = std::function<std::optional<Result>()>;
 
-  std::function<std::future<std::optional<Result>>(Work)> start;  ///< Starts work on another thread.
+  std::function<std::future<std::optional<Result>>(Work)> start;  ///< Starts work on another thread, one at a time.
   std::function<void(const Result&)> answer;                      ///< Answers the open request for a step.
   std::int64_t (*clock)();                                        ///< [ns]
 };
@@ -33,14 +33,16 @@ class StepRunner {
   void begin(const CalibrationStep& step, const std::optional<RestPose>& zero, const std::string& camera,
              const std::filesystem::path& directory);
 
-  /// Ends a step that looks at frames, or is going to, with this error. A step that ends without frames is answered as
-  /// usual.
+  /// Ends a step that looks at frames, or is going to, with this error; also one that waits for work to end. A step
+  /// that ends without frames is answered as usual. Has no effect without a step. \param reason sentence for the client
   void drop(const std::string& reason);
 
-  /// Gives a frame to the step that looks at frames, if there is one.
+  /// Gives a frame to the step that looks at frames, if there is one; answers the step if it ends with that. A frame
+  /// that comes while work is under way is dropped.
   void add(const MarkerField& field);
 
-  /// Answers what has ended. Must be called in each turn of the control loop.
+  /// Answers what has ended or takes too long, and begins the step that waits. Does not wait. Must be called in each
+  /// turn of the control loop.
   void turn();
 
   /// Returns whether a step looks at frames.

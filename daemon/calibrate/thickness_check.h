@@ -25,7 +25,8 @@ struct ThicknessReading {
 /// construction.
 class ThicknessCheck {
  public:
-  /// Takes twice as long as making a ContactFit. `fit` must be of the same sensor and must outlive this.
+  /// Takes twice as long as making a ContactFit. `fit` must be of the same sensor and must outlive this; the sensor
+  /// need not. \param progress called meanwhile, from 0 to 1 twice; may be empty
   ThicknessCheck(const sensor::Sensor& sensor, const ContactFit& fit, const sensor::elastic::Progress& progress = {});
 
   /// Estimates the thickness; parameters are those of ContactFit. Returns nothing if the displacements do not determine

@@ -11,8 +11,8 @@
 
 namespace tractiond::calibrate {
 
-/// Describes shift, scale and roll of the whole picture from `before` to `after`. Returns an empty text if fewer than
-/// ten markers are in both.
+/// Describes shift [px], scale and roll [rad] of the whole picture from `before` to `after`, and the rms of what
+/// remains, however small they are. Returns an empty text if fewer than ten markers are in both.
 std::string movedBetween(const sensor::Sensor& sensor, const RestPose& before, const RestPose& after);
 
 /// Describes a touch that `after` shows and `before` does not; empty if there is none, or if fewer than ten markers are

@@ -34,7 +34,8 @@ struct Unref {
 template <class T>
 using Ref = std::unique_ptr<T, Unref>;
 
-/// Owns a GError. into() is the last argument of Aravis's functions; it discards the error before.
+/// Owns a GError. into() is the last argument of Aravis's functions; it discards the error before. Converts to true if
+/// there is an error; text() is its message, "unknown error" without one.
 class Failure {
  public:
   Failure() = default;
@@ -54,7 +55,7 @@ class Failure {
   GError* error_ = nullptr;
 };
 
-/// Makes an error without a place.
+/// Makes an error without a place (Error::where). \param exitCode of sysexits.h \param remedy may be empty
 tl::unexpected<Error> failed(int exitCode, std::string what, std::string remedy = {});
 
 std::string text(const char* string);                       ///< Copies a string; nullptr becomes an empty one.
@@ -63,7 +64,7 @@ std::string joined(const std::vector<std::string>& items);  ///< Joins texts wit
 /// Copies the strings of an array that Aravis has returned, and frees the array. \param names nullptr: no strings
 std::vector<std::string> taken(const char** names, guint count);
 
-/// Waits until a time of CLOCK_MONOTONIC [ns]. Returns early when a stop is requested.
+/// Waits until a time of CLOCK_MONOTONIC [ns]; not at all if that has passed. Returns early when a stop is requested.
 void pauseUntil(std::int64_t until_ns, const std::stop_token& stop);
 
 // ---- aravis_network.cpp: answers
@@ -74,6 +75,7 @@ void pauseUntil(std::int64_t until_ns, const std::stop_token& stop);
 /// description) is not guarded. Thread-bound.
 class ControlGuard {
  public:
+  /// Notes which sockets this process has open.
   ControlGuard();
   ControlGuard(const ControlGuard&) = delete;
   ControlGuard& operator=(const ControlGuard&) = delete;
@@ -123,7 +125,7 @@ std::string elementText(ArvGcNode* node, const char* element);
 /// Returns a feature's value as text; empty if the camera has no such feature or it cannot be read now.
 std::string readFeature(ArvDevice* device, const std::string& name);
 /// Carries out an operator's request to the camera. The error is a sentence. \param configured what the configuration
-/// sets \param first values before the first write of this session, by name; added to
+/// sets \param first values before the first write of this session, by name; receives that of a feature written now
 tl::expected<CameraReport, std::string> serveFeatures(ArvCamera* camera, const CameraStep& step,
                                                       const std::vector<Feature>& configured,
                                                       std::vector<std::pair<std::string, std::string>>& first);
@@ -195,7 +197,7 @@ class AskedClock {
 
 // ---- camera_list.cpp
 
-/// Returns vendor and model by the camera's description.
+/// Returns vendor and model by the camera's description; either may be empty.
 std::pair<std::string, std::string> makeOf(ArvDevice* device);
 /// Returns a warning if the camera is known for a byte order of registers that its description states wrongly; else an
 /// empty text.
@@ -221,13 +223,15 @@ std::uint64_t packetsRefused(ArvStream* stream);
 
 /// Returns the memory of packets that the kernel has received and Aravis has not yet [bytes]; 0: none, or not known.
 std::uint32_t bytesWaiting(ArvStream* stream);
-/// Asks a GigE Vision camera for what its packets look like. A port that it does not report is 0.
+/// Asks a GigE Vision camera for what its packets look like. A port that it does not report is 0. \param
+/// packetSize_bytes with headers \param payload_bytes of the largest frame, with chunk data
 StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t payload_bytes);
 
 /// Returns whether this process may open packet sockets.
 bool packetSocketAllowed();
 
-/// Returns a warning with its remedy if the kernel gives USB devices less memory than that; else an empty text.
+/// Returns a warning with its remedy if the kernel gives USB devices less memory than `needed_bytes`, that of all
+/// buffers of the stream; else an empty text.
 std::string usbMemoryWarning(std::size_t needed_bytes);
 
 }  // namespace tractiond::capture

@@ -23,11 +23,12 @@ namespace tractiond::capture {
 class Camera : public FrameSource {
  public:
   /// Opens a camera and returns when the first try has ended: with the camera, or while it is still awaited
-  /// (CameraRules::wait). Fails with the error of the first try. The ledger must outlive the camera; `say` and
-  /// `welcome` are not called after it has been destroyed.
+  /// (CameraRules::wait). Blocks as long as that try, seconds if the camera hangs. Fails with the error of the first
+  /// try: see OpenDriver, or that of `welcome`. The ledger must outlive the camera. `say` and `welcome` are called on
+  /// the keeper's thread, also after open(), but not after the camera has been destroyed; both may be empty.
   static tl::expected<std::unique_ptr<Camera>, Error> open(OpenDriver driver, const CameraRules& rules, Ledger& ledger,
                                                            Say say = {}, Welcome welcome = {});
-  /// Creates a camera without the keeper's thread, for a caller that calls keeperTurn() itself.
+  /// Creates a camera without the keeper's thread, for a caller that calls keeperTurn() itself. Does not open it yet.
   static std::unique_ptr<Camera> withoutThread(OpenDriver driver, const CameraRules& rules, Ledger& ledger,
                                                Say say = {}, Welcome welcome = {});
   /// Takes one turn of the keeper, for a camera of withoutThread(). Returns when the next turn is due, by
@@ -37,8 +38,9 @@ class Camera : public FrameSource {
   ~Camera() override;
 
   /// Waits at most `timeout` for a frame. Returns kEnd when the source has ended or the awaited camera cannot be used:
-  /// see error().
+  /// see error(). Returns kTimeout at once when a camera is lost, and while none streams after `timeout`.
   Next next(Frame& frame, std::chrono::milliseconds timeout) override;
+  /// Gives the memory of a frame back, also if its camera has been lost or reopened meanwhile.
   void recycle(Frame& frame) override;
 
   /// Returns the reason for kEnd; exit code EX_OK if the source delivered all its pictures.
@@ -64,7 +66,8 @@ class Camera : public FrameSource {
   bool refusedLast() const { return keeper_->refusedLast(); }
 
   /// Sends a request to the camera; takeAnswer() returns the answer once it is there, also if the camera is lost
-  /// meanwhile. One request at a time. Both functions are for one thread.
+  /// meanwhile, and nothing before. Its error is a sentence for the client. One request at a time. Both functions are
+  /// for one thread and do not wait.
   void ask(const CameraStep& step) { keeper_->ask(step); }
   std::optional<tl::expected<CameraReport, std::string>> takeAnswer() { return keeper_->takeAnswer(); }
 

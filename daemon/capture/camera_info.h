@@ -38,20 +38,21 @@ struct CameraInfo {
   std::string identity;  ///< GvcpSearch::Identity of a network camera; empty: not known
   unsigned session = 0;  ///< from 1 on: how often it has been opened
   PictureShape shape;
-  PixelFormat format = PixelFormat::kRgb8;
-  bool zeroIsAnId = false;            ///< frames are counted from 0, as on USB
-  bool triggered = false;             ///< frames come when they are asked for: silence is no loss
-  double frameRate_Hz = 0.0;          ///< 0: the camera does not tell
-  double exposure_s = 0.0;            ///< 0: the camera does not tell
-  int packetSize_bytes = 0;           ///< with headers; 0: not a network camera
-  bool packetSizeVerified = false;    ///< a whole frame has arrived with it
-  bool packetSocket = false;          ///< frames are read from a packet socket instead of the normal one
-  int receiveBuffer_bytes = 0;        ///< as the kernel granted it; 0: there is none
-  std::vector<std::string> settings;  ///< in the order they were made, as read back: "Name = value"
-  Standing standing;                  ///< what the configuration left open
-  std::vector<std::string> warnings;  ///< one line each, with the remedy
+  PixelFormat format = PixelFormat::kRgb8;  ///< of its pictures
+  bool zeroIsAnId = false;                  ///< frames are counted from 0, as on USB
+  bool triggered = false;                   ///< frames come when they are asked for: silence is no loss
+  double frameRate_Hz = 0.0;                ///< 0: the camera does not tell
+  double exposure_s = 0.0;                  ///< 0: the camera does not tell
+  int packetSize_bytes = 0;                 ///< with headers; 0: not a network camera
+  bool packetSizeVerified = false;          ///< a whole frame has arrived with it
+  bool packetSocket = false;                ///< frames are read from a packet socket instead of the normal one
+  int receiveBuffer_bytes = 0;              ///< as the kernel granted it; 0: there is none
+  std::vector<std::string> settings;        ///< in the order they were made, as read back: "Name = value"
+  Standing standing;                        ///< what the configuration left open
+  std::vector<std::string> warnings;        ///< one line each, with the remedy
 
-  std::string summary() const;  ///< Describes the camera in one line for the log.
+  /// Describes camera, picture, rate, packets and receive buffer in one line for the log.
+  std::string summary() const;
 };
 
 }  // namespace tractiond::capture

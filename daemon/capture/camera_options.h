@@ -9,6 +9,7 @@
 
 namespace tractiond::capture {
 
+/// Whether a stream is read from a packet socket: kAuto: if this process may open one; kOn: else opening fails.
 enum class PacketSocket { kOff, kAuto, kOn };
 
 /// A GenICam feature, by its name in the camera, and its value. `true` executes a command.

@@ -12,12 +12,12 @@
 namespace tractiond::capture {
 
 struct CameraPlan {
-  std::string vendor, model;
+  std::string vendor, model;          ///< by the file
   std::vector<std::string> settings;  ///< settings that would be made, as "Name = value"
   std::string format;                 ///< format that is asked for; empty: the camera's own, or the first of `formats`
   std::vector<std::string> formats;   ///< formats that the file names and this program can read, best first
   std::string rate, exposure, gain, trigger, clock, chunks, link;  ///< the features that would be used, or "none"
-  std::vector<std::string> notes;
+  std::vector<std::string> notes;                                  ///< warnings, one sentence each
 };
 
 /// Makes the settings of `options` on a device without a camera, and returns them. A file describes a family of

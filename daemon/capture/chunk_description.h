@@ -10,12 +10,12 @@
 namespace tractiond::capture {
 
 struct ChunkDescription {
-  std::vector<ChunkField> fields;
+  std::vector<ChunkField> fields;   ///< numbers that readChunks() can read
   std::vector<std::string> names;   ///< features of `fields`, in the same order
   std::vector<std::string> unread;  ///< features that the camera may send but that are computed, so cannot be read
 };
 
-/// Reads the camera's description. A camera without chunks has none of these.
+/// Reads where the numbers lie from the camera's description. Without chunks all three lists are empty.
 ChunkDescription describeChunks(ArvDevice* device);
 
 }  // namespace tractiond::capture

@@ -12,11 +12,11 @@ namespace tractiond::capture {
 
 /// A camera's counter that can be latched: it stores its value at that moment, which is read afterwards.
 struct LatchedCounter {
-  enum class Answer { kDone, kRefused, kNone };  ///< kNone: no answer in time
-  std::function<Answer()> latch;
-  std::function<Answer(std::array<std::uint8_t, 8>& bytes)> read;
-  std::uint64_t perSecond = 1'000'000'000;  ///< 1 to 10^9
-  bool bigEndian = false;
+  enum class Answer { kDone, kRefused, kNone };                    ///< kNone: no answer in time
+  std::function<Answer()> latch;                                   ///< makes the counter store its value
+  std::function<Answer(std::array<std::uint8_t, 8>& bytes)> read;  ///< reads the stored value, 64 bits
+  std::uint64_t perSecond = 1'000'000'000;                         ///< 1 to 10^9
+  bool bigEndian = false;                                          ///< byte order of what `read` returns
 };
 
 /// Thread-bound; blocks as long as the counter's functions do. The caller waits between the readings.
@@ -27,16 +27,16 @@ class ClockAsker {
       : counter_(std::move(counter))
       , rawNow_(std::move(rawNow)) {}
 
-  /// Reads the counter once and adds the reading to fit(). Returns false if there was no usable answer.
+  /// Reads the counter once and adds the reading to fit(), in nanoseconds. Returns false if there was no usable answer.
   bool ask();
-  /// Returns how long to wait before the next ask(): see pauseAfter(); 1 s without an answer.
+  /// Returns how long to wait before the next ask() [ns]: see pauseAfter(); 1 s without an answer; 0 before the first.
   std::int64_t pause_ns() const { return pause_ns_; }
   /// Returns whether the camera refused three times in a row: its clock cannot be read. A camera that does not answer
   /// has not refused.
   bool isRefused() const { return refusals_ >= kRefusals; }
 
-  /// Returns how long to wait after readings that were taken: a small part of their span, so that a clock that was set
-  /// is soon known, and that readings of all ages are in use: the old ones show the rate, the new ones the time.
+  /// Returns how long to wait after readings that were taken [ns]: a small part of their span, so that a clock that was
+  /// set is soon known, and that readings of all ages are in use: the old ones show the rate, the new ones the time.
   static std::int64_t pauseAfter(const ClockFit& fit);
 
   const ClockFit& fit() const { return fit_; }  ///< Returns the fit to all readings so far.

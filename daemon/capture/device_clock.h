@@ -45,7 +45,8 @@ class DeviceClock {
 
   /// Returns the resolution of the stamps [ns]: their differences from an even pace are multiples of it; 0: not known.
   std::int64_t resolution() const { return resolution_ns_; }
-  double drift() const { return drift_; }  ///< seconds the host's clock gains per second of the camera's
+  /// Returns the seconds that the host's clock gains per second of the camera's; 0 until frames show it.
+  double drift() const { return drift_; }
 
  private:
   struct Point {

@@ -50,7 +50,7 @@ class Driver {
   /// Waits at most `timeout` for the next buffer. Fills `buffer` if it returns kBuffer; the caller must then give it
   /// back. Allocates nothing, takes no lock of this program, logs nothing.
   virtual Popped pop(Buffer& buffer, std::chrono::milliseconds timeout) = 0;
-  /// Gives a buffer back for reuse. \param handle Buffer::handle
+  /// Gives a buffer back for reuse; each must be given back once, in any order. \param handle Buffer::handle
   virtual void giveBack(void* handle) = 0;
 
   /// Takes the newest readings of the camera's clock. Returns false if there are none since the last call, or if the
@@ -87,7 +87,7 @@ class Driver {
 
 /// Level of a line for the log.
 enum class LogLevel { kInfo, kWarning };
-/// Writes a line about a camera to the log.
+/// Writes a line about a camera to the log. Called on the thread that opens or watches the camera.
 using Say = std::function<void(LogLevel, const std::string& line)>;
 
 /// Parameters of opening a driver.

@@ -16,8 +16,8 @@ namespace tractiond::capture {
 
 /// What the driver reports of one buffer.
 struct Arrival {
-  bool complete = false;  ///< the driver's status: all of the picture has arrived
-  PictureShape shape;
+  bool complete = false;       ///< the driver's status: all of the picture has arrived
+  PictureShape shape;          ///< as the driver reports it for this buffer
   std::uint64_t id = 0;        ///< the camera's frame counter
   std::int64_t device_ns = 0;  ///< the camera's time stamp; any value
   std::int64_t host_ns = 0;    ///< CLOCK_MONOTONIC when the buffer was taken from the driver; never falls
@@ -30,8 +30,8 @@ struct Arrival {
   bool repeated = false;     ///< duplicates or late packets that may be answers to our own resend requests
 };
 
-/// kStale: the picture was seen before, or is older than the last new one. kImplausible: its id or time does not
-/// continue the camera's.
+/// kNew: a new and whole picture, the only one that is used. kStale: it was seen before, or is older than the last new
+/// one. kImplausible: its id or time does not continue the camera's.
 enum class Verdict { kNew, kIncomplete, kWrongSize, kWrongFormat, kStale, kImplausible };
 
 struct Judgement {
@@ -70,6 +70,7 @@ class FrameGate {
     std::size_t memory = 256;
   };
 
+  /// \param agreed shape that a picture must have, else it is kWrongSize or kWrongFormat
   FrameGate(const PictureShape& agreed, const Options& options)
       : agreed_(agreed)
       , options_(options)

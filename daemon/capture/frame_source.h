@@ -23,7 +23,7 @@ class FrameSource {
   /// recycle(). Allocates nothing, takes no lock of this program, logs nothing.
   virtual Next next(Frame& frame, std::chrono::milliseconds timeout) = 0;
 
-  /// Gives the memory of a frame of next() back.
+  /// Gives the memory of a frame of next() back; must be called once for each kFrame, in any order.
   virtual void recycle(Frame& frame) = 0;
 };
 

@@ -22,11 +22,12 @@ class GvcpSearch {
   /// A camera's hardware address and serial number, which together are unique.
   using Identity = std::string;
 
-  /// Returns the identity of the camera at an IPv4 address; empty if none answers in time. Asks again at half the time.
+  /// Waits for the camera at an IPv4 address ("192.168.1.20") to answer, and returns its identity; empty if none
+  /// answers within `timeout`. Asks again at half the time.
   Identity ask(const std::string& address, std::chrono::milliseconds timeout);
 
   /// Waits until a camera answers, and returns its IPv4 address. Asks repeatedly at its last address, and once at all
-  /// others on this host's networks. Returns an empty text after the timeout, or when a stop is requested.
+  /// others on this host's networks. Returns an empty text after the timeout, or within 50 ms when a stop is requested.
   std::string locate(const Identity& camera, const std::string& lastAddress, std::chrono::milliseconds timeout,
                      const std::stop_token& stop);
 

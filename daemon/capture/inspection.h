@@ -20,12 +20,14 @@ struct Inspection {
 };
 
 /// Opens the camera, evaluates its description and all its features without the camera, and prints the result as
-/// encodeInspection() returns it. For the child process: lowers its limits. Returns an exit code.
-/// \param id as Aravis takes it, or "*" for the first camera
+/// encodeInspection() returns it, to standard output. For the child process: lowers its limits for good, see
+/// limitChild(). Returns EX_OK, whatever the outcome; a harmful description may end the process instead. \param id as
+/// Aravis takes it, or "*" for the first camera
 int printInspection(const std::string& id);
 
-/// Lets a child process run printInspection(), and returns its result; kFault if the child ends otherwise. Blocks until
-/// the child has ended, or a stop was requested. Reentrant. \param id as Aravis takes it; empty: the first camera
+/// Lets a child process run printInspection(), and returns its result; kFault if the child does not start, is killed by
+/// the limits of `options` or by a stop, or ends by a signal. Blocks until the child has ended. Reentrant. \param id as
+/// Aravis takes it; empty: the first camera
 Inspection inspectApart(const std::string& id, const ChildOptions& options, const std::stop_token& stop = {});
 
 /// Returns the line that the child prints.

@@ -19,7 +19,9 @@ class Intake {
   explicit Intake(Ledger& ledger)
       : ledger_(ledger) {}
 
-  /// Begins a session of the camera; must be called before judge(). \param buffers number of buffers of the driver
+  /// Begins a session of the camera; must be called before judge(). Pictures must keep the shape of the first session,
+  /// and those of earlier sessions stay known. \param buffers number of buffers of the driver; used in the first
+  /// session
   void begin(const CameraInfo& info, int buffers);
 
   /// Judges and counts a buffer of the session. If the verdict is kNew, fills the frame; else leaves it as it is. The

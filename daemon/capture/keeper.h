@@ -24,9 +24,11 @@
 namespace tractiond::capture {
 
 struct CameraRules {
-  bool wait = true;              ///< whether to wait for a camera that is not there yet; false: that is an error
-  int silenceTimeout_ms = 2000;  ///< the camera is lost after this time without a usable frame; 0: only if it says so
-  int buffers = 10;              ///< that the driver has; the frame gate remembers more pictures
+  bool wait = true;  ///< whether to wait for a camera that is not there yet; false: that is an error
+  /// The camera is lost after this time in which nothing arrived (unless it is triggered), or only whole pictures of
+  /// another size or format. Incomplete frames do not count as a loss. 0: only if the camera says so.
+  int silenceTimeout_ms = 2000;
+  int buffers = 10;                           ///< that the driver has; the frame gate remembers more pictures
   std::chrono::milliseconds slowest{30'000};  ///< time after which a call of the driver counts as hanging
   std::int64_t (*clock)() = monotonicNow;     ///< returns the time of arrivals [ns]; waits are in real time
 };
@@ -35,7 +37,9 @@ struct CameraRules {
 /// one in a later session, the keeper logs it and tries the camera again.
 using Welcome = std::function<tl::expected<void, Error>(const CameraInfo&)>;
 
-/// Why a driver is given back.
+/// Why a driver is given back. kReopened: reopen() was called. kOtherPictures: its pictures differ in size or format
+/// from those agreed upon. kNotControlled: Popped::kGone. kNoAnswer: the camera failed the liveness check. kSilent:
+/// nothing arrived for CameraRules::silenceTimeout_ms.
 enum class Loss { kReopened, kOtherPictures, kNotControlled, kNoAnswer, kSilent };
 
 /// The groups of functions below say which thread may call them.
@@ -57,7 +61,7 @@ class Keeper {
 
   // --- the capture thread; none of these locks, and only borrow() waits
 
-  /// Waits at most `timeout` for a driver. Returns nullptr if there is none.
+  /// Waits at most `timeout` for a driver. Returns nullptr if there is none. The driver is lent until giveBack().
   Driver* borrow(std::chrono::milliseconds timeout);
   /// Returns the session of the driver that was borrowed last.
   unsigned session() const { return session_.load(std::memory_order_relaxed); }
@@ -70,7 +74,8 @@ class Keeper {
   /// Returns whether the camera is to be given back because of reopen(): true from reopen() until the keeper begins to
   /// open the camera with the new settings, not until it is open. Any thread.
   bool isRenewing() const { return renewing_.load(std::memory_order_relaxed); }
-  /// Notes that a picture arrived which another host may have sent.
+  /// Notes that a picture arrived at `at_ns`, by CameraRules::clock, which another host may have sent; the keeper
+  /// warns.
   void noteForgery(std::int64_t at_ns) { forged_ns_.store(at_ns, std::memory_order_relaxed); }
   /// Returns the error after which there is no further driver; nullptr if there is none.
   const Error* end() const;
@@ -88,13 +93,16 @@ class Keeper {
   void reopen(OpenDriver driver);
   /// Returns whether the camera refused the settings of the last reopen().
   bool refusedLast() const { return refusedLast_; }
-  // Send a request to the camera; return its answer once it is there. One request at a time; for one thread.
+  // Send a request to the camera; return its answer once it is there, nothing before. One request at a time; for one
+  // thread.
   void ask(const CameraStep& step);
   std::optional<tl::expected<CameraReport, std::string>> takeAnswer();
 
-  /// Waits until the first try to open the camera has ended. Fails with the error that ended the keeper.
+  /// Waits until the first try to open the camera has ended, however long that takes. Fails with the error that ended
+  /// the keeper; succeeds while the camera is still awaited.
   tl::expected<void, Error> awaitFirstTry();
-  /// Requests the end of the keeper. Neither `say` nor `welcome` is called after it returns.
+  /// Requests the end of the keeper. Neither `say` nor `welcome` is called after it returns; waits for one that is
+  /// being called.
   void stop();
   /// Waits at most `patience` for the end of run(). Returns whether it has ended, or is about to.
   bool awaitEnd(std::chrono::milliseconds patience);

@@ -8,7 +8,8 @@
 namespace tractiond::capture {
 
 /// Starts a process that gives the camera free when this one ends without notice, as by SIGKILL. Must be called once,
-/// before this program starts its first thread. \return 0, or an errno if it cannot be started
+/// before this program starts its first thread. The process ends with this one. \return 0, or an errno if it cannot be
+/// started; the camera then stays locked after such an end
 int startExecutor();
 
 /// Returns why the camera would stay locked if this process were killed now, as the beginning of a sentence: the
@@ -18,9 +19,11 @@ std::string whyCameraWouldStayLocked();
 
 /// Makes SIGABRT (of a watchdog or a failed assertion), SIGBUS, SIGFPE, SIGILL and SIGSEGV first give the camera free
 /// through its control socket, and then act as before. Only the camera armed last is given free. Any thread.
-/// \param address of the camera, IPv4: 127.0.0.1 is 0x7f000001
+/// The process of startExecutor() gets a copy of the socket. \param socket UDP, by which the camera is controlled; must
+/// stay open until disarmLastWill() \param address of the camera, IPv4: 127.0.0.1 is 0x7f000001
 void armLastWill(int socket, std::uint32_t address, std::uint16_t port);
-/// Ends that for the camera. Must be called before the socket is closed.
+/// Ends that for the camera. Must be called before the socket is closed. Has no effect unless the socket was armed
+/// last. Any thread.
 void disarmLastWill(int socket);
 
 }  // namespace tractiond::capture

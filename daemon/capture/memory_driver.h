@@ -17,18 +17,21 @@ struct Pictures {
   std::vector<std::vector<std::uint8_t>> data;  ///< one element per picture, without padding
 };
 
-/// Sleeps until a time of CLOCK_MONOTONIC [ns].
+/// Sleeps until a time of CLOCK_MONOTONIC [ns]; not at all if that has passed.
 void sleepUntilMonotonic(std::int64_t until_ns);
 
 struct MemoryOptions {
-  std::uint64_t loops = 1;     ///< how often the pictures are delivered; 0: without end
-  std::int64_t period_ns = 0;  ///< time between two pictures; 0: none, pop() then never times out
-  std::function<std::int64_t()> now = monotonicNow;
+  std::uint64_t loops = 1;                           ///< how often the pictures are delivered; 0: without end
+  std::int64_t period_ns = 0;                        ///< time between two pictures; 0: none, pop() then never times out
+  std::function<std::int64_t()> now = monotonicNow;  ///< [ns]
+  /// Sleeps until a time of `now`.
   std::function<void(std::int64_t until_ns)> sleepUntil = sleepUntilMonotonic;
 };
 
-/// Returns a function that opens a driver for the pictures. Its buffers point to the pictures themselves, so any number
-/// of them may be out; the pictures must outlive the driver. Ids count up, and time stamps are those of `now`.
+/// Returns a function that opens a driver for the pictures, and does not fail. Its buffers point to the pictures
+/// themselves, so any number of them may be out; the pictures must outlive the function and the driver. There must be
+/// at least one (asserted), all of one size. Ids count from 1; time stamps are those of `now`, but always increase.
+/// After the last loop pop() returns kEnd, with EX_OK.
 OpenDriver fromMemory(const Pictures& pictures, const MemoryOptions& options = {});
 
 }  // namespace tractiond::capture

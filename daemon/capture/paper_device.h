@@ -8,7 +8,8 @@
 namespace tractiond::capture {
 
 /// Makes a device with this description. Its registers are 0 at first; all bits are 1 in those that report abilities of
-/// a camera. Returns nullptr and sets `failure` if the description is faulty. \param xml is copied
+/// a camera. Returns nullptr and sets `failure` if the description is faulty. \param xml text of the description; is
+/// copied
 Ref<ArvDevice> makePaperDevice(const std::string& xml, Failure& failure);
 
 }  // namespace tractiond::capture

@@ -7,6 +7,8 @@
 
 namespace tractiond::capture {
 
+/// kAlive: frames are only late. kThreadHangs: the thread that receives packets takes none. kNoAnswer: the camera is
+/// gone.
 enum class Silence { kAlive, kThreadHangs, kNoAnswer };
 
 /// Observations of a stream. Called within causeOfSilence(), on its thread.
@@ -19,8 +21,8 @@ struct StreamSigns {
 };
 
 /// Returns the cause. The thread hangs if, in five pauses, packets wait, it takes none of them, and it does not wait
-/// for a processor. The camera is gone if it does not answer, and none of its packets arrives meanwhile. Takes 40
-/// pauses at most.
+/// for a processor; or if it takes none in 40 pauses. The camera is gone if it does not answer, and none of its packets
+/// arrives meanwhile. Blocks for 40 pauses and one call of `answers` at most.
 Silence causeOfSilence(const StreamSigns& signs);
 
 /// Notices that a thread of this process waits for a processor. Thread-bound.

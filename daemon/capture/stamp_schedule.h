@@ -9,16 +9,18 @@ namespace tractiond::capture {
 /// Follows the earliest stamps, as an operating system stamps late and never early. Thread-bound. Allocates nothing.
 class StampSchedule {
  public:
-  /// Adds the next frame's stamp [ns]. \param step increase of its id since the frame before, at least 1
+  /// Adds the next frame's stamp [ns]; the first call does the same as restart(). \param step increase of its id since
+  /// the frame before, at least 1
   void add(std::int64_t device_ns, std::int64_t step);
   /// Begins with a frame: what was before it says nothing of the next one.
   void restart(std::int64_t device_ns);
 
   /// Returns whether recent stamps came at an even pace. Those of a triggered camera do not.
   bool isEven() const { return frames_ > 1 && kTimes * uneven_ns_ <= quarter(); }
-  /// Returns whether a next stamp comes so much sooner than the camera's that it is hardly the camera's.
+  /// Returns whether a next stamp [ns] is so much earlier than the schedule that it is hardly the camera's. False where
+  /// stamps are not isEven(), and after a gap of more than four ids. \param step as in add()
   bool isEarly(std::int64_t device_ns, std::int64_t step) const;
-  /// Returns a quarter of the mean time between two stamps [ns].
+  /// Returns a quarter of the mean time between two stamps [ns]; 0: not known yet.
   std::int64_t quarter() const { return pace_ns_ / 4; }
 
  private:

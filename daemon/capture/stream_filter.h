@@ -21,7 +21,7 @@ struct StreamShape {
   std::size_t payload_bytes = 0;    ///< of the largest frame: picture and chunk data
   bool extendedIds = false;         ///< 64-bit block ids and 32-bit packet ids
 
-  // Bytes of a packet's GVSP header, and of the picture in each data packet but the last.
+  // Return the bytes of a packet's GVSP header, and of the picture in each data packet but the last.
   int headerBytes() const { return extendedIds ? 20 : 8; }
   int blockBytes() const { return packetSize_bytes - 28 - headerBytes(); }
   /// Returns the number of data packets in the largest frame, without leader and trailer.

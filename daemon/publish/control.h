@@ -19,15 +19,17 @@
 
 namespace tractiond::publish {
 
-/// Handlers of the requests. Called within serve(), on its thread. Each of the last four must be answered once, by the
-/// function that its comment names, at once or later.
+/// Handlers of the requests. Called within serve(), on its thread. All must be set: a request whose handler is empty
+/// throws std::bad_function_call. Each of the last four must be answered once, by the function that its comment names,
+/// at once or later, from the same thread; except a step of a calibration that another one has replaced.
 struct ControlHandlers {
   std::function<std::string()> status;       ///< Returns Publisher::lastStatus().
   std::function<std::string()> description;  ///< Returns Publisher::lastDescription().
-  /// Begins to take a zero, or to restore the one before: answerZero(). Equal requests that arrive meanwhile are not
-  /// passed on and share the answer.
+  /// Begins to take a zero, or to restore the one before: answerZero(). Equal requests for a zero that arrive meanwhile
+  /// are not passed on and share the answer; others, and an undo, are answered with an error.
   std::function<void(const ZeroRequest&)> zero;
-  /// Begins a step of a calibration: answerCalibration().
+  /// Begins a step of a calibration: answerCalibration(). It replaces a step that has not been answered: the server has
+  /// answered that one with an error.
   std::function<void(const CalibrationStep&)> calibrate = {};
   /// Begins a request for the camera: answerCamera(). Requests that arrive meanwhile are passed on after the answer.
   std::function<void(const CameraStep&)> camera = {};
@@ -35,18 +37,24 @@ struct ControlHandlers {
   std::function<void()> snapshot = {};
 };
 
-/// Thread-bound. A request that is malformed, too large (64 KiB) or unknown is answered with an error or dropped.
+/// Thread-bound. A request that is malformed, too large (64 KiB) or unknown is answered with an error or dropped. So
+/// are requests of a client that does not read its answers. The connection of one that sends more than 1,000 requests
+/// in a second is ended.
 class ControlServer {
  public:
-  /// Binds to the endpoints, whose form is that of PublishOptions::stream. Fails if one cannot be bound.
+  /// Binds to ZeroMQ endpoints: "ipc://PATH", whose directory must exist, or "tcp://ADDRESS:PORT", where port * takes a
+  /// free one. EX_CONFIG: an endpoint is malformed. EX_UNAVAILABLE: it is in use, or not an address of this machine.
+  /// EX_CANTCREAT, EX_NOPERM: its file cannot be made. EX_OSERR: ZeroMQ cannot start.
   static tl::expected<std::unique_ptr<ControlServer>, Error> open(const std::vector<std::string>& endpoints,
                                                                   ControlHandlers handlers);
   ~ControlServer();
 
-  /// Waits at most `timeout` for a request, and handles all that have arrived.
+  /// Waits at most `timeout` for a request, and handles those that have arrived, a limited number in one call; the rest
+  /// in the next one. Returns early when a signal arrives.
   void serve(std::chrono::milliseconds timeout);
 
-  // The following have no effect if no client waits for the answer. An error is a sentence.
+  // The following have no effect if no client waits for the answer, and do not wait: the answer to a client that has
+  // gone or does not read is dropped. An error is a sentence.
 
   /// Sends the zero to all clients that wait for one. \param remark why it may be wrong; empty: no reason is known
   void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark = "");
@@ -57,7 +65,8 @@ class ControlServer {
   /// Sends the camera's answer to the client whose request was passed on last.
   void answerCamera(const tl::expected<CameraReport, std::string>& result);
 
-  /// Sends the picture to all clients that wait for one. \param layers layers of its markers
+  /// Sends the picture to all clients that wait for one. Encodes it within the call, and reduces it if it is larger
+  /// than 16 MiB. \param layers layers of its markers; empty: there are none
   void answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
                       const std::vector<sensor::MarkerLayer>& layers);
 

@@ -9,7 +9,7 @@
 
 namespace tractiond::publish {
 
-/// Part of every message.
+/// Part of every message: states which daemon sends it.
 struct Identity {
   std::string sensor;  ///< name from the configuration; valid by traction::isValidName
   Id boot{};           ///< of this start of the daemon: randomId()

@@ -13,7 +13,7 @@ namespace tractiond::publish {
 /// Keeps the newest 2,048 durations of an interval. Thread-bound. Allocates nothing.
 class Durations {
  public:
-  /// Adds a duration.
+  /// Adds a duration [ns]. Of more than 2,048 in an interval the newest count for the quantiles, all for the histogram.
   void add(std::int64_t ns) {
     values_[count_++ % values_.size()] = ns;
     const double value_s = static_cast<double>(ns) * 1e-9;
@@ -22,8 +22,9 @@ class Durations {
     sum_s_ += value_s;
   }
 
-  /// Sets the quantiles of the durations since the last call, 0 if there are none, and the histogram of all. Allocates
-  /// nothing after the first call with the same message.
+  /// Sets the median, the 99 % quantile and the largest of the durations since the last call [s], 0 if there are none,
+  /// and the histogram of all since the start. Begins a new interval. Allocates nothing after the first call with the
+  /// same message.
   void take(traction::v1::Quantiles& to) {
     traction::v1::Histogram& all = *to.mutable_since_start();
     all.mutable_bound_s()->Assign(kBounds_s.begin(), kBounds_s.end());

@@ -20,7 +20,8 @@ class FrozenPeers {
   static constexpr int kMostAtOnce = 1024;
 
   /// \param bound endpoints of this program, as bound
-  /// \param told called with a line for the log about what was done
+  /// \param told called within look() with a line for the log about what was done, once a minute at most \param
+  /// mostAtOnce number of file descriptors that one call looks at
   FrozenPeers(std::vector<std::string> bound, std::function<void(const std::string&)> told,
               int mostAtOnce = kMostAtOnce)
       : bound_(std::move(bound))
@@ -29,7 +30,7 @@ class FrozenPeers {
 
   /// Ends the connections whose unread bytes in the kernel have not changed for 5 s, and returns the memory of the
   /// messages that waited for them. A round over all file descriptors begins each second; with many descriptors it
-  /// takes several calls.
+  /// takes several calls. \param now_ns time of the call on any clock that does not go back, from 1 s on
   void look(std::int64_t now_ns);
 
  private:

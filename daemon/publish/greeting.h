@@ -9,15 +9,17 @@ namespace tractiond::publish {
 /// Connects as a client: that thread sends a greeting to every new connection (ZMTP 3.0). Thread-bound.
 class Greeting {
  public:
-  /// \param endpoint ipc://PATH, as bound; other kinds are not checked
+  /// Does not connect yet: the first came() does. \param endpoint ipc://PATH, as bound; other kinds are not checked,
+  /// and neither is a path that is too long for a socket
   explicit Greeting(const std::string& endpoint);
   ~Greeting();
   Greeting(Greeting&& other) noexcept;
   Greeting(const Greeting&) = delete;
   Greeting& operator=(const Greeting&) = delete;
 
-  /// Returns whether the connection that an earlier call made has been greeted, and if so makes the next one. Returns
-  /// true if there is no connection. Does not wait.
+  /// Returns whether the connection that an earlier call made has been greeted or closed, and if so makes the next one.
+  /// Returns true if there is no connection: in the first call, for endpoints that are not checked, and if the last one
+  /// was not accepted. Does not wait.
   bool came();
 
  private:

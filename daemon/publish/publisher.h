@@ -27,50 +27,58 @@ namespace tractiond::publish {
 using Measure = std::function<void(traction::v1::Status&)>;
 
 struct PublishOptions {
-  std::vector<std::string> stream;  ///< ZeroMQ endpoints; port * takes a free one; ipc directories must exist
+  /// ZeroMQ endpoints: "ipc://PATH", whose directory must exist, or "tcp://ADDRESS:PORT"; port * takes a free one.
+  std::vector<std::string> stream;
   std::vector<std::string> latest;  ///< likewise, of the newest field only
   /// Messages that may wait for one slow subscriber; further ones are lost to it. Two seconds of fields and markers at
   /// 60 frames/s, 85 ms at 1,500; they take 3 MB.
   int highWaterMark = 256;
-  std::chrono::milliseconds statusInterval{1000};
+  std::chrono::milliseconds statusInterval{1000};  ///< time between two statuses
   /// Shortest time between two descriptions sent for new subscribers, of all of them together.
   std::chrono::milliseconds descriptionInterval{100};
-  std::int64_t (*monotonicClock)() = monotonicNow;
-  std::int64_t (*realClock)() = realNow;
+  std::int64_t (*monotonicClock)() = monotonicNow;  ///< [ns], of the messages' monotonic times
+  std::int64_t (*realClock)() = realNow;            ///< [ns], of the messages' times of day
 };
 
-/// publish() and serve() are for one thread. describe(), lastStatus() and lastDescription() may be called from one
-/// other thread, offerPreview() from one more.
+/// publish() and serve() are for one thread. describe() may be called from one other thread, offerPreview() from one
+/// more. lastStatus(), lastDescription(), previewWanted() and the endpoints are thread-safe.
 class Publisher {
  public:
-  /// Binds to the endpoints. Fails if one cannot be bound. The ledger must outlive this.
-  /// \param measure called on the publishing thread before each status; must not wait
+  /// Binds to the endpoints, and sends the description and a first status. The ledger must outlive this, the
+  /// description need not. EX_CONFIG: an endpoint is malformed. EX_UNAVAILABLE: it is in use, or not an address of this
+  /// machine. EX_CANTCREAT, EX_NOPERM: its file cannot be made. EX_OSERR: ZeroMQ cannot start. \param measure called on
+  /// the publishing thread before each status, and once within open(); must not wait; may be empty
   static tl::expected<std::unique_ptr<Publisher>, Error>
   open(const PublishOptions& options, const Description& description, const Ledger& ledger, Measure measure);
   ~Publisher();
 
-  /// Sends a field (stream and latest) and its markers. Never waits: a slow subscriber loses messages.
+  /// Sends a field (stream and latest) and its markers (stream), and then what is due of description, status and
+  /// previews. Never waits: a slow subscriber loses messages.
   void publish(const TractionField& field);
 
-  /// Serves subscribers until `fd` (-1: none) is readable, something is due, or the time is over.
+  /// Waits until `fd` (-1: none) is readable, a subscription arrives, a description or status is due, or `timeout` is
+  /// over; then serves subscribers, and sends what is due. Returns early when a signal arrives. Does not read from
+  /// `fd`. Ends the connection of a subscriber that sends more than 64 subscriptions between two statuses.
   void serve(int fd, std::chrono::milliseconds timeout);
 
-  /// Replaces the description; it is sent within the next serve() or publish(). The identity stays as it was.
+  /// Replaces the description; it is sent within the next serve() or publish(), the newest one alone if several came.
+  /// The identity stays as it was. Allocates; does not wait for the publishing thread.
   void describe(const Description& description);
 
-  /// Returns whether a subscription names previews. Thread-safe.
+  /// Returns whether a subscription names previews; one to all topics of the sensor does not.
   bool previewWanted() const;
 
   /// Takes a picture to be sent within the next serve() or publish(). Returns false if the previous one has not been
-  /// sent yet, or too many wait for slow subscribers.
+  /// sent yet, or too many wait for slow subscribers; the picture is then dropped. Encodes it within the call, so it
+  /// need not outlive it. Allocates.
   bool offerPreview(const Preview& preview);
 
-  /// Returns the status that was sent last, as bytes of the message.
+  /// Returns the status that was sent last, as bytes of the message; rarely the one before it.
   std::string lastStatus() const;
-  /// Returns the newest description, as bytes of the message.
+  /// Returns the newest description, as bytes of the message, also if it has not been sent yet.
   std::string lastDescription() const;
 
-  /// Returns the endpoints as they were bound.
+  /// Return the endpoints as they were bound, with the number of a port that was taken for *.
   const std::vector<std::string>& streamEndpoints() const;
   const std::vector<std::string>& latestEndpoints() const;
 

@@ -14,10 +14,12 @@ class CameraRequest;
 
 namespace tractiond::publish {
 
-/// Decodes an untrusted request. The error is a sentence for the client.
+/// Decodes an untrusted request. The error is a sentence for the client: the request is of an unknown kind, or a name,
+/// value or list in it is malformed or too long. Reentrant.
 tl::expected<CameraStep, std::string> decodeCameraStep(const traction::v1::CameraRequest& request);
 
-/// Encodes the camera's answer.
+/// Encodes the camera's answer into an empty message. Bytes that are not UTF-8 become '?'; limits that are not finite
+/// are left out. Reentrant.
 void encode(const CameraReport& from, traction::v1::CameraReply& to);
 
 }  // namespace tractiond::publish

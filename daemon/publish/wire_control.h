@@ -27,18 +27,21 @@ struct Asked {
   std::string onBehalfOf = {};       ///< client that a gateway names, printable; empty: the sender itself
 };
 
-/// Decodes an untrusted request. The error is a sentence for the client.
+/// Decodes an untrusted request. The error is a sentence for the client: the bytes are not a request, or the request is
+/// of another version, of an unknown kind, or has a parameter out of range. From the first call on, Protobuf logs
+/// nothing in this process.
 tl::expected<Asked, std::string> decodeRequest(std::string_view bytes);
 
 // These return the bytes of a reply.
 
-/// \param request kStatus or kDescription \param message the Status or Description as it was sent
+/// \param request kStatus or kDescription \param message the Status or Description as it was sent; bytes that are none
+/// give a reply with an error
 std::string encodeReply(Request request, std::string_view message);
 /// \param remark why the zero may be wrong; empty: no reason is known
 std::string encodeZeroReply(const RestPose& zero, std::string_view remark);
 std::string encodeCalibrationReply(const CalibrationReport& report);
 std::string encodeCameraReply(const CameraReport& report);
-/// Reduces the picture until it has at most 16 MiB. \param layers layers of its markers
+/// Halves the picture until it has at most 16 MiB. \param layers layers of its markers; empty: there are none
 std::string encodeSnapshotReply(const Snapshot& snapshot, const std::vector<sensor::MarkerLayer>& layers);
 std::string encodeErrorReply(std::string_view error);
 

@@ -14,10 +14,10 @@ void encode(const Identity& identity, traction::v1::Header& header);
 /// Sets the other fields of a header.
 void encode(const Heading& heading, traction::v1::Header& header);
 
-/// Encodes a zero.
+/// Encodes id, time and requester of a zero, and places and presence of its markers.
 void encode(const RestPose& from, traction::v1::Zero& to);
 
-/// Returns the number of a colour in messages.
+/// Returns the enumerator of a colour in messages.
 traction::v1::Colour wireColour(sensor::Colour colour);
 
 }  // namespace tractiond::publish

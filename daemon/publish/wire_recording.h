@@ -34,7 +34,7 @@ struct Beginning {
   bool adoptsAtOnce = false;
 };
 
-/// Returns the bytes of a beginning.
+/// Returns the bytes of a beginning. Always writes the newest version: `adoptsAtOnce` is not written. Reentrant.
 std::string encode(const Beginning& beginning);
 
 /// Decodes untrusted bytes. EX_DATAERR: damaged; EX_PROTOCOL: of a newer version. Checks that the sizes within the rest
@@ -50,10 +50,12 @@ struct TrackedFrame : FrameCopy {
 /// Encodes pictures in the same memory every time. Thread-bound.
 class PictureMessage {
  public:
+  /// \param identity part of every message; copied
   explicit PictureMessage(const Identity& identity);
   ~PictureMessage();
 
-  /// Returns the bytes of a picture, valid until the next call. \param packed true: compresses the pixels without loss
+  /// Returns the bytes of a picture, valid until the next call. `frame` must fit (FrameCopy::fits). \param packed true:
+  /// compresses the pixels without loss
   const std::string& encode(const TrackedFrame& frame, bool packed);
 
  private:
@@ -63,7 +65,7 @@ class PictureMessage {
 
 /// Decodes untrusted bytes into `frame`. EX_DATAERR: damaged, or of a pixel format that this program cannot read. On
 /// success the frame has the bytes that its format, size and stride need, and the sizes within a rest pose fit each
-/// other.
+/// other. After an error `frame` has no meaning. `bytes` need not outlive the call. Reentrant.
 tl::expected<void, Error> decodePicture(std::string_view bytes, TrackedFrame& frame);
 
 }  // namespace tractiond::publish

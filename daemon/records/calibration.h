@@ -15,11 +15,11 @@ struct CalibrationStep {
     kFinish,     ///< writes the gel file
   };
   Kind kind = Kind::kGeometry;
-  double seconds = 0.0;   ///< kNoise: duration; kWeight: longest wait; 0: the default
-  double weight_N = 0.0;  ///< kWeight
+  double seconds = 0.0;   ///< kNoise: duration; kWeight: longest wait; 0: that of CalibrationOptions; at most 3600 s
+  double weight_N = 0.0;  ///< kWeight: finite and above 0, else the step is refused
   bool first = false;     ///< kWeight: true discards the weights read before
   bool anyway = false;    ///< kGeometry, kNoise: true proceeds even if something seems to touch
-  std::string name;       ///< kFinish: beginning of the file's name
+  std::string name;       ///< kFinish: beginning of the file's name, before "-" and the date; empty: "gel"
 };
 
 struct CalibrationReport {

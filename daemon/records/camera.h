@@ -17,10 +17,11 @@ enum class CameraState : std::uint8_t {
   kConnecting = traction::v1::CAMERA_STATE_CONNECTING,  ///< found; it is being set up
 };
 
-/// A line of text for the operator.
+/// A line of text for the operator, cut to 200 bytes between two characters of UTF-8. Does not check the text.
 using Line = FixedText<200>;
 
-/// Its texts must be valid UTF-8: text of a camera must be passed through Line.
+/// Its texts must be valid UTF-8, which Line does not ensure. Text of a camera must be passed through Line, which
+/// bounds its length.
 using CameraLink = traction::v1::CameraLink;
 
 struct CameraVitals {

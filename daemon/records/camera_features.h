@@ -19,7 +19,7 @@ struct CameraStep {
   };
   Kind kind = Kind::kList;
   std::string name = {};                     ///< kRead, kWrite, kExecute: "ExposureTime", "BalanceRatio[Red]"
-  std::string value = {};                    ///< kWrite
+  std::string value = {};                    ///< kWrite: a number with a point, true or false, an entry's name, or text
   std::string matching = {};                 ///< kList: part of a name, case-insensitive; empty: all
   std::vector<std::string> categories = {};  ///< kList: features in or below one of these; empty: all
 };

@@ -15,7 +15,8 @@ struct FrameCopy {
   bool fits = false;                ///< false: `bytes` was too short for the last frame, which was not copied
   Frame frame;                      ///< its data is `bytes`; valid if `fits`
 
-  /// Copies a frame if `bytes` has room for it. Allocates nothing.
+  /// Copies a frame if `bytes` has room for it; else sets `fits` to false and notes the frame's size for makeRoom().
+  /// Allocates nothing. The copy refers to `bytes` alone: the source may be given back, and `token` is nullptr.
   void take(const Frame& from) {
     frame = from;
     frame.data = bytes.data();
@@ -24,7 +25,7 @@ struct FrameCopy {
     if (fits) std::memcpy(bytes.data(), from.data, from.size);
   }
 
-  /// Makes room for frames of the size of the last one. Allocates.
+  /// Makes room for frames of the size of the last one. Allocates. `frame` has no valid data until the next take().
   void makeRoom() { bytes.resize(frame.size); }
 };
 

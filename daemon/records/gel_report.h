@@ -18,14 +18,15 @@ struct GelReport {
     std::string name;  ///< with its unit: "pitch_mm", "blue_columns"
     double expected = 0.0;
     double seen = 0.0;
-    double deviation = 0.0;  ///< standard deviation of the difference; 0: a number that is counted
-    bool contradicts = false;
+    double deviation = 0.0;    ///< standard deviation of the difference; 0: a number that is counted
+    bool contradicts = false;  ///< the difference is too large for the deviation, or the counts differ
   };
   std::vector<Finding> findings;
   std::string remark;  ///< for the operator: what does not fit, and what to do; empty: everything fits
 
   bool fits() const { return remark.empty(); }  ///< Returns whether the gel file fits.
-  /// Returns a sentence for the operator; empty if the gel file fits.
+  /// Returns `remark` as a sentence without a full stop, which adds that no forces are valid; empty if the gel file
+  /// fits.
   std::string doubt() const;
 };
 

@@ -102,20 +102,22 @@ struct PixelFormatTraits {
   int bitsPerPixel;  ///< in the stream
   PixelPacking packing;
 
-  std::uint32_t code() const { return static_cast<std::uint32_t>(format); }  ///< as cameras send it
+  std::uint32_t code() const { return static_cast<std::uint32_t>(format); }  ///< Returns it as cameras send it.
   bool isBayer() const { return colours >= PixelColours::kBayerRG && colours <= PixelColours::kBayerBG; }
-  int full() const { return (1 << bits) - 1; }  ///< the brightest level
+  int full() const { return (1 << bits) - 1; }  ///< Returns the brightest level, 255 for 8 bits.
 
-  /// Returns the size of a picture [bytes]. If `width` pixels do not fill whole bytes, rows begin within a byte.
+  /// Returns the size of a picture of `width` x `height` pixels without padding [bytes], rounded up. If `width` pixels
+  /// do not fill whole bytes, rows begin within a byte.
   std::size_t size(int width, int height) const {
     const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     return (pixels * static_cast<std::size_t>(bitsPerPixel) + 7) / 8;
   }
-  /// Returns the bytes from row to row; 0 if rows begin within a byte, or within a group of pixels that share bytes.
+  /// Returns the bytes from row to row, without padding; 0 if rows begin within a byte, or within a group of pixels
+  /// that share bytes.
   int stride(int width) const;
 };
 
-/// Returns all formats, in the order in which they are listed for the operator.
+/// Returns all formats, in the order in which they are listed for the operator. They live as long as the program.
 std::span<const PixelFormatTraits> pixelFormats();
 /// Returns the names of pixelFormats().
 std::vector<std::string> pixelFormatNames();
@@ -123,10 +125,11 @@ inline constexpr std::string_view kPixelFormatsInWords =
     "Mono, BayerRG, BayerGR, BayerGB, BayerBG with 8, 10, 10p, 10Packed, 12, 12p, 12Packed, 16; Mono14, Mono14p; "
     "RGB, BGR with 8, 10, 10p, 12, 12p, 16; YUV422_8, YUV422_8_UYVY";
 
-/// Returns the traits of a format.
+/// Returns the traits of a format, which must be an enumerator (asserted). They live as long as the program.
 const PixelFormatTraits& traitsOf(PixelFormat format);
 
-// Return the traits of a format, nullptr if it cannot be read.
+// Return the traits of a format, which live as long as the program; nullptr if it cannot be read. A name must be
+// spelled as in PixelFormatTraits::name: "RGB8" is found, "RGB8Packed" and "rgb8" are not.
 const PixelFormatTraits* pixelFormatByCode(std::uint32_t code);
 const PixelFormatTraits* pixelFormatByName(std::string_view name);
 

@@ -28,16 +28,17 @@ struct Snapshot : FrameCopy {
 
 /// A picture with 8 bits per channel, rows without padding.
 struct PlainPicture {
-  int width = 0, height = 0;  ///< px
-  int channels = 3;           ///< 3: red, green, blue; 1: grey
-  std::vector<std::uint8_t> levels;
+  int width = 0, height = 0;         ///< px
+  int channels = 3;                  ///< 3: red, green, blue; 1: grey
+  std::vector<std::uint8_t> levels;  ///< row after row from the top, channel after channel of each pixel
 };
 
 /// Converts a frame of any format that can be read to a picture of the same size, for display: takes the high 8 bits;
-/// all four pixels of a cell of a mosaic get the cell's colour. Reentrant.
+/// all four pixels of a cell of a mosaic get the cell's colour; YUV becomes RGB. Samples beyond Frame::size are black.
+/// The frame's data must be valid during the call only. Reentrant.
 PlainPicture plainPicture(const Frame& frame);
 
-/// Returns the picture at half the width and height, rounded down: means of 2 x 2 pixels. Reentrant.
+/// Returns the picture at half the width and height, rounded down: means of 2 x 2 pixels of each channel. Reentrant.
 PlainPicture halved(const PlainPicture& picture);
 
 /// Writes plainPicture() reduced by `factor` to `to`: means of factor x factor pixels; incomplete blocks at the right

@@ -19,7 +19,8 @@ struct TrackerInputs {
   /// Returns whether there is any input.
   bool any() const { return zeroBegun || zeroEnded || zeroForgone || adopted || judged; }
 
-  /// Adds the inputs of the next frame, if the frame of these is not recorded.
+  /// Merges the inputs of the next frame into these, whose frame is not recorded: both then belong to the next frame.
+  /// Of two zeros or judgements the later one remains. Allocates nothing if `zero` has room for the new one.
   void add(const TrackerInputs& next) {
     zeroBegun = zeroBegun || next.zeroBegun;
     zeroEnded = zeroEnded || next.zeroEnded;

@@ -17,7 +17,7 @@ struct Contact {
   double area_m2 = 0.0;  ///< area of a uniform pressure of the same concentration
   double areaDeviation_m2 = 0.0;
 };
-inline constexpr int kMaxContacts = 8;
+inline constexpr int kMaxContacts = 8;  ///< largest number of contacts in a field
 
 /// How the forces were found.
 enum class Method : std::uint8_t {

@@ -13,7 +13,7 @@ struct Turns {
   Counter capture, track, solve, publish, control;
 };
 
-/// Returns the counters of all five stages.
+/// Returns the counters of all five stages, in the order of Turns. `turns` must outlive the result.
 inline std::vector<const Counter*> loopsOf(const Turns& turns) {
   return {&turns.capture, &turns.track, &turns.solve, &turns.publish, &turns.control};
 }

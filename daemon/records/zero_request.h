@@ -6,8 +6,8 @@
 namespace tractiond {
 
 struct ZeroRequest {
-  bool anyway = false;  ///< true: takes the zero even if something seems to touch the gel
-  bool undo = false;    ///< true: restores the zero before instead
+  bool anyway = false;  ///< true: takes the zero even if something seems to touch the gel; not used for an undo
+  bool undo = false;    ///< true: restores the previous zero instead of taking one
   std::string asker{};  ///< client that asks, as text
 };
 

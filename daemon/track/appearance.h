@@ -10,7 +10,8 @@
 namespace tractiond::track {
 
 /// Returns the template of a disc of radius `radius_px` with the blur, between 0.3 and 3 px, whose mean misfit at the
-/// spots at `places` is least. A few hundred places suffice. Allocates; takes some tens of milliseconds.
+/// spots at `places` is least. A few hundred places suffice. Allocates; takes some tens of milliseconds. \param
+/// radius_px in pixels of the camera, whatever the plane's scale
 MarkerTemplate fittingTemplate(const Plane& plane, double radius_px, const CrossTalk& crossTalk,
                                std::span<const Guess> places);
 
@@ -28,11 +29,12 @@ struct Sizes {
 Sizes fittingSizes(const Plane& plane, double radius_px, const CrossTalk& crossTalk, std::span<const Guess> places,
                    std::span<const std::uint8_t> seen, std::size_t sample);
 
-/// Returns a first template, for spots whose blur is not known yet.
+/// Returns the template of a disc of radius `radius_px` with a typical blur, for spots whose blur is not known yet.
 MarkerTemplate roughTemplate(const Plane& plane, double radius_px);
 
 /// Estimates the share of a marker's amplitude in `own` that appears in `other` at the same place. Returns the median
-/// over the places where a marker is found, limited to 0 to 0.9; 0 if none is found.
+/// over the places where a marker is found, limited to 0 to 0.9; 0 if none is found. Allocates. \param own, other
+/// planes of the same picture \param places guessed places of the markers of `own`
 float crossTalkInto(const Plane& own, const Plane& other, const MarkerTemplate& marker, std::span<const Guess> places);
 
 }  // namespace tractiond::track

@@ -43,14 +43,15 @@ struct CrossTalk {
 void fitCentres(const Plane& plane, std::span<const MarkerTemplate> markers, const CrossTalk& crossTalk,
                 std::span<const Guess> guesses, std::span<Centre> centres);
 
-/// Fits all centres with one template; Guess::size must be 0.
+/// Does the same for all guesses with one template; Guess::size must be 0.
 inline void fitCentres(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk,
                        std::span<const Guess> guesses, std::span<Centre> centres) {
   fitCentres(plane, {&marker, 1}, crossTalk, guesses, centres);
 }
 
-/// Returns the template's amplitude at exactly this place [levels], without steps. Returns 0 if a part of the disc is
-/// outside the picture.
+/// Returns the template's amplitude at exactly this place [px] in levels, without steps; below 0 where the place is on
+/// the wrong side of its surroundings for this plane's markers. Returns 0 if a part of the disc is outside the picture.
+/// Reentrant; allocates nothing.
 float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, float v);
 
 }  // namespace tractiond::track

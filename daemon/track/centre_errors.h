@@ -16,11 +16,12 @@ namespace tractiond::track {
 /// differs from a disc: the rms misfit of its template beyond the noise, as a share of the amplitude.
 class CentreErrors {
  public:
-  /// \param markers number of markers \param spacing_px smallest distance between neighbours of a layer
+  /// \param markers number of markers of all layers \param spacing_px smallest distance between neighbours of a layer
   /// \param zeroFrames number of frames that a rest pose averages
   CentreErrors(int markers, float spacing_px, int zeroFrames);
 
-  /// Takes the noise and the markers' shapes from the zero in force.
+  /// Takes the noise and the markers' shapes from the zero in force, which must have as many markers and need not
+  /// outlive the call.
   void adopt(const RestPose& pose);
   float noise() const { return noise_; }  ///< Returns the standard deviation of a pixel [levels].
   /// Sets the noise to that of a typical camera, unless adopt() was called. \param unit levels in 1/255 of the range
@@ -47,12 +48,13 @@ class CentreErrors {
   void weigh(const Lattice& lattice, int pixels, std::span<const Centre> centres, std::span<const Vector> displacement,
              std::span<const float> restAmplitude, std::span<const std::uint8_t> frames,
              const std::function<bool(int, float)>& adoptDeformed, std::span<std::uint8_t> valid);
-  /// Returns the variance of each of a centre's two coordinates, as weigh() computed it.
+  /// Returns the variance of each of a centre's two coordinates, as weigh() computed it last; by marker. The span stays
+  /// in place. That of a marker that is not valid has no meaning.
   std::span<const float> variance_px2() const { return variance_; }
 
   /// Time constant of the running means [frames]; they are as good as plain means of twice as many.
   static constexpr int kMemory = 8;
-  /// Returns the weight of the n-th frame, the newest, in such a mean.
+  /// Returns the weight of the n-th frame, the newest, in such a mean, n from 1.
   static float weightOf(int n);
 
  private:

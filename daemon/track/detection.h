@@ -18,7 +18,7 @@ struct Spot {
 /// Thread-bound. Allocates only in the constructor.
 class Detector {
  public:
-  /// \param markers number of markers of a colour
+  /// \param width_px, height_px size of the largest picture \param markers number of markers of a colour
   Detector(int width_px, int height_px, int markers);
 
   /// Returns the spots of a plane, strongest first, at most four for each marker. Valid until the next call. Takes

@@ -11,7 +11,7 @@ namespace tractiond::track {
 
 /// Describes what was found and what the picture shows instead: "blue: 3 of 576, red: 0 of 576; the picture is dark:
 /// its brightest pixel has 12 of 255". Allocates and takes up to a second: not for the threads that process frames.
-/// Reentrant.
+/// Reentrant. \param sight of the same frame as `picture`, or of one near it \param picture of plainPicture()
 std::string diagnose(const sensor::Sensor& sensor, const MarkerSight& sight, const PlainPicture& picture);
 
 }  // namespace tractiond::track

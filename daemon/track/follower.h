@@ -58,7 +58,7 @@ class Follower {
   /// have as many markers as the sensor.
   void adopt(const RestPose& pose);
 
-  /// Takes over the layers' cross-talk of a pose that was taken in an earlier run.
+  /// Takes over the layers' cross-talk of a pose that was taken in an earlier run; nothing else of it.
   void setCrossTalk(const RestPose& pose);
 
   /// Exchanges the appearance of the markers with `other`; allocates nothing. Forgets the learned deviations from
@@ -69,7 +69,8 @@ class Follower {
   /// markers are found. From now on also seeks the markers that the reference lacks.
   void learnAnew();
 
-  /// Learns from the last picture how far markers typically are from discs.
+  /// Learns from the last picture how far markers typically are from discs, by which spots that are no markers are
+  /// rejected later.
   void learnShape() { errors_.learnShape(centres_, valid_); }
 
   /// Finds the markers in the workspace's picture, which must have been read. \param discontinuity true: the picture
@@ -85,7 +86,7 @@ class Follower {
   std::span<const Vector> displacement_px() const { return displacement_; }
   /// Returns the variance of each of a displacement's two coordinates.
   std::span<const float> variance_px2() const { return errors_.variance_px2(); }
-  /// Returns the fits of the marker's template.
+  /// Returns the result of the fit of each marker's template.
   std::span<const Centre> centres() const { return centres_; }
   /// Returns 1 for each marker that was found, else 0.
   std::span<const std::uint8_t> valid() const { return valid_; }
@@ -94,14 +95,15 @@ class Follower {
   /// Returns whether the picture is torn: some rows are shifted or belong to another frame.
   bool torn() const { return torn_; }
 
-  /// Returns whether as many columns and rows were seen as the sensor has.
+  /// Returns whether as many columns and rows were seen as the sensor has, when the markers were labelled last or in
+  /// this picture. True for a layer that was never labelled.
   bool latticesFit() const;
 
   const Reference& reference() const { return reference_; }  ///< Returns the reference that is followed.
   std::span<const Layer> layers() const { return layers_; }  ///< Returns the layers in the order of the sensor's.
-  /// Returns the places of the untouched markers by the sensor's description.
+  /// Returns the places [px] of the untouched markers by the sensor's description.
   std::span<const Vector> nominal_px() const { return nominal_; }
-  /// Returns the smallest distance between neighbours of a layer, by the description.
+  /// Returns the smallest distance between neighbours of a layer [px], by the description.
   float spacing_px() const { return spacing_px_; }
 
   /// Returns the part of `all`, which is by marker, that belongs to a layer.

@@ -19,6 +19,7 @@ struct LabelOptions {
 /// Thread-bound. Allocates only in the constructor.
 class Labeller {
  public:
+  /// \param lattices of the sensor's layers (latticesOf()) \param width_px, height_px size of the pictures
   /// \param spots largest number of spots per layer
   Labeller(const std::vector<Lattice>& lattices, int width_px, int height_px, int spots);
 
@@ -30,7 +31,7 @@ class Labeller {
   bool label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px,
              const LabelOptions& options, std::span<Vector> place_px, std::span<std::uint8_t> labelled);
 
-  /// Returns the columns and rows that the last successful label() saw, one per layer.
+  /// Returns the columns and rows that the last successful label() saw, one per layer. Valid until the next label().
   std::span<const LatticeSeen> seen() const { return seen_; }
 
  private:

@@ -24,8 +24,8 @@ struct Lattice {
   int first = 0;
   int columns = 0, rows = 0;
 
-  int count() const { return columns * rows; }  ///< number of nodes
-  /// Returns the index of a node.
+  int count() const { return columns * rows; }  ///< Returns the number of nodes.
+  /// Returns the index of a node; does not check whether there is one.
   int at(int column, int row) const { return first + row * columns + column; }
   /// Returns whether there is a node (column, row).
   bool has(int column, int row) const { return column >= 0 && column < columns && row >= 0 && row < rows; }
@@ -33,23 +33,23 @@ struct Lattice {
 
 /// Returns `seen`, extended to the columns and rows between the first and the last of which half of the markers are
 /// `there`: they may have been hidden when the picture was labelled. Reentrant; allocates nothing.
-/// \param there by marker, 1: it is seen
+/// \param there by marker of all layers, 1: it is seen
 LatticeSeen extentWith(const LatticeSeen& seen, const Lattice& lattice, std::span<const std::uint8_t> there);
 
 /// Returns the number of markers that are not `there` although at least four of the eight nodes around each of them
-/// are, so that their neighbours make up for them. Reentrant; allocates nothing.
+/// are, so that their neighbours make up for them. Reentrant; allocates nothing. \param there by marker of all layers
 int isolatedGaps(const Lattice& lattice, std::span<const std::uint8_t> there);
 
-/// Returns the lattices of the sensor's layers, in their order.
+/// Returns the lattices of the sensor's layers, in their order; the indices are those of sensor::markerPositions.
 std::vector<Lattice> latticesOf(const sensor::Sensor& sensor);
 
 struct Expectation {
-  Vector value;
+  Vector value;   ///< in the unit of the field
   int nodes = 0;  ///< valid ones among the eight nearest
 };
 /// Predicts the value of a smooth field at (column, row) from its neighbours: fits a plane to the valid nodes up to two
 /// steps away, with larger weights for near ones. Returns nothing if none of the eight nearest is valid. Reentrant.
-/// \param field, valid by marker; that of (column, row) itself is not used
+/// \param field, valid by marker of all layers; that of (column, row) itself is not used
 std::optional<Expectation> expectation(const Lattice& lattice, int column, int row, std::span<const Vector> field,
                                        std::span<const std::uint8_t> valid);
 
@@ -59,11 +59,12 @@ std::optional<Expectation> expectation(const Lattice& lattice, int column, int r
 /// Thread-bound. Allocates only in the constructor.
 class Trust {
  public:
+  /// \param spacing_px distance between neighbours of the lattice in the untouched gel
   Trust(const Lattice& lattice, float spacing_px);
 
   /// Sets `valid` to 0 where the displacement contradicts its surroundings, and returns for how many markers. Considers
   /// only this lattice's nodes. \param thorough true: looks for separate pieces even if no neighbours contradict each
-  /// other
+  /// other \param displacement, valid by marker of all layers
   int prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough);
 
  private:

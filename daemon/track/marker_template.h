@@ -39,6 +39,7 @@ class MarkerTemplate {
     float cover;          ///< mean of T over the window
   };
 
+  /// Makes a template without a window, which must not be used for a fit.
   MarkerTemplate() = default;
 
   /// `blur` is the standard deviation of the Gaussian, the sample's own width included. Radii above largestRadius() are
@@ -56,7 +57,8 @@ class MarkerTemplate {
   int used() const { return 4 * half_ * half_; }                ///< Returns the window's size without padding.
   /// Returns kLanes numbers for the last chunk of a row: 1 for a sample that is used, 0 for padding.
   const float* mask() const { return mask_.data(); }
-  /// Returns the phase of a centre. \param index (8ths of a sample down) * kPhases + (8ths of a sample across)
+  /// Returns the phase of a centre; valid as long as this. \param index (8ths of a sample down) * kPhases + (8ths of a
+  /// sample across), each from 0 to kPhases - 1
   const Phase& phase(int index) const { return phases_[index]; }
   /// Returns the weights of a phase: kRows rows of samples() numbers, each the window row by row with padding 0.
   const float* weights(int index) const { return weights_.front().lane + index * kRows * samples(); }

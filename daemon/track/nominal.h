@@ -13,21 +13,23 @@
 
 namespace tractiond::track {
 
-/// Checks whether the tracker can follow the sensor's markers. Fails for more than two layers or two that look alike, a
-/// grid below 4 x 4, and markers with a radius below a pixel's width or so large or close that their windows meet.
+/// Checks whether the tracker can follow the sensor's markers. Fails with EX_CONFIG for no or more than two layers, two
+/// of the same contrast that have one colour or of which one is grey, a grid below 4 x 4, markers with a radius in the
+/// picture below 1 px or above MarkerTemplate::largestRadius(), and a spacing below 1.75 of their diameters.
 tl::expected<void, Error> trackable(const sensor::Sensor& sensor);
 
-/// Checks whether the tracker can follow them in pictures of this format. Fails for two layers that only colours tell
-/// apart, in a grey picture.
+/// Checks whether the tracker can follow them in pictures of this format. Fails with EX_CONFIG for two layers that only
+/// colours tell apart, in a grey picture. Does not repeat the checks of trackable(sensor).
 tl::expected<void, Error> trackable(const sensor::Sensor& sensor, PixelFormat format);
 
-/// Returns the places of all markers in the picture [px].
+/// Returns the places of all markers of the untouched gel in the picture [px], in the order of sensor::markerPositions.
+/// They may lie outside the picture.
 std::vector<Vector> nominalPlaces(const sensor::Sensor& sensor);
 
-/// Returns the radius of a layer's markers in the picture [px].
+/// Returns the radius of a layer's markers in the picture [px], for a marker in the middle of the layer.
 double markerRadius(const sensor::Sensor& sensor, const sensor::MarkerLayer& layer);
 
-/// Returns the smallest distance between neighbours in a lattice [px].
+/// Returns the smallest of the lattices' mean distances between neighbours in their first row [px].
 float smallestSpacing(std::span<const Vector> places_px, std::span<const Lattice> lattices);
 
 }  // namespace tractiond::track

@@ -12,6 +12,7 @@ namespace tractiond::track {
 /// Thread-bound. Allocates only in the constructor.
 class PixelNoise {
  public:
+  /// \param markers number of markers of all layers
   explicit PixelNoise(int markers);
 
   /// Forgets the frames added so far.
@@ -19,11 +20,13 @@ class PixelNoise {
 
   /// Adds one layer of one frame; each frame must add the same layers in the same order. Uses only pixels where the
   /// picture is flat, so that a small motion does not count as noise.
-  /// \param first index of the layer's first marker \param between offset from a marker to bare gel [px]
+  /// \param first index of the layer's first marker \param place_px, valid of this layer's markers \param between
+  /// offset from a marker to bare gel [px]
   void add(const Plane& plane, int first, std::span<const Vector> place_px, Vector between,
            std::span<const std::uint8_t> valid);
 
-  /// Returns the variance of one of the camera's samples per level of brightness [levels]; 0 if it does not grow.
+  /// Returns the increase of the variance of one of the camera's samples per level of brightness [levels]; 0 if it does
+  /// not grow, or if the frames do not determine it.
   float perLevel() const;
 
  private:

@@ -22,7 +22,8 @@ class Planes {
   /// \param layers one or two, for which trackable() succeeds
   explicit Planes(std::span<const sensor::MarkerLayer> layers);
 
-  /// Makes the planes of a picture. They are valid until the next call, and as long as the frame's memory.
+  /// Makes the planes of a picture. They are valid until the next call, and as long as the frame's memory. \param frame
+  /// of any size and format that trackable() accepts
   void read(const Frame& frame);
 
   /// Returns the plane in which the layer's markers stand out.
@@ -51,7 +52,9 @@ class Planes {
   bool mixes_ = false;
 };
 
-/// Returns the plane of a colour that the picture has as such: not for packed formats, green of a mosaic, or YUV.
+/// Returns the plane of a colour that the picture has as such, valid as long as the frame's memory. Must not be called
+/// for a plane that would be computed, whose memory is freed on return: packed formats, green and grey of a mosaic,
+/// grey of RGB, colours of YUV.
 Plane planeOf(const Frame& frame, sensor::Colour colour);
 
 }  // namespace tractiond::track

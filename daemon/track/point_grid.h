@@ -7,9 +7,11 @@
 
 namespace tractiond::track {
 
-/// Thread-bound. Allocates only in the constructor; add() takes at most `capacity` points.
+/// Thread-bound. Allocates only in the constructor; add() takes at most `capacity` points, each once until clear().
 class PointGrid {
  public:
+  /// \param width_px, height_px size of the picture \param cell_px side of a cell \param capacity largest number of
+  /// points
   PointGrid(int width_px, int height_px, float cell_px, int capacity)
       : cell_(cell_px)
       , columns_(static_cast<int>(static_cast<float>(width_px) / cell_px) + 1)
@@ -20,14 +22,14 @@ class PointGrid {
   /// Removes all points.
   void clear() { std::fill(first_.begin(), first_.end(), -1); }
 
-  /// Adds a point, from 0 to capacity - 1. Points outside the picture are put into its border cells.
+  /// Adds a point, from 0 to capacity - 1, at (u, v) [px]. Points outside the picture are put into its border cells.
   void add(int point, float u, float v) {
     int& first = first_[row(v) * columns_ + column(u)];
     next_[point] = first;
     first = point;
   }
 
-  /// Calls visit(point) for all points within `reach` of (u, v), and for some that are farther away.
+  /// Calls visit(point) for all points within `reach` [px] of (u, v), and for some that are farther away; in no order.
   template <typename Visit>
   void near(float u, float v, float reach, Visit&& visit) const {
     const int right = column(u + reach), bottom = row(v + reach);

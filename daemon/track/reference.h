@@ -13,8 +13,8 @@ namespace tractiond::track {
 struct Appearance {
   struct Layer {
     std::vector<MarkerTemplate> markers;  ///< the first is of the typical size
-    CrossTalk crossTalk;
-    double radius_px = 0.0;  ///< of the typical size; by the description until it is learned
+    CrossTalk crossTalk;                  ///< between this layer and the other one; 0 until it is learned
+    double radius_px = 0.0;               ///< of the typical size; by the description until it is learned
   };
   bool isKnown = false;            ///< false: only the radii are valid
   std::vector<Layer> layers;       ///< in the order of the sensor's

@@ -9,7 +9,8 @@ namespace tractiond::track {
 /// hash, as poses of earlier versions have none. Allocates nothing.
 Id idOf(const RestPose& pose);
 
-/// Returns whether the numbers can be those of a rest pose. Does not check sizes and id.
+/// Returns whether the numbers can be those of a rest pose: all finite, the noise above 0, presence 0 or 1. Does not
+/// check the id, nor any size but that of `oddity` (empty, or that of `amplitude`).
 bool isSane(const RestPose& pose);
 
 }  // namespace tractiond::track

@@ -14,10 +14,10 @@
 
 namespace tractiond::track {
 
-/// Returns the path of the zero in force.
+/// Returns the path of the file of the zero in force, which need not exist.
 std::filesystem::path restPosePath(const std::filesystem::path& stateDirectory);
 
-/// Returns the path of the zero that was in force before.
+/// Returns the path of the file of the zero that was in force before, which need not exist.
 std::filesystem::path earlierPosePath(const std::filesystem::path& stateDirectory);
 
 /// Returns the hash of what a rest pose belongs to: the marker layers, the size of the picture, and the kind (mosaic,
@@ -26,13 +26,13 @@ Id restPoseOwner(const sensor::Sensor& sensor, PixelFormat format);
 
 /// Reads a rest pose; returns nothing if there is no file. EX_NOINPUT: the file cannot be read. EX_DATAERR: it is cut
 /// short, damaged, of another version, or of another sensor, picture or camera; a new zero is needed then.
-/// \param camera its name, at most 4096 bytes
+/// Waits for the disk. \param camera its name (calibrate::cameraId()), at most 4096 bytes
 tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem::path& path,
                                                           const sensor::Sensor& sensor, PixelFormat format,
                                                           const std::string& camera);
 
 /// Writes a rest pose as a whole or not at all, replacing an existing file; it is on the disk when this returns.
-/// Creates the directory if it is missing. Fails with EX_CANTCREAT.
+/// Waits for the disk. Creates the directory if it is missing. Fails with EX_CANTCREAT.
 tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const RestPose& pose,
                                        const sensor::Sensor& sensor, PixelFormat format, const std::string& camera);
 

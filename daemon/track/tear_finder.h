@@ -11,6 +11,7 @@ namespace tractiond::track {
 /// Thread-bound. Allocates only in the constructor.
 class TearFinder {
  public:
+  /// \param lattices of all layers (latticesOf()); need not outlive this
   explicit TearFinder(const std::vector<Lattice>& lattices);
 
   /// Returns whether the next frame is torn: between two rows of markers, with at least three rows on either side, the
@@ -24,7 +25,8 @@ class TearFinder {
   /// Forgets the reference, after a gap: the next frame is not compared.
   void forget() { known_ = false; }
 
-  // Displacements in the last frame that was not torn, and which of them are valid.
+  // Return the displacements [px] in the last frame that was not torn, and which of them are valid, by marker. The
+  // spans stay in place; before the first frame they have no meaning.
   std::span<const Vector> reference_px() const { return reference_; }
   std::span<const std::uint8_t> referenceValid() const { return referenceValid_; }
 

@@ -43,11 +43,11 @@ enum class Outcome {
 ///   most three deviations of the noise (rms over the markers): the unloaded picture agrees with it.
 class Tracker {
  public:
-  /// The sensor must be trackable(), also with the pictures' format.
+  /// The sensor must be trackable(), also with the pictures' format; it need not outlive the tracker.
   Tracker(const sensor::Sensor& sensor, const TrackOptions& options);
 
-  /// Sets the zero of an earlier run. May only be called before the first frame. The pose must have as many markers as
-  /// the sensor.
+  /// Sets the zero of an earlier run, which is in force from the first frame. May only be called before that. The pose
+  /// must have as many markers as the sensor.
   void restore(const RestPose& pose);
 
   /// Finds the markers in a frame and fills `field` with their displacements from the zero in force and the flags.
@@ -66,10 +66,11 @@ class Tracker {
   /// Returns the state of the last zero. Thread-safe.
   ZeroState zeroState() const { return zeroState_.load(std::memory_order_relaxed); }
 
-  /// Returns the number of still frames that a zero averages.
+  /// Returns the number of still frames that a zero averages. Thread-safe.
   int zeroFrames() const { return options_.zeroFrames; }
 
-  /// Takes the newest finished rest pose, once. Thread-safe, for one thread.
+  /// Takes the newest finished rest pose, once. Returns false if there is none since the last call. Does not wait.
+  /// Thread-safe, for one thread.
   bool takeRestPose(RestPose& pose) { return finished_.take(pose); }
 
   /// Puts a zero in force from the next frame on: the one that takeRestPose() returned last, or an earlier one. An
@@ -86,18 +87,21 @@ class Tracker {
   /// thread.
   bool awaitsFirstVerdict();
 
-  /// Returns which of the calls above have taken effect with the last frame. Valid until the next frame.
+  /// Returns which of the calls above have taken effect with the last frame. Valid until the next frame. For track()'s
+  /// thread.
   const TrackerInputs& inputs() const { return inputs_; }
   /// Repeats what took effect with a recorded frame. Must be called before track(), while no other thread calls
   /// anything.
   void repeat(const TrackerInputs& inputs);
 
-  /// Takes what was seen in the newest frame, once. Thread-safe, for one thread.
+  /// Takes what was seen in the newest frame, once. Returns false if there is none since the last call. Does not wait.
+  /// Thread-safe, for one thread.
   bool takeSight(MarkerSight& sight) { return sights_.take(sight); }
 
   /// Allocates the room that show() needs. Reentrant.
   void prepare(Snapshot& snapshot) const;
-  /// Fills in the places of the markers in the last frame: all of a snapshot except the picture.
+  /// Fills in the places of the markers in the last frame: all of a snapshot except the picture. Must follow prepare();
+  /// then allocates nothing. For track()'s thread.
   void show(Snapshot& snapshot) const;
 
  private:

@@ -16,7 +16,7 @@ enum class ZeroState {
   kRequested,    ///< requested, not begun yet
   kTaking,       ///< frames are being averaged for a requested zero
   kTakingFirst,  ///< frames are being averaged for the automatic first zero
-  kTaken,        ///< done: it comes into force
+  kTaken,        ///< done: Tracker::takeRestPose() returns it; it may still be rejected
   kMoving,       ///< refused: markers moved more than their noise while the frames were taken
   kTooFew,       ///< refused: too few markers were seen
   kTorn,         ///< refused: more than every second picture was torn
@@ -27,20 +27,24 @@ inline bool isRefusal(ZeroState state) {
   return state >= ZeroState::kMoving;
 }
 
-/// Returns a state as one line for the log.
+/// Returns a state as a sentence without a full stop, for log and client; a literal, which lives as long as the
+/// program.
 const char* describe(ZeroState state);
 
 /// Thread-bound. Allocates only in the constructor.
 class ZeroTaker {
  public:
-  /// \param frames number N of frames to average \param minValidFraction see TrackOptions
+  /// \param markers number of markers of all layers \param frames number N of frames to average, at least 2 (less
+  /// counts as 2) \param minValidFraction share of the markers that must be valid in each frame, else add() returns
+  /// kTooFew
   ZeroTaker(int markers, int frames, double minValidFraction);
 
-  /// Begins anew.
+  /// Forgets the frames added so far. Must be called before the first add() after a result other than kTaking.
   void start();
 
-  /// Adds one frame. Returns kTaking until enough were seen, then kTaken, or the reason for a refusal as soon as it is
-  /// known: the next try can then begin with the first still frame.
+  /// Adds one frame. Returns kTaking until N were seen, then kTaken; or, as soon as it is known, kTooFew, or kMoving
+  /// from the tenth frame on: the next try can then begin with the first still frame. Arrays are by marker of all
+  /// layers.
   ZeroState add(std::span<const Vector> place_px, std::span<const Centre> centres, std::span<const std::uint8_t> valid);
 
   /// Returns the number of frames since start(); after kMoving, of those before the markers moved.

@@ -37,14 +37,16 @@ namespace tractiond::zero {
 /// Why a request fails if the tracker gets no frames.
 inline constexpr const char* kNoFrames = "no frames come from the camera";
 
-/// What a ZeroProcedure works with. Called on its thread; must outlive it.
+/// What a ZeroProcedure works with. All functions must be set. They are called on its thread and must not wait for
+/// long; what they refer to must outlive it.
 struct ZeroLinks {
   // Functions of the tracker: requestZero(), cancelZero(), zeroState(), takeRestPose().
   std::function<void()> request;
   std::function<bool()> cancel;
   std::function<track::ZeroState()> state;
   std::function<bool(RestPose&)> take;
-  /// Hands a judged zero to the tracker, and tells whether the gel file fits it. Returns false: try again later.
+  /// Hands a judged zero to the tracker (track::Tracker::putInForce()), and tells whether the gel file fits it. Returns
+  /// false if it could not be handed over; it is tried again in the next turn.
   std::function<bool(const RestPose&, bool fits)> putInForce;
 
   /// Compares a zero with the gel file. Called once for every zero that is kept or comes into force, the restored one
@@ -53,9 +55,10 @@ struct ZeroLinks {
   /// Tells the tracker and the status what compare() has returned for a zero that comes into force.
   std::function<void(const RestPose&, const GelReport&)> report;
   std::function<void(const RestPose&)> describe;  ///< publishes the description with the zero in force
-  ZeroWriter::Start keep;                         ///< starts to write a zero to the disk
+  ZeroWriter::Start keep;                         ///< starts to write a zero to the disk, on another thread
 
-  /// Answers the open request. \param remark why the zero may be wrong; empty: no reason is known
+  /// Answers the open request: the zero that has come into force, or a sentence for the client that states why it has
+  /// not. \param remark why the zero may be wrong; empty: no reason is known
   std::function<void(const tl::expected<RestPose, std::string>&, const std::string& remark)> answer;
 };
 
@@ -63,14 +66,18 @@ struct ZeroLinks {
 /// later. Thread-bound.
 class ZeroProcedure {
  public:
-  /// `sensor` and `frames`, the number of frames that the tracker has processed, outlive this. `onChange` is called
-  /// before another zero comes into force, or is refused.
+  /// `sensor` and `frames`, the number of frames that the tracker has processed, must outlive this. \param zeroFrames
+  /// number of frames that the tracker averages for a zero \param clock returns the time [ns] that the limits refer to
+  /// \param onChange called before another zero comes into force, and when the tracker has taken one that may then be
+  /// refused
   ZeroProcedure(const sensor::Sensor& sensor, int zeroFrames, std::int64_t (*clock)(), const Counter& frames,
                 ZeroLinks links, std::function<void()> onChange);
 
   /// Takes over the zeros of an earlier run. Must be called when the camera has been opened for the first time.
-  /// \param restored the zero of the earlier run, if there is one \param before the zero that it replaced
-  /// \param isWritten false: a loss of power may undo the file of `restored`, so it is written again
+  /// Compares the restored zero with the gel file, warns in the log if it seems wrong, and publishes the description;
+  /// does nothing else without one. \param restored the zero of the earlier run, if there is one \param before the zero
+  /// that it replaced, if there is one: an undo restores it \param isWritten false: a loss of power may undo the file
+  /// of `restored`, so it is written again
   void welcome(const std::optional<RestPose>& restored, const std::optional<RestPose>& before, bool isWritten = true);
 
   /// Handles a request. Must not be called while another request is open. Answers from within this call if the write of
@@ -80,16 +87,18 @@ class ZeroProcedure {
   /// false. The first zero comes into force at once, also if something seems to touch: the answer then has a remark.
   void begin(const ZeroRequest& request);
 
-  /// Answers the open request, if there is one, with this error, unless its zero has been taken already.
+  /// Answers the open request, if there is one, with this error, unless its zero has been taken already: that is then
+  /// answered as usual. \param reason sentence for the client
   void refuse(const std::string& reason);
 
-  /// Does what is due. Must be called in each turn of the control loop.
+  /// Does what is due: handles a zero that was taken or written, starts due writes, and ends a request that takes too
+  /// long. Must be called in each turn of the control loop. Does not wait, but a comparison takes tens of milliseconds.
   void turn();
 
-  /// Sets the rate of the frames [Hz]; 0: not known.
+  /// Sets the rate of the frames [Hz], by which answeredWithin_s() is computed; 0: not known.
   void setRate(double rate_Hz) { rate_Hz_ = rate_Hz; }
 
-  /// Returns the zero in force, if there is one.
+  /// Returns the zero in force, if there is one. It may change in begin(), welcome() and turn().
   const std::optional<RestPose>& inForce() const { return zero_; }
 
   /// Returns the time within which a request that comes now is answered [s].

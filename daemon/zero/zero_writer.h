@@ -19,7 +19,7 @@ class ZeroWriter {
  public:
   using Written = tl::expected<void, Error>;
   /// Starts to write the zero into the state directory, and the previous zero if there is one. The future is ready when
-  /// both are on the disk.
+  /// both are on the disk, or with the error. \param before nullptr: there is none. Neither need outlive the call.
   using Start = std::function<std::future<Written>(const RestPose& zero, const RestPose* before)>;
 
   /// \param clock returns the time [ns] that `until_ns` refers to \param start begins a write
@@ -29,17 +29,22 @@ class ZeroWriter {
   /// while isBusy().
   void writeRequested(const RestPose& zero, const RestPose* before, std::int64_t until_ns);
 
-  /// Starts to write the zero in force. Must not be called while isBusy().
+  /// Starts to write the zero in force, and calls turn(). Must not be called while isBusy(). \param before nullptr:
+  /// none
   void writeInForce(const RestPose& zero, const RestPose* before);
 
-  /// Ends a write that is done. Returns the outcome of the requested zero, once.
+  /// Ends a write that is done; does not wait. Returns the outcome of the requested zero, once: success, the error of
+  /// the write, or kNotWritten if it was not done at `until_ns`. Else returns nothing. Must be called regularly. A
+  /// failed write of the zero in force is logged, and is due again 10 s later.
   std::optional<Written> turn();
 
-  /// Returns whether a zero is being written.
+  /// Returns whether a zero is being written, or the outcome of a write has not been heeded by turn() yet.
   bool isBusy() const { return state_ != State::kIdle; }
-  /// Returns whether a write has been under way for too long.
+  /// Returns whether a write has been under way for too long: a requested zero beyond its `until_ns`, the one in force
+  /// for more than kWithin_ns.
   bool isStuck() const { return isBusy() && clock_() > until_ns_; }
-  /// Returns whether the zero in force should be written now.
+  /// Returns whether the zero in force should be written now by writeInForce(): its last write failed 10 s ago, or a
+  /// requested zero that was refused may be on the disk.
   bool isDue() const { return !isBusy() && dueAt_ns_ && clock_() >= *dueAt_ns_; }
 
   /// A write that takes longer is stuck [ns].
