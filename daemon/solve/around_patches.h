@@ -39,14 +39,14 @@ class AroundPatches {
   Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
   /// Returns the log evidence, reduced for the free places of the patches and for the choice of roughness.
   double logEvidence(int i) { return posterior(i).logEvidence() - occam_; }
-  /// Returns force and moment of atoms and patches about the origin [N, N m].
+  /// Returns force and moment of atoms and patches about the origin of the gel frame [N, N m].
   std::array<double, 6> wrench(int i);
   /// Computes the forces of the points (3P [N]). The force of a patch is spread over the points beneath it, so that
   /// their centroid is its place.
   void pointForces_N(int i, std::span<double> forces);
 
   int patchCount() const { return static_cast<int>(patches_.size()); }
-  /// Returns a patch with its mean over all roughnesses.
+  /// Returns a patch with its mean over all roughnesses, weighted by their evidence. \param patch below patchCount()
   FoundPatch found(int patch);
 
   /// Computes the shares of the points (P) in the force of a patch; their sum is 1. \param centred true: the centroid

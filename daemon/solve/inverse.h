@@ -64,7 +64,8 @@ struct Inverse {
 
 /// Computes the inverse of `influence`, 2M x 3N [px/N], in double precision. Uses the threads of the BLAS, and about
 /// four times the memory of the matrix. Leaves `id`, `computed_ns` and `systematicErrors` to the caller. Fails if the
-/// matrix is not finite or all zero.
+/// matrix is not finite or all zero (EX_CONFIG), or if its eigenvectors are not found (EX_SOFTWARE). Takes seconds.
+/// `influence` and `motion` need not outlive the result.
 tl::expected<Inverse, Error> computeInverse(const Eigen::MatrixXd& influence, const MotionPrior& motion,
                                             const SolveOptions& options,
                                             const sensor::elastic::Progress& progress = {});

@@ -36,7 +36,8 @@ class RoundPatches {
   /// Finds the patches of a picture. Starts from the maxima of the pressure in `forces_N` (3P, the field of the same
   /// picture) and drops those without which the rest is more likely. If misfit() exceeds `enough`, also tries fainter
   /// maxima, and two patches in place of a long one. Returns false if there are no patches or more than kMost, or if
-  /// they are too broad or cannot be told apart. The picture must last until the last call of the functions below.
+  /// they are too broad or cannot be told apart; the results then have no meaning. The picture must last until the last
+  /// call of the functions below.
   bool find(const Displacements& picture, std::span<const double> forces_N, double enough);
 
   /// Determines which patches are parts of one contact: those that overlap, and those that one straight contact

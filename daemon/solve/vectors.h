@@ -22,7 +22,8 @@ constexpr int kTile = 4;
 
 #define TRACTION_INLINE __attribute__((always_inline)) inline
 
-// Doubles lie anywhere. By reference, because how vectors are passed depends on the version of the function.
+// These read and write at addresses of any alignment. Vectors are passed by reference, because how they are passed by
+// value depends on the version of the function.
 template <typename Number, typename Vector>
 TRACTION_INLINE void load(const Number* from, Vector& vector) {
   std::memcpy(&vector, from, sizeof vector);
