@@ -9,14 +9,14 @@ namespace twin {
 
 /// Reflection of the LED on a surface, added to all channels: strength exp(-r^2 / (2 radius^2)).
 struct Highlight {
-  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
-  double radius_px = 10.0;
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< (u, v)
+  double radius_px = 10.0;                              ///< standard deviation of the brightness
   double strength = 300.0;  ///< [levels]; above 255 its centre is saturated
 };
 
 /// Dust on the camera side of the gel: opaque and dark, at a fixed place of the picture, blurred like the markers.
 struct Speck {
-  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< (u, v)
   double radius_px = 2.0;
 };
 
