@@ -79,7 +79,7 @@ tl::expected<CameraFile, Faults> loadCamera(const std::string& path);
 /// left out. Error: EX_CANTCREAT. \param remark one line on the origin of the values
 Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark);
 
-/// Returns an error of the input data (EX_DATAERR), with the fields of Error.
+/// Returns an error of the input data: EX_DATAERR with the given fields of Error, of which `where` may be empty.
 tractiond::Error fault(const std::string& where, std::string what, std::string remedy = "");
 
 /// Prints one line of a table to standard output: name, value, and standard deviation unless it is negative; both are

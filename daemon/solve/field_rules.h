@@ -14,7 +14,7 @@ namespace tractiond::solve {
 /// Immutable once made.
 class FieldRules {
  public:
-  /// Copies what it needs; neither argument must outlive it.
+  /// Copies what it needs; neither argument need outlive it.
   FieldRules(const sensor::Sensor& sensor, const SolveOptions& options);
 
   const std::vector<std::array<double, 3>>& nodes() const { return nodes_; }  ///< places, gel frame [m]
