@@ -62,11 +62,10 @@ inline Endpoints ipcEndpoints(const std::filesystem::path& runtimeDirectory) {
   return {ipc + "/stream", ipc + "/latest", ipc + "/control"};
 }
 
-/// Returns the two directories that may be an instance's runtime directory: the user's,
-/// $XDG_RUNTIME_DIR/tractiond/INSTANCE
-/// (/tmp/tractiond-UID/INSTANCE if that variable is not an absolute path), then the system's, /run/tractiond/INSTANCE.
-/// A client uses the first one that exists. A daemon without $RUNTIME_DIRECTORY uses the last one if it runs as root,
-/// else the first. Does not access the disk.
+/// Returns the two directories that may be an instance's runtime directory. The first is the user's:
+/// $XDG_RUNTIME_DIR/tractiond/INSTANCE, or /tmp/tractiond-UID/INSTANCE if that variable is not an absolute path. The
+/// second is the system's: /run/tractiond/INSTANCE. A client uses the first one that exists. A daemon without
+/// $RUNTIME_DIRECTORY uses the second one if it runs as root, else the first. Does not access the disk.
 inline std::vector<std::filesystem::path> runtimeDirectories(const std::string& instance) {
   const char* ofUser = std::getenv("XDG_RUNTIME_DIR");
   const auto own = ofUser != nullptr && *ofUser == '/'
