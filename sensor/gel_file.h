@@ -31,7 +31,8 @@ tl::expected<Sensor, FileError> loadGel(const std::string& path);
 Sensor readGel(TomlTable& root);
 
 /// Returns the text of a gel file that parseGel() reads. Numbers have 15 digits. Of a body it holds the absolute path
-/// of the influence file only; Sensor::scatter is left out, and so are keys that have the value of an unmeasured lens.
+/// of the influence file only; Sensor::scatter is left out, and so
+/// are some keys that have their defaults.
 std::string gelText(const Sensor& sensor);
 
 }  // namespace sensor
