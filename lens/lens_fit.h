@@ -25,6 +25,7 @@ struct LensFit {
 
   Outcome outcome = Outcome::kDiverged;
   sensor::Camera camera;  ///< size, focal length, aspect, principal point, k1, k2; its pose is not set
+  // Standard deviations of the above.
   double focalDeviation_px = 0.0;
   Eigen::Vector2d principalDeviation_px = Eigen::Vector2d::Zero();
   double k1Deviation = 0.0, k2Deviation = 0.0;

@@ -37,7 +37,7 @@ struct MarkerLayer {
   double diameter = 0.6e-3;                          ///< [m]
   bool darker = false;  ///< true: markers are darker than their surroundings in the light of `colour`
 
-  int count() const { return columns * rows; }          ///< number of markers
+  int count() const { return columns * rows; }  ///< number of markers
   /// Returns the centre of a marker, gel frame [m]. Column and row count from 0; they are not checked.
   Eigen::Vector3d position(int column, int row) const;
 };

@@ -40,6 +40,7 @@ inline constexpr std::size_t kFormatCount = 24;
 /// Colour channels. A grey picture has only the second.
 enum Channel : std::size_t { kRed, kGreen, kBlue };
 
+/// Layout of a format in memory. Pixels are in rows from the top, without padding.
 struct FormatTraits {
   enum class Order { kGrey, kMosaic, kRgb, kBgr };
   enum class Packing {
@@ -48,7 +49,7 @@ struct FormatTraits {
     kTriple,  ///< two samples in three bytes, GigE Vision's suffix "Packed"
   };
 
-  const char* name;
+  const char* name;    ///< "RGB8"
   std::uint32_t code;  ///< GenICam code
   Order order;
   std::array<Channel, 4> cell;  ///< channels of a mosaic's 2 x 2 pixels, row by row; kGreen in other formats

@@ -8,11 +8,11 @@
 namespace twin {
 
 struct Options {
-  std::string scenario;  ///< a path, or the name of a shipped scenario
+  std::string scenario;               ///< a path, or the name of a shipped scenario
   std::string address = "127.0.0.1";  ///< local IPv4 address to serve on
-  std::optional<Format> format;   ///< replaces the scenario's
-  std::optional<double> rate_hz;  ///< replaces the scenario's
-  std::uint32_t seed = 0;         ///< of the noise
+  std::optional<Format> format;       ///< replaces the scenario's
+  std::optional<double> rate_hz;      ///< replaces the scenario's
+  std::uint32_t seed = 0;             ///< of the noise
   TruthOptions truth;
   double lostRatio = 0.0;        ///< share of the stream's packets that are not sent, 0 to 1
   double seconds = 0.0;          ///< time after which to end, of the scenario with `images`; 0: until a signal

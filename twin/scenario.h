@@ -55,9 +55,9 @@ struct Defocus {
 
 /// Inconsistent pictures: rows from `row` on are from an earlier time, or shifted.
 struct Tear {
-  int row = 240;       ///< first row, counted from 0
-  double lag_s = 0.0;  ///< by how much the rows are older
-  int shift_px = 0;    ///< to the right; columns that leave the picture reappear on the left
+  int row = 240;                    ///< first row, counted from 0
+  double lag_s = 0.0;               ///< by how much the rows are older
+  int shift_px = 0;                 ///< to the right; columns that leave the picture reappear on the left
   double from_s = 0.0, to_s = 0.0;  ///< as in Absence
 };
 

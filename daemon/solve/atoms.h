@@ -31,7 +31,9 @@ struct Atoms {
   std::vector<Level> levels;
   double depth_m = 0.0;  ///< depth of the nearest markers: they do not resolve forces that are closer together
 
+  /// Returns P.
   int pointCount() const { return static_cast<int>(shape.rows()); }
+  /// Returns A.
   int count() const { return static_cast<int>(shape.cols()); }
   int nodeCount() const;  ///< Returns N, the number of nodes of the sensor.
   /// Returns the index of the node at which a point's force is published.

@@ -23,7 +23,7 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class ContactStep final : public SolvedForces {
  public:
-  /// More nodes than this are not solved for; above kFewNodes the result begins to count for less.
+  /// More nodes than kMostNodes are not solved for; above kFewNodes the result begins to count for less.
   static constexpr int kMostNodes = 96;
   static constexpr int kFewNodes = 64;
 

@@ -36,6 +36,7 @@ class EvenField {
 
   // Results of solve() with the roughness kRoughness[i], i < count().
 
+  /// Returns the posterior of the atoms and, as extra unknowns, of u and v. Valid until the next solve().
   Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
   /// Returns the log evidence, reduced for the choice of roughness and by kOptimism for each degree of freedom, as the
   /// footprint was drawn from the picture.

@@ -31,6 +31,7 @@ class FieldSolver {
     Counter notFinite;   ///< not valid: a number is not finite
     Counter wholeFace;   ///< solved over the whole face, wholly or in part, in place of the contact step
   };
+  /// Returns the counters of all fields since the solver was made.
   const Counters& counters() const { return counters_; }
 
  protected:

@@ -52,7 +52,7 @@ struct Inverse {
 
   int coordinateCount() const { return left.rows(); }  ///< 2M
   int forceCount() const { return right.columns(); }   ///< 3N
-  int rank() const { return right.rows(); }
+  int rank() const { return right.rows(); }            ///< r
 
   /// Returns the element (i, j) of `hat`, which is symmetric: the share of coordinate j in the fit at coordinate i.
   float hatAt(int i, int j) const {

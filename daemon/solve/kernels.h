@@ -45,8 +45,10 @@ class RowMatrix {
   int rows() const { return rows_; }
   int columns() const { return columns_; }
   int stride() const { return padded(columns_); }  ///< floats from one row to the next
+  /// Returns a row: stride() floats on a line's boundary. The index is not checked.
   float* row(int index) { return data_.data() + static_cast<std::ptrdiff_t>(index) * stride(); }
   const float* row(int index) const { return data_.data() + static_cast<std::ptrdiff_t>(index) * stride(); }
+  /// Returns all rows(), with what fills them: rows() * stride() floats.
   std::span<float> all() { return {data_.data(), data_.size()}; }
   std::span<const float> all() const { return {data_.data(), data_.size()}; }
 
@@ -76,6 +78,7 @@ class CoarseMatrix {
   int rows() const { return static_cast<int>(factors_.size()); }
   int columns() const { return columns_; }
   int stride() const { return padded(columns_); }
+  /// Returns a row: stride() integers. The index is not checked.
   const std::int16_t* row(int index) const { return data_.data() + static_cast<std::ptrdiff_t>(index) * stride(); }
   /// Returns the number by which the integers of a row must be multiplied.
   float factor(int index) const { return factors_[static_cast<std::size_t>(index)]; }

@@ -13,8 +13,8 @@ namespace tractiond::solve {
 Id calibrationId(const sensor::Sensor& sensor, const SolveOptions& options);
 
 struct MadeSolver {
-  std::unique_ptr<FieldSolver> solver;
-  std::int64_t computed_ns = 0;  ///< CLOCK_REALTIME when the numbers it solves with were computed
+  std::unique_ptr<FieldSolver> solver;  ///< owns all that it needs; never null
+  std::int64_t computed_ns = 0;         ///< CLOCK_REALTIME when the numbers it solves with were computed
 };
 
 /// Makes the solver that SolveOptions::solving names. Reads its inverse or factors from the state directory, or

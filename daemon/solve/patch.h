@@ -7,8 +7,8 @@ namespace tractiond::solve {
 
 /// A round patch on the grid of the nodes.
 struct Patch {
-  double column = 0.0, row = 0.0;  ///< of its centre [pitches]
-  double spread = 0.0;             ///< variance of its pressure's places along any direction [pitches^2]
+  double column = 0.0, row = 0.0;   ///< of its centre [pitches]
+  double spread = 0.0;              ///< variance of its pressure's places along any direction [pitches^2]
   std::array<double, 3> force_N{};  ///< gel frame
 };
 

@@ -31,7 +31,7 @@ struct Picture {
 /// Thread-bound. Allocates only when made.
 class PatchFit {
  public:
-  static constexpr int kMostPatches = 4;
+  static constexpr int kMostPatches = 4;  ///< largest number of patches of a fit
 
   /// Prior mean and standard deviation of a spread [pitches^2]. The contact of a ball, of radius a, has a^2 / 5.
   static constexpr double kSpread = 0.1, kSpreadDeviation = 0.25;

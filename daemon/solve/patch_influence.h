@@ -16,7 +16,7 @@ namespace tractiond::solve {
 /// Where a round patch lies on the surface, and how wide it is.
 struct PatchPlace {
   double x_m = 0.0, y_m = 0.0;  ///< centre, gel frame
-  double spread_m2 = 0.0;  ///< variance of the pressure's places along any direction; a ball's radius^2 / 5
+  double spread_m2 = 0.0;       ///< variance of the pressure's places along any direction; a ball's radius^2 / 5
 };
 
 /// Force x, y, z [N] and torsion about the centre of the patch [N m].

@@ -42,7 +42,7 @@ class Posterior {
   std::span<const double> known();
   /// Returns the values of the extra unknowns.
   std::span<const double> extra() const { return {x_.data() + 3 * chosen_->atoms.size(), extraCount()}; }
-  double logEvidence() const { return logEvidence_; }
+  double logEvidence() const { return logEvidence_; }                     ///< log evidence, as above
   double squaredResidual_px2() const { return squaredResidual_; }         ///< |d - B x|^2
   const std::array<double, kMotions>& motion() const { return motion_; }  ///< in deviations of its prior
 
@@ -107,10 +107,10 @@ class Posterior {
   LineArray<double> scratch_, panels_;  // panels of kColumns columns of the factor's inverse
   std::vector<double> inverse_;         // A^-1, as far as it was computed
   std::vector<double> known_;
-  std::vector<int> indexOf_;   // A: of each atom among the chosen, or -1
-  std::vector<int> covering_;  // unknowns that act at a node, rising
-  std::size_t coveringAtoms_ = 0;  // of these, those of atoms; they come first
-  std::vector<double> share_;  // of each of these in a force of the node
+  std::vector<int> indexOf_;             // A: of each atom among the chosen, or -1
+  std::vector<int> covering_;            // unknowns that act at a node, rising
+  std::size_t coveringAtoms_ = 0;        // of these, those of atoms; they come first
+  std::vector<double> share_;            // of each of these in a force of the node
   std::vector<unsigned char> together_;  // of two panels, whether some of their unknowns act at the same node
   std::array<double, kMotions> motion_{};
 };

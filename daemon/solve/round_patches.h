@@ -15,6 +15,7 @@
 
 namespace tractiond::solve {
 
+/// A round contact: where it is, and what it carries.
 struct RoundPatch {
   PatchPlace place;
   PatchLoad load = PatchLoad::Zero();
@@ -23,7 +24,7 @@ struct RoundPatch {
 /// Thread-bound. Allocates only when made.
 class RoundPatches {
  public:
-  static constexpr int kMost = 4;
+  static constexpr int kMost = 4;  ///< largest number of patches
   /// Spread from which on a contact is not described as a round patch [pitches^2].
   static constexpr double kWidest = 1.5;
   /// Prior standard deviations around the patches that were found: of a load as a multiple of its force (of the
@@ -46,6 +47,7 @@ class RoundPatches {
 
   // Results of the last find(). Pointers and spans are valid until the next one.
 
+  /// Returns the patches; their order has no meaning.
   std::span<const RoundPatch> patches() const { return {now_.patches.data(), static_cast<std::size_t>(count_)}; }
   /// Returns the minimum of the expression at the top of this file.
   double misfit() const { return now_.misfit; }

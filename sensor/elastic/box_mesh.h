@@ -46,7 +46,7 @@ class BoxMesh {
 struct CellRange {
   Lattice first, last;
 
-  bool isCell() const { return first == last; }                ///< the range is a single cell
+  bool isCell() const { return first == last; }  ///< the range is a single cell
   /// Splits the range across its longest axis; returns the low half first. isCell() must be false.
   std::pair<CellRange, CellRange> halves() const;
   std::vector<Lattice> cells() const;  ///< depth first through the tree of halves, low halves first

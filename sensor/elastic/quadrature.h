@@ -5,7 +5,7 @@
 
 namespace sensor::elastic {
 
-/// Points in ascending order, and their weights.
+/// Points in ascending order, and as many weights: the integral is about the sum of weights[i] f(points[i]).
 struct Rule {
   Eigen::VectorXd points;
   Eigen::VectorXd weights;

@@ -53,7 +53,7 @@ inline Endpoints tcpEndpoints() {
   return {host + std::to_string(kStreamPort), host + std::to_string(kLatestPort), ""};
 }
 
-/// Default TCP port of the stream of a traction-gateway; those of latest and control follow it.
+/// Default TCP port of the stream of a traction-gateway; the next two are those of latest and control.
 inline constexpr int kGatewayPort = 9882;
 
 /// Returns the IPC endpoints in the runtime directory of an instance. Does not access the disk.
