@@ -9,11 +9,11 @@
 
 namespace lens {
 
-/// A command with its options.
+/// A command with its options, of which it holds copies.
 using Command = std::function<Done()>;
 
-/// Parses the command line. On failure returns an exit code: 0 after printing help or the version, EX_USAGE after
-/// printing an error.
+/// Parses the command line; does not read files. On failure returns an exit code: 0 after printing help or the version
+/// to standard output, EX_USAGE after printing an error to standard error.
 tl::expected<Command, int> parseArguments(int argc, char** argv);
 
 }  // namespace lens

@@ -15,20 +15,23 @@ struct Board {
   double square = 10e-3;      ///< side of a square [m]
 
   int corners() const { return (columns - 1) * (rows - 1); }  ///< number of inner corners
-  /// Returns the place of an inner corner on the board [m]. They are counted row by row; the first one is the origin.
+  /// Returns the place of an inner corner on the board [m]. They are counted row by row; the first one is the origin,
+  /// x runs along a row, y across. \param index 0 to corners() - 1
   Eigen::Vector2d corner(int index) const;
 };
 
 /// The corners that a picture shows.
 struct Corners {
-  Eigen::Matrix2Xd place_px;  ///< (u, v), 2 x board.corners(), in the order of Board::corner()
+  /// (u, v), 2 x board.corners(), in the order of Board::corner(); a board turned by 180 degrees gives those of a board
+  /// that is not turned.
+  Eigen::Matrix2Xd place_px;
   /// Mean distance over which the brightness rises from 10 to 90 % at the edges between squares.
   double edgeWidth_px = 0.0;
   double smallestSquare_px = 0.0;  ///< smallest distance between neighbouring corners
 };
 
 /// Finds all inner corners of the board. On failure returns a sentence about what the picture shows instead, without
-/// its name. \param grey 8 bits
+/// its name: no board, a board of another size, too little contrast, or blur. \param grey one channel of 8 bits
 /// Reentrant.
 tl::expected<Corners, std::string> findCorners(const cv::Mat& grey, const Board& board);
 

@@ -1,4 +1,6 @@
-// The commands of traction-lens. Each prints to standard output, and writes its file last and atomically.
+// The commands of traction-lens. Each prints to standard output, and writes its file last and atomically; an existing
+// file is replaced. On failure nothing is written (but see writeSheets()); the program ends with the first error's
+// code.
 #pragma once
 
 #include "base/error.h"
@@ -17,7 +19,7 @@ using Faults = std::vector<tractiond::Error>;
 using Done = tl::expected<void, Faults>;
 
 struct CalibrateOptions {
-  std::vector<std::string> pictures;  ///< files
+  std::vector<std::string> pictures;  ///< files, at least five, all of one size
   Board board;
   /// Gel file that the lens is written into; empty: the paper's sensor. If it does not state the picture's size, the
   /// size of the pictures is used.
@@ -25,7 +27,9 @@ struct CalibrateOptions {
   std::string output;  ///< file
 };
 
-/// Estimates the lens from pictures of a chessboard and writes a gel file.
+/// Estimates the lens from pictures of a chessboard and writes a gel file with its uncertainties. Errors: those of
+/// loadGel() and readPicture(); EX_DATAERR for each picture that shows no board or differs from the others, for too few
+/// pictures, for another size than the gel file's, and if the pictures do not determine the focal length; EX_CANTCREAT.
 Done calibrate(const CalibrateOptions& options);
 
 struct PictureOptions {
@@ -39,19 +43,24 @@ struct PoseOptions : PictureOptions {
   double acceptResidual_px = 0.5;
 };
 
-/// Estimates the camera's pose from one picture of the untouched gel and writes a gel file.
+/// Estimates the camera's pose from one picture of the untouched gel and writes a gel file with camera, lens and the
+/// uncertainty of the pose. Errors: those of loadGel() and readPicture(); EX_DATAERR if the markers are not found, no
+/// pose fits, or the residual is too large; EX_CANTCREAT.
 Done pose(const PoseOptions& options);
 
-/// Draws the markers found into the picture, at twice its size, and writes a PNG picture.
+/// Draws the markers of the untouched gel into the picture, at twice its size: circles where they were found, crosses
+/// where they are missing. Writes a PNG picture. Errors: those of loadGel() and readPicture(); EX_DATAERR if the
+/// markers are not found; EX_CANTCREAT.
 Done mark(const PictureOptions& options);
 
 struct SheetsOptions {
   std::string gel;        ///< gel file; empty: the paper's sensor
   std::string directory;  ///< created if it does not exist; empty: the current one
-  bool mirrored = false;
+  bool mirrored = false;  ///< as SheetOptions::mirrored
 };
 
-/// Writes the sheets to print: layer1.svg, layer2.svg ...
+/// Writes the sheets to print: layer1.svg, layer2.svg ..., one after another. Errors: those of loadGel(); EX_CANTCREAT,
+/// after which the sheets written before remain.
 Done writeSheets(const SheetsOptions& options);
 
 /// Reads a gel file; an empty path gives the paper's sensor. Errors: EX_NOINPUT, EX_CONFIG; EX_DATAERR for a faulty
@@ -66,14 +75,15 @@ struct CameraFile {
 /// Reads a gel file as loadGel().
 tl::expected<CameraFile, Faults> loadCamera(const std::string& path);
 
-/// Writes a gel file without a calibration, which no longer applies. Error: EX_CANTCREAT.
-/// \param remark one line on the origin of the values
+/// Writes a gel file without a calibration, which no longer applies, and prints its path and that a calibration was
+/// left out. Error: EX_CANTCREAT. \param remark one line on the origin of the values
 Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark);
 
-/// Returns an error of the input data (EX_DATAERR).
+/// Returns an error of the input data: EX_DATAERR with the given fields of Error, of which `where` may be empty.
 tractiond::Error fault(const std::string& where, std::string what, std::string remedy = "");
 
-/// Prints one line of a table: name, value, and standard deviation unless it is negative.
+/// Prints one line of a table to standard output: name, value, and standard deviation unless it is negative; both are
+/// in `unit`, which may be empty.
 void printFigure(const char* name, double value, double deviation, const char* unit);
 
 }  // namespace lens

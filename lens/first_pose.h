@@ -11,8 +11,9 @@
 namespace lens {
 
 /// Solves for the pose by OpenCV's solvePnP, with the sensor's lens. Gel and window are replaced by air of their
-/// thickness divided by their index, which is exact near the axis. Returns nothing if fewer than four markers are
-/// present, or no camera in front of the window fits. The sensor's own pose is not used. Reentrant.
+/// thickness divided by their index, which is exact near the axis. Returns the sensor's camera with the new pose;
+/// nothing if fewer than four markers are present, or no camera in front of the window fits. The sensor's own pose is
+/// not used. Reentrant.
 std::optional<sensor::Camera> solvePose(const sensor::Sensor& sensor, const RestMarkers& markers);
 
 struct FirstPoseOptions {
@@ -26,11 +27,12 @@ struct FirstPoseOptions {
 /// A few dots in one plane that do not lie exactly as described have several minima, because distortion, tilt and
 /// principal point can compensate each other. The fit is therefore made from several fixed starts. Returns the fit with
 /// the smallest residual, in which outliers count at their limit. All starts take 0.1 to 0.5 s for 70 to 80 dots.
-/// Outcome kDiverged: no fit converged.
+/// Outcome kDiverged: no fit converged. Reentrant.
 tractiond::calibrate::Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers,
                                          const FirstPoseOptions& options = {});
 
-/// Returns another aspect than the sensor's if it explains the markers' positions and the sensor's does not.
+/// Returns another aspect than the sensor's if it explains the markers' positions and the sensor's does not; nothing if
+/// the sensor's does, or no pose is found. Does not use the sensor's pose. Reentrant.
 std::optional<tractiond::calibrate::AspectSeen> otherAspect(const sensor::Sensor& sensor, const RestMarkers& markers);
 
 }  // namespace lens

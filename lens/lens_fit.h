@@ -25,6 +25,7 @@ struct LensFit {
 
   Outcome outcome = Outcome::kDiverged;
   sensor::Camera camera;  ///< size, focal length, aspect, principal point, k1, k2; its pose is not set
+  // Standard deviations of the above.
   double focalDeviation_px = 0.0;
   Eigen::Vector2d principalDeviation_px = Eigen::Vector2d::Zero();
   double k1Deviation = 0.0, k2Deviation = 0.0;
@@ -43,7 +44,8 @@ struct LensFit {
 /// which holds if the errors of corners are independent; the other from the change of the lens without one view
 /// (jackknife), because in real pictures errors are correlated within a view.
 /// Outcome: kDegenerate if the views do not determine the focal length or fewer than two are tilted by 10 degrees,
-/// kDiverged if no fit was found. Reentrant.
+/// kDiverged if no fit was found; all other results are then those of LensFit{}. Reentrant. \param views of this board,
+/// all in pictures of width_px x height_px
 LensFit fitLens(const std::vector<Corners>& views, const Board& board, int width_px, int height_px,
                 const LensFitOptions& options = {});
 

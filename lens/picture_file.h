@@ -15,10 +15,11 @@ namespace lens {
 /// it is damaged, of another type or larger than 16384 px. Reentrant.
 tl::expected<cv::Mat, tractiond::Error> readPicture(const std::string& path);
 
-/// Converts a picture to grey. A grey picture is returned unchanged and shares its memory.
+/// Converts a BGR picture to grey, of the same depth. A grey picture is returned unchanged and shares its memory.
 cv::Mat grey(const cv::Mat& picture);
 
-/// Writes a PNG file atomically. Error: EX_CANTCREAT.
+/// Writes a PNG file atomically; an existing file is replaced. Error: EX_CANTCREAT, with the file's name.
+/// \param picture 8 bits, grey or BGR
 tl::expected<void, tractiond::Error> writePicture(const std::string& path, const cv::Mat& picture);
 
 }  // namespace lens

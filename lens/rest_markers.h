@@ -22,8 +22,10 @@ struct RestMarkers {
   int count() const;
 };
 
-/// Finds the markers. The error (EX_DATAERR) states the reason and the remedy, without the picture's name. \param
-/// picture 8 bits, grey or BGR, of the size of the sensor's camera
+/// Finds the markers of an untouched gel. The error (EX_DATAERR) states the reason and the remedy, without the
+/// picture's name: another size, markers that the tracker cannot find in such a picture, or too few of them in their
+/// order. Neither argument need outlive the result. Reentrant. \param picture 8 bits, grey or BGR, of the size of the
+/// sensor's camera
 tl::expected<RestMarkers, tractiond::Error> findMarkers(const cv::Mat& picture, const sensor::Sensor& sensor);
 
 }  // namespace lens

@@ -11,9 +11,10 @@ namespace lens {
 /// the lens and are taken from the rows of corners: with perspective alone, second differences lie along a row. The
 /// model is inexact near the middle of edges that are not perpendicular, but equally on both sides of the corner, so
 /// the corner is not affected. A corner whose fit fails is left unchanged. Reentrant.
-/// \param grey 8 bits
+/// \param grey one channel of 8 bits
 /// \param radius_px radius of the pixels used; less than half a square
-/// \param blur_px start value of the blur
+/// \param blur_px start value of the blur, the standard deviation of the edges
+/// \param grid corners to refine, in place [px]
 void fitSaddles(const cv::Mat& grey, double radius_px, double blur_px, CornerGrid& grid);
 
 }  // namespace lens

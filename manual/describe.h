@@ -1,4 +1,4 @@
-// A program tells its own options and commands: manual pages and completions are made of them when it is built.
+// Prints the options and commands of a program as JSON, of which the build makes manual pages and completions.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,6 +10,7 @@
 
 namespace manual {
 
+/// Returns the text as a JSON string in quotes. Bytes above 0x7f are left unchanged: the text must be UTF-8.
 inline std::string toJson(const std::string& text) {
   std::string result = "\"";
   for (const char letter : text) {
@@ -21,6 +22,9 @@ inline std::string toJson(const std::string& text) {
   return result + '"';
 }
 
+/// Returns an option as a JSON object: its names, operand (name of a positional argument, else ""), value (name of its
+/// type; "" for a flag), default, whether it is required and takes many values, names of the options that it excludes,
+/// help.
 inline std::string toJson(const CLI::Option& option) {
   std::string names, excluded;
   for (const std::string& name : option.get_snames()) names += (names.empty() ? "" : ",") + toJson("-" + name);
@@ -35,7 +39,8 @@ inline std::string toJson(const CLI::Option& option) {
          R"(],"help":)" + toJson(option.get_description()) + "}";
 }
 
-/// Itself and its commands, and theirs. What --help does not show is left out.
+/// Returns a program or command as a JSON object: name, help, footer, whether its commands accept its options, its
+/// options and, recursively, its commands. Those that --help does not show are left out.
 inline std::string toJson(const CLI::App& app) {
   std::string options, commands;
   for (const CLI::Option* one : app.get_options([](const CLI::Option* any) { return !any->get_group().empty(); })) {
@@ -49,7 +54,9 @@ inline std::string toJson(const CLI::App& app) {
          options + "],\n\"commands\":[" + commands + "]}";
 }
 
-/// Adds a flag that --help does not show: it prints all of this, and the program ends as with --version.
+/// Adds the flag --describe-command-line, which --help does not show. app.parse() then throws CLI::CallForVersion with
+/// toJson(app) as its text, so that the program prints it and ends as with --version. `app` must live until parse() has
+/// ended.
 inline void describable(CLI::App& app) {
   app.add_flag_callback("--describe-command-line", [&app] { throw CLI::CallForVersion(toJson(app), 0); })->group("");
 }

@@ -5,7 +5,7 @@
 
 namespace sensor {
 
-/// Returns the lower-case English name.
+/// Returns the lower-case English name, such as "blue", as gel files spell it. Never null.
 inline const char* nameOf(Colour colour) {
   switch (colour) {
   case Colour::kBlue:

@@ -29,33 +29,36 @@ struct Gel {
 /// Index of a marker in its layer: row * columns + column, columns along +x, rows along +y.
 struct MarkerLayer {
   Colour colour = Colour::kBlue;
-  int columns = 24;
-  int rows = 24;
-  double pitch = 3e-3;                               ///< [m]
-  double depth = 6e-3;                               ///< [m]
+  int columns = 24;                                  ///< number of markers along x
+  int rows = 24;                                     ///< number of markers along y
+  double pitch = 3e-3;                               ///< distance between neighbours in x and in y [m]
+  double depth = 6e-3;                               ///< z of the markers' centres [m]
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< of the grid, gel frame [m]
   double diameter = 0.6e-3;                          ///< [m]
   bool darker = false;  ///< true: markers are darker than their surroundings in the light of `colour`
 
-  int count() const { return columns * rows; }          ///< number of markers
-  Eigen::Vector3d position(int column, int row) const;  ///< gel frame [m]
+  int count() const { return columns * rows; }  ///< number of markers
+  /// Returns the centre of a marker, gel frame [m]. Column and row count from 0; they are not checked.
+  Eigen::Vector3d position(int column, int row) const;
 };
 
 /// The grid of force nodes on the touched surface z = 0. Index: row * columns + column, as for markers.
 struct NodeGrid {
-  int columns = 24;
-  int rows = 24;
-  double pitch = 3e-3;                               ///< [m]
+  int columns = 24;                                  ///< number of nodes along x
+  int rows = 24;                                     ///< number of nodes along y
+  double pitch = 3e-3;                               ///< distance between neighbours in x and in y [m]
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< of the grid, gel frame [m]
 
-  int count() const { return columns * rows; }
-  Eigen::Vector3d position(int column, int row) const;  ///< gel frame [m], z = 0
+  int count() const { return columns * rows; }  ///< number of nodes
+  /// Returns the place of a node, gel frame [m], z = 0. Column and row count from 0; they are not checked.
+  Eigen::Vector3d position(int column, int row) const;
 };
 
-/// Returns all markers, 3 x M [m], in the order used everywhere: layer after layer, each in its own index order.
+/// Returns the centres of all markers, 3 x M, gel frame [m], in the order used everywhere: layer after layer, each in
+/// its own index order.
 Points markerPositions(const std::vector<MarkerLayer>& layers);
 
-/// Returns all nodes, 3 x N [m], in index order.
+/// Returns the places of all nodes, 3 x N, gel frame [m], z = 0, in index order.
 Points nodePositions(const NodeGrid& grid);
 
 /// Returns the paper's two layers: blue at a depth of 6 mm, red at 8 mm shifted by half a pitch in x and y.

@@ -15,19 +15,24 @@ using tractiond::TomlTable;
 
 /// Reads a gel file. Missing keys keep the paper's values, except the version, which is required. Also reads the
 /// influence file that the gel file names. Fails for invalid content, including an impossible sensor (Poisson's ratio
-/// of 0.5 or more, markers outside the block ...). \param name names the file in errors; the path of an influence file
+/// of 0.5 or more, markers outside the block ...) and an unknown key. The error has `isData` if the influence file is
+/// at fault, and `unreadable` if it cannot be read. \param name names the file in errors; the path of an influence file
 /// is relative to its folder
 /// \param influence path of the influence file to read instead of the named one; empty: the named one
 tl::expected<Sensor, FileError> parseGel(std::string_view text, const std::string& name,
                                          const std::string& influence = {});
-/// Reads the gel file at `path`, as parseGel().
+/// Reads the gel file at `path`, of at most 4 MiB, as parseGel(). The error also has `unreadable` if the gel file
+/// cannot be read.
 tl::expected<Sensor, FileError> loadGel(const std::string& path);
 
 /// Reads the tables of a gel that are part of a larger file: without a version and an influence file. Faults are kept
-/// in `root` until its finish().
+/// in `root` until its finish(): if that fails, the returned sensor must not be used. Other keys of `root` are left for
+/// the caller to read.
 Sensor readGel(TomlTable& root);
 
-/// Returns the text of a gel file. Numbers have 15 digits.
+/// Returns the text of a gel file that parseGel() reads. Numbers have 15 digits. Of a body it holds the absolute path
+/// of the influence file only; Sensor::scatter is left out, and so
+/// are some keys that have their defaults.
 std::string gelText(const Sensor& sensor);
 
 }  // namespace sensor

@@ -17,28 +17,31 @@ using tractiond::FileError;
 
 /// An array in C order: the last index varies fastest.
 struct NumpyArray {
-  std::vector<std::size_t> shape;
-  std::vector<double> values;
+  std::vector<std::size_t> shape;  ///< extents, each at least 1; empty for a single number
+  std::vector<double> values;      ///< as many as the product of the extents
 };
 
 /// An archive in memory, with the CRC-32 of every member checked. Immutable; any thread may read it.
 class NumpyFile {
  public:
-  /// Reads an archive. Fails if the file cannot be read, is not an archive, or is truncated, damaged, compressed or
-  /// encrypted.
+  /// Reads an archive. Fails if the file cannot be read, is not an archive, or is truncated, damaged, compressed,
+  /// encrypted or larger than 4 GiB, or holds a name twice. The error has `unreadable` if the file cannot be read, else
+  /// `isData`.
   static tl::expected<NumpyFile, FileError> load(const std::string& path);
   NumpyFile(NumpyFile&&) = default;
   NumpyFile& operator=(NumpyFile&&) = default;
 
   /// Returns an array in C order. The file may hold it as float64 or float32, little endian, in C or Fortran order.
-  /// Fails if the array is missing, empty or of another type, or if a value is not finite.
-  /// \param name that of savez()'s keyword, without ".npy"
+  /// Fails (`isData`) if the array is missing, empty or of another type, or if a value is not finite.
+  /// \param name keyword of savez(), without ".npy"
   tl::expected<NumpyArray, FileError> numbers(const std::string& name) const;
 
-  /// Returns a string. Fails if it is missing, not a single string, or not ASCII.
+  /// Returns a string up to its first NUL. Fails (`isData`) if it is missing, not a single string, or not ASCII.
+  /// \param name as in numbers()
   tl::expected<std::string, FileError> text(const std::string& name) const;
 
-  /// Returns an error about the array `name`, for checks of the caller.
+  /// Returns an error (`isData`) at the archive's path, with the text "name what", for checks of the caller. An empty
+  /// name is left out.
   FileError fault(const std::string& name, const std::string& what) const;
 
  private:

@@ -16,9 +16,9 @@ struct Camera {
   int height = 480;         ///< [px]
   double focal_px = 960.0;  ///< along u: 150 mm / 0.15625 mm per px
   double aspect = 1.0;      ///< focal length along v / focal length along u (OpenCV: fy / fx); 1 for square pixels
-  Eigen::Vector2d principal_px = {319.5, 239.5};
+  Eigen::Vector2d principal_px = {319.5, 239.5};  ///< principal point (u, v)
   double k1 = 0.0;  ///< radial distortion r_d = r (1 + k1 r^2 + k2 r^4), r = distance from the axis / Z
-  double k2 = 0.0;
+  double k2 = 0.0;  ///< see k1
   Eigen::Vector3d position = {0.0, 0.0, 157e-3};  ///< projection centre, gel frame [m]
   Eigen::Vector3d rotation =
       Eigen::Vector3d::Zero();   ///< rotation vector, camera frame [rad]:
@@ -32,13 +32,14 @@ struct Camera {
 /// reentrant.
 class Projection {
  public:
-  /// \param gelThickness [m]
+  /// Copies the camera's parameters; they are not checked. \param gelThickness z at which the gel ends [m]
   Projection(const Camera& camera, double gelThickness);
 
-  /// Projects a gel point [m] to pixels (u, v). The point must lie in the gel and in front of the camera.
+  /// Projects a point of the gel frame [m] to pixels (u, v), which may lie outside the picture. The point must lie in
+  /// the gel and in front of the camera (not checked).
   Eigen::Vector2d operator()(const Eigen::Vector3d& point) const;
 
-  /// Returns d(pixel) / d(point) [px/m], 2 x 3, computed analytically.
+  /// Returns d(pixel) / d(point) [px/m], 2 x 3, at a point of the gel frame [m], as above. Computed analytically.
   Eigen::Matrix<double, 2, 3> jacobian(const Eigen::Vector3d& point) const;
 
   /// Returns d(pixel) / d(motion), 2 x 4, of a pixel [px] for small motions of the picture (du, dv, scale, roll) [px,

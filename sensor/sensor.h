@@ -26,9 +26,9 @@ struct Uncertainty {
   /// picture, was measured.
   double focalDistance = 0.0;
   // Start values of a geometry calibration. The defaults hold for a lens that was not measured.
-  /// Principal point, along u and v; the default is the tolerance of a sensor chip in its housing.
+  /// Principal point, along u and v [px]; the default is the tolerance of a sensor chip in its housing.
   double principal_px = 5.0;
-  double k1 = 1.0, k2 = 10.0;
+  double k1 = 1.0, k2 = 10.0;  ///< of Camera::k1 and Camera::k2
 };
 
 /// Motion of the whole picture from frame to frame, relative to the zero, by vibration and heat: standard deviations.
@@ -83,8 +83,9 @@ struct Sensor {
   int markerCount() const;  ///< Returns M, the number of markers of all layers.
 };
 
-// These return the positions [m], normals and areas [m^2] of markers (3 x M) or nodes (3 x N): those of the body, or
-// else of the block's layers and grid.
+// These return positions (gel frame [m]) of markers (3 x M) and nodes (3 x N), unit normals into the body (3 x N) and
+// areas (N [m^2]) of nodes: those of the body, or else of the block's layers, with `scatter`, and grid. A block's
+// normals are +z and its areas the squared pitch.
 Points markerPositions(const Sensor& sensor);
 Points nodePositions(const Sensor& sensor);
 Points nodeNormals(const Sensor& sensor);

@@ -13,10 +13,10 @@ struct Strip {
   double y, dy, x0, x1;
 };
 
-/// Returns the disc of `radius` around (0, 0) as strips. Their total area is exactly the disc's.
+/// Returns the disc of `radius` [px] around (0, 0) as strips, top to bottom. Their total area is exactly the disc's.
 std::vector<Strip> discStrips(double radius);
 
-/// Returns an ellipse around (0, 0) in the same way. \param a, b half axes
+/// Returns an ellipse around (0, 0) in the same way. \param a, b half axes [px], above 0
 /// \param angle of the first half axis, from the x axis towards the y axis [rad]
 std::vector<Strip> ellipseStrips(double a, double b, double angle);
 
@@ -26,11 +26,12 @@ class Blur {
   /// \param sigma_px standard deviation of the Gaussian; 0: no blur
   explicit Blur(double sigma_px);
 
-  /// Returns the distance beyond which a region adds no light to a pixel's centre [px].
+  /// Returns the distance from a pixel's centre beyond which a region adds no light to the pixel [px]: 4 sigma + 0.5.
   double reach() const { return reach_; }
 
   /// Adds `gain` times the brightness of a region to size x size pixels, row by row; the centre of the first pixel is
-  /// (left, top). A pixel that the region covers fully has brightness 1. size <= kLargestPatch.
+  /// (left, top), in the coordinates of the region. A pixel that the region covers fully has brightness 1. size <=
+  /// kLargestPatch; `pixels` has at least size x size elements (asserted).
   void add(std::span<const Strip> region, double left, double top, int size, double gain,
            std::span<float> pixels) const;
 

@@ -23,11 +23,12 @@ class Creep {
   /// Returns whether there are no terms, so that now() stays zero.
   bool isNone() const { return terms_.empty(); }
 
-  /// Advances to a time that is not before the previous one. u is interpolated linearly in between, and was zero before
-  /// the first call. \param elastic displacement u at `time_s`, 3 x markers [m]
+  /// Advances to a time [s] that is not before the previous one. The first call sets the time, with h = 0. u is
+  /// interpolated linearly in between. \param elastic displacement u at `time_s`, 3 x markers [m]
   void advance(double time_s, const sensor::Points& elastic);
 
-  /// Returns the displacement to add at the last time, 3 x markers [m].
+  /// Returns the displacement to add at the last time, 3 x markers [m]; 0 before the second call of advance(). Valid
+  /// until the next advance().
   const sensor::Points& now() const { return sum_; }
 
  private:

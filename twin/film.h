@@ -14,12 +14,12 @@ namespace twin {
 /// The true state in one frame.
 struct Truth {
   struct Load {
-    const Contact* contact = nullptr;
+    const Contact* contact = nullptr;  ///< of the film; valid as long as the film lives
     ContactState state;
   };
   double time_s = 0.0;               ///< scenario time since the first frame
   std::optional<std::size_t> image;  ///< number of a given picture; nothing else is then known
-  Resultant resultant;
+  Resultant resultant;               ///< of all contacts on the gel
   std::vector<Load> contacts;        ///< contacts that carry a load
   std::vector<int> missing;          ///< indices of markers that are not drawn
   double rise_K = 0.0;               ///< temperature above that of the first zero
@@ -32,19 +32,20 @@ class Film {
  public:
   virtual ~Film() = default;
 
-  /// Draws the scene at picture.time_s into picture.pixels, in picture.format, and reports the true state.
-  /// picture.number selects the noise.
+  /// Draws the scene at picture.time_s into picture.pixels, in picture.format, and overwrites `truth` with the true
+  /// state. picture.number selects the noise. Cannot fail.
   virtual void draw(Picture& picture, Truth& truth) = 0;
 };
 
 /// Draws a scenario with the gel's mechanics.
 class GelFilm : public Film {
  public:
-  /// For `cache` and `progress` see GelModel. \param seed changes the noise
+  /// Copies the scenario. Takes seconds; for `cache` and `progress` see GelModel. \param seed changes the noise
   GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesystem::path& cache,
           const sensor::elastic::Progress& progress = {});
 
-  void draw(Picture& picture, Truth& truth) override;  ///< Implements Film::draw.
+  /// Implements Film::draw. Resizes picture.pixels. The scenario repeats after Scenario::period_s.
+  void draw(Picture& picture, Truth& truth) override;
 
  private:
   /// Returns the pixels of all markers, 2 x markers, at a time within the period.
@@ -66,13 +67,14 @@ class GelFilm : public Film {
 /// Serves raw pictures from a file in a loop. They have the scenario's size and format.
 class RawFilm : public Film {
  public:
-  /// Reads the whole file. Errors: EX_NOINPUT, EX_DATAERR if its size is not a multiple of `pictureSize` [bytes],
-  /// EX_IOERR.
+  /// Reads the whole file into memory. Errors: EX_NOINPUT if it cannot be opened, EX_DATAERR if it is empty or its size
+  /// is not a multiple of `pictureSize` [bytes], EX_IOERR if it cannot be read to its end.
   static tl::expected<std::unique_ptr<RawFilm>, Failure> open(const std::filesystem::path& file,
                                                               std::size_t pictureSize);
 
-  /// Copies the picture's bytes; for another format they are truncated or keep what was there behind them. The noise
-  /// and the scenario's contacts do not apply.
+  /// Copies the bytes of picture number picture.number modulo the number of pictures into picture.pixels, which is not
+  /// resized: for another format they are truncated or keep what was there behind them. The noise and the scenario's
+  /// contacts do not apply.
   void draw(Picture& picture, Truth& truth) override;
 
  private:

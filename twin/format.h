@@ -40,6 +40,7 @@ inline constexpr std::size_t kFormatCount = 24;
 /// Colour channels. A grey picture has only the second.
 enum Channel : std::size_t { kRed, kGreen, kBlue };
 
+/// Layout of a format in memory. Pixels are in rows from the top, without padding.
 struct FormatTraits {
   enum class Order { kGrey, kMosaic, kRgb, kBgr };
   enum class Packing {
@@ -48,21 +49,21 @@ struct FormatTraits {
     kTriple,  ///< two samples in three bytes, GigE Vision's suffix "Packed"
   };
 
-  const char* name;
+  const char* name;    ///< "RGB8"
   std::uint32_t code;  ///< GenICam code
   Order order;
-  std::array<Channel, 4> cell;  ///< channels of a mosaic's 2 x 2 pixels
+  std::array<Channel, 4> cell;  ///< channels of a mosaic's 2 x 2 pixels, row by row; kGreen in other formats
   int bits;                     ///< bits of a sample
   int bitsPerSample;            ///< bits per sample in memory
   Packing packing;
 };
 
-/// Returns the traits of a format.
+/// Returns the traits of a format, in static storage.
 const FormatTraits& traitsOf(Format format);
 
 /// Returns all names: "RGB8, BGR8, ..."
 std::string formatNames();
-/// Return the format with this name or code, or null.
+/// Return the format with this name (exact case) or GenICam code, in static storage; null if there is none.
 const Format* formatByName(const std::string& name);
 const Format* formatByCode(std::uint32_t code);
 
@@ -71,10 +72,11 @@ bool isBayer(Format format);
 /// Returns the samples per pixel: 3 for RGB and BGR, else 1.
 std::size_t samplesPerPixel(Format format);
 
-/// Returns the size of a picture [bytes].
+/// Returns the size of a picture without padding of its rows [bytes]. \param width, height [px]
 std::size_t pictureSize(Format format, int width, int height);
 
-/// Packs samples of more than 8 bits into the format's bytes. `bytes` must hold them all.
+/// Packs samples of more than 8 bits, right-aligned, into the format's bytes. The format must have more than 8 bits
+/// (asserted); `bytes` must hold them all.
 void pack(Format format, std::span<const std::uint16_t> samples, std::span<std::uint8_t> bytes);
 
 }  // namespace twin

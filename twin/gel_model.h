@@ -17,12 +17,14 @@ namespace twin {
 /// Thread-bound.
 class GelModel {
  public:
-  /// Computes the correction, which takes seconds and uses the BLAS's threads, or reads it from a directory. \param
-  /// cache directory in which corrections are kept; empty: none
+  /// Computes the correction, which takes seconds and uses the BLAS's threads, or reads it from a directory. The
+  /// arguments need not outlive the object. \param cache directory in which corrections are kept, which is created;
+  /// empty: none. A failure to read or write it is ignored
   GelModel(const sensor::Sensor& sensor, const std::vector<Contact>& contacts, const std::filesystem::path& cache = {},
            const sensor::elastic::Progress& progress = {});
 
-  /// Returns the displacements of all markers, 3 x markers [m], with contact i in states[i]. Valid until the next call.
+  /// Returns the displacements of all markers, 3 x markers [m], with contact i in states[i]. The states must
+  /// be as many as the contacts, each within the region that its contact visits. Valid until the next call.
   const sensor::Points& displacement(std::span<const ContactState> states);
 
  private:

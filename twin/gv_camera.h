@@ -25,7 +25,7 @@ struct Stamp {
 /// A picture to send.
 struct Picture {
   Format format = Format::kRgb8;
-  std::vector<std::uint8_t> pixels;  ///< rows without padding
+  std::vector<std::uint8_t> pixels;  ///< of the camera's width and height, rows without padding
   std::uint64_t number = 0;          ///< for the caller's use
   double time_s = 0.0;               ///< for the caller's use
   std::optional<Stamp> stamp;        ///< set when the picture was sent
@@ -44,12 +44,14 @@ struct GvCameraOptions {
 /// picture is used. Thread-safe.
 class GvCamera {
  public:
-  /// Starts the camera. Errors: EX_USAGE for an invalid address, EX_UNAVAILABLE if the address is not this host's or in
-  /// use, EX_OSERR.
+  /// Starts the camera. Errors: EX_USAGE for an invalid address, EX_UNAVAILABLE if no interface has exactly this
+  /// address or port 3956 is in use, EX_OSERR if the port cannot be bound.
   static tl::expected<std::unique_ptr<GvCamera>, Failure> open(const GvCameraOptions& options);
+  /// Blocks until Aravis's thread has ended. Pictures that are still queued are not touched any more.
   ~GvCamera();
 
-  /// Queues the next picture to send. The caller keeps ownership and must not touch it until takeBack() returns it.
+  /// Queues the next picture to send and resets its stamp; a picture of another format than format() is discarded. Does
+  /// not wait. The caller keeps ownership and must not touch it until takeBack() returns it.
   void queue(Picture& picture);
 
   /// Waits for a queued picture that is finished: sent, or without a stamp if it was discarded because the client chose
@@ -60,9 +62,9 @@ class GvCamera {
   /// thread must queue. Sent pictures can still be taken back.
   void close();
 
-  Format format() const;          ///< format that the client expects
-  double framePeriod_s() const;   ///< frame period that the client expects
-  const std::string& id() const;  ///< vendor-serial, by which a client finds this camera
+  Format format() const;          ///< format of the next picture: the client's choice, else the options'
+  double framePeriod_s() const;   ///< client's choice at the last picture, else 1 / rate_hz
+  const std::string& id() const;  ///< "VENDOR-SERIAL", by which a client finds this camera
 
  private:
   class Impl;

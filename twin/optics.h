@@ -9,14 +9,14 @@ namespace twin {
 
 /// Reflection of the LED on a surface, added to all channels: strength exp(-r^2 / (2 radius^2)).
 struct Highlight {
-  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
-  double radius_px = 10.0;
-  double strength = 300.0;  ///< [levels]; above 255 its centre is saturated
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< (u, v)
+  double radius_px = 10.0;                              ///< standard deviation of the brightness
+  double strength = 300.0;                              ///< [levels]; above 255 its centre is saturated
 };
 
 /// Dust on the camera side of the gel: opaque and dark, at a fixed place of the picture, blurred like the markers.
 struct Speck {
-  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< (u, v)
   double radius_px = 2.0;
 };
 
@@ -26,7 +26,7 @@ struct Variety {
   double contrast = 0.0;  ///< standard deviation of their contrasts, relative to the layer's
   /// Of markers in the picture's corners, radially; grows with the squared distance from the centre.
   double elongation = 0.0;
-  unsigned seed = 0;
+  unsigned seed = 0;  ///< of the markers' diameters and contrasts
 
   /// Returns whether there is any variation.
   bool any() const { return diameter > 0.0 || contrast > 0.0 || elongation > 0.0; }

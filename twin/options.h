@@ -8,24 +8,25 @@
 namespace twin {
 
 struct Options {
-  std::string scenario;  ///< a path, or the name of a shipped scenario
-  std::string address = "127.0.0.1";
-  std::optional<Format> format;   ///< replaces the scenario's
-  std::optional<double> rate_hz;  ///< replaces the scenario's
-  std::uint32_t seed = 0;
+  std::string scenario;               ///< a path, or the name of a shipped scenario
+  std::string address = "127.0.0.1";  ///< local IPv4 address to serve on
+  std::optional<Format> format;       ///< replaces the scenario's
+  std::optional<double> rate_hz;      ///< replaces the scenario's
+  std::uint32_t seed = 0;             ///< of the noise
   TruthOptions truth;
-  double lostRatio = 0.0;
-  double seconds = 0.0;          ///< 0: until a signal
-  std::filesystem::path cache;   ///< empty: none
+  double lostRatio = 0.0;        ///< share of the stream's packets that are not sent, 0 to 1
+  double seconds = 0.0;          ///< time after which to end, of the scenario with `images`; 0: until a signal
+  std::filesystem::path cache;   ///< directory for GelModel; empty: none
   std::filesystem::path served;  ///< file of raw pictures to serve instead of drawing the scenario; empty: none
-  std::string images;            ///< file to write pictures to instead of serving them; empty: they are served
+  std::string images;            ///< file or pipe ("-": standard output) to write pictures to; empty: they are served
 };
 
-/// Parses the command line. If the program must end (help, version or an error), returns exit code and text.
+/// Parses the command line. Prints nothing: if the program must end, the failure has the exit code and the text to
+/// print: EX_OK for help and version, EX_USAGE for an error.
 tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* argv);
 
-/// Returns the file of a scenario: a path unchanged, a name as a shipped file. Error: EX_NOINPUT if no shipped scenario
-/// has that name.
+/// Returns the file of a scenario: a name, which consists of letters, digits and underscores, as a shipped file;
+/// anything else unchanged as a path, which need not exist. Error: EX_NOINPUT if no shipped scenario has that name.
 tl::expected<std::filesystem::path, Failure> findScenario(const std::string& scenario);
 
 }  // namespace twin

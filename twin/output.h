@@ -13,12 +13,14 @@
 namespace twin {
 
 /// Serves pictures at the camera's pace to the client that controls the camera, until `isStopping` or the end of
-/// `options.seconds`.
+/// `options.seconds`, and blocks until then. Prints a line "ready ..." to standard output once clients can connect.
+/// Errors: those of GvCamera::open(). Records of `truth` are written for the pictures that were sent.
 tl::expected<void, Failure> serve(const Options& options, const Scenario& scenario, Film& film, TruthWriter& truth,
                                   const std::atomic<bool>& isStopping);
 
 /// Writes pictures as fast as they are read. Their ids count from 1, as the daemon counts them. They have only scenario
-/// times.
+/// times; other times in `truth` are 0. Blocks until `isStopping` or the end of `options.seconds`. Errors: those of
+/// PictureWriter. SIGPIPE must be ignored.
 tl::expected<void, Failure> writePictures(const Options& options, const Scenario& scenario, Film& film,
                                           TruthWriter& truth, const std::atomic<bool>& isStopping);
 

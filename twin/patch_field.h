@@ -20,7 +20,8 @@ class PatchField {
   PatchField(const sensor::Gel& gel, Contact::Shape shape, double radius, const std::vector<double>& depths,
              double farthest);
 
-  /// Returns the response at depths[depth], at `offset` [m] from the patch's centre, to 1e-5 of the peak.
+  /// Returns the response at depths[depth], at `offset` (x, y) [m] from the patch's centre, to 1e-5 of the peak.
+  /// Offsets longer than `farthest` are not checked.
   UnitResponse at(std::size_t depth, const Eigen::Vector2d& offset) const;
 
  private:

@@ -24,6 +24,7 @@ namespace twin {
 /// Draws pictures of one format and one set of optics. Thread-bound.
 class Renderer {
  public:
+  /// Prepares the markers' shapes and the background. The arguments need not outlive the object.
   Renderer(const sensor::Sensor& sensor, const Optics& optics, Format format);
 
   std::size_t pictureSize() const { return twin::pictureSize(format_, width_, height_); }  ///< bytes
@@ -37,7 +38,8 @@ class Renderer {
               double brightness = 1.0);
 
   static constexpr int kUnits = 64;  ///< per level
-  /// Returns the last picture before the noise, sample by sample [1 / kUnits level].
+  /// Returns the last picture before the noise, sample by sample in the order of the format [1 / kUnits level]. Valid
+  /// until the next render().
   std::span<const std::int16_t> light() const { return light_; }
 
  private:

@@ -36,28 +36,29 @@ struct Contact {
   /// One per time.
   std::vector<ContactState> states;
 
-  /// Returns the state at a time: linear between the times, constant before and after.
+  /// Returns the state at a time [s]: linear between the times, constant before and after. There must be at least one
+  /// time.
   ContactState at(double time_s) const;
 };
 
 /// Markers that are invisible for some time.
 struct Absence {
-  std::vector<int> markers;
-  double from_s, to_s;
+  std::vector<int> markers;  ///< indices, in the order of sensor::markerPositions
+  double from_s, to_s;       ///< scenario times; `to_s` is excluded
 };
 
 /// A lens that is out of focus for some time.
 struct Defocus {
-  double blur_px;
-  double from_s, to_s;
+  double blur_px;       ///< replaces Optics::blur_px
+  double from_s, to_s;  ///< as in Absence
 };
 
 /// Inconsistent pictures: rows from `row` on are from an earlier time, or shifted.
 struct Tear {
-  int row = 240;
-  double lag_s = 0.0;  ///< by how much the rows are older
-  int shift_px = 0;    ///< to the right; columns that leave the picture reappear on the left
-  double from_s = 0.0, to_s = 0.0;
+  int row = 240;                    ///< first row, counted from 0
+  double lag_s = 0.0;               ///< by how much the rows are older
+  int shift_px = 0;                 ///< to the right; columns that leave the picture reappear on the left
+  double from_s = 0.0, to_s = 0.0;  ///< as in Absence
 };
 
 /// Temperature of the gel and its mount over time.
@@ -75,8 +76,8 @@ struct Warmth {
 
 struct Scenario {
   sensor::Sensor sensor;
-  Format format = Format::kRgb8;
-  double rate_hz = 60.0;
+  Format format = Format::kRgb8;  ///< of the stream, until a client chooses another one
+  double rate_hz = 60.0;          ///< as `format`
   Optics optics;
   double period_s = 1.0;  ///< the scenario repeats after this time
   std::vector<Contact> contacts;
@@ -92,11 +93,11 @@ struct Resultant {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();   ///< [N]
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();  ///< [N m]
 
-  void add(const ContactState& contact);  ///< Adds force and moment of a contact.
+  void add(const ContactState& contact);  ///< Adds force and moment of a contact, torque included.
 };
 
-// These read a scenario in TOML. They fail for wrong syntax, an unknown key, a wrong type and an impossible value.
-// \param name names the file in errors
+// These read a scenario in TOML, of at most 4 MiB. They fail for wrong syntax, an unknown key, a wrong type and an
+// impossible value; the error has `unreadable` if the file cannot be read. \param name names the file in errors
 tl::expected<Scenario, tractiond::FileError> parseScenario(std::string_view text, const std::string& name);
 tl::expected<Scenario, tractiond::FileError> loadScenario(const std::string& path);
 

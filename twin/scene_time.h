@@ -10,7 +10,7 @@ namespace twin {
 /// draw them all, it skips ahead. It stands still while no client receives pictures. Thread-bound.
 class SceneTime {
  public:
-  /// Returns the time of the next picture [s].
+  /// Returns the scenario time of the next picture [s], 0 at first, and advances it by the frame period `period_s` [s].
   double next(double period_s) {
     const double now_s = next_s_;
     next_s_ += period_s;

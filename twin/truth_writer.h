@@ -15,7 +15,7 @@
 namespace twin {
 
 struct TruthOptions {
-  std::filesystem::path file;  ///< empty: no file
+  std::filesystem::path file;  ///< is created or emptied; empty: no file
   std::string endpoint;        ///< of a PUB socket, which binds; the topic is "truth/"; empty: no socket
   bool markers = false;        ///< true: writes displacement_px
 };
@@ -23,11 +23,13 @@ struct TruthOptions {
 /// Writes records to a file and a socket, as the options state. Thread-bound.
 class TruthWriter {
  public:
-  /// Opens file and socket. Errors: EX_CANTCREAT for the file, EX_UNAVAILABLE or EX_USAGE for the endpoint.
+  /// Opens file and socket. Errors: EX_CANTCREAT for the file, EX_UNAVAILABLE if the endpoint is in use, EX_USAGE if it
+  /// cannot be bound for another reason.
   static tl::expected<std::unique_ptr<TruthWriter>, Failure> open(const TruthOptions& options);
   ~TruthWriter();
 
-  /// Writes one record. A record that cannot be sent or written is lost.
+  /// Writes one record, flushes the file, and sends [topic][record] without waiting. A record that cannot be sent or
+  /// written is lost without an error.
   void write(const Truth& truth, const Stamp& stamp);
 
  private:
@@ -39,7 +41,7 @@ class TruthWriter {
   std::unique_ptr<Socket> socket_;
 };
 
-/// Returns one record, without a line end.
+/// Returns one record, without a line end. \param withMarkers true: includes displacement_px
 std::string toJson(const Truth& truth, const Stamp& stamp, bool withMarkers);
 
 }  // namespace twin

@@ -18,17 +18,19 @@ class Amplitudes {
   /// next call.
   void take(std::span<const float> displacement_px, std::span<const int> missing);
 
-  /// Computes the amplitudes of the first `modes` modes, which must be at least as many as were read. Forgets what
-  /// complete() found.
+  /// Computes the amplitudes of the first `modes` modes, at least as many as were read and at most Factors::rank().
+  /// Forgets what complete() found.
   void read(int modes);
 
   /// Completes the displacements of the missing coordinates, so that they have no residual after a fit of forces of the
   /// typical size `force_N` and of the picture's motion: d_m = K_mm d_m + K_mv d_v, where K maps displacements to their
   /// fit by the modes that were read. Uses conjugate gradients, starting from the displacements of the last call, so
-  /// that it can be called again with a better `force_N`.
+  /// that it can be called again with a better `force_N`. Changes values(). Must be called after read(). \param force_N
+  /// [N] \param noise_px standard deviation of a coordinate
   void complete(double force_N, double noise_px);
 
-  /// Returns the amplitudes of the modes that were read [px].
+  /// Returns the amplitudes of the modes that were read [px]; none after take(). Valid until the next call of another
+  /// function.
   std::span<const double> values() const;
 
  private:

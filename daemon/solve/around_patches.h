@@ -22,7 +22,7 @@ class AroundPatches {
  public:
   /// Values of rho (ModelOptions::roughness) of the patches that are tried; equally probable a priori.
   static constexpr std::array kRoughness = {0.1, 0.2, 0.4, 0.8};
-  static constexpr int kPerPatch = kPatchLoads + kPatchPlaces;
+  static constexpr int kPerPatch = kPatchLoads + kPatchPlaces;  ///< extra unknowns of a patch
   static constexpr int kMostExtra = kPerPatch * RoundPatches::kMost;
 
   /// All references must outlive it.
@@ -36,17 +36,20 @@ class AroundPatches {
 
   // Results of solve() with the roughness kRoughness[i].
 
+  /// Returns the posterior of the atoms and, as extra unknowns, of the changes of the patches. Valid until the next
+  /// solve().
   Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
   /// Returns the log evidence, reduced for the free places of the patches and for the choice of roughness.
   double logEvidence(int i) { return posterior(i).logEvidence() - occam_; }
-  /// Returns force and moment of atoms and patches about the origin [N, N m].
+  /// Returns force and moment of atoms and patches about the origin of the gel frame [N, N m].
   std::array<double, 6> wrench(int i);
   /// Computes the forces of the points (3P [N]). The force of a patch is spread over the points beneath it, so that
   /// their centroid is its place.
   void pointForces_N(int i, std::span<double> forces);
 
+  /// Returns the number of patches of the last solve(), those of its `patches`.
   int patchCount() const { return static_cast<int>(patches_.size()); }
-  /// Returns a patch with its mean over all roughnesses.
+  /// Returns a patch with its mean over all roughnesses, weighted by their evidence. \param patch below patchCount()
   FoundPatch found(int patch);
 
   /// Computes the shares of the points (P) in the force of a patch; their sum is 1. \param centred true: the centroid

@@ -25,14 +25,15 @@ class AtomProducts {
   /// Makes room for the products of `most` atoms. `factors` must outlive it.
   AtomProducts(const Factors& factors, int most);
 
-  /// Starts anew with a picture, which must last.
+  /// Starts anew with a picture, which must live until the next begin().
   void begin(const Displacements& picture);
 
   /// Computes the products among these atoms, at most `most`, that are not known yet. Discards those of other atoms if
   /// there is no room.
   void add(std::span<const int> atoms);
 
-  /// Returns the index of the first of the three components of an atom that was added. The components of the motion
+  /// Returns the index of the first of the three components of an atom that was added; -1 if there are no products of
+  /// it. The components of the motion
   /// have the indices 0 .. kMotions - 1.
   int indexOf(int atom) const { return index_[static_cast<std::size_t>(atom)]; }
   /// Returns the products of a component with all others, by their indices [px^2/N^2; with the motion px^2/N, px^2].

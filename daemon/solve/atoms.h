@@ -31,18 +31,20 @@ struct Atoms {
   std::vector<Level> levels;
   double depth_m = 0.0;  ///< depth of the nearest markers: they do not resolve forces that are closer together
 
+  /// Returns P.
   int pointCount() const { return static_cast<int>(shape.rows()); }
+  /// Returns A.
   int count() const { return static_cast<int>(shape.cols()); }
-  int nodeCount() const;  ///< Returns N.
+  int nodeCount() const;  ///< Returns N, the number of nodes of the sensor.
   /// Returns the index of the node at which a point's force is published.
   int nodeOf(int point) const { return nodes[nearest[point]]; }
 };
 
-/// Makes the atoms of a sensor. Of a block: points on the nodes and, where the gel is wide enough for them, on two
-/// rings around them; hats over the nodes with half widths and distances of 2, 4 and 8 pitches; an even plate on all
-/// nodes; lines along the four sides, of the outermost nodes and of each ring, each line a row of hats of 8 pitches. Of
-/// a body with an influence file, whose nodes need not be a grid and whose mechanics are known at the nodes alone:
-/// points on the nodes.
+/// Makes the atoms of a sensor, which need not outlive them. Of a block: points on the nodes and, where the gel is wide
+/// enough for them, on two rings around them; hats over the nodes with half widths and distances of 2, 4 and 8 pitches;
+/// an even plate on all nodes; lines along the four sides, of the outermost nodes and of each ring, each line a row of
+/// hats of 8 pitches. Of a body with an influence file, whose nodes need not be a grid and whose mechanics are known at
+/// the nodes alone: points on the nodes.
 Atoms makeAtoms(const sensor::Sensor& sensor);
 
 /// Computes the forces of the points (3P [N]) from the forces of the atoms (3A [N]).

@@ -23,11 +23,11 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class ContactStep final : public SolvedForces {
  public:
-  /// More nodes than this are not solved for; above kFewNodes the result begins to count for less.
+  /// More nodes than kMostNodes are not solved for; above kFewNodes the result begins to count for less.
   static constexpr int kMostNodes = 96;
   static constexpr int kFewNodes = 64;
 
-  /// `inverse` must outlive it.
+  /// `inverse` must outlive it. \param nodes grid of the sensor that `inverse` was computed for
   ContactStep(const Inverse& inverse, const sensor::NodeGrid& nodes, const SolveOptions& options);
 
   /// Returns the number of amplitudes that find() needs.
@@ -44,7 +44,8 @@ class ContactStep final : public SolvedForces {
   /// Returns w of every node of the face, by the last find().
   std::span<const double> weights() const { return weight_; }
 
-  /// Solves for the forces of nodes(). Returns false if the equations could not be solved.
+  /// Solves for the forces of nodes(), at most kMostNodes. Returns false if the equations could not be solved; the
+  /// results below then have no meaning.
   /// \param displacement 2M [px], padded to the stride of the influence matrix, 0 where missing
   /// \param missing coordinates without a displacement \param squares sum of the squared displacements [px^2]
   /// \param expected prior mean of the forces of nodes() [N]: the penalty is then lambda^2 |x - D^-1 expected|^2
@@ -65,19 +66,20 @@ class ContactStep final : public SolvedForces {
   std::span<const double> motionCoupling() const { return motionCoupling_; }  ///< H'P of all markers, 3N x 4
   std::span<const double> motionGram() const { return motionGram_; }          ///< P'P of all markers, 4 x 4
 
-  /// Overwrites a linear functional of the forces, one element for each of forces(), with the form that covariance()
-  /// needs. The array must hold kMostUnknowns elements.
+  /// Overwrites a linear functional of the forces, one coefficient for each of forces(), with the form that
+  /// covariance() needs, after solve(). The array must hold kMostUnknowns elements.
   void prepare(double* functional) const;
   /// Returns the covariance of two prepared functionals [N^2].
   double covariance(const double* a, const double* b) const;
   /// Implements SolvedForces::covariances.
   void covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const override;
-  /// Computes the standard deviations of forces() [N].
+  /// Computes the standard deviations of forces() by noise and prior [N]: as many elements as forces() has.
   void deviations(double* deviation);
   /// The most unknowns of the equations.
   static constexpr int kMostUnknowns = 3 * kMostNodes + kMotions;
 
-  /// Returns the force of a node that is found in half of the frames: along the surface, and into it [N].
+  /// Returns the force of a node that is found in half of the frames: along the surface, and into it [N]. Median over
+  /// all nodes, at the calibrated noise; computed by the constructor.
   std::array<double, 2> detectionLimit_N() const { return detectionLimit_N_; }
 
  private:

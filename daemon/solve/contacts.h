@@ -19,9 +19,10 @@ class Contacts {
   /// `inverse` must outlive it; `sensor` is the one it was computed for.
   Contacts(const Inverse& inverse, const sensor::Sensor& sensor);
 
-  /// Lists the contacts in the forces that `step` solved from `picture`, strongest first, at most kMaxContacts. Returns
-  /// their number. A single contact near the rim of the nodes is solved for again in `step`, with the forces of a
-  /// fitted patch as its prior mean. \param trust weight of the step, 0 to 1: 0 leaves it as it is
+  /// Lists the contacts in the forces that `step` solved from `picture`, strongest first, at most kMaxContacts: the
+  /// hills with a surety() above Hills::kLeast_deviations, or the patches that explain them better. Returns their
+  /// number, which may be 0. A single contact near the rim of the nodes is solved for again in `step`, with the forces
+  /// of a fitted patch as its prior mean. \param trust weight of the step, 0 to 1: 0 leaves it as it is
   int list(ContactStep& step, const Picture& picture, double trust, std::array<Contact, kMaxContacts>& contacts);
 
   /// The patch that the last list() took as the prior mean.
@@ -30,6 +31,7 @@ class Contacts {
     Patch patch;
     Eigen::Matrix<double, 6, 6> covariance;  ///< PatchFit::covariance() of the patch
   };
+  /// Returns the patch of the last list(); the next one overwrites it.
   const AtRim& atRim() const { return atRim_; }
 
  private:

@@ -26,7 +26,8 @@ class EvenField {
   EvenField(const Factors& factors, const Atoms& atoms, const ModelOptions& options, Selection& selection,
             Roughness& roughness);
 
-  /// Solves for the field. Returns false if equations could not be solved. \param picture must last until the last call
+  /// Solves for the field. Returns false if equations could not be solved; the results then have no meaning. \param
+  /// picture must last until the last call
   /// of the functions below \param products of the picture \param forces_N of the points (3P), from which the footprint
   /// is drawn; not all 0
   bool solve(const Displacements& picture, AtomProducts& products, std::span<const double> forces_N);
@@ -35,6 +36,7 @@ class EvenField {
 
   // Results of solve() with the roughness kRoughness[i], i < count().
 
+  /// Returns the posterior of the atoms and, as extra unknowns, of u and v. Valid until the next solve().
   Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
   /// Returns the log evidence, reduced for the choice of roughness and by kOptimism for each degree of freedom, as the
   /// footprint was drawn from the picture.

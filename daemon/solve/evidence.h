@@ -40,11 +40,13 @@ class Evidence {
   /// `factors` and `atoms` must outlive it.
   Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
 
-  /// Returns how many modes a frame needs: as many as `amplitudes` has, or those of one more group. \param amplitudes c
+  /// Returns how many modes a frame needs: as many as `amplitudes` has, or those of one more group; without amplitudes,
+  /// those of the first group. \param amplitudes c
   /// of the modes that were read [px]
   int modesToRead(std::span<const double> amplitudes, double noise_px);
 
-  /// Returns tau, the typical force of this picture [N]. \param amplitudes c of the modes that were read [px]
+  /// Returns tau, the typical force of this picture [N]. \param amplitudes c of the modes that were read [px], at least
+  /// one
   double typicalForce_N(std::span<const double> amplitudes, double noise_px);
 
   /// Computes the moments of all atoms from the amplitudes, with the prior of their typicalForce_N(). \param amplitudes

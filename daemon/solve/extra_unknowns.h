@@ -31,7 +31,7 @@ class ExtraUnknowns {
 
   // For the posterior, after multiply().
 
-  int count() const { return count_; }
+  int count() const { return count_; }  ///< number of unknowns, as given to begin()
   const Eigen::Matrix<double, 6, 1>& wrench(int unknown) const { return wrench_[static_cast<std::size_t>(unknown)]; }
   std::span<const double> pointForces_N(int unknown) const;
   std::span<const double> nodeForces_N(int unknown) const;  ///< of the points that are published at each node (3N)

@@ -14,25 +14,29 @@ namespace tractiond::solve {
 /// Immutable once made.
 class FieldRules {
  public:
+  /// Copies what it needs; neither argument need outlive it.
   FieldRules(const sensor::Sensor& sensor, const SolveOptions& options);
 
-  const std::vector<std::array<double, 3>>& nodes() const { return nodes_; }  ///< places [m]
+  const std::vector<std::array<double, 3>>& nodes() const { return nodes_; }  ///< places, gel frame [m]
 
-  /// Makes the field not valid and sets all its numbers to 0.
+  /// Makes the field not valid, with no contacts and Method::kNone, and sets the numbers that a solver computes to 0.
+  /// Leaves its markers, times and flags unchanged.
   static void clear(TractionField& field);
 
-  /// Sets the centre of pressure from the field's resultant and moment, if the normal force exceeds its noise and
-  /// SolveOptions::minPressForCentre_N.
+  /// Sets the centre of pressure from the field's resultant and moment, if the normal force exceeds five of its
+  /// standard deviations by noise and SolveOptions::minPressForCentre_N; else marks it as not valid.
   void centre(TractionField& field) const;
 
-  /// Returns the centroid of the nodes, weighted by the magnitudes of their forces [m]; the origin if all are 0.
+  /// Returns the centroid of the nodes in the gel frame, weighted by the magnitudes of their forces [m]; the origin if
+  /// all are 0.
   Eigen::Vector3d centroid(const TractionField& field) const;
 
   /// Sets the residual; sets the flag kUnexplained if noise and model errors do not explain it. \param
   /// squaredResidual_px2 sum over the coordinates of the used markers
   static void explain(double squaredResidual_px2, const UsedMarkers& markers, TractionField& field);
 
-  /// Returns whether a force on the node, by its square, is beyond the range in which the uncertainty is known.
+  /// Returns whether a force on the node, by its square, is beyond the range in which the uncertainty is known: more
+  /// than 0.9 times Young's modulus on the area that the node stands for.
   bool outOfRange(std::size_t node, double squaredForce_N2) const;
 
   /// Returns the same for the mean pressure on an area of the size that a node stands for.

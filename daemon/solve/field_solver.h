@@ -16,9 +16,10 @@ class FieldSolver {
   FieldSolver(const FieldSolver&) = delete;
   FieldSolver& operator=(const FieldSolver&) = delete;
 
-  /// Computes all of a field except its times. The field must be sized for the sensor's markers and nodes. If too many
-  /// markers are missing (flag kFewMarkers) or a number is not finite, the field is not valid and all its numbers are
-  /// 0. Allocates nothing.
+  /// Computes all of a field except its times. Both must be sized for the sensor's markers and nodes (asserted). Copies
+  /// the markers and their flags into the field. If too many markers are missing (flag kFewMarkers), the markers have
+  /// the flag kGelMismatch, or a number is not finite, the field is not valid and all its numbers are 0. Allocates
+  /// nothing.
   virtual void solve(const MarkerField& markers, TractionField& field) noexcept = 0;
 
   /// Returns the force on a single node that is found in half of the frames: along the surface, and into it [N].
@@ -30,6 +31,7 @@ class FieldSolver {
     Counter notFinite;   ///< not valid: a number is not finite
     Counter wholeFace;   ///< solved over the whole face, wholly or in part, in place of the contact step
   };
+  /// Returns the counters of all fields since the solver was made.
   const Counters& counters() const { return counters_; }
 
  protected:

@@ -28,7 +28,7 @@ class SolvedForces {
 
 /// A grid of places on the surface, row after row.
 struct PlaceGrid {
-  int columns = 0, rows = 0;
+  int columns = 0, rows = 0;          ///< numbers of places along x and y
   sensor::Points positions, normals;  ///< [m], gel frame; unit vectors
   Eigen::VectorXd areas;              ///< area that each place stands for [m^2]
 };
@@ -44,10 +44,10 @@ class Hills {
   /// SolvedForces::covariances() needs of a functional
   Hills(PlaceGrid grid, int mostPlaces, int functionalRows);
 
-  /// Divides the forces into hills.
+  /// Divides the forces into hills; without forces there are none.
   void divide(const SolvedForces& forces);
 
-  /// Makes one hill of all forces.
+  /// Makes one hill of all forces, of which there must be at least one.
   void unite(const SolvedForces& forces);
 
   // Results of the last divide() or unite().
@@ -59,7 +59,8 @@ class Hills {
   /// Returns the hill that a place belongs to, after merging. \param index in SolvedForces::places()
   int hillOf(int index) const;
 
-  /// Returns the hill as a contact. \param forces at the same places as when they were divided; their values may differ
+  /// Returns the hill as a contact, in the gel frame. \param hill below count(), one that stands() \param forces at the
+  /// same places as when they were divided; their values may differ
   Contact describe(const SolvedForces& forces, int hill);
 
   /// Returns the force of a contact in standard deviations, along the axis on which that is largest.
@@ -70,7 +71,7 @@ class Hills {
   /// contacts.
   int list(const SolvedForces& forces, std::array<Contact, kMaxContacts>& contacts);
 
-  /// Sorts contacts, strongest first.
+  /// Sorts contacts by the magnitude of their forces, strongest first.
   static void sort(std::span<Contact> contacts);
 
  private:

@@ -52,7 +52,7 @@ struct Inverse {
 
   int coordinateCount() const { return left.rows(); }  ///< 2M
   int forceCount() const { return right.columns(); }   ///< 3N
-  int rank() const { return right.rows(); }
+  int rank() const { return right.rows(); }            ///< r
 
   /// Returns the element (i, j) of `hat`, which is symmetric: the share of coordinate j in the fit at coordinate i.
   float hatAt(int i, int j) const {
@@ -64,7 +64,8 @@ struct Inverse {
 
 /// Computes the inverse of `influence`, 2M x 3N [px/N], in double precision. Uses the threads of the BLAS, and about
 /// four times the memory of the matrix. Leaves `id`, `computed_ns` and `systematicErrors` to the caller. Fails if the
-/// matrix is not finite or all zero.
+/// matrix is not finite or all zero (EX_CONFIG), or if its eigenvectors are not found (EX_SOFTWARE). Takes seconds.
+/// `influence` and `motion` need not outlive the result.
 tl::expected<Inverse, Error> computeInverse(const Eigen::MatrixXd& influence, const MotionPrior& motion,
                                             const SolveOptions& options,
                                             const sensor::elastic::Progress& progress = {});

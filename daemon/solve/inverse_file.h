@@ -8,15 +8,17 @@
 
 namespace tractiond::solve {
 
-/// Loads an inverse. Fails with the reason if there is no file, or it is not whole or not of this id and size.
+/// Loads an inverse. Fails with path and reason if the file cannot be read, is not whole (by its checksum), is of
+/// another version of the format, or is not of this id and size. \param coordinateCount 2M \param forceCount 3N
 tl::expected<Inverse, std::string> loadInverse(const std::filesystem::path& path, const Id& id, int coordinateCount,
                                                int forceCount);
 
-/// Loads the factors of `atoms`. Fails in the same cases.
+/// Loads the factors of `atoms`. Fails in the same cases. `atoms` need not outlive them.
 tl::expected<Factors, std::string> loadFactors(const std::filesystem::path& path, const Id& id, int coordinateCount,
                                                const Atoms& atoms);
 
-// Write the file. It appears under its name when it is whole and on the disk. Fail with the reason.
+// Write the file. It appears under its name when it is whole and on the disk. An existing file is replaced. Fail with
+// path and reason.
 tl::expected<void, std::string> saveInverse(const std::filesystem::path& path, const Inverse& inverse);
 tl::expected<void, std::string> saveFactors(const std::filesystem::path& path, const Factors& factors);
 

@@ -23,7 +23,7 @@ template <typename Number>
 class LineArray {
  public:
   LineArray() = default;
-  explicit LineArray(std::size_t size);
+  explicit LineArray(std::size_t size);  ///< \param size number of elements; not padded
   std::size_t size() const { return size_; }
   Number* data() { return data_.get(); }
   const Number* data() const { return data_.get(); }
@@ -40,13 +40,15 @@ class LineArray {
 class RowMatrix {
  public:
   RowMatrix() = default;
-  RowMatrix(int rows, int columns);
+  RowMatrix(int rows, int columns);  ///< Allocates the matrix; all elements are 0.
 
   int rows() const { return rows_; }
   int columns() const { return columns_; }
-  int stride() const { return padded(columns_); }
+  int stride() const { return padded(columns_); }  ///< floats from one row to the next
+  /// Returns a row: stride() floats on a line's boundary. The index is not checked.
   float* row(int index) { return data_.data() + static_cast<std::ptrdiff_t>(index) * stride(); }
   const float* row(int index) const { return data_.data() + static_cast<std::ptrdiff_t>(index) * stride(); }
+  /// Returns all rows(), with what fills them: rows() * stride() floats.
   std::span<float> all() { return {data_.data(), data_.size()}; }
   std::span<const float> all() const { return {data_.data(), data_.size()}; }
 
@@ -70,12 +72,13 @@ RowMatrix toRows(const Source& source) {
 class CoarseMatrix {
  public:
   CoarseMatrix() = default;
-  /// Rounds the upper left corner of a matrix.
+  /// Rounds the upper left corner of a matrix, rows x columns. The matrix need not outlive it.
   CoarseMatrix(const RowMatrix& matrix, int rows, int columns);
 
   int rows() const { return static_cast<int>(factors_.size()); }
   int columns() const { return columns_; }
   int stride() const { return padded(columns_); }
+  /// Returns a row: stride() integers. The index is not checked.
   const std::int16_t* row(int index) const { return data_.data() + static_cast<std::ptrdiff_t>(index) * stride(); }
   /// Returns the number by which the integers of a row must be multiplied.
   float factor(int index) const { return factors_[static_cast<std::size_t>(index)]; }
@@ -86,8 +89,8 @@ class CoarseMatrix {
   LineArray<std::int16_t> data_;
 };
 
-/// Computes sum += sum over k of coefficients[k] * matrix.row(rows[k]). \param sum matrix.stride() elements on a line's
-/// boundary
+/// Computes sum += sum over k of coefficients[k] * matrix.row(rows[k]). `rows` and `coefficients` have the same number
+/// of elements. \param sum matrix.stride() elements on a line's boundary
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum);
 /// Computes the same for the columns first .. end - 1, and for what fills their last line. \param first a multiple of
 /// kLineFloats
@@ -113,14 +116,16 @@ void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int colum
 // `lower` is the lower triangle of a symmetric matrix A of `size` rows, or its Cholesky factor L, A = L L'. It is
 // packed: row i starts at i (i + 1) / 2. The factor has the reciprocals of its diagonal elements in their place.
 
-/// Replaces A by L. Returns false if A is not positive definite. \param scratch kColumns * size elements
+/// Replaces A by L. Returns false if A is not positive definite or not finite; `lower` then has no meaning. \param
+/// scratch kColumns * size elements
 bool factoriseLower(std::span<double> lower, int size, double* scratch);
 
 /// Computes the columns first .. first + kColumns - 1 of L^-1; columns beyond the last one become 0. Leaves the rows
 /// before `first` unchanged. \param columns size x kColumns, row after row
 void inverseColumns(std::span<const double> lower, int first, int size, double* columns);
 
-/// Computes the diagonal of A^-1 = (L L')^-1. \param scratch kColumns * size elements \param squares size elements
+/// Computes the diagonal of A^-1 = (L L')^-1 from L. \param scratch kColumns * size elements \param squares size
+/// elements
 void inverseDiagonal(std::span<const double> lower, int size, double* scratch, double* squares);
 
 inline double square(double x) {

@@ -13,12 +13,13 @@ namespace tractiond::solve {
 Id calibrationId(const sensor::Sensor& sensor, const SolveOptions& options);
 
 struct MadeSolver {
-  std::unique_ptr<FieldSolver> solver;
-  std::int64_t computed_ns = 0;  ///< CLOCK_REALTIME when the numbers it solves with were computed
+  std::unique_ptr<FieldSolver> solver;  ///< owns all that it needs; never null
+  std::int64_t computed_ns = 0;         ///< CLOCK_REALTIME when the numbers it solves with were computed
 };
 
 /// Makes the solver that SolveOptions::solving names. Reads its inverse or factors from the state directory, or
-/// computes them in seconds and caches them there. Fails if they cannot be computed. \param remark see inverse_cache.h
+/// computes them in seconds and caches them there. Fails if they cannot be computed (EX_CONFIG or EX_SOFTWARE, as
+/// loadOrCompute()). The arguments need not outlive the solver. \param remark see inverse_cache.h
 tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const SolveOptions& options,
                                            const std::filesystem::path& stateDirectory,
                                            const sensor::elastic::Progress& progress = {}, const Remark& remark = {});
@@ -26,7 +27,7 @@ tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const S
 /// Returns whether makeSolverAtRest() is possible: for a block that is solved with Solving::kModel.
 bool followsRest(const sensor::Sensor& sensor, const SolveOptions& options);
 
-/// A solver for the places that the markers have in the gel by its rest picture.
+/// A solver for the places that the markers have in the gel by its rest picture; `places` are those it solves for.
 struct SolverAtRest {
   std::unique_ptr<FieldSolver> solver;
   RestPlaces places;
@@ -35,8 +36,9 @@ struct SolverAtRest {
 /// Makes the solver for the places of the markers that a zero shows, from the factors that makeSolver() has cached in
 /// the state directory. Takes some seconds. Must only be called if followsRest() is true. Calls `stopping` between its
 /// steps, the longest of which takes a sixth of the time, unless the factors are not cached: computing those is one
-/// step of many seconds. \param place_px, present as in RestPose \param detectionLimit_N of the solver for the places
-/// of the gel file: it is taken over, as it changes little
+/// step of many seconds. Fails with givenUp() or as makeSolver(). The arguments need not outlive the solver. \param
+/// place_px, present as in RestPose \param detectionLimit_N of the solver for the places of the gel file: it is taken
+/// over, as it changes little
 tl::expected<SolverAtRest, Error> makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options,
                                                    const std::filesystem::path& stateDirectory,
                                                    std::span<const float> place_px,

@@ -32,7 +32,8 @@ class MissingMarkers {
   /// Returns the missing coordinates (rows of U) in the order of solve().
   std::span<const int> coordinates() const { return {coordinates_.data(), coordinates_.size()}; }
 
-  /// Solves the system in place: U_M G c is replaced by x, one element for each of coordinates().
+  /// Solves the system of the last update() in place: U_M G c is replaced by x [px], one element for each of
+  /// coordinates().
   void solve(double* rightHandSide) const;
 
  private:

@@ -17,12 +17,13 @@ class Mixture {
   /// Removes all posteriors; all results are 0 afterwards.
   void clear();
 
-  /// Adds a posterior, which must last. Returns the array of its points' forces (3P [N]), which the caller must fill.
+  /// Adds a posterior, which must live, with its last fit(), until the next clear(). Returns the array of its points'
+  /// forces (3P [N]), which the caller must fill before weigh(). Must not be called more than `most` times.
   /// \param worth log evidence \param wrench of the posterior [N, N m]
   std::span<double> add(Posterior& posterior, double worth, const std::array<double, 6>& wrench);
 
   /// Computes share(), in proportion to exp(worth) and with the sum 1, and pointForces_N(). Must be called after the
-  /// last add() and before the functions below.
+  /// last add(), of which there must be one, and before the functions below.
   void weigh();
 
   int count() const { return count_; }  ///< Returns the number of posteriors.
@@ -31,7 +32,7 @@ class Mixture {
   std::span<const double> pointForces_N() const { return mean_; }  ///< Returns the mean forces of the points, 3P.
   std::array<double, 6> wrench() const;         ///< Returns the mean force and moment about the origin [N, N m].
   std::array<double, kMotions> motion() const;  ///< Returns the mean motion, in deviations of its prior.
-  double squaredResidual_px2() const;           ///< Returns the mean of the squared residuals.
+  double squaredResidual_px2() const;           ///< Returns the mean of the squared residuals [px^2].
   /// Computes the covariance of wrench(), row after row [N^2, N^2 m, N^2 m^2].
   void wrenchCovariance(std::array<double, 36>& covariance);
 

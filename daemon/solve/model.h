@@ -51,7 +51,8 @@ class Model {
   Model(const sensor::Sensor& sensor, const Factors& factors, const Atoms& atoms, const ModelOptions& options = {});
   Model(const Model&) = delete;  // its parts refer to each other
 
-  /// Estimates the forces. `estimate.force_N` must have 3P elements. \param displacement_px 2M, 0 where missing
+  /// Estimates the forces. `estimate.force_N` must have 3P elements. Errors are reported by Estimate::outcome only. The
+  /// arguments need not outlive the call. \param displacement_px 2M, 0 where missing
   /// \param missing coordinates without a displacement, ascending, both of each marker \param noise_px standard
   /// deviation of a coordinate in this frame
   void solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
@@ -63,7 +64,8 @@ class Model {
   /// the sum of the points that are published there (Atoms::nodeOf).
   void nodeDeviations_N(std::span<double> deviations) noexcept;
 
-  /// Computes the shares of the points (P) in the force of a patch of the estimate; its place is their centroid.
+  /// Computes the shares of the points (P) in the force of a patch of the estimate; its place is their centroid, and
+  /// their sum is 1. Must not be called for a model without patches.
   void shares(const RoundPatch& patch, std::span<double> shares) noexcept;
 
   /// Computes the covariance of `count` linear functionals of the points' forces, count x count, row after row.

@@ -12,7 +12,7 @@ namespace tractiond::solve {
 /// Thread-bound, except for the counters.
 class ModelSolver : public FieldSolver {
  public:
-  /// `factors` and `atoms` must outlive the solver. \param sensor that they were computed for
+  /// `factors` and `atoms` must outlive the solver. \param sensor that they were computed for; need not outlive it
   /// \param detectionLimit_N result of detectionLimit_N(); without it the constructor computes it, in up to a second
   ModelSolver(const Factors& factors, const Atoms& atoms, const sensor::Sensor& sensor,
               const SolveOptions& options = {}, const std::optional<std::array<double, 2>>& detectionLimit_N = {});
@@ -22,7 +22,7 @@ class ModelSolver : public FieldSolver {
   void solve(const MarkerField& markers, TractionField& field) noexcept override;
 
   /// Returns the force from which on the model finds a contact: the median over nine nodes, each with its own noise;
-  /// along the surface, and into it [N].
+  /// along the surface, and into it [N]. The constructor computed it or was given it.
   std::array<double, 2> detectionLimit_N() const override { return detectionLimit_N_; }
 
  private:

@@ -16,7 +16,7 @@ struct MotionPrior {
 /// Immutable once made; any thread may read it.
 class MotionWeight {
  public:
-  /// \param noise_px n, the standard deviation of a coordinate
+  /// `motion` need not outlive it. \param noise_px n, the standard deviation of a coordinate; above 0
   MotionWeight(const MotionPrior& motion, double noise_px);
 
   /// Multiplies W^1/2 by a matrix of 2M rows, in place.
@@ -24,7 +24,7 @@ class MotionWeight {
 
   /// Returns R, 2M x 4: the left singular vectors of P Q^1/2 / n. A motion that does not happen makes a zero column.
   const Eigen::MatrixXd& axes() const { return axes_; }
-  /// Returns the diagonal of D in W = 1 - R D R'.
+  /// Returns the diagonal of D in W = 1 - R D R', each element in [0, 1); 0 for a motion that does not happen.
   Eigen::Vector4d gain() const { return squares_.array() / (1.0 + squares_.array()); }
 
  private:

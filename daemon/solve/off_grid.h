@@ -17,7 +17,7 @@ namespace tractiond::solve {
 /// pitches. Thread-bound. Allocates only when made.
 class OffGrid {
  public:
-  /// \param sensor a block
+  /// \param sensor a block with at least 4 x 4 nodes; need not outlive the object
   explicit OffGrid(const sensor::Sensor& sensor);
 
   struct Difference {
@@ -28,7 +28,8 @@ class OffGrid {
     std::vector<double> kinds;
   };
 
-  /// Returns the difference for a patch; its force is not used. Valid until the next call. \param missing coordinates
+  /// Returns the difference for a patch; its force is not used. Valid until the next call. \param missing coordinates,
+  /// both of each missing marker
   const Difference& of(const Patch& patch, std::span<const int> missing);
 
  private:

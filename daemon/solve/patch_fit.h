@@ -31,15 +31,16 @@ struct Picture {
 /// Thread-bound. Allocates only when made.
 class PatchFit {
  public:
-  static constexpr int kMostPatches = 4;
+  static constexpr int kMostPatches = 4;  ///< largest number of patches of a fit
 
   /// Prior mean and standard deviation of a spread [pitches^2]. The contact of a ball, of radius a, has a^2 / 5.
   static constexpr double kSpread = 0.1, kSpreadDeviation = 0.25;
 
-  /// `inverse` must outlive it.
+  /// `inverse` must outlive it. \param nodes grid of the sensor; on fewer than 4 x 4 nodes every fit fails
   PatchFit(const Inverse& inverse, const sensor::NodeGrid& nodes);
 
-  /// Sets the frame for the following calls. `step` must have solved the same picture; both must last.
+  /// Sets the frame for the following calls. `step` must have solved the same picture; it and the memory that `picture`
+  /// refers to must last until the last of these calls.
   void begin(const ContactStep& step, const Picture& picture);
 
   /// Improves places and spreads of the patches, at most kMostPatches, by Gauss-Newton steps from their present values;
@@ -58,7 +59,8 @@ class PatchFit {
   /// Returns the minimum of the last fit() or fitsBar() in units of n^2: residual and priors.
   double chiSquared() const { return chiSquared_; }
 
-  /// Returns the covariance of a patch's force [N], column, row [pitches] and spread [pitches^2], by the last fit().
+  /// Returns the covariance of a patch's force [N], column, row [pitches] and spread [pitches^2], by the last
+  /// fit() that returned true. \param patch index in that fit's patches
   Eigen::Matrix<double, 6, 6> covariance(int patch) const;
 
  private:

@@ -15,8 +15,8 @@ namespace tractiond::solve {
 
 /// Where a round patch lies on the surface, and how wide it is.
 struct PatchPlace {
-  double x_m = 0.0, y_m = 0.0;
-  double spread_m2 = 0.0;  ///< variance of the pressure's places along any direction; a ball's radius^2 / 5
+  double x_m = 0.0, y_m = 0.0;  ///< centre, gel frame
+  double spread_m2 = 0.0;       ///< variance of the pressure's places along any direction; a ball's radius^2 / 5
 };
 
 /// Force x, y, z [N] and torsion about the centre of the patch [N m].
@@ -26,7 +26,7 @@ inline constexpr int kPatchLoads = 4, kPatchPlaces = 3;  ///< numbers of a Patch
 /// Thread-bound. Allocates only when made.
 class PatchInfluence {
  public:
-  /// Returns whether the atoms are those of a block with enough points; a body from a file has no half-space.
+  /// Returns whether the atoms are those of a block with at least 6 x 6 points; a body from a file has no half-space.
   static bool possible(const Atoms& atoms);
 
   /// `atoms` and `factors` must outlive it; `sensor` is used by the constructor only.

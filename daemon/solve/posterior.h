@@ -26,26 +26,27 @@ class Posterior {
   /// `factors` and `atoms` must outlive it. \param most atoms that fit() takes \param mostExtra extra unknowns
   Posterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra = 0);
 
-  /// Computes the posterior. Returns false if the equations could not be solved. `chosen` and `extra` must live until
-  /// the next fit(). \param products of a picture with the same missing coordinates; without `extra`, of this picture
-  /// \param extra after ExtraUnknowns::multiply() with this picture; null: none
+  /// Computes the posterior. Returns false if the equations could not be solved; the results then have no meaning.
+  /// `chosen` and `extra` must live until the next fit(). \param products of a picture with the same missing
+  /// coordinates; without `extra`, of this picture. Missing products of chosen atoms are added \param extra
+  /// after ExtraUnknowns::multiply() with this picture; null: none
   bool fit(const Displacements& picture, AtomProducts& products, const Chosen& chosen, ExtraUnknowns* extra = nullptr);
 
   // Results of the last fit().
 
-  /// Returns the forces of the chosen atoms, in their order.
+  /// Returns the forces of the chosen atoms, in their order [N].
   std::span<const double> forces_N() const { return {x_.data(), 3 * chosen_->atoms.size()}; }
-  /// Computes the forces of all atoms (3A): 0 for those that were not chosen.
+  /// Computes the forces of all atoms (3A [N]): 0 for those that were not chosen.
   void allForces_N(std::span<double> forces) const;
-  /// Returns known_a of the chosen atoms.
+  /// Returns known_a of the chosen atoms, in their order. Valid until the next call.
   std::span<const double> known();
   /// Returns the values of the extra unknowns.
   std::span<const double> extra() const { return {x_.data() + 3 * chosen_->atoms.size(), extraCount()}; }
-  double logEvidence() const { return logEvidence_; }
+  double logEvidence() const { return logEvidence_; }                     ///< log evidence, as above
   double squaredResidual_px2() const { return squaredResidual_; }         ///< |d - B x|^2
   const std::array<double, kMotions>& motion() const { return motion_; }  ///< in deviations of its prior
 
-  /// Computes noise_a of the chosen atoms; takes as long as fit().
+  /// Computes noise_a of the chosen atoms, in their order [N^2]; takes as long as fit().
   void noise_N2(std::span<double> noise);
 
   /// Copies the results of the chosen atoms, and `noise` (noise_N2()), into the moments of all atoms. Returns the
@@ -55,7 +56,7 @@ class Posterior {
   /// Computes the covariance of wrench(), row after row [N^2, N^2 m, N^2 m^2].
   void wrenchCovariance(std::array<double, 36>& covariance);
 
-  /// Computes the covariance of the extra unknowns, row after row.
+  /// Computes the covariance of the extra unknowns, row after row; its unit is 1, as that of their prior.
   void extraCovariance(std::span<double> covariance);
 
   /// Computes the standard deviations of the forces of all nodes (3N [N]); each force is the sum of the points that are
@@ -66,7 +67,7 @@ class Posterior {
   /// \param weights 3P x count, row after row \param count at most kColumns
   void covariance(std::span<const double> weights, int count, std::span<double> covariance);
 
-  /// Returns force and moment about the origin [N, N m].
+  /// Returns force and moment of atoms and extra unknowns about the origin of the gel frame [N, N m].
   std::array<double, 6> wrench() const;
 
  private:
@@ -106,10 +107,10 @@ class Posterior {
   LineArray<double> scratch_, panels_;  // panels of kColumns columns of the factor's inverse
   std::vector<double> inverse_;         // A^-1, as far as it was computed
   std::vector<double> known_;
-  std::vector<int> indexOf_;   // A: of each atom among the chosen, or -1
-  std::vector<int> covering_;  // unknowns that act at a node, rising
-  std::size_t coveringAtoms_ = 0;  // of these, those of atoms; they come first
-  std::vector<double> share_;  // of each of these in a force of the node
+  std::vector<int> indexOf_;             // A: of each atom among the chosen, or -1
+  std::vector<int> covering_;            // unknowns that act at a node, rising
+  std::size_t coveringAtoms_ = 0;        // of these, those of atoms; they come first
+  std::vector<double> share_;            // of each of these in a force of the node
   std::vector<unsigned char> together_;  // of two panels, whether some of their unknowns act at the same node
   std::array<double, kMotions> motion_{};
 };

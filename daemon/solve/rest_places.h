@@ -20,14 +20,16 @@ struct RestPlaces {
 };
 
 /// Measures the places by the sensor's camera. Shift, scale and roll of the whole picture against the gel file are
-/// taken for motion of the camera, and are not part of the scatter. Reentrant; milliseconds. \param place_px 2M, as in
+/// taken for motion of the camera, and are not part of the scatter; with fewer than ten markers they are not estimated.
+/// Sensor::scatter is not used. Cannot fail. Reentrant; milliseconds. \param sensor a block \param place_px 2M, as in
 /// RestPose \param present M
 RestPlaces restPlaces(const sensor::Sensor& sensor, std::span<const float> place_px,
                       std::span<const std::uint8_t> present);
 
 /// Computes the influence of a block's points on its markers at the places of sensor.scatter, 2M x 3P [px/N], from
 /// `drawn`, the factors of the same sensor without scatter. A half-space's displacements are exact; what the block adds
-/// is smooth, and is interpolated between the markers of a layer. Fails only if `stopping` ends it.
+/// is smooth, and is interpolated between the markers of a layer. Fails only if `stopping` ends it (givenUp()).
+/// `sensor.scatter` must not be empty.
 tl::expected<Eigen::MatrixXd, Error> influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms,
                                                        const Factors& drawn, const Stopping& stopping = {});
 

@@ -9,7 +9,7 @@ namespace tractiond::solve {
 /// Averages numbers of points over a distance, with the weights exp(-r^2 / 2 reach^2), whose sum is 1 at every point.
 class Spread {
  public:
-  /// Uses `atoms` in the constructor only.
+  /// Uses `atoms` in the constructor only. \param reach_m above 0
   Spread(const Atoms& atoms, double reach_m);
 
   /// Computes the averages. \param from, to P numbers each
@@ -39,7 +39,7 @@ class Roughness {
   /// points beyond the nodes and for ambiguous levels.
   std::span<const double> of(std::span<const double> pointForces_N, double rho);
 
-  /// Returns q_a^2 / 3 of all atoms (A [N^2]) under the forces of the points (3P).
+  /// Returns q_a^2 / 3 of all atoms (A [N^2]) under the forces of the points (3P [N]), which must not all be 0.
   std::span<const double> beneath(std::span<const double> pointForces_N);
 
  private:

@@ -15,6 +15,7 @@
 
 namespace tractiond::solve {
 
+/// A round contact: where it is, and what it carries.
 struct RoundPatch {
   PatchPlace place;
   PatchLoad load = PatchLoad::Zero();
@@ -23,7 +24,7 @@ struct RoundPatch {
 /// Thread-bound. Allocates only when made.
 class RoundPatches {
  public:
-  static constexpr int kMost = 4;
+  static constexpr int kMost = 4;  ///< largest number of patches
   /// Spread from which on a contact is not described as a round patch [pitches^2].
   static constexpr double kWidest = 1.5;
   /// Prior standard deviations around the patches that were found: of a load as a multiple of its force (of the
@@ -36,7 +37,8 @@ class RoundPatches {
   /// Finds the patches of a picture. Starts from the maxima of the pressure in `forces_N` (3P, the field of the same
   /// picture) and drops those without which the rest is more likely. If misfit() exceeds `enough`, also tries fainter
   /// maxima, and two patches in place of a long one. Returns false if there are no patches or more than kMost, or if
-  /// they are too broad or cannot be told apart. The picture must last until the last call of the functions below.
+  /// they are too broad or cannot be told apart; the results then have no meaning. The picture must last until the last
+  /// call of the functions below.
   bool find(const Displacements& picture, std::span<const double> forces_N, double enough);
 
   /// Determines which patches are parts of one contact: those that overlap, and those that one straight contact
@@ -45,6 +47,7 @@ class RoundPatches {
 
   // Results of the last find(). Pointers and spans are valid until the next one.
 
+  /// Returns the patches; their order has no meaning.
   std::span<const RoundPatch> patches() const { return {now_.patches.data(), static_cast<std::size_t>(count_)}; }
   /// Returns the minimum of the expression at the top of this file.
   double misfit() const { return now_.misfit; }

@@ -13,7 +13,7 @@ namespace tractiond::solve {
 /// 1e-3 of the root mean square of the displacements. Thread-bound, except for the counters.
 class Solver : public FieldSolver {
  public:
-  /// `inverse` must outlive the solver; `sensor` is the one it was computed for.
+  /// `inverse` must outlive the solver; `sensor` is the one it was computed for and need not outlive it.
   Solver(const Inverse& inverse, const sensor::Sensor& sensor, const SolveOptions& options = {});
 
   // Implement FieldSolver.

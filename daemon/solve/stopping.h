@@ -13,7 +13,7 @@ namespace tractiond::solve {
 /// computation fails with givenUp(). Empty: the computation runs to its end.
 using Stopping = std::function<bool()>;
 
-/// Calls `stopping`. Returns false if it is empty.
+/// Calls `stopping` and returns its result: true, to give up. Returns false if it is empty.
 inline bool isStopped(const Stopping& stopping) {
   return stopping && stopping();
 }

@@ -7,7 +7,8 @@
 
 namespace tractiond::solve {
 
-/// Computes Inverse::systematicErrors of `inverse`, which must be that of the sensor.
+/// Computes Inverse::systematicErrors of `inverse`, which must be that of the sensor. Takes seconds for a
+/// block. Reentrant.
 SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Inverse& inverse);
 
 /// Computes Factors::systematicErrors of the factors of the sensor's atoms. For the whole face all points are solved
@@ -19,9 +20,9 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
 /// mechanics that scale a normal force are then compensated by it.
 bool isWeighed(const sensor::Sensor& sensor);
 
-/// Returns the covariance of the wrench (Fx .. Mz) by the errors of Young's modulus, of the mechanics, and by `errors`.
-/// \param at place of the force [m], gel frame \param whole share of SystematicErrors::wholeFace, 0 to 1; the rest is
-/// that of SystematicErrors::contact
+/// Returns the covariance of a wrench [N, N m] about the origin, (Fx .. Mz), 6 x 6, row after row, by the errors of
+/// Young's modulus, of the mechanics, and by `errors`. \param at place of the force [m], gel frame \param whole share
+/// of SystematicErrors::wholeFace, 0 to 1; the rest is that of SystematicErrors::contact
 WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const Eigen::Vector3d& at,
                                       const sensor::Uncertainty& uncertainty, double pitch_m,
                                       const SystematicErrors& errors, double whole);

@@ -17,9 +17,9 @@ class UsedMarkers {
   /// \param markers M, the number of markers of the sensor
   UsedMarkers(int markers, const SolveOptions& options);
 
-  /// Chooses the valid markers, except those whose variance is many times that of the others, as the equations weigh
-  /// all alike. Returns whether there are enough of them, by SolveOptions::fewestMarkers(); if not, the results below
-  /// have no meaning.
+  /// Chooses the valid markers, except those whose variance exceeds 16 times both the mean variance and the
+  /// calibrated one, as the equations weigh all alike. Copies what it needs of `markers`. Returns whether there are
+  /// enough of them, by SolveOptions::fewestMarkers(); if not, the results below have no meaning.
   bool take(const MarkerField& markers);
 
   // Results of the last take(). Coordinate 2 m is u of marker m, 2 m + 1 is v.

@@ -22,24 +22,28 @@ constexpr int kTile = 4;
 
 #define TRACTION_INLINE __attribute__((always_inline)) inline
 
-// Doubles lie anywhere. By reference, because how vectors are passed depends on the version of the function.
+// These read and write at addresses of any alignment. Vectors are passed by reference, because how they are passed by
+// value depends on the version of the function.
+/// Reads as many numbers as the vector holds.
 template <typename Number, typename Vector>
 TRACTION_INLINE void load(const Number* from, Vector& vector) {
   std::memcpy(&vector, from, sizeof vector);
 }
 
+/// Writes all numbers of the vector.
 template <typename Vector>
 TRACTION_INLINE void store(const Vector& vector, double* to) {
   std::memcpy(to, &vector, sizeof vector);
 }
 
-/// Loads as many floats as there are Doubles.
+/// Reads as many floats as Doubles holds, and converts them.
 TRACTION_INLINE void widen(const float* from, Doubles& vector) {
   FewFloats few;
   load(from, few);
   vector = __builtin_convertvector(few, Doubles);
 }
 
+/// Adds kFloats numbers to as many sums in memory.
 TRACTION_INLINE void add(const Floats& part, double* sums) {
   const auto addHalf = [](const FewFloats& half, double* to) {
     Doubles sum;
@@ -57,11 +61,13 @@ TRACTION_INLINE void add(const Floats& part, float* sums) {
   std::memcpy(sums, &sum, sizeof sum);
 }
 
+/// Returns the sum of the vector's numbers.
 TRACTION_INLINE double sumOf(const Doubles& numbers) {
   return (numbers[0] + numbers[1]) + (numbers[2] + numbers[3]);
 }
 
-/// Adds up the products of as many numbers as fill whole vectors. Returns how many these are.
+/// Sets `sum` to the sums, by position in the vector, of the products a[i] b[i] of as many of the first numbers as fill
+/// whole vectors. Returns how many these are, at most `size`.
 template <typename Number, typename Vector>
 TRACTION_INLINE std::ptrdiff_t sumProducts(const Number* a, const Number* b, std::ptrdiff_t size, Vector& sum) {
   constexpr int kChains = 4;  // that do not wait for each other
@@ -85,6 +91,7 @@ TRACTION_INLINE std::ptrdiff_t sumProducts(const Number* a, const Number* b, std
   return i;
 }
 
+/// Returns the scalar product of two arrays of `size` numbers.
 TRACTION_INLINE double dot(const double* a, const double* b, int size) {
   Doubles sums;
   std::ptrdiff_t i = sumProducts(a, b, size, sums);
@@ -99,7 +106,7 @@ struct Tile {
   Doubles part[count][kParts] = {};
 };
 
-/// tile += sum over j < end of factor(i, j) times row j of `columns`, for each of its rows i.
+/// Computes tile += sum over first <= j < end of factor(i, j) times row j of `columns`, for each row i of the tile.
 template <int count, typename Factor>
 TRACTION_INLINE void addProducts(Factor factor, int first, int end, const double* columns, Tile<count>& tile) {
   Doubles x[kParts];
@@ -115,6 +122,7 @@ TRACTION_INLINE void addProducts(Factor factor, int first, int end, const double
   }
 }
 
+/// Computes A'B of two matrices, size x kColumns, row after row, into kColumns x kColumns products.
 TRACTION_INLINE void columnProducts(const double* a, const double* b, int size, double* products) {
   for (int first = 0; first < kColumns; first += kTile) {
     Tile<kTile> sums;

@@ -10,14 +10,15 @@
 
 namespace tractiond::solve {
 
-/// Returns the wrenches of unit forces at a point along the three axes, 6 x 3.
+/// Returns the wrenches of unit forces at a point [m] along the three axes, 6 x 3 [N, N m per N].
 inline Eigen::Matrix<double, 6, 3> unitWrenches(const Eigen::Vector3d& at) {
   Eigen::Matrix<double, 6, 3> wrenches;
   wrenches << Eigen::Matrix3d::Identity(), 0.0, -at.z(), at.y(), at.z(), 0.0, -at.x(), -at.y(), at.x(), 0.0;
   return wrenches;
 }
 
-/// Returns what the force component `axis` at a point adds to each element of the wrench: a column of unitWrenches().
+/// Returns what 1 N of the force component `axis` (0 to 2) at a point [m] adds to each element of the wrench: a column
+/// of unitWrenches().
 inline std::array<double, 6> wrenchRow(const std::array<double, 3>& at, int axis) {
   switch (axis) {
   case 0:
@@ -29,7 +30,7 @@ inline std::array<double, 6> wrenchRow(const std::array<double, 3>& at, int axis
   }
 }
 
-/// Returns force and moment of a field.
+/// Returns resultant and moment of a field [N, N m].
 inline std::array<double, 6> wrenchOf(const TractionField& field) {
   std::array<double, 6> wrench{};
   std::copy_n(field.resultant_N.begin(), 3, wrench.begin());

@@ -15,21 +15,21 @@
 namespace sensor::elastic {
 
 struct BlockOptions {
-  int degree = 8;            ///< degree of the elements' polynomials
+  int degree = 8;            ///< degree of the elements' polynomials, at least 2
   double clearance = 15e-3;  ///< smallest distance of a force from a side [m]; below 8 mm the mesh is graded
   /// Element boundaries of the quarter block along x, y and the depth, from 0 to 1, as fractions of half the width,
   /// half the height and the thickness. Empty: chosen from the gel's proportions and the clearance.
   std::array<std::vector<double>, 3> breaks;
 };
 
-/// Called with the completed fraction, in [0, 1]. May be empty.
+/// Called on the calling thread with the completed fraction, in (0, 1], ascending. May be empty.
 using Progress = std::function<void(double)>;
 
 /// The correction w of one gel at fixed targets, for any forces. The constructor does most of the work, on the threads
 /// of the BLAS. Immutable afterwards and reentrant.
 class BlockCorrection {
  public:
-  /// \param targets 3 x T [m], in the block
+  /// Takes seconds. The arguments need not outlive the object. \param targets 3 x T, gel frame [m], in the block
   BlockCorrection(const Gel& gel, const Points& targets, const BlockOptions& options = {},
                   const Progress& progress = {});
   ~BlockCorrection();
@@ -37,10 +37,10 @@ class BlockCorrection {
   BlockCorrection& operator=(BlockCorrection&&) noexcept;
 
   /// Returns w per unit force, 3T x 3S [m/N]: rows 3t.. are w at target t, columns 3s.. the unit forces along x, y, z
-  /// at source s. \param sources 3 x S [m], z = 0
+  /// at source s. \param sources 3 x S, gel frame [m], z = 0, no nearer to a side than BlockOptions::clearance
   Eigen::MatrixXd matrix(const Points& sources) const;
 
-  /// Returns w under all forces together, 3 x T [m]. \param sources 3 x S [m], z = 0
+  /// Returns w under all forces together, 3 x T [m]. \param sources as in matrix()
   /// \param forces 3 x S [N]
   Points displacement(const Points& sources, const Eigen::Matrix3Xd& forces) const;
 
@@ -50,7 +50,7 @@ class BlockCorrection {
 };
 
 /// Returns the half-space field plus the correction, 3T x 3S [m/N], laid out as BlockCorrection::matrix(). No target
-/// may coincide with a source. Lowers options.clearance to the sources' distance from the sides.
+/// may coincide with a source. Takes seconds. Lowers options.clearance to the sources' distance from the sides.
 Eigen::MatrixXd blockDisplacement(const Gel& gel, const Points& targets, const Points& sources,
                                   const BlockOptions& options = {}, const Progress& progress = {});
 

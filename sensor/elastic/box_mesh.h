@@ -12,8 +12,8 @@ namespace sensor::elastic {
 /// in the lattice of all nodes. Only nodes on the surface of an element also have a number, from 0 on. Immutable.
 class BoxMesh {
  public:
-  /// \param degree of the elements' polynomials
-  /// \param planes element boundaries along each axis, ascending [m]
+  /// \param degree of the elements' polynomials, at least 1
+  /// \param planes element boundaries along each axis, ascending [m], at least two
   BoxMesh(int degree, std::array<std::vector<double>, 3> planes);
 
   int degree() const { return degree_; }  ///< of the elements' polynomials
@@ -26,11 +26,11 @@ class BoxMesh {
   /// Returns the lattice position of the node with this number.
   const Lattice& place(int number) const { return lattice_[number]; }
 
-  // These return lengths in metres.
-  Eigen::Vector3d position(const Lattice& place) const;  ///< [m]
-  Eigen::Vector3d corner(const Lattice& cell) const;     ///< corner nearest to the origin
-  Eigen::Vector3d size(const Lattice& cell) const;       ///< edge lengths
-  Lattice cellAt(const Eigen::Vector3d& point) const;    ///< cell that contains the point, or the nearest one
+  // Cells count from 0 along each axis. Positions and cells outside the mesh are not checked.
+  Eigen::Vector3d position(const Lattice& place) const;  ///< of a node [m]
+  Eigen::Vector3d corner(const Lattice& cell) const;     ///< corner with the smallest coordinates [m]
+  Eigen::Vector3d size(const Lattice& cell) const;       ///< edge lengths [m]
+  Lattice cellAt(const Eigen::Vector3d& point) const;    ///< cell of a point [m], or the nearest one
 
  private:
   std::size_t index(const Lattice& place) const;
@@ -46,9 +46,10 @@ class BoxMesh {
 struct CellRange {
   Lattice first, last;
 
-  bool isCell() const { return first == last; }                ///< the range is a single cell
-  std::pair<CellRange, CellRange> halves() const;              ///< split across the longest axis
-  std::vector<Lattice> cells() const;                          ///< in the order of the tree of halves
+  bool isCell() const { return first == last; }  ///< the range is a single cell
+  /// Splits the range across its longest axis; returns the low half first. isCell() must be false.
+  std::pair<CellRange, CellRange> halves() const;
+  std::vector<Lattice> cells() const;  ///< depth first through the tree of halves, low halves first
   bool owns(const BoxMesh& mesh, const Lattice& place) const;  ///< true: no cell outside this range has the node
 };
 

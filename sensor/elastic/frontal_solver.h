@@ -14,7 +14,7 @@ namespace sensor::elastic {
 struct Front {
   std::vector<int> unknowns;  ///< global numbers, in the order of the rows
   Eigen::MatrixXd matrix;     ///< symmetric; only the lower triangle is used
-  Eigen::MatrixXd right;
+  Eigen::MatrixXd right;      ///< unknowns x its columns
   Eigen::Index firstColumn = 0;
 };
 
@@ -25,13 +25,13 @@ class FrontalSolver {
   explicit FrontalSolver(int unknownCount)
       : local_(unknownCount, -1) {}
 
-  /// Adds the equations of the parts, whose columns must follow each other without a gap. Eliminates the unknowns for
-  /// which `isDone` holds and returns the equations of the remaining ones. The matrix must be positive definite
-  /// (asserted).
+  /// Adds the equations of the parts, at least one, whose columns must follow each other without a gap. Eliminates the
+  /// unknowns for which `isDone` holds and returns the equations of the remaining ones. The matrix must be positive
+  /// definite (asserted).
   Front eliminate(const std::vector<Front>& parts, const std::function<bool(int)>& isDone);
 
   /// Returns the solution of all eliminated unknowns, unknownCount x columns; rows of other unknowns are zero. Discards
-  /// the factors.
+  /// the factors. \param columns number of columns of the whole right-hand side
   Eigen::MatrixXd solve(Eigen::Index columns);
 
  private:

@@ -13,8 +13,9 @@ namespace sensor::elastic {
 /// Reentrant. Source: Love, Mathematical Theory of Elasticity, arts. 135 and 166; docs/mathematics.md 1.1.
 Eigen::Matrix3d halfSpaceDisplacement(const Eigen::Vector3d& offset, double youngsModulus, double poissonRatio);
 
-/// Returns the stress of the same field per unit force [Pa/N]: element j is the symmetric stress tensor under a unit
-/// force along axis j. Tension is positive. The stress does not depend on Young's modulus. Reentrant.
+/// Returns the stress of the same field per unit force [Pa/N] at `offset` [m], as above: element j is the symmetric
+/// stress tensor under a unit force along axis j. Tension is positive. The stress does not depend on Young's modulus.
+/// Reentrant.
 std::array<Eigen::Matrix3d, 3> halfSpaceStress(const Eigen::Vector3d& offset, double poissonRatio);
 
 }  // namespace sensor::elastic

@@ -11,21 +11,24 @@ namespace sensor::elastic {
 enum class Model { kBlock, kHalfSpace };
 
 /// Returns the displacements of a block or half-space per unit force, 3 M x 3 N [m/N]: rows 3m.. are the displacement
-/// of marker m, columns 3n.. the unit forces along x, y, z at node n. \param markers 3 x M [m]
-/// \param nodes 3 x N [m]
+/// of marker m, columns 3n.. the unit forces along x, y, z at node n. Takes seconds for a block. No marker may coincide
+/// with a node. \param markers 3 x M, gel frame [m]
+/// \param nodes 3 x N, gel frame [m], z = 0
+/// \param options of a block only
 Eigen::MatrixXd displacementMatrix(const Gel& gel, Model model, const Points& markers, const Points& nodes,
                                    const BlockOptions& options = {}, const Progress& progress = {});
 
 /// Returns the same for a sensor's markers and nodes. For a sensor with a body: the body's matrix, scaled to the gel's
-/// Young's modulus.
+/// Young's modulus, whatever `model` is.
 Eigen::MatrixXd displacementMatrix(const Sensor& sensor, Model model, const Progress& progress = {});
 
 /// Projects displacements into the sensor's camera, 2 M x columns [px/N]: each pair of rows is the Jacobian of the
-/// projection at the marker's rest position times the marker's three rows.
+/// projection at the marker's rest position times the marker's three rows. \param displacement 3 M x columns [m/N];
+/// with [m] the result is in [px]
 Eigen::MatrixXd toImage(const Sensor& sensor, const Eigen::MatrixXd& displacement);
 
 /// Returns the influence matrix H, 2 M x 3 N [px/N]: rows 2m, 2m+1 are (u, v) of marker m, columns 3n..3n+2 the forces
-/// (x, y, z) of node n.
+/// (x, y, z) of node n: displacementMatrix() of the sensor, then toImage().
 Eigen::MatrixXd influenceMatrix(const Sensor& sensor, Model model, const Progress& progress = {});
 
 /// Returns the motion of the markers' pixels per motion of the whole picture, 2 M x 4: shift along u and v [px/px],

@@ -12,23 +12,25 @@ using ConstMatrixRef = Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>
 
 enum class Op { kPlain, kTransposed };
 
-/// Computes c = alpha op(a) op(b) + beta c.
+/// Computes c = alpha op(a) op(b) + beta c. `c` must not overlap `a` or `b`.
 void multiply(double alpha, const ConstMatrixRef& a, Op opA, const ConstMatrixRef& b, Op opB, double beta, MatrixRef c);
 
-/// Computes the lower triangle of c = alpha op(a) op(a)^T + beta c.
+/// Computes the lower triangle of c = alpha op(a) op(a)^T + beta c; the rest of c is left unchanged.
 void multiplyBySelf(double alpha, const ConstMatrixRef& a, Op op, double beta, MatrixRef c);
 
-/// Replaces the lower triangle of `a` by its Cholesky factor. Returns false if `a` is not positive definite.
+/// Replaces the lower triangle of `a` by its Cholesky factor L, a = L L^T; the rest is neither read nor changed.
+/// Returns false if `a` is not positive definite; its lower triangle then has no meaning.
 [[nodiscard]] bool factorise(MatrixRef a);
 
-/// Replaces a symmetric matrix, of which only the lower triangle is read, by its eigenvectors; eigenvalues ascend.
-/// Returns false if the iteration does not converge.
+/// Replaces a symmetric matrix, of which only the lower triangle is read, by its orthonormal eigenvectors, one per
+/// column; eigenvalues, which are resized, ascend. Returns false if the iteration does not converge; the results then
+/// have no meaning.
 [[nodiscard]] bool eigenvectors(MatrixRef a, Eigen::VectorXd& eigenvalues);
 
-/// Solves b = op(lower)^-1 b in place.
+/// Replaces b by op(lower)^-1 b. Only the lower triangle of `lower` is read; its diagonal must not contain 0.
 void solveLower(const ConstMatrixRef& lower, Op op, MatrixRef b);
 
-/// Solves b = b op(lower)^-1 in place.
+/// Replaces b by b op(lower)^-1, in the same way.
 void solveLowerRight(const ConstMatrixRef& lower, Op op, MatrixRef b);
 
 }  // namespace sensor::elastic

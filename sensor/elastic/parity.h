@@ -13,24 +13,24 @@ namespace sensor::elastic {
 // mirrored.
 inline constexpr unsigned kClasses = 4;
 
-/// Returns the sign of an image in a class.
+/// Returns the sign, 1 or -1, with which a field of the class `parity` contributes to a mirror image.
 double character(unsigned parity, unsigned image);
 
-/// Returns the signs of a point's coordinates in a mirror image.
+/// Returns the signs, 1 or -1, by which a mirror image multiplies the coordinates of a point; that of z is 1.
 Eigen::Vector3d mirror(unsigned image);
 
 /// Returns whether a component is zero on the plane across `axis`: of an even field the component across the plane, of
-/// an odd field the two others.
+/// an odd field the two others. \param axis 0: plane x = 0; 1: plane y = 0 \param component 0 to 2
 bool vanishes(unsigned parity, int axis, int component);
 
 /// Points mirrored into the quarter x, y >= 0.
 struct Folded {
-  Points distinct;
+  Points distinct;                  ///< 3 x D [m], each once, in the order of their first appearance
   std::vector<Eigen::Index> index;  ///< index of each point in `distinct`
   std::vector<unsigned> image;      ///< mirror image that maps `distinct` back to the point
 };
 
-/// Mirrors points into the quarter x, y >= 0 and merges those that coincide there.
+/// Mirrors points (3 x N [m]) into the quarter x, y >= 0 and merges those that coincide there within about 1e-12 m.
 Folded fold(const Points& points);
 
 }  // namespace sensor::elastic

@@ -5,7 +5,7 @@
 
 namespace sensor::elastic {
 
-/// Points in ascending order, and their weights.
+/// Points in ascending order, and as many weights: the integral is about the sum of weights[i] f(points[i]).
 struct Rule {
   Eigen::VectorXd points;
   Eigen::VectorXd weights;
@@ -18,8 +18,8 @@ Rule gauss(int count);
 /// 2.
 Rule gaussLobatto(int count);
 
-/// Returns the values at `at` of the Lagrange polynomials through `nodes`: at.size() x nodes.size(). They are exact at
-/// the nodes.
+/// Returns the values at `at` of the Lagrange polynomials through `nodes`, which must differ: at.size() x nodes.size().
+/// They are exactly 0 or 1 at the nodes.
 Eigen::MatrixXd lagrange(const Eigen::VectorXd& nodes, const Eigen::VectorXd& at);
 
 /// Returns their derivatives in the same shape.

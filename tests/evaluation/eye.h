@@ -1,4 +1,4 @@
-// What the evaluation's programs share: the camera, which shows markers wherever they are, and a tracker at rest.
+// Shared by the evaluation's programs: a camera that shows markers at given places, and a tracker with its zero.
 #pragma once
 
 #include "base/error.h"
@@ -26,17 +26,21 @@ using tractiond::Frame;
 using tractiond::MarkerField;
 using tractiond::RestPose;
 
+/// Prints an error and ends the program with EX_DATAERR.
 [[noreturn]] inline void fail(const std::string& what) {
   std::cerr << "evaluation: " << what << "\n";
   std::exit(EX_DATAERR);
 }
 
+/// Returns the value; ends the program as fail() if there is none.
 template <typename T>
 T expect(tl::expected<T, Error> result) {
   if (!result) fail(result.error().message());
   return *std::move(result);
 }
 
+/// Returns the file as numbers in this machine's byte order; empty if it does not exist. Ends the program as fail() if
+/// it cannot be read. An incomplete last number is left out.
 template <typename T>
 std::vector<T> readAll(const std::filesystem::path& path) {
   std::error_code error;
@@ -49,12 +53,13 @@ std::vector<T> readAll(const std::filesystem::path& path) {
   return values;
 }
 
-/// How the whole picture strays from where the rest pose was taken.
+/// Motion of the whole picture since the rest pose was taken: shift, relative scale and roll (u towards v [rad]) about
+/// the principal point, and relative brightness.
 struct Stray {
   double u_px = 0.0, v_px = 0.0, scale = 0.0, roll = 0.0, brightness = 1.0;
 };
 
-/// From a gel file; without one the paper's.
+/// Returns the sensor of a gel file; that of the paper if `file` is empty. Ends the program as fail() on an error.
 inline sensor::Sensor loadSensor(const std::string& file) {
   if (file.empty()) return {};
   auto loaded = sensor::loadGel(file);
@@ -62,10 +67,10 @@ inline sensor::Sensor loadSensor(const std::string& file) {
   return *std::move(loaded);
 }
 
-/// The camera: pictures of markers at given places.
+/// A camera that takes pictures of markers at given places. Thread-bound.
 class Eye {
  public:
-  /// The sensor outlives it.
+  /// The sensor must outlive it.
   Eye(const sensor::Sensor& sensor, const twin::Optics& optics, unsigned seed,
       twin::Format format = twin::Format::kRgb8)
       : sensor_(sensor)
@@ -76,10 +81,10 @@ class Eye {
       , markers_(sensor::markerPositions(sensor.layers))
       , places_(2, markers_.cols()) {}
 
-  /// From now on the markers sit beside their places by so much [m, 3 x M].
+  /// Sets the offset of the markers from their places, 3 x M [m].
   void scatter(Eigen::Ref<const sensor::Points> by) { markers_ = sensor::markerPositions(sensor_.layers) + by; }
 
-  /// From now on there is this highlight alone; none without strength.
+  /// Sets the only highlight; none if its strength is 0.
   void light(const twin::Highlight& highlight) {
     const auto key = [](const twin::Highlight& one) {
       return std::tuple(one.centre_px.x(), one.centre_px.y(), one.radius_px, one.strength);
@@ -90,7 +95,8 @@ class Eye {
     renderers_.clear();
   }
 
-  /// Where markers displaced by `displacement` [m, 3 x M] appear, in a picture that strays.
+  /// Returns the pixels (u, v), 2 x M, of markers displaced by `displacement` (3 x M [m]), in a picture with this
+  /// motion. Valid until the next call.
   const Eigen::Matrix2Xd& look(Eigen::Ref<const sensor::Points> displacement, const Stray& stray) {
     const Eigen::Vector2d centre = sensor_.camera.principal_px;
     const Eigen::Vector2d scale(1.0, sensor_.camera.aspect);
@@ -103,6 +109,7 @@ class Eye {
     return places_;
   }
 
+  /// Returns the next frame, with the markers at `places` (2 x M [px]). Its data are valid until the next call.
   Frame shoot(const Eigen::Matrix2Xd& places, double brightness) {
     auto renderer = renderers_.find(brightness);
     if (renderer == renderers_.end()) {
@@ -125,6 +132,7 @@ class Eye {
     return frame;
   }
 
+  /// Returns displacements of 0, 3 x M.
   sensor::Points rest() const { return sensor::Points::Zero(3, markers_.cols()); }
 
  private:
@@ -141,7 +149,8 @@ class Eye {
   std::uint32_t shots_ = 0;
 };
 
-/// A tracker that has its zero, `zero` if that is wanted, from unloaded frames.
+/// Returns a tracker that has taken a zero from unloaded frames. Ends the program as fail() if it takes none.
+/// \param field overwritten \param zero if not null, set to the zero
 inline std::unique_ptr<tractiond::track::Tracker> trackerAtRest(const sensor::Sensor& sensor,
                                                                 const tractiond::track::TrackOptions& options, Eye& eye,
                                                                 MarkerField& field, RestPose* zero = nullptr) {

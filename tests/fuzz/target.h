@@ -1,5 +1,5 @@
-// A parser of bytes from outside, to be fed with anything: one FILE_fuzz.cpp each. It must come back, whatever the
-// bytes; the sanitizers say whether it read or wrote what is not its own.
+// Interface of a fuzz target: a parser of foreign bytes, one FILE_fuzz.cpp each. The parser must return for all bytes;
+// the sanitizers report reads and writes of memory that is not its own.
 #pragma once
 
 #include <sys/mman.h>
@@ -17,28 +17,29 @@
 
 namespace fuzz {
 
-/// Called first, by targets that have it.
+/// Prepares the target; called once before the others if the target defines it.
 [[gnu::weak]] void begin(int argc, char** argv);
 
-/// What the parser takes for good, to begin with: of what it refuses at once nothing leads further.
+/// Returns inputs that the parser accepts, from which the fuzzer starts.
 std::vector<std::string> seeds();
 
-/// Whether the parser took it for good.
+/// Parses the bytes. Returns whether the parser accepted them.
 bool feed(std::string_view bytes);
 
-/// What must hold besides.
+/// Aborts with the message `what` unless `holds`.
 inline void require(bool holds, const char* what) {
   if (holds) return;
   std::fputs(what, stderr);
   std::abort();
 }
 
+/// Returns the content of a file; "" if it cannot be read.
 inline std::string fileText(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// A file that is nowhere but in memory, for parsers that want a path.
+/// A file in memory, for parsers that need a path. Aborts if it cannot be made. The path is valid while it lives.
 class MemoryFile {
  public:
   explicit MemoryFile(std::string_view bytes)

@@ -1,4 +1,4 @@
-// What has become of a run's frames: the ledger's counters, summed over the daemon's lives, and the published fields.
+// Accounts for the frames of a run: the ledger's counters, summed over the daemon's lives, and the published fields.
 #pragma once
 
 #include "daemon/records/ledger.h"

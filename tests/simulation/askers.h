@@ -1,4 +1,5 @@
-// People who ask for zeros, undo and calibration steps, with the control server's manners; and the laws of answers.
+// Clients that request zeros, undo and calibration steps, as the control server accepts them; and the laws of
+// answers.
 #pragma once
 
 #include "daemon/calibrate/calibration.h"
@@ -12,18 +13,19 @@ namespace tractiond::simulation {
 
 class Askers {
  public:
-  /// All outlive it.
+  /// All references must outlive it.
   Askers(Zeros& zeros, const Starvation& starvation, Journal& journal);
 
-  /// `within_s`: as the status says, 0: it does not
+  /// Requests a zero, or an undo. \param within_s time within which the answer must come, as the status states; 0: none
   void askZero(Procedures& procedures, double within_s, bool undo, bool anyway);
-  /// `within_ns`: that it takes at most; later where it waits for earlier work
+  /// Requests a calibration step. \param within_ns longest time that it takes; it may end later if it waits for earlier
+  /// work
   void askStep(Procedures& procedures, const CalibrationStep& step, std::int64_t within_ns);
   void heedZeroAnswer(const tl::expected<RestPose, std::string>& answer);
   void heedStepAnswer(const calibrate::Result& answer);
-  /// Whether those who wait have waited too long.
+  /// Law: no client has waited too long for its answer. Throws Broken.
   void check() const;
-  /// The daemon is dead, and nobody waits.
+  /// Ends all requests without an answer, as the daemon was killed.
   void die();
 
  private:

@@ -1,4 +1,4 @@
-// The camera of the simulation, another host that sends as the camera, and the way that their pictures go.
+// Simulates the camera, another host that sends packets as if it were the camera, and the transport of their pictures.
 #pragma once
 
 #include "daemon/capture/driver.h"
@@ -11,11 +11,11 @@
 namespace tractiond::simulation {
 
 inline constexpr int kBuffers = 10;
-inline constexpr std::int64_t kFrame_ns = 4 * kMs;  ///< so long a frame's packets are under way
+inline constexpr std::int64_t kFrame_ns = 4 * kMs;  ///< time that the packets of a frame take
 
-/// What a picture shows, of which the laws know.
+/// The true content of a picture, for the laws.
 struct Picture {
-  std::uint64_t number = 0;  ///< counted by nobody but the world
+  std::uint64_t number = 0;  ///< count of all pictures, which only the simulation knows
   std::uint64_t taken = 0;   ///< number of pictures that the camera itself had taken
   double force_N = 0.0;
   bool isFew = false;
@@ -34,31 +34,32 @@ struct OnItsWay {
 
 class Camera {
  public:
-  /// All outlive it.
+  /// All references must outlive it.
   Camera(const Gel& gel, const Ongoing& ongoing, Chance& chance);
 
-  /// The camera streams from a moment on, and counts on; its pictures arrive from another moment on, when it has been
-  /// set up, until disconnect().
+  /// Lets the camera stream, and continue its count, from `streamsFrom_ns`; its pictures arrive from `from_ns`, when it
+  /// has been set up, until disconnect().
   void connect(std::int64_t streamsFrom_ns, std::int64_t from_ns);
   void disconnect();
 
-  /// Does what an event does to the camera, or to the host that sends as the camera.
+  /// Applies an event to the camera, or to the host that sends as the camera.
   void heed(const Happening& one);
   /// Takes the pictures that are due.
   void turn();
-  /// When turn() has something to do.
+  /// Returns when turn() has something to do; kNever: it has not.
   std::int64_t next_ns() const { return std::min(nextPicture_ns_, nextForged_ns_); }
 
-  /// When the first one arrives; kNever: none is on its way.
+  /// Returns when the next picture arrives; kNever: none is under way.
   std::int64_t arrives_ns() const { return queue_.empty() ? kNever : queue_.front().at_ns; }
   OnItsWay take();
   bool hasMore() const { return !queue_.empty(); }
   /// Returns whether another picture with the id of one that was taken had begun to come when that one was whole.
   bool comesTwice(const OnItsWay& taken) const;
 
-  /// Whether the gate can know which of two hosts is the camera: it has heard that lately, and for long enough.
+  /// Returns whether the frame gate can know which of two hosts is the camera: it has received the camera's own
+  /// pictures recently, and for long enough.
   bool canContradict() const;
-  /// Whether packets that come late may be those of a frame that was given up a moment ago.
+  /// Returns whether late packets may be those of a frame that was given up shortly before.
   bool excusesLate() const { return now() < excusesUntil_ns_; }
 
   /// Returns how long it takes to answer a question; kNever: it does not.

@@ -13,7 +13,7 @@ namespace tractiond::simulation {
 
 class CaptureSide {
  public:
-  /// All outlive it.
+  /// All references must outlive it.
   CaptureSide(Camera& camera, const capture::CameraOptions& options, Ledger& ledger, Journal& journal,
               const Starvation& starvation);
 

@@ -1,5 +1,5 @@
-// A disk that can be slow, full, failing, and lose its power between any two of its operations. disk.cpp defines the
-// daemon's calls to files by it.
+// Simulates a disk that can be slow, full or failing, and that can lose its power between any two of its operations.
+// disk.cpp defines the daemon's calls to files by it.
 #pragma once
 
 #include "tests/simulation/world.h"
@@ -25,10 +25,12 @@ class Disk {
     bool isFull = false;
     bool failsToSync = false;
   };
-  /// How it is at a moment; also asked for later ones, as work goes on. Empty: it is well.
+  /// Returns the condition of the disk at a time, which may be later than now(), for work that goes on. Empty: it is
+  /// well.
   std::function<Condition(std::int64_t at_ns)> condition;
 
-  /// Work on a thread of its own. endWork() returns when it is done.
+  /// Between these two, calls take the time of a thread of its own, not the caller's. endWork() returns the time at
+  /// which the work is done.
   void beginWork(std::int64_t begin_ns = now());
   std::int64_t endWork();
   /// Returns how far the work has come.
@@ -36,7 +38,7 @@ class Disk {
   /// Returns how long calls outside of such work have taken in all.
   std::int64_t waitedFor() const { return waited_ns_; }
 
-  /// What is left after the processes have been killed, or the power was lost, at this moment.
+  /// Set the content to what is left after the processes have been killed, or the power was lost, at `now_ns`.
   void kill(std::int64_t now_ns);
   void losePower(std::int64_t now_ns, Chance& chance);
 
@@ -87,7 +89,7 @@ class Disk {
   std::int64_t work_ns_ = 0, waited_ns_ = 0;
 };
 
-/// The one that the daemon's files are on. It outlives what runs.
+/// Returns the pointer to the disk that the daemon's files are on, which may be set. The disk must outlive the daemon.
 Disk*& disk();
 
 }  // namespace tractiond::simulation

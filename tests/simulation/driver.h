@@ -21,7 +21,8 @@ struct Connection {
   std::size_t nextPicture = 0;
 };
 
-/// The camera refuses all features.
+/// Returns the simulated driver, opened with `options`; it refuses all features of the camera. `connection` must
+/// outlive it.
 capture::OpenDriver fromSimulation(Connection& connection, const capture::CameraOptions& options);
 
 }  // namespace tractiond::simulation

@@ -7,7 +7,7 @@
 
 namespace tractiond::simulation {
 
-/// Which picture a frame was.
+/// Identifies the picture that a frame shows.
 struct Truth {
   std::uint64_t number = 0, taken = 0;
   bool isForged = false, isNext = false, isBefore = false;
@@ -15,18 +15,18 @@ struct Truth {
 
 class Fields {
  public:
-  /// All outlive it.
+  /// All references must outlive it.
   Fields(const Camera& camera, const Zeros& zeros, const Starvation& starvation, Journal& journal);
 
-  /// The daemon begins to publish.
+  /// Starts anew, as a daemon begins to publish.
   void begin();
   void heed(const TractionField& field, const Truth& truth);
 
-  /// Until then something is in the way of fields.
+  /// Notes that fields may be missing until then.
   void disturb(std::int64_t until_ns) { disturbedUntil_ns_ = std::max(disturbedUntil_ns_, until_ns); }
   /// Returns whether nothing has been in the way of fields for some seconds.
   bool isCalm() const;
-  /// Whether fields flow again after the last disturbance.
+  /// Law: fields are published again after the last disturbance. Throws Broken.
   void checkFlow() const;
 
  private:

@@ -1,4 +1,4 @@
-// What has happened in a run, and which law was broken.
+// Records what happened in a run, and which law was broken.
 #pragma once
 
 #include "daemon/records/marker_field.h"
@@ -27,14 +27,14 @@ struct Result {
 
 class Journal {
  public:
-  /// The run begins now.
+  /// Starts the record of a run that begins at now().
   Journal();
 
   std::int64_t begin_ns() const { return begin_ns_; }
   std::int64_t now_ms() const { return (now() - begin_ns_) / kMs; }
 
   void say(const std::string& line);
-  /// Throws Broken where a law does not hold.
+  /// Throws Broken with these texts unless `holds`.
   void law(bool holds, const char* name, const std::string& what) const;
 
   Result result;
@@ -43,7 +43,7 @@ class Journal {
   std::int64_t begin_ns_;
 };
 
-/// The first digits of an id.
+/// Returns the first digits of an id.
 std::string nameOf(const Id& id);
 
 }  // namespace tractiond::simulation

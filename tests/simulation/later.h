@@ -19,7 +19,7 @@ class Later {
     std::promise<T> done = {};
   };
 
-  /// The disk outlives it.
+  /// The disk must outlive it.
   explicit Later(Disk& disk)
       : disk_(disk) {}
 
@@ -39,12 +39,12 @@ class Later {
       pieces_.front().done.set_value(std::move(pieces_.front().outcome));
     }
   }
-  /// When turn() has something to do.
+  /// Returns when turn() has something to do; kNever: it has not.
   std::int64_t next_ns() const { return pieces_.empty() ? kNever : pieces_.front().at_ns; }
   bool isIdle() const { return pieces_.empty(); }
   /// Returns when all work has ended.
   std::int64_t idle_ns() const { return pieces_.empty() ? now() : pieces_.back().at_ns; }
-  /// The daemon is dead.
+  /// Drops all work, as the daemon was killed; its futures are broken.
   void die() { pieces_.clear(); }
 
  private:

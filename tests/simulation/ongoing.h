@@ -1,4 +1,4 @@
-// What goes on of a story's happenings that last for a while, and how long stages got no processor.
+// Tells which events of a story are still going on, and how long stages got no processor.
 #pragma once
 
 #include "tests/simulation/story.h"
@@ -18,7 +18,7 @@ class Ongoing {
   std::int64_t until_ns(Event event) const { return until_ns_[indexOf(event)]; }
   bool lasts(Event event) const { return until_ns(event) > now(); }
   std::int64_t amountOf(Event event) const { return amount_[indexOf(event)]; }
-  /// Draws whether one of the frames is hit that an event hits so many of 100 of.
+  /// Draws whether an event that affects amountOf() of 100 frames affects the next one; false if it is over.
   bool hits(Event event, Chance& chance) const {
     return lasts(event) && static_cast<std::int64_t>(chance.below(100)) < amountOf(event);
   }
@@ -28,7 +28,7 @@ class Ongoing {
   std::array<std::int64_t, kEvents> until_ns_{}, amount_{};
 };
 
-/// How long stages got no processor. Bounds of time are longer by that.
+/// Records how long stages got no processor, by which the laws extend their time limits.
 class Starvation {
  public:
   void add(std::int64_t end_ns, std::int64_t length_ns) {
@@ -36,7 +36,7 @@ class Starvation {
     total_ns_ += length_ns;
   }
   std::int64_t total_ns() const { return total_ns_; }
-  /// Of that, what was not over at a moment.
+  /// Returns the sum of the periods that had not ended at a time.
   std::int64_t since(std::int64_t at_ns) const {
     std::int64_t before_ns = 0;
     for (const auto& [end_ns, length_ns] : all_) before_ns += end_ns <= at_ns ? length_ns : 0;

@@ -24,7 +24,7 @@ enum class Edit : std::uint8_t {
 
 class Operator {
  public:
-  /// Writes a first configuration. Both outlive it.
+  /// Writes a first configuration. Both references must outlive it.
   Operator(Disk& disk, Journal& journal);
 
   void edit(Edit how);

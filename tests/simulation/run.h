@@ -1,4 +1,4 @@
-// A story, told from its beginning to its end.
+// Runs a story from its beginning to its end.
 //
 // Each stage of the pipeline takes its turns when it has work and is not busy; which of those that are ready comes
 // first is drawn. A stage's work takes effect at once and makes it busy for its time. Then time goes on to the next
@@ -14,12 +14,13 @@ namespace tractiond::simulation {
 
 class Run {
  public:
-  /// Begins at the time that the clocks show. Puts its own disk in the place of the daemon's. Both arguments outlive
-  /// it.
+  /// Begins at the time that the clocks show. Puts its own disk in the place of the daemon's. Both arguments must
+  /// outlive it.
   Run(const Gel& gel, const Story& story);
   ~Run();
 
-  /// Throws Broken. \param goesOn asked once for each simulated second; false ends the run
+  /// Runs the story. Throws Broken if a law does not hold. \param goesOn asked once for each simulated second; false
+  /// ends the run
   void go(const std::function<bool()>& goesOn);
 
   Journal& journal() { return journal_; }

@@ -18,7 +18,8 @@ class Simulation {
   Simulation();
   ~Simulation();
 
-  /// \param goesOn asked once for each simulated second; false ends the run
+  /// Runs a story. A broken law is in Result::broken. \param goesOn asked once for each simulated second; false ends
+  /// the run
   Result run(const Story& story, const std::function<bool()>& goesOn = {});
 
   /// Returns the story with as few happenings as still break the same law.

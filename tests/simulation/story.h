@@ -1,4 +1,4 @@
-// What happens to an instrument, as a text that people can read.
+// A story: the events that happen to an instrument in one run, also as a readable text.
 #pragma once
 
 #include "tests/simulation/world.h"
@@ -66,14 +66,15 @@ struct Story {
   std::vector<Happening> happenings;  ///< in the order of their times
 };
 
-/// Draws a story.
+/// Draws a story at random; the same arguments give the same story.
 Story draw(std::uint64_t seed, std::int64_t lasts_ms);
 
+/// Returns the story as text, which fromText() reads.
 std::string toText(const Story& story);
-/// Fails with the line and what is wrong with it.
+/// Reads a story. Fails with the line and what is wrong with it.
 tl::expected<Story, std::string> fromText(const std::string& text);
 
-/// A non-negative whole number; fails with a sentence.
+/// Reads a non-negative whole number. Fails with a sentence about `what`.
 tl::expected<std::uint64_t, std::string> wholeNumber(const std::string& text, const std::string& what);
 
 }  // namespace tractiond::simulation

@@ -16,14 +16,15 @@ class Supervisor {
   static constexpr std::size_t kStages = 5;
   static constexpr std::int64_t kStopsWithin_ns = 20 * kSecond;  ///< TimeoutStopSec= of the unit
 
-  /// The daemon has started. All outlive it. One at a time, which systemd::notify() reaches.
+  /// Begins to supervise a daemon that has started. All references must outlive it. Only one may exist at a time;
+  /// systemd::notify() reaches it.
   Supervisor(const ServiceHooks& hooks, const CaptureSide& camera, const Operator& person, const Ongoing& ongoing,
              Journal& journal, const Starvation& starvation);
   ~Supervisor();
 
   /// Notes that a stage has taken a turn: the world's own account.
   void heedTurn(std::size_t stage) { hasTurned_[stage] = true; }
-  /// Sends SIGHUP, or SIGTERM.
+  /// Send SIGHUP (askReload()) or SIGTERM (askStop()).
   void askReload();
   void askStop();
 

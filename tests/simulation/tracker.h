@@ -15,7 +15,7 @@ inline constexpr int kZeroFrames = 10;
 
 class Tracker {
  public:
-  /// The gel outlives it.
+  /// The gel must outlive it.
   explicit Tracker(const Gel& gel)
       : gel_(gel) {}
 
@@ -30,7 +30,7 @@ class Tracker {
   double finishedPress_N() const { return finishedPress_N_; }
 
   void restore(const RestPose& pose);
-  /// With the next picture.
+  /// Puts the zero in force with the next picture.
   void putInForce(const RestPose& pose);
   void judge(const Id& zero);
 

@@ -1,4 +1,4 @@
-// Time and chance of the simulated world. world.cpp defines the daemon's clocks by it.
+// Defines time and chance of the simulation. world.cpp defines the daemon's clocks by it.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +18,9 @@ class Chance {
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebU;
     return z ^ (z >> 31);
   }
-  /// From 0 to n - 1.
+  /// Returns a number from 0 to n - 1; n must not be 0.
   std::uint64_t below(std::uint64_t n) { return next() % n; }
-  /// Both included.
+  /// Returns a number from `low` to `high`, both included.
   std::int64_t between(std::int64_t low, std::int64_t high) {
     return low + static_cast<std::int64_t>(below(static_cast<std::uint64_t>(high - low) + 1));
   }
@@ -40,7 +40,8 @@ inline std::int64_t now() {
   return clocks().monotonic_ns;
 }
 
-/// How long the calls take [ns] that were made since it was set to 0. They take effect at once; the caller is busy.
+/// Returns the time [ns] that the calls take that were made since it was set to 0. They take effect at once; the caller
+/// is busy for that time.
 std::int64_t& spent_ns();
 /// Returns when a background thread becomes idle next; kNever if all are.
 std::int64_t nextIdle_ns();

@@ -19,16 +19,16 @@ namespace tractiond::simulation {
 
 class Zeros {
  public:
-  /// All outlive it.
+  /// All references must outlive it.
   Zeros(const Gel& gel, Disk& disk, Journal& journal);
 
   // What the daemon does.
 
-  /// Looks at a zero. Law: it does so before the zero is written.
+  /// Notes that the daemon has judged a zero. Law: it does so before the zero is written.
   void judge(const RestPose& pose) { judged_.push_back(pose.id); }
   /// Begins to write.
   std::future<tl::expected<void, Error>> keep(const RestPose& pose, const RestPose* before);
-  /// A description of the zero in force is published.
+  /// Notes that a description with this zero in force is published.
   void describe(const RestPose& pose);
   /// Reads what an earlier life has left: the zero in force and the one before.
   struct Left {
@@ -41,22 +41,22 @@ class Zeros {
 
   /// Ends the writing that is done.
   void turn();
-  /// When turn() has something to do.
+  /// Returns when turn() has something to do; kNever: it has not.
   std::int64_t next_ns() const { return keeping_.next_ns(); }
   bool isIdle() const { return keeping_.isIdle(); }
   /// Returns when all writing has ended.
   std::int64_t idle_ns() const { return keeping_.idle_ns(); }
-  /// The control thread has taken a turn; the disk is well at this moment, or not.
+  /// Notes that the control thread has taken a turn, and whether the disk is well at this time.
   void heedTurn(bool diskIsWell);
-  /// The daemon is dead.
+  /// Drops all writing, as the daemon was killed.
   void die() {
     keeping_.die();
     judged_.clear();
   }
-  /// A zero has been taken while something pressed with that force.
+  /// Notes that a zero has been taken while something pressed with that force.
   void heedTaken(const RestPose& pose, double press_N) { presses_N_[pose.id] = press_N; }
   double pressOf_N(const Id& id) const { return presses_N_.at(id); }
-  /// An undo has been asked for last, or not.
+  /// Notes whether the last request was an undo.
   void heedAsked(bool undo) { hasUndone_ = undo; }
 
   const std::optional<Id>& inForce() const { return inForce_; }

@@ -5,7 +5,8 @@
 
 namespace tractiond::support {
 
-/// Calls of operator new so far, by all threads. Link traction_test_allocations.
+/// Returns the number of calls of operator new since the program started, by all threads. A program that calls it must
+/// link traction_test_allocations, which replaces operator new. Thread-safe.
 std::uint64_t allocations();
 
 }  // namespace tractiond::support

@@ -5,7 +5,7 @@
 
 namespace tractiond::test {
 
-/// Longer than anything takes on a busy machine: what takes longer hangs.
+/// Time after which a test fails because something hangs; longer than anything takes on a busy machine.
 inline constexpr std::chrono::seconds kHung{120};
 inline constexpr int kHung_ms = 120'000;
 

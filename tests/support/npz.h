@@ -1,4 +1,4 @@
-// Writes what numpy.savez() writes, and what it never would.
+// Makes .npz archives as numpy.savez() does, and damaged ones that it never writes.
 #pragma once
 
 #include <zlib.h>
@@ -11,7 +11,7 @@
 
 namespace npz {
 
-/// Little endian.
+/// Returns the bytes of an integer, little endian.
 template <typename T>
 std::string bytesOf(T value) {
   std::string bytes;
@@ -26,7 +26,8 @@ std::string bytesOf(const std::vector<T>& values) {
   return bytes;
 }
 
-/// A .npy. shape: "3, 4".
+/// Returns the content of a .npy file. \param type such as "<f8" \param shape such as "3, 4" or "3,"; empty: a single
+/// element \param data bytes of the elements; nothing is checked
 inline std::string array(const std::string& type, const std::string& shape, const std::string& data,
                          bool fortran = false) {
   const std::string dictionary =
@@ -39,7 +40,7 @@ inline std::string numbers(const std::string& shape, const std::vector<double>& 
   return array("<f8", shape, bytesOf(values));
 }
 
-/// A string as NumPy has it, without dimensions.
+/// Returns the .npy content of a string without dimensions, in UTF-32. \param text ASCII
 inline std::string text(const std::string& text) {
   std::string data;
   for (const char c : text) data += c + std::string(3, '\0');

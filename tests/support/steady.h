@@ -1,4 +1,4 @@
-// Tests that a program of several threads keeps time, on a machine that may itself stand still.
+// Repeats tests of the timing of several threads if the machine itself stood still while they ran.
 #pragma once
 
 #include <atomic>
@@ -8,13 +8,14 @@
 
 namespace tractiond::test {
 
-/// While it lives, one thread on each processor asks for a moment every millisecond. Thread-safe.
+/// Measures how long the processors stand still: while it lives, one thread on each processor that the process may use
+/// sleeps for a millisecond again and again. Thread-safe.
 class Pauses {
  public:
   Pauses();
   ~Pauses();
-  /// The longest that one of them has waited for its moment since the last call: the machine's standing still, or
-  /// others that take its processors.
+  /// Returns the longest delay of such a sleep since the last call, because the machine stood still or other programs
+  /// used its processors.
   std::chrono::milliseconds takeLongest();
 
  private:
@@ -23,11 +24,12 @@ class Pauses {
   std::vector<std::thread> threads_;
 };
 
-/// The longest pause in which a camera's packets wait where they are, and nothing is lost.
+/// Longest pause of the machine in which a camera's packets wait in their buffers and none is lost.
 inline constexpr std::chrono::milliseconds kSteady{20};
 
-/// Runs the tests. If one fails while the machine stands still for longer than that, it says nothing of the program:
-/// they run again, up to five times in all, and it is said. What the last run says, holds.
+/// Runs all Google tests. If one fails and the machine stood still for longer than kSteady meanwhile, the failure
+/// proves nothing: prints that, and executes the program again with the same arguments, up to five times in all.
+/// Returns the exit code of the last run.
 int runWhereTheMachineIsSteady(int argc, char** argv);
 
 }  // namespace tractiond::test

@@ -1,4 +1,4 @@
-// Where an instance of tractiond is found: the same for the daemon and its clients.
+// Names, topics, endpoints and directories of an instance of tractiond: the same for the daemon and its clients.
 #pragma once
 
 #include <unistd.h>
@@ -11,55 +11,61 @@
 
 namespace traction {
 
+/// Name of the instance that is meant where no name is given.
 inline constexpr const char* kDefaultInstance = "default";
 
-/// A subscription travels in one small frame: a longer name would not fit the 64 bytes that the publisher accepts.
+/// Longest name of a sensor or an instance [bytes]. The topic of a longer name would not fit the 64 bytes that the
+/// publisher accepts as a subscription.
 inline constexpr std::size_t kMaxNameLength = 24;
 
-/// Of a sensor or an instance: 1 to 24 of A-Z a-z 0-9 _ -.
+/// Returns whether `name` is valid for a sensor or an instance: 1 to kMaxNameLength characters of A-Z a-z 0-9 _ -.
 inline bool isValidName(std::string_view name) {
   constexpr std::string_view kAllowed = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
   return !name.empty() && name.size() <= kMaxNameLength && name.find_first_not_of(kAllowed) == std::string_view::npos;
 }
 
-/// Of all topics of this version of the protocol.
+/// Start of all topics of this version of the protocol.
 inline constexpr std::string_view kTopicRoot = "traction/v1/";
 
-/// `kind` is field, markers, description, status or preview. The slash at the end keeps every topic from being
-/// another's prefix.
+/// Returns the topic "traction/v1/SENSOR/KIND/". `kind` is field, markers, description, status or preview; neither
+/// argument is checked. Because of the slash at the end no topic is the start of another one, which a subscription
+/// would also receive.
 inline std::string topicOf(std::string_view sensor, std::string_view kind) {
   return std::string(kTopicRoot) + std::string(sensor) + "/" + std::string(kind) + "/";
 }
 
-/// ZeroMQ endpoints.
+/// ZeroMQ endpoints of an instance, such as "tcp://127.0.0.1:9872"; empty: none.
 struct Endpoints {
-  std::string stream;   ///< XPUB: every message, [topic][protobuf][seconds since the epoch as text]
-  std::string latest;   ///< PUB: the newest field alone, single part, conflated
-  std::string control;  ///< ROUTER: status, description, zero
+  std::string stream;   ///< XPUB: every message: [topic][protobuf][seconds since the epoch as text]
+  std::string latest;   ///< PUB: the newest field alone, one part, conflated
+  std::string control;  ///< ROUTER: the requests of control.proto and their answers
 };
 
-/// TCP, loopback only: of the instance "default" alone; the others are told apart by their directories. No control: any
-/// user of the machine reaches a port, and only the socket file's group may change what is measured.
-/// 9872 is where PlotJuggler looks first.
+/// TCP ports on the loopback interface, used by the instance "default" alone; other instances have IPC endpoints only.
+/// There is no port for control: every user of the machine can reach a port, but only the group of the socket file may
+/// change what is measured. 9872 is the default port of PlotJuggler.
 inline constexpr int kStreamPort = 9872;
 inline constexpr int kLatestPort = 9873;
 
+/// Returns the TCP endpoints of the instance "default", on 127.0.0.1; `control` is empty.
 inline Endpoints tcpEndpoints() {
   const std::string host = "tcp://127.0.0.1:";
   return {host + std::to_string(kStreamPort), host + std::to_string(kLatestPort), ""};
 }
 
-/// Where a traction-gateway has its stream; latest and control are behind it.
+/// Default TCP port of the stream of a traction-gateway; the next two are those of latest and control.
 inline constexpr int kGatewayPort = 9882;
 
-/// In an instance's runtime directory.
+/// Returns the IPC endpoints in the runtime directory of an instance. Does not access the disk.
 inline Endpoints ipcEndpoints(const std::filesystem::path& runtimeDirectory) {
   const std::string ipc = "ipc://" + runtimeDirectory.string();
   return {ipc + "/stream", ipc + "/latest", ipc + "/control"};
 }
 
-/// Where an instance's runtime directory may be, best first: the user's own (without a login session in /tmp), the
-/// system's. A client takes the first that exists; a daemon started by hand the first, one started by root the last.
+/// Returns the two directories that may be an instance's runtime directory. The first is the user's:
+/// $XDG_RUNTIME_DIR/tractiond/INSTANCE, or /tmp/tractiond-UID/INSTANCE if that variable is not an absolute path. The
+/// second is the system's: /run/tractiond/INSTANCE. A client uses the first one that exists. A daemon without
+/// $RUNTIME_DIRECTORY uses the second one if it runs as root, else the first. Does not access the disk.
 inline std::vector<std::filesystem::path> runtimeDirectories(const std::string& instance) {
   const char* ofUser = std::getenv("XDG_RUNTIME_DIR");
   const auto own = ofUser != nullptr && *ofUser == '/'

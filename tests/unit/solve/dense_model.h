@@ -61,10 +61,10 @@ class DenseModel : protected DenseAtoms {
 
   std::vector<Eigen::Index> groupEnds(const Modes& modes) const;
 
-  /// The amplitudes of the modes that are read, of all.
+  /// Returns the amplitudes of the modes that are read, from those of all modes.
   Vector read(const Modes& modes, const Vector& all) const;
 
-  /// Number of modes in the groups in which forces of that size are visible.
+  /// Returns the number of modes in the groups in which forces of the size `tau` are visible.
   Eigen::Index visible(const Modes& modes, double tau) const;
 
   double likeliest(const Modes& modes, const Vector& c) const;
@@ -84,16 +84,16 @@ class DenseModel : protected DenseAtoms {
 
   static std::vector<int> falling(const Vector& value);
 
-  /// Lessens the chosen atoms' gamma by what the next one has.
+  /// Returns the selected atoms. Reduces their gamma by the value of the next atom.
   std::vector<int> select(Vector& gamma, const Vector& squares, int most, double n2) const;
 
   void roughen(std::vector<int>& atoms, Vector& gamma, const Vector& mean, const Vector& squares, int most,
                double n2) const;
 
-  /// The atoms with the most value.
+  /// Sets `atoms` to those with the largest values.
   void strongest(const Vector& whole, const Vector& squares, int most, double n2, std::vector<int>& atoms) const;
 
-  /// q^2 / 3 of all atoms under forces of the points.
+  /// Returns q^2 / 3 of all atoms under forces of the points.
   Vector beneath(const Vector& forces) const;
 
   Vector reciprocalPressure(const Vector& forces, double reach) const;
@@ -103,7 +103,7 @@ class DenseModel : protected DenseAtoms {
 
   static void keep(const Fit& fit, const std::vector<int>& atoms, Seen& seen);
 
-  /// 6 x 3P.
+  /// Returns the wrenches of unit forces at the points, 6 x 3P.
   Matrix wrenches() const;
 
   ModelOptions options_;

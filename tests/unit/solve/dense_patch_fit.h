@@ -22,7 +22,7 @@ class DensePatchFit : public DenseModel {
   DensePatchFit(const sensor::NodeGrid& nodes, double depth_m, const Matrix& influence, const Matrix& motion,
                 double force_N, const ModelOptions& options, const HalfSpace& halfSpace);
 
-  /// 2M x 4 by force and torsion of a patch.
+  /// Returns the displacements by a unit of each component of force and torsion of a patch, 2M x 4.
   Matrix columns(const Eigen::Vector3d& place) const;
 
  protected:

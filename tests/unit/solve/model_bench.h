@@ -24,7 +24,7 @@ inline ModelOptions everyMode() {
   return options;
 }
 
-/// So few atoms that they do not suffice.
+/// Returns options with fewer atoms than the pictures of the tests need.
 inline ModelOptions fewAtoms() {
   ModelOptions options = everyMode();
   options.most = {{{5, 5, 10}, {10, 10, 20}}};
@@ -38,7 +38,7 @@ struct PointForce {
 };
 using Load = std::vector<PointForce>;
 
-/// An even pressure on a square.
+/// Returns an even pressure on a square as 7 x 7 point forces.
 inline Load square(double x_mm, double y_mm, double half_mm, double force_N) {
   Load load;
   constexpr int kAlong = 7;
@@ -52,7 +52,7 @@ inline Load square(double x_mm, double y_mm, double half_mm, double force_N) {
 /// Marker displacements [px/N] for unit forces at points of the surface, 2M x 3S.
 using Image = MatrixXd(const sensor::Sensor& sensor, const sensor::Points& sources);
 
-/// Those of a half-space and something smooth besides, as a block has it.
+/// Returns those of a half-space plus a smooth part, as a block has one.
 inline MatrixXd blockImage(const sensor::Sensor& sensor, const sensor::Points& sources) {
   sensor::Points above = sources;
   above.row(2).array() -= 20e-3;
@@ -72,7 +72,7 @@ class Bench {
       , model_(factors_, atoms_, options)
       , twin_(sensor.nodes, sensor.layers.front().depth, influence_, strays(), scale_N(), options) {}
 
-  /// Displacements with the picture's motion and noise.
+  /// Returns displacements with the picture's motion and noise, 2M [px].
   VectorXd picture(const Load& load, unsigned seed, double noise_px = kNoise_px) const {
     VectorXd displacement = VectorXd::Zero(influence_.rows());
     for (const PointForce& at : load) {
@@ -113,7 +113,7 @@ class Bench {
 
   double scale_N() const { return sensor_.gel.youngsModulus * sensor_.nodes.pitch * sensor_.nodes.pitch; }
   MatrixXd strays() const { return motion_.modes * motion_.variances.cwiseSqrt().asDiagonal(); }
-  /// H of all atoms.
+  /// Returns H of all atoms, 2M x 3A.
   MatrixXd atomInfluence() const {
     const MatrixXd shape = atoms_.shape;
     MatrixXd H = MatrixXd::Zero(influence_.rows(), 3 * shape.cols());
@@ -153,12 +153,12 @@ inline MatrixXd covarianceOf(const Estimate& estimate) {
   return MatrixXd::Map(estimate.covariance.data(), 6, 6);
 }
 
-/// Largest difference of two wrenches in the first one's deviations.
+/// Returns the largest difference of two wrenches, in standard deviations of the first one.
 inline double apart(const Estimate& a, const VectorXd& wrench) {
   return ((wrenchOf(a) - wrench).array() / covarianceOf(a).diagonal().array().sqrt()).abs().maxCoeff();
 }
 
-/// Coordinates of every fifth marker of the upper layer and of a hole in both.
+/// Returns the coordinates, ascending, of every fifth marker of the upper layer and of a hole in both.
 inline std::vector<int> missingOf(const sensor::Sensor& sensor) {
   std::vector<int> missing;
   const sensor::Points markers = sensor::markerPositions(sensor);

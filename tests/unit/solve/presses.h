@@ -59,7 +59,7 @@ inline Press press(const Vector2d& at, const sensor::elastic::PatchQuadrature& p
   return result;
 }
 
-/// Under a ball.
+/// Returns the press of a ball: 1 N along each axis in turn. \param radius of the contact [m]
 inline Press press(const Vector2d& at, double radius) {
   return press(at, sensor::elastic::hertz(at, radius, Vector3d::UnitZ()));
 }
@@ -68,7 +68,7 @@ class PressTest : public testing::Test {
  protected:
   PressTest() { field_.resize(paper().markerCount(), paper().nodes.count()); }
 
-  /// Solves with this one from now on.
+  /// Sets the solver that solve() uses, which must outlive the test.
   void use(FieldSolver& solver) { used_ = &solver; }
 
   VectorXd noise() {

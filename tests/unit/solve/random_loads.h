@@ -11,7 +11,7 @@ inline double number(std::mt19937& random) {
   return std::normal_distribution<double>()(random);
 }
 
-/// Displacements under forces at every fifth node component, and tracking noise.
+/// Returns displacements under random forces at every fifth node component, with tracking noise.
 inline MarkerField loaded(const Eigen::MatrixXd& influence, std::mt19937& random) {
   Eigen::VectorXd forces = Eigen::VectorXd::Zero(influence.cols());
   for (Eigen::Index i = 0; i < forces.size(); i += 5) forces[i] = number(random);

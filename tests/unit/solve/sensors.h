@@ -20,7 +20,7 @@ inline sensor::Sensor smallSensor() {
   return sensor;
 }
 
-/// Marker displacements [px/N] on a half-space for unit forces at any points of its surface, 2M x 3S.
+/// Returns the marker displacements [px/N] on a half-space for unit forces at any points of its surface, 2M x 3S.
 inline Eigen::MatrixXd halfSpaceImage(const sensor::Sensor& sensor, const sensor::Points& sources) {
   const sensor::Points markers = sensor::markerPositions(sensor.layers);
   const sensor::Projection projection(sensor.camera, sensor.gel.size.z());
@@ -36,12 +36,12 @@ inline Eigen::MatrixXd halfSpaceImage(const sensor::Sensor& sensor, const sensor
   return image;
 }
 
-/// A picture that does not move.
+/// Returns the prior of a picture that does not move. \param coordinates 2M
 inline MotionPrior still(Eigen::Index coordinates) {
   return {Eigen::MatrixXd::Zero(coordinates, kMotions), Eigen::Vector4d::Zero()};
 }
 
-/// All markers valid.
+/// Returns a field with these displacements (2M [px]) in which all markers are valid.
 inline MarkerField fieldOf(const Eigen::VectorXd& displacement) {
   MarkerField field;
   field.resize(static_cast<int>(displacement.size() / 2));
@@ -51,7 +51,7 @@ inline MarkerField fieldOf(const Eigen::VectorXd& displacement) {
   return field;
 }
 
-/// As the tracker reports a marker that it does not see.
+/// Marks a marker as missing, as the tracker does.
 inline void loseMarker(MarkerField& field, int marker) {
   field.validCount -= field.valid[marker];
   field.valid[marker] = 0;
