@@ -25,10 +25,10 @@ struct Config {
   std::vector<std::string> stream = {"tcp://*:9882"};
   std::vector<std::string> latest = {"tcp://*:9883"};
   std::vector<std::string> control = {"tcp://*:9884"};
-  std::vector<std::string> preview = {};  ///< empty: previews are not relayed
-  bool insecure = false;  ///< true: connections need no key
+  std::vector<std::string> preview = {};      ///< empty: previews are not relayed
+  bool insecure = false;                      ///< true: connections need no key
   std::string keys = network::kKeyDirectory;  ///< directory of the allowed keys and of the gateway's own
-  int highWaterMark = 8;  ///< messages queued for one slow peer; further ones are lost
+  int highWaterMark = 8;                      ///< messages queued for one slow peer; further ones are lost
   Limits limits;
   std::string logLevel = "info";  ///< "debug", "info", "warning" or "error"
 };

@@ -27,7 +27,7 @@ using Endpoints = std::array<std::vector<std::string>, kWays>;
 class Front {
  public:
   struct Options {
-    Endpoints endpoints;            ///< tcp; the previews may have none
+    Endpoints endpoints;                     ///< tcp; the previews may have none
     std::optional<network::KeyPair> server;  ///< empty: connections need no key
     int highWaterMark = 8;  ///< messages of stream and latest queued for one slow peer; further ones are lost
     Limits limits;

@@ -29,7 +29,7 @@ struct Entries {
   using Entry = std::pair<std::string, TomlTable::Scalar>;
   std::function<std::vector<Entry>()> get;  ///< returns all entries
   std::function<void(Entry)> add;           ///< appends an entry
-  std::string_view example;  ///< lines of comment above the key in a configuration file
+  std::string_view example;                 ///< lines of comment above the key in a configuration file
 };
 
 /// One key of the configuration file. Values point into a configuration, and texts into static storage; both must

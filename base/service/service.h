@@ -76,9 +76,9 @@ class StageWatch {
 /// What run() needs of a program. run() calls the functions on its own thread, except `reload`; `ended` and
 /// `statusLine` must be set.
 struct ServiceHooks {
-  std::vector<const Counter*> loops;                ///< turns of each of the program's loops
-  std::function<bool()> ended;                      ///< returns whether the program has ended by itself
-  std::function<std::string()> statusLine;          ///< returns the line for `systemctl status`
+  std::vector<const Counter*> loops;        ///< turns of each of the program's loops
+  std::function<bool()> ended;              ///< returns whether the program has ended by itself
+  std::function<std::string()> statusLine;  ///< returns the line for `systemctl status`
   /// Reads the configuration again, on a thread of its own, as a disk may take seconds. Returns what applies it, which
   /// is called by run() itself. A stop does not wait for the reading: it must own what it uses.
   std::function<std::function<void()>()> reload = {};

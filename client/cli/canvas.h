@@ -91,7 +91,7 @@ class Dots {
 
   int width() const { return 2 * columns_; }  ///< in dots
   int height() const { return 4 * rows_; }    ///< in dots
-  void set(int x, int y);  ///< Sets a dot; y points down.
+  void set(int x, int y);                     ///< Sets a dot; y points down.
   /// Sets the dots of a line from (x0, y0) to (x1, y1), ends included.
   void line(double x0, double y0, double x1, double y1);
   /// Draws the characters that have dots onto the canvas, the top left one at (column, row).

@@ -36,7 +36,7 @@ class Scene {
   std::uint64_t fields = 0;            ///< number received
   std::uint64_t lost = 0;              ///< lost on the way, by Subscriber::lost()
   std::int64_t lastArrival_ns = 0;
-  std::int64_t restarted_ns = 0;  ///< when a restart of the daemon was noticed; 0: never
+  std::int64_t restarted_ns = 0;                 ///< when a restart of the daemon was noticed; 0: never
   bool connected() const { return connected_; }  ///< Returns what setConnected() was told last.
 
   /// Returns whether the status is out of date: there is none, no publisher is connected, the next one is late, or

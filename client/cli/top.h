@@ -14,7 +14,7 @@ namespace traction::cli {
 struct TopCommand {
   std::vector<std::string> endpoints;  ///< endpoints or names of local instances; empty: see top()
   double seconds = std::numeric_limits<double>::infinity();  ///< duration; infinity: no limit
-  bool once = false;  ///< prints all figures once they have arrived, and ends
+  bool once = false;                                         ///< prints all figures once they have arrived, and ends
 };
 
 /// On a terminal, draws a page until q or a signal (SIGINT, SIGTERM or SIGHUP, whose handlers it sets); otherwise

@@ -28,7 +28,7 @@ struct Settings {
   int priority = 0;                                          ///< realtime.priority; 0: none is wanted
   std::string cpus;                                          ///< realtime.cpus: "2-3"; empty: all
   bool lockMemory = false;                                   ///< realtime.lock_memory
-  std::vector<std::string> endpoints;  ///< of all kinds
+  std::vector<std::string> endpoints;                        ///< of all kinds
 };
 
 /// An instance of tractiond on the machine, whether or not it runs.

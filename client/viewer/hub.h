@@ -40,7 +40,7 @@ struct Hub {
   int questions = 0;                             ///< requests to the daemon that are not answered yet
   std::unique_ptr<Forwarder> forwarder;
   std::unique_ptr<HealthFeed> health;
-  std::unique_ptr<Source> source;  // behind the two, which its thread uses
+  std::unique_ptr<Source> source;        // behind the two, which its thread uses
   std::shared_ptr<Recording> recording;  ///< that is being made; null: none
   boost::asio::thread_pool asker{1};     ///< sends requests, each of which may wait for seconds
 };

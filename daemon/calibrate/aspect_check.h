@@ -11,9 +11,9 @@
 namespace tractiond::calibrate {
 
 struct AspectCheckOptions {
-  double alarm = 5.0;               ///< deviations
-  double pattern = 1e-3;            ///< deviation of the pitch in x against that in y, relative: a printer's feed
-  double better = 0.5;              ///< times the residual of the best camera with the file's aspect
+  double alarm = 5.0;     ///< deviations
+  double pattern = 1e-3;  ///< deviation of the pitch in x against that in y, relative: a printer's feed
+  double better = 0.5;    ///< times the residual of the best camera with the file's aspect
   double largestResidual_px =
       0.5;  ///< of the camera with another aspect; a larger one shows that the aspect is not the cause
   // Least deviations of the other parameters, so that the fit can explain the picture by them instead.

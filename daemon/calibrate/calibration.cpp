@@ -24,7 +24,7 @@ constexpr double kLongest_s = 3600.0;    // longest duration of a step
 constexpr int kMostFiles = 100;          // gel files in the state directory: a client may request them without end
 constexpr double kFarFromTheFile = 3.0;  // deviations of the focal length that are worth a remark
 constexpr double kBadResidual_px = 0.3;
-constexpr double kCreeping = 0.005;    // growth of a load's displacement between the halves of its reading
+constexpr double kCreeping = 0.005;  // growth of a load's displacement between the halves of its reading
 constexpr double kResidualOver =
     2.0;  // residual relative to the noise: above it the load is not a single round contact
 

@@ -13,9 +13,9 @@ namespace tractiond::calibrate {
 /// Limits beyond which the gel is reported as another one. The deviations are the gel file's [uncertainty], which does
 /// not cover the pattern. After a calibration the pose is known so well that heat would be reported: hence the floors.
 struct GelCheckOptions {
-  double alarm = 5.0;  ///< deviations; at 5 a gel within its stated uncertainty is reported once in 2e5 zeros
-  double pitch = 3e-4;            ///< deviation of the pitch, relative
-  double offset = 0.1e-3;         ///< deviation of a layer's place relative to the first, in x and in y [m]
+  double alarm = 5.0;      ///< deviations; at 5 a gel within its stated uncertainty is reported once in 2e5 zeros
+  double pitch = 3e-4;     ///< deviation of the pitch, relative
+  double offset = 0.1e-3;  ///< deviation of a layer's place relative to the first, in x and in y [m]
   double leastPosition = 0.1e-3;  ///< floor of the deviation of the camera's position [m] ...
   double leastRotation = 1e-3;    ///< ... rotation [rad] ...
   double leastDistance = 1e-3;    ///< ... scale of the picture, relative ...

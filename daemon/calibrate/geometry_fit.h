@@ -10,15 +10,15 @@ namespace tractiond::calibrate {
 
 /// Standard deviations of the pattern, by which the camera is measured, and of the camera's aspect.
 struct GeometryOptions {
-  double depth = 0.05e-3;      ///< of each layer's depth [m]: a good mould
-  double pitch = 3e-4;         ///< of each layer, relative: 20 um over the field
-  double shift = 0.05e-3;      ///< of a layer's place relative to the first, in x and y [m]
-  double aspect = 0.0;         ///< of the camera's aspect, relative; 0: the file's value is kept
-  double outlier = 5.0;        ///< deviations; markers beyond (dust, a misplaced one) are not used
+  double depth = 0.05e-3;  ///< of each layer's depth [m]: a good mould
+  double pitch = 3e-4;     ///< of each layer, relative: 20 um over the field
+  double shift = 0.05e-3;  ///< of a layer's place relative to the first, in x and y [m]
+  double aspect = 0.0;     ///< of the camera's aspect, relative; 0: the file's value is kept
+  double outlier = 5.0;    ///< deviations; markers beyond (dust, a misplaced one) are not used
   double allowance_px =
-      0.02;  ///< error of a lens that k1 and k2 do not describe; as large as the effect of a touch of 10 gf
-  int fewest = 50;             ///< markers; fewer do not determine the lens
-  int iterations = 60;         ///< at most; with a touch many are needed, without one five
+      0.02;             ///< error of a lens that k1 and k2 do not describe; as large as the effect of a touch of 10 gf
+  int fewest = 50;      ///< markers; fewer do not determine the lens
+  int iterations = 60;  ///< at most; with a touch many are needed, without one five
 };
 
 /// Result of the fit. Unless it is kConverged, `camera` and `uncertainty` are those that the fit was given (the camera
@@ -37,7 +37,7 @@ struct Geometry {
   double residual_px = 0.0;  ///< root mean square over the coordinates that are used
   int markers = 0;           ///< number of markers used
   int outliers = 0;          ///< number of markers not used
-  Bulge bulge;  ///< smooth part of the residual of all markers: found() if something seems to touch
+  Bulge bulge;               ///< smooth part of the residual of all markers: found() if something seems to touch
 };
 
 /// Estimates camera and pattern, maximum a posteriori, by Gauss-Newton. Minimises over both

@@ -63,7 +63,7 @@ class StepRunner {
   struct UnderWay {
     std::future<std::optional<Result>> done;
     std::int64_t until_ns;
-    bool isAwaited = true;   ///< false: its request has been answered
+    bool isAwaited = true;        ///< false: its request has been answered
     std::string dropReason = {};  ///< the answer if the step would look at frames; empty: it may
   };
 

@@ -9,8 +9,8 @@ namespace tractiond::calibrate {
 inline constexpr double kGramForce = 9.80665e-3;  ///< [N]
 
 struct StiffnessOptions {
-  double weight = 1e-3;        ///< deviation of a weight, relative: class M3 has half of that
-  double reading = 2e-3;       ///< of a reading, relative, in addition to its noise: contacts are not exactly round
+  double weight = 1e-3;   ///< deviation of a weight, relative: class M3 has half of that
+  double reading = 2e-3;  ///< of a reading, relative, in addition to its noise: contacts are not exactly round
   double contradiction =
       0.1;  ///< largest relative deviation from proportionality; beyond it weights are wrong or the gel is not linear
 };

@@ -96,8 +96,8 @@ class FrameGate {
     int length = 1;
     std::int64_t lag_ns = 0;  ///< mean of host - device above the smallest
     StampSchedule schedule;
-    int timed = 0;            ///< frames that both clocks agreed on, up to a hundred
-    int distrust = 0;         ///< frames to come before the camera's clock is believed again
+    int timed = 0;     ///< frames that both clocks agreed on, up to a hundred
+    int distrust = 0;  ///< frames to come before the camera's clock is believed again
   };
   enum class Fit { kNone, kByBothClocks, kByTheHosts };
   struct Seen {

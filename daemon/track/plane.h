@@ -24,7 +24,7 @@ struct Plane {
   float sign = 1.0F;        ///< -1: the markers are darker than their surroundings
   float gain = 1.0F;        ///< levels per unit of a sample; 1 where that has 8 bits
   float noise = 1.0F;  ///< variance of a sample, relative to one of the camera's: below 1 where several were averaged
-  float unit = 1.0F;        ///< levels in 1/255 of the format's range
+  float unit = 1.0F;   ///< levels in 1/255 of the format's range
 
   /// Returns the brightness of sample (x, y) [levels], which must lie within width and height.
   float at(std::ptrdiff_t x, std::ptrdiff_t y) const {

@@ -1,5 +1,5 @@
-// A disk that is slow to synchronise, and to open files whose names end in .toml (LD_PRELOAD). $TRACTION_SLOW_DISK names a
-// file: it holds how long a call takes [s], or "hold": then it takes until the file says something else.
+// A disk that is slow to synchronise, and to open files whose names end in .toml (LD_PRELOAD). $TRACTION_SLOW_DISK
+// names a file: it holds how long a call takes [s], or "hold": then it takes until the file says something else.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <unistd.h>

@@ -51,7 +51,7 @@ struct CameraFeature {
 struct CameraReport {
   std::vector<CameraFeature> features;  ///< that the step reports, in the order of the daemon; may be empty
   std::vector<std::string> remarks;     ///< for a person to read
-  std::string camera;                ///< the camera that answered: "Vendor-Serial"
+  std::string camera;                   ///< the camera that answered: "Vendor-Serial"
 };
 
 }  // namespace traction

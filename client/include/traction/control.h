@@ -19,7 +19,7 @@ struct ControlOptions {
   std::string instance = "default";  ///< name of a tractiond on this machine
   /// ZeroMQ endpoint of the requests, "tcp://HOST:9884" or "ipc:///PATH"; empty: found from `instance`.
   std::string endpoint;
-  Keys keys = {};                    ///< needed for a traction-gateway only
+  Keys keys = {};  ///< needed for a traction-gateway only
   // Time to connect, for every request, and then to wait for status() and description(). All other times are for the
   // answer alone. If the daemon goes away during a request, the request fails at once.
   std::chrono::milliseconds timeout{3000};

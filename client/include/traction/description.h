@@ -11,7 +11,7 @@ namespace traction {
 struct Gel {
   double youngsModulus_Pa = 0.0;
   double poissonRatio = 0.0;  ///< below 0.5
-  Vector3 size_m{};  ///< width, height, thickness [m]; the block is centred on the origin in x and y
+  Vector3 size_m{};           ///< width, height, thickness [m]; the block is centred on the origin in x and y
 };
 
 /// Colour of the light in which markers stand out; kGrey: they stand out in all light.

@@ -37,7 +37,7 @@ struct SubscriberOptions {
   /// ZeroMQ endpoint of the stream, or of the newest field for Mode::kLatest, "tcp://HOST:9872" or "ipc:///PATH";
   /// empty: found from `instance`.
   std::string endpoint;
-  Keys keys = {};                    ///< needed for a traction-gateway only
+  Keys keys = {};  ///< needed for a traction-gateway only
   Mode mode = Mode::kStream;
   unsigned topics = kAllTopics;  ///< for kStream; kLatest receives fields only
   int queue = 1000;              ///< messages stored for a slow reader; further ones are lost. For kStream; 0: no limit
