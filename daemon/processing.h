@@ -61,7 +61,8 @@ class Processing {
 
   /// Called once for each session of the camera, after welcome().
   virtual void meet(const capture::CameraInfo& info) = 0;
-  // Each of these requests is answered through the control server, at once or in a later turn().
+  // Each of these requests is answered through the control server, at once or in a later turn(). beginZero() must not
+  // be called while an earlier zero is not answered: the control server passes on one at a time.
   virtual void beginZero(const ZeroRequest& request) = 0;
   virtual void beginStep(const CalibrationStep& step) = 0;
   virtual void askSnapshot() = 0;

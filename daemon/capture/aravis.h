@@ -176,12 +176,15 @@ CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& gu
 
 // ---- aravis_clock.cpp
 
-/// Reads a camera's clock sixteen times a second on a thread of its own, "camera-clock", as a camera that hangs makes
-/// each reading wait for seconds.
+/// Reads a camera's clock on a thread of its own, "camera-clock", as a camera that hangs makes each reading wait for
+/// seconds: up to 200 times a second at first, sixteen times from the fifth second on, once a second while there is no
+/// answer. The thread ends when the camera has refused three times in a row.
 class AskedClock {
  public:
-  /// Reads the clock three times and starts the thread. Returns nullptr if the description has no latch for the clock,
-  /// the camera refuses, or the clock stands still. The device must outlive the result.
+  /// Reads the clock three times and starts the thread. Returns nullptr if the clock cannot be read: the camera is
+  /// neither GigE nor USB3 Vision, its description has no latch, it states no usable frequency, refuses, or does not
+  /// answer in time, or the clock stands still. Waits until the camera has answered. The device must outlive the
+  /// result.
   static std::unique_ptr<AskedClock> open(ArvDevice* device);
 
   /// Takes the newest readings. Returns false if there are none since the last call. For one thread; does not wait.

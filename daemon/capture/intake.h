@@ -24,8 +24,10 @@ class Intake {
   /// session
   void begin(const CameraInfo& info, int buffers);
 
-  /// Judges and counts a buffer of the session. If the verdict is kNew, fills the frame; else leaves it as it is. The
-  /// frame borrows the buffer's memory, and its token is the buffer's handle. \param driver that the buffer comes from
+  /// Judges and counts a buffer of the session. Must be called for every buffer that Driver::pop() returned, in order
+  /// and at once: the time of the call becomes FrameTimes::receivedReal_ns. If the verdict is kNew, fills the frame;
+  /// else leaves it as it is. The frame borrows the buffer's memory, and its token is the buffer's handle. \param
+  /// driver that the buffer comes from
   Judgement judge(const Buffer& buffer, Driver& driver, Frame& frame);
 
  private:

@@ -56,7 +56,8 @@ class PatchFit {
   /// patches.
   bool fitsBar(std::span<Patch> patches, int first, double most);
 
-  /// Returns the minimum of the last fit() or fitsBar() in units of n^2: residual and priors.
+  /// Returns what the last fit() or fitsBar() left, in units of n^2: residual and priors. This is the minimum if fit()
+  /// returned true; fitsBar() stops at the first value below its `most`.
   double chiSquared() const { return chiSquared_; }
 
   /// Returns the covariance of a patch's force [N], column, row [pitches] and spread [pitches^2], by the last
