@@ -307,7 +307,7 @@ bool RoundPatches::holdsAtWidest(const Vector& step) {
   for (int k = 0; k < count_; ++k) {
     const int i = linear() + kPatchPlaces * k + 2;
     const bool isWidest = now_.patches[static_cast<std::size_t>(k)].place.spread_m2 >= kWidest * square(atoms_.pitch_m);
-    if (!isWidest || step[i] <= 0.0) continue;
+    if (!isWidest || !(step[i] > 0.0)) continue;  // nor if it is not finite
     damped_.row(i).setZero();
     damped_.col(i).setZero();
     damped_(i, i) = 1.0;
