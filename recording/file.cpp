@@ -83,7 +83,7 @@ tl::expected<OldFile, Error> OldFile::open(const std::filesystem::path& path) {
   const auto fail = [&](const std::string& why) {
     return tl::unexpected(Error{EX_NOINPUT, "cannot be read: " + why, path});
   };
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe would be waited for
   if (fd < 0) return fail(std::strerror(errno));
   struct stat status {};
   if (fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {

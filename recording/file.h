@@ -56,8 +56,7 @@ class NewFile : public Sink {
 /// A file of which only the bytes present at opening are read. Thread-bound.
 class OldFile {
  public:
-  /// Opens a regular file. Error: EX_NOINPUT, also if the path is of another kind; a pipe is first waited for until a
-  /// program writes into it.
+  /// Opens a regular file. Error: EX_NOINPUT, also if the path is of another kind.
   static tl::expected<OldFile, Error> open(const std::filesystem::path& path);
   ~OldFile();
   OldFile(OldFile&& other) noexcept;

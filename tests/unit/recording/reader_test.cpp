@@ -1,6 +1,11 @@
 #include "tests/support/seed.h"
 #include "tests/unit/recording/random_recording.h"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+
 namespace recording::reader_test {
 namespace {
 
@@ -142,6 +147,11 @@ TEST(Reader, SaysWhatIsNoRecording) {
   expect(failure(newer + "of another kind"), EX_PROTOCOL, "newer version");
   expect(Reader::open("/nowhere").error(), EX_NOINPUT, "No such file");
   expect(Reader::open("/tmp").error(), EX_NOINPUT, "no file");
+  const std::filesystem::path pipe =
+      std::filesystem::temp_directory_path() / ("reader-test-" + std::to_string(getpid()) + ".mcap");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  expect(Reader::open(pipe).error(), EX_NOINPUT, "no file");
+  std::filesystem::remove(pipe);
 }
 
 }  // namespace
