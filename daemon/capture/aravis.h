@@ -58,7 +58,9 @@ class Failure {
 /// Makes an error without a place (Error::where). \param exitCode of sysexits.h \param remedy may be empty
 tl::unexpected<Error> failed(int exitCode, std::string what, std::string remedy = {});
 
-std::string text(const char* string);                       ///< Copies a string; nullptr becomes an empty one.
+/// Copies a string that may come from a camera, with U+FFFD in place of what is not UTF-8; nullptr becomes an empty
+/// one.
+std::string text(const char* string);
 std::string number(double value);                           ///< Returns a number with up to 10 digits, as text.
 std::string joined(const std::vector<std::string>& items);  ///< Joins texts with ", ".
 /// Copies the strings of an array that Aravis has returned, and frees the array. \param names nullptr: no strings

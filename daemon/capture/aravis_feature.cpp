@@ -8,6 +8,7 @@
 #include <cmath>
 #include <condition_variable>
 #include <cstdio>
+#include <memory>
 #include <mutex>
 #include <utility>
 
@@ -24,7 +25,9 @@ tl::unexpected<Error> failed(int exitCode, std::string what, std::string remedy)
 }
 
 std::string text(const char* string) {
-  return string == nullptr ? "" : string;
+  if (string == nullptr) return {};
+  const std::unique_ptr<char, decltype(&g_free)> valid(g_utf8_make_valid(string, -1), &g_free);
+  return valid.get();
 }
 
 std::string number(double value) {

@@ -43,6 +43,13 @@ class CameraQuery : public testing::Test {
   std::vector<std::pair<std::string, std::string>> first_;
 };
 
+/// A message with other text cannot be read by a client.
+TEST(CameraText, IsUtf8WhateverTheCameraSays) {
+  EXPECT_EQ(text("Kamera \xc2\xb5"), "Kamera \xc2\xb5");
+  EXPECT_EQ(text("M\xfcller \xc3"), "M\xef\xbf\xbdller \xef\xbf\xbd");
+  EXPECT_EQ(text(nullptr), "");
+}
+
 TEST_F(CameraQuery, WritesAndTellsWhatStoodBefore) {
   const auto report = ask(Kind::kWrite, "ExposureTime", "500");
   ASSERT_TRUE(report) << report.error();
