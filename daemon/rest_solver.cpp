@@ -31,7 +31,7 @@ void RestSolver::turn() {
     if (making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
     const Told told = making_.get();
     if (!told) {
-      spdlog::warn("warning: the markers' places in the zero are not used, but those of the gel file: {}",
+      spdlog::warn("warning: the markers' places in the zero are not used, but those that were in use before: {}",
                    told.error().message());
     } else {
       spdlog::info("the model takes the places of {} markers from the zero, {:.3f} mm (rms) beside those of the gel "
