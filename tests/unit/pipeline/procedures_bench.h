@@ -95,6 +95,13 @@ struct ProceduresBench {
 
   void pass(std::int64_t ms) { now_ns += 1'000'000 * ms; }
   void turn() { procedures.turn(); }
+  /// The disk is well again, and the time has come to try it.
+  void recoverDisk() {
+    keepFails = false;
+    kept.reset();
+    pass(10'000);
+    turn();
+  }
 
   static inline std::int64_t now_ns = 0;  ///< what the clock says
 

@@ -436,10 +436,7 @@ TEST(Procedures, ARestoredZeroThatCouldNotBeSynchronisedIsWrittenUntilTheDiskTak
   bench.keepFails = true;
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(2, true), bench.pose(1, true), false);
   ASSERT_TRUE(bench.kept);
-  bench.keepFails = false;
-  bench.kept.reset();
-  bench.pass(10'000);
-  bench.turn();
+  bench.recoverDisk();
   ASSERT_TRUE(bench.kept);
   EXPECT_EQ(bench.kept->id[0], 2);
   EXPECT_EQ(bench.keptBefore->id[0], 1);
@@ -450,10 +447,7 @@ TEST(Procedures, AFirstZeroThatCouldNotBeWrittenIsWrittenLater) {
   bench.keepFails = true;
   bench.tracker.finish(bench.pose(1, false));
   bench.turn();
-  bench.keepFails = false;
-  bench.kept.reset();
-  bench.pass(10'000);
-  bench.turn();
+  bench.recoverDisk();
   ASSERT_TRUE(bench.kept);
   EXPECT_EQ(bench.kept->id[0], 1);
 }
