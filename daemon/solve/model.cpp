@@ -118,11 +118,17 @@ Model::Found Model::findField(const Displacements& picture, std::span<const floa
 /// Starts with all atoms alike.
 void Model::look(const Displacements& picture, std::span<const float> displacement_px, AtomMoments& moments) {
   amplitudes_.take(displacement_px, picture.missing);
-  const auto toRead = [&] { return evidence_.modesToRead(amplitudes_.values(), picture.noise_px); };
-  const auto isRead = [&] { return toRead() == std::ssize(amplitudes_.values()); };
-  while (!isRead()) {
-    while (!isRead()) amplitudes_.read(toRead());
-    for (int i = 0; i < kCompletions && !picture.missing.empty(); ++i) {
+  const auto readMore = [&] {
+    const int modes = evidence_.modesToRead(amplitudes_.values(), picture.noise_px);
+    if (modes == std::ssize(amplitudes_.values())) return false;
+    amplitudes_.read(modes);
+    return true;
+  };
+  while (readMore()) {
+    while (readMore()) {
+    }
+    if (picture.missing.empty()) break;
+    for (int i = 0; i < kCompletions; ++i) {
       amplitudes_.complete(evidence_.typicalForce_N(amplitudes_.values(), picture.noise_px), picture.noise_px);
     }
   }
