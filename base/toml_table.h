@@ -61,6 +61,8 @@ class TomlTable {
   using Scalar = std::variant<bool, std::int64_t, double, std::string>;
   /// Returns all keys of this table with their values, in the order of the file. A value of another type is a fault.
   std::vector<std::pair<std::string, Scalar>> entries();
+  /// Counts a key as read, whatever its value is.
+  void ignore(std::string_view key) { find(key); }
   /// Returns whether the table has the key. This does not count as reading it.
   bool has(std::string_view key) const;
 

@@ -54,11 +54,7 @@ void describeSensor(publish::Description& description, const sensor::Sensor& sen
   description.mechanics = sensor.body                                     ? "influence file"
                           : solve.model == sensor::elastic::Model::kBlock ? "block"
                                                                           : "half-space";
-  description.regularisation = "tikhonov";
-  description.strength = solve.regularisation;
-  description.contactAware = solve.contactAware;
   description.noise_px = solve.noise_px;
-  description.forceScale_N = solve.forceScale_N;
 }
 
 void readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile, publish::Beginning& beginning) {

@@ -22,7 +22,7 @@ tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile);
 /// Does the same as loadSensor(), but returns nothing for kNoGelFile.
 tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& gelFile);
 
-/// Sets the sensor, and the fields from `mechanics` to `forceScale_N`, of a description. Leaves `detectionLimit_N` and
+/// Sets the sensor, its mechanics and the noise of a description. Leaves `detectionLimit_N` and
 /// `calibrated_ns`, which only the solver that was made knows, as they are.
 void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve);
 

@@ -29,13 +29,13 @@ namespace tractiond {
 /// Thread-bound, except for what the pipeline's threads do within.
 class Instrument {
  public:
-  /// Makes the parts: first those that fail fast (the gel, the directories, the sockets), then the inverse (seconds,
+  /// Makes the parts: first those that fail fast (the gel, the directories, the sockets), then the solver (seconds,
   /// once per gel) and the camera. Blocks meanwhile, for the camera until the first try to open it has ended. On an
   /// error nothing is left behind. EX_USAGE: a recording without a gel. EX_CONFIG: the gel file, an endpoint or a
   /// setting of the camera is wrong. EX_NOINPUT, EX_DATAERR: a file cannot be read, or is damaged or of another sensor.
   /// EX_TEMPFAIL: a directory or the camera is in use. EX_UNAVAILABLE: there is no such camera, or an address is in
-  /// use. EX_CANTCREAT, EX_NOPERM, EX_OSERR: a file, directory or socket cannot be made. EX_SOFTWARE: the inverse
-  /// fails. \param config not completed() yet; copied \param places located() \param logLinesLost returns the number of
+  /// use. EX_CANTCREAT, EX_NOPERM, EX_OSERR: a file, directory or socket cannot be made. EX_SOFTWARE: the solver
+  /// cannot be made. \param config not completed() yet; copied \param places located() \param logLinesLost returns the number of
   /// lost log lines; called by the publishing thread once a second; may be empty
   static tl::expected<std::unique_ptr<Instrument>, Error> make(const Config& config, const Places& places,
                                                                std::function<std::uint64_t()> logLinesLost = {});

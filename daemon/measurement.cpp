@@ -21,7 +21,7 @@ sensor::elastic::Progress progressLines() {
     const int tenth = static_cast<int>(done * 10);
     if (tenth == last) return;
     last = tenth;
-    spdlog::info("a gel not seen before: computing its inverse, {} %", 10 * tenth);
+    spdlog::info("a gel not seen before: computing its factors, {} %", 10 * tenth);
   };
 }
 
@@ -55,7 +55,7 @@ tl::expected<void, Error> Measurement::build() {
   if (!made) return tl::unexpected(made.error());
   solver_ = std::move(made->solver);
   around_.description.calibrated_ns = made->computed_ns;
-  if (solve::followsRest(sensor_, config.solve)) {
+  if (solve::followsRest(sensor_)) {
     restSolver_ = std::make_unique<RestSolver>(sensor_, config.solve, around_.stateDirectory,
                                                solver_->detectionLimit_N(), compute_);
   }

@@ -179,7 +179,7 @@ void Replay::chooseSensor() {
     sensor_ = *std::move(sensor);
   } else {
     std::istringstream text(beginning_->configuration);
-    auto recorded = parseConfig(text, options_.file);
+    auto recorded = parseRecordedConfig(text, options_.file);
     if (!recorded) {
       fail({.exitCode = EX_DATAERR,
             .what = "its configuration, of tractiond " + beginning_->softwareVersion +
@@ -283,7 +283,7 @@ void Replay::require(const RestPose& pose) const {
 void Replay::describe(const RestPose& pose) {
   description_.zero = pose;
   publisher_->describe(description_);
-  if (!solve::followsRest(sensor_, config_.solve)) return;
+  if (!solve::followsRest(sensor_)) return;
   // Uses the new solver at once: which frames the daemon solved before it had this solver is not recorded.
   auto atRest = solve::makeSolverAtRest(sensor_, config_.solve, places_.state, pose.position_px, pose.present,
                                         description_.detectionLimit_N,

@@ -34,7 +34,7 @@ struct ServiceRequests {
 /// catchSignals() has been called.
 ServiceRequests& serviceRequests();
 
-/// Lets a stop signal end the process during the start, as long as the object exists: computing an inverse takes
+/// Lets a stop signal end the process during the start, as long as the object exists: computing factors takes
 /// seconds, a camera that another program holds ten. Requires catchSignals().
 class StopWhileStarting {
  public:
@@ -51,7 +51,7 @@ class StopWhileStarting {
 /// process if none is left. Fails with EX_OSERR if that is less than 256.
 tl::expected<void, Error> raiseDescriptorLimit();
 
-/// Fails with EX_OSERR if the address space is limited (RLIMIT_AS) to less than 2 GiB, which an inverse, the threads'
+/// Fails with EX_OSERR if the address space is limited (RLIMIT_AS) to less than 2 GiB, which factors, the threads'
 /// stacks and a camera's buffers take: libraries hang or end the process if memory is refused.
 tl::expected<void, Error> checkAddressSpace();
 

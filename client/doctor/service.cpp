@@ -91,7 +91,7 @@ void checkUnit(const Patient& patient, const Instance& instance, List& findings)
 }
 
 void checkState(const Patient& patient, const Instance& instance, List& findings) {
-  constexpr std::uint64_t kEnough_bytes = 64 << 20;  // a gel's inverse has 31 MB, and is written beside the old one
+  constexpr std::uint64_t kEnough_bytes = 192 << 20;  // a gel's factors have 90 MB, and are written beside others
   const std::string folder = "/var/lib/tractiond/" + instance.name;
   const Box::Look look = patient.box.look(folder);
   if (look.error != 0 && look.error != ENOENT) {

@@ -84,7 +84,7 @@ std::string awaitReply(zmq::socket_t& socket, zmq::socket_t& monitor, const std:
   }
   throw Error(ErrorCode::kNoAnswer, "somebody is at " + endpoint + ", but has not answered within " +
                                         std::to_string(std::lround(std::chrono::duration<double>(timeout).count())) +
-                                        " s; a tractiond that computes the inverse of a new gel answers later");
+                                        " s; a tractiond that computes the factors of a new gel answers later");
 }
 
 constexpr std::int64_t kLargestReply_bytes = 128 << 20;  // a picture of 40 million pixels of 24 bits

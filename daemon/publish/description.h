@@ -29,12 +29,8 @@ struct Description {
   std::string pixelFormat;          ///< GenICam's name, "RGB8"
   int width_px = 0, height_px = 0;  ///< of its picture; 0: no camera opened yet
 
-  std::string mechanics;       ///< "block", "half-space" or "influence file"
-  std::string regularisation;  ///< name of the rule, "tikhonov"
-  double strength = 0.0;       ///< its parameter, relative to the largest singular value of the influence matrix
-  bool contactAware = false;
+  std::string mechanics;                     ///< "block", "half-space" or "influence file"
   double noise_px = 0.0;                     ///< standard deviation of a marker's centre that the solver assumes
-  double forceScale_N = 0.0;                 ///< lower bound of the nodal force that the contact step expects
   std::array<double, 2> detectionLimit_N{};  ///< of a force on a node, along the surface and into it
 
   std::int64_t calibrated_ns = 0;  ///< CLOCK_REALTIME when the numbers of identity.calibration were made

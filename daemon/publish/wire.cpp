@@ -128,10 +128,6 @@ pb::Method methodOf(Method method) {
     return pb::METHOD_NO_CONTACT;
   case Method::kContact:
     return pb::METHOD_CONTACT;
-  case Method::kWholeFace:
-    return pb::METHOD_WHOLE_FACE;
-  case Method::kBlend:
-    return pb::METHOD_BLEND;
   }
   return pb::METHOD_NONE;
 }
@@ -208,11 +204,7 @@ void measured(const Description& description, const sensor::Sensor& sensor, pb::
   set(sensor.camera, *message.mutable_camera());
 
   message.mutable_solver()->set_mechanics(description.mechanics);
-  message.mutable_solver()->set_regularisation(description.regularisation);
-  message.mutable_solver()->set_strength(description.strength);
-  message.mutable_solver()->set_contact_aware(description.contactAware);
   message.mutable_solver()->set_noise_px(description.noise_px);
-  message.mutable_solver()->set_force_scale_n(description.forceScale_N);
   message.mutable_solver()->set_detection_limit_tangential_n(description.detectionLimit_N[0]);
   message.mutable_solver()->set_detection_limit_normal_n(description.detectionLimit_N[1]);
   set(description.identity.calibration, *message.mutable_calibration()->mutable_id());
@@ -334,7 +326,6 @@ std::size_t Wire::fill(const TractionField& field, const Heading& heading) {
   messages_->resizeContacts(field.contactCount);
   for (int i = 0; i < field.contactCount; ++i) set(field.contacts[i], *message.mutable_contacts(i));
   message.set_method(methodOf(field.method));
-  message.set_regularisation_px_per_n(field.strength);
   pb::PictureMotion& motion = *message.mutable_picture_motion();
   motion.mutable_shift_px()->set_x(field.pictureMotion[0]);
   motion.mutable_shift_px()->set_y(field.pictureMotion[1]);

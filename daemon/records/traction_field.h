@@ -23,9 +23,7 @@ inline constexpr int kMaxContacts = 8;  ///< largest number of contacts in a fie
 enum class Method : std::uint8_t {
   kNone,       ///< not valid
   kNoContact,  ///< nothing exceeds the detection limit: all forces are 0
-  kContact,    ///< only nodes in contact carry force
-  kWholeFace,  ///< all nodes carry force: the contact is large, or contacts do not explain the picture
-  kBlend,      ///< weighted mean of the two above, during the change from one to the other
+  kContact,    ///< something touches
 };
 
 /// Forces of the object on the gel, gel frame (x right, y up in the picture, z into the gel), SI. Sized once, reused.
@@ -42,7 +40,6 @@ struct TractionField {
   std::array<double, 2> centreOfPressure_m{};  ///< of the normal forces
   bool centreOfPressureValid = false;          ///< false where the normal force is too small for a centre
   double residual_px = 0.0;                    ///< root mean square over the valid markers' coordinates
-  double strength = 0.0;                       ///< lambda of the regularisation that was used [px/N]
   std::array<double, 4> pictureMotion{};       ///< of the picture since the zero: u, v [px], scale [1], roll [rad]
   std::array<Contact, kMaxContacts> contacts{};
   int contactCount = 0;

@@ -5,19 +5,39 @@
 //   W^1/2 H = U S V'         the weighted influence, with its r largest singular values s [px/N]
 #pragma once
 
+#include "base/error.h"
+#include "daemon/records/marker_field.h"
 #include "daemon/solve/atoms.h"
-#include "daemon/solve/inverse.h"
+#include "daemon/solve/kernels.h"
 #include "daemon/solve/model_options.h"
+#include "daemon/solve/motion_weight.h"
 #include "daemon/solve/stopping.h"
+
+#include <tl/expected.hpp>
+
+#include <vector>
 
 namespace tractiond::solve {
 
 /// A matrix over the three components of one force, or of two forces.
 using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
+/// Errors of the computed wrench (force and moment) of a load by one standard deviation of each quantity that is not
+/// known exactly: 6 x 6 matrices, row after row, for the camera's position x, y, z, rotation x, y, z and focal length,
+/// and for a block's Poisson's ratio, thickness and depth of each layer.
+struct SystematicErrors {
+  std::vector<double> contact;    ///< of a small contact: if only the nodes around it are solved for
+  std::vector<double> wholeFace;  ///< of a load on the whole face: if all points are solved for
+
+  /// Errors by depths that scatter from marker to marker (Uncertainty::markerDepth; empty where that is 0): 6 x 3
+  /// matrices E, row after row. A force F has an error of force and moment about its place with the covariance
+  /// sum E F F' E'.
+  std::vector<double> contactScatter, wholeFaceScatter;
+};
+
 /// Of 2M coordinates, P points, A atoms, r modes. Immutable once made; any thread may read it.
 struct Factors {
-  Id id{};                             ///< as Inverse::id
+  Id id{};                             ///< of all that they depend on: the calibration published with a field
   std::int64_t computed_ns = 0;        ///< CLOCK_REALTIME when they were computed
   double force_N = 0.0;                ///< Young's modulus times a pitch squared, the scale of forces
   std::vector<double> singularValues;  ///< r, falling [px/N]

@@ -42,7 +42,6 @@ void FieldRules::clear(TractionField& field) {
   field.centreOfPressure_m = {};
   field.centreOfPressureValid = false;
   field.residual_px = 0.0;
-  field.strength = 0.0;
   field.pictureMotion = {};
   field.contactCount = 0;
 }
@@ -65,7 +64,7 @@ Eigen::Vector3d FieldRules::centroid(const TractionField& field) const {
 }
 
 void FieldRules::explain(double squaredResidual_px2, const UsedMarkers& markers, TractionField& field) {
-  const auto count = static_cast<double>(markers.coordinates().size());
+  const auto count = static_cast<double>(markers.count());
   // Rounding can leave a perfect fit just below zero.
   const double square_px2 = std::max(squaredResidual_px2, 0.0) / count;
   field.residual_px = std::sqrt(square_px2);

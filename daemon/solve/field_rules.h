@@ -1,4 +1,4 @@
-// Completes a field whose forces are known: centre of pressure, residual, flags. Independent of the solver.
+// Completes a field whose forces are known: centre of pressure, residual, flags.
 #pragma once
 
 #include "daemon/records/traction_field.h"

@@ -1,4 +1,4 @@
-// Interface of the solvers, which compute a TractionField from a MarkerField.
+// Interface of what computes a TractionField from a MarkerField.
 #pragma once
 
 #include "daemon/records/ledger.h"
@@ -29,7 +29,6 @@ class FieldSolver {
   struct Counters {
     Counter fewMarkers;  ///< not valid: too few markers
     Counter notFinite;   ///< not valid: a number is not finite
-    Counter wholeFace;   ///< solved over the whole face, wholly or in part, in place of the contact step
   };
   /// Returns the counters of all fields since the solver was made.
   const Counters& counters() const { return counters_; }

@@ -9,7 +9,6 @@
 #include <cassert>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <new>
 
 namespace tractiond::solve {
@@ -17,16 +16,6 @@ namespace {
 
 /// Rows that share the loads and stores of the sum.
 constexpr std::size_t kRows = 8;
-
-TRACTION_INLINE void read(const float* from, Floats& numbers) {
-  load(from, numbers);
-}
-
-TRACTION_INLINE void read(const std::int16_t* from, Floats& numbers) {
-  Shorts shorts;
-  load(from, shorts);
-  numbers = __builtin_convertvector(__builtin_convertvector(shorts, Integers), Floats);
-}
 
 /// Fetches a short row, or what is read of one: the processor foresees long ones alone.
 template <typename Number>
@@ -53,7 +42,7 @@ TRACTION_INLINE void addWeighed(int stride, std::size_t count, Row row, Coeffici
       Floats sums[2] = {};  // two chains, so that the additions of one line do not all wait for each other
 #pragma GCC unroll 8
       for (std::size_t i = 0; i < kRows; ++i) {
-        read(from[i] + j, numbers);
+        load(from[i] + j, numbers);
         sums[i % 2] += c[i] * numbers;
       }
       add(sums[0] + sums[1], sum + j);
@@ -61,7 +50,7 @@ TRACTION_INLINE void addWeighed(int stride, std::size_t count, Row row, Coeffici
   }
   for (; k < count; ++k) {
     for (std::ptrdiff_t j = 0; j < stride; j += kFloats) {
-      read(row(k) + j, numbers);
+      load(row(k) + j, numbers);
       add(coefficient(k) * numbers, sum + j);
     }
   }
@@ -101,27 +90,11 @@ void LineArray<Number>::Free::operator()(Number* data) const {
 
 template class LineArray<double>;
 template class LineArray<float>;
-template class LineArray<std::int16_t>;
 
 RowMatrix::RowMatrix(int rows, int columns)
     : rows_(rows)
     , columns_(columns)
     , data_(static_cast<std::size_t>(rows) * static_cast<std::size_t>(padded(columns))) {}
-
-CoarseMatrix::CoarseMatrix(const RowMatrix& matrix, int rows, int columns)
-    : columns_(columns)
-    , data_(static_cast<std::size_t>(rows) * static_cast<std::size_t>(padded(columns))) {
-  assert(rows <= matrix.rows() && columns <= matrix.columns());
-  for (int i = 0; i < rows; ++i) {
-    const std::span<const float> from(matrix.row(i), static_cast<std::size_t>(columns));
-    float largest = 0.0F;
-    for (const float x : from) largest = std::max(largest, std::abs(x));
-    factors_.push_back(largest / std::numeric_limits<std::int16_t>::max());
-    if (largest == 0.0F) continue;
-    std::int16_t* const to = data_.data() + static_cast<std::ptrdiff_t>(i) * stride();
-    for (int j = 0; j < columns; ++j) to[j] = static_cast<std::int16_t>(std::lround(from[j] / factors_.back()));
-  }
-}
 
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum) {
   addColumns(matrix, rows, coefficients, 0, matrix.columns(), sum);
@@ -133,13 +106,6 @@ void addColumns(const RowMatrix& matrix, std::span<const int> rows, std::span<co
   const auto row = [&](std::size_t k) { return matrix.row(rows[k]) + first; };
   const auto coefficient = [&](std::size_t k) { return coefficients[k]; };
   addWeighed(padded(end) - first, rows.size(), row, coefficient, sum + first);
-}
-
-TRACTION_VECTOR_CLONES
-void addRows(const CoarseMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, float* sum) {
-  const auto row = [&](std::size_t k) { return matrix.row(rows[k]); };
-  const auto coefficient = [&](std::size_t k) { return coefficients[k] * matrix.factor(rows[k]); };
-  addWeighed(matrix.stride(), rows.size(), row, coefficient, sum);
 }
 
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const float* vector, double* products) {

@@ -1,4 +1,4 @@
-// Linear algebra of the solvers: the loops that take most of the time of a frame. All of them read matrices row by row,
+// Linear algebra of the solver: the loops that take most of the time of a frame. All of them read matrices row by row,
 // in memory order. "On a line's boundary" means that an address is a multiple of 64 bytes, the size of a cache line.
 #pragma once
 
@@ -67,28 +67,6 @@ RowMatrix toRows(const Source& source) {
   return rows;
 }
 
-/// A matrix in half the bytes of a RowMatrix: 16-bit integers, with a factor for each row. The error is at most 1/65534
-/// of the largest number in the row. Rows are padded to the stride of a RowMatrix of as many columns.
-class CoarseMatrix {
- public:
-  CoarseMatrix() = default;
-  /// Rounds the upper left corner of a matrix, rows x columns. The matrix need not outlive it.
-  CoarseMatrix(const RowMatrix& matrix, int rows, int columns);
-
-  int rows() const { return static_cast<int>(factors_.size()); }
-  int columns() const { return columns_; }
-  int stride() const { return padded(columns_); }
-  /// Returns a row: stride() integers. The index is not checked.
-  const std::int16_t* row(int index) const { return data_.data() + static_cast<std::ptrdiff_t>(index) * stride(); }
-  /// Returns the number by which the integers of a row must be multiplied.
-  float factor(int index) const { return factors_[static_cast<std::size_t>(index)]; }
-
- private:
-  int columns_ = 0;
-  std::vector<float> factors_;
-  LineArray<std::int16_t> data_;
-};
-
 /// Computes sum += sum over k of coefficients[k] * matrix.row(rows[k]). `rows` and `coefficients` have the same number
 /// of elements. \param sum matrix.stride() elements on a line's boundary
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum);
@@ -96,8 +74,6 @@ void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const
 /// kLineFloats
 void addColumns(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, int first,
                 int end, double* sum);
-/// Computes the same as addRows() in single precision. \param sum matrix.stride() elements on a line's boundary
-void addRows(const CoarseMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, float* sum);
 
 /// Computes products[k] = matrix.row(rows[k]) . vector. \param vector matrix.stride() elements on a line's boundary
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const float* vector, double* products);
@@ -123,10 +99,6 @@ bool factoriseLower(std::span<double> lower, int size, double* scratch);
 /// Computes the columns first .. first + kColumns - 1 of L^-1; columns beyond the last one become 0. Leaves the rows
 /// before `first` unchanged. \param columns size x kColumns, row after row
 void inverseColumns(std::span<const double> lower, int first, int size, double* columns);
-
-/// Computes the diagonal of A^-1 = (L L')^-1 from L. \param scratch kColumns * size elements \param squares size
-/// elements
-void inverseDiagonal(std::span<const double> lower, int size, double* scratch, double* squares);
 
 inline double square(double x) {
   return x * x;

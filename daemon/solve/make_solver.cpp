@@ -1,7 +1,6 @@
 #include "daemon/solve/make_solver.h"
 
 #include "daemon/solve/model_solver.h"
-#include "daemon/solve/solver.h"
 
 #include <cassert>
 #include <optional>
@@ -9,17 +8,6 @@
 
 namespace tractiond::solve {
 namespace {
-
-struct OwnInverse {
-  Inverse own;
-};
-
-class OwningSolver : OwnInverse, public Solver {
- public:
-  OwningSolver(Inverse inverse, const sensor::Sensor& sensor, const SolveOptions& options)
-      : OwnInverse{std::move(inverse)}
-      , Solver(own, sensor, options) {}
-};
 
 struct OwnFactors {
   Atoms atoms;
@@ -36,37 +24,27 @@ class OwningModelSolver : OwnFactors, public ModelSolver {
 
 }  // namespace
 
-Id calibrationId(const sensor::Sensor& sensor, const SolveOptions& options) {
-  return options.solving == Solving::kModel ? factorsId(sensor, options) : inverseId(sensor, options);
-}
-
 tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const SolveOptions& options,
                                            const std::filesystem::path& stateDirectory,
                                            const sensor::elastic::Progress& progress, const Remark& remark) {
-  if (options.solving == Solving::kModel) {
-    Atoms atoms = makeAtoms(sensor);
-    auto factors = loadOrComputeFactors(sensor, atoms, options, stateDirectory, progress, remark);
-    if (!factors) return tl::unexpected(factors.error());
-    const std::int64_t computed_ns = factors->computed_ns;
-    return MadeSolver{
-        std::make_unique<OwningModelSolver>(OwnFactors{std::move(atoms), *std::move(factors)}, sensor, options),
-        computed_ns};
-  }
-  auto inverse = loadOrCompute(sensor, options, stateDirectory, progress, remark);
-  if (!inverse) return tl::unexpected(inverse.error());
-  const std::int64_t computed_ns = inverse->computed_ns;
-  return MadeSolver{std::make_unique<OwningSolver>(*std::move(inverse), sensor, options), computed_ns};
+  Atoms atoms = makeAtoms(sensor);
+  auto factors = loadOrComputeFactors(sensor, atoms, options, stateDirectory, progress, remark);
+  if (!factors) return tl::unexpected(factors.error());
+  const std::int64_t computed_ns = factors->computed_ns;
+  return MadeSolver{
+      std::make_unique<OwningModelSolver>(OwnFactors{std::move(atoms), *std::move(factors)}, sensor, options),
+      computed_ns};
 }
 
-bool followsRest(const sensor::Sensor& sensor, const SolveOptions& options) {
-  return options.solving == Solving::kModel && !sensor.body;
+bool followsRest(const sensor::Sensor& sensor) {
+  return !sensor.body;
 }
 
 tl::expected<SolverAtRest, Error>
 makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, const std::filesystem::path& stateDirectory,
                  std::span<const float> place_px, std::span<const std::uint8_t> present,
                  const std::array<double, 2>& detectionLimit_N, const Remark& remark, const Stopping& stopping) {
-  assert(followsRest(sensor, options));
+  assert(followsRest(sensor));
   if (isStopped(stopping)) return givenUp();
   SolverAtRest made{.solver = {}, .places = restPlaces(sensor, place_px, present)};
   sensor::Sensor measured = sensor;

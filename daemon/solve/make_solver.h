@@ -1,31 +1,27 @@
-// Chooses and makes a solver.
+// Makes the solver of a sensor.
 #pragma once
 
 #include "daemon/solve/field_solver.h"
-#include "daemon/solve/inverse_cache.h"
+#include "daemon/solve/factors_cache.h"
 #include "daemon/solve/rest_places.h"
 
 #include <memory>
 
 namespace tractiond::solve {
 
-/// Returns the id of the calibration: the hash of everything that the numbers of a solver with these options depend on.
-Id calibrationId(const sensor::Sensor& sensor, const SolveOptions& options);
-
 struct MadeSolver {
   std::unique_ptr<FieldSolver> solver;  ///< owns all that it needs; never null
   std::int64_t computed_ns = 0;         ///< CLOCK_REALTIME when the numbers it solves with were computed
 };
 
-/// Makes the solver that SolveOptions::solving names. Reads its inverse or factors from the state directory, or
-/// computes them in seconds and caches them there. Fails if they cannot be computed (EX_CONFIG or EX_SOFTWARE, as
-/// loadOrCompute()). The arguments need not outlive the solver. \param remark see inverse_cache.h
+/// Makes the solver. Reads its factors from the state directory, or computes them in seconds and caches them there.
+/// Fails if they cannot be computed (EX_CONFIG or EX_SOFTWARE, as loadOrComputeFactors()). The arguments need not outlive the solver. \param remark see factors_cache.h
 tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const SolveOptions& options,
                                            const std::filesystem::path& stateDirectory,
                                            const sensor::elastic::Progress& progress = {}, const Remark& remark = {});
 
-/// Returns whether makeSolverAtRest() is possible: for a block that is solved with Solving::kModel.
-bool followsRest(const sensor::Sensor& sensor, const SolveOptions& options);
+/// Returns whether makeSolverAtRest() is possible: for a block.
+bool followsRest(const sensor::Sensor& sensor);
 
 /// A solver for the places that the markers have in the gel by its rest picture; `places` are those it solves for.
 struct SolverAtRest {

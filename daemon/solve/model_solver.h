@@ -18,7 +18,7 @@ class ModelSolver : public FieldSolver {
               const SolveOptions& options = {}, const std::optional<std::array<double, 2>>& detectionLimit_N = {});
 
   /// Implements FieldSolver::solve. Publishes forces on points beyond the nodes at the nearest node; computes resultant
-  /// and moment from the points. Sets Field::strength to 0, as the prior has no single one.
+  /// and moment from the points.
   void solve(const MarkerField& markers, TractionField& field) noexcept override;
 
   /// Returns the force from which on the model finds a contact: the median over nine nodes, each with its own noise;

@@ -54,7 +54,7 @@ struct Loads {
 
 using Reading = Eigen::MatrixXd;  // 6 x 2M: from displacements to the wrench
 
-/// By all modes with the penalty lambda^2. `left` as Inverse::left; `wrenches`: those of the modes' forces, r x 6.
+/// By all modes with the penalty lambda^2. `left` as Factors::left; `wrenches`: those of the modes' forces, r x 6.
 Reading byModes(const RowMatrix& left, const std::vector<double>& singularValues, double lambda,
                 Eigen::MatrixXd wrenches) {
   for (Eigen::Index k = 0; k < wrenches.rows(); ++k) {
@@ -273,27 +273,9 @@ Eigen::MatrixXd transposed(const RowMatrix& motion) {
 
 }  // namespace
 
-SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Inverse& inverse) {
-  const sensor::Points nodes = sensor::nodePositions(sensor);
-  Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(inverse.rank(), 6);
-  for (int k = 0; k < inverse.rank(); ++k) {
-    const float* const v = inverse.right.row(k);
-    for (Eigen::Index node = 0; node < nodes.cols(); ++node) {
-      wrenches.row(k) +=
-          (unitWrenches(nodes.col(node)) * Eigen::Vector3f::Map(v + 3 * node).cast<double>()).transpose();
-    }
-  }
-  const Eigen::MatrixXd motion =
-      transposed(inverse.motion) * Eigen::Vector4d::Map(inverse.motionVariance.data()).cwiseSqrt().asDiagonal();
-  return errorsOf(sensor, options, byModes(inverse.left, inverse.singularValues, inverse.lambda, wrenches),
-                  [&](int node) {
-                    return byNodesAround(
-                        node, sensor, inverse.influence, [](int near) { return 3 * near; }, motion, options.noise_px);
-                  });
-}
-
 SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Factors& factors,
                                   const Atoms& atoms) {
+  constexpr double kPointForce_N = 9e-3;  // expected of each, if all points are solved for
   Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(factors.rank(), 6);
   std::vector<int> pointOf(static_cast<std::size_t>(sensor.nodes.count()));
   for (int p = 0; p < atoms.pointCount(); ++p) {
@@ -306,7 +288,7 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
     if (node >= 0) pointOf[static_cast<std::size_t>(node)] = p;
   }
   const Eigen::MatrixXd motion = transposed(factors.motion);
-  const double lambda = options.noise_px / options.shapeForce_N;
+  const double lambda = options.noise_px / kPointForce_N;
   return errorsOf(sensor, options, byModes(factors.left, factors.singularValues, lambda, wrenches), [&](int node) {
     return byNodesAround(
         node, sensor, factors.influence, [&](int near) { return 3 * pointOf[static_cast<std::size_t>(near)]; }, motion,

@@ -7,12 +7,7 @@
 
 namespace tractiond::solve {
 
-/// Computes Inverse::systematicErrors of `inverse`, which must be that of the sensor. Takes seconds for a
-/// block. Reentrant.
-SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Inverse& inverse);
-
-/// Computes Factors::systematicErrors of the factors of the sensor's atoms. For the whole face all points are solved
-/// for, with SolveOptions::shapeForce_N as the expected force of each.
+/// Computes Factors::systematicErrors of the factors of the sensor's atoms. Takes seconds for a block. Reentrant.
 SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Factors& factors,
                                   const Atoms& atoms);
 

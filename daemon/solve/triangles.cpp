@@ -93,19 +93,6 @@ void inverseColumns(std::span<const double> lower, int first, int size, double* 
 }
 
 TRACTION_VECTOR_CLONES
-void inverseDiagonal(std::span<const double> lower, int size, double* scratch, double* squares) {
-  for (int first = 0; first < size; first += kColumns) {
-    const int count = std::min(kColumns, size - first);
-    unitColumns(lower.data(), first, size, scratch);
-    double sums[kColumns] = {};
-    for (int i = first; i < size; ++i) {
-      for (int k = 0; k < kColumns; ++k) sums[k] += square(scratch[kColumns * i + k]);
-    }
-    std::copy_n(sums, count, squares + first);
-  }
-}
-
-TRACTION_VECTOR_CLONES
 void solveLower(std::span<const double> lower, int size, double* vector) {
   for (int i = 0; i < size; ++i) {
     const double* const row = rowOf(lower.data(), i);

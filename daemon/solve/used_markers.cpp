@@ -13,17 +13,15 @@ constexpr double kDoubtful = 16.0;
 
 UsedMarkers::UsedMarkers(int markers, const SolveOptions& options)
     : options_(options)
-    , used_(static_cast<std::size_t>(markers))
+    , markers_(static_cast<std::size_t>(markers))
     , row_(static_cast<std::size_t>(padded(2 * markers)), 0.0) {
-  coordinates_.reserve(2 * used_.size());
-  missing_.reserve(2 * used_.size());
-  displacements_.reserve(2 * used_.size());
+  missing_.reserve(2 * markers_);
 }
 
 bool UsedMarkers::take(const MarkerField& markers) {
   double variance = 0.0;
   int count = 0;
-  for (std::size_t i = 0; i < used_.size(); ++i) {
+  for (std::size_t i = 0; i < markers_; ++i) {
     if (markers.valid[i] == 0) continue;
     variance += markers.variance_px2[i];
     ++count;
@@ -31,29 +29,27 @@ bool UsedMarkers::take(const MarkerField& markers) {
   const double typical = count > 0 && variance > 0.0 ? variance / count : square(options_.noise_px);
   const double limit = kDoubtful * std::max(typical, square(options_.noise_px));
   variance = 0.0;
-  coordinates_.clear();
+  count_ = 0;
   missing_.clear();
-  displacements_.clear();
   squares_ = 0.0;
   std::fill(row_.begin(), row_.end(), 0.0);
-  for (std::size_t i = 0; i < used_.size(); ++i) {
-    used_[i] = markers.valid[i] != 0 && markers.variance_px2[i] <= limit ? 1 : 0;
-    if (used_[i] != 0) variance += markers.variance_px2[i];
+  for (std::size_t i = 0; i < markers_; ++i) {
+    const bool isUsed = markers.valid[i] != 0 && markers.variance_px2[i] <= limit;
+    if (isUsed) variance += markers.variance_px2[i];
     for (const std::size_t coordinate : {2 * i, 2 * i + 1}) {
-      if (used_[i] == 0) {
+      if (!isUsed) {
         missing_.push_back(static_cast<int>(coordinate));
         continue;
       }
       const float displacement = markers.displacement_px[coordinate];
-      coordinates_.push_back(static_cast<int>(coordinate));
-      displacements_.push_back(displacement);
+      ++count_;
       row_[coordinate] = displacement;
       squares_ += square(displacement);
     }
   }
-  const int used = static_cast<int>(coordinates_.size() / 2);
-  if (used == 0 || used < options_.fewestMarkers(static_cast<int>(used_.size()), markers.isolatedGaps)) return false;
-  const double mean = 2.0 * variance / static_cast<double>(coordinates_.size());
+  const int used = count_ / 2;
+  if (used == 0 || used < options_.fewestMarkers(static_cast<int>(markers_), markers.isolatedGaps)) return false;
+  const double mean = variance / used;
   noise_px_ = mean > 0.0 ? std::sqrt(mean) : options_.noise_px;
   return true;
 }

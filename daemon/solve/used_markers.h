@@ -5,7 +5,6 @@
 #include "daemon/solve/kernels.h"
 #include "daemon/solve/options.h"
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -23,19 +22,17 @@ class UsedMarkers {
   bool take(const MarkerField& markers);
 
   // Results of the last take(). Coordinate 2 m is u of marker m, 2 m + 1 is v.
-  std::span<const std::uint8_t> used() const { return used_; }                ///< M, 1: the marker is used
-  std::span<const int> coordinates() const { return coordinates_; }           ///< of the used markers, ascending
-  std::span<const float> displacements_px() const { return displacements_; }  ///< one for each of coordinates()
-  std::span<const int> missing() const { return missing_; }                   ///< the other coordinates, ascending
+  int count() const { return count_; }                          ///< of the used coordinates
+  std::span<const int> missing() const { return missing_; }  ///< the other coordinates, ascending
   std::span<const double> row_px() const { return row_; }  ///< displacements, 2M padded; 0 if missing
   double squares_px2() const { return squares_; }          ///< sum of the squared displacements
   double noise_px() const { return noise_px_; }            ///< standard deviation of a coordinate in this frame
 
  private:
   const SolveOptions options_;
-  std::vector<std::uint8_t> used_;
-  std::vector<int> coordinates_, missing_;
-  std::vector<float> displacements_;
+  const std::size_t markers_;
+  int count_ = 0;
+  std::vector<int> missing_;
   std::vector<double> row_;
   double squares_ = 0.0, noise_px_ = 0.0;
 };

@@ -9,8 +9,6 @@
 namespace tractiond::solve {
 
 using Floats = float __attribute__((vector_size(32)));
-using Integers = std::int32_t __attribute__((vector_size(32)));
-using Shorts = std::int16_t __attribute__((vector_size(16)));  // as many as Floats
 using Doubles = double __attribute__((vector_size(32)));
 using FewFloats = float __attribute__((vector_size(16)));  // as many as Doubles
 constexpr int kFloats = 8, kDoubles = 4;
@@ -52,13 +50,6 @@ TRACTION_INLINE void add(const Floats& part, double* sums) {
   };
   addHalf(__builtin_shufflevector(part, part, 0, 1, 2, 3), sums);
   addHalf(__builtin_shufflevector(part, part, 4, 5, 6, 7), sums + kDoubles);
-}
-
-TRACTION_INLINE void add(const Floats& part, float* sums) {
-  Floats sum;
-  load(sums, sum);
-  sum += part;
-  std::memcpy(sums, &sum, sizeof sum);
 }
 
 /// Returns the sum of the vector's numbers.

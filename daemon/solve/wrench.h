@@ -17,19 +17,6 @@ inline Eigen::Matrix<double, 6, 3> unitWrenches(const Eigen::Vector3d& at) {
   return wrenches;
 }
 
-/// Returns what 1 N of the force component `axis` (0 to 2) at a point [m] adds to each element of the wrench: a column
-/// of unitWrenches().
-inline std::array<double, 6> wrenchRow(const std::array<double, 3>& at, int axis) {
-  switch (axis) {
-  case 0:
-    return {1.0, 0.0, 0.0, 0.0, at[2], -at[1]};
-  case 1:
-    return {0.0, 1.0, 0.0, -at[2], 0.0, at[0]};
-  default:
-    return {0.0, 0.0, 1.0, at[1], -at[0], 0.0};
-  }
-}
-
 /// Returns resultant and moment of a field [N, N m].
 inline std::array<double, 6> wrenchOf(const TractionField& field) {
   std::array<double, 6> wrench{};

@@ -1,7 +1,7 @@
-// What solving one frame costs: 1152 markers, 576 nodes, one thread. "Flushed" evicts the inverse from the caches
+// What solving one frame costs: 1152 markers, 576 nodes, one thread. "Flushed" evicts the factors from the caches
 // before each frame, as a camera at 60 frames/s and the machine's other work do.
-#include "daemon/solve/make_solver.h"
-#include "daemon/solve/solver.h"
+#include "daemon/solve/factors_cache.h"
+#include "daemon/solve/model_solver.h"
 #include "tests/unit/solve/sensors.h"
 
 #include <benchmark/benchmark.h>
@@ -11,8 +11,6 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <map>
-#include <memory>
 #include <random>
 
 namespace tractiond::solve {
@@ -32,10 +30,20 @@ class StateDirectory {
   std::string name_ = (std::filesystem::temp_directory_path() / "solve-bench-XXXXXX").string();
 };
 
-const Inverse& theInverse() {
+const Atoms& theAtoms() {
+  static const Atoms atoms = makeAtoms(kSensor);
+  return atoms;
+}
+
+const Factors& theFactors() {
   static const StateDirectory directory;
-  static const Inverse inverse = *loadOrCompute(kSensor, SolveOptions{}, directory.path());
-  return inverse;
+  static const Factors factors = *loadOrComputeFactors(kSensor, theAtoms(), SolveOptions{}, directory.path());
+  return factors;
+}
+
+ModelSolver& theSolver() {
+  static ModelSolver solver(theFactors(), theAtoms(), kSensor);
+  return solver;
 }
 
 /// An even force on the nodes from `inner` to `reach` [pitches] around the middle, or around the places `apart` / 2 [m]
@@ -49,9 +57,13 @@ struct Load {
 /// A load and noise; `missing` markers, chosen by the seed.
 MarkerField pressed(const Load& load, int missing, unsigned seed) {
   static const Eigen::MatrixXd influence = [] {
-    Eigen::MatrixXd h(theInverse().coordinateCount(), theInverse().forceCount());
-    for (int i = 0; i < theInverse().forceCount(); ++i)
-      h.col(i) = Eigen::VectorXf::Map(theInverse().influence.row(i), h.rows()).cast<double>();
+    const Factors& factors = theFactors();
+    Eigen::MatrixXd h(factors.coordinateCount(), 3 * kSensor.nodes.count());
+    for (int p = 0; p < theAtoms().pointCount(); ++p) {
+      const int node = theAtoms().nodes[static_cast<std::size_t>(p)];
+      for (int axis = 0; node >= 0 && axis < 3; ++axis)
+        h.col(3 * node + axis) = Eigen::VectorXf::Map(factors.influence.row(3 * p + axis), h.rows()).cast<double>();
+    }
     return h;
   }();
   Eigen::VectorXd forces = Eigen::VectorXd::Zero(influence.cols());
@@ -74,7 +86,7 @@ MarkerField pressed(const Load& load, int missing, unsigned seed) {
 }
 
 void runSolver(benchmark::State& state, bool flush) {
-  Solver solver(theInverse(), kSensor);
+  ModelSolver& solver = theSolver();
   const MarkerField field = pressed({}, static_cast<int>(state.range(0)), 1);
   TractionField forces;
   forces.resize(kSensor.markerCount(), kSensor.nodes.count());
@@ -93,26 +105,14 @@ void runSolver(benchmark::State& state, bool flush) {
   const auto median = durations.begin() + static_cast<std::ptrdiff_t>(durations.size() / 2);
   std::nth_element(durations.begin(), median, durations.end());
   state.counters["median_ms"] = 1e3 * *median;
-  state.counters["rank"] = theInverse().rank();
+  state.counters["rank"] = theFactors().rank();
   state.counters["MB"] =
-      static_cast<double>(theInverse().left.all().size_bytes() + theInverse().right.all().size_bytes()) / 1e6;
-}
-
-FieldSolver& solverBy(Solving solving) {
-  static const StateDirectory directory;
-  static std::map<Solving, std::unique_ptr<FieldSolver>> made;
-  auto& solver = made[solving];
-  if (!solver) {
-    SolveOptions options;
-    options.solving = solving;
-    solver = std::move(makeSolver(kSensor, options, directory.path())->solver);
-  }
-  return *solver;
+      static_cast<double>(theFactors().left.all().size_bytes() + theFactors().right.all().size_bytes()) / 1e6;
 }
 
 /// Other markers missing in every frame.
-void solvePressed(benchmark::State& state, Solving solving, const Load& load, int missing) {
-  FieldSolver& solver = solverBy(solving);
+void solvePressed(benchmark::State& state, const Load& load, int missing) {
+  ModelSolver& solver = theSolver();
   std::vector<MarkerField> fields;
   for (unsigned i = 0; i < 16; ++i) fields.push_back(pressed(load, missing, i));
   TractionField forces;
@@ -143,7 +143,7 @@ void solveFlushed(benchmark::State& state) {
 
 /// So many markers go missing at once and come back in the next frame; a pair of frames is timed.
 void solveChanging(benchmark::State& state) {
-  Solver solver(theInverse(), kSensor);
+  ModelSolver& solver = theSolver();
   const MarkerField whole = pressed({}, 0, 1), holed = pressed({}, static_cast<int>(state.range(0)), 1);
   TractionField forces;
   forces.resize(kSensor.markerCount(), kSensor.nodes.count());
@@ -153,12 +153,12 @@ void solveChanging(benchmark::State& state) {
   }
 }
 
-/// A new sensor's start: influence matrix of the block, inverse, cache. The peak is the process's: run it first or
+/// A new sensor's start: influence matrix of the block, factors, cache. The peak is the process's: run it first or
 /// alone.
 void prepareCold(benchmark::State& state) {
   const StateDirectory directory;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(loadOrCompute(kSensor, SolveOptions{}, directory.path()));
+    benchmark::DoNotOptimize(loadOrComputeFactors(kSensor, theAtoms(), SolveOptions{}, directory.path()));
   }
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -167,36 +167,31 @@ void prepareCold(benchmark::State& state) {
 
 void prepareWarm(benchmark::State& state) {
   const StateDirectory directory;
-  benchmark::DoNotOptimize(loadOrCompute(kSensor, SolveOptions{}, directory.path()));
-  for (auto _ : state) benchmark::DoNotOptimize(loadOrCompute(kSensor, SolveOptions{}, directory.path()));
+  benchmark::DoNotOptimize(loadOrComputeFactors(kSensor, theAtoms(), SolveOptions{}, directory.path()));
+  for (auto _ : state) benchmark::DoNotOptimize(loadOrComputeFactors(kSensor, theAtoms(), SolveOptions{}, directory.path()));
 }
 
 BENCHMARK(prepareCold)->Unit(benchmark::kSecond)->Iterations(1)->UseRealTime();
 BENCHMARK(solveInCache)->Arg(0)->Arg(115)->Arg(288)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(solveFlushed)->Arg(0)->Arg(115)->Arg(288)->UseManualTime()->Iterations(100)->Unit(benchmark::kMillisecond);
 
-#define BENCHMARK_BOTH(name, ...)                                                                                      \
-  BENCHMARK_CAPTURE(solvePressed, name, Solving::kContactStep, __VA_ARGS__)                                            \
-      ->UseManualTime()                                                                                                \
-      ->Unit(benchmark::kMillisecond);                                                                                 \
-  BENCHMARK_CAPTURE(solvePressed, name##ByModel, Solving::kModel, __VA_ARGS__)                                         \
-      ->UseManualTime()                                                                                                \
-      ->Unit(benchmark::kMillisecond)
+#define BENCHMARK_LOAD(name, ...) \
+  BENCHMARK_CAPTURE(solvePressed, name, __VA_ARGS__)->UseManualTime()->Unit(benchmark::kMillisecond)
 
 constexpr int kTenth = 115;  // of the markers
 const Load kBall, kDisc{.reach = 3.4}, kRing{.reach = 4.0, .inner = 2.7}, kPair{.reach = 0.8, .apart = 9e-3},
     kRim{.up = 30e-3}, kPalm{.reach = 10.0}, kFullFace{.reach = 100.0}, kNoLoad{.force_N = 0.0};
-BENCHMARK_BOTH(press, kBall, 0);
-BENCHMARK_BOTH(pressChangingMarkers, kBall, kTenth);
-BENCHMARK_BOTH(disc, kDisc, 0);
-BENCHMARK_BOTH(ring, kRing, 0);
-BENCHMARK_BOTH(pair, kPair, 0);
-BENCHMARK_BOTH(pairChangingMarkers, kPair, kTenth);
-BENCHMARK_BOTH(rim, kRim, 0);
-BENCHMARK_BOTH(rimChangingMarkers, kRim, kTenth);
-BENCHMARK_BOTH(palm, kPalm, 0);
-BENCHMARK_BOTH(fullFaceChangingMarkers, kFullFace, kTenth);
-BENCHMARK_BOTH(noLoad, kNoLoad, 0);
+BENCHMARK_LOAD(press, kBall, 0);
+BENCHMARK_LOAD(pressChangingMarkers, kBall, kTenth);
+BENCHMARK_LOAD(disc, kDisc, 0);
+BENCHMARK_LOAD(ring, kRing, 0);
+BENCHMARK_LOAD(pair, kPair, 0);
+BENCHMARK_LOAD(pairChangingMarkers, kPair, kTenth);
+BENCHMARK_LOAD(rim, kRim, 0);
+BENCHMARK_LOAD(rimChangingMarkers, kRim, kTenth);
+BENCHMARK_LOAD(palm, kPalm, 0);
+BENCHMARK_LOAD(fullFaceChangingMarkers, kFullFace, kTenth);
+BENCHMARK_LOAD(noLoad, kNoLoad, 0);
 BENCHMARK(solveChanging)->Arg(1)->Arg(115)->Arg(288)->Unit(benchmark::kMillisecond);
 BENCHMARK(prepareWarm)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 

@@ -6,8 +6,7 @@
 #include "daemon/capture/memory_driver.h"
 #include "daemon/pipeline.h"
 #include "daemon/publish/publisher.h"
-#include "daemon/solve/inverse_cache.h"
-#include "daemon/solve/solver.h"
+#include "daemon/solve/make_solver.h"
 #include "daemon/track/tracker.h"
 #include "sensor/elastic/half_space.h"
 #include "twin/renderer.h"
@@ -94,12 +93,11 @@ int main(int argc, char** argv) {
 
   const sensor::Sensor sensor;
   const capture::Pictures movie = pictures(sensor);
-  const auto inverse = solve::loadOrCompute(sensor, {}, state);
-  if (!inverse) return std::cerr << inverse.error().message() << "\n", 1;
+  const auto made = solve::makeSolver(sensor, {}, state);
+  if (!made) return std::cerr << made.error().message() << "\n", 1;
   Ledger ledger;
   Turns turns;
   track::Tracker tracker(sensor, {});
-  solve::Solver solver(*inverse, sensor);
   // The queue absorbs the moments in which the subscriber is not running.
   publish::PublishOptions options{.stream = {endpoint}, .latest = {}, .highWaterMark = 100'000};
   publish::Description description;
@@ -115,7 +113,7 @@ int main(int argc, char** argv) {
           .source = **source,
           .track = [&](const Frame& frame,
                        MarkerField& field) { return tracker.track(frame, field) == track::Outcome::kTracked; },
-          .solve = [&](const MarkerField& markers, TractionField& field) { solver.solve(markers, field); },
+          .solve = [&](const MarkerField& markers, TractionField& field) { made->solver->solve(markers, field); },
           .publish = [&](const TractionField& field) { (*publisher)->publish(field); },
           .serveSubscribers = [&](int fd, std::chrono::milliseconds timeout) { (*publisher)->serve(fd, timeout); },
           .control = {},

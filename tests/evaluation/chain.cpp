@@ -77,7 +77,6 @@ void write(const TractionField& field, Columns& out) {
   out.add("centre_m", field.centreOfPressure_m);
   out.add("centre_valid", field.centreOfPressureValid);
   out.add("residual_px", field.residual_px);
-  out.add("strength", field.strength);
   out.add("picture_motion", field.pictureMotion);
   out.add("force_N", field.force_N);
   out.add("deviation_N", field.deviation_N);
@@ -169,7 +168,7 @@ void run(const Options& options) {
   field.resize(sensor.markerCount(), sensor.nodes.count());
 
   // As the daemon does at a zero; here only at the first one, as others show the same gel.
-  bool followsRest = !options.asDrawn && solve::followsRest(sensor, config.solve);
+  bool followsRest = !options.asDrawn && solve::followsRest(sensor);
   const auto follow = [&](std::span<const float> place_px, std::span<const std::uint8_t> present) {
     if (!std::exchange(followsRest, false)) return;
     solver = expect(solve::makeSolverAtRest(sensor, config.solve, options.state, place_px, present,
@@ -247,7 +246,7 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app("Displacements of markers through the whole chain.", "evaluation_chain");
   app.add_option("job", options.job, "folder of the frames and the results")->required();
-  app.add_option("--state", options.state, "where inverses are kept")->required();
+  app.add_option("--state", options.state, "where factors are kept")->required();
   app.add_option("--gel", options.gel, "gel file; default the paper's");
   app.add_option("--twin-gel", options.twinGel, "gel file of what the camera sees; default the same");
   app.add_option("--config", options.config, "configuration, of which [track] and [solve] count");

@@ -8,7 +8,6 @@ import tempfile
 
 import numpy as np
 
-SOLVE = ""  # lines of the configuration's [solve] for every run: `tools/evaluate --solver`
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 GF = 9.80665e-3  # newtons in a gram force
 YOUNG = 0.18e6  # Pa, of the true displacements
@@ -68,7 +67,7 @@ class Found(dict):
 
 
 def state_directory(*texts):
-    """Where the inverse for these texts is kept; of its own, because the daemon keeps the newest four. May be deleted."""
+    """Where the factors for these texts are kept; of its own, because the daemon keeps the newest four. May be deleted."""
     path = BUILD / "evaluation-state" / hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
     path.mkdir(parents=True, exist_ok=True)
     return path
@@ -84,14 +83,14 @@ ARRAYS = {
 
 def run(displacement, gel=None, twin_gel=None, solve="", state=None, **given):
     """displacement: frames x markers x 3 [m]. `gel`, `twin_gel`: texts of gel files, what the daemon believes and what
-    the camera sees. `solve`: lines of the configuration's [solve]. `state`: where inverses are kept. Arrays of ARRAYS:
+    the camera sees. `solve`: lines of the configuration's [solve]. `state`: where factors are kept. Arrays of ARRAYS:
     `missing`, frames x markers, 1 where not drawn; `stray`, frames x 5, shift u, v [px], scale - 1, roll [rad],
     brightness; `scatter`, markers x 3 [m], how far the gel's markers sit from the gel file's places; `highlight`,
     frames x 4, centre u, v [px], radius [px], strength [levels]. Others: the program's options; one that is True is a
     flag.
     """
     with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
-        job, gel, solve = pathlib.Path(name), gel or gel_text(), SOLVE + solve
+        job, gel, solve = pathlib.Path(name), gel or gel_text(), solve
         np.ascontiguousarray(displacement, float).tofile(job / "displacement.f64")
         command = [BUILD / "bin/evaluation_chain", job, "--state", state or state_directory(gel, solve)]
         for key in ARRAYS.keys() & given.keys():

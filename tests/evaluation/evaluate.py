@@ -4,7 +4,6 @@ import argparse
 import sys
 import time
 
-import chain
 import contacts
 import coverage
 import instrument
@@ -86,11 +85,8 @@ def main():
     )
     parser.add_argument("--seed", type=int, default=seed.fresh(), help="of the loads drawn at random")
     parser.add_argument("--without-pictures", action="store_true", help="random loads: noise on displacements; no page")
-    parser.add_argument("--solver", choices=("contact-step", "model"), help="of the daemon, by name: no page")
     arguments = parser.parse_args()
-    write = not (arguments.quick or arguments.without_pictures or arguments.solver)
-    if arguments.solver:
-        chain.SOLVE = f'solver = "{arguments.solver}"\n'
+    write = not (arguments.quick or arguments.without_pictures)
     missed, sections = [], {}
     for name in arguments.only:
         if arguments.quick and arguments.only == ORDER and name in SLOW:

@@ -108,7 +108,7 @@ def timing(report, quick):
             begin = time.monotonic()
             chain.run(np.zeros((1, 1152, 3)), given=0, state=state)
             report.row(
-                "influence matrix and inverse of a new gel, all cores", f"{time.monotonic() - begin:.1f} s", "8.5 s"
+                "influence matrix and factors of a new gel, all cores", f"{time.monotonic() - begin:.1f} s", "8.5 s"
             )
 
 

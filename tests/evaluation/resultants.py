@@ -112,7 +112,7 @@ def bias(report, quick):
         """
         Mean over frames of the resultant less the truth, its length, for Hertz pressures of 5 mm diameter at eight
         places (near the centre, off it, near sides and in corners), along x, y and z, 5 to 400 gf; for 40 mm besides
-        even discs of 20 mm diameter and 20 random loads. The inverse alone is given the exact displacements.""",
+        even discs of 20 mm diameter and 20 random loads. The solver alone is given the exact displacements.""",
     )
     frames = 10 if quick else 200  # the limit is half of one frame's deviation, and means are to be far below it
     for thickness in (15, 40):
@@ -135,7 +135,7 @@ def bias(report, quick):
             found = chain.run(np.repeat(displacement, frames, axis=0), gel=gel, zero_every=5)
             return exact.resultant_N / GF, found.resultant_N.reshape(len(unit), frames, 3) / GF
 
-        chain.run(unit[:1], gel=gel, given=0)  # makes the inverse, once
+        chain.run(unit[:1], gel=gel, given=0)  # makes the factors, once
         magnitudes_gf = (5, 20, 50, 100, 400)
         with ThreadPoolExecutor(2) as pool:
             measured = list(pool.map(measure, magnitudes_gf))
@@ -159,7 +159,7 @@ def bias(report, quick):
         )
         report.row("    loads beyond it", f"{sum(one[0] > 1 for one in listed)} of {len(listed)}")
         report.row("    noise that is left in these means", f"{noise:.1f} gf")
-        report.row("    beyond it by the inverse alone", f"{sum(np.array(alone) > 1)} of {len(alone)}")
+        report.row("    beyond it by the solver alone", f"{sum(np.array(alone) > 1)} of {len(alone)}")
         report.table(
             ["load", "at [mm]", "force [gf]", "measured [gf]", "off [gf]"],
             [
@@ -269,7 +269,7 @@ def large_strain(report, quick):
     report.section(
         "Large strain",
         """
-        The truth is a neo-Hookean gel with large deformations (CalculiX, NLGEOM), the inverse is linear. Hertz
+        The truth is a neo-Hookean gel with large deformations (CalculiX, NLGEOM), the solver is linear. Hertz
         pressures at the centre whose directions do not follow the surface; mean of 10 frames. With 5 mm across
         CalculiX finds no equilibrium much beyond 300 gf: the true contact of a probe grows. Flagged: share of the
         frames marked as out of range or unexplained. Largest node: force of the strongest node in any frame in parts of

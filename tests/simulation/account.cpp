@@ -39,7 +39,6 @@ void Account::add(const TractionField& field) {
       bits(std::int64_t{field.markers.validCount}),
       bits(std::int64_t{field.contactCount}),
       bits(field.residual_px),
-      bits(field.strength),
   };
   hash(scalars.data(), sizeof scalars);
   const auto add = [this](const auto& values) { hash(values.data(), values.size() * sizeof values[0]); };

@@ -9,7 +9,7 @@ using std::chrono_literals::operator""ms;
 Life::Life(const Around& around)
     : around_(around)
     , start_(around.person.start())
-    , solver_(around.gel.inverse, around.gel.sensor, solving())
+    , solver_(around.gel)
     , tracker_(around.gel)
     , truths_(kNumbers)
     , camera_(around.camera, start_.config.camera, ledger_, around.journal, around.starvation)
@@ -35,13 +35,6 @@ void Life::meetCamera() {
   if (hasMet_ || !camera_.hasOpened()) return;
   hasMet_ = true;
   procedures_.welcome(kCamera, 60.0, restored_.zero, restored_.before, restored_.isWritten);
-}
-
-/// The search for contacts takes most of the time.
-solve::SolveOptions Life::solving() const {
-  solve::SolveOptions options = around_.gel.options;
-  options.contactAware = around_.searchesForContacts;
-  return options;
 }
 
 Stages Life::stages() {

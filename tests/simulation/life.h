@@ -4,10 +4,10 @@
 
 #include "daemon/pipeline.h"
 #include "daemon/procedures.h"
-#include "daemon/solve/solver.h"
 #include "tests/simulation/askers.h"
 #include "tests/simulation/capture_side.h"
 #include "tests/simulation/fields.h"
+#include "tests/simulation/linear_solver.h"
 #include "tests/simulation/operator.h"
 #include "tests/simulation/supervisor.h"
 #include "tests/simulation/tracker.h"
@@ -32,7 +32,6 @@ struct Around {
   const Starvation& starvation;
   const Ongoing& ongoing;
   StepWork& stepWork;
-  bool searchesForContacts = false;
 };
 
 class Life : public capture::FrameSource {
@@ -67,7 +66,6 @@ class Life : public capture::FrameSource {
   void checkConfiguration();
 
  private:
-  solve::SolveOptions solving() const;
   Stages stages();
   ProcedureLinks links();
   bool track(const Frame& frame, MarkerField& markers);
@@ -79,7 +77,7 @@ class Life : public capture::FrameSource {
   Reread start_;  ///< its configuration is that in force
   Ledger ledger_;
   Turns turns_;
-  solve::Solver solver_;
+  LinearSolver solver_;
   Tracker tracker_;
   static constexpr std::size_t kNumbers = 4096;  // more than are in flight
   std::vector<Truth> truths_;                    ///< by numbers of frames

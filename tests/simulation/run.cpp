@@ -156,8 +156,7 @@ void Run::start() {
                                         .chance = chance_,
                                         .starvation = starvation_,
                                         .ongoing = ongoing_,
-                                        .stepWork = stepWork_,
-                                        .searchesForContacts = story_.seed % 8 == 0});
+                                        .stepWork = stepWork_});
   waited_ns_ = disk_.waitedFor();
   busyUntil_ns_.fill(now());
   turned_ns_.fill(now());

@@ -165,15 +165,15 @@ def copy_into(folder, file):
         part.rename(folder / file.name)
 
 
-def lend_inverses(state):
+def lend_factors(state):
     """What daemons have computed before into a state directory, which is made."""
     state.mkdir(parents=True, exist_ok=True)
-    for cached in cache_directory().glob("*.inverse"):
+    for cached in cache_directory().glob("*.factors"):
         copy_into(state, cached)
 
 
-def keep_inverses(state):
-    for made in state.glob("*.inverse"):
+def keep_factors(state):
+    for made in state.glob("*.factors"):
         copy_into(cache_directory(), made)
 
 
@@ -210,7 +210,7 @@ class Rig(contextlib.ExitStack):
         base = self.folder / instance
         (base / "run").mkdir(parents=True, exist_ok=True)
         state = pathlib.Path(state or base / "state")
-        lend_inverses(state)
+        lend_factors(state)
         file = base / "tractiond.toml"
         file.write_text(config if camera is None else f'[camera]\nid = "{camera}"\n' + config)
         process = self.start(*before, BIN / "tractiond", "--instance", instance, "--config", file, "--state", state,
@@ -219,7 +219,7 @@ class Rig(contextlib.ExitStack):
         process.state = state
         if ready:
             process.wait_for("running")
-            keep_inverses(state)
+            keep_factors(state)
         return process
 
     def feed(self, source, pictures, rest, config="", pixel_format="RGB8"):

@@ -29,7 +29,7 @@ k2 = 0.02
 position_mm = [1.2, -0.8, 158.1]
 rotation_rad = [0.006, -0.009, 0.012]
 """
-# What the daemon is told at first. Coarser nodes, so that an inverse takes no time; the calibration has none.
+# What the daemon is told at first. Coarser nodes, so that the factors take little time; the calibration has none.
 NOMINAL = """format = 1
 [nodes]
 columns = 20
@@ -186,12 +186,12 @@ class Page(TestCase):
         blocks = re.findall("^```\n(.*?)^```$", section, re.MULTILINE | re.DOTALL)
         self.assertEqual(len(blocks), 2, section)
         folder = self.bench.folder / "page"
-        state = folder / "twin" / "state"  # with what does not depend on the page: the inverse, if it is known
-        rig.lend_inverses(state)
+        state = folder / "twin" / "state"  # with what does not depend on the page: the factors, if they are known
+        rig.lend_factors(state)
         script = self.file("page.sh", f"set -e\ncd {folder}\n" + "".join(blocks))
         shell = self.bench.start("sh", script, env={"PATH": f"{rig.BIN}:/usr/bin:/bin", "HOME": str(folder)})
         self.assertEqual(shell.join(600), DONE, shell.output())
-        rig.keep_inverses(state)
+        rig.keep_factors(state)
         found = re.search(r"youngs_modulus_pa +([0-9.e+]+)", shell.output())
         self.assertIsNotNone(found, shell.output())
         self.assertLess(abs(float(found[1]) / HIDDEN["youngs_modulus_pa"] - 1), 0.01)

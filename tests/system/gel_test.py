@@ -14,7 +14,7 @@ from deadline import HUNG_S
 
 GEL_MISMATCH = 128
 NO_FIELD_YET = 66  # of tractionctl status
-# Coarse nodes and closed-form mechanics: no test here needs a force that is true, and an inverse takes no time.
+# Coarse nodes and closed-form mechanics: no test here needs a force that is true, and factors take little time.
 MECHANICS = '[solve]\nmodel = "half-space"\n'
 NODES = "[nodes]\ncolumns = 12\nrows = 12\npitch_mm = 6\n"
 LAYER = "[[layers]]\ncolour = \"{0}\"\ncolumns = {1}\nrows = {2}\npitch_mm = {3}\ncentre_mm = [{4}, {4}]\ndepth_mm = {5}\n"

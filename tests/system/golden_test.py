@@ -16,10 +16,10 @@ class Golden(replays.Replays, unittest.TestCase):
         for scenario in SCENARIOS:
             with self.subTest(scenario.stem), rig.Rig() as bench:
                 state = bench.folder / "default" / "state"
-                rig.lend_inverses(state)
+                rig.lend_factors(state)
                 path = rig.SOURCE / "tests/golden" / f"{scenario.stem}.mcap"
                 again, _ = self.replay(bench, path)
-                rig.keep_inverses(state)
+                rig.keep_factors(state)
                 expected, found = self.arrays(bench, path), self.arrays(bench, again)
                 np.testing.assert_array_equal(found["frame_number"], expected["frame_number"])
                 fits = scenario.stem != "calibrate"  # whose gel is not what the daemon is told

@@ -39,11 +39,15 @@ class Input(unittest.TestCase):
         self.daemon(CONFIG, ["tractiond.toml:2", "pakcet_timeout_us", "packet_timeout_us"],
                     "[camera]\npakcet_timeout_us = 3\n")
 
+    def test_keys_of_earlier_versions(self):
+        self.daemon(CONFIG, ["tractiond.toml:2", "solve.solver", "regularisation", "delete"],
+                    '[solve]\nsolver = "contact-step"\nregularisation = 0.001\n')
+
     def test_wrong_type(self):
         self.daemon(CONFIG, ["tractiond.toml:2", "camera.wait"], '[camera]\nwait = "yes"\n')
 
     def test_out_of_range(self):
-        self.daemon(CONFIG, ["tractiond.toml:2", "regularisation"], "[solve]\nregularisation = -1.0\n")
+        self.daemon(CONFIG, ["tractiond.toml:2", "noise_px"], "[solve]\nnoise_px = -1.0\n")
 
     def test_no_toml(self):
         self.daemon(CONFIG, ["tractiond.toml:1"], "[camera\n")

@@ -140,9 +140,9 @@ class Replay(replays.Replays, steady.TestCase):
             stiffness = float(re.search(r"(?m)^youngs_modulus_pa = ([0-9.e+]+)", text)[1])
             gel.write_text(re.sub(r"(?m)^youngs_modulus_pa = .*$", f"youngs_modulus_pa = {2 * stiffness}", text))
             config = bench.folder / "stiffer-config.toml"
-            config.write_text(f'[sensor]\ngel_file = "{gel}"\n[solve]\ncontact_aware = false\n')
+            config.write_text(f'[sensor]\ngel_file = "{gel}"\n')
             twice, _ = self.replay(bench, path, "--config", config, name="twice")
-            config.write_text("[solve]\ncontact_aware = false\n")
+            config.write_text("")
             once, _ = self.replay(bench, path, "--config", config, name="once")
             once, twice = self.arrays(bench, once), self.arrays(bench, twice)
             common, first, second = np.intersect1d(once["frame_number"], twice["frame_number"], return_indices=True)
@@ -153,7 +153,7 @@ class Replay(replays.Replays, steady.TestCase):
     def test_what_cannot_be_replayed(self):
         """One line that names the file and says what is wrong, with the right exit code."""
         with rig.Rig() as bench:
-            rig.lend_inverses(bench.folder / "default" / "state")
+            rig.lend_factors(bench.folder / "default" / "state")
             self.refusals(bench, rig.SOURCE / "tests/golden/twist.mcap")
 
     def refusals(self, bench, path):

@@ -65,15 +65,15 @@ class Service(unittest.TestCase):
         daemon.wait_for("waiting for a camera")
         self.check(daemon)
 
-    def test_stops_while_an_inverse_is_computed(self):
+    def test_stops_while_factors_are_computed(self):
         gel = (rig.SOURCE / "config/gels/paper.toml").read_text()
         path = self.bench.folder / "new.toml"
         path.write_text(re.sub(r"(?m)^youngs_modulus_pa.*", f"youngs_modulus_pa = {self.draw.uniform(1e5, 3e5)}", gel))
         daemon = self.bench.daemon(f'[sensor]\ngel_file = "{path}"\n', env=self.systemd.env, ready=False)
-        daemon.wait_for("computing its inverse")
+        daemon.wait_for("computing its factors")
         self.assertEqual(daemon.stop(), 0, daemon.output())
         self.assertIn("stopped before it ran", daemon.output())
-        self.assertNotIn("computing its inverse, 100 %", daemon.output())
+        self.assertNotIn("computing its factors, 100 %", daemon.output())
         self.assertEqual(os.listdir(self.bench.folder / "default" / "run"), [])
 
     def test_stops_while_another_holds_the_camera(self):

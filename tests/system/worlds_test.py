@@ -321,8 +321,8 @@ class Worlds(steady.TestCase):
                      roughly=("stale", "implausible", *FOR_A_WHILE))
 
     def disk(self):
-        """Returns a state directory on a small disk, with room for the inverses that are lent to the daemon."""
-        lent = sum(file.stat().st_size for file in rig.cache_directory().glob("*.inverse"))
+        """Returns a state directory on a small disk, with room for the factors that are lent to the daemon."""
+        lent = sum(file.stat().st_size for file in rig.cache_directory().glob("*.factors"))
         state = self.bench.folder / "default" / "state"
         state.mkdir(parents=True)
         subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={lent + (64 << 20)}", "tmpfs", state], check=True)

@@ -196,7 +196,7 @@ class Demo(unittest.TestCase):
             for line in demo.stdout:
                 lines.append(line)
                 sizes.append(sum(file.stat().st_size for file in self.stubs.scratch.rglob("*")
-                                 if file.is_file() and ".inverse" not in file.name))  # or one that is being written
+                                 if file.is_file() and ".factors" not in file.name))  # or one that is being written
         self.assertEqual(demo.returncode, 0, "".join(lines))
         self.assertIn("Force on the gel", "".join(lines))
         self.assertLess(max(sizes), 1 << 20)

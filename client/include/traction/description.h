@@ -60,13 +60,8 @@ struct Camera {
 
 /// How forces are computed from displacements.
 struct Solver {
-  std::string mechanics;       ///< "block", "half-space" or "influence file"
-  std::string regularisation;  ///< name of the rule: "tikhonov"
-  /// Regularisation of Method::kWholeFace, relative to the largest singular value of the influence matrix.
-  double strength = 0.0;
-  bool contactAware = false;
-  double noise_px = 0.0;      ///< standard deviation of a marker's centre that the contact search assumes
-  double forceScale_N = 0.0;  ///< lower bound of the nodal force that the contact step expects
+  std::string mechanics;  ///< "block", "half-space" or "influence file"
+  double noise_px = 0.0;  ///< standard deviation of a marker's centre that the solver assumes
   // Force on a single node that is detected in half of the frames: along the surface, and into it.
   double detectionLimitTangential_N = 0.0;
   double detectionLimitNormal_N = 0.0;

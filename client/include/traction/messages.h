@@ -46,9 +46,10 @@ struct Covariance {
 enum class Method : std::uint8_t {
   kNone,       ///< not valid, or not reported
   kNoContact,  ///< nothing exceeds the detection limit (see Solver); all forces are 0
-  kContact,    ///< only nodes in contact carry force
-  kWholeFace,  ///< all nodes carry force: the contact is large, or contacts do not explain the picture
-  kBlend,      ///< weighted mean of kContact and kWholeFace, during the change from one to the other
+  kContact,    ///< something touches
+  // Of earlier daemons alone, whose recordings have them.
+  kWholeFace,  ///< all nodes were solved for: the contact was large, or contacts did not explain the picture; none listed
+  kBlend,      ///< weighted mean of the two above
 };
 
 /// A region in which something touches the gel. Deviations are standard deviations that noise alone causes.
@@ -127,9 +128,8 @@ struct Field {
   Covariance momentCovariance_N2m2;
   Covariance resultantMomentCovariance_N2m;           ///< row: component of the resultant; column: of the moment
   std::vector<std::array<float, 3>> nodeDeviation_N;  ///< standard deviation of each force that noise alone causes
-  std::vector<Contact> contacts;                      ///< strongest first; empty for Method::kWholeFace
+  std::vector<Contact> contacts;                      ///< strongest first
   Method method = Method::kNone;
-  double regularisation_px_per_N = 0.0;  ///< lambda of the penalty used in this frame
   PictureMotion pictureMotion;
   /// Root mean square of what the forces do not explain, over the valid markers' coordinates.
   double residual_px = 0.0;

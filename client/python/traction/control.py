@@ -92,7 +92,7 @@ class Control:
             connection.socket.send(request)
             if not connection.socket.poll(int(1e3 * timeout)):
                 raise NoAnswer(f"somebody is at {self.endpoint}, but has not answered within {timeout:.0f} s; a tractiond "
-                               "that computes the inverse of a new gel answers later")
+                               "that computes the factors of a new gel answers later")
             return connection.socket.recv()
         finally:
             connection.close()

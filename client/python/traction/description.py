@@ -88,11 +88,7 @@ class Solver:
     """How forces are computed from displacements."""
 
     mechanics: str  # "block", "half-space" or "influence file"
-    regularisation: str  # name of the rule
-    strength: float  # of the largest singular value of the influence matrix; for Method.WHOLE_FACE
-    contact_aware: bool
-    noise_px: float  # of a marker's centre, that the search for contacts reckons with
-    force_scale_N: float  # the least force of a node that the contact step takes as usual
+    noise_px: float  # of a marker's centre, that the solver assumes
     detection_limit_tangential_N: float  # force on one node that is found in half of the frames, along the surface
     detection_limit_normal_N: float  # and into it
 

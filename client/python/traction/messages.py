@@ -42,9 +42,10 @@ class Method(enum.Enum):
 
     NONE = 0  # the field is not valid, or the daemon does not tell
     NO_CONTACT = 1  # nothing above the detection limit (Description.solver): all forces are 0
-    CONTACT = 2  # forces of the nodes in contact; all others are 0
-    WHOLE_FACE = 3  # forces of all nodes, because the contact is large or does not explain the picture
-    BLEND = 4  # weighted mean of CONTACT and WHOLE_FACE, in the transition between them
+    CONTACT = 2  # something touches
+    # Of earlier daemons alone, whose recordings have them.
+    WHOLE_FACE = 3  # forces of all nodes, because the contact was large or did not explain the picture; no contacts are listed
+    BLEND = 4  # weighted mean of CONTACT and WHOLE_FACE
 
 
 @dataclass(slots=True, eq=False)
@@ -138,9 +139,8 @@ class Field:
     moment_covariance_N2m2: Covariance
     resultant_moment_covariance_N2m: Covariance  # row: component of the resultant
     node_deviation_N: Vectors3  # (nodes, 3) or (0, 3): standard deviation of each force, of the noise alone
-    contacts: tuple[Contact, ...]  # strongest first; none where the method is WHOLE_FACE
+    contacts: tuple[Contact, ...]  # strongest first
     method: Method
-    regularisation_px_per_N: float  # lambda of the regularisation that was used
     picture_motion: PictureMotion
 
 

@@ -335,7 +335,7 @@ class DrawnBox {
   void drawState() {
     const std::string folder = "/var/lib/tractiond/" + name_;
     const auto good = [=, this] {
-      box.room = Box::Space{false, std::uint64_t{100} << 20};
+      box.room = Box::Space{false, std::uint64_t{400} << 20};
       if (hasUser_) box.makeDirectory(folder, {0, kUser, kGroup, 0700});
     };
     if (hasUser_ && coin()) return good();
@@ -346,7 +346,7 @@ class DrawnBox {
         box.room->readOnly = true;
         return;
       case 1:
-        box.room->free_bytes = one(64 << 20);
+        box.room->free_bytes = one(192 << 20);
         return;
       case 2:
         return box.own(folder, {0, 0, 0, 0755});

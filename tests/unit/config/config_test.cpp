@@ -56,7 +56,7 @@ chunks = ["ExposureTime", "Gain"]
 features = [{ Zulu = 1, Alpha = 2.0 }, { "With space" = "text" }, { Zulu = 2 }, { Mike = true }]
 [solve]
 model = "half-space"
-regularisation = 0.00123
+noise_px = 0.0123
 [publish]
 stream = ["tcp://*:1234", "ipc:///run/x"]
 insecure = true
@@ -73,7 +73,7 @@ insecure = true
   EXPECT_EQ(again->camera.trigger, "Line1");
   EXPECT_EQ(again->camera.chunks.size(), 2U);
   EXPECT_EQ(again->camera.packetSocket, capture::PacketSocket::kAuto);
-  EXPECT_EQ(again->solve.regularisation, 0.00123);
+  EXPECT_EQ(again->solve.noise_px, 0.0123);
   EXPECT_EQ(again->publish.stream.size(), 2U);
 }
 
@@ -170,6 +170,23 @@ TEST(Config, NamesTheNearestKeyOfAnUnknownOne) {
   EXPECT_EQ(errorOf("wait = true\n").rfind("test.toml:1: unknown key 'wait'", 0), 0U);
 }
 
+TEST(Config, NamesEveryKeyOfAnEarlierVersionThatIsToGo) {
+  EXPECT_EQ(errorOf("[solve]\nnoise_px = 0.02\ncontact_aware = true\n"),
+            "test.toml:3: solve.contact_aware is a key of an earlier version, which solved by a contact step; delete it");
+  EXPECT_EQ(errorOf("[solve]\nregularisation = 0.001\nsolver = \"contact-step\"\nforce_scale_newton = 0.01\n"),
+            "test.toml:3: solve.solver is a key of an earlier version, which solved by a contact step; delete it, and "
+            "also regularisation, force_scale_newton");
+}
+
+TEST(Config, OfARecordingMayHaveKeysOfEarlierVersions) {
+  std::istringstream text("[solve]\nsolver = \"contact-step\"\nregularisation = 0.001\nnoise_px = 0.02\n");
+  const auto config = parseRecordedConfig(text, "test.mcap");
+  ASSERT_TRUE(config) << config.error().message();
+  EXPECT_EQ(config->solve.noise_px, 0.02);
+  std::istringstream wrong("[solve]\nsolvr = \"contact-step\"\n");
+  EXPECT_FALSE(parseRecordedConfig(wrong, "test.mcap"));
+}
+
 TEST(Config, RefusesWhatIsNotToml) {
   EXPECT_EQ(errorOf("[camera]\nid = \n").rfind("test.toml:2: ", 0), 0U);
   EXPECT_EQ(errorOf("[camera]\nwait = true\nwait = false\n").rfind("test.toml:3: ", 0), 0U);
@@ -194,7 +211,7 @@ TEST(Config, RefusesNamesAndEndpointsThatCannotBe) {
 }
 
 TEST(Config, RefusesNumbersThatAreNone) {
-  EXPECT_NE(errorOf("[solve]\nregularisation = nan\n"), "");
+  EXPECT_NE(errorOf("[solve]\nnoise_px = nan\n"), "");
   EXPECT_NE(errorOf("[camera]\nexposure_us = inf\n"), "");
   EXPECT_NE(errorOf("[camera]\nbuffers = 10.5\n"), "");
   EXPECT_NE(errorOf("[camera]\nfeatures = [{ Gain = [1] }]\n"), "");

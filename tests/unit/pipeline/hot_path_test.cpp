@@ -5,10 +5,8 @@
 #include "daemon/pipeline.h"
 #include "daemon/previewer.h"
 #include "daemon/publish/publisher.h"
-#include "daemon/solve/inverse.h"
-#include "daemon/solve/solver.h"
+#include "daemon/solve/model_solver.h"
 #include "daemon/track/tracker.h"
-#include "sensor/elastic/influence.h"
 #include "tests/unit/pipeline/interposed.h"
 #include "twin/renderer.h"
 
@@ -23,7 +21,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// A coarse gel, so that its inverse takes no time; the stages do per marker what they always do.
+/// A coarse gel, so that its factors take no time; the stages do per marker what they always do.
 sensor::Sensor coarseSensor() {
   sensor::Sensor sensor;
   for (sensor::MarkerLayer& layer : sensor.layers) {
@@ -77,13 +75,16 @@ class MarkedSource : public capture::FrameSource {
 void runCounted(WhenFull whenFull) {
   const sensor::Sensor sensor = coarseSensor();
   const capture::Pictures pictures = draw(sensor);
-  auto inverse =
-      solve::computeInverse(sensor::elastic::influenceMatrix(sensor, sensor::elastic::Model::kHalfSpace),
-                            {sensor::elastic::pictureMotionMatrix(sensor), Eigen::Vector4d::Constant(1e-4)}, {});
-  ASSERT_TRUE(inverse) << inverse.error().message();
+  const solve::Atoms atoms = solve::makeAtoms(sensor);
+  solve::ModelOptions model;
+  model.mechanics = sensor::elastic::Model::kHalfSpace;
+  const auto factors = solve::computeFactors(sensor, atoms, model);
+  ASSERT_TRUE(factors) << factors.error().message();
   Ledger ledger;
   track::Tracker tracker(sensor, {});
-  solve::Solver solver(*inverse, sensor);
+  solve::SolveOptions solving;
+  solving.model = model.mechanics;
+  solve::ModelSolver solver(*factors, atoms, sensor, solving);
   publish::Description description;
   description.identity.sensor = "gel";
   description.sensor = sensor;

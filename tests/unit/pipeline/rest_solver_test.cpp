@@ -19,7 +19,6 @@ class RestSolverTest : public testing::Test {
     sensor_.layers.front().columns = sensor_.layers.front().rows = 3;
     sensor_.layers.resize(1);
     sensor_.nodes.columns = sensor_.nodes.rows = 2;
-    options_.solving = solve::Solving::kModel;
     options_.model = sensor::elastic::Model::kHalfSpace;
     std::string name = (fs::temp_directory_path() / "rest-solver-XXXXXX").string();
     EXPECT_NE(mkdtemp(name.data()), nullptr);

@@ -65,8 +65,7 @@ inline TractionField traction(int markers, int nodes, std::uint64_t number = 1) 
   }
   field.residual_px = 9.0;
   std::iota(field.deviation_N.begin(), field.deviation_N.end(), 0.0625F);
-  field.method = Method::kBlend;
-  field.strength = 10.0;
+  field.method = Method::kContact;
   field.pictureMotion = {11.0, 12.0, 13.0, 14.0};
   field.contacts[0] = {{1, 2}, {3, 4}, {5, 6, 7}, {8, 9, 10}, 11, 12};
   field.contacts[1] = {{13, 14}, {15, 16}, {17, 18, 19}, {20, 21, 22}, 23, 24};
@@ -88,8 +87,6 @@ inline Description description() {
   description.cameraSerial = "42";
   description.pixelFormat = "RGB8";
   description.mechanics = "block";
-  description.regularisation = "tikhonov";
-  description.strength = 1e-3;
   description.calibrated_ns = 1'600'000'000'000'000'000;
   return description;
 }

@@ -111,8 +111,7 @@ TEST(Wire, ContactsAndHowTheForcesWereFoundArriveNumberByNumber) {
   ASSERT_TRUE(message.ParseFromString(fieldBytes(wire, field, heading())));
   EXPECT_EQ(std::vector<float>(message.node_deviation_n().begin(), message.node_deviation_n().end()),
             field.deviation_N);
-  EXPECT_EQ(message.method(), pb::METHOD_BLEND);
-  EXPECT_EQ(message.regularisation_px_per_n(), 10.0);
+  EXPECT_EQ(message.method(), pb::METHOD_CONTACT);
   EXPECT_EQ(message.picture_motion().shift_px().x(), 11.0);
   EXPECT_EQ(message.picture_motion().shift_px().y(), 12.0);
   EXPECT_EQ(message.picture_motion().scale(), 13.0);
@@ -315,8 +314,6 @@ TEST(Wire, DescriptionArrivesNumberByNumber) {
   EXPECT_EQ(camera.window_index(), 1.49);
   EXPECT_EQ(camera.window_thickness_m(), 0.005);
   EXPECT_EQ(message.solver().mechanics(), "block");
-  EXPECT_EQ(message.solver().regularisation(), "tikhonov");
-  EXPECT_EQ(message.solver().strength(), 1e-3);
   EXPECT_EQ(message.calibration().id(), text(idOf(20)));
   EXPECT_EQ(message.calibration().time_ns(), described.calibrated_ns);
   EXPECT_EQ(message.zero().id(), text(idOf(50)));

@@ -1,7 +1,6 @@
 // Counts every call of operator new in this program, and of malloc, which Eigen's matrices come from, where no
 // sanitizer has it.
 #include "daemon/solve/model_solver.h"
-#include "daemon/solve/solver.h"
 #include "tests/unit/solve/sensors.h"
 
 #include <gtest/gtest.h>
@@ -74,14 +73,14 @@ void expectNoAllocation(FieldSolver& solver, const sensor::Sensor& sensor, const
     loseMarker(others, sensor.markerCount() - 1 - i);
   }
   for (int i = 0; i <= capacity; ++i) loseMarker(most, i);
-  // Two contacts that are close, for which patches are fitted.
+  // Two contacts that are close.
   Eigen::VectorXd twoForces = Eigen::VectorXd::Zero(influence.cols());
   for (const int node : {15, 18}) twoForces[3 * node + 2] = 1.0;
   const MarkerField two = fieldOf(influence * twoForces);
   MarkerField someOfTwo = two;
   for (int i = 0; i < capacity / 2; ++i) loseMarker(someOfTwo, 2 * i);
 
-  // One at the rim, which is solved for around a patch.
+  // One at the rim.
   Eigen::VectorXd oneForce = Eigen::VectorXd::Zero(influence.cols());
   oneForce[3 * 7 + 2] = 1.0;
   const MarkerField one = fieldOf(influence * oneForce);
@@ -98,15 +97,6 @@ void expectNoAllocation(FieldSolver& solver, const sensor::Sensor& sensor, const
       EXPECT_EQ(forces.contactCount, 2);
     }
   }
-}
-
-TEST(Solver, AllocatesNothingWhateverIsMissing) {
-  const sensor::Sensor sensor = smallSensor();
-  const Eigen::MatrixXd influence = halfSpaceImage(sensor, sensor::nodePositions(sensor.nodes));
-  const SolveOptions options;
-  const Inverse inverse = computeInverse(influence, still(influence.rows()), options).value();
-  Solver solver(inverse, sensor, options);
-  expectNoAllocation(solver, sensor, influence);
 }
 
 TEST(ModelSolver, AllocatesNothingWhateverIsMissing) {

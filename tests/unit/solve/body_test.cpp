@@ -1,6 +1,7 @@
 // A body of another shape, by its own Green's functions.
-#include "daemon/solve/inverse_cache.h"
-#include "daemon/solve/solver.h"
+#include "daemon/solve/factors_cache.h"
+#include "daemon/solve/model_solver.h"
+#include "daemon/solve/systematic.h"
 #include "sensor/influence_file.h"
 #include "tests/unit/solve/sensors.h"
 
@@ -38,27 +39,48 @@ sensor::Sensor plainSensor() {
   return sensor;
 }
 
-Inverse inverseOf(const sensor::Sensor& sensor) {
+SolveOptions onHalfSpace() {
   SolveOptions options;
   options.model = Model::kHalfSpace;
-  return loadOrCompute(sensor, options, "/dev/null/none").value();
+  return options;
 }
 
-/// Solves a noiseless press and shear on four nodes in the middle: bodies have no help at the rim.
-TractionField pressed(const sensor::Sensor& sensor, const Inverse& inverse) {
-  Eigen::VectorXd forces = Eigen::VectorXd::Zero(3 * sensor.nodes.count());
-  for (const int node : {65, 66, 77, 78}) forces.segment<3>(3 * node) << 0.02, -0.01, 0.1;
-  const Eigen::MatrixXd influence = influenceMatrix(sensor, Model::kHalfSpace);
+Factors factorsOf(const sensor::Sensor& sensor) {
+  return loadOrComputeFactors(sensor, makeAtoms(sensor), onHalfSpace(), "/dev/null/none").value();
+}
+
+/// Returns the factors of the body's atoms on the half-space under the grids of `plain`, without the body's influence.
+Factors factorsWithout(const sensor::Sensor& body, const sensor::Sensor& plain) {
+  const Atoms atoms = makeAtoms(body);
+  const Eigen::MatrixXd displacement =
+      displacementMatrix(plain.gel, Model::kHalfSpace, sensor::markerPositions(plain), atoms.points);
+  Factors factors =
+      computeFactors(sensor::elastic::toImage(plain, displacement), atoms, motionPrior(plain),
+                     plain.gel.youngsModulus * square(plain.nodes.pitch), modelOptions(onHalfSpace()))
+          .value();
+  factors.systematicErrors = systematicErrors(plain, onHalfSpace(), factors, atoms);
+  return factors;
+}
+
+TractionField solved(const sensor::Sensor& sensor, const Factors& factors, const Eigen::VectorXd& forces) {
   TractionField field;
   field.resize(sensor.markerCount(), sensor.nodes.count());
-  Solver(inverse, sensor).solve(fieldOf(influence * forces), field);
+  const Atoms atoms = makeAtoms(sensor);
+  ModelSolver(factors, atoms, sensor, onHalfSpace()).solve(fieldOf(influenceMatrix(sensor, Model::kHalfSpace) * forces), field);
   EXPECT_TRUE(field.valid);
   return field;
 }
 
-TEST(Body, FlatHalfSpaceReadsAsTheModel) {
+/// Solves a noiseless press and shear on four nodes in the middle: bodies have no help at the rim.
+TractionField pressed(const sensor::Sensor& sensor, const Factors& factors) {
+  Eigen::VectorXd forces = Eigen::VectorXd::Zero(3 * sensor.nodes.count());
+  for (const int node : {65, 66, 77, 78}) forces.segment<3>(3 * node) << 0.02, -0.01, 0.1;
+  return solved(sensor, factors, forces);
+}
+
+TEST(Body, FlatHalfSpaceReadsAsTheMechanics) {
   const sensor::Sensor plain = plainSensor(), body = withBody(plain, flatBody(plain));
-  const TractionField a = pressed(plain, inverseOf(plain)), b = pressed(body, inverseOf(body));
+  const TractionField a = pressed(body, factorsWithout(body, plain)), b = pressed(body, factorsOf(body));
   for (std::size_t i = 0; i < a.force_N.size(); ++i) EXPECT_NEAR(a.force_N[i], b.force_N[i], 1e-7);
   for (std::size_t i = 0; i < 36; ++i) {
     EXPECT_NEAR(a.noise[i], b.noise[i], 1e-12);
@@ -75,13 +97,9 @@ TEST(Body, MomentCountsWhereTheNodesAre) {
   sensor::Body raised = flatBody(plain);
   raised.nodes.row(2) = 10.0 * raised.nodes.colwise().squaredNorm();
   const sensor::Sensor sensor = withBody(plain, std::move(raised));
-  const Inverse inverse = inverseOf(sensor);
-  Eigen::VectorXd forces = Eigen::VectorXd::Zero(inverse.forceCount());
+  Eigen::VectorXd forces = Eigen::VectorXd::Zero(3 * sensor.nodes.count());
   forces.segment<3>(30) << 0.5, 0.2, 1.0;
-  TractionField field;
-  field.resize(sensor.markerCount(), sensor.nodes.count());
-  Solver(inverse, sensor).solve(fieldOf(influenceMatrix(sensor, Model::kHalfSpace) * forces), field);
-  ASSERT_TRUE(field.valid);
+  const TractionField field = solved(sensor, factorsOf(sensor), forces);
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
   for (int n = 0; n < sensor.nodes.count(); ++n) {
     moment += sensor.body->nodes.col(n).cross(Eigen::Vector3f::Map(field.force_N.data() + 3 * n).cast<double>());
@@ -91,10 +109,10 @@ TEST(Body, MomentCountsWhereTheNodesAre) {
 
 TEST(Body, AreaIsThatOfItsNodes) {
   const sensor::Sensor plain = plainSensor();
-  sensor::Body wide = flatBody(plain);
-  wide.areas *= 2.0;
-  const sensor::Sensor sensor = withBody(plain, std::move(wide));
-  const TractionField a = pressed(plain, inverseOf(plain)), b = pressed(sensor, inverseOf(sensor));
+  sensor::Body twice = flatBody(plain);
+  twice.areas *= 2.0;
+  const sensor::Sensor flat = withBody(plain, flatBody(plain)), wide = withBody(plain, std::move(twice));
+  const TractionField a = pressed(flat, factorsOf(flat)), b = pressed(wide, factorsOf(wide));
   ASSERT_EQ(a.contactCount, 1);
   ASSERT_EQ(b.contactCount, 1);
   EXPECT_NEAR(b.contacts[0].area_m2, 2.0 * a.contacts[0].area_m2, 1e-3 * a.contacts[0].area_m2);
@@ -111,9 +129,9 @@ TEST(Body, IdIsOfItsContent) {
   const sensor::Sensor plain = smallSensor(), body = withBody(plain, flatBody(plain));
   sensor::Body other = flatBody(plain);
   other.influence(0, 0) *= 1.0 + 1e-15;
-  EXPECT_NE(inverseId(plain, {}), inverseId(body, {}));
-  EXPECT_NE(inverseId(body, {}), inverseId(withBody(plain, other), {}));
-  EXPECT_EQ(inverseId(body, {}), inverseId(withBody(plain, flatBody(plain)), {}));
+  EXPECT_NE(calibrationId(plain, {}), calibrationId(body, {}));
+  EXPECT_NE(calibrationId(body, {}), calibrationId(withBody(plain, other), {}));
+  EXPECT_EQ(calibrationId(body, {}), calibrationId(withBody(plain, flatBody(plain)), {}));
 }
 
 }  // namespace

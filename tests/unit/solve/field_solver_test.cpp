@@ -1,12 +1,12 @@
-// What every solver must do, whatever it solves with: which fields are valid, what they carry, what does not last.
+// What is said of every field: which fields are valid, what they carry, what does not last.
 #include "daemon/solve/model_solver.h"
-#include "daemon/solve/solver.h"
 #include "tests/unit/solve/random_loads.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace tractiond::solve::field_solver_test {
 namespace {
@@ -14,26 +14,15 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-enum class By { kWholeFace, kContactStep, kModel };
-
-class FieldSolverTest : public testing::TestWithParam<By> {
+class FieldSolverTest : public testing::Test {
  protected:
   FieldSolverTest() {
     forces_.resize(sensor_.markerCount(), sensor_.nodes.count());
-    if (GetParam() == By::kModel) {
-      const MatrixXd image = halfSpaceImage(sensor_, atoms_.points);
-      const double scale_N = sensor_.gel.youngsModulus * square(sensor_.nodes.pitch);
-      factors_ = computeFactors(image, atoms_, still(image.rows()), scale_N, modelOptions({})).value();
-      solver_ = std::make_unique<ModelSolver>(factors_, atoms_, sensor_);
-    } else {
-      SolveOptions options;
-      options.contactAware = GetParam() == By::kContactStep;
-      inverse_ = computeInverse(influence_, still(influence_.rows()), options).value();
-      solver_ = std::make_unique<Solver>(inverse_, sensor_, options);
-    }
+    const MatrixXd image = halfSpaceImage(sensor_, atoms_.points);
+    const double scale_N = sensor_.gel.youngsModulus * square(sensor_.nodes.pitch);
+    factors_ = computeFactors(image, atoms_, still(image.rows()), scale_N, modelOptions({})).value();
+    solver_.emplace(factors_, atoms_, sensor_);
   }
-
-  FieldSolver& solver() { return *solver_; }
 
   VectorXd solved(const MarkerField& field) {
     solver_->solve(field, forces_);
@@ -55,21 +44,12 @@ class FieldSolverTest : public testing::TestWithParam<By> {
   const MatrixXd influence_ = halfSpaceImage(sensor_, sensor::nodePositions(sensor_.nodes));
   const Atoms atoms_ = makeAtoms(sensor_);
   Factors factors_;
-  Inverse inverse_;
-  std::unique_ptr<FieldSolver> solver_;
+  std::optional<ModelSolver> solver_;
   TractionField forces_;
   std::mt19937 random_{1};
 };
 
-std::string nameOf(const testing::TestParamInfo<By>& by) {
-  constexpr const char* kNames[] = {"WholeFace", "ContactStep", "Model"};
-  return kNames[static_cast<int>(by.param)];
-}
-
-INSTANTIATE_TEST_SUITE_P(Solvers, FieldSolverTest, testing::Values(By::kWholeFace, By::kContactStep, By::kModel),
-                         nameOf);
-
-TEST_P(FieldSolverTest, WhatIsSaidOfAMissingMarkerDoesNotMatter) {
+TEST_F(FieldSolverTest, WhatIsSaidOfAMissingMarkerDoesNotMatter) {
   MarkerField field = loaded(influence_, random_);
   loseMarker(field, 17);
   const VectorXd expected = solved(field);
@@ -78,27 +58,27 @@ TEST_P(FieldSolverTest, WhatIsSaidOfAMissingMarkerDoesNotMatter) {
   EXPECT_EQ(solved(field), expected);
 }
 
-TEST_P(FieldSolverTest, TooManyMissingMarkersGiveNoField) {
+TEST_F(FieldSolverTest, TooManyMissingMarkersGiveNoField) {
   MarkerField field = loaded(influence_, random_);
   const MarkerField whole = field;
   loseAtRandom(field, sensor_.markerCount() / 4, random_);
   solved(field);
   loseAtRandom(field, 1, random_);
   field.flags = kDiscontinuity;
-  solver().solve(field, forces_);
+  solver_->solve(field, forces_);
   expectNothing(kDiscontinuity | kFewMarkers);
-  EXPECT_EQ(solver().counters().fewMarkers.get(), 1U);
+  EXPECT_EQ(solver_->counters().fewMarkers.get(), 1U);
   solved(whole);
 }
 
-TEST_P(FieldSolverTest, AFieldTheTrackerGivesUpIsNotSolved) {
+TEST_F(FieldSolverTest, AFieldTheTrackerGivesUpIsNotSolved) {
   MarkerField field = loaded(influence_, random_);
   field.flags = kFewMarkers;
-  solver().solve(field, forces_);
+  solver_->solve(field, forces_);
   expectNothing(kFewMarkers);
 }
 
-TEST_P(FieldSolverTest, PoisonGivesNoFieldAndDoesNotLast) {
+TEST_F(FieldSolverTest, PoisonGivesNoFieldAndDoesNotLast) {
   const MarkerField whole = loaded(influence_, random_);
   const VectorXd expected = solved(whole);
   std::uint64_t count = 0;
@@ -108,16 +88,59 @@ TEST_P(FieldSolverTest, PoisonGivesNoFieldAndDoesNotLast) {
       MarkerField field = whole;
       for (int i = 0; i < lost; ++i) loseMarker(field, 10 + i);
       field.displacement_px[5] = poison;
-      solver().solve(field, forces_);
+      solver_->solve(field, forces_);
       if (std::isfinite(poison) && forces_.valid) continue;  // large, but a number
       expectNothing(0);
-      EXPECT_EQ(solver().counters().notFinite.get(), ++count);
+      EXPECT_EQ(solver_->counters().notFinite.get(), ++count);
       EXPECT_EQ(solved(whole), expected);
     }
   }
 }
 
-TEST_P(FieldSolverTest, CentreOfPressureIsWhereAPressIs) {
+TEST_F(FieldSolverTest, IsolatedGapsOfTheZeroAreNotAmongTheMarkersThatMayBeMissing) {
+  MarkerField field = loaded(influence_, random_);
+  const int markers = sensor_.markerCount(), gaps = markers / 4, others = (markers - gaps) / 4;
+  loseAtRandom(field, gaps + others, random_);
+  field.isolatedGaps = gaps;
+  solved(field);
+  loseAtRandom(field, 1, random_);
+  solver_->solve(field, forces_);
+  expectNothing(kFewMarkers);
+}
+
+TEST_F(FieldSolverTest, RemembersNothingOfMarkersThatCameAndWent) {
+  const MarkerField whole = loaded(influence_, random_);
+  const VectorXd expected = solved(whole);
+  std::uniform_int_distribution<int> marker(0, sensor_.markerCount() - 1);
+  MarkerField field = whole;
+  for (int frame = 0; frame < 300; ++frame) {
+    for (int change = frame % 4; change > 0; --change) {
+      const int changed = marker(random_);
+      if (field.valid[changed] != 0 && field.validCount > sensor_.markerCount() * 3 / 4) {
+        loseMarker(field, changed);
+      } else if (field.valid[changed] == 0) {
+        field.validCount += 1;
+        field.valid[changed] = 1;
+        for (const int i : {2 * changed, 2 * changed + 1}) field.displacement_px[i] = whole.displacement_px[i];
+      }
+    }
+    solved(field);
+  }
+  EXPECT_EQ(solved(whole), expected);
+}
+
+TEST_F(FieldSolverTest, WithoutAPressThereIsNoCentre) {
+  VectorXd forces = VectorXd::Zero(influence_.cols());
+  for (const double normal : {0.0, 0.1, -2.0}) {
+    forces[2] = normal;
+    forces[0] = 1.0;
+    solved(fieldOf(influence_ * forces));
+    EXPECT_FALSE(forces_.centreOfPressureValid);
+    EXPECT_EQ(forces_.centreOfPressure_m, (std::array<double, 2>{}));
+  }
+}
+
+TEST_F(FieldSolverTest, CentreOfPressureIsWhereAPressIs) {
   VectorXd press = VectorXd::Zero(influence_.cols());
   const int node = 2 * sensor_.nodes.columns + 4;
   press[3 * node + 2] = 2.0;
@@ -128,7 +151,7 @@ TEST_P(FieldSolverTest, CentreOfPressureIsWhereAPressIs) {
   EXPECT_NEAR(forces_.centreOfPressure_m[1], position.y(), 1e-4);
 }
 
-TEST_P(FieldSolverTest, TheFieldCarriesWhatItWasSolvedFrom) {
+TEST_F(FieldSolverTest, TheFieldCarriesWhatItWasSolvedFrom) {
   MarkerField field = loaded(influence_, random_);
   field.info.frameNumber = 42;
   field.flags = kZeroUnverified | kReacquiring;
@@ -140,7 +163,7 @@ TEST_P(FieldSolverTest, TheFieldCarriesWhatItWasSolvedFrom) {
   EXPECT_EQ(forces_.markers.zero, field.zero);
 }
 
-TEST_P(FieldSolverTest, ForcesAddUpToTheResultant) {
+TEST_F(FieldSolverTest, ForcesAddUpToTheResultant) {
   solved(loaded(influence_, random_));
   Eigen::Vector3d resultant = Eigen::Vector3d::Zero();
   for (Eigen::Index n = 0; n < sensor_.nodes.count(); ++n) {
@@ -149,15 +172,10 @@ TEST_P(FieldSolverTest, ForcesAddUpToTheResultant) {
   for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(forces_.resultant_N[axis], resultant[axis], 1e-5);
 }
 
-/// What only the model has.
-class OfModel : public FieldSolverTest {};
-
-INSTANTIATE_TEST_SUITE_P(Solvers, OfModel, testing::Values(By::kModel), nameOf);
-
-TEST_P(OfModel, WhatIsTooWeakToBeFoundMayActAnywhere) {
+TEST_F(FieldSolverTest, WhatIsTooWeakToBeFoundMayActAnywhere) {
   solved(fieldOf(VectorXd::Zero(influence_.rows())));
   ASSERT_EQ(forces_.method, Method::kNoContact);
-  const auto [shear, press] = solver().detectionLimit_N();
+  const auto [shear, press] = solver_->detectionLimit_N();
   for (const int axis : {0, 1, 2}) {
     EXPECT_DOUBLE_EQ(std::sqrt(forces_.noise[7 * axis]), 0.5 * (axis < 2 ? shear : press));
   }
@@ -171,7 +189,7 @@ TEST_P(OfModel, WhatIsTooWeakToBeFoundMayActAnywhere) {
   EXPECT_NEAR(forces_.noise[35], (xx + yy) * forces_.noise[0], 1e-9 * forces_.noise[35]);
 }
 
-TEST_P(OfModel, WhatActsBeyondTheNodesIsPublishedAtTheNearest) {
+TEST_F(FieldSolverTest, WhatActsBeyondTheNodesIsPublishedAtTheNearest) {
   const Eigen::Vector3d at(-10.5e-3, 1.5e-3, 0.0), force(0.3, 0.0, 1.0);  // 1.5 pitches beyond
   MarkerField markers = fieldOf(halfSpaceImage(sensor_, at) * force);
   solved(markers);
@@ -183,7 +201,7 @@ TEST_P(OfModel, WhatActsBeyondTheNodesIsPublishedAtTheNearest) {
   EXPECT_NEAR(forces_.contacts[0].position_m[0], at.x(), 0.5e-3);
 }
 
-TEST_P(FieldSolverTest, ADeviationIsSaidOfEveryForce) {
+TEST_F(FieldSolverTest, ADeviationIsSaidOfEveryForce) {
   solved(loaded(influence_, random_));
   for (std::size_t i = 0; i < forces_.force_N.size(); ++i) {
     if (forces_.force_N[i] != 0.0F) {

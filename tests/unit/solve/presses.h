@@ -1,7 +1,7 @@
-// Presses on the paper's sensor, a half-space, and a fixture that solves their pictures.
+// Presses on the paper's sensor, a half-space, and a fixture that solves their pictures by the model.
 #pragma once
 
-#include "daemon/solve/field_solver.h"
+#include "daemon/solve/model_solver.h"
 #include "sensor/elastic/influence.h"
 #include "sensor/elastic/loads.h"
 #include "tests/unit/solve/sensors.h"
@@ -35,9 +35,14 @@ inline const MatrixXd& influence() {
   return matrix;
 }
 
-inline const Inverse& paperInverse() {
-  static const Inverse inverse = computeInverse(influence(), paperMotion(), SolveOptions{}).value();
-  return inverse;
+inline ModelSolver& paperSolver() {
+  static const Atoms atoms = makeAtoms(paper());
+  static const Factors factors =
+      computeFactors(halfSpaceImage(paper(), atoms.points), atoms, paperMotion(),
+                     paper().gel.youngsModulus * square(paper().nodes.pitch), modelOptions({}))
+          .value();
+  static ModelSolver solver(factors, atoms, paper());
+  return solver;
 }
 
 /// A patch and what it does to the picture, 2M x 3 [px/N].
@@ -68,9 +73,6 @@ class PressTest : public testing::Test {
  protected:
   PressTest() { field_.resize(paper().markerCount(), paper().nodes.count()); }
 
-  /// Sets the solver that solve() uses, which must outlive the test.
-  void use(FieldSolver& solver) { used_ = &solver; }
-
   VectorXd noise() {
     return VectorXd::NullaryExpr(influence().rows(), [this] { return kNoise_px * normal_(random_); });
   }
@@ -82,7 +84,7 @@ class PressTest : public testing::Test {
   }
 
   const TractionField& solve(const MarkerField& markers) {
-    used_->solve(markers, field_);
+    paperSolver().solve(markers, field_);
     EXPECT_TRUE(field_.valid);
     return field_;
   }
@@ -93,9 +95,6 @@ class PressTest : public testing::Test {
   std::mt19937 random_{1};
   std::normal_distribution<double> normal_;
   TractionField field_;
-
- private:
-  FieldSolver* used_ = nullptr;
 };
 
 }  // namespace tractiond::solve

@@ -1,7 +1,6 @@
 // Continuous loads, off the node grid and integrated apart from it, through the mechanics and back through the solver.
-// The same mechanics both ways: this tests the inverse, not the truth of the model.
+// The same mechanics both ways: this tests the solver, not the truth of the mechanics.
 #include "daemon/solve/model_solver.h"
-#include "daemon/solve/solver.h"
 #include "sensor/elastic/loads.h"
 #include "tests/unit/solve/sensors.h"
 
@@ -124,18 +123,6 @@ Eigen::MatrixXd imageOf(const sensor::Sensor& sensor, Model model, const sensor:
 }
 
 TEST_P(Recovery, LoadsComeBackWithinOnePercent) {
-  const sensor::Sensor sensor;
-  const Loads loads;
-  const sensor::Points nodes = sensor::nodePositions(sensor.nodes);
-  const Eigen::MatrixXd everything = imageOf(sensor, GetParam(), nodes, loads);
-  const SolveOptions options;
-  const Inverse inverse =
-      computeInverse(everything.leftCols(3 * nodes.cols()), still(everything.rows()), options).value();
-  Solver solver(inverse, sensor, options);
-  expectLoadsBack(solver, sensor, loads, everything.rightCols(3 * loads.sources().cols()));
-}
-
-TEST_P(Recovery, ByTheModelOfContactsToo) {
   const sensor::Sensor sensor;
   const Loads loads;
   const Atoms atoms = makeAtoms(sensor);

@@ -237,9 +237,8 @@ TEST(SolverAtRest, ReadsAPressOnAHandMadeGel) {
   ASSERT_NE(mkdtemp(directory.data()), nullptr);
   const sensor::Sensor sensor = thinSensor(), made = handMadeSensor();
   SolveOptions options;
-  options.solving = Solving::kModel;
   options.noise_px = kNoise_px;
-  ASSERT_TRUE(followsRest(sensor, options));
+  ASSERT_TRUE(followsRest(sensor));
   const auto drawn = makeSolver(sensor, options, directory).value().solver;
   const VectorXd rest = restPicture(made);
   const std::vector<float> place(rest.begin(), rest.end());
@@ -264,14 +263,11 @@ TEST(SolverAtRest, ReadsAPressOnAHandMadeGel) {
   EXPECT_GT(asDrawn, 3.0 * asMade);
 }
 
-TEST(SolverAtRest, IsOfTheModelAndABlockAlone) {
-  SolveOptions options;
-  EXPECT_FALSE(followsRest(thinSensor(), options));
-  options.solving = Solving::kModel;
-  EXPECT_TRUE(followsRest(thinSensor(), options));
+TEST(SolverAtRest, IsOfABlockAlone) {
+  EXPECT_TRUE(followsRest(thinSensor()));
   sensor::Sensor body = thinSensor();
   body.body = std::make_shared<sensor::Body>();
-  EXPECT_FALSE(followsRest(body, options));
+  EXPECT_FALSE(followsRest(body));
 }
 
 }  // namespace

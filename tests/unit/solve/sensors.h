@@ -2,7 +2,7 @@
 #pragma once
 
 #include "daemon/records/marker_field.h"
-#include "daemon/solve/inverse.h"
+#include "daemon/solve/factors.h"
 #include "sensor/elastic/half_space.h"
 #include "sensor/sensor.h"
 

@@ -1,6 +1,4 @@
-// What every solver must do with single contacts on the paper's sensor, and with none.
-#include "daemon/solve/model_solver.h"
-#include "daemon/solve/solver.h"
+// Single contacts on the paper's sensor, and none.
 #include "tests/unit/solve/presses.h"
 
 #include <utility>
@@ -8,36 +6,9 @@
 namespace tractiond::solve::touch_test {
 namespace {
 
-const Atoms& paperAtoms() {
-  static const Atoms atoms = makeAtoms(paper());
-  return atoms;
-}
+using TouchTest = PressTest;
 
-const Factors& paperFactors() {
-  static const Factors factors =
-      computeFactors(halfSpaceImage(paper(), paperAtoms().points), paperAtoms(), paperMotion(),
-                     paper().gel.youngsModulus * square(paper().nodes.pitch), modelOptions({}))
-          .value();
-  return factors;
-}
-
-class TouchTest : public PressTest, public testing::WithParamInterface<Solving> {
- protected:
-  TouchTest() { use(solver()); }
-
-  static FieldSolver& solver() {
-    static Solver byContactStep(paperInverse(), paper());
-    static ModelSolver byModel(paperFactors(), paperAtoms(), paper());
-    return GetParam() == Solving::kModel ? static_cast<FieldSolver&>(byModel) : byContactStep;
-  }
-};
-
-INSTANTIATE_TEST_SUITE_P(Solvers, TouchTest, testing::Values(Solving::kContactStep, Solving::kModel),
-                         [](const auto& solving) {
-                           return solving.param == Solving::kModel ? "Model" : "ContactStep";
-                         });
-
-TEST_P(TouchTest, NothingTouchesAndNothingIsRead) {
+TEST_F(TouchTest, NothingTouchesAndNothingIsRead) {
   int alarms = 0;
   for (int i = 0; i < 300; ++i) {
     if (solve(noise()).method == Method::kNoContact) {
@@ -53,7 +24,7 @@ TEST_P(TouchTest, NothingTouchesAndNothingIsRead) {
 
 // Nodes that noise alone has found once made a contact of so many that the whole face was solved for: in one frame of
 // forty a shear of 50 gf was read with a false press of 30 gf.
-TEST_P(TouchTest, NoiseDoesNotSpreadAWeakShearOverTheFace) {
+TEST_F(TouchTest, NoiseDoesNotSpreadAWeakShearOverTheFace) {
   const Press patch = press({12e-3, -9e-3}, 2.5e-3);
   for (const double gramForce : {7.0, 10.0, 14.0, 20.0, 50.0, 100.0}) {
     const VectorXd displacement = patch.image * Vector3d(gramForce * kGramForce, 0.0, 0.0);
@@ -65,7 +36,7 @@ TEST_P(TouchTest, NoiseDoesNotSpreadAWeakShearOverTheFace) {
 }
 
 // Its edge was left out once: 30 gf on a flat disc were read as 28.
-TEST_P(TouchTest, AWideFaintPressIsReadWhole) {
+TEST_F(TouchTest, AWideFaintPressIsReadWhole) {
   const Vector2d at(1e-3, -2e-3);
   const Press disc = press(at, sensor::elastic::disc(at, 10e-3, Vector3d::UnitZ()));
   for (const double gramForce : {15.0, 25.0, 35.0}) {
@@ -79,7 +50,7 @@ TEST_P(TouchTest, AWideFaintPressIsReadWhole) {
   }
 }
 
-TEST_P(TouchTest, AnOffCentrePressIsOneContactInItsPlace) {
+TEST_F(TouchTest, AnOffCentrePressIsOneContactInItsPlace) {
   const Press patch = press({8.3e-3, -5.1e-3}, 2.5e-3);
   const Vector3d force = Vector3d(0.5, -0.3, 3.0);
   solve(patch.image * force + noise());
@@ -97,14 +68,13 @@ TEST_P(TouchTest, AnOffCentrePressIsOneContactInItsPlace) {
   const sensor::Points nodes = sensor::nodePositions(paper().nodes);
   for (Eigen::Index n = 0; n < nodes.cols(); ++n) {
     if ((nodes.col(n).head<2>() - patch.at).norm() < 15e-3) continue;
-    // The model's broadest atoms cover every node.
-    const double little_N = GetParam() == Solving::kModel ? 1e-4 * force.norm() : 0.0;
+    const double little_N = 1e-4 * force.norm();  // the broadest atoms cover every node
     EXPECT_LE(std::abs(field_.force_N[3 * n + 2]), little_N);
     EXPECT_LE(field_.deviation_N[3 * n + 2], little_N);
   }
 }
 
-TEST_P(TouchTest, TwoContactsAreToldApart) {
+TEST_F(TouchTest, TwoContactsAreToldApart) {
   std::uniform_real_distribution<double> place(-24e-3, 24e-3), turn(0.0, 2.0 * M_PI);
   int told = 0, all = 0, inside = 0, stated = 0;
   const std::array<std::array<Vector3d, 2>, 3> cases = {{{Vector3d(0.0, 0.0, 100.0), Vector3d(0.0, 0.0, 100.0)},
@@ -112,8 +82,7 @@ TEST_P(TouchTest, TwoContactsAreToldApart) {
                                                          {Vector3d(30.0, 0.0, 90.0), Vector3d(0.0, -40.0, 90.0)}}};
   for (int trial = 0; trial < 36; ++trial) {
     const Vector2d centre(place(random_), place(random_));
-    const double near = GetParam() == Solving::kModel ? 7e-3 : 8e-3;
-    const double angle = turn(random_), distance = trial % 2 == 0 ? near : 11e-3;
+    const double angle = turn(random_), distance = trial % 2 == 0 ? 7e-3 : 11e-3;
     const Vector2d half = 0.5 * distance * Vector2d(std::cos(angle), std::sin(angle));
     const std::array<Press, 2> presses = {press(centre - half, 1.5e-3), press(centre + half, 2.0e-3)};
     const auto& forces = cases[static_cast<std::size_t>(trial) % cases.size()];
@@ -121,11 +90,9 @@ TEST_P(TouchTest, TwoContactsAreToldApart) {
     for (std::size_t i = 0; i < 2; ++i) image += presses[i].image * forces[i] * kGramForce;
     for (int frame = 0; frame < 5; ++frame, ++all) {
       if (solve(image + noise()).contactCount != 2) continue;
-      if (GetParam() == Solving::kModel) {
-        Vector3d sum = Vector3d::Zero();
-        for (int i = 0; i < 2; ++i) sum += Vector3d::Map(field_.contacts[static_cast<std::size_t>(i)].force_N.data());
-        EXPECT_LT((sum - resultant()).norm(), 1e-9);
-      }
+      Vector3d sum = Vector3d::Zero();
+      for (int i = 0; i < 2; ++i) sum += Vector3d::Map(field_.contacts[static_cast<std::size_t>(i)].force_N.data());
+      EXPECT_LT((sum - resultant()).norm(), 1e-9);
       bool there = true;
       for (std::size_t i = 0; i < 2; ++i) {
         const auto off = [&](const Contact& c) { return (Vector2d::Map(c.position_m.data()) - presses[i].at).norm(); };
@@ -154,7 +121,7 @@ TEST_P(TouchTest, TwoContactsAreToldApart) {
               100.0 * inside / stated);
 }
 
-TEST_P(TouchTest, OneContactIsNotTwoWhateverItsShape) {
+TEST_F(TouchTest, OneContactIsNotTwoWhateverItsShape) {
   std::uniform_real_distribution<double> place(-20e-3, 20e-3), turn(0.0, 2.0 * M_PI);
   int split = 0, all = 0;
   for (const auto& [length, width] :
@@ -184,7 +151,7 @@ TEST_P(TouchTest, OneContactIsNotTwoWhateverItsShape) {
   EXPECT_LE(split, 0.01 * all);
 }
 
-TEST_P(TouchTest, AWeakContactBesideAStrongOneIsAContact) {
+TEST_F(TouchTest, AWeakContactBesideAStrongOneIsAContact) {
   const Press strong = press({-4e-3, 2e-3}, 2.5e-3);
   int found = 0, all = 0;
   for (const double distance : {14e-3, 18e-3, 22e-3}) {
@@ -192,8 +159,6 @@ TEST_P(TouchTest, AWeakContactBesideAStrongOneIsAContact) {
       const Vector2d at = strong.at + distance * Vector2d(std::cos(angle), std::sin(angle));
       const VectorXd weak = press(at, 2e-3).image.col(2) * (10.0 * kGramForce);
       for (const double gramForce : {50.0, 200.0, 400.0}) {
-        // The contact step takes what is less than 8 % of a strong one for a part of it.
-        if (GetParam() == Solving::kContactStep && gramForce > 100.0) continue;
         for (int frame = 0; frame < 2; ++frame, ++all) {
           solve(strong.image.col(2) * (gramForce * kGramForce) + weak + noise());
           if (field_.contactCount != 2) continue;
@@ -208,7 +173,7 @@ TEST_P(TouchTest, AWeakContactBesideAStrongOneIsAContact) {
   EXPECT_GE(found, 0.9 * all);
 }
 
-TEST_P(TouchTest, FiveGramForceIsFound) {
+TEST_F(TouchTest, FiveGramForceIsFound) {
   const Press patch = press({-11.2e-3, 6.7e-3}, 1.5e-3);
   const VectorXd image = patch.image.col(2) * 5.0 * kGramForce;
   int found = 0;
@@ -216,7 +181,7 @@ TEST_P(TouchTest, FiveGramForceIsFound) {
   EXPECT_GE(found, 95);
 }
 
-TEST_P(TouchTest, TheTruthIsWithinTheStatedInterval) {
+TEST_F(TouchTest, TheTruthIsWithinTheStatedInterval) {
   std::vector<Press> patches;
   std::uniform_real_distribution<double> place(-27e-3, 27e-3), share(-1.0, 1.0), size(10.0, 200.0);
   for (int i = 0; i < 10; ++i) patches.push_back(press({place(random_), place(random_)}, i % 2 == 0 ? 1.5e-3 : 3e-3));
@@ -242,7 +207,7 @@ TEST_P(TouchTest, TheTruthIsWithinTheStatedInterval) {
   std::printf("inside the stated 95 %% interval: %.1f %%\n", 100.0 * inside / all);
 }
 
-TEST_P(TouchTest, ASmallContactLosesNoForceAndFeignsNone) {
+TEST_F(TouchTest, ASmallContactLosesNoForceAndFeignsNone) {
   for (const Vector2d& at : {Vector2d(-30e-3, 0.0), Vector2d(0.7e-3, 0.4e-3)}) {
     const Press patch = press(at, 2.5e-3);
     for (int axis = 0; axis < 3; ++axis) {
@@ -253,7 +218,7 @@ TEST_P(TouchTest, ASmallContactLosesNoForceAndFeignsNone) {
   }
 }
 
-TEST_P(TouchTest, AMovedPictureIsNotAForce) {
+TEST_F(TouchTest, AMovedPictureIsNotAForce) {
   const VectorXd moved = paperMotion().modes * Eigen::Vector4d(0.04, -0.03, 1e-4, -5e-5);
   for (int i = 0; i < 20; ++i) {
     EXPECT_EQ(solve(moved + noise()).method, Method::kNoContact);
@@ -263,7 +228,7 @@ TEST_P(TouchTest, AMovedPictureIsNotAForce) {
 }
 
 // The same noise throughout: what changes is the load alone, in steps of a tenth of the noise.
-TEST_P(TouchTest, AGrowingPressIsReadWithoutAStep) {
+TEST_F(TouchTest, AGrowingPressIsReadWithoutAStep) {
   for (const Vector2d& at : {Vector2d(1.1e-3, -7.9e-3), Vector2d(30.4e-3, 3.3e-3)}) {
     const Press patch = press(at, 2e-3);
     const VectorXd still = noise();
@@ -271,8 +236,8 @@ TEST_P(TouchTest, AGrowingPressIsReadWithoutAStep) {
     Method before = Method::kNoContact;
     for (int step = 0; step <= 400; ++step) {
       solve(patch.image.col(2) * (0.1 * step * kGramForce) + still);
-      // The model does not take what is just detected for less than it is.
-      const bool appears = GetParam() == Solving::kModel && std::exchange(before, field_.method) != field_.method;
+      // What is just detected is not taken for less than it is.
+      const bool appears = std::exchange(before, field_.method) != field_.method;
       EXPECT_LT((resultant() - last).norm(), (appears ? 2.5 : 0.6) * kGramForce) << "at " << 0.1 * step << " gf";
       last = resultant();
     }
@@ -280,7 +245,7 @@ TEST_P(TouchTest, AGrowingPressIsReadWithoutAStep) {
   }
 }
 
-TEST_P(TouchTest, DoubtfulMarkersAreTakenOut) {
+TEST_F(TouchTest, DoubtfulMarkersAreTakenOut) {
   const Press patch = press({0.0, 0.0}, 2.5e-3);
   const VectorXd image = patch.image.col(2) * 2.0 + noise();
   MarkerField without = seen(image), doubtful = seen(image);
@@ -295,7 +260,7 @@ TEST_P(TouchTest, DoubtfulMarkersAreTakenOut) {
   EXPECT_LT((resultant() - expected).norm(), 1e-6);
 }
 
-TEST_P(TouchTest, WhatNoForceCanDoIsMarked) {
+TEST_F(TouchTest, WhatNoForceCanDoIsMarked) {
   VectorXd torn = noise();
   for (Eigen::Index i = 0; i < torn.size(); i += 4) torn[i] += i < torn.size() / 2 ? 0.5 : 0.0;
   solve(torn);
@@ -307,8 +272,8 @@ TEST_P(TouchTest, WhatNoForceCanDoIsMarked) {
   EXPECT_NE(field_.flags & kOutOfRange, 0U);
 }
 
-TEST_P(TouchTest, TheDetectionLimitIsWhatIsFoundInHalfOfTheFrames) {
-  const auto limit = solver().detectionLimit_N();
+TEST_F(TouchTest, TheDetectionLimitIsWhatIsFoundInHalfOfTheFrames) {
+  const auto limit = paperSolver().detectionLimit_N();
   for (const int axis : {0, 2}) {
     int found = 0;
     constexpr int kFrames = 100;

@@ -1,0 +1,132 @@
+#include "daemon/solve/factors_cache.h"
+
+#include "base/clock.h"
+#include "base/hash.h"
+#include "daemon/solve/factors_file.h"
+#include "daemon/solve/systematic.h"
+#include "sensor/elastic/influence.h"
+
+#include <algorithm>
+#include <span>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace tractiond::solve {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// To be raised when the influence matrix's or the factors' numbers change for the same sensor and options.
+constexpr std::uint32_t kFactorsVersion = 2;
+
+constexpr std::size_t kKeptOthers = 3;
+constexpr const char* kExtension = ".factors";
+constexpr const char* kFormerExtension = ".inverse";  // of versions before 0.2, which nothing reads any more
+constexpr const char* kUnfinished = ".unfinished";  // replaceWholeFile() adds it while it writes
+
+/// Deletes what an interrupted save left behind, all caches but `saved` and the newest others, and former ones.
+void prune(const fs::path& saved, const Remark& remark) {
+  std::error_code error;
+  std::vector<std::pair<fs::file_time_type, fs::path>> files;
+  std::vector<fs::path> former;
+  for (const auto& entry : fs::directory_iterator(saved.parent_path(), error)) {
+    const fs::path& path = entry.path();
+    if (path.extension() == kExtension && path != saved) files.emplace_back(entry.last_write_time(error), path);
+    if (path.extension() == kUnfinished && path.stem().extension() == kExtension) fs::remove(path, error);
+    if (path.extension() == kFormerExtension) former.push_back(path);
+  }
+  std::sort(files.rbegin(), files.rend());
+  for (std::size_t i = kKeptOthers; i < files.size(); ++i) former.push_back(files[i].second);
+  for (const fs::path& path : former) {
+    if (fs::remove(path, error)) remark("deleted the old cache " + path.string());
+  }
+}
+
+/// Feeds everything of the sensor that the numbers depend on.
+void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
+  const auto vector = [&hasher](const auto& v) {
+    hasher.range(std::span(v.data(), static_cast<std::size_t>(v.size())));
+  };
+  hasher.value(sensor.gel.youngsModulus);
+  hasher.value(sensor.gel.poissonRatio);
+  vector(sensor.gel.size);
+  vector(sensor::markerPositions(sensor));
+  vector(sensor::nodePositions(sensor));
+  if (sensor.body) {
+    hasher.value(sensor.body->youngsModulus);
+    vector(sensor.body->influence);
+  }
+  const sensor::Camera& camera = sensor.camera;
+  hasher.value(camera.focal_px);
+  vector(camera.principal_px);
+  hasher.value(camera.k1);
+  hasher.value(camera.k2);
+  vector(camera.position);
+  vector(camera.rotation);
+  hasher.value(camera.gelIndex);
+  hasher.value(camera.windowIndex);
+  hasher.value(camera.windowThickness);
+  vector(sensor.uncertainty.position);
+  vector(sensor.uncertainty.rotation);
+  hasher.value(sensor.uncertainty.focal);
+  hasher.value(sensor.uncertainty.focalDistance);
+  hasher.value(sensor.uncertainty.poissonRatio);
+  hasher.value(sensor.uncertainty.thickness);
+  hasher.value(sensor.uncertainty.layerDepth);
+  hasher.value(isWeighed(sensor));
+  vector(motionPrior(sensor).variances);
+  // What has its default is left out: caches from before the key existed keep their id.
+  if (camera.aspect != 1.0) hasher.value(camera.aspect);
+  if (sensor.uncertainty.markerDepth != 0.0) hasher.value(sensor.uncertainty.markerDepth);
+}
+
+}  // namespace
+
+Id calibrationId(const sensor::Sensor& sensor, const SolveOptions& options) {
+  const ModelOptions model = modelOptions(options);
+  Hasher hasher;
+  hasher.text("factors");
+  hasher.value(kFactorsVersion);
+  hasher.value(model.mechanics);
+  hasher.value(model.noise_px);
+  hasher.value(model.faintest);
+  addSensor(sensor, hasher);
+  return hasher.digest();
+}
+
+tl::expected<Factors, Error> loadOrComputeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
+                                                  const SolveOptions& options, const fs::path& stateDirectory,
+                                                  const sensor::elastic::Progress& progress, const Remark& remark) {
+  const auto say = [&remark](const std::string& line) {
+    if (remark) remark(line);
+  };
+  const Id id = calibrationId(sensor, options);
+  const fs::path path = cachePath(stateDirectory, id);
+  auto cached = loadFactors(path, id, 2 * sensor.markerCount(), atoms);
+  if (cached) return *std::move(cached);
+  // A gel seen for the first time is no remark; a cache that is there and cannot be used is one.
+  if (std::error_code none; fs::exists(path, none) || !fs::is_directory(stateDirectory, none)) {
+    say("computing the factors: " + cached.error());
+  }
+  auto factors = computeFactors(sensor, atoms, modelOptions(options), progress);
+  if (!factors) return factors;
+  factors->systematicErrors = systematicErrors(sensor, options, *factors, atoms);
+  factors->id = id;
+  factors->computed_ns = realNow();
+
+  std::error_code error;
+  fs::create_directories(stateDirectory, error);
+  if (const auto saved = saveFactors(path, *factors); !saved) {
+    say("the factors are not cached and will be computed again at the next start: " + saved.error());
+  } else {
+    prune(path, say);
+  }
+  return factors;
+}
+
+fs::path cachePath(const fs::path& directory, const Id& id) {
+  return directory / (toHex(id) + kExtension);
+}
+
+}  // namespace tractiond::solve
