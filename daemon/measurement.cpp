@@ -53,11 +53,11 @@ tl::expected<void, Error> Measurement::build() {
   auto made = solve::makeSolver(sensor_, config.solve, around_.stateDirectory, progressLines(),
                                 [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
   if (!made) return tl::unexpected(made.error());
-  solver_ = std::move(made->solver);
+  solver_.solver = std::move(made->solver);
   around_.description.calibrated_ns = made->computed_ns;
   if (solve::followsRest(sensor_)) {
     restSolver_ = std::make_unique<RestSolver>(sensor_, config.solve, around_.stateDirectory,
-                                               solver_->detectionLimit_N(), compute_);
+                                               solver_.solver->detectionLimit_N(), compute_);
   }
   track::TrackOptions tracking = config.track;
   tracking.awaitsGelCheck = true;  // forces are only computed from a zero that was compared with the gel file
@@ -65,7 +65,7 @@ tl::expected<void, Error> Measurement::build() {
   gelWatch_ = std::make_unique<GelWatch>(sensor_, *tracker_, newestMarkerStatus_, [this](const auto& result) {
     around_.control.answerSnapshot(result, sensor_.layers);
   });
-  around_.description.detectionLimit_N = solver_->detectionLimit_N();
+  around_.description.detectionLimit_N = solver_.solver->detectionLimit_N();
   around_.publisher.describe(around_.description);
   makeProcedures();
   if (!config.record.file.empty()) {
@@ -150,8 +150,10 @@ bool Measurement::track(const Frame& frame, MarkerField& markers) {
   if (isFilm_) awaitFirstZero();
   const bool tracked = tracker_->track(frame, markers) == track::Outcome::kTracked;
   tracked_.add();
+  if (restSolver_) restSolver_->see(places_);
+  markers.places = places_;
   gelWatch_->takeFrame(frame);
-  if (recorder_) recorder_->takeFrame(frame, tracker_->inputs());
+  if (recorder_) recorder_->takeFrame(frame, tracker_->inputs(), places_);
   if (tracked) newestMarkers_.put(markers);  // dropped if control is taking one at this moment
   return tracked;
 }
@@ -165,8 +167,8 @@ void Measurement::awaitFirstZero() {
 }
 
 void Measurement::solve(const MarkerField& markers, TractionField& field) {
-  if (restSolver_) restSolver_->take(solver_);
-  solver_->solve(markers, field);
+  if (restSolver_ && markers.places != solver_.zero) restSolver_->take(solver_);
+  solver_.solver->solve(markers, field);
 }
 
 void Measurement::takeField(const TractionField& field) {

@@ -77,7 +77,8 @@ class Measurement : public Processing {
   std::optional<RestPose> restored_, earlier_;  // written before the control thread meets the camera, read after
   bool isRestoredWritten_ = true;               // false: a loss of power may undo restored_; accessed as restored_
   std::unique_ptr<track::Tracker> tracker_;
-  std::shared_ptr<solve::FieldSolver> solver_;  // used by the solving thread alone once it runs
+  PlacedSolver solver_;  // used by the solving thread alone once it runs
+  Id places_{};          // the zero of the solver for the next frame; used by the tracking thread alone
   // Threads for slow work. They are separate, as a disk may hang, and a computation may take a minute.
   BackgroundThread disk_{"tr-disk"}, compute_{"tr-compute"};
   std::unique_ptr<RestSolver> restSolver_;  // none: the solver does not depend on the places of markers in the zero

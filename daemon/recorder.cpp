@@ -66,7 +66,7 @@ void Recorder::begin(const publish::Beginning& beginning) {
   beginning_ = publish::encode(beginning);
 }
 
-void Recorder::takeFrame(const Frame& frame, const TrackerInputs& inputs) {
+void Recorder::takeFrame(const Frame& frame, const TrackerInputs& inputs, const Id& places) {
   ++number_;
   if (inputs.any()) pending_.add(inputs);
   const std::int64_t now_ns = frame.info.times.received_ns;
@@ -85,6 +85,7 @@ void Recorder::takeFrame(const Frame& frame, const TrackerInputs& inputs) {
     room->take(frame);
   }
   room->number = number_;
+  room->places = places;
   room->inputs.clear();
   room->inputs.add(pending_);
   pending_.clear();

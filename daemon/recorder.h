@@ -53,8 +53,8 @@ class Recorder {
 
   /// Queues a copy of a frame, unless RecordOptions::rate_Hz leaves it out or the queue is full; the inputs are then
   /// recorded with the next one. Must be called for each tracked frame. For the tracking thread, after the frame was
-  /// tracked. Allocates in the first frames only.
-  void takeFrame(const Frame& frame, const TrackerInputs& inputs);
+  /// tracked. Allocates in the first frames only. \param places MarkerField::places
+  void takeFrame(const Frame& frame, const TrackerInputs& inputs, const Id& places);
 
   /// Queues a copy of a field; drops it if the queue is full. For the publishing thread. Allocates nothing.
   void takeField(const TractionField& field);

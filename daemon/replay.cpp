@@ -8,6 +8,7 @@
 #include "daemon/gel_watch.h"
 #include "daemon/instance.h"
 #include "daemon/recorder.h"
+#include "daemon/rest_solver.h"
 #include "daemon/solve/make_solver.h"
 #include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose.h"
@@ -17,6 +18,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -92,6 +94,7 @@ class Replay {
   void pace(std::int64_t received_ns);
   void require(const RestPose& pose) const;
   void describe(const RestPose& pose);
+  PlacedSolver solverOf(const publish::TrackedFrame& frame);
   bool comparesZeros() const;
   bool compare(const RestPose& zero);
   void heedZero(TrackerInputs& inputs);
@@ -110,7 +113,8 @@ class Replay {
   std::unique_ptr<publish::Publisher> publisher_;
   std::unique_ptr<Recorder> recorder_;
   std::unique_ptr<track::Tracker> tracker_;
-  std::unique_ptr<solve::FieldSolver> solver_;
+  std::shared_ptr<solve::FieldSolver> drawn_;  ///< for the places of the markers in the gel file
+  std::vector<PlacedSolver> atRest_;           ///< for those in the zeros, from the one in use on
   Mailbox<traction::v1::MarkerStatus> markerStatus_;
   std::optional<GelWatch> gelWatch_;
 
@@ -222,9 +226,9 @@ void Replay::makeSolver(const Frame& first) {
   auto made = solve::makeSolver(sensor_, config_.solve, places_.state, {},
                                 [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
   if (!made) throw Stopped{made.error()};
-  solver_ = std::move(made->solver);
+  drawn_ = std::move(made->solver);
   description_.calibrated_ns = made->computed_ns;
-  description_.detectionLimit_N = solver_->detectionLimit_N();
+  description_.detectionLimit_N = drawn_->detectionLimit_N();
 }
 
 void Replay::openPublisher() {
@@ -284,12 +288,25 @@ void Replay::describe(const RestPose& pose) {
   description_.zero = pose;
   publisher_->describe(description_);
   if (!solve::followsRest(sensor_)) return;
-  // Uses the new solver at once: which frames the daemon solved before it had this solver is not recorded.
   auto atRest = solve::makeSolverAtRest(sensor_, config_.solve, places_.state, pose.position_px, pose.present,
                                         description_.detectionLimit_N,
                                         [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
   if (!atRest) throw Stopped{atRest.error()};
-  solver_ = std::move(atRest->solver);
+  atRest_.push_back({std::move(atRest->solver), pose.id});
+}
+
+/// Returns the solver that the daemon used for a frame; where the recording does not state it, or the zeros are others
+/// here, that of the newest zero.
+PlacedSolver Replay::solverOf(const publish::TrackedFrame& frame) {
+  auto one = atRest_.end();
+  if (beginning_->statesPlaces && sameGel_) {
+    if (frame.places == Id{}) return {drawn_, {}};
+    one = std::ranges::find(atRest_, frame.places, &PlacedSolver::zero);
+  }
+  if (one == atRest_.end() && !atRest_.empty()) one = atRest_.end() - 1;
+  if (one == atRest_.end()) return {drawn_, {}};
+  atRest_.erase(atRest_.begin(), one);
+  return atRest_.front();
 }
 
 /// Returns whether zeros are compared with the gel file here. They are if the gel is another one, and after a gap, as
@@ -372,10 +389,11 @@ void Replay::picture(std::string_view bytes) {
       describe(taken_);
     }
   }
-  if (recorder_) recorder_->takeFrame(frame, tracker_->inputs());
+  const PlacedSolver placed = solverOf(frame_);
+  if (recorder_) recorder_->takeFrame(frame, tracker_->inputs(), placed.zero);
   if (tracked) {
     markers_.info.times.tracked_ns = frame.info.times.received_ns;  // no time passes
-    solver_->solve(markers_, field_);
+    placed.solver->solve(markers_, field_);
     field_.markers.info.times.solved_ns = frame.info.times.received_ns;
     publisher_->publish(field_);
     if (!field_.valid) ledger_.invalid.add();

@@ -49,8 +49,9 @@ RestSolver::Told RestSolver::make(const RestPose& zero) {
       [](const std::string& remark) { spdlog::warn("warning: {}", remark); },
       [this] { return stopping_.load(std::memory_order_relaxed); });
   if (made) {
-    const std::shared_ptr<solve::FieldSolver> solver = std::move(made->solver);
-    while (!ready_.put(solver)) std::this_thread::yield();  // the other thread is taking it: some instructions
+    const PlacedSolver placed{std::move(made->solver), zero.id};
+    while (!ready_.put(placed)) std::this_thread::yield();  // the other thread is taking it: some instructions
+    while (!seen_.put(zero.id)) std::this_thread::yield();
   }
   done_.fetch_add(1, std::memory_order_release);
   return made.map([](const solve::SolverAtRest& at) { return at.places; });

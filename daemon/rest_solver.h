@@ -13,6 +13,12 @@
 
 namespace tractiond {
 
+/// A solver, and the zero that shows the places of the markers for which it solves; all zero: those of the gel file.
+struct PlacedSolver {
+  std::shared_ptr<solve::FieldSolver> solver;
+  Id zero{};
+};
+
 /// Bound to the control thread, except where stated. The destructor waits for a solver that is being made.
 class RestSolver {
  public:
@@ -33,9 +39,14 @@ class RestSolver {
   /// logged as a warning; the one before stays in use. Does not wait. Must be called in each turn of the control loop.
   void turn();
 
-  /// Replaces `solver` by the newest one that is ready, if there is one. For the solving thread, before a frame.
-  /// Allocates and frees nothing; the replaced solver is freed when the next zero's is ready.
-  void take(std::shared_ptr<solve::FieldSolver>& solver) { ready_.swap(solver); }
+  /// Replaces `zero` by that of the newest solver that is ready, if there is a new one. For the tracking thread, which
+  /// thus decides from which frame on it is used.
+  void see(Id& zero) { seen_.take(zero); }
+
+  /// Replaces `solver` by the newest one that is ready, if there is a new one. For the solving thread, before the first
+  /// frame for which see() returned its zero. Allocates and frees nothing; the replaced solver is freed when the next
+  /// zero's is ready.
+  void take(PlacedSolver& solver) { ready_.swap(solver); }
 
   /// Returns whether no solver is being made or waits to be made.
   bool idle() const { return !next_ && !making_.valid(); }
@@ -54,7 +65,8 @@ class RestSolver {
   const std::array<double, 2> detectionLimit_N_;
   BackgroundThread& worker_;
   std::atomic<bool> stopping_ = false;
-  Mailbox<std::shared_ptr<solve::FieldSolver>> ready_;
+  Mailbox<PlacedSolver> ready_;
+  Mailbox<Id> seen_;
   std::atomic<std::uint64_t> done_ = 0;
   std::optional<RestPose> next_;
   std::future<Told> making_;

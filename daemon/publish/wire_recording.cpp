@@ -160,6 +160,7 @@ tl::expected<Beginning, Error> decodeBeginning(std::string_view bytes) {
   if (!get(message.calibration(), beginning.calibration)) return damaged("what it says of its sensor is damaged");
   beginning.sensor = message.sensor();
   beginning.adoptsAtOnce = message.version() < 2;
+  beginning.statesPlaces = message.version() >= 3;
   beginning.softwareVersion = message.software_version();
   beginning.configuration = message.configuration();
   beginning.gel = message.gel();
@@ -200,6 +201,8 @@ const std::string& PictureMessage::encode(const TrackedFrame& from, bool packed)
     message.mutable_pixels()->assign(pixels);
     message.clear_delta_bytes();
   }
+  message.clear_places();
+  if (from.places != Id{}) set(from.places, *message.mutable_places());
   message.clear_inputs();
   if (from.inputs.any()) set(from.inputs, *message.mutable_inputs());
   message.SerializeToString(&bytes_);
@@ -236,7 +239,9 @@ tl::expected<void, Error> decodePicture(std::string_view bytes, TrackedFrame& to
   get(message.header(), frame.info);
   to.number = message.header().sequence();
   to.fits = true;
-  if (!get(message.inputs(), to.inputs)) return damaged("what a picture says of a zero is damaged");
+  to.places = {};
+  if (!get(message.inputs(), to.inputs) || (!message.places().empty() && !get(message.places(), to.places)))
+    return damaged("what a picture says of a zero is damaged");
   return {};
 }
 

@@ -32,9 +32,11 @@ struct Beginning {
   std::string cameraVendor, cameraModel, cameraSerial;
   /// True for recordings of version 1: a requested zero came into force as soon as it had been taken.
   bool adoptsAtOnce = false;
+  /// True for recordings from version 3 on: TrackedFrame::places is known.
+  bool statesPlaces = true;
 };
 
-/// Returns the bytes of a beginning. Always writes the newest version: `adoptsAtOnce` is not written. Reentrant.
+/// Returns the bytes of a beginning. Always writes the newest version: `adoptsAtOnce` and `statesPlaces` are not written. Reentrant.
 std::string encode(const Beginning& beginning);
 
 /// Decodes untrusted bytes. EX_DATAERR: damaged; EX_PROTOCOL: of a newer version. Checks that the sizes within the rest
@@ -45,6 +47,7 @@ tl::expected<Beginning, Error> decodeBeginning(std::string_view bytes);
 struct TrackedFrame : FrameCopy {
   std::uint64_t number = 0;  ///< counts the tracked frames from 1
   TrackerInputs inputs;
+  Id places{};  ///< MarkerField::places
 };
 
 /// Encodes pictures in the same memory every time. Thread-bound.

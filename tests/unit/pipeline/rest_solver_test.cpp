@@ -28,7 +28,7 @@ class RestSolverTest : public testing::Test {
   }
   ~RestSolverTest() override { fs::remove_all(directory_); }
 
-  RestPose zero() const {
+  RestPose zero(std::uint8_t id = 1) const {
     const sensor::Points markers = sensor::markerPositions(sensor_);
     const sensor::Projection project(sensor_.camera, sensor_.gel.size.z());
     RestPose pose;
@@ -37,6 +37,7 @@ class RestSolverTest : public testing::Test {
       pose.position_px.insert(pose.position_px.end(), {pixel.x(), pixel.y()});
     }
     pose.present.assign(static_cast<std::size_t>(markers.cols()), 1);
+    pose.id.fill(id);
     return pose;
   }
 
@@ -58,45 +59,59 @@ class RestSolverTest : public testing::Test {
 };
 
 TEST_F(RestSolverTest, BeforeAZeroNothingIsReplaced) {
-  std::shared_ptr<solve::FieldSolver> solver = drawn_;
+  PlacedSolver solver{drawn_};
   rest_->turn();
   rest_->take(solver);
-  EXPECT_EQ(solver, drawn_);
+  EXPECT_EQ(solver.solver, drawn_);
 }
 
 TEST_F(RestSolverTest, EachZeroGivesASolverOnce) {
-  std::shared_ptr<solve::FieldSolver> solver = drawn_;
+  PlacedSolver solver{drawn_};
   rest_->heed(zero());
   settle();
   EXPECT_EQ(rest_->done(), 1U);
   rest_->take(solver);
-  const auto first = solver;
+  const auto first = solver.solver;
   EXPECT_NE(first, drawn_);
   ASSERT_NE(first, nullptr);
   EXPECT_EQ(first->detectionLimit_N(), drawn_->detectionLimit_N());
   rest_->take(solver);
-  EXPECT_EQ(solver, first);
-  rest_->heed(zero());
+  EXPECT_EQ(solver.solver, first);
+  rest_->heed(zero(2));
   settle();
   EXPECT_EQ(rest_->done(), 2U);
   rest_->take(solver);
-  EXPECT_NE(solver, first);
-  ASSERT_NE(solver, nullptr);
+  EXPECT_NE(solver.solver, first);
+  ASSERT_NE(solver.solver, nullptr);
+}
+
+/// The thread that sees the zero decides which frame is the first.
+TEST_F(RestSolverTest, TheZeroIsSeenWithItsSolver) {
+  PlacedSolver solver{drawn_};
+  Id seen{};
+  rest_->see(seen);
+  EXPECT_EQ(seen, Id{});
+  rest_->heed(zero(3));
+  settle();
+  rest_->see(seen);
+  EXPECT_EQ(seen, zero(3).id);
+  rest_->take(solver);
+  EXPECT_EQ(solver.zero, seen);
 }
 
 /// Of zeros that come while one is worked on, the last one counts.
 TEST_F(RestSolverTest, TheNewestZeroWaits) {
-  std::shared_ptr<solve::FieldSolver> solver = drawn_;
+  PlacedSolver solver{drawn_};
   for (int i = 0; i < 5; ++i) rest_->heed(zero());
   settle();
   EXPECT_GE(rest_->done(), 1U);
   EXPECT_LE(rest_->done(), 5U);
   rest_->take(solver);
-  EXPECT_NE(solver, drawn_);
+  EXPECT_NE(solver.solver, drawn_);
 }
 
 TEST_F(RestSolverTest, AStopGivesUpTheSolverThatIsBeingMade) {
-  std::shared_ptr<solve::FieldSolver> solver = drawn_;
+  PlacedSolver solver{drawn_};
   std::promise<void> begin;
   worker_.run([begun = begin.get_future().share()] { begun.wait(); });
   rest_->heed(zero());
@@ -105,7 +120,7 @@ TEST_F(RestSolverTest, AStopGivesUpTheSolverThatIsBeingMade) {
   settle();
   EXPECT_EQ(rest_->done(), 1U);
   rest_->take(solver);
-  EXPECT_EQ(solver, drawn_);
+  EXPECT_EQ(solver.solver, drawn_);
 }
 
 /// Before the first step, after it, and so on to the one before the last.
@@ -126,13 +141,13 @@ TEST_F(RestSolverTest, BetweenItsStepsAStopIsNoticed) {
 }
 
 TEST_F(RestSolverTest, ItsDirectoryMayBeGone) {
-  std::shared_ptr<solve::FieldSolver> solver = drawn_;
+  PlacedSolver solver{drawn_};
   fs::remove_all(directory_);
   rest_->heed(zero());
   settle();
   EXPECT_EQ(rest_->done(), 1U);
   rest_->take(solver);
-  EXPECT_NE(solver, drawn_) << "its factors are computed again";
+  EXPECT_NE(solver.solver, drawn_) << "its factors are computed again";
 }
 
 }  // namespace

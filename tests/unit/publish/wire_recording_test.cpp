@@ -71,6 +71,7 @@ class WireRecording : public ::testing::Test {
     inputs.fits = inputs.judged && any(1) == 1;
     inputs.adopted = any(1) == 1;
     if (inputs.adopted) inputs.zero = anyPose();
+    one.places.fill(static_cast<std::uint8_t>(any(1) * any(255)));
     return one;
   }
 
@@ -127,6 +128,7 @@ TEST_F(WireRecording, APictureIsReadAgainExactly) {
       EXPECT_EQ(c.judgedZero, d.judgedZero);
     }
     if (d.adopted) expectEqual(c.zero, d.zero);
+    EXPECT_EQ(again.places, one.places);
   }
 }
 
