@@ -181,7 +181,7 @@ TEST_F(FactorsCache, AStateDirectoryThatCannotBeWrittenIsARemark) {
 
 TEST_F(FactorsCache, DeletesWhatFormerVersionsCached) {
   fs::create_directories(state());
-  const fs::path former = state() / (std::string(32, 'a') + ".inverse");
+  const fs::path former = state() / "766634162537b6065a45aec193344d37.inverse";
   std::ofstream(former) << "of the contact step";
   obtain();
   EXPECT_FALSE(fs::exists(former));
