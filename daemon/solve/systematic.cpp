@@ -54,7 +54,7 @@ struct Loads {
 
 using Reading = Eigen::MatrixXd;  // 6 x 2M: from displacements to the wrench
 
-/// By all modes with the penalty lambda^2. `left` as Factors::left; `wrenches`: those of the modes' forces, r x 6.
+/// By all modes with the penalty lambda^2. `left`: as Factors::left; `wrenches`: those of the modes' forces, r x 6.
 Reading byModes(const RowMatrix& left, const std::vector<double>& singularValues, double lambda,
                 Eigen::MatrixXd wrenches) {
   for (Eigen::Index k = 0; k < wrenches.rows(); ++k) {
@@ -63,7 +63,7 @@ Reading byModes(const RowMatrix& left, const std::vector<double>& singularValues
   }
   Reading reading(6, left.rows());
   for (int i = 0; i < left.rows(); ++i) {
-    reading.col(i) = wrenches.transpose() * Eigen::VectorXf::Map(left.row(i), wrenches.rows()).cast<double>();
+    reading.col(i) = wrenches.transpose() * Eigen::VectorXf::Map(left.row(i) + kMotions, wrenches.rows()).cast<double>();
   }
   return reading;
 }
