@@ -83,6 +83,7 @@ void put(Json& json, const Field& field) {
   json.key("residual_px").number(field.residual_px);
   json.key("valid_markers").number(field.validMarkers);
   json.key("method").string(nameOf(field.method));
+  json.key("regularisation_px_per_N").number(field.regularisation_px_per_N);
   put(json, "resultant_covariance_N2", field.resultantCovariance_N2);
   put(json, "moment_covariance_N2m2", field.momentCovariance_N2m2);
   put(json, "resultant_moment_covariance_N2m", field.resultantMomentCovariance_N2m);
@@ -171,7 +172,11 @@ void put(Json& json, const Camera& camera) {
 void put(Json& json, const Solver& solver) {
   json.key("solver").open('{');
   json.key("mechanics").string(solver.mechanics);
+  json.key("regularisation").string(solver.regularisation);
+  json.key("strength").number(solver.strength);
+  json.key("contact_aware").boolean(solver.contactAware);
   json.key("noise_px").number(solver.noise_px);
+  json.key("force_scale_N").number(solver.forceScale_N);
   json.key("detection_limit_tangential_N").number(solver.detectionLimitTangential_N);
   json.key("detection_limit_normal_N").number(solver.detectionLimitNormal_N);
   json.close('}');

@@ -220,7 +220,13 @@ Description descriptionOf(const pb::Description& from) {
   description.nodes = {nodes.columns(), nodes.rows(), nodes.pitch_m(), vectorOf(nodes.centre_m())};
   description.camera = cameraOf(from.camera());
   const pb::Solver& solver = from.solver();
-  description.solver = {solver.mechanics(), solver.noise_px(), solver.detection_limit_tangential_n(),
+  description.solver = {solver.mechanics(),
+                        solver.regularisation(),
+                        solver.strength(),
+                        solver.contact_aware(),
+                        solver.noise_px(),
+                        solver.force_scale_n(),
+                        solver.detection_limit_tangential_n(),
                         solver.detection_limit_normal_n()};
   description.calibration = {idOf(from.calibration().id()), from.calibration().time_ns()};
   if (from.has_zero()) description.zero = zeroOf(from.zero());
@@ -260,10 +266,11 @@ Field decodeField(std::string_view bytes) {
           "the field's deviations have another size");
   for (const pb::Contact& contact : from.contacts()) field.contacts.push_back(contactOf(contact));
   field.method = methodOf(from.method());
+  field.regularisation_px_per_N = from.regularisation_px_per_n();
   field.pictureMotion = {vectorOf(from.picture_motion().shift_px()), from.picture_motion().scale(),
                          from.picture_motion().roll_rad()};
   requireFinite(field.force_N, field.nodeDeviation_N, field.resultant_N, field.moment_Nm, field.centreOfPressure_m,
-                field.residual_px, field.pictureMotion.shift_px,
+                field.residual_px, field.regularisation_px_per_N, field.pictureMotion.shift_px,
                 field.pictureMotion.scale, field.pictureMotion.roll_rad);
   for (const Covariance* each :
        {&field.resultantCovariance_N2, &field.momentCovariance_N2m2, &field.resultantMomentCovariance_N2m}) {

@@ -60,8 +60,14 @@ struct Camera {
 
 /// How forces are computed from displacements.
 struct Solver {
-  std::string mechanics;  ///< "block", "half-space" or "influence file"
-  double noise_px = 0.0;  ///< standard deviation of a marker's centre that the solver assumes
+  std::string mechanics;       ///< "block", "half-space" or "influence file"
+  // Of earlier daemons, which solved by a contact step: the rule "tikhonov", and its strength for Method::kWholeFace
+  // relative to the largest singular value of the influence matrix. Now empty, 0 and false.
+  std::string regularisation;
+  double strength = 0.0;
+  bool contactAware = false;
+  double noise_px = 0.0;      ///< standard deviation of a marker's centre that the solver assumes
+  double forceScale_N = 0.0;  ///< of earlier daemons: lower bound of the nodal force that they expected; now 0
   // Force on a single node that is detected in half of the frames: along the surface, and into it.
   double detectionLimitTangential_N = 0.0;
   double detectionLimitNormal_N = 0.0;

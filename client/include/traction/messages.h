@@ -130,6 +130,7 @@ struct Field {
   std::vector<std::array<float, 3>> nodeDeviation_N;  ///< standard deviation of each force that noise alone causes
   std::vector<Contact> contacts;                      ///< strongest first
   Method method = Method::kNone;
+  double regularisation_px_per_N = 0.0;  ///< of earlier daemons: lambda of their penalty; now 0
   PictureMotion pictureMotion;
   /// Root mean square of what the forces do not explain, over the valid markers' coordinates.
   double residual_px = 0.0;

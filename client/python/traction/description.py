@@ -88,7 +88,12 @@ class Solver:
     """How forces are computed from displacements."""
 
     mechanics: str  # "block", "half-space" or "influence file"
+    # Of earlier daemons, which solved by a contact step; now "", 0 and False.
+    regularisation: str  # name of the rule
+    strength: float  # of the largest singular value of the influence matrix; for Method.WHOLE_FACE
+    contact_aware: bool
     noise_px: float  # of a marker's centre, that the solver assumes
+    force_scale_N: float  # of earlier daemons: the least force of a node that they took as usual; now 0
     detection_limit_tangential_N: float  # force on one node that is found in half of the frames, along the surface
     detection_limit_normal_N: float  # and into it
 

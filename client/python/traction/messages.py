@@ -141,6 +141,7 @@ class Field:
     node_deviation_N: Vectors3  # (nodes, 3) or (0, 3): standard deviation of each force, of the noise alone
     contacts: tuple[Contact, ...]  # strongest first
     method: Method
+    regularisation_px_per_N: float  # of earlier daemons: lambda of their regularisation; now 0
     picture_motion: PictureMotion
 
 
