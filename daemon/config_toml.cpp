@@ -20,9 +20,9 @@ void refuseFormer(TomlTable& root) {
     if (solve && solve->has(key)) there.push_back(key);
   }
   if (there.empty()) return;
-  solve->fail(there.front(), fmt::format("is a key of an earlier version, which solved by a contact step; delete it{}{}",
-                                         there.size() > 1 ? ", and also " : "",
-                                         fmt::join(there.begin() + 1, there.end(), ", ")));
+  solve->fail(there.front(),
+              fmt::format("is a key of an earlier version, which solved by a contact step; delete it{}{}",
+                          there.size() > 1 ? ", and also " : "", fmt::join(there.begin() + 1, there.end(), ", ")));
 }
 
 void ignoreFormer(TomlTable& root) {

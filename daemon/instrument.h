@@ -35,8 +35,8 @@ class Instrument {
   /// setting of the camera is wrong. EX_NOINPUT, EX_DATAERR: a file cannot be read, or is damaged or of another sensor.
   /// EX_TEMPFAIL: a directory or the camera is in use. EX_UNAVAILABLE: there is no such camera, or an address is in
   /// use. EX_CANTCREAT, EX_NOPERM, EX_OSERR: a file, directory or socket cannot be made. EX_SOFTWARE: the solver
-  /// cannot be made. \param config not completed() yet; copied \param places located() \param logLinesLost returns the number of
-  /// lost log lines; called by the publishing thread once a second; may be empty
+  /// cannot be made. \param config not completed() yet; copied \param places located() \param logLinesLost returns the
+  /// number of lost log lines; called by the publishing thread once a second; may be empty
   static tl::expected<std::unique_ptr<Instrument>, Error> make(const Config& config, const Places& places,
                                                                std::function<std::uint64_t()> logLinesLost = {});
   ~Instrument();

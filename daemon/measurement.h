@@ -23,7 +23,8 @@ class Measurement : public Processing {
  public:
   /// Makes the solver, which takes seconds for a new gel and less afterwards, and completes and publishes the
   /// description. EX_CONFIG: the influence matrix of the gel file is not finite or all 0. EX_SOFTWARE: its factors
-  /// are not found. EX_CANTCREAT: the file of a recording cannot be created. What `around` refers to must outlive the result.
+  /// are not found. EX_CANTCREAT: the file of a recording cannot be created. What `around` refers to must outlive the
+  /// result.
   static tl::expected<std::unique_ptr<Processing>, Error> make(sensor::Sensor sensor, const Surroundings& around);
 
   /// Waits for the work that is under way: a zero that is being written, a step of a calibration.

@@ -14,7 +14,7 @@ namespace pb = traction::v1;
 
 namespace {
 
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 constexpr int kLargestSide_px = 65'535;
 constexpr std::size_t kLargestPicture = std::size_t{1} << 29;
 

@@ -36,7 +36,8 @@ struct Beginning {
   bool statesPlaces = true;
 };
 
-/// Returns the bytes of a beginning. Always writes the newest version: `adoptsAtOnce` and `statesPlaces` are not written. Reentrant.
+/// Returns the bytes of a beginning. Always writes the newest version: `adoptsAtOnce` and `statesPlaces` are not
+/// written. Reentrant.
 std::string encode(const Beginning& beginning);
 
 /// Decodes untrusted bytes. EX_DATAERR: damaged; EX_PROTOCOL: of a newer version. Checks that the sizes within the rest

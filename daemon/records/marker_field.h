@@ -55,7 +55,8 @@ struct MarkerField {
   int validCount = 0;
   int isolatedGaps = 0;  ///< markers that the zero lacks although it has at least four of their eight neighbours
   Id zero{};             ///< the rest pose from which the displacements are measured
-  Id places{};  ///< the zero for whose places of the markers the forces are to be solved; all zero: those of the gel file
+  Id places{};  ///< the zero for whose places of the markers the forces are to be solved; all zero: those of the gel
+                ///< file
 
   void resize(int markers);  ///< Sizes the arrays for M markers, and sets their elements to 0.
 };

@@ -1,8 +1,8 @@
 // Makes the solver of a sensor.
 #pragma once
 
-#include "daemon/solve/field_solver.h"
 #include "daemon/solve/factors_cache.h"
+#include "daemon/solve/field_solver.h"
 #include "daemon/solve/rest_places.h"
 
 #include <memory>
@@ -15,7 +15,8 @@ struct MadeSolver {
 };
 
 /// Makes the solver. Reads its factors from the state directory, or computes them in seconds and caches them there.
-/// Fails if they cannot be computed (EX_CONFIG or EX_SOFTWARE, as loadOrComputeFactors()). The arguments need not outlive the solver. \param remark see factors_cache.h
+/// Fails if they cannot be computed (EX_CONFIG or EX_SOFTWARE, as loadOrComputeFactors()). The arguments need not
+/// outlive the solver. \param remark see factors_cache.h
 tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const SolveOptions& options,
                                            const std::filesystem::path& stateDirectory,
                                            const sensor::elastic::Progress& progress = {}, const Remark& remark = {});

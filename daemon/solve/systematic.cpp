@@ -63,7 +63,8 @@ Reading byModes(const RowMatrix& left, const std::vector<double>& singularValues
   }
   Reading reading(6, left.rows());
   for (int i = 0; i < left.rows(); ++i) {
-    reading.col(i) = wrenches.transpose() * Eigen::VectorXf::Map(left.row(i) + kMotions, wrenches.rows()).cast<double>();
+    reading.col(i) =
+        wrenches.transpose() * Eigen::VectorXf::Map(left.row(i) + kMotions, wrenches.rows()).cast<double>();
   }
   return reading;
 }

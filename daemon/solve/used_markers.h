@@ -22,7 +22,7 @@ class UsedMarkers {
   bool take(const MarkerField& markers);
 
   // Results of the last take(). Coordinate 2 m is u of marker m, 2 m + 1 is v.
-  int count() const { return count_; }                          ///< of the used coordinates
+  int count() const { return count_; }                       ///< of the used coordinates
   std::span<const int> missing() const { return missing_; }  ///< the other coordinates, ascending
   std::span<const double> row_px() const { return row_; }  ///< displacements, 2M padded; 0 if missing
   double squares_px2() const { return squares_; }          ///< sum of the squared displacements

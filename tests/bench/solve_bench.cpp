@@ -168,14 +168,15 @@ void prepareCold(benchmark::State& state) {
 void prepareWarm(benchmark::State& state) {
   const StateDirectory directory;
   benchmark::DoNotOptimize(loadOrComputeFactors(kSensor, theAtoms(), SolveOptions{}, directory.path()));
-  for (auto _ : state) benchmark::DoNotOptimize(loadOrComputeFactors(kSensor, theAtoms(), SolveOptions{}, directory.path()));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(loadOrComputeFactors(kSensor, theAtoms(), SolveOptions{}, directory.path()));
 }
 
 BENCHMARK(prepareCold)->Unit(benchmark::kSecond)->Iterations(1)->UseRealTime();
 BENCHMARK(solveInCache)->Arg(0)->Arg(115)->Arg(288)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(solveFlushed)->Arg(0)->Arg(115)->Arg(288)->UseManualTime()->Iterations(100)->Unit(benchmark::kMillisecond);
 
-#define BENCHMARK_LOAD(name, ...) \
+#define BENCHMARK_LOAD(name, ...)                                                                                      \
   BENCHMARK_CAPTURE(solvePressed, name, __VA_ARGS__)->UseManualTime()->Unit(benchmark::kMillisecond)
 
 constexpr int kTenth = 115;  // of the markers

@@ -48,7 +48,7 @@ enum class Method : std::uint8_t {
   kNoContact,  ///< nothing exceeds the detection limit (see Solver); all forces are 0
   kContact,    ///< something touches
   // Of earlier daemons alone, whose recordings have them.
-  kWholeFace,  ///< all nodes were solved for: the contact was large, or contacts did not explain the picture; none listed
+  kWholeFace,  ///< all nodes were solved for: the contact was large, or contacts did not explain the picture
   kBlend,      ///< weighted mean of the two above
 };
 

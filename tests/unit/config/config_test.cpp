@@ -171,8 +171,9 @@ TEST(Config, NamesTheNearestKeyOfAnUnknownOne) {
 }
 
 TEST(Config, NamesEveryKeyOfAnEarlierVersionThatIsToGo) {
-  EXPECT_EQ(errorOf("[solve]\nnoise_px = 0.02\ncontact_aware = true\n"),
-            "test.toml:3: solve.contact_aware is a key of an earlier version, which solved by a contact step; delete it");
+  EXPECT_EQ(
+      errorOf("[solve]\nnoise_px = 0.02\ncontact_aware = true\n"),
+      "test.toml:3: solve.contact_aware is a key of an earlier version, which solved by a contact step; delete it");
   EXPECT_EQ(errorOf("[solve]\nregularisation = 0.001\nsolver = \"contact-step\"\nforce_scale_newton = 0.01\n"),
             "test.toml:3: solve.solver is a key of an earlier version, which solved by a contact step; delete it, and "
             "also regularisation, force_scale_newton");

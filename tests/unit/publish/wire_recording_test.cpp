@@ -178,10 +178,21 @@ TEST_F(WireRecording, WhatIsDamagedIsRefusedOrWhole) {
   EXPECT_GT(taken, 0);  // pixels carry no mark of their own; the chunk around them does
 }
 
+TEST_F(WireRecording, OfEarlierVersionsItIsKnownWhatTheyDoNotState) {
+  std::string bytes = encode(Beginning{});
+  for (const char version : {1, 2, 3}) {
+    bytes[1] = version;
+    const auto read = decodeBeginning(bytes);
+    ASSERT_TRUE(read) << read.error().message();
+    EXPECT_EQ(read->adoptsAtOnce, version < 2);
+    EXPECT_EQ(read->statesPlaces, version >= 3);
+  }
+}
+
 TEST_F(WireRecording, ANewerVersionIsRefused) {
   std::string bytes = encode(Beginning{});
   ASSERT_EQ(bytes[0], '\x08');  // field 1, a number
-  bytes[1] = 3;
+  bytes[1] = 4;
   const auto newer = decodeBeginning(bytes);
   ASSERT_FALSE(newer);
   EXPECT_EQ(newer.error().exitCode, EX_PROTOCOL);

@@ -54,10 +54,9 @@ Factors factorsWithout(const sensor::Sensor& body, const sensor::Sensor& plain) 
   const Atoms atoms = makeAtoms(body);
   const Eigen::MatrixXd displacement =
       displacementMatrix(plain.gel, Model::kHalfSpace, sensor::markerPositions(plain), atoms.points);
-  Factors factors =
-      computeFactors(sensor::elastic::toImage(plain, displacement), atoms, motionPrior(plain),
-                     plain.gel.youngsModulus * square(plain.nodes.pitch), modelOptions(onHalfSpace()))
-          .value();
+  Factors factors = computeFactors(sensor::elastic::toImage(plain, displacement), atoms, motionPrior(plain),
+                                   plain.gel.youngsModulus * square(plain.nodes.pitch), modelOptions(onHalfSpace()))
+                        .value();
   factors.systematicErrors = systematicErrors(plain, onHalfSpace(), factors, atoms);
   return factors;
 }
@@ -66,7 +65,8 @@ TractionField solved(const sensor::Sensor& sensor, const Factors& factors, const
   TractionField field;
   field.resize(sensor.markerCount(), sensor.nodes.count());
   const Atoms atoms = makeAtoms(sensor);
-  ModelSolver(factors, atoms, sensor, onHalfSpace()).solve(fieldOf(influenceMatrix(sensor, Model::kHalfSpace) * forces), field);
+  ModelSolver(factors, atoms, sensor, onHalfSpace())
+      .solve(fieldOf(influenceMatrix(sensor, Model::kHalfSpace) * forces), field);
   EXPECT_TRUE(field.valid);
   return field;
 }

@@ -131,8 +131,9 @@ Eigen::MatrixXd byAllPoints(const Eigen::MatrixXd& image) {
     const MotionPrior motion = motionPrior(thin());
     Eigen::MatrixXd seen(2 * thin().markerCount(), 3 * points.cols() + kMotions);
     seen.leftCols(3 * points.cols()) =
-        9e-3 * sensor::elastic::toImage(thin(), sensor::elastic::displacementMatrix(
-                                                    thin().gel, Model::kBlock, sensor::markerPositions(thin()), points));
+        9e-3 *
+        sensor::elastic::toImage(thin(), sensor::elastic::displacementMatrix(thin().gel, Model::kBlock,
+                                                                             sensor::markerPositions(thin()), points));
     seen.rightCols<kMotions>() = motion.modes * motion.variances.cwiseSqrt().asDiagonal();
     Eigen::MatrixXd normal = seen.transpose() * seen;
     normal.diagonal().array() += noise_px * noise_px;
@@ -183,7 +184,8 @@ TEST(Systematic, AContactIsMisreadAsPredicted) {
 
 TEST(Systematic, SoIsTheWholeFace) {
   ASSERT_EQ(thinErrors().wholeFace.size(), 36U * kCount);
-  expectPredicted(byAllPoints, thinErrors().wholeFace, 0.06, 0.01);  // but for the step of the derivatives, the same sum
+  expectPredicted(byAllPoints, thinErrors().wholeFace, 0.06,
+                  0.01);  // but for the step of the derivatives, the same sum
 }
 
 TEST(Systematic, PressAndShearAreMisreadApart) {
