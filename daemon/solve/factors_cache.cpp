@@ -22,7 +22,7 @@ constexpr std::uint32_t kFactorsVersion = 3;
 
 constexpr std::size_t kKeptOthers = 3;
 constexpr const char* kExtension = ".factors";
-constexpr const char* kFormerExtension = ".inverse";  // of versions before 0.2, which nothing reads any more
+constexpr const char* kFormerExtension = ".inverse";  // of earlier versions, which nothing reads any more
 constexpr const char* kUnfinished = ".unfinished";    // replaceWholeFile() adds it while it writes
 
 /// Deletes what an interrupted save left behind, all caches but `saved` and the newest others, and former ones.

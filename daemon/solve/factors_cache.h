@@ -24,7 +24,7 @@ using Remark = std::function<void(const std::string&)>;
 /// Returns the factors of the sensor's makeAtoms() with modelOptions(options): those of the cache file if it is whole
 /// and has the right id; else computes and caches them. If the state directory cannot be read or written, it calls
 /// `remark` and computes. Creates the directory; deletes older cache files after a save, and the inverses (*.inverse)
-/// of versions before 0.2. Fails as computeFactors(). `progress` covers the influence, which takes most of the time,
+/// of earlier versions. Fails as computeFactors(). `progress` covers the influence, which takes most of the time,
 /// and is not called if the cache is used. \param atoms makeAtoms(sensor)
 tl::expected<Factors, Error> loadOrComputeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
                                                   const SolveOptions& options,

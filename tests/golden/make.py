@@ -1,6 +1,9 @@
 """Makes golden recordings anew, as tests/system runs its tests: python3 make.py FOLDER SCENARIO...
 
-Pictures of a touch with a zero taken before it, a second apart, and the fields that this build computes of them.
+Pictures of a touch with a zero taken before it, a second apart, and the fields that this build computes of them. Where the
+solver changes, the pictures stay: `tractiond --replay OLD --record-packed --record NEW`, twice, as only the second has
+the calibration's id from its beginning. The first daemon's configuration stays in them, too. Those in `earlier` stay as
+an earlier version has made them.
 """
 
 import pathlib
