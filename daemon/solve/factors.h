@@ -27,7 +27,7 @@ using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 /// and for a block's Poisson's ratio, thickness and depth of each layer.
 struct SystematicErrors {
   std::vector<double> contact;    ///< of a small contact: if only the nodes around it are solved for
-  std::vector<double> wholeFace;  ///< of a load on the whole face: if all points are solved for
+  std::vector<double> wholeFace;  ///< of a load on the whole face: if all atoms are solved for
 
   /// Errors by depths that scatter from marker to marker (Uncertainty::markerDepth; empty where that is 0): 6 x 3
   /// matrices E, row after row. A force F has an error of force and moment about its place with the covariance

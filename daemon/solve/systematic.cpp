@@ -276,20 +276,28 @@ Eigen::MatrixXd transposed(const RowMatrix& motion) {
 
 SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Factors& factors,
                                   const Atoms& atoms) {
-  constexpr double kPointForce_N = 9e-3;  // expected of each, if all points are solved for
-  Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(factors.rank(), 6);
+  constexpr double kAtomForce_N = 9e-3;  // expected of each, if all are solved for
+  Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(factors.rank(), 6), modes(3, factors.rank());
   std::vector<int> pointOf(static_cast<std::size_t>(sensor.nodes.count()));
   for (int p = 0; p < atoms.pointCount(); ++p) {
-    const Eigen::Matrix<double, 6, 3> unit = unitWrenches(atoms.points.col(p));
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto v = Eigen::VectorXf::Map(factors.right.row(3 * p + axis), factors.rank());
-      wrenches += v.cast<double>() * unit.col(axis).transpose();
-    }
     const int node = atoms.nodes[static_cast<std::size_t>(p)];
     if (node >= 0) pointOf[static_cast<std::size_t>(node)] = p;
   }
+  for (int a = 0; a < atoms.count(); ++a) {
+    Eigen::Matrix<double, 6, 3> unit = Eigen::Matrix<double, 6, 3>::Zero();
+    modes.setZero();
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
+      const auto p = static_cast<int>(it.row());
+      unit += it.value() * unitWrenches(atoms.points.col(p));
+      for (int axis = 0; axis < 3; ++axis) {
+        const float* const row = factors.right.row(3 * p + axis);
+        modes.row(axis) += it.value() * Eigen::RowVectorXf::Map(row, factors.rank()).cast<double>();
+      }
+    }
+    wrenches += (unit * modes).transpose();
+  }
   const Eigen::MatrixXd motion = transposed(factors.motion);
-  const double lambda = options.noise_px / kPointForce_N;
+  const double lambda = options.noise_px / kAtomForce_N;
   return errorsOf(sensor, options, byModes(factors.left, factors.singularValues, lambda, wrenches), [&](int node) {
     return byNodesAround(
         node, sensor, factors.influence, [&](int near) { return 3 * pointOf[static_cast<std::size_t>(near)]; }, motion,

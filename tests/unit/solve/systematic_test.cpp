@@ -123,22 +123,29 @@ Eigen::MatrixXd byModel(const Eigen::MatrixXd& image) {
   return read;
 }
 
-/// Reads by least squares with forces of 9 mN expected of all points, and the motion of the picture.
-Eigen::MatrixXd byAllPoints(const Eigen::MatrixXd& image) {
+/// Reads by least squares with forces of 9 mN expected of all atoms, and the motion of the picture.
+Eigen::MatrixXd byAllAtoms(const Eigen::MatrixXd& image) {
   static const Eigen::MatrixXd reading = [] {
     const double noise_px = SolveOptions{}.noise_px;
-    const sensor::Points& points = thinAtoms().points;
+    const Atoms& atoms = thinAtoms();
+    const Eigen::MatrixXd shape = atoms.shape, wrenchesOfPoints = wrenches(atoms.points);
+    const Eigen::MatrixXd ofPoints = sensor::elastic::toImage(
+        thin(),
+        sensor::elastic::displacementMatrix(thin().gel, Model::kBlock, sensor::markerPositions(thin()), atoms.points));
     const MotionPrior motion = motionPrior(thin());
-    Eigen::MatrixXd seen(2 * thin().markerCount(), 3 * points.cols() + kMotions);
-    seen.leftCols(3 * points.cols()) =
-        9e-3 *
-        sensor::elastic::toImage(thin(), sensor::elastic::displacementMatrix(thin().gel, Model::kBlock,
-                                                                             sensor::markerPositions(thin()), points));
+    const Eigen::Index forces = 3 * shape.cols();
+    Eigen::MatrixXd seen = Eigen::MatrixXd::Zero(ofPoints.rows(), forces + kMotions);
+    Eigen::MatrixXd units = Eigen::MatrixXd::Zero(6, seen.cols());
+    for (Eigen::Index a = 0; a < shape.cols(); ++a) {
+      for (Eigen::Index p = 0; p < shape.rows(); ++p) {
+        if (shape(p, a) == 0.0) continue;
+        seen.middleCols<3>(3 * a) += 9e-3 * shape(p, a) * ofPoints.middleCols<3>(3 * p);
+        units.middleCols<3>(3 * a) += 9e-3 * shape(p, a) * wrenchesOfPoints.middleCols<3>(3 * p);
+      }
+    }
     seen.rightCols<kMotions>() = motion.modes * motion.variances.cwiseSqrt().asDiagonal();
     Eigen::MatrixXd normal = seen.transpose() * seen;
     normal.diagonal().array() += noise_px * noise_px;
-    Eigen::MatrixXd units = Eigen::MatrixXd::Zero(6, seen.cols());
-    units.leftCols(3 * points.cols()) = 9e-3 * wrenches(points);
     return Eigen::MatrixXd(units * normal.llt().solve(seen.transpose()));
   }();
   return reading * image;
@@ -184,7 +191,7 @@ TEST(Systematic, AContactIsMisreadAsPredicted) {
 
 TEST(Systematic, SoIsTheWholeFace) {
   ASSERT_EQ(thinErrors().wholeFace.size(), 36U * kCount);
-  expectPredicted(byAllPoints, thinErrors().wholeFace, 0.06,
+  expectPredicted(byAllAtoms, thinErrors().wholeFace, 0.06,
                   0.01);  // but for the step of the derivatives, the same sum
 }
 
