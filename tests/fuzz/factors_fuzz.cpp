@@ -12,7 +12,7 @@ constexpr int kCoordinates = 36, kRank = 10;
 
 const Atoms& fewAtoms() {
   static const Atoms atoms = [] {
-    tractiond::sensor::Sensor sensor;
+    sensor::Sensor sensor;
     sensor.nodes.columns = sensor.nodes.rows = 2;
     return tractiond::solve::makeAtoms(sensor);
   }();

@@ -180,8 +180,8 @@ TEST_F(WireRecording, WhatIsDamagedIsRefusedOrWhole) {
 
 TEST_F(WireRecording, OfEarlierVersionsItIsKnownWhatTheyDoNotState) {
   std::string bytes = encode(Beginning{});
-  for (const char version : {1, 2, 3}) {
-    bytes[1] = version;
+  for (const int version : {1, 2, 3}) {
+    bytes[1] = static_cast<char>(version);
     const auto read = decodeBeginning(bytes);
     ASSERT_TRUE(read) << read.error().message();
     EXPECT_EQ(read->adoptsAtOnce, version < 2);
