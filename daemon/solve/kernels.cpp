@@ -108,10 +108,6 @@ void addColumns(const RowMatrix& matrix, std::span<const int> rows, std::span<co
   addWeighed(padded(end) - first, rows.size(), row, coefficient, sum + first);
 }
 
-void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const float* vector, double* products) {
-  multiplyFirst(matrix, rows, matrix.columns(), vector, products);
-}
-
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const double* vector, double* products) {
   multiplyFirst(matrix, rows, matrix.columns(), vector, products);
 }

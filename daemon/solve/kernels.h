@@ -75,14 +75,11 @@ void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const
 void addColumns(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, int first,
                 int end, double* sum);
 
-/// Computes products[k] = matrix.row(rows[k]) . vector. \param vector matrix.stride() elements on a line's boundary
-void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const float* vector, double* products);
-
-/// Computes the same in double precision. \param vector matrix.stride() elements
+/// Computes products[k] = matrix.row(rows[k]) . vector in double precision. \param vector matrix.stride() elements
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const double* vector, double* products);
 
-/// Computes the same with the first `columns` columns. \param vector padded with zeros to a multiple of kLineFloats, on
-/// a line's boundary
+/// Computes the same with the first `columns` columns, in single precision. \param vector padded with zeros to a multiple
+/// of kLineFloats, on a line's boundary
 void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int columns, const float* vector,
                    double* products);
 /// Computes the same in double precision. \param vector padded with zeros to a multiple of kLineFloats

@@ -54,7 +54,7 @@ TEST_P(Kernels, MultiplyRowsMultipliesTheChosenRows) {
   std::vector<int> rows;
   for (int k = 0; k < GetParam(); ++k) rows.push_back(2 * k);
   std::vector<double> products(rows.size());
-  multiplyRows(a, rows, x.row(0), products.data());
+  multiplyFirst(a, rows, a.columns(), x.row(0), products.data());
   for (std::size_t k = 0; k < rows.size(); ++k) {
     double expected = 0.0;
     for (int j = 0; j < 37; ++j) expected += static_cast<double>(a.row(rows[k])[j]) * x.row(0)[j];
