@@ -40,7 +40,7 @@ class OwnDirectory {
   /// another process holds it. EX_NOPERM: no permission to create, open or write it. EX_CANTCREAT: it cannot be created
   /// or opened for another reason. \param what name for the error: "state directory"
   static tl::expected<OwnDirectory, Error> claim(const std::filesystem::path& path, const std::string& what);
-  OwnDirectory(OwnDirectory&& other) noexcept;
+  OwnDirectory(OwnDirectory&& other) noexcept;  ///< Takes over the lock; `other` holds none afterwards.
   OwnDirectory& operator=(OwnDirectory&&) = delete;
   /// Unlocks the directory; removes it if claim() created it and it is empty, but no parent. Does nothing after a move.
   ~OwnDirectory();
