@@ -29,7 +29,7 @@ bool seesAccepts();
 class Report {
  public:
   /// \param mostLookedAt largest number of file descriptors, above 0, that look() examines for the peer with most
-  /// connections; of more it examines every second, third ... one, and estimates
+  /// connections; of more it examines every third, fifth ... one, and estimates
   explicit Report(std::size_t mostLookedAt = 512)
       : mostLookedAt_(mostLookedAt) {}
 
