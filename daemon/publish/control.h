@@ -37,9 +37,9 @@ struct ControlHandlers {
   std::function<void()> snapshot = {};
 };
 
-/// Thread-bound. A request that is malformed, too large (64 KiB) or unknown is answered with an error or dropped. So
-/// are requests of a client that does not read its answers, and a request for a zero, a picture or the camera for which
-/// 64 wait already. The connection of a client that sends more than 1,000 requests in a second is ended.
+/// Thread-bound. A request that is malformed or unknown is answered with an error or dropped. So are requests of a
+/// client that does not read its answers, and a request for a zero, a picture or the camera for which 64 wait already.
+/// The connection of a client that sends a part of more than 64 KiB, or more than 1,000 requests in a second, is ended.
 class ControlServer {
  public:
   /// Binds to ZeroMQ endpoints: "ipc://PATH", whose directory must exist, or "tcp://ADDRESS:PORT", where port * takes a
