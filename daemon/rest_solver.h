@@ -37,7 +37,7 @@ class RestSolver {
   /// Allocates and frees nothing; the replaced solver is freed when the next zero's is ready.
   void take(std::shared_ptr<solve::FieldSolver>& solver) { ready_.swap(solver); }
 
-  /// Returns whether no solver is being made or waits to be made.
+  /// Returns whether no solver is being made or waits to be made, as of the last turn().
   bool idle() const { return !next_ && !making_.valid(); }
 
   /// Returns the number of zeros whose solver was made or could not be made. A zero that a newer one has replaced

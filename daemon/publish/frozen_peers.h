@@ -28,9 +28,9 @@ class FrozenPeers {
       , told_(std::move(told))
       , most_(mostAtOnce) {}
 
-  /// Ends the connections whose unread bytes in the kernel have not changed for 5 s, and returns the memory of the
-  /// messages that waited for them. A round over all file descriptors begins each second; with many descriptors it
-  /// takes several calls. \param now_ns time of the call on any clock that does not go back, from 1 s on
+  /// Ends the connections to the bound endpoints whose unread bytes in the kernel have not changed for 5 s, and returns
+  /// the memory of the messages that waited for them. A round over all file descriptors begins each second; with many
+  /// descriptors it takes several calls. \param now_ns time of the call on any clock that does not go back, from 1 s on
   void look(std::int64_t now_ns);
 
  private:
