@@ -1,8 +1,8 @@
 // A camera as a source of frames, for any driver: rejects buffers that are not new and whole, tells when a picture was
 // taken, and survives the loss of the camera.
 //
-// The thread "camera-keeper" (keeper.h) opens the driver, watches it while it streams, and closes it; next() only pops,
-// judges and hands on.
+// A session lasts from an opening of the camera to its loss or closing. The thread "camera-keeper" (keeper.h) opens the
+// driver, watches it while it streams, and closes it; next() only pops, judges and hands on.
 #pragma once
 
 #include "daemon/capture/frame_source.h"

@@ -1,4 +1,4 @@
-// Finds in a camera's description where the numbers lie in its chunks. Internal to this folder.
+// Finds in a camera's description (its GenICam XML) where the numbers lie in its chunks. Internal to this folder.
 #pragma once
 
 #include "daemon/capture/aravis.h"

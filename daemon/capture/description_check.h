@@ -1,4 +1,5 @@
-// Checks whether a camera's description can be evaluated safely. Internal to this folder.
+// Checks whether a camera's description (its GenICam XML, of features and registers) can be evaluated safely. Internal
+// to this folder.
 #pragma once
 
 #include "daemon/capture/aravis.h"

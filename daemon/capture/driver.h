@@ -23,7 +23,7 @@ namespace tractiond::capture {
 /// One buffer as the driver delivered it, intact or not.
 struct Buffer {
   Arrival arrival;
-  const std::uint8_t* data = nullptr;  ///< the picture; set if arrival.complete, valid until giveBack()
+  const std::uint8_t* data = nullptr;  ///< the picture, valid until giveBack(); null: incomplete, or no picture
   int stride = 0;                      ///< bytes from row to row
   FrameExtras extras;                  ///< what the camera sent beside the picture
   bool awaited = false;                ///< it came while pop() waited: nothing was queued before it

@@ -1,5 +1,5 @@
-// Evaluates a camera's description in a child process before this process opens the camera: the description may crash
-// what evaluates it.
+// Evaluates a camera's description (its GenICam XML) in a child process before this process opens the camera: the
+// description may crash what evaluates it.
 #pragma once
 
 #include "daemon/capture/child.h"
