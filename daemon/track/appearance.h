@@ -11,8 +11,7 @@ namespace tractiond::track {
 
 /// Returns the template of a disc of radius `radius_px` with the blur, between 0.3 and 3 px, whose mean misfit at the
 /// spots at `places` is least; has no meaning if no marker is found there. A few hundred places suffice. Allocates;
-/// takes some tens of milliseconds. \param
-/// radius_px in pixels of the camera, whatever the plane's scale
+/// takes some tens of milliseconds. \param radius_px in pixels of the camera, whatever the plane's scale
 MarkerTemplate fittingTemplate(const Plane& plane, double radius_px, const CrossTalk& crossTalk,
                                std::span<const Guess> places);
 
