@@ -64,8 +64,8 @@ std::string text(const char* string);
 /// Returns a number as text ("%.10g").
 std::string number(double value);
 std::string joined(const std::vector<std::string>& items);  ///< Joins texts with ", ".
-/// Copies the strings of an array that Aravis has returned, each as text() does, and frees the array. \param names
-/// nullptr: no strings
+/// Copies the `count` strings of an array that Aravis has returned, each as text() does, and frees the array, but not
+/// the strings, which Aravis owns. \param names nullptr: no strings
 std::vector<std::string> taken(const char** names, guint count);
 
 /// Waits until a time of CLOCK_MONOTONIC [ns]; not at all if that has passed. Returns early when a stop is requested.
@@ -84,11 +84,12 @@ class ControlGuard {
   ControlGuard(const ControlGuard&) = delete;
   ControlGuard& operator=(const ControlGuard&) = delete;
   ~ControlGuard();
-  /// Guards the socket of a device that was opened since: discards the datagrams that it holds, and lets the kernel
-  /// pass only those of controlFilter(). Fails with EX_OSERR: the socket was not found, or takes no filter.
+  /// Guards the socket of a device that was opened since: lets the kernel pass only datagrams of controlFilter(),
+  /// discards those that came before, and calls armLastWill(). Fails with EX_OSERR: the socket was not found, or takes
+  /// no filter.
   tl::expected<void, Error> guard(ArvGvDevice* device);
-  /// Ends what an aborting process would do for the camera; its datagrams stay filtered. Must be called before the
-  /// device is closed; the destructor does it as well. Has no effect without a guarded device.
+  /// Calls disarmLastWill(): an aborting process then no longer gives the camera free. The socket stays filtered. Must
+  /// be called before the device is closed; the destructor does it as well. Has no effect without a guarded device.
   void disarm();
   /// Returns the number of datagrams that the kernel rejected; 0 unless the device is guarded and open.
   std::uint64_t refused() const;
@@ -150,8 +151,9 @@ struct Quantity {
   std::string feature;   ///< the first of its names that the camera has; empty: none
   double perUnit = 1.0;  ///< the camera's number for one unit: 1e-3 if it counts ms
 };
-Quantity exposureOf(ArvDevice* device);  ///< Finds ExposureTime, ExposureTimeAbs or ExposureTimeRaw.
-Quantity gainOf(ArvDevice* device);      ///< Finds Gain, GainRaw or GainAbs.
+/// Finds ExposureTime, ExposureTimeAbs or ExposureTimeRaw, and its unit by the description (else us).
+Quantity exposureOf(ArvDevice* device);
+Quantity gainOf(ArvDevice* device);  ///< Finds Gain, GainRaw or GainAbs.
 /// Reads a quantity in its unit (exposure in us); returns nothing if the camera has none or it cannot be read.
 std::optional<double> readQuantity(ArvDevice* device, const Quantity& quantity);
 
@@ -181,9 +183,9 @@ void bestFirst(std::vector<const PixelFormatTraits*>& formats);
 
 /// Reads the format and size of the picture that the camera will send into info.format and info.shape; rate, exposure
 /// and gain into info.standing (not those that the camera controls automatically), frameRate_Hz and exposure_s.
-/// info.triggered must be set: the rate of a triggered camera is 0. Those three are left open without an error.
-/// EX_CONFIG: this program cannot read the format. EX_UNAVAILABLE: the camera does not tell, or claims a side of more
-/// than 65535 pixels.
+/// info.triggered must be set: the rate of a triggered camera is 0. What the camera does not tell of the latter is left
+/// open without an error. EX_CONFIG: this program cannot read the format. EX_UNAVAILABLE: the camera does not tell
+/// format or size, or claims a side of more than 65535 pixels.
 tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info);
 
 /// Reads packet counters of a GigE Vision stream, which are added to those of `before`, PTP and temperature. Values

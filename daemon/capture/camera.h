@@ -43,7 +43,7 @@ class Camera : public FrameSource {
   /// ended or the awaited camera cannot be used: see error(). Returns kTimeout after a quarter of a second or less if
   /// nothing has arrived, at once when a camera is lost, and while none streams after `timeout`.
   Next next(Frame& frame, std::chrono::milliseconds timeout) override;
-  /// Gives the memory of a frame back, also if its camera has been lost or reopened meanwhile. Has no effect on a frame
+  /// Gives the memory of a frame back, also if its camera has been lost or reopened meanwhile. Has no effect on a Frame
   /// that was recycled before.
   void recycle(Frame& frame) override;
 
