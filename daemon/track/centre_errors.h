@@ -40,8 +40,9 @@ class CentreErrors {
   /// Restores the shape of each marker from the zero in force.
   void restoreOwnShapes();
 
-  /// Returns whether the misfit of a fitted centre is small enough for this marker: at most that of twice the noise and
-  /// of its shape plus 0.16. \param centre one that was found
+  /// Returns whether the misfit of a fitted centre is small enough for this marker: at most (2 noise)^2 + (a (shape +
+  /// 0.16))^2, a the amplitude, shape that of the marker, at least the typical one and at most twice that. \param
+  /// centre one that was found
   bool isMarker(int marker, const Centre& centre) const;
 
   /// Computes the variances of a layer's valid centres. A marker whose shape does not fit its strain (dust at its edge,

@@ -69,13 +69,14 @@ class Follower {
   /// markers are found. From now on also seeks the markers that the reference lacks.
   void learnAnew();
 
-  /// Learns from the markers found in the last picture how far markers typically are from discs, by which spots that
-  /// are no markers are rejected later.
+  /// Learns from the markers found in the last picture how far markers typically are from discs
+  /// (CentreErrors::learnShape()), by which spots that are no markers are rejected later.
   void learnShape() { errors_.learnShape(centres_, valid_); }
 
   /// Finds the markers in the workspace's picture, which must have been read. \param discontinuity true: the picture
-  /// may be far from the one before, so the whole of it is searched (also while following() is false) \return whether
-  /// the markers were labelled anew
+  /// may be far from the one before, so the whole of it is searched; that is also done while following() is false
+  /// or fewer than 60 % of the reference's markers are found, after a search that found few only in the fourth picture
+  /// \return whether the markers were labelled anew
   bool look(bool discontinuity);
 
   // Results of the last look(), by marker in the order of sensor::markerPositions. The spans stay in place. Only
