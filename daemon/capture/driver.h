@@ -104,8 +104,8 @@ struct Opening {
 
 /// Opens a driver; blocks. Opening::stop ends its waits for the camera. Exit codes of its errors: EX_UNAVAILABLE (the
 /// camera is absent or does not answer: another try may succeed), EX_TEMPFAIL (another client holds it), all others
-/// (another try would fail as well). Before the first session any but EX_UNAVAILABLE ends the source; later the keeper
-/// tries again after each.
+/// (another try would fail as well). Before the first session any ends the source, EX_UNAVAILABLE only without
+/// CameraRules::wait; later the keeper tries again after each.
 using OpenDriver = std::function<tl::expected<std::unique_ptr<Driver>, Error>(const Opening&)>;
 
 }  // namespace tractiond::capture
