@@ -1,5 +1,5 @@
-// Decides what is wrong with an instrument, by its status and its fields: for status, metrics, doctor, watch, top and
-// the viewer's page alike.
+// Decides what is wrong with an instrument, a tractiond with its camera and gel, by its status and its fields: for
+// status, metrics, doctor, watch, top and the viewer's page alike.
 #pragma once
 
 #include "client/cli/scene.h"

@@ -21,8 +21,8 @@ void rememberOutputErrors();
 /// within 0.1 s: the line is then incomplete or missing. \throws OutputError
 bool printLine(std::string_view text);
 
-/// Checks that standard output still has a reader, also when there is nothing to print. Does not wait. \throws
-/// OutputError
+/// Checks that standard output, if it is a pipe or socket, still has a reader, also when there is nothing to print.
+/// Does not wait. \throws OutputError if it has none
 void expectReader();
 
 /// Flushes stdio's standard output. \throws OutputError also if an earlier write to it failed

@@ -8,8 +8,8 @@
 
 namespace traction {
 
-// The functions encode...() return a traction.v1.Request as Protobuf bytes. They check no values. All functions of this
-// file are reentrant.
+// The functions encode...() return a traction.v1.Request as Protobuf bytes. They check no values, and leave out
+// those that the kind of a step does not use. All functions of this file are reentrant.
 
 /// The requests without options.
 enum class Request { kStatus, kDescription, kSnapshot };

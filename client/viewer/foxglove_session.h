@@ -29,6 +29,7 @@ namespace traction::view::foxglove {
 /// to 64 of them wait, then the oldest is dropped. Thread-bound: runs on the context's thread.
 class Session : public std::enable_shared_from_this<Session> {
  public:
+  /// All must be set.
   struct Handlers {
     /// Called when the client subscribes to a channel. Returns why it cannot; empty if it can.
     std::function<std::string(Session& session, std::uint32_t channel)> subscribed;

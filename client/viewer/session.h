@@ -33,6 +33,7 @@ SessionOptions parseSession(std::string_view query);
 /// Bound to the server's thread. It lives until the connection is closed.
 class Session : public std::enable_shared_from_this<Session> {
  public:
+  /// All must be set.
   struct Handlers {
     /// Called for "ask ID QUESTION". \param id 1 to 16 digits, which the answer repeats
     std::function<void(Session& from, const std::string& id, const std::string& question)> ask;

@@ -20,7 +20,7 @@ struct SourceOptions {
 /// Receives from its construction to its destruction. Thread-bound.
 class Source {
  public:
-  /// Called on the source's thread.
+  /// Called on the source's thread. All must be set.
   struct Handlers {
     /// Called with each message; both arguments are valid during the call only.
     std::function<void(const Message& message, const Raw& raw)> pass;
