@@ -15,7 +15,9 @@ inline std::size_t utf8Length(char lead) {
   return byte < 0x80 ? 1 : byte < 0xe0 ? 2 : byte < 0xf0 ? 3 : 4;
 }
 
-/// Returns the text with a question mark in place of each control character and each byte that is not valid UTF-8.
+/// Returns the text with a question mark in place of each control character, line ends included, and of each byte that
+/// does not belong to a UTF-8 character. Lets pass what only the form of UTF-8 permits: overlong forms of three and
+/// four bytes, surrogates, and code points above U+10FFFF.
 inline std::string printable(std::string_view utf8) {
   std::string text;
   while (!utf8.empty()) {
