@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cassert>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <stdexcept>
 
 namespace tractiond::simulation {
 namespace {
@@ -66,6 +68,37 @@ TEST(Simulation, WhatIsNoStoryIsRefusedWithItsLine) {
   EXPECT_FALSE(wholeNumber("12x", "--seed"));
   EXPECT_FALSE(wholeNumber("-1", "--seed"));
   EXPECT_EQ(wholeNumber("12", "--seed"), 12U);
+}
+
+TEST(Simulation, AnAssertionThatFailsIsABrokenLawWithAShrunkStory) {
+  // Only the time of day that the story sets makes it fail.
+  const auto goesOn = [] {
+    assert(clocks().realAhead_ns == 1'700'000'000 * kSecond);
+    return true;
+  };
+  const Story story = *fromText(
+      "tractiond simulation, version 1\nseed 1\nlasts 20000 ms\n1000 ms: zero\n2000 ms: time-set 5\n4000 ms: kill\n");
+  const Result whole = simulation().run(story);
+  ASSERT_FALSE(whole.broken);
+  const Result result = simulation().run(story, goesOn);
+  ASSERT_TRUE(result.broken);
+  EXPECT_EQ(result.broken->law, "no assertion fails");
+  EXPECT_NE(result.broken->what.find("simulation_test.cpp"), std::string::npos);
+  EXPECT_NE(result.broken->what.find("realAhead_ns"), std::string::npos);
+  EXPECT_EQ(result.broken->at_ms / 1000, 2);
+  EXPECT_NE(result.log.find("BROKEN: no assertion fails"), std::string::npos);
+  const Story least = simulation().shrink(story, result.broken->law, goesOn);
+  ASSERT_EQ(least.happenings.size(), 1U);
+  EXPECT_EQ(least.happenings[0].event, Event::kTimeSet);
+  EXPECT_EQ(simulation().run(story).log, whole.log) << "what failed is still there";
+}
+
+TEST(Simulation, AnExceptionThatNobodyCatchesIsABrokenLaw) {
+  const auto throws = []() -> bool { throw std::runtime_error("of a call"); };
+  const Result result = simulation().run(draw(3, kMinute_ms), throws);
+  ASSERT_TRUE(result.broken);
+  EXPECT_EQ(result.broken->law, "no exception escapes");
+  EXPECT_EQ(result.broken->what, "of a call");
 }
 
 /// Runs the stories of a folder beside this file, none of which may break a law.
