@@ -90,6 +90,8 @@ Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
     Happening one{at_ms, sort->event, chance.between(sort->low, high), 0};
     if (sort->longest_ms > 0)
       one.for_ms = chance.between(10, std::min(sort->longest_ms, lasts_ms - kCalm_ms - at_ms + 10));
+    // A stage often lacks the processor for about as long as the links bridge.
+    if (sort->event == Event::kStarved && chance.oneIn(3)) one.for_ms = chance.between(10, 120);
     story.happenings.push_back(one);
     // People ask at the worst moment.
     const auto askWithin = [&](std::int64_t most_ms, Event event, std::int64_t amount) {
