@@ -5,8 +5,6 @@
 
 #include <malloc.h>
 #include <sys/socket.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -51,12 +49,6 @@ std::atomic<bool> seesReads{false}, isBypassed{false};
 std::array<std::atomic<std::uint64_t>, 2> left_bytes{};
 // NOLINTEND(*-avoid-non-const-global-variables)
 
-std::uint64_t cookieOf(int fd) {
-  std::uint64_t cookie = 0;
-  socklen_t size = sizeof cookie;
-  return getsockopt(fd, SOL_SOCKET, SO_COOKIE, &cookie, &size) == 0 ? cookie : 0;
-}
-
 std::atomic<std::uint64_t>& leftOf(Charge charge) {
   return left_bytes[static_cast<std::size_t>(charge)];
 }
@@ -91,7 +83,7 @@ void endLargest() {
   if (largest == nullptr || account.charged_bytes <= kMostTogether_bytes) return;
   const int fd = static_cast<int>(largest - records.data());
   end(*largest, fd, "held most of the " + std::to_string(kMostTogether_bytes >> 10) + " KiB of all");
-  shutdown(fd, SHUT_RDWR);
+  shutDown(fd);
 }
 
 /// Returns the record of a connection; a new one if its descriptor was used by another connection before.
@@ -160,9 +152,7 @@ void forget(int fd) {
 extern "C" __attribute__((visibility("default"), used)) ssize_t
 receiveWithinLimits(int fd, void* buffer, std::size_t size, int flags) __asm__("recv");
 extern "C" ssize_t receiveWithinLimits(int fd, void* buffer, std::size_t size, int flags) {
-  // Calls the kernel directly, as the thread sanitizer would report a call of the library from here as a write into
-  // memory whose owner, ZeroMQ, it does not follow.
-  const ssize_t count = syscall(SYS_recvfrom, fd, buffer, size, flags, nullptr, nullptr);
+  const ssize_t count = network::receive(fd, buffer, size, flags);
   if (watchedEndpoints.load(std::memory_order_relaxed) == 0 || (flags & MSG_PEEK) != 0 || size == 0) return count;
   const int error = errno;
   if (static_cast<std::size_t>(fd) >= records.size()) return count <= 0 || !isWatched(fd) ? count : 0;

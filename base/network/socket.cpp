@@ -176,7 +176,7 @@ bool cutOff(int fd, const std::vector<std::string>& bound) {
   // The peer may have gone and its descriptor been reused, but not by a connection to the camera.
   const std::string end = localEnd(fd);
   const auto isOurs = [&](const std::string& endpoint) { return endpoint.ends_with(end); };
-  return !end.empty() && std::ranges::any_of(bound, isOurs) && shutdown(fd, SHUT_RDWR) == 0;
+  return !end.empty() && std::ranges::any_of(bound, isOurs) && shutDown(fd);
 }
 
 void PeerLimit::count(zmq::message_t& message, const std::vector<std::string>& bound) {
