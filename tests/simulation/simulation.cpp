@@ -57,6 +57,7 @@ Simulation::~Simulation() = default;
 Result Simulation::run(const Story& story, const std::function<bool()>& goesOn) {
   clocks() = {1000 * kSecond, 1'700'000'000 * kSecond};
   forgetBackground();
+  NetworkSide::forget();
   auto run = std::make_unique<Run>(*gel_, story);
   Journal& journal = run->journal();
   const auto before = spdlog::default_logger();
