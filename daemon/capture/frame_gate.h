@@ -110,7 +110,7 @@ class FrameGate {
   Fit follows(const Track& track, const Arrival& arrival) const;
   bool isNext(const Track& track, const Arrival& arrival) const;
   void countSurplus(std::int64_t host_ns);
-  std::int64_t frameTime() const;
+  static std::int64_t frameTime(const Track& track);
   std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const;
   Judgement acceptNext(const Arrival& arrival, Fit fit);
   Judgement acceptCandidate(const Arrival& arrival);

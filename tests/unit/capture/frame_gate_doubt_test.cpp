@@ -350,5 +350,20 @@ TEST_F(FrameGateTest, FlagsFiveFramesOfACameraThatCountsAnew) {
   EXPECT_EQ(ledger_.doubted.get(), 5U);
 }
 
+/// Whether that was the camera's or another host's is not known, nor how fast it would have counted.
+TEST_F(FrameGateTest, FlagsFiveFramesOfACounterThatReplacesASinglePicture) {
+  SimulatedCamera camera(40'000);
+  Arrival first = camera.take();
+  first.id = 7;
+  EXPECT_EQ(judge(first).verdict, Verdict::kNew);
+  Judgement judgement;
+  EXPECT_EQ(framesUntilNew(camera, &judgement), 3);
+  EXPECT_TRUE(judgement.doubted);
+  EXPECT_FALSE(judgement.outnumbered);
+  int flagged = 1;
+  while (judge(camera.take()).doubted && flagged < 100) ++flagged;
+  EXPECT_EQ(flagged, 5);
+}
+
 }  // namespace
 }  // namespace tractiond::capture::frame_gate_doubt_test
