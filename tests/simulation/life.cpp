@@ -13,7 +13,7 @@ Life::Life(const Around& around)
     , tracker_(around.gel)
     , truths_(kNumbers)
     , camera_(around.camera, start_.config.camera, ledger_, around.journal, around.starvation)
-    , network_(around.gel, ledger_, camera_, around.subscribers, around.journal,
+    , network_(around.gel, ledger_, camera_, around.subscribers, around.starvation, around.journal,
                {.zero =
                     [this](const ZeroRequest& request) {
                       around_.askers.heedZero(zeroWithin_s(), request.undo, request.anyway);

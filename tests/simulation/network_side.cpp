@@ -36,9 +36,11 @@ void NetworkSide::forget() {
 }
 
 NetworkSide::NetworkSide(const Gel& gel, const Ledger& ledger, CaptureSide& camera, Subscribers& subscribers,
-                         Journal& journal, Requests requests)
+                         const Starvation& starvation, Journal& journal, Requests requests)
     : camera_(camera)
     , subscribers_(subscribers)
+    , starvation_(starvation)
+    , journal_(journal)
     , description_(simulation::describe(gel))
     , snapshots_([this](const Snapshots::Result& result) { control_->answerSnapshot(result, {}); })
     , publisher_(std::move(*publish::Publisher::open(
@@ -68,6 +70,11 @@ void NetworkSide::control() {
   if (const auto answer = camera_.takeAnswer()) control_->answerCamera(*answer);
   snapshots_.turn();
   frozenPeers_.look(now());
+  constexpr std::int64_t kHeard_ns = 300 * kMs;
+  const std::int64_t changed_ns = subscribers_.previewsChanged_ns();
+  journal_.law(publisher_->previewWanted() == subscribers_.wantsPreviews() ||
+                   now() - changed_ns <= kHeard_ns + starvation_.since(changed_ns),
+               "it is known whether previews are wanted", "");
 }
 
 void NetworkSide::describe(const RestPose& pose) {

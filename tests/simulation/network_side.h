@@ -27,15 +27,16 @@ class NetworkSide {
   };
 
   /// Listens, and lets the subscribers connect. All references must outlive it.
-  NetworkSide(const Gel& gel, const Ledger& ledger, CaptureSide& camera, Subscribers& subscribers, Journal& journal,
-              Requests requests);
+  NetworkSide(const Gel& gel, const Ledger& ledger, CaptureSide& camera, Subscribers& subscribers,
+              const Starvation& starvation, Journal& journal, Requests requests);
   ~NetworkSide();
 
   /// Does what the publishing thread does with a field. Law: it reaches who reads at once.
   void publish(const TractionField& field);
   /// Does what the publishing thread does besides.
   void serveSubscribers() { publisher_->serve(-1, std::chrono::milliseconds(0)); }
-  /// Handles requests, and answers of the camera; what else the control thread does is done by the procedures.
+  /// Handles requests, and answers of the camera; what else the control thread does is done by the procedures. Law: it
+  /// is known whether previews are wanted.
   void control();
 
   void describe(const RestPose& pose);
@@ -47,6 +48,8 @@ class NetworkSide {
  private:
   CaptureSide& camera_;
   Subscribers& subscribers_;
+  const Starvation& starvation_;
+  Journal& journal_;
   publish::Description description_;
   Snapshots snapshots_;
   std::unique_ptr<publish::Publisher> publisher_;

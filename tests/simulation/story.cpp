@@ -60,6 +60,7 @@ constexpr std::array kSorts = {
     Sort{Event::kUnreadRequests, "unread-requests", 1, 1, 3'000, 20'000},
     Sort{Event::kOddRequest, "odd-request", 2, 0, 5, 0},
     Sort{Event::kSnapshot, "snapshot", 2, 0, 0, 0},
+    Sort{Event::kPreviews, "previews", 2, 50, 500, 60'000},
 };
 static_assert(kSorts.size() == kEvents);
 

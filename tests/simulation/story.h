@@ -58,9 +58,10 @@ enum class Event {
   kUnreadRequests,   ///< the same, and reads no answer for a while
   kOddRequest,       ///< one sends what is no request, or not of the usual form, as Clients::askOddly() says
   kSnapshot,         ///< a picture is asked for
+  kPreviews,         ///< one wants previews for a while, and changes its mind every so many ms
 };
 
-inline constexpr std::size_t kEvents = 42;
+inline constexpr std::size_t kEvents = 43;
 
 struct Happening {
   std::int64_t at_ms = 0;

@@ -92,6 +92,8 @@ struct Subscribers::One : Peer {
   std::vector<std::string> topics;
   std::int64_t reads_bytesPerMs, until_ns;
   bool isHostile = false;
+  std::int64_t toggles_ns = 0, togglesNext_ns = kNever;  ///< how often it takes its mind of previews, 0: never
+  bool wantsPreviews = false;
   int fd = -1;
   std::int64_t joins_ns = 0, joined_ns = 0;
   std::array<std::uint64_t, kKinds.size()> sequences{}, frames{};  ///< of the last message; 0: none yet
@@ -134,6 +136,7 @@ void Subscribers::connect(One& one) {
   one.unread_bytes = 0;
   one.fd = bus_.connect(one.port, one, "192.0.2.20", one.reads_bytesPerMs);
   for (const std::string& topic : one.topics) bus_.send(one.fd, std::array{'\1' + topic});
+  if (one.toggles_ns > 0) toggle(one);
 }
 
 void Subscribers::begin() {
@@ -143,7 +146,11 @@ void Subscribers::begin() {
 
 void Subscribers::die() {
   listens_ = false;
-  for (const auto& one : all_) bus_.disconnect(std::exchange(one->fd, -1));
+  for (const auto& one : all_) {
+    bus_.disconnect(std::exchange(one->fd, -1));
+    one->wantsPreviews = false;
+    one->togglesNext_ns = kNever;
+  }
   std::erase_if(all_, [](const auto& one) { return one->isHostile; });
   findNext();
 }
@@ -165,6 +172,12 @@ void Subscribers::heed(const Happening& one) {
   case Event::kSlowSubscriber:
     add({journal_, kStreamPort, {std::string(traction::kTopicRoot)}, one.amount, until_ns});
     break;
+  case Event::kPreviews: {
+    One undecided(journal_, kStreamPort, {description}, kAtOnce, until_ns);
+    undecided.toggles_ns = one.amount * kMs;
+    add(std::move(undecided));
+    break;
+  }
   case Event::kSubscriptions: {
     constexpr std::int64_t kStays_ns = 3 * kSecond;
     One hostile(journal_, kStreamPort, {}, kAtOnce, now() + kStays_ns);
@@ -185,10 +198,12 @@ void Subscribers::turn() {
   std::erase_if(all_, [this](const auto& one) {
     if (one->until_ns > now()) return false;
     bus_.disconnect(one->fd);
+    if (one->wantsPreviews) previewsChanged_ns_ = now();
     return true;
   });
   for (const auto& one : all_) {
     if (listens_ && one->fd < 0 && one->joins_ns <= now()) connect(*one);
+    if (one->togglesNext_ns <= now()) toggle(*one);
   }
   findNext();
 }
@@ -196,7 +211,20 @@ void Subscribers::turn() {
 void Subscribers::findNext() {
   next_ns_ = kNever;
   for (const auto& one : all_)
-    next_ns_ = std::min({next_ns_, one->until_ns, listens_ && one->fd < 0 ? one->joins_ns : kNever});
+    next_ns_ =
+        std::min({next_ns_, one->until_ns, one->togglesNext_ns, listens_ && one->fd < 0 ? one->joins_ns : kNever});
+}
+
+/// Subscribes to previews, or no longer.
+void Subscribers::toggle(One& one) {
+  one.togglesNext_ns = now() + one.toggles_ns;
+  one.wantsPreviews = !one.wantsPreviews;
+  previewsChanged_ns_ = now();
+  bus_.send(one.fd, std::array{(one.wantsPreviews ? '\1' : '\0') + traction::topicOf(kSensor, "preview")});
+}
+
+bool Subscribers::wantsPreviews() const {
+  return std::ranges::any_of(all_, [](const auto& one) { return one->wantsPreviews; });
 }
 
 void Subscribers::heedPublished(const FrameInfo& info) const {
@@ -229,6 +257,9 @@ void Subscribers::checkOne(One& one) {
   }
   if (hasEnded && starvation_.since(one.joined_ns) > 0) {  // it connects again
     bus_.disconnect(std::exchange(one.fd, -1));
+    one.wantsPreviews = false;
+    one.togglesNext_ns = kNever;
+    previewsChanged_ns_ = now();
     one.joins_ns = now() + 100 * kMs;
     next_ns_ = std::min(next_ns_, one.joins_ns);
     return;

@@ -36,6 +36,9 @@ class Subscribers {
 
   /// Law: each field that is published reaches who reads at once, by both endpoints.
   void heedPublished(const FrameInfo& info) const;
+  /// Returns whether a subscriber wants previews, and since when that is so.
+  bool wantsPreviews() const;
+  std::int64_t previewsChanged_ns() const { return previewsChanged_ns_; }
   /// Laws: who reads is told the description and the status in time, and not cut off unless too many came at once while
   /// the publishing thread stood still; who does not read is cut off, and holds no more memory than promised.
   void check();
@@ -46,6 +49,7 @@ class Subscribers {
   void add(One one);
   void connectAll();
   void findNext();
+  void toggle(One& one);
   void connect(One& one);
   void checkOne(One& one);
 
@@ -53,7 +57,7 @@ class Subscribers {
   const Starvation& starvation_;
   Journal& journal_;
   bool listens_ = false;
-  std::int64_t next_ns_ = kNever;
+  std::int64_t next_ns_ = kNever, previewsChanged_ns_ = 0;
   std::list<std::unique_ptr<One>> all_;  ///< the first two stay: one of each endpoint
   int flood_ = 0;                        ///< so many have flooded
 };
