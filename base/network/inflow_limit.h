@@ -7,6 +7,7 @@
 #include "base/network/frame_meter.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,11 @@ void unwatch(const std::vector<std::string>& endpoints);
 /// \param fd of the connection, as ZeroMQ reports it; -1, or one without a charge, has no effect
 /// \param parts number of parts of the message
 void release(int fd, std::size_t parts);
+
+/// Returns a number of the connection over which a message came that has been taken out of ZeroMQ's queues; 0 if the
+/// connection was not seen to be read. Returns nothing if another connection had this descriptor before, and messages
+/// of it may still wait: the message may be one of them.
+std::optional<std::uint64_t> connectionOf(int fd);
 
 /// Releases the charges of connections that have ended. Must be called when ZeroMQ has no more messages of this kind in
 /// its queues.
