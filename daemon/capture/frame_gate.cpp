@@ -23,6 +23,8 @@ namespace tractiond::capture {
 namespace {
 
 constexpr int kAgreeing = 3;
+/// Times between frames in the mean: of so many first ones each counts the same, as the very first may be any.
+constexpr int kMostPaces = 16;
 /// Frames of the previous track that would come within this time [frames] if that was the camera's; three raise the
 /// alarm.
 constexpr int kProof = 5;
@@ -64,7 +66,8 @@ FrameGate::Track FrameGate::begin(const Arrival& arrival) {
 void FrameGate::extend(Track& track, const Arrival& arrival, Fit fit) {
   const std::int64_t step = advance(track.id, arrival.id);
   const std::int64_t pace = (arrival.host_ns - track.host_ns) / step;
-  track.pace_ns = track.pace_ns == 0 ? pace : track.pace_ns + (pace - track.pace_ns) / 16;
+  track.paces = std::min(track.paces + 1, kMostPaces);
+  track.pace_ns += (pace - track.pace_ns) / track.paces;
   const std::int64_t offset = difference(arrival.host_ns, arrival.device_ns);
   if (fit == Fit::kByBothClocks) {
     const std::int64_t period = difference(arrival.device_ns, track.device_ns) / step;

@@ -93,6 +93,7 @@ class FrameGate {
     std::int64_t offset_ns = 0;  ///< smallest host - device seen, allowed to rise slowly
     std::int64_t period_ns = 0;  ///< shortest seen, allowed to rise slowly; 0: not known
     std::int64_t pace_ns = 0;    ///< mean time of the host between two ids; 0: not known
+    int paces = 0;               ///< number of times in the mean
     int length = 1;
     std::int64_t lag_ns = 0;  ///< mean of host - device above the smallest
     StampSchedule schedule;
