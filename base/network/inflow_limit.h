@@ -7,6 +7,7 @@
 #include "base/network/frame_meter.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,11 @@ void unwatch(const std::vector<std::string>& endpoints);
 /// \param fd of the connection, as ZeroMQ reports it; -1, or one without a charge, releases nothing
 /// \param parts number of parts of the message that came over the connection
 void release(int fd, std::size_t parts);
+
+/// Returns a number of the connection over which a message came that has been taken out of ZeroMQ's queues; 0 if the
+/// connection was not seen to be read. Returns nothing if another connection had this descriptor before, and messages
+/// of it may still wait: the message may be one of them.
+std::optional<std::uint64_t> connectionOf(int fd);
 
 /// Releases the charges of connections that have ended, whose messages may still wait in ZeroMQ's queues. Must be
 /// called when ZeroMQ has no more messages of this kind there. Above kMostTogether_bytes of these charges, every

@@ -9,7 +9,6 @@
 #include <tl/expected.hpp>
 #include <zmq.hpp>
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -61,13 +60,19 @@ class PeerLimit {
       : limit_(messages) {}
 
   /// Counts a message that came over a socket bound to these endpoints. Ends its connection (cutOff()) if it exceeds
-  /// the limit. Has no effect if the connection is not known. \param bound as bind() returned it
+  /// the limit. Has no effect if the connection is not known, or the message may be of an earlier one with its
+  /// descriptor. Allocates where a descriptor is larger than all before. \param bound as bind() returned it
   void count(zmq::message_t& message, const std::vector<std::string>& bound);
-  void reset() { counts_.fill(0); }  ///< Sets the counts of all connections to 0.
+  void reset();  ///< Sets the counts of all connections to 0.
 
  private:
+  struct Count {
+    std::uint64_t connection = 0;  ///< the descriptor's number may become another one's
+    int messages = 0;
+  };
+
   int limit_;
-  std::array<std::uint16_t, connections::kMostDescriptors> counts_{};  ///< by file descriptor
+  std::vector<Count> counts_;  ///< by file descriptor
 };
 
 }  // namespace tractiond::network

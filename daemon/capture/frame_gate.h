@@ -99,6 +99,7 @@ class FrameGate {
     std::int64_t offset_ns = 0;  ///< smallest host - device seen, allowed to rise slowly
     std::int64_t period_ns = 0;  ///< shortest seen, allowed to rise slowly; 0: not known
     std::int64_t pace_ns = 0;    ///< mean time of the host between two ids; 0: not known
+    int paces = 0;               ///< number of times in the mean
     int length = 1;
     std::int64_t lag_ns = 0;  ///< mean of host - device above the smallest
     StampSchedule schedule;
@@ -116,7 +117,7 @@ class FrameGate {
   Fit follows(const Track& track, const Arrival& arrival) const;
   bool isNext(const Track& track, const Arrival& arrival) const;
   void countSurplus(std::int64_t host_ns);
-  std::int64_t frameTime() const;
+  static std::int64_t frameTime(const Track& track);
   std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const;
   Judgement acceptNext(const Arrival& arrival, Fit fit);
   Judgement acceptCandidate(const Arrival& arrival);

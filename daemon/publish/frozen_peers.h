@@ -2,8 +2,6 @@
 // wait for each take memory.
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -35,7 +33,7 @@ class FrozenPeers {
 
  private:
   struct Connection {
-    ino_t socket = 0;  ///< the descriptor's number may be another's by now
+    std::uint64_t socket = 0;  ///< the descriptor's number may be another's by now
     int waiting_bytes = 0;
     std::int64_t since_ns = 0;
   };
