@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 /// To be raised when the influence matrix's or the inverse's or the factors' numbers change for the same sensor and
 /// options.
-constexpr std::uint32_t kAlgorithmVersion = 2, kFactorsVersion = 2;
+constexpr std::uint32_t kAlgorithmVersion = 2, kFactorsVersion = 3;
 
 constexpr std::size_t kKeptOthers = 3;
 constexpr const char* kExtension = ".inverse";

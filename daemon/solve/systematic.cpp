@@ -54,8 +54,9 @@ struct Loads {
 
 using Reading = Eigen::MatrixXd;  // 6 x 2M: from displacements to the wrench
 
-/// By all modes with the penalty lambda^2. `left` as Inverse::left; `wrenches`: those of the modes' forces, r x 6.
-Reading byModes(const RowMatrix& left, const std::vector<double>& singularValues, double lambda,
+/// By all modes with the penalty lambda^2. `left`: U from column `first` on; `wrenches`: those of the modes' forces, r
+/// x 6.
+Reading byModes(const RowMatrix& left, int first, const std::vector<double>& singularValues, double lambda,
                 Eigen::MatrixXd wrenches) {
   for (Eigen::Index k = 0; k < wrenches.rows(); ++k) {
     const double s = singularValues[static_cast<std::size_t>(k)];
@@ -63,7 +64,7 @@ Reading byModes(const RowMatrix& left, const std::vector<double>& singularValues
   }
   Reading reading(6, left.rows());
   for (int i = 0; i < left.rows(); ++i) {
-    reading.col(i) = wrenches.transpose() * Eigen::VectorXf::Map(left.row(i), wrenches.rows()).cast<double>();
+    reading.col(i) = wrenches.transpose() * Eigen::VectorXf::Map(left.row(i) + first, wrenches.rows()).cast<double>();
   }
   return reading;
 }
@@ -285,7 +286,7 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
   }
   const Eigen::MatrixXd motion =
       transposed(inverse.motion) * Eigen::Vector4d::Map(inverse.motionVariance.data()).cwiseSqrt().asDiagonal();
-  return errorsOf(sensor, options, byModes(inverse.left, inverse.singularValues, inverse.lambda, wrenches),
+  return errorsOf(sensor, options, byModes(inverse.left, 0, inverse.singularValues, inverse.lambda, wrenches),
                   [&](int node) {
                     return byNodesAround(
                         node, sensor, inverse.influence, [](int near) { return 3 * near; }, motion, options.noise_px);
@@ -294,24 +295,33 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
 
 SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Factors& factors,
                                   const Atoms& atoms) {
-  Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(factors.rank(), 6);
+  Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(factors.rank(), 6), modes(3, factors.rank());
   std::vector<int> pointOf(static_cast<std::size_t>(sensor.nodes.count()));
   for (int p = 0; p < atoms.pointCount(); ++p) {
-    const Eigen::Matrix<double, 6, 3> unit = unitWrenches(atoms.points.col(p));
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto v = Eigen::VectorXf::Map(factors.right.row(3 * p + axis), factors.rank());
-      wrenches += v.cast<double>() * unit.col(axis).transpose();
-    }
     const int node = atoms.nodes[static_cast<std::size_t>(p)];
     if (node >= 0) pointOf[static_cast<std::size_t>(node)] = p;
   }
+  for (int a = 0; a < atoms.count(); ++a) {
+    Eigen::Matrix<double, 6, 3> unit = Eigen::Matrix<double, 6, 3>::Zero();
+    modes.setZero();
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
+      const auto p = static_cast<int>(it.row());
+      unit += it.value() * unitWrenches(atoms.points.col(p));
+      for (int axis = 0; axis < 3; ++axis) {
+        const float* const row = factors.right.row(3 * p + axis);
+        modes.row(axis) += it.value() * Eigen::RowVectorXf::Map(row, factors.rank()).cast<double>();
+      }
+    }
+    wrenches += (unit * modes).transpose();
+  }
   const Eigen::MatrixXd motion = transposed(factors.motion);
   const double lambda = options.noise_px / options.shapeForce_N;
-  return errorsOf(sensor, options, byModes(factors.left, factors.singularValues, lambda, wrenches), [&](int node) {
-    return byNodesAround(
-        node, sensor, factors.influence, [&](int near) { return 3 * pointOf[static_cast<std::size_t>(near)]; }, motion,
-        options.noise_px);
-  });
+  return errorsOf(
+      sensor, options, byModes(factors.left, kMotions, factors.singularValues, lambda, wrenches), [&](int node) {
+        return byNodesAround(
+            node, sensor, factors.influence, [&](int near) { return 3 * pointOf[static_cast<std::size_t>(near)]; },
+            motion, options.noise_px);
+      });
 }
 
 WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const Eigen::Vector3d& at,

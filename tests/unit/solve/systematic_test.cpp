@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <memory>
 #include <random>
@@ -108,17 +109,11 @@ const std::map<int, Eigen::MatrixXd>& seenByOthers() {
 }
 
 /// Presses and shears each of the nine places, and adds up what is misread of a wrench that they share.
-/// \param share by which the prediction may miss; of a press on another thickness
-void expectPredicted(bool contactAware, const std::vector<double>& errors, double share, double shareOfThickness) {
-  SolveOptions options;
-  options.contactAware = contactAware;
-  Solver solver(thinInverse(), thin(), options);
+/// \param readings the wrenches that are read from pictures of unit forces, 6 x 27 \param share by which the prediction
+/// may miss; of a press on another thickness
+void expectPredicted(const std::function<Eigen::MatrixXd(const Eigen::MatrixXd& image)>& readings,
+                     const std::vector<double>& errors, double share, double shareOfThickness) {
   const Eigen::MatrixXd shares = wrenches(places()).completeOrthogonalDecomposition().pseudoInverse();  // 27 x 6
-  const auto readings = [&](const Eigen::MatrixXd& image) {
-    Eigen::MatrixXd read(6, image.cols());
-    for (Eigen::Index i = 0; i < image.cols(); ++i) read.col(i) = reading(solver, kForce_N * image.col(i)) / kForce_N;
-    return read;
-  };
   const Eigen::MatrixXd straight = readings(seen(thin()));
   for (const auto& [number, image] : seenByOthers()) {
     const Eigen::MatrixXd measured = (readings(image) - straight) * shares;
@@ -130,6 +125,18 @@ void expectPredicted(bool contactAware, const std::vector<double>& errors, doubl
           << number << ", axis " << axis << ": " << force.transpose() << " instead of " << expected.transpose();
     }
   }
+}
+
+void expectPredicted(bool contactAware, const std::vector<double>& errors, double share, double shareOfThickness) {
+  SolveOptions options;
+  options.contactAware = contactAware;
+  Solver solver(thinInverse(), thin(), options);
+  const auto readings = [&](const Eigen::MatrixXd& image) {
+    Eigen::MatrixXd read(6, image.cols());
+    for (Eigen::Index i = 0; i < image.cols(); ++i) read.col(i) = reading(solver, kForce_N * image.col(i)) / kForce_N;
+    return read;
+  };
+  expectPredicted(readings, errors, share, shareOfThickness);
 }
 
 const SystematicErrors& thinErrors() {
@@ -215,6 +222,35 @@ TEST(Systematic, TheModelOfContactsMisreadsASmallContactAsTheNodesAroundIt) {
   const Matrix6 expected = byScatter(nodes, wrench, {0.01, 0.0, 0.0});
   EXPECT_GT(expected(2, 2), 0.0);
   EXPECT_LT((byScatter(model, wrench, {0.01, 0.0, 0.0}) - expected).norm(), 1e-3 * expected.norm());
+}
+
+/// Reads by least squares, with forces of shapeForce_N expected of all atoms, and the motion of the picture.
+TEST(Systematic, TheModelOfContactsMisreadsTheWholeFaceAsAllAtomsDo) {
+  const SolveOptions options;
+  const Atoms atoms = makeAtoms(thin());
+  const auto factors = computeFactors(thin(), atoms, modelOptions(options)).value();
+  const Eigen::MatrixXd ofPoints = sensor::elastic::toImage(
+      thin(),
+      sensor::elastic::displacementMatrix(thin().gel, Model::kBlock, sensor::markerPositions(thin()), atoms.points));
+  const Eigen::MatrixXd shape = atoms.shape, unit = wrenches(atoms.points);
+  const MotionPrior motion = motionPrior(thin());
+  const Eigen::Index forces = 3 * shape.cols();
+  Eigen::MatrixXd seenOf = Eigen::MatrixXd::Zero(ofPoints.rows(), forces + kMotions);
+  Eigen::MatrixXd wrenchOf = Eigen::MatrixXd::Zero(6, seenOf.cols());
+  for (Eigen::Index a = 0; a < shape.cols(); ++a) {
+    for (Eigen::Index p = 0; p < shape.rows(); ++p) {
+      if (shape(p, a) == 0.0) continue;
+      seenOf.middleCols<3>(3 * a) += options.shapeForce_N * shape(p, a) * ofPoints.middleCols<3>(3 * p);
+      wrenchOf.middleCols<3>(3 * a) += options.shapeForce_N * shape(p, a) * unit.middleCols<3>(3 * p);
+    }
+  }
+  seenOf.rightCols<kMotions>() = motion.modes * motion.variances.cwiseSqrt().asDiagonal();
+  Eigen::MatrixXd normal = seenOf.transpose() * seenOf;
+  normal.diagonal().array() += options.noise_px * options.noise_px;
+  const Eigen::MatrixXd reading = wrenchOf * normal.llt().solve(seenOf.transpose());
+  // But for the step of the derivatives, the same sum.
+  expectPredicted([&](const Eigen::MatrixXd& image) { return Eigen::MatrixXd(reading * image); },
+                  systematicErrors(thin(), options, factors, atoms).wholeFace, 0.06, 0.01);
 }
 
 TEST(Systematic, ScatteredDepthsMisreadAContactAsPredicted) {
