@@ -49,7 +49,8 @@ struct ProcedureLinks {
 /// request for a zero that was answered with an error changes nothing later. Bound to the control thread.
 class Procedures {
  public:
-  /// The sensor in force must outlive this.
+  /// The sensor in force must outlive this. Reserves the memory of ProcedureLinks::markers by a put() and a take():
+  /// must be made before another thread uses that mailbox, on any thread.
   Procedures(const sensor::Sensor& sensor, ProcedureOptions options, ProcedureLinks links);
 
   /// Takes over the camera and the zeros of an earlier run; see ZeroProcedure::welcome(). Must be called once, when the

@@ -24,7 +24,9 @@ namespace twin {
 /// Draws pictures of one format and one set of optics. Thread-bound.
 class Renderer {
  public:
-  /// Prepares the markers' shapes and the background. The arguments need not outlive the object.
+  /// Prepares the markers' shapes and the background; takes the picture's size from the sensor's camera. The arguments
+  /// need not outlive the object. Without Variety, the radius of each layer's discs, stretched by the camera's aspect,
+  /// plus 4 blur_px must be below 31.5 px (asserted); with it, what lies beyond is cut off.
   Renderer(const sensor::Sensor& sensor, const Optics& optics, Format format);
 
   /// Returns the size of a picture [bytes].

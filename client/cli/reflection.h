@@ -45,8 +45,9 @@ bool isSet(const Reflected& message, const FieldDescriptor& field);
 /// Returns whether a field has the option null_if_absent and its message is absent; false for all other fields.
 bool isAbsent(const Reflected& message, const FieldDescriptor& field);
 
-/// Returns the number as printf does in the locale C. \param pattern "%.2f" or "%+.2f", or with e or g in place of f,
-/// which is not checked; empty: the shortest text that reads back as the same number
+/// Returns the number as printf does in the locale C. \param pattern "%.2f", "%+.2f" or the like: any number of digits
+/// up to 80, which must be there, and f, e or g; not checked. Empty: the shortest text that reads back as the same
+/// number
 std::string formatted(double number, std::string_view pattern);
 
 // NOLINTBEGIN(misc-no-recursion): as deep as the messages of the schema

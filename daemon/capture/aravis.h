@@ -230,9 +230,10 @@ std::string byteOrderNote(ArvDevice* device);
 // ---- aravis_network.cpp
 
 /// Returns the packet sizes to try in turn [bytes with headers]: the largest that interface and camera carry, at most
-/// 9000 (found with test packets, if the camera sends them), then 1500 and 576, as far as they are smaller. Only
-/// CameraOptions::packetSize_bytes if that is set. EX_CONFIG if that exceeds the interface's MTU. For a GigE Vision
-/// camera.
+/// 9000, or 1500 if the interface's MTU is not known, then 1500 and 576, as far as they are smaller. Looks for it with
+/// test packets, if the camera sends them, and then leaves the camera with another size: must be called without a
+/// stream, and a size be set afterwards. Only CameraOptions::packetSize_bytes if that is set. EX_CONFIG if that exceeds
+/// the MTU, as far as known. For a GigE Vision camera.
 tl::expected<std::vector<int>, Error> packetSizes(ArvCamera* camera, const CameraOptions& options);
 
 /// Sets the size of a GigE Vision stream's receive buffer. Returns the size that the kernel granted [bytes]; 0: not

@@ -87,8 +87,8 @@ class Keeper {
   /// long as this.
   const Error* end() const;
 
-  // --- any thread. The functions of the same names of Camera (camera.h) call these. None of them waits for the driver
-  // or for a Welcome.
+  // --- any thread. The functions of the same names of Camera (camera.h) call these. Only awaitFirstTry(),
+  // stop() and awaitEnd() may wait for the driver or for a Welcome.
 
   std::shared_ptr<const CameraInfo> info() const;  ///< Returns the newest session; nullptr if there was none.
   CameraState state() const { return state_.load(std::memory_order_relaxed); }  ///< Returns the camera's state.
